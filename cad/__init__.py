@@ -1,0 +1,1 @@
+"""WHAT the sensor is: numbers, closed forms, solids."""

@@ -1,0 +1,159 @@
+"""Every number a person may choose, frozen and checked at construction: targets, fruit, tips, press, print.
+
+Units: mm, N, MPa, degrees; a field whose name ends in N_per_m is in N/m. Defaults are the paper's sensor.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+
+from cad.materials import PROCESSES
+from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, fault, quantity
+from cad.springs import Definition
+
+_STIFFNESS = Bounds(above=0.0, at_most=1e9)
+_LENGTH_OR_ZERO = Bounds(at_least=0.0, at_most=1000.0)
+_WIDEST_TILT = Bounds(at_least=-30.0, at_most=30.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Targets:
+    """What the sensor shall do: largest force ratio and nonlinearity."""
+
+    P_max: float = quantity("1", Bounds(above=1.0, at_most=100.0), default=5.0, remedy="the paper uses 5")
+    NL: float = quantity("1", Bounds(above=0.0, below=0.5), default=0.05, remedy="give a fraction, for 5 % write 0.05")
+    NL_definition: Definition = choice(("mid-range", "largest"), default="mid-range")
+
+    def __post_init__(self) -> None:
+        """Check each field."""
+        check_fields(self, "targets")
+
+
+@dataclass(frozen=True, kw_only=True)
+class GivenSprings:
+    """Springs to be judged instead of sized; both or neither."""
+
+    K_l_N_per_m: float | None = quantity("N/m", _STIFFNESS, default=None, remedy="the paper has 753")
+    K_h_N_per_m: float | None = quantity("N/m", _STIFFNESS, default=None, remedy="the paper has 17300")
+
+    def __post_init__(self) -> None:
+        """Check each field, that both are given and that the low spring is the softer one."""
+        check_fields(self, "springs")
+        K_l, K_h = self.K_l_N_per_m, self.K_h_N_per_m
+        if (K_l is None) != (K_h is None):
+            name, partner = ("K_h_N_per_m", "K_l_N_per_m") if K_h is None else ("K_l_N_per_m", "K_h_N_per_m")
+            raise fault(f"springs.{name}", None, "", f"given together with springs.{partner}", "give both or neither")
+        if K_l is not None and K_h is not None and K_l >= K_h:
+            bound = f"less than springs.K_h_N_per_m = {K_h:g} N/m"
+            raise fault("springs.K_l_N_per_m", K_l, "N/m", bound, "the low spring is the softer one")
+
+    @property
+    def given(self) -> bool:
+        """Say whether the design names its own springs."""
+        return self.K_l_N_per_m is not None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fruit:
+    """The fruit: a block fixed at its base, tips on its top face; length along the tips, height along the press."""
+
+    shape: str = choice(("block",), default="block", remedy="curved fruit is not modelled yet, take block")
+    length_mm: float = quantity("mm", LENGTH, default=20.0, remedy="the paper's block has 20")
+    width_mm: float = quantity("mm", LENGTH, default=20.0, remedy="the paper's block has 20")
+    height_mm: float = quantity("mm", LENGTH, default=12.0, remedy="the paper's block has 12")
+    poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), default=0.3, remedy="fruit flesh has 0.3 to 0.49")
+    E_max_MPa: float = quantity("MPa", MODULUS, default=3.5, remedy="give the top of the measuring range, 3.5 for mango")
+    E_MPa: tuple[float, ...] = quantity(
+        "MPa", MODULUS, default=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5), remedy="list the moduli to be shown"
+    )
+    bruise_limit_MPa: float | None = quantity("MPa", MODULUS, default=None, remedy="apple flesh fails at 0.29")
+
+    def __post_init__(self) -> None:
+        """Check each field."""
+        check_fields(self, "fruit")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tips:
+    """The two rigid tips, on the length axis of the fruit."""
+
+    shape: str = choice(("cube",), default="cube", remedy="other tips are not modelled yet, take cube")
+    side_mm: float = quantity("mm", LENGTH, default=1.0, remedy="the paper's cube has 1")
+    spacing_mm: float = quantity("mm", LENGTH, default=8.0, remedy="centre to centre, the paper has 8")
+    offset_mm: float = quantity(
+        "mm", Bounds(at_least=-1000.0, at_most=1000.0), default=0.0, remedy="midpoint of the tips from the apex"
+    )
+    gap_mm: float = quantity("mm", _LENGTH_OR_ZERO, default=0.5, remedy="tip face above the fruit before the press")
+
+    def __post_init__(self) -> None:
+        """Check each field and that the tips are apart."""
+        check_fields(self, "tips")
+        if self.spacing_mm <= self.side_mm:
+            bound = f"greater than tips.side_mm = {self.side_mm:g} mm"
+            raise fault("tips.spacing_mm", self.spacing_mm, "mm", bound, "the tips overlap, move them apart")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Press:
+    """How the sensor is pressed on: travel from first touch, tilt about the midpoint of the tips."""
+
+    travel_mm: float = quantity("mm", LENGTH, default=0.6, remedy="the paper presses 0.6")
+    tilt_deg: float = quantity("deg", _WIDEST_TILT, default=0.0, remedy="positive lowers the high tip")
+
+    def __post_init__(self) -> None:
+        """Check each field."""
+        check_fields(self, "press")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Print:
+    """How the housing is made."""
+
+    process: str = choice(tuple(PROCESSES), default="fdm-petg")
+    max_length_mm: float = quantity("mm", LENGTH, default=120.0, remedy="longest leaf that fits the machine")
+
+    def __post_init__(self) -> None:
+        """Check each field."""
+        check_fields(self, "print")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Design:
+    """A whole design: what `designs/*.toml` and `report.json` hold."""
+
+    name: str = "paper"
+    targets: Targets = field(default_factory=Targets)
+    springs: GivenSprings = field(default_factory=GivenSprings)
+    fruit: Fruit = field(default_factory=Fruit)
+    tips: Tips = field(default_factory=Tips)
+    press: Press = field(default_factory=Press)
+    print: Print = field(default_factory=Print)
+
+    def __post_init__(self) -> None:
+        """Check what several tables decide together: the tips stand on the fruit, and press less than it is high."""
+        allowed = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
+        if not allowed or len(self.name) > 64:  # noqa: PLR2004 - a file name of the outputs
+            raise fault("name", self.name, "", "1 to 64 letters, digits, - or _", "it names files and folders")
+        self._check_tips_on_fruit()
+        if self.press.travel_mm >= self.fruit.height_mm:
+            bound = f"less than fruit.height_mm = {self.fruit.height_mm:g} mm"
+            raise fault("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
+
+    def _check_tips_on_fruit(self) -> None:
+        tips, fruit = self.tips, self.fruit
+        reach = tips.spacing_mm + tips.side_mm + 2.0 * abs(tips.offset_mm)
+        if reach > fruit.length_mm:
+            bound = f"at most fruit.length_mm - side - 2 |offset| = {fruit.length_mm - reach + tips.spacing_mm:g} mm"
+            raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, "the tips stand beyond the fruit")
+        if tips.side_mm > fruit.width_mm:
+            bound = f"at most fruit.width_mm = {fruit.width_mm:g} mm"
+            raise fault("tips.side_mm", tips.side_mm, "mm", bound, "the tips stand beyond the fruit")
+
+    @property
+    def tip_travel_mm(self) -> tuple[float, float]:
+        """Return what tilt adds to the travel of the low and the high tip [mm]."""
+        step = 0.5 * self.tips.spacing_mm * math.tan(math.radians(self.press.tilt_deg))
+        return -step, step
+
+
+TABLES = tuple(item.name for item in dataclasses.fields(Design) if item.name != "name")

@@ -1,0 +1,105 @@
+"""A number that a person may choose: its unit and its bounds, stated once beside the field."""
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import MISSING, Field, dataclass, field
+from typing import Any
+
+
+class InputError(ValueError):
+    """An input that cannot be used; the message is one line: name, value, unit, bound, remedy."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounds:
+    """Where a number may lie: open below at `above`, closed at `at_least`, and likewise above."""
+
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
+
+    def hold(self, value: float) -> bool:
+        """Say whether a value lies inside; nan never does."""
+        return (
+            math.isfinite(value)
+            and (self.above is None or value > self.above)
+            and (self.at_least is None or value >= self.at_least)
+            and (self.below is None or value < self.below)
+            and (self.at_most is None or value <= self.at_most)
+        )
+
+    def __str__(self) -> str:
+        """Return the bound in words."""
+        parts = [
+            f"{words} {limit:g}"
+            for words, limit in (
+                ("greater than", self.above),
+                ("at least", self.at_least),
+                ("less than", self.below),
+                ("at most", self.at_most),
+            )
+            if limit is not None
+        ]
+        return " and ".join(parts) or "finite"
+
+
+LENGTH = Bounds(above=0.0, at_most=1000.0)
+MODULUS = Bounds(above=0.0, at_most=1e6)
+
+
+def quantity(
+    unit: str,
+    bounds: Bounds,
+    *,
+    remedy: str,
+    default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
+) -> Any:  # noqa: ANN401 - stands where a field's value will stand
+    """Declare a number field with its unit, its bounds and what to do when it lies outside."""
+    return field(default=default, metadata={"unit": unit, "bounds": bounds, "remedy": remedy})
+
+
+def choice(options: Sequence[str], *, default: str, remedy: str = "choose one of these") -> Any:  # noqa: ANN401
+    """Declare a text field that must be one of the options."""
+    return field(default=default, metadata={"options": tuple(options), "remedy": remedy})
+
+
+def fault(name: str, value: object, unit: str, bound: str, remedy: str) -> InputError:
+    """Return the error for one bad value, in the one form that every message has."""
+    shown = f"{value:g}" if isinstance(value, float) else repr(value) if isinstance(value, str) else f"{value}"
+    in_unit = "" if unit in ("", "1") else f" {unit}"
+    return InputError(f"{name} = {shown}{in_unit}: must be {bound}; {remedy}")
+
+
+def check_fields(record: Any, table: str) -> None:  # noqa: ANN401 - any frozen dataclass
+    """Check every declared field of a frozen record; raises InputError at the first bad one."""
+    for item in dataclasses.fields(record):
+        value = getattr(record, item.name)
+        if value is None and item.default is None:
+            continue
+        if "options" in item.metadata:
+            _check_choice(f"{table}.{item.name}", value, item)
+        elif "bounds" in item.metadata:
+            _check_number(f"{table}.{item.name}", value, item)
+
+
+def _check_choice(name: str, value: object, item: Field[Any]) -> None:
+    options = item.metadata["options"]
+    if value not in options:
+        raise fault(name, value, "", f"one of {', '.join(options)}", item.metadata["remedy"])
+
+
+def _check_number(name: str, value: object, item: Field[Any]) -> None:
+    unit, bounds, remedy = (item.metadata[key] for key in ("unit", "bounds", "remedy"))
+    if item.type is not float and str(item.type).startswith("tuple"):
+        if not isinstance(value, tuple) or not value:
+            raise fault(name, value, unit, f"a list of at least one number, each {bounds}", remedy)
+        numbers: Iterator[object] = iter(value)
+    else:
+        numbers = iter((value,))
+    for number in numbers:
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise fault(name, number, unit, f"a number {bounds}", remedy)
+        if not bounds.hold(float(number)):
+            raise fault(name, number, unit, str(bounds), remedy)

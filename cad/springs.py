@@ -1,0 +1,84 @@
+"""The two-spring law of the paper both ways: targets to stiffnesses, stiffnesses to force ratio.
+
+Equation numbers are those of "Design and Simulation of a Tactile Sensor for Fruit Ripeness Detection",
+WCECS 2019, ISBN 978-988-14048-7-9. Every stiffness has the same unit; inside the project [N/mm].
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+Definition = Literal["mid-range", "largest"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Springs:
+    """The low and the high spring stiffness [N/mm]."""
+
+    K_l: float
+    K_h: float
+
+    def __post_init__(self) -> None:
+        """Refuse springs that are not positive or not in order."""
+        if not 0.0 < self.K_l < self.K_h < math.inf:
+            msg = (
+                f"K_l = {self.K_l * 1e3:g} N/m, K_h = {self.K_h * 1e3:g} N/m: must be 0 < K_l < K_h; "
+                "give the softer spring as K_l"
+            )
+            raise ValueError(msg)
+
+
+def series_stiffness(K: float, K_m: float) -> float:
+    """Return the stiffness of a spring in series with the fruit, (1) and (2)."""
+    return K * K_m / (K + K_m)
+
+
+def force_ratio(springs: Springs, K_m: float) -> float:
+    """Return P = F_h / F_l at fruit stiffness K_m, (3)."""
+    return series_stiffness(springs.K_h, K_m) / series_stiffness(springs.K_l, K_m)
+
+
+def fruit_stiffness(springs: Springs, P: float) -> float:
+    """Return the fruit stiffness K_m at which the force ratio is P, (4); exact, needs no linearity.
+
+    Raises ValueError unless 1 < P < K_h / K_l, the range that the springs can show.
+    """
+    K_l, K_h = springs.K_l, springs.K_h
+    if not 1.0 < P < K_h / K_l:
+        msg = f"P = {P:g}: must be greater than 1 and less than K_h/K_l = {K_h / K_l:g}; check the two forces"
+        raise ValueError(msg)
+    return K_h * K_l * (1.0 - P) / (P * K_l - K_h)
+
+
+def hayes_stiffness(E: float, poisson: float, radius: float, C_k: float = 1.0) -> float:
+    """Return the fruit stiffness under a flat circular tip, K_m = 2 r E C_k / (1 - nu^2), (6) [N/mm from MPa, mm]."""
+    return 2.0 * radius * E * C_k / (1.0 - poisson**2)
+
+
+def stiffness_at_largest_nonlinearity(K_h: float, K_m_max: float) -> float:
+    """Return K_m* = sqrt(K_h (K_h + K_m,max)) - K_h, where P departs most from its straight line."""
+    return math.sqrt(K_h * (K_h + K_m_max)) - K_h
+
+
+def nonlinearity(springs: Springs, K_m_max: float, definition: Definition = "mid-range") -> float:
+    """Return NL, the departure of P from its straight line over 0..K_m,max divided by P_max - 1 [1].
+
+    "mid-range" takes it at K_m,max / 2 as in (7); "largest" at its maximum.
+    """
+    K_m = 0.5 * K_m_max if definition == "mid-range" else stiffness_at_largest_nonlinearity(springs.K_h, K_m_max)
+    P_max = force_ratio(springs, K_m_max)
+    return (force_ratio(springs, K_m) - 1.0) / (P_max - 1.0) - K_m / K_m_max
+
+
+def size_springs(P_max: float, NL: float, K_m_max: float, definition: Definition = "mid-range") -> Springs:
+    """Return the springs with force ratio P_max and nonlinearity NL at fruit stiffness K_m,max [N/mm].
+
+    Solves (7) and (10) in closed form: with r = K_m,max / K_h, NL is r / (4 + 2 r) at mid-range and
+    (s - 1) / (s + 1), s = sqrt(1 + r), at its largest; then K_l = K_m,max / (P_max (1 + r) - 1).
+    Raises ValueError outside P_max > 1, 0 < NL < 0.5, K_m_max > 0.
+    """
+    if not (P_max > 1.0 and 0.0 < NL < 0.5 and 0.0 < K_m_max < math.inf):
+        msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm: must be P_max > 1, 0 < NL < 0.5, K_m_max > 0"
+        raise ValueError(msg)
+    r = 4.0 * NL / (1.0 - 2.0 * NL) if definition == "mid-range" else ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
+    return Springs(K_l=K_m_max / (P_max * (1.0 + r) - 1.0), K_h=K_m_max / r)

@@ -1,0 +1,1 @@
+"""HOW it is divided: the only importer of gmsh."""

@@ -1,0 +1,1 @@
+"""IN WHICH ORDER, and is it good enough."""

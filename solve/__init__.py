@@ -1,0 +1,1 @@
+"""WHAT happens: the only user of scikit-fem's forms and of sparse solvers."""
