@@ -1,5 +1,7 @@
 """Guided-beam law of a parallel pair of leaves, both ways: the first guess of every flexure."""
 
+import math
+
 
 def pair_stiffness(E: float, depth: float, thickness: float, length: float) -> float:
     """Return K = 24 E I / L^3 = 2 E w t^3 / L^3 of two clamped-guided leaves [N/mm from MPa, mm].
@@ -11,7 +13,7 @@ def pair_stiffness(E: float, depth: float, thickness: float, length: float) -> f
 
 def pair_length(E: float, depth: float, thickness: float, stiffness: float) -> float:
     """Return the leaf length [mm] at which a pair has the given stiffness [N/mm]."""
-    return thickness * (2.0 * E * depth / stiffness) ** (1.0 / 3.0)
+    return thickness * math.cbrt(2.0 * E * depth / stiffness)
 
 
 def root_strain(thickness: float, length: float, deflection: float) -> float:

@@ -41,8 +41,9 @@ class GivenSprings:
         check_fields(self, "springs")
         K_l, K_h = self.K_l_N_per_m, self.K_h_N_per_m
         if (K_l is None) != (K_h is None):
-            name, partner = ("K_h_N_per_m", "K_l_N_per_m") if K_h is None else ("K_l_N_per_m", "K_h_N_per_m")
-            raise fault(f"springs.{name}", None, "", f"given together with springs.{partner}", "give both or neither")
+            names = ("springs.K_l_N_per_m", "springs.K_h_N_per_m")
+            missing, partner = names if K_l is None else names[::-1]
+            raise fault(missing, None, "", f"given together with {partner}", "give both or neither")
         if K_l is not None and K_h is not None and K_l >= K_h:
             bound = f"less than springs.K_h_N_per_m = {K_h:g} N/m"
             raise fault("springs.K_l_N_per_m", K_l, "N/m", bound, "the low spring is the softer one")
@@ -62,7 +63,7 @@ class Fruit:
     width_mm: float = quantity("mm", LENGTH, default=20.0, remedy="the paper's block has 20")
     height_mm: float = quantity("mm", LENGTH, default=12.0, remedy="the paper's block has 12")
     poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), default=0.3, remedy="fruit flesh has 0.3 to 0.49")
-    E_max_MPa: float = quantity("MPa", MODULUS, default=3.5, remedy="give the top of the measuring range, 3.5 for mango")
+    E_max_MPa: float = quantity("MPa", MODULUS, default=3.5, remedy="give the top of the range, 3.5 for mango")
     E_MPa: tuple[float, ...] = quantity(
         "MPa", MODULUS, default=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5), remedy="list the moduli to be shown"
     )

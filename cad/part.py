@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import cadquery as cq
 
@@ -24,6 +25,12 @@ class Part:
             raise KeyError(msg)
         every = self.shape.Faces()
         return sum(every[index].Area() for index in self.faces[name])
+
+    def write_brep(self, path: Path) -> None:
+        """Write the solid as a BREP file [mm], which keeps the order of the faces; raises OSError when it cannot."""
+        if not self.shape.exportBrep(str(path)):
+            msg = f"part {self.name!r}: cannot write {path}; check that the folder exists and has room"
+            raise OSError(msg)
 
 
 def named_part(name: str, shape: cq.Shape, faces: Mapping[str, Callable[[cq.Face], bool]]) -> Part:

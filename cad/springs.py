@@ -77,8 +77,9 @@ def size_springs(P_max: float, NL: float, K_m_max: float, definition: Definition
     (s - 1) / (s + 1), s = sqrt(1 + r), at its largest; then K_l = K_m,max / (P_max (1 + r) - 1).
     Raises ValueError outside P_max > 1, 0 < NL < 0.5, K_m_max > 0.
     """
-    if not (P_max > 1.0 and 0.0 < NL < 0.5 and 0.0 < K_m_max < math.inf):
-        msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm: must be P_max > 1, 0 < NL < 0.5, K_m_max > 0"
+    if not (P_max > 1.0 and 0.0 < NL < 0.5 and 0.0 < K_m_max < math.inf):  # noqa: PLR2004 - NL tends to 1/2 as K_h to 0
+        bound = "P_max > 1, 0 < NL < 0.5, K_m_max > 0"
+        msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm: must be {bound}; check the targets"
         raise ValueError(msg)
     r = 4.0 * NL / (1.0 - 2.0 * NL) if definition == "mid-range" else ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
     return Springs(K_l=K_m_max / (P_max * (1.0 + r) - 1.0), K_h=K_m_max / r)
