@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer[Any]]
 
 RESIDUAL_LIMIT = 1e-9
+CONDITION_LIMIT = 1e14
+_SMALL = 8000  # free dofs under which SuperLU is done before pardiso has started
 
 
 class SolveError(RuntimeError):
@@ -68,8 +70,20 @@ def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
     fixed = np.unique(fixed)
     free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)
     block = csc_matrix(matrix[free][:, free])
-    back_substitute = _pardiso(block) if importlib.util.find_spec("pypardiso") else _superlu(block)
+    if not len(free):
+        return Factor(matrix, block, free, fixed, np.copy)
+    with_pardiso = len(free) > _SMALL and importlib.util.find_spec("pypardiso") is not None
+    back_substitute = _pardiso(block) if with_pardiso else _superlu(block)
+    _check_condition(block, back_substitute)
     return Factor(matrix, block, free, fixed, back_substitute)
+
+
+def _check_condition(block: csc_matrix, back_substitute: Callable[[Floats], Floats]) -> None:
+    """Refuse a matrix that answers a load of size one with a displacement beyond what round-off leaves known."""
+    probe = np.cos(np.arange(block.shape[0], dtype=np.float64))
+    answer = float(np.abs(back_substitute(probe)).max()) * float(abs(block).sum(axis=0).max())
+    if not answer <= CONDITION_LIMIT:
+        raise SolveError(_singular(f"condition number {answer:.0e} must be at most {CONDITION_LIMIT:.0e}"))
 
 
 def _superlu(block: csc_matrix) -> Callable[[Floats], Floats]:
@@ -77,7 +91,7 @@ def _superlu(block: csc_matrix) -> Callable[[Floats], Floats]:
         lu = splu(block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:
         raise SolveError(_singular(error)) from error
-    return lu.solve  # type: ignore[no-any-return]
+    return lu.solve
 
 
 def _pardiso(block: csc_matrix) -> Callable[[Floats], Floats]:
@@ -87,10 +101,10 @@ def _pardiso(block: csc_matrix) -> Callable[[Floats], Floats]:
     upper = csr_matrix(triu(block, format="csr"))
     try:
         solver.factorize(upper)
-    except pypardiso.pardiso_wrapper.PyPardisoError as error:
+    except (ValueError, pypardiso.pardiso_wrapper.PyPardisoError) as error:
         raise SolveError(_singular(error)) from error
-    return lambda right: solver.solve(upper, right)  # type: ignore[no-any-return]
+    return lambda right: solver.solve(upper, right)
 
 
-def _singular(error: Exception) -> str:
+def _singular(error: Exception | str) -> str:
     return f"linear solve: {error}; the matrix must be positive definite; clamp the part so that it cannot move freely"

@@ -1,0 +1,185 @@
+"""From a part to a tetrahedral mesh of its inside, whose boundaries carry the names of the part's faces."""
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import gmsh
+import numpy as np
+from numpy.typing import NDArray
+from skfem import MeshTet1
+
+from cad.part import Part
+from mesh.quality import check_quality
+from mesh.session import MeshError, gmsh_session, stage
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_SAME = 1e-6  # relative: gmsh reads the same shape that was written, so faces agree to the digits of the file
+
+
+@dataclass(frozen=True, kw_only=True)
+class SizeField:
+    """Element size [mm]: `smallest_mm` at the outline of the named faces, growing by `growth` per mm, to `largest_mm`.
+
+    An outline has no curve in common with the faces named in `cuts`: there the solid goes on. No faces: uniform size.
+    """
+
+    largest_mm: float
+    smallest_mm: float = 0.0
+    growth: float = 0.0
+    faces: tuple[str, ...] = ()
+    cuts: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that are not positive or not in order."""
+        least = self.smallest_mm if self.faces else self.largest_mm
+        if not 0.0 < least <= self.largest_mm < np.inf or not self.growth >= 0.0:
+            reason = (
+                f"smallest = {self.smallest_mm:g} mm, largest = {self.largest_mm:g} mm, growth = {self.growth:g}: "
+                "must be 0 < smallest <= largest and growth >= 0"
+            )
+            raise MeshError("size", reason, "give sizes in this order")
+
+
+def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_quality: float = 0.05) -> MeshTet1:
+    """Return the tetrahedral mesh [mm] of a part with its named faces as boundaries.
+
+    `tolerance` is the relative difference of volume and of each named area from the solid's; faceted curved faces
+    need more than the default. Raises MeshError with the stage that failed.
+    """
+    _check_names(part, size)
+    with gmsh_session():
+        tags = _imported(part)
+        _set_size(size, {name: [tags[i] for i in indices] for name, indices in part.faces.items()})
+        with stage("generate", "take smaller elements, or check the solid"):
+            gmsh.model.mesh.generate(3)
+        with stage("read", "check the solid"):
+            points, tets, triangles = _arrays(tags)
+    check_quality(points, tets, least_quality)
+    mesh = MeshTet1(points, tets)
+    facets = _matched_facets(mesh, triangles)
+    boundaries = {name: np.concatenate([facets[i] for i in indices]) for name, indices in part.faces.items()}
+    mesh = mesh.with_boundaries(boundaries)
+    check_against_part(mesh, part, tolerance)
+    return mesh
+
+
+def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
+    """Raise MeshError when volume or a named area differs from the part's by more than the relative tolerance."""
+    corners = mesh.p[:, mesh.t]
+    edges = corners[:, 1:] - corners[:, :1]
+    volume = np.abs(np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])).sum() / 6.0
+    _compare("volume", float(volume), float(part.shape.Volume()), "mm^3", tolerance)
+    known = mesh.boundaries or {}
+    for name in part.faces:
+        if name not in known or not len(known[name]):
+            raise MeshError("compare", f"face {name!r} has no facets", f"known names: {', '.join(known) or 'none'}")
+        corners = mesh.p[:, mesh.facets[:, known[name]]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
+        area = 0.5 * float(np.linalg.norm(normal, axis=0).sum())
+        _compare(f"area of face {name!r}", area, part.face_area(name), "mm^2", tolerance)
+
+
+def _compare(what: str, found: float, expected: float, unit: str, tolerance: float) -> None:
+    if not abs(found - expected) <= tolerance * abs(expected):
+        reason = f"{what} = {found:.9g} {unit}: must be {expected:.9g} {unit} of the solid within {tolerance:g}"
+        raise MeshError("compare", reason, "take smaller elements on curved faces, or check the solid")
+
+
+def _check_names(part: Part, size: SizeField) -> None:
+    known = ", ".join(part.faces) or "none"
+    for name in (*size.faces, *size.cuts):
+        if name not in part.faces:
+            raise MeshError("names", f"face {name!r} is unknown on part {part.name!r}", f"known faces: {known}")
+    owner: dict[int, str] = {}
+    for name, indices in part.faces.items():
+        if not indices:
+            raise MeshError("names", f"face name {name!r} of part {part.name!r} tags no face", f"known faces: {known}")
+        for index in indices:
+            if index in owner:
+                reason = f"face {index} of part {part.name!r} is tagged twice, {owner[index]!r} and {name!r}"
+                raise MeshError("names", reason, "let each face carry one name")
+            owner[index] = name
+    if not owner:
+        raise MeshError("names", f"part {part.name!r} has no named face", "name the faces that carry loads or clamps")
+
+
+def _imported(part: Part) -> list[int]:
+    """Read the part into gmsh; return the surface tags in the order of the part's faces."""
+    with tempfile.TemporaryDirectory() as folder, stage("import", "check that the solid is valid"):
+        path = Path(folder) / "part.brep"
+        part.write_brep(path)
+        gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.synchronize()
+        tags = [tag for _, tag in gmsh.model.getEntities(2)]
+        found = [(gmsh.model.occ.getMass(2, tag), gmsh.model.occ.getCenterOfMass(2, tag)) for tag in tags]
+    faces = part.shape.Faces()
+    if len(tags) != len(faces):
+        reason = f"gmsh has {len(tags)} faces, the solid {len(faces)}"
+        raise MeshError("import", reason, "check that the solid is valid")
+    for index, (face, (area, centre)) in enumerate(zip(faces, found, strict=True)):
+        reach = np.sqrt(face.Area())
+        shift = float(np.linalg.norm(np.subtract(face.Center().toTuple(), centre)))
+        if abs(area - face.Area()) > _SAME * face.Area() or shift > _SAME * reach:
+            reason = f"face {index} is not the face {index} of the solid: {area:.6g} mm^2, {shift:.3g} mm away"
+            raise MeshError("import", reason, "the order of the faces was lost, write the BREP file of this very solid")
+    for index in {i for indices in part.faces.values() for i in indices}:
+        if not 0 <= index < len(tags):
+            raise MeshError("names", f"face {index} does not exist", f"part {part.name!r} has {len(tags)} faces")
+    return tags
+
+
+def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
+    field = gmsh.model.mesh.field
+    with stage("size", "check the sizes"):
+        if size.faces:
+            distance = field.add("Distance")
+            field.setNumbers(distance, "CurvesList", _outline(size, tags))
+            field.setNumber(distance, "Sampling", 200)
+            rule = f"Min({size.largest_mm!r}, {size.smallest_mm!r} + {size.growth!r} * F{distance})"
+        else:
+            rule = repr(size.largest_mm)
+        formula = field.add("MathEval")
+        field.setString(formula, "F", rule)
+        field.setAsBackgroundMesh(formula)
+
+
+def _outline(size: SizeField, tags: dict[str, list[int]]) -> list[int]:
+    def curves(names: Sequence[str]) -> set[int]:
+        surfaces = [tag for name in names for tag in tags[name]]
+        return {curve for tag in surfaces for curve in gmsh.model.getAdjacencies(2, tag)[1]}
+
+    return sorted(curves(size.faces) - curves(size.cuts))
+
+
+def _arrays(tags: Sequence[int]) -> tuple[Floats, Ints, list[Ints]]:
+    """Return points (3, n), tets (4, m) and, per surface, triangles (3, k); nodes that no tet uses are dropped."""
+    node_tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    tet_nodes = np.asarray(gmsh.model.mesh.getElementsByType(4)[1], dtype=np.int64)
+    used = np.unique(tet_nodes)
+    place = np.full(int(np.max(node_tags)) + 1, -1, dtype=np.int64)
+    place[used] = np.arange(len(used))
+    order = np.empty(len(place), dtype=np.int64)
+    order[np.asarray(node_tags, dtype=np.int64)] = np.arange(len(node_tags))
+    points = np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[order[used]].T)
+    tets = np.ascontiguousarray(place[tet_nodes].reshape(-1, 4).T)
+    triangles = [
+        place[np.asarray(gmsh.model.mesh.getElementsByType(2, tag)[1], dtype=np.int64)].reshape(-1, 3).T for tag in tags
+    ]
+    return points, tets, triangles
+
+
+def _matched_facets(mesh: MeshTet1, triangles: Sequence[Ints]) -> list[Ints]:
+    """Return, per surface, the facets of the mesh that its triangles are."""
+    where = {tuple(corners): index for index, corners in enumerate(np.sort(mesh.facets, axis=0).T.tolist())}
+    outside = set(mesh.boundary_facets().tolist())
+    matched = []
+    for surface in triangles:
+        found = [where.get(tuple(corners), -1) for corners in np.sort(surface, axis=0).T.tolist()]
+        if not outside.issuperset(found):
+            raise MeshError("read", "a triangle of a face is no outer facet of the mesh", "check the solid")
+        matched.append(np.asarray(found, dtype=np.int64))
+    return matched

@@ -1,0 +1,102 @@
+"""How far a computed number is from its limit, judged from the same number on coarser meshes."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from scipy.optimize import brentq
+
+RATE_BAND = (0.5, 2.0)  # of the expected rate: outside, the meshes are not yet in the range where the rate holds
+_SEARCH = (0.05, 10.0)  # of the expected rate
+_WIDE = 3.0  # factor where the observed rate is not sane; P. J. Roache, J. Fluids Eng. 116, 1994
+_LEAST = 0.15  # of the last correction: twice the scatter of limits over families of unstructured meshes
+_SAME = 1e-12  # relative: differences under this are round-off of the solve
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extrapolated:
+    """A limit value, the half width of its error bar [unit of the value], the observed rate and how it was found.
+
+    `rate` is None where none was observed.
+    """
+
+    value: float
+    error: float
+    rate: float | None
+    status: str
+
+
+def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: float) -> Extrapolated:
+    """Extrapolate values on two or three meshes, coarse to fine, to size zero, where the error is C h^rate.
+
+    The value is the limit at the expected rate; the observed rate must be sane, and the bar holds its limit too. With
+    two meshes, or no sane observed rate, the error is wide and the status says so. Raises ValueError on bad sizes.
+    L. F. Richardson, Phil. Trans. R. Soc. A 226, 1927; P. J. Roache, J. Fluids Eng. 116, 1994.
+    """
+    _check(values, sizes, expected_rate)
+    steps = [fine - coarse for coarse, fine in pairwise(values)]
+    fine, step = values[-1], steps[-1]
+    correction = step / (_ratio(sizes[-2:], expected_rate) - 1.0)
+    if max(abs(one) for one in steps) <= _SAME * max(abs(one) for one in values):
+        return Extrapolated(value=fine, error=_SAME * abs(fine), rate=None, status="the meshes agree to round-off")
+    if len(steps) == 1:
+        status = f"extrapolated from two meshes at the assumed rate {expected_rate:g}; the rate was not observed"
+        return Extrapolated(value=fine + correction, error=abs(correction), rate=None, status=status)
+    if steps[0] * step <= 0.0:
+        error = _WIDE * max(abs(one) for one in steps)
+        status = "not extrapolated: the three values are not monotone; the bar is 3 times their largest difference"
+        return Extrapolated(value=fine, error=error, rate=None, status=status)
+    return _three_meshes(values, sizes, expected_rate, correction)
+
+
+def _three_meshes(
+    values: Sequence[float], sizes: Sequence[float], expected_rate: float, correction: float
+) -> Extrapolated:
+    coarse_step, step = values[1] - values[0], values[2] - values[1]
+    rate = _observed_rate(coarse_step / step, sizes, expected_rate)
+    observed = correction if rate is None else step / (_ratio(sizes[1:], rate) - 1.0)
+    spread = abs(observed - correction)
+    low, high = (expected_rate * factor for factor in RATE_BAND)
+    if rate is None or not low <= rate <= high:
+        error = max(spread, _WIDE * max(abs(correction), abs(coarse_step), abs(step)))
+        seen = (
+            "no rate was observed" if rate is None else f"the observed rate {rate:.2f} lies outside {low:g} to {high:g}"
+        )
+        status = f"extrapolated at rate {expected_rate:g}, but {seen}; the bar is at least 3 times the largest step"
+        return Extrapolated(value=values[2] + correction, error=error, rate=rate, status=status)
+    # The scatter of unstructured meshes moves the limit at the observed rate several times as far as the other one.
+    status = f"extrapolated from three meshes at rate {expected_rate:g} (observed {rate:.2f})"
+    error = max(spread, _LEAST * abs(correction))
+    return Extrapolated(value=values[2] + correction, error=error, rate=rate, status=status)
+
+
+def _observed_rate(quotient: float, sizes: Sequence[float], expected_rate: float) -> float | None:
+    """Return the rate at which the quotient of the two steps belongs to these sizes; None when it is not positive."""
+
+    def excess(rate: float) -> float:
+        return (_ratio(sizes[:2], rate) - 1.0) / (1.0 - 1.0 / _ratio(sizes[1:], rate)) - quotient
+
+    low, high = (expected_rate * factor for factor in _SEARCH)
+    if excess(low) * excess(high) > 0.0:
+        return None
+    return float(brentq(excess, low, high))
+
+
+def _ratio(sizes: Sequence[float], rate: float) -> float:
+    return float((sizes[0] / sizes[1]) ** rate)
+
+
+def _check(values: Sequence[float], sizes: Sequence[float], expected_rate: float) -> None:
+    if len(values) != len(sizes) or len(values) not in (2, 3):
+        msg = f"{len(values)} values at {len(sizes)} sizes: must be 2 or 3 of each; give one size for each value"
+        raise ValueError(msg)
+    if not all(coarse > fine > 0.0 for coarse, fine in pairwise(sizes)):
+        msg = f"sizes = {tuple(sizes)}: must be positive and fall; give the meshes coarse to fine"
+        raise ValueError(msg)
+    if not all(math.isfinite(one) for one in values):
+        msg = f"values = {tuple(values)}: must be finite; check the solves"
+        raise ValueError(msg)
+    if not expected_rate > 0.0:
+        msg = f"expected_rate = {expected_rate:g}: must be greater than 0; take the order of the discretisation"
+        raise ValueError(msg)

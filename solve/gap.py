@@ -1,0 +1,42 @@
+"""Gap between a rigid tip and the fruit before they deform, over the tip's own axes: lengths in mm, gap >= 0.
+
+Every function takes coordinates of one shape, x along the tips, y across, from the centre of the tip (of the apex for
+the fruit); infinity where the tip has no face. Gaps of tip and fruit add up.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def cube_gap(x: Floats, y: Floats, side: float, fillet: float = 0.0) -> Floats:
+    """Return the gap of a flat square face, its edges rounded by a quarter circle of radius `fillet`."""
+    inside = 0.5 * side - np.maximum(np.abs(x), np.abs(y))
+    return _rounded(inside, fillet)
+
+
+def cylinder_gap(x: Floats, y: Floats, diameter: float, fillet: float = 0.0) -> Floats:
+    """Return the gap of a flat circular face with a rounded edge."""
+    return _rounded(0.5 * diameter - np.hypot(x, y), fillet)
+
+
+def sphere_gap(x: Floats, y: Floats, radius: float) -> Floats:
+    """Return the gap of a sphere above the plane that touches it."""
+    rise = np.maximum(radius**2 - x**2 - y**2, 0.0)
+    return np.where(x**2 + y**2 <= radius**2, radius - np.sqrt(rise), np.inf)
+
+
+def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats:
+    """Return how far a fruit with these radii along and across the tips falls away from the plane at its apex.
+
+    An ellipsoid whose height semi-axis is `radius`: a sphere where both radii are equal. Beyond it, infinity.
+    """
+    rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
+    return np.where(rest >= 0.0, radius * (1.0 - np.sqrt(np.maximum(rest, 0.0))), np.inf)
+
+
+def _rounded(inside: Floats, fillet: float) -> Floats:
+    """Return the gap at a distance `inside` from the edge of a face."""
+    into = np.clip(fillet - inside, 0.0, fillet)
+    return np.where(inside >= 0.0, fillet - np.sqrt(fillet**2 - into**2), np.inf)

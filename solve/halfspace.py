@@ -1,0 +1,137 @@
+"""Elastic half-space z >= 0 under normal pressure on z = 0: displacements and stresses in closed form.
+
+Every field follows from one harmonic potential phi with phi = ln(R + z) for the unit point load (Boussinesq) and its
+integral over the loaded area for a pressure (Love). With psi = d phi/dz and c = (1 + nu) / (2 pi E):
+
+    u_x = c (-z psi,x - (1 - 2 nu) phi,x)        u_z = c (-z psi,z + 2 (1 - nu) psi)
+    2 pi sigma_xx = -z psi,xx - (1 - 2 nu) phi,xx + 2 nu psi,z      2 pi sigma_xy = -z psi,xy - (1 - 2 nu) phi,xy
+    2 pi sigma_zz = psi,z - z psi,zz                                2 pi sigma_xz = -z psi,xz
+
+x, y, z in mm, z into the body; a load pushes along +z. Sources: Love, Phil. Trans. R. Soc. A 228 (1929) 377,
+doi:10.1098/rsta.1929.0009; Johnson, Contact Mechanics (1985), sections 3.2 to 3.4, doi:10.1017/CBO9781139171731.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SURFACE = 1e-150
+
+
+@dataclass(frozen=True)
+class Potentials:
+    """First and second derivatives of phi, and z; psi stands for phi,z. All of one shape."""
+
+    z: Floats
+    phi_x: Floats
+    phi_y: Floats
+    psi: Floats
+    phi_xx: Floats
+    phi_xy: Floats
+    phi_yy: Floats
+    psi_x: Floats
+    psi_y: Floats
+    psi_xx: Floats
+    psi_xy: Floats
+    psi_yy: Floats
+    psi_xz: Floats
+    psi_yz: Floats
+
+
+def displacement(f: Potentials, E: float, poisson: float) -> Floats:
+    """Return u = (u_x, u_y, u_z) [mm for the load in N or MPa, E in MPa], shape (3, ...)."""
+    c = (1.0 + poisson) / (2.0 * np.pi * E)
+    kappa = 1.0 - 2.0 * poisson
+    psi_z = -(f.phi_xx + f.phi_yy)
+    return c * np.stack(
+        [
+            -f.z * f.psi_x - kappa * f.phi_x,
+            -f.z * f.psi_y - kappa * f.phi_y,
+            -f.z * psi_z + 2.0 * (1.0 - poisson) * f.psi,
+        ]
+    )
+
+
+def stress(f: Potentials, poisson: float) -> Floats:
+    """Return sigma [MPa for the load in N or MPa], tension positive, shape (3, 3, ...)."""
+    kappa = 1.0 - 2.0 * poisson
+    psi_z = -(f.phi_xx + f.phi_yy)
+    xx = -f.z * f.psi_xx - kappa * f.phi_xx + 2.0 * poisson * psi_z
+    yy = -f.z * f.psi_yy - kappa * f.phi_yy + 2.0 * poisson * psi_z
+    zz = psi_z + f.z * (f.psi_xx + f.psi_yy)
+    xy = -f.z * f.psi_xy - kappa * f.phi_xy
+    xz = -f.z * f.psi_xz
+    yz = -f.z * f.psi_yz
+    return np.stack([np.stack([xx, xy, xz]), np.stack([xy, yy, yz]), np.stack([xz, yz, zz])]) / (2.0 * np.pi)
+
+
+def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
+    """Return the potentials of a unit normal force at the origin (Boussinesq), at points of any one shape [mm].
+
+    At the origin itself the fields are infinite.
+    """
+    R2 = x * x + y * y + z * z
+    R = np.sqrt(R2)
+    S = R + z
+    R3 = R * R2
+    R5 = R3 * R2
+    bend = (R + S) / (R3 * S * S)
+    return Potentials(
+        z=z,
+        phi_x=x / (R * S),
+        phi_y=y / (R * S),
+        psi=1.0 / R,
+        phi_xx=1.0 / (R * S) - x * x * bend,
+        phi_xy=-x * y * bend,
+        phi_yy=1.0 / (R * S) - y * y * bend,
+        psi_x=-x / R3,
+        psi_y=-y / R3,
+        psi_xx=3.0 * x * x / R5 - 1.0 / R3,
+        psi_xy=3.0 * x * y / R5,
+        psi_yy=3.0 * y * y / R5 - 1.0 / R3,
+        psi_xz=3.0 * x * z / R5,
+        psi_yz=3.0 * y * z / R5,
+    )
+
+
+def rectangle_load(x: Floats, y: Floats, z: Floats, sides: tuple[float, float]) -> Potentials:
+    """Return the potentials of unit pressure on a rectangle centred at the origin (Love), at points of one shape [mm].
+
+    `sides` are its lengths along x and y [mm]. Second derivatives are infinite on the rectangle's own edges.
+    """
+    left, right = x + 0.5 * sides[0], x - 0.5 * sides[0]
+    front, back = y + 0.5 * sides[1], y - 0.5 * sides[1]
+    corners = (_corner(left, front, z), _corner(right, front, z), _corner(left, back, z), _corner(right, back, z))
+    return Potentials(z, *(a - b - c + d for a, b, c, d in zip(*corners, strict=True)))
+
+
+def _corner(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
+    """Return F with F,XY = f for every derivative f of `Potentials`, less what depends on X or on Y alone."""
+    R = np.sqrt(X * X + Y * Y + z * z)
+    # SURFACE keeps the line X = z = 0 finite; there each term tends to zero or drops out of the corner sum.
+    qx = X * X + z * z + SURFACE
+    qy = Y * Y + z * z + SURFACE
+    log_x = np.arcsinh(Y / np.sqrt(qx))
+    log_y = np.arcsinh(X / np.sqrt(qy))
+    log_z = np.log(R + z + SURFACE)
+    phi_xx = np.arctan2(X * Y * (R - z), X * X * R + z * Y * Y)
+    phi_yy = np.arctan2(X * Y * (R - z), Y * Y * R + z * X * X)
+    R = R + SURFACE
+    return [
+        Y * log_z + z * log_x + X * phi_xx,
+        X * log_z + z * log_y + Y * phi_yy,
+        X * log_x + Y * log_y - z * (phi_xx + phi_yy),
+        phi_xx,
+        log_z,
+        phi_yy,
+        log_x,
+        log_y,
+        -X * Y / (R * qx),
+        1.0 / R,
+        -X * Y / (R * qy),
+        -z * Y / (R * qx),
+        -z * X / (R * qy),
+    ]

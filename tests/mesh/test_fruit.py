@@ -1,0 +1,62 @@
+import itertools
+
+import numpy as np
+import pytest
+
+from cad.fruit import fruit_block, fruit_half, fruit_quarter
+from cad.parameters import Fruit, Tips
+from mesh.fruit import REFINEMENTS, edge_size, fruit_mesh, fruit_meshes, fruit_size
+
+FRUIT, TIPS = Fruit(), Tips()
+
+
+def test_three_meshes_of_the_quarter_for_central_tips_and_of_the_half_otherwise():
+    central = fruit_meshes(FRUIT, TIPS)
+    assert [set(mesh.boundaries) for mesh in central] == 3 * [{"base", "top", "high_tip", "symmetry_x", "symmetry_y"}]
+    off = fruit_meshes(FRUIT, Tips(offset_mm=1.0))
+    assert [set(mesh.boundaries) for mesh in off] == 3 * [{"base", "top", "low_tip", "high_tip", "symmetry_y"}]
+
+
+def test_edge_of_the_footprint_carries_elements_of_the_asked_size():
+    for scale, mesh in zip(REFINEMENTS, fruit_meshes(FRUIT, TIPS), strict=True):
+        x, y, z = mesh.p
+        on_side = (np.abs(y - 0.5) < 1e-9) & (np.abs(x - 4.0) < 0.5 + 1e-9) & (np.abs(z) < 1e-9)
+        assert np.count_nonzero(on_side) - 1 == pytest.approx(1.0 / edge_size(TIPS, scale), abs=1)
+
+
+def test_size_grows_away_from_the_tips():
+    mesh = fruit_meshes(FRUIT, TIPS)[0]
+    ends = mesh.p[:, mesh.edges]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)
+    middle = ends.mean(axis=1)
+    near = length[np.hypot(middle[0] - 4.5, middle[2]) + np.maximum(middle[1] - 0.5, 0.0) < 0.2]
+    far = length[middle[2] < -8.0]
+    assert far.mean() > 10.0 * near.mean()
+
+
+def test_family_scales_the_edge_at_rate_one_and_the_smooth_part_at_rate_four():
+    part = fruit_quarter(FRUIT, TIPS)
+    coarse, fine = (fruit_size(part, FRUIT, TIPS, scale) for scale in (1.0, 1.0 / 16.0))
+    assert fine.smallest_mm == pytest.approx(coarse.smallest_mm / 16.0)
+    assert fine.growth == pytest.approx(coarse.growth / 2.0)
+    assert fine.largest_mm == pytest.approx(coarse.largest_mm / 2.0)
+
+
+@pytest.mark.parametrize("tips", [Tips(spacing_mm=19.0), Tips(spacing_mm=1.1), Tips(side_mm=4.0)])
+@pytest.mark.parametrize("fruit", [FRUIT, Fruit(height_mm=2.0), Fruit(width_mm=4.0)])
+def test_hard_shapes_can_be_meshed(fruit, tips):
+    for make in (fruit_block, fruit_half, fruit_quarter):
+        mesh = fruit_mesh(make(fruit, tips), fruit, tips, 4.0)
+        assert mesh.p.min(axis=1)[2] == pytest.approx(-fruit.height_mm)
+
+
+def test_meshes_repeat():
+    part = fruit_quarter(FRUIT, TIPS)
+    first, second = (fruit_mesh(part, FRUIT, TIPS, 1.0) for _ in range(2))
+    assert np.array_equal(first.p, second.p)
+    assert np.array_equal(first.t, second.t)
+
+
+def test_every_mesh_of_a_family_is_finer_than_the_one_before():
+    sizes = [mesh.t.shape[1] for mesh in fruit_meshes(FRUIT, TIPS)]
+    assert all(fine > 1.5 * coarse for coarse, fine in itertools.pairwise(sizes))

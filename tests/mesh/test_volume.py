@@ -1,0 +1,185 @@
+import dataclasses
+
+import cadquery as cq
+import gmsh
+import numpy as np
+import pytest
+from skfem import MeshTet1
+
+from cad.part import Part, named_part
+from mesh.quality import check_quality, scaled_jacobian
+from mesh.session import MeshError
+from mesh.volume import SizeField, check_against_part, volume_mesh
+
+ROUND_OFF = 1e-9
+COARSE = SizeField(largest_mm=1.0)
+
+
+def box() -> Part:
+    """Return a block 3 x 2 x 1 mm with two named faces."""
+    faces = {
+        "left": lambda face: face.Center().x < 1e-6,
+        "upper": lambda face: face.Center().z > 1.0 - 1e-6,
+    }
+    return named_part("box", cq.Solid.makeBox(3.0, 2.0, 1.0), faces)
+
+
+def areas(mesh: MeshTet1) -> dict[str, float]:
+    corners = {name: mesh.p[:, mesh.facets[:, facets]] for name, facets in mesh.boundaries.items()}
+    return {
+        name: 0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0], axis=0), axis=0).sum()
+        for name, p in corners.items()
+    }
+
+
+def test_names_out_are_the_names_in_and_lie_where_the_faces_lie():
+    mesh = volume_mesh(box(), COARSE)
+    assert set(mesh.boundaries) == {"left", "upper"}
+    assert np.all(mesh.p[0, mesh.facets[:, mesh.boundaries["left"]]] == 0.0)
+    assert np.all(mesh.p[2, mesh.facets[:, mesh.boundaries["upper"]]] == 1.0)
+
+
+def test_volume_and_areas_are_those_of_the_solid():
+    mesh = volume_mesh(box(), COARSE)
+    volume = np.abs(np.linalg.det((mesh.p[:, mesh.t[1:]] - mesh.p[:, mesh.t[:1]]).transpose(2, 0, 1))).sum() / 6.0
+    assert volume == pytest.approx(3.0 * 2.0 * 1.0, rel=ROUND_OFF)
+    assert areas(mesh) == pytest.approx({"left": 2.0 * 1.0, "upper": 3.0 * 2.0}, rel=ROUND_OFF)
+
+
+def test_two_meshes_of_one_part_are_identical():
+    first, second = (volume_mesh(box(), SizeField(largest_mm=0.5)) for _ in range(2))
+    assert np.array_equal(first.p, second.p)
+    assert np.array_equal(first.t, second.t)
+    assert all(np.array_equal(first.boundaries[name], second.boundaries[name]) for name in first.boundaries)
+
+
+def test_uniform_size_is_met():
+    mesh = volume_mesh(box(), SizeField(largest_mm=0.25))
+    ends = mesh.p[:, mesh.edges]
+    # The generator aims at regular tetrahedra of this edge; in a box some edges are diagonals, up to sqrt 2 longer.
+    assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).mean() == pytest.approx(0.25, rel=0.3)
+
+
+def test_size_grows_from_the_outline_of_a_face_but_not_from_a_cut():
+    part = box()
+    free = SizeField(smallest_mm=0.1, growth=0.5, largest_mm=1.0, faces=("left",))
+    cut = dataclasses.replace(free, cuts=("upper",))
+    shared = {}
+    for key, size in {"free": free, "cut": cut}.items():
+        mesh = volume_mesh(part, size)
+        on_curve = np.all(
+            (np.abs(mesh.p[0]) < ROUND_OFF)[mesh.edges] & (np.abs(mesh.p[2] - 1) < ROUND_OFF)[mesh.edges], 0
+        )
+        shared[key] = np.count_nonzero(on_curve)
+        assert mesh.t.shape[1] > volume_mesh(part, COARSE).t.shape[1]
+    assert shared["free"] == pytest.approx(2.0 / 0.1, abs=1)
+    assert shared["cut"] < shared["free"]
+
+
+def test_curved_part_needs_the_tolerance_of_its_facets():
+    cylinder = named_part("cylinder", cq.Solid.makeCylinder(1.0, 1.0), {"base": lambda face: face.Center().z < 1e-6})
+    with pytest.raises(MeshError, match=r"stage 'compare': volume = .*must be 3.14159265 mm\^3"):
+        volume_mesh(cylinder, SizeField(largest_mm=0.3))
+    # A polygon of sides h on radius r is short of the disc by (h/r)^2 / 6.
+    volume_mesh(cylinder, SizeField(largest_mm=0.3), tolerance=0.3**2 / 6.0)
+
+
+@pytest.mark.parametrize(
+    ("faces", "message"),
+    [
+        ({}, "has no named face"),
+        ({"left": ()}, "'left' of part 'box' tags no face"),
+        ({"left": (0,), "upper": (0,)}, "face 0 of part 'box' is tagged twice, 'left' and 'upper'"),
+        ({"left": (6,)}, "face 6 does not exist; part 'box' has 6 faces"),
+    ],
+)
+def test_untagged_doubly_tagged_and_unknown_faces_are_refused(faces, message):
+    with pytest.raises(MeshError, match=message):
+        volume_mesh(dataclasses.replace(box(), faces=faces), COARSE)
+    assert not gmsh.isInitialized()
+
+
+def test_size_at_an_unknown_face_lists_the_known_ones():
+    size = SizeField(smallest_mm=0.1, growth=1.0, largest_mm=1.0, faces=("rigth",))
+    with pytest.raises(MeshError, match="face 'rigth' is unknown on part 'box'; known faces: left, upper"):
+        volume_mesh(box(), size)
+
+
+def test_face_that_is_not_the_one_of_its_place_is_refused(monkeypatch):
+    part = box()
+    other = cq.Solid.makeBox(3.0, 2.0, 1.5)
+    monkeypatch.setattr(Part, "write_brep", lambda _, path: other.exportBrep(str(path)))
+    with pytest.raises(MeshError, match="face 0 is not the face 0 of the solid"):
+        volume_mesh(part, COARSE)
+
+
+def test_solid_with_another_number_of_faces_is_refused(monkeypatch):
+    other = cq.Solid.makeCylinder(1.0, 1.0)
+    monkeypatch.setattr(Part, "write_brep", lambda _, path: other.exportBrep(str(path)))
+    with pytest.raises(MeshError, match="gmsh has 3 faces, the solid 6"):
+        volume_mesh(box(), COARSE)
+
+
+def test_part_that_cannot_be_written_says_so(tmp_path):
+    with pytest.raises(OSError, match=r"part 'box': cannot write .*no-folder"):
+        box().write_brep(tmp_path / "no-folder" / "part.brep")
+
+
+def test_brep_keeps_the_order_of_the_faces(tmp_path):
+    part = box()
+    part.write_brep(tmp_path / "part.brep")
+    read = cq.Shape.importBrep(str(tmp_path / "part.brep"))
+    for before, after in zip(part.shape.Faces(), read.Faces(), strict=True):
+        assert before.Center().toTuple() == pytest.approx(after.Center().toTuple(), abs=ROUND_OFF)
+
+
+def test_mesh_with_a_face_too_small_or_a_part_too_large_is_refused():
+    part = box()
+    mesh = volume_mesh(part, COARSE)
+    short = mesh.with_boundaries({"left": mesh.boundaries["left"][1:]})
+    with pytest.raises(MeshError, match="area of face 'left'"):
+        check_against_part(short, part, ROUND_OFF)
+    with pytest.raises(MeshError, match="volume = "):
+        check_against_part(mesh.scaled(1.001), part, ROUND_OFF)
+    bare = MeshTet1(mesh.p, mesh.t).with_boundaries({"left": mesh.boundaries["left"]})
+    with pytest.raises(MeshError, match="face 'upper' has no facets"):
+        check_against_part(bare, part, ROUND_OFF)
+
+
+@pytest.mark.parametrize(
+    ("smallest", "largest", "growth"), [(0.0, 1.0, 0.5), (2.0, 1.0, 0.5), (0.1, 1.0, -1.0), (0.1, np.inf, 1.0)]
+)
+def test_sizes_out_of_order_are_refused(smallest, largest, growth):
+    with pytest.raises(MeshError, match="must be 0 < smallest <= largest"):
+        SizeField(smallest_mm=smallest, largest_mm=largest, growth=growth, faces=("left",))
+
+
+def test_scaled_jacobian_of_known_tetrahedra():
+    regular = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
+    corner = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    tets = np.array([[0, 1, 2, 3]]).T
+    sign = np.sign(np.linalg.det(regular[1:] - regular[0]))
+    assert scaled_jacobian(regular.T, tets) == pytest.approx([sign * 1.0])
+    # Unit corner: determinant 1; the largest product of three edges is 1 * sqrt 2 * sqrt 2 = 2.
+    assert scaled_jacobian(corner.T, tets) == pytest.approx([np.sqrt(2.0) / 2.0])
+    assert scaled_jacobian(corner.T, tets[[0, 2, 1, 3]]) == pytest.approx([-np.sqrt(2.0) / 2.0])
+    flat = corner * [1.0, 1.0, 0.0]
+    assert scaled_jacobian(flat.T, tets) == pytest.approx([0.0])
+
+
+def test_scaled_jacobian_agrees_with_an_independent_implementation():
+    import pyvista as pv
+
+    mesh = volume_mesh(box(), SizeField(largest_mm=0.5))
+    cells = np.insert(mesh.t.T, 0, 4, axis=1).ravel()
+    grid = pv.UnstructuredGrid(cells, np.full(mesh.t.shape[1], pv.CellType.TETRA), mesh.p.T)
+    verdict = grid.cell_quality("scaled_jacobian")["scaled_jacobian"]
+    assert np.abs(scaled_jacobian(mesh.p, mesh.t)) == pytest.approx(np.abs(verdict), rel=1e-6)
+
+
+def test_sliver_and_inverted_tetrahedron_are_refused():
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, 0.3, 0.01]]).T
+    with pytest.raises(MeshError, match=r"smallest scaled Jacobian = 0.0\d+ at .* must be at least 0.05"):
+        check_quality(points, np.array([[0, 1, 2, 3]]).T, 0.05)
+    with pytest.raises(MeshError, match=r"smallest scaled Jacobian = -"):
+        check_quality(points, np.array([[0, 2, 1, 3]]).T, 0.0)

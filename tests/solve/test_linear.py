@@ -1,0 +1,111 @@
+import dataclasses
+import importlib.util
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_matrix
+from skfem import ElementTetP1, MeshTet
+
+from solve import linear
+from solve.elasticity import stiffness_matrix, vector_basis
+from solve.linear import RESIDUAL_LIMIT, SolveError, factorised
+
+NONE = np.array([], dtype=np.int64)
+
+
+@pytest.fixture(params=["pardiso", "superlu"])
+def solver(request, monkeypatch):
+    """Run a test with either direct solver."""
+    if request.param == "superlu":
+        monkeypatch.setattr(linear, "_pardiso", linear._superlu)
+    elif importlib.util.find_spec("pypardiso") is None:
+        pytest.skip("pypardiso is not installed")
+    return request.param
+
+
+def spd(rng: np.random.Generator, size: int = 40) -> np.ndarray:
+    A = rng.normal(size=(size, size))
+    return A @ A.T + size * np.eye(size)
+
+
+def cube() -> tuple[csc_matrix, MeshTet]:
+    mesh = MeshTet().refined(1)
+    basis = vector_basis(mesh, ElementTetP1(), order=1)
+    return stiffness_matrix(basis, 1.0, 0.3), basis
+
+
+@pytest.mark.usefixtures("solver")
+def test_solution_is_that_of_a_dense_solve(rng):
+    K, load = spd(rng), rng.normal(size=40)
+    found = factorised(csc_matrix(K), NONE).solve(load)
+    assert found == pytest.approx(np.linalg.solve(K, load), rel=1e-10, abs=1e-13)
+
+
+@pytest.mark.usefixtures("solver")
+def test_prescribed_values_are_met_and_the_rest_is_in_balance(rng):
+    K, load = spd(rng), rng.normal(size=40)
+    fixed = np.array([3, 17, 5])
+    factor = factorised(csc_matrix(K), fixed)
+    values = np.array([1.0, -2.0, 0.5])  # in the order of factor.fixed
+    u = factor.solve(load, values)
+    assert np.array_equal(factor.fixed, [3, 5, 17])
+    assert np.array_equal(u[factor.fixed], values)
+    assert (K @ u - load)[factor.free] == pytest.approx(0.0, abs=1e-11)
+
+
+@pytest.mark.usefixtures("solver")
+def test_many_loads_are_solved_at_once(rng):
+    K, loads = spd(rng), rng.normal(size=(40, 3))
+    factor = factorised(csc_matrix(K), np.array([0, 1]))
+    together = factor.solve(loads)
+    apart = np.column_stack([factor.solve(np.ascontiguousarray(load)) for load in loads.T])
+    assert together == pytest.approx(apart, rel=1e-12, abs=1e-14)
+
+
+def test_every_dof_prescribed_needs_no_solve(rng):
+    with_all = factorised(csc_matrix(spd(rng)), np.arange(39))
+    assert with_all.solve(np.zeros(40), np.ones(39)).shape == (40,)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda good: lambda right: good(right) * (1.0 + 1e-3),
+        lambda _: lambda right: np.zeros_like(right),
+        lambda _: lambda right: np.full_like(right, np.nan),
+        lambda good: lambda right: good(right)[::-1],
+    ],
+    ids=["off by a thousandth, squared by the refinement step", "zero", "nan", "reversed"],
+)
+def test_bad_solver_fails_the_residual_gate(rng, wrong):
+    factor = factorised(csc_matrix(spd(rng)), NONE)
+    planted = dataclasses.replace(factor, back_substitute=wrong(factor.back_substitute))
+    with pytest.raises(SolveError, match=f"residual .* must be at most {RESIDUAL_LIMIT:.0e}"):
+        planted.solve(rng.normal(size=40))
+
+
+@pytest.mark.usefixtures("solver")
+def test_exactly_singular_matrix_is_refused():
+    with pytest.raises(SolveError, match="clamp the part"):
+        factorised(csc_matrix([[1.0, -1.0], [-1.0, 1.0]]), NONE)
+
+
+@pytest.mark.parametrize("held", ["nothing", "one component"])
+@pytest.mark.usefixtures("solver")
+def test_part_that_can_move_freely_is_refused(held):
+    K, basis = cube()
+    fixed = NONE if held == "nothing" else basis.get_dofs(lambda x: x[0] < 1e-9).all("u^1")
+    load = np.zeros(K.shape[0])
+    load[basis.get_dofs(lambda x: x[2] > 1.0 - 1e-9).all("u^3")] = 1.0
+    with pytest.raises(SolveError, match="clamp"):
+        factorised(K, fixed).solve(load)
+
+
+@pytest.mark.usefixtures("solver")
+def test_clamped_part_is_accepted():
+    K, basis = cube()
+    fixed = basis.get_dofs(lambda x: x[2] < 1e-9).all()
+    load = np.zeros(K.shape[0])
+    load[basis.get_dofs(lambda x: x[2] > 1.0 - 1e-9).all("u^3")] = 1.0
+    u = factorised(K, fixed).solve(load)
+    assert (K @ u)[fixed][2::3].sum() == pytest.approx(-load.sum(), rel=1e-10)

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+import solve.punch
+from solve.halfspace import displacement, rectangle_load
+from solve.punch import circle_punch, graded_edges, rectangle_punch, square_punch
+
+PUNCHES = {"square": square_punch, "circle": circle_punch, "rectangle": lambda n: rectangle_punch(1.7, n)}
+
+
+@pytest.mark.parametrize("nodes", [2, 3, 5, 9])
+@pytest.mark.parametrize("shape", PUNCHES)
+def test_table_is_symmetric_positive_and_mirror_symmetric(shape, nodes):
+    table = PUNCHES[shape](nodes)
+    Y = table.stiffness
+    np.testing.assert_array_equal(Y, Y.T)
+    assert np.linalg.eigvalsh(Y)[0] > 0.0
+    np.testing.assert_allclose(Y, Y[::-1, ::-1], atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", PUNCHES)
+def test_stiffness_does_not_depend_on_the_number_of_nodes(shape):
+    flat = [PUNCHES[shape](nodes).flat_stiffness for nodes in (1, 3, 5, 9)]
+    np.testing.assert_allclose(flat, flat[0], rtol=1e-11)
+    tilt = [PUNCHES[shape](nodes).tilt_stiffness for nodes in (2, 3, 5, 9)]
+    np.testing.assert_allclose(tilt, tilt[0], rtol=1e-11)
+
+
+@pytest.mark.parametrize("shape", PUNCHES)
+def test_interpolation_reproduces_polynomials(shape, rng):
+    table = PUNCHES[shape](3)
+    points = rng.uniform(-0.5, 0.5, (20, 2))
+    for i in range(3):
+        for j in range(3):
+            values = table.nodes[:, 0] ** i * table.nodes[:, 1] ** j
+            exact = points[:, 0] ** i * points[:, 1] ** j
+            np.testing.assert_allclose(table.interpolate(points) @ values, exact, atol=1e-12)
+
+
+def test_three_nodes_carry_the_moments_of_the_flat_punch_to_fourth_order():
+    """At nodes chosen as Gauss points the forces of nine nodes have the moments of the pressure itself."""
+    few, many = square_punch(3), square_punch(9)
+    for power in (2, 4):
+        moments = [table.nodes[:, 0] ** power @ table.stiffness.sum(axis=1) for table in (few, many)]
+        # the forces are extrapolated, the Gauss points belong to the finer grid: fourth moments differ by 7e-4
+        np.testing.assert_allclose(moments[0], moments[1], rtol=1e-12 if power == 2 else 1e-3)
+
+
+def test_rectangle_turned_by_a_right_angle_is_the_same():
+    lying, standing = rectangle_punch(2.0, 3), rectangle_punch(0.5, 3)
+    np.testing.assert_allclose(lying.flat_stiffness, 2.0 * standing.flat_stiffness, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("aspect", "tolerance"), [(1.0, 2e-3), (2.0, 2e-3)])
+def test_rectangle_agrees_with_collocation_on_loves_formula(aspect, tolerance):
+    """Another method with another kernel: u_z = 1 at the centres of cells with Love's displacement, E* = 1.
+
+    Collocation with 20 graded cells a side is first order and leaves about 1e-3.
+    """
+    x = graded_edges(20)
+    centre, width = 0.5 * (x[1:] + x[:-1]), np.diff(x)
+    X, Y = (c.ravel() for c in np.meshgrid(centre, aspect * centre, indexing="ij"))
+    A, B = (c.ravel() for c in np.meshgrid(width, aspect * width, indexing="ij"))
+    dx, dy = X[:, None] - X, Y[:, None] - Y
+    influence = displacement(rectangle_load(dx, dy, 0.0 * dx, (A, B)), 1.0, 0.0)[2]
+    pressure = np.linalg.solve(influence, np.ones(len(X)))
+    np.testing.assert_allclose((pressure * A * B).sum(), rectangle_punch(aspect, 1).flat_stiffness, rtol=tolerance)
+
+
+def test_boundary_elements_converge_at_order_three(monkeypatch):
+    flat = []
+    for cells in ((4, 8), (8, 16), (16, 32)):
+        monkeypatch.setattr(solve.punch, "CELLS", cells)
+        monkeypatch.setattr(solve.punch, "ORDER", np.inf)  # no extrapolation: the finer grid itself
+        flat.append(rectangle_punch.__wrapped__(1.0, 1).flat_stiffness)
+    exact = square_punch(1).flat_stiffness
+    errors = exact - np.array(flat)
+    rates = np.log2(errors[:-1] / errors[1:])
+    assert np.all(np.abs(rates - 3.0) < 0.25)
+
+
+def test_stated_error_covers_the_step_to_a_finer_pair_of_grids(monkeypatch):
+    table = square_punch(1)
+    monkeypatch.setattr(solve.punch, "CELLS", (24, 48))
+    finer = rectangle_punch.__wrapped__(1.0, 1)
+    assert abs(finer.flat_stiffness / table.flat_stiffness - 1.0) <= table.error
+    assert finer.error < table.error
