@@ -1,0 +1,51 @@
+# make run      set up everything, then size, shape, mesh, solve and judge the paper's sensor
+# make design   the files for fabrication and the verdicts on their geometry
+# make test     set up everything, then lint, types and all tests
+# make lint | bench | view | clean | setup | lock      FAST=1 adds the optional direct solver
+
+SHELL := /bin/bash
+.DEFAULT_GOAL := run
+.PHONY: run design test lint bench view clean setup lock
+
+BIN := .venv/bin
+WORKERS ?= 2
+FAST ?=
+STAMP := .venv/.set-up$(if $(FAST),-fast)
+LOCKS := requirements.lock $(if $(FAST),requirements-fast.lock)
+
+# Each test worker has one core: numerical libraries that start more threads only wait for each other.
+ONE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+
+setup: $(STAMP)
+
+$(STAMP): pyproject.toml $(LOCKS) .ci/setup
+	@FAST=$(FAST) PYTHON=$(PYTHON) bash .ci/setup
+	@touch $@
+
+run: setup
+	$(BIN)/pipeline run --nl 0.05
+
+design: setup
+	$(BIN)/pipeline design
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+test: lint
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS)
+
+bench: setup
+	$(BIN)/pipeline bench
+
+view: setup
+	$(BIN)/pipeline view outputs/paper
+
+lock:
+	PYTHON=$(PYTHON) bash .ci/lock
+
+clean:
+	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find cad mesh solve pipeline tests -name __pycache__ -type d -prune -exec rm -rf {} +
+	find outputs -mindepth 1 -maxdepth 1 ! -name README.md -exec rm -rf {} +

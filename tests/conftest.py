@@ -1,0 +1,49 @@
+"""What every test gets: a fixed seed, a cache of its own, and a way to plant source files."""
+
+import random
+import textwrap
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+SEED = 20190701
+
+settings.register_profile("same-every-time", derandomize=True, deadline=None)
+settings.load_profile("same-every-time")
+
+
+@pytest.fixture(autouse=True)
+def _fixed_seed() -> None:
+    random.seed(SEED)
+    np.random.seed(SEED)  # noqa: NPY002 - for code that draws from the global generator
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """Return a generator that starts the same in every test."""
+    return np.random.default_rng(SEED)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep the user's cache out of the tests: a result stored there earlier could hide a mistake."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture
+def plant(tmp_path: Path) -> Callable[[Mapping[str, str]], Path]:
+    """Return a function that writes source files below a fresh root and returns that root."""
+
+    def write(files: Mapping[str, str]) -> Path:
+        for name, text in files.items():
+            path = tmp_path / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(textwrap.dedent(text), encoding="utf-8")
+        return tmp_path
+
+    return write

@@ -1,0 +1,40 @@
+"""Help and sizing are instant: nothing heavy is imported before a command needs it."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk", "matplotlib", "trimesh", "meshio"}
+COMMANDS = ("run", "design", "check", "view")
+SIZING = ("parameters", "design_file", "quantity", "springs", "blade", "materials")
+
+
+def _imported(*arguments: str) -> tuple[set[str], str]:
+    """Return the top-level modules that a Python process imported, and what it printed."""
+    command = [sys.executable, "-X", "importtime", *arguments]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stderr.splitlines()[-1]
+    names = (line.rpartition("|")[2].strip() for line in done.stderr.splitlines() if line.startswith("import time:"))
+    return {name.partition(".")[0] for name in names}, done.stdout
+
+
+def test_help_imports_nothing_heavy() -> None:
+    modules, printed = _imported("-c", "from pipeline.cli import main; raise SystemExit(main(['--help']))")
+    assert "pipeline" in modules
+    assert modules & HEAVY == set()
+    assert [command for command in COMMANDS if command not in printed] == []
+
+
+@pytest.mark.parametrize("name", SIZING)
+def test_sizing_imports_the_standard_library_only(name: str) -> None:
+    modules, _ = _imported("-I", "-c", f"import sys; sys.path.insert(0, {str(ROOT)!r}); import cad.{name}")
+    assert "cad" in modules
+    assert modules & HEAVY == set()
+
+
+def test_heavy_import_is_seen() -> None:
+    modules, _ = _imported("-c", "def f():\n    import numpy.linalg\nf()")
+    assert modules & HEAVY == {"numpy"}

@@ -1,0 +1,115 @@
+"""The lock is complete and names no place to download from; the README's commands exist."""
+
+import ast
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("cad", "mesh", "solve", "pipeline")
+LOCKS = ("requirements.lock", "requirements-fast.lock")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+EXTRAS = PROJECT["optional-dependencies"]
+
+PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[0-9][A-Za-z0-9.+!]*)(?P<marker>; .+)?")
+FAST_MARKER = "; sys_platform == 'linux' and platform_machine == 'x86_64'"
+DISTRIBUTION = {"skfem": "scikit-fem", "OCP": "cadquery"}
+NEEDED_BY_TRIMESH = {"rtree", "manifold3d"}
+
+
+def pins(text: str) -> dict[str, str]:
+    """Return version by name; raises ValueError for a line that is more, or less, than a pinned version."""
+    found = {}
+    for line in text.splitlines():
+        if line and not line.startswith("#"):
+            match = PIN.fullmatch(line)
+            if match is None:
+                msg = f"{line!r}: must be name==version"
+                raise ValueError(msg)
+            found[canonicalize_name(match["name"])] = match["version"]
+    return found
+
+
+def locked(*files: str) -> dict[str, str]:
+    """Return what the lock files pin."""
+    return pins("".join((ROOT / file).read_text(encoding="utf-8") for file in files))
+
+
+def make_targets() -> set[str]:
+    """Return the targets of the Makefile."""
+    return set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE))
+
+
+def imported_distributions() -> set[str]:
+    """Return the distributions that the four packages import at the top of a module or inside a function."""
+    names = set()
+    for path in (path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                names.add((node.module or "").partition(".")[0])
+    return {DISTRIBUTION.get(name, name) for name in names - sys.stdlib_module_names - set(PACKAGES)}
+
+
+@pytest.mark.parametrize("file", LOCKS)
+def test_lock_holds_pinned_versions_and_no_address(file: str) -> None:
+    text = (ROOT / file).read_text(encoding="utf-8")
+    assert pins(text)
+    assert re.findall(r"https?:|file:|index|find-links| @ |^\s*-", text, flags=re.MULTILINE) == []
+
+
+@pytest.mark.parametrize(
+    "line", ["numpy", "numpy>=2", "numpy @ file:///numpy.whl", "--index-url x", "-e .", "numpy==2.4 --hash=sha256:0"]
+)
+def test_planted_line_in_lock_is_refused(line: str) -> None:
+    with pytest.raises(ValueError, match=r"must be name==version"):
+        pins(f"scipy==1.17.1\n{line}\n")
+
+
+@pytest.mark.parametrize("text", [*PROJECT["dependencies"], *EXTRAS["dev"], *EXTRAS["fast"]])
+def test_dependency_is_locked_inside_its_range(text: str) -> None:
+    requirement = Requirement(text)
+    versions = locked(*LOCKS) if text in EXTRAS["fast"] else locked("requirements.lock")
+    assert requirement.specifier
+    assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)])
+
+
+def test_fast_lock_is_kept_to_its_platform() -> None:
+    lines = (ROOT / "requirements-fast.lock").read_text(encoding="utf-8").splitlines()
+    assert [line for line in lines if not line.startswith("#") and not line.endswith(FAST_MARKER)] == []
+    assert locked("requirements.lock").keys() & locked("requirements-fast.lock").keys() == set()
+
+
+def test_own_packages_are_never_asked_of_an_index() -> None:
+    """The names cad, solve and pipeline belong to other people's projects there."""
+    groups = [PROJECT["dependencies"], *EXTRAS.values()]
+    asked = {canonicalize_name(Requirement(text).name) for group in groups for text in group}
+    assert (asked | locked(*LOCKS).keys()) & {*PACKAGES, "twintip"} == set()
+
+
+def test_every_import_is_declared() -> None:
+    declared = {Requirement(text).name for text in [*PROJECT["dependencies"], *EXTRAS["fast"]]}
+    assert imported_distributions() - declared == set()
+
+
+def test_every_dependency_is_imported() -> None:
+    declared = {Requirement(text).name for text in PROJECT["dependencies"]}
+    assert declared - NEEDED_BY_TRIMESH - imported_distributions() == set()
+
+
+def test_readme_commands_are_make_targets() -> None:
+    shown = set(re.findall(r"\bmake ([a-z]+)\b", (ROOT / "README.md").read_text(encoding="utf-8")))
+    assert {"run", "test"} <= shown
+    assert shown <= make_targets()
+
+
+def test_ci_runs_make_targets() -> None:
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert re.findall(r"^make ([a-z]+)$", script, flags=re.MULTILINE) == ["test", "design"]
+    assert "bash .ci/run" in (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
