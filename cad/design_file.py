@@ -10,7 +10,7 @@ from typing import Any
 
 from cad import parameters
 from cad.parameters import TABLES, Design
-from cad.quantity import InputError
+from cad.quantity import InputError, as_float, fault
 
 _TABLE_TYPES = {
     "targets": parameters.Targets,
@@ -28,8 +28,9 @@ def _nearest(word: str, known: list[str]) -> str:
 
 
 def _unknown(kind: str, name: str, word: str, known: list[str]) -> InputError:
+    shown = name if name.isprintable() else repr(name)
     return InputError(
-        f"{name}: unknown {kind}; must be one of {', '.join(known)}; did you mean {_nearest(word, known)}?"
+        f"{shown}: unknown {kind}; must be one of {', '.join(known)}; did you mean {_nearest(word, known)}?"
     )
 
 
@@ -40,8 +41,7 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
             raise _unknown("table", key, key, ["name", *TABLES])
     name = data.get("name", "paper")
     if not isinstance(name, str):
-        msg = f"name = {name}: must be text; it names files and folders"
-        raise InputError(msg)
+        raise fault("name", name, "", "text", "it names files and folders")
     tables = {table: _table(table, data[table]) for table in TABLES if table in data}
     return Design(name=name, **tables)
 
@@ -61,7 +61,7 @@ def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the para
 def _frozen(value: object) -> object:
     if isinstance(value, list):
         return tuple(_frozen(item) for item in value)
-    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+    return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def read_design(path: Path) -> dict[str, Any]:
@@ -74,7 +74,7 @@ def read_design(path: Path) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         msg = f"design file {path}: cannot be read ({type(error).__name__}); must be a TOML text file; check the file"
         raise InputError(msg) from error
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # TOMLDecodeError, or a number with more digits than Python reads
         reason = str(error).splitlines()[0]
         msg = f"design file {path}: {reason}; must be valid TOML; mend that line"
         raise InputError(msg) from error
@@ -103,9 +103,11 @@ def _every_key() -> list[str]:
 
 
 def _parsed(text: str) -> object:
+    if not text.isprintable():
+        return text
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except ValueError:  # a bare word, or a number with more digits than Python reads
         return text
 
 

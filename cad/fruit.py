@@ -66,13 +66,18 @@ def _imprinted(name: str, fruit: Fruit, tips: Tips, corner: tuple[float, float],
     block = cq.Solid.makeBox(
         0.5 * fruit.length_mm - x, 0.5 * fruit.width_mm - y, fruit.height_mm, cq.Vector(x, y, -fruit.height_mm)
     )
-    side = tips.side_mm
-    footprints = [
-        cq.Face.makePlane(side, side, cq.Vector(centre, 0.0, 0.0))
-        for face, centre in tip_centres(tips).items()
-        if face in faces
-    ]
+    footprints = [_footprint(tips, centre) for face, centre in tip_centres(tips).items() if face in faces]
     return named_part(name, block.split(*footprints).Solids()[0], faces)
+
+
+def _footprint(tips: Tips, centre: float) -> cq.Face:
+    """Return the outline of a tip: a square, or a circle of four arcs, so that a mesh has its extreme points."""
+    side = tips.side_mm
+    if tips.shape == "cube":
+        return cq.Face.makePlane(side, side, cq.Vector(centre, 0.0, 0.0))
+    plane, up = cq.Vector(centre, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0)
+    arcs = [cq.Edge.makeCircle(0.5 * side, plane, up, start, start + 90.0) for start in (0.0, 90.0, 180.0, 270.0)]
+    return cq.Face.makeFromWires(cq.Wire.assembleEdges(arcs))
 
 
 def _check_footprints(fruit: Fruit, tips: Tips) -> None:

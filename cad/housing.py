@@ -11,9 +11,11 @@ import cadquery as cq
 
 from cad.flexure import Flexure
 from cad.part import Part, named_part
+from cad.quantity import fault
 
 Point = tuple[float, float]
 _NEAR = 1e-6
+_REMEDY = "choose another process, other tips or other targets"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +38,30 @@ class Housing:
     wall_width: float = 8.0
     hole_diameter: float = 3.4
     hole_inset: float = 4.5
+
+    def __post_init__(self) -> None:
+        """Refuse dimensions that do not make one plate: leaves, tips and levels that run into each other."""
+        half = 0.5 * max(self.low.thickness, self.high.thickness) + self.low.fillet
+        upper = self.lower_leaf_level + max(self.low.separation, self.high.separation) + half
+        for name, low, high in (
+            ("tip_side", 0.0, min(self.depth, self.shuttle_width)),
+            ("shuttle_width", 0.0, self.spacing),
+            ("tip_height", 0.0, self.neck_level),
+            ("neck_level", self.tip_height, self.lower_leaf_level - half),
+            ("protrusion", 0.0, self.lower_leaf_level - half),
+            ("low_top_level", upper, self.cavity_level),
+            ("high_top_level", upper, self.cavity_level),
+            ("cavity_level", upper + self.low.fillet, self.top_level),
+            ("hole_diameter", 0.0, min(self.wall_width, 2.0 * self.hole_inset)),
+        ):
+            key, value, closed = f"housing.{name}", getattr(self, name), name == "tip_side"
+            if not (low < value < high or (closed and value == high)):
+                bound = f"greater than {low:g} mm and {'at most' if closed else 'less than'} {high:g} mm"
+                raise fault(key, value, "mm", bound, _REMEDY)
+        for name in ("depth", "fillet"):
+            key, value, other = f"housing.high.{name}", getattr(self.high, name), getattr(self.low, name)
+            if value != other:
+                raise fault(key, value, "mm", f"that of the low flexure, {other:g} mm", _REMEDY)
 
     @property
     def depth(self) -> float:

@@ -67,9 +67,24 @@ def choice(options: Sequence[str], *, default: str, remedy: str = "choose one of
 
 def fault(name: str, value: object, unit: str, bound: str, remedy: str) -> InputError:
     """Return the error for one bad value, in the one form that every message has."""
-    shown = f"{value:g}" if isinstance(value, float) else repr(value) if isinstance(value, str) else f"{value}"
     in_unit = "" if unit in ("", "1") else f" {unit}"
-    return InputError(f"{name} = {shown}{in_unit}: must be {bound}; {remedy}")
+    return InputError(f"{name} = {_shown(value)}{in_unit}: must be {bound}; {remedy}")
+
+
+def _shown(value: object) -> str:
+    """Write a number with the digits that tell it from its bound, and text so that it stays on one line."""
+    if isinstance(value, float):
+        short = f"{value:g}"
+        return short if float(short) == value else repr(float(value))
+    return repr(value) if isinstance(value, str) else f"{value}"
+
+
+def as_float(number: float) -> float:
+    """Return a number as a float; a whole number too large for one is infinite."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf
 
 
 def check_fields(record: Any, table: str) -> None:  # noqa: ANN401 - any frozen dataclass
@@ -101,5 +116,5 @@ def _check_number(name: str, value: object, item: Field[Any]) -> None:
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
             raise fault(name, number, unit, f"a number {bounds}", remedy)
-        if not bounds.hold(float(number)):
-            raise fault(name, number, unit, str(bounds), remedy)
+        if not bounds.hold(as_float(number)):
+            raise fault(name, as_float(number), unit, str(bounds), remedy)

@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk", "matplotlib", "trimesh", "meshio"}
 COMMANDS = ("run", "design", "check", "view")
-SIZING = ("parameters", "design_file", "quantity", "springs", "blade", "materials")
+SIZING = ("parameters", "design_file", "quantity", "springs", "blade", "materials", "printable")
 
 
 def _imported(*arguments: str) -> tuple[set[str], str]:

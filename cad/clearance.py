@@ -1,0 +1,127 @@
+"""Distances that must stay open: frame and necks from the fruit at full travel, moving parts from their stops."""
+
+import math
+
+import cadquery as cq
+
+from cad.finding import Finding, at_least, failed
+from cad.flexure import Flexure
+from cad.housing import Housing
+from cad.line import SolidLines, Vector
+from cad.parameters import Press
+from cad.sensor import Sensor, pressed
+
+TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
+STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel
+_HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] from the high tip round to the side +y
+_UP: Vector = (0.0, 0.0, 1.0)
+_REACH = 1.0  # [mm] beyond the plate, so that a cut leaves no skin
+
+
+def clearance_findings(sensor: Sensor) -> tuple[Finding, ...]:
+    """Return geometry.frame_clearance and geometry.neck_clearance [mm]: smallest distance from the fruit.
+
+    The housing is lowered by the travel. The frame is tilted by 3 degrees, or the press's own tilt where that is
+    more, in 16 directions, the necks by the press's own tilt. The fruit is taken undeformed: it gives way.
+    """
+    housing, travel, own = sensor.housing, sensor.press.travel_mm, _tilt(sensor.press)
+    tilt = max(TILT_DEG, own)
+    frame, necks = sensor.part.shape.cut(_inside(housing)), sensor.part.shape.cut(_outside_necks(housing))
+    return (
+        _finding("geometry.frame_clearance", sensor, frame, tilt, f"travel {travel:g} mm, tilt {tilt:g} deg any way"),
+        _finding("geometry.neck_clearance", sensor, necks, own, f"travel {travel:g} mm, tilt {own:g} deg any way"),
+    )
+
+
+def _tilt(press: Press) -> float:
+    """Return the angle [deg] between the press and the normal of the fruit, from tilt and roll."""
+    tilt, roll = math.radians(press.tilt_deg), math.radians(press.roll_deg)
+    return math.degrees(math.acos(math.cos(tilt) * math.cos(roll)))
+
+
+def _finding(name: str, sensor: Sensor, shape: cq.Shape, tilt: float, pose: str) -> Finding:
+    fruit = sensor.fruit_box()
+    headings = _HEADINGS if tilt > 0.0 else (0.0,)
+    moved = (pressed(shape, sensor.press.travel_mm, tilt, heading) for heading in headings)
+    distances = [_signed_distance(each, fruit) for each in moved]
+    worst = min(distances)
+    least = f"least where the side {headings[distances.index(worst)]:g} deg from +x goes down"
+    reference = f"smallest distance to the undeformed fruit: {pose}, {least}"
+    return at_least(name, worst, 0.0, 0.0, unit="mm", reference=reference)
+
+
+def _signed_distance(shape: cq.Shape, fruit: cq.Solid) -> float:
+    """Return the distance of a shape from the fruit, or minus the depth to which it reaches below the fruit's top."""
+    distance = shape.distance(fruit)
+    if distance > 0.0:
+        return float(distance)
+    common = shape.intersect(fruit)
+    return float(common.BoundingBox().zmin) if common.Solids() else 0.0
+
+
+def _inside(housing: Housing) -> cq.Shape:
+    """Return the box that holds all that moves: shuttles, necks, tips and leaves."""
+    start, end = housing.low_root[0], housing.high_root[0]
+    return _box((start, end), housing, (-_REACH, housing.cavity_level))
+
+
+def _outside_necks(housing: Housing) -> cq.Shape:
+    """Return all but the necks between the tips and the level of the lower leaves."""
+    half = 0.5 * (housing.spacing + housing.shuttle_width)
+    far = max(abs(housing.left), abs(housing.right)) + _REACH
+    tips = _box((-far, far), housing, (-_REACH, housing.tip_height))
+    above = _box((-far, far), housing, (housing.neck_level, housing.top_level + _REACH))
+    left, right = (_box(pair, housing, (-_REACH, housing.top_level)) for pair in ((-far, -half), (half, far)))
+    return tips.fuse(above, left, right)
+
+
+def _box(x: tuple[float, float], housing: Housing, z: tuple[float, float]) -> cq.Shape:
+    depth = housing.depth + 2.0 * _REACH
+    return cq.Solid.makeBox(x[1] - x[0], depth, z[1] - z[0], cq.Vector(x[0], -0.5 * depth, z[0]))
+
+
+def stop_findings(sensor: Sensor, deflections: tuple[float, float]) -> tuple[Finding, ...]:
+    """Return geometry.stops_low and _high: deflection [mm] at which shuttle or leaf first meets the frame.
+
+    The deflections [mm] of low and high spring are those at full travel; a stop must stand 1.2 times above.
+    """
+    housing, lines = sensor.housing, SolidLines(sensor.part.shape)
+    sides = (("low", housing.low, housing.low_root), ("high", housing.high, housing.high_root))
+    found = []
+    for (side, flexure, roots), deflection in zip(sides, deflections, strict=True):
+        gap, place = min(_gaps(housing, lines, flexure, roots))
+        if not math.isfinite(gap):
+            found.append(failed(f"geometry.stops_{side}", "a stop", unit="mm", reference=f"no stop: {place}"))
+            continue
+        least = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
+        reference = f"lines from shuttle and leaf to the frame; limit is {least}; {place}"
+        limit = STOP_SAFETY * deflection
+        found.append(at_least(f"geometry.stops_{side}", gap, limit, 0.0, unit="mm", reference=reference))
+    return tuple(found)
+
+
+def _gaps(
+    housing: Housing, lines: SolidLines, flexure: Flexure, roots: tuple[float, float]
+) -> list[tuple[float, str]]:
+    """Return the deflections at which places of an arm touch what is above, each with the name of the place."""
+    wall, shuttle = roots
+    away = 1.0 if shuttle > wall else -1.0
+    found = []
+    for share in (0.02, 0.5, 0.98):
+        x = shuttle + away * share * housing.shuttle_width
+        found.append((_gap_above(lines, (x, 0.0, housing.neck_level)), "the shuttle touches first"))
+    for share in (0.3, 0.6, 0.9):
+        x = wall + share * (shuttle - wall)
+        moved = 3.0 * share**2 - 2.0 * share**3  # shape of a guided leaf
+        gap = _gap_above(lines, (x, 0.0, housing.lower_leaf_level + flexure.separation))
+        found.append((gap / moved, "the leaf touches first"))
+    return found
+
+
+def _gap_above(lines: SolidLines, place: Vector) -> float:
+    """Return the first open distance above the material around a point [mm]; 0 where there is no such material."""
+    spans = lines.spans(place, _UP)
+    for i, (start, end) in enumerate(spans):
+        if start <= 0.0 <= end:
+            return spans[i + 1][0] - end if i + 1 < len(spans) else math.inf
+    return 0.0

@@ -1,0 +1,64 @@
+"""The layout rule: from a design and its springs to every dimension of the housing [mm]."""
+
+import math
+
+from cad.flexure import Flexure
+from cad.housing import Housing
+from cad.materials import Process
+from cad.parameters import Design
+
+SEPARATION = 14.0  # of the two leaves of a flexure: a wide stance keeps the tip from tilting
+SHUTTLE_WIDTH = 6.0
+TOP_BAR = 6.0
+LEDGE = 1.0  # straight wall between a fillet and the next corner
+CLEARANCE = 0.5  # frame above the fruit in the worst press
+TILT_DEG = 3.0  # of the hand that presses the sensor on
+STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
+
+
+def housing_for(
+    design: Design, process: Process, lengths: tuple[float, float], deflections: tuple[float, float]
+) -> Housing:
+    """Return the housing with leaves of the given lengths, low then high, and stops above the given deflections [mm].
+
+    The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Raises InputError
+    when a leaf is too short for its fillets.
+    """
+    tips = design.tips
+    depth = max(process.depth_mm, tips.side_mm)
+    low, high = (
+        Flexure(thickness=t, length=length, depth=depth, separation=SEPARATION, fillet=process.fillet_mm)
+        for t, length in zip((process.leaf_thickness_low_mm, process.leaf_thickness_high_mm), lengths, strict=True)
+    )
+    shuttle = max(tips.side_mm, min(SHUTTLE_WIDTH, tips.spacing_mm - process.min_gap_mm))
+    tip_height = max(tips.side_mm, 1.5 * design.press.travel_mm)
+    neck = tip_height + max(0.5 * (max(depth, shuttle) - tips.side_mm), LEDGE)
+    protrusion = _protrusion(design, lengths, depth)
+    half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
+    lower = max(neck, protrusion) + LEDGE + half_leaf
+    stops = tuple(round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections)
+    cavity = lower + SEPARATION + half_leaf + LEDGE + max(stops)
+    return Housing(
+        low=low,
+        high=high,
+        tip_side=tips.side_mm,
+        tip_height=tip_height,
+        spacing=tips.spacing_mm,
+        shuttle_width=shuttle,
+        neck_level=neck,
+        lower_leaf_level=lower,
+        low_top_level=cavity - stops[0],
+        high_top_level=cavity - stops[1],
+        cavity_level=cavity,
+        top_level=cavity + TOP_BAR,
+        protrusion=protrusion,
+    )
+
+
+def _protrusion(design: Design, lengths: tuple[float, float], depth: float) -> float:
+    """Return how far the tips stand out of the frame [mm]: full travel, the drop of a tilted edge, a clearance."""
+    fruit, press = design.fruit, design.press
+    along = min(0.5 * fruit.length_mm + abs(design.tips.offset_mm), 0.5 * design.tips.spacing_mm + max(lengths) + 20.0)
+    across = min(0.5 * fruit.width_mm, 0.5 * depth)
+    drop = math.tan(math.radians(max(TILT_DEG, abs(press.tilt_deg)))) * max(along, across)
+    return math.ceil(10.0 * (press.travel_mm + drop + CLEARANCE)) / 10.0

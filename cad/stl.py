@@ -1,0 +1,34 @@
+"""Binary STL [mm] with bytes that depend on nothing but the solid; read back as triangles."""
+
+import struct
+from pathlib import Path
+
+import cadquery as cq
+import trimesh
+
+CHORD_MM = 0.005  # largest distance of a triangle from the face that it stands for
+ANGLE_RAD = 0.1  # a fillet of 0.5 mm then gets 16 facets a quarter turn
+
+
+def write_stl(shape: cq.Shape, path: Path) -> None:
+    """Write a solid [mm] as binary STL; raises OSError."""
+    fresh = shape.copy()  # triangles stay on a shape: an earlier, finer mesh of it would change the bytes
+    fresh.exportStl(str(path), CHORD_MM, ANGLE_RAD, relative=False, parallel=False)
+    if not path.is_file():
+        msg = f"STL: cannot write {path}; check that the folder exists and has room"
+        raise OSError(msg)
+
+
+def read_stl(path: Path) -> trimesh.Trimesh:
+    """Return the triangles of an STL file [mm] with equal corners merged; raises ValueError when it holds none."""
+    try:
+        mesh = trimesh.load_mesh(path, file_type="stl", process=True)
+    except (ValueError, KeyError, IndexError, struct.error) as error:
+        raise _unreadable(path) from error
+    if len(mesh.faces) == 0:
+        raise _unreadable(path)
+    return mesh
+
+
+def _unreadable(path: Path) -> ValueError:
+    return ValueError(f"STL: {path.name} holds no triangles; export it again")

@@ -1,0 +1,97 @@
+"""3MF [mm]: one named object a body, the same bytes every time; read back by lib3mf in strict mode."""
+
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import lib3mf
+import numpy as np
+import trimesh
+from lib3mf import ELib3MFException, get_wrapper
+
+_TYPES = """<?xml version="1.0" encoding="UTF-8"?>
+<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
+ <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
+ <Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>
+</Types>
+"""
+_RELATIONS = """<?xml version="1.0" encoding="UTF-8"?>
+<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
+ <Relationship Target="/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
+</Relationships>
+"""
+_HEAD = """<?xml version="1.0" encoding="UTF-8"?>
+<model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">
+ <resources>
+"""
+_START_OF_ZIP = (1980, 1, 1, 0, 0, 0)
+_MILLIMETRES = {
+    lib3mf.ModelUnit.MicroMeter: 1e-3, lib3mf.ModelUnit.MilliMeter: 1.0, lib3mf.ModelUnit.CentiMeter: 10.0,
+    lib3mf.ModelUnit.Inch: 25.4, lib3mf.ModelUnit.Foot: 304.8, lib3mf.ModelUnit.Meter: 1e3,
+}  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Package:
+    """What a 3MF file holds: all its triangles [mm], the names of its objects, and what the reader warned of."""
+
+    mesh: trimesh.Trimesh
+    names: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path) -> None:
+    """Write closed meshes [mm] with merged corners, each as the object of its name; raises OSError."""
+    objects = "".join(_object(place, name, mesh) for place, (name, mesh) in enumerate(bodies.items(), start=1))
+    items = "".join(f'  <item objectid="{place}"/>\n' for place in range(1, len(bodies) + 1))
+    model = f"{_HEAD}{objects} </resources>\n <build>\n{items} </build>\n</model>\n"
+    with zipfile.ZipFile(path, "w") as package:
+        for name, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", model)):
+            entry = zipfile.ZipInfo(name, date_time=_START_OF_ZIP)
+            entry.compress_type, entry.create_system = zipfile.ZIP_DEFLATED, 0
+            package.writestr(entry, text, compresslevel=9)
+
+
+def _object(place: int, name: str, mesh: trimesh.Trimesh) -> str:
+    corners = "".join(f'     <vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>\n' for x, y, z in np.asarray(mesh.vertices))
+    faces = "".join(f'     <triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in np.asarray(mesh.faces))
+    return (
+        f'  <object id="{place}" type="model" name={quoteattr(name)}>\n   <mesh>\n    <vertices>\n{corners}'
+        f"    </vertices>\n    <triangles>\n{faces}    </triangles>\n   </mesh>\n  </object>\n"
+    )
+
+
+def read_3mf(path: Path) -> Package:
+    """Return the content of a 3MF file as lib3mf reads it in strict mode; raises ValueError when it refuses."""
+    model = get_wrapper().CreateModel()
+    reader = model.QueryReader("3mf")
+    reader.SetStrictModeActive(True)  # noqa: FBT003 - the reader takes it in place
+    try:
+        reader.ReadFromFile(str(path))
+    except ELib3MFException as error:
+        msg = f"3MF: {path.name} is refused by lib3mf in strict mode ({error}); export it again"
+        raise ValueError(msg) from error
+    warnings = tuple(str(reader.GetWarning(i)) for i in range(reader.GetWarningCount()))
+    names = tuple(each.GetName() for each in _meshes(model))
+    meshes = [_triangles(each) for each in _meshes(model.MergeToModel())]
+    whole = trimesh.util.concatenate(meshes) if meshes else trimesh.Trimesh()
+    if len(whole.faces) == 0:
+        msg = f"3MF: {path.name} holds no triangles; export it again"
+        raise ValueError(msg)
+    whole.apply_scale(_MILLIMETRES[model.GetUnit()])
+    return Package(mesh=whole, names=names, warnings=warnings)
+
+
+def _meshes(model: lib3mf.Model) -> list[lib3mf.MeshObject]:
+    every, found = model.GetMeshObjects(), []
+    while every.MoveNext():
+        found.append(every.GetCurrentMeshObject())
+    return found
+
+
+def _triangles(item: lib3mf.MeshObject) -> trimesh.Trimesh:
+    corners = np.array([list(corner.Coordinates) for corner in item.GetVertices()], dtype=float)
+    faces = np.array([list(face.Indices) for face in item.GetTriangleIndices()], dtype=np.int64)
+    return trimesh.Trimesh(corners.reshape(-1, 3), faces.reshape(-1, 3), process=False)

@@ -1,0 +1,72 @@
+"""Geometry verdicts on what lies on the disk: a whole output folder, or one file of any origin."""
+
+import hashlib
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from cad.checks import check_file, check_sensor
+from cad.design_file import design_from_mapping
+from cad.finding import Finding, equal
+from cad.flexure import Flexure
+from cad.housing import Housing, housing_part
+from cad.quantity import InputError, fault
+from cad.sensor import Sensor
+from pipeline.report import print_findings
+
+_REMEDY = "name an output folder, or a STEP or STL file"
+
+
+def check(path: Path, *, as_json: bool) -> int:
+    """Judge a folder or a file and print the findings; return 0 when all pass, else 1. Raises InputError."""
+    findings = check_folder(path) if path.is_dir() else _check_one(path)
+    if as_json:
+        print(json.dumps([asdict(finding) for finding in findings], indent=1, allow_nan=False))
+    else:
+        print_findings(str(path), findings)
+    return 0 if all(finding.passed is True for finding in findings) else 1
+
+
+def _check_one(path: Path) -> tuple[Finding, ...]:
+    if not path.is_file():
+        raise fault("PATH", str(path), "", "an existing file or folder", _REMEDY)
+    return check_file(path)
+
+
+def check_folder(folder: Path) -> tuple[Finding, ...]:
+    """Return the findings on an output folder: its files against the report, its solid against the design."""
+    report = _report(folder)
+    changed = [entry["path"] for entry in report["files"] if not _is_unchanged(folder, entry)]
+    named = f"files that are missing or changed since the run: {', '.join(changed) or 'none'}"
+    files = equal("files.unchanged", float(len(changed)), 0.0, 0.0, unit="1", reference=named)
+    declared = report["housing"]
+    if declared is None:
+        return (files, equal("geometry.made", 0.0, 1.0, 0.0, unit="1", reference="no housing: see printable.*"))
+    housing = Housing(**{key: Flexure(**value) if key in ("low", "high") else value for key, value in declared.items()})
+    design = design_from_mapping(report["design"])
+    sensor = Sensor(
+        housing=housing, part=housing_part(housing), fruit=design.fruit, tips=design.tips, press=design.press
+    )
+    low, high = report["deflections_mm"]
+    return (files, *check_sensor(sensor, (low, high), folder))
+
+
+def _report(folder: Path) -> dict[str, Any]:
+    try:
+        report: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        msg = (
+            f"PATH = {str(folder)!r}: must hold a report.json that can be read ({error.__class__.__name__}); {_REMEDY}"
+        )
+        raise InputError(msg) from error
+    for key in ("files", "design", "housing", "deflections_mm"):
+        if key not in report:
+            msg = f"PATH = {str(folder)!r}: its report.json must have the key {key!r}; run the design again"
+            raise InputError(msg)
+    return report
+
+
+def _is_unchanged(folder: Path, entry: dict[str, str]) -> bool:
+    path = folder / entry["path"]
+    return path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == entry["sha256"]

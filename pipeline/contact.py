@@ -1,0 +1,63 @@
+"""The fruit's answer to both tips by the method that the scene asks for: the split in its domain, else direct FE."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Literal, get_args
+
+from skfem import MeshTet1
+
+from cad.fruit import fruit_half, fruit_quarter
+from cad.parameters import Fruit, Tips
+from cad.quantity import InputError, fault
+from mesh.fruit import REFINEMENTS, fruit_meshes, fruit_size
+from mesh.volume import volume_mesh
+from solve.compliance import Compliance
+from solve.contact import direct_compliance
+from solve.split import SplitDomainError, split_compliance
+
+Method = Literal["auto", "split", "direct"]
+METHODS: tuple[str, ...] = get_args(Method)
+
+_FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest mesh, 31 edges, misses 0.7 %
+
+
+def contact_compliance(fruit: Fruit, tips: Tips, method: str = "auto") -> Compliance:
+    """Return the compliance that sizes the springs: of a block under two level tips with sharp flat faces.
+
+    A curved fruit stands for the block of its plan and thickness, a filleted tip for the sharp one, a spherical tip
+    for the cylinder of its diameter; the status says so. "auto" takes the split in its domain, else direct finite
+    elements. Raises InputError for an unknown method, or where "split" is asked for outside its domain.
+    """
+    if method not in METHODS:
+        raise fault("contact method", method, "", f"one of {', '.join(METHODS)}", "auto fits every scene")
+    block, flat = fruit.equivalent_block, tips.flat
+    found = _flat_compliance(block, flat, method)
+    stands = []
+    if block != fruit:
+        size = f"{block.length_mm:g} x {block.width_mm:g} x {block.height_mm:g} mm"
+        stands.append(f"the {fruit.shape} counts as a block of {size}")
+    if flat != tips:
+        stands.append(f"the tips count as a sharp {flat.shape} of {flat.side_mm:g} mm")
+    return dataclasses.replace(found, status="; ".join([*stands, found.status])) if stands else found
+
+
+def _flat_compliance(block: Fruit, tips: Tips, method: str) -> Compliance:
+    if method == "direct":
+        return direct_compliance(_meshes(block, tips), block, tips)
+    try:
+        return split_compliance(block, tips)
+    except SplitDomainError as outside:
+        reason = str(outside)
+        if method == "split":
+            raise InputError(reason) from outside
+    found = direct_compliance(_meshes(block, tips), block, tips)
+    cause = reason.partition(";")[0]
+    return dataclasses.replace(found, status=f"{found.status}; {cause}, so solved by direct finite elements")
+
+
+def _meshes(block: Fruit, tips: Tips) -> Sequence[MeshTet1]:
+    if tips.shape == "cube":
+        return fruit_meshes(block, tips)
+    part = fruit_quarter(block, tips) if tips.offset_mm == 0.0 else fruit_half(block, tips)
+    sizes = (fruit_size(part, block, tips, scale) for scale in REFINEMENTS)
+    return tuple(volume_mesh(part, size, tolerance=_FACETED) for size in sizes)

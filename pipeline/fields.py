@@ -1,0 +1,149 @@
+"""Meshes and fields as VTU files for ParaView and PyVista; array names carry units, node order is VTK's.
+
+A scikit-fem mesh of four- or ten-node tetrahedra, or of eight- or 27-node hexahedra, becomes cells of the same kind.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_TETRA = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
+_TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+_HEXA = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+_HEXA_EDGES = (
+    (0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7),
+)  # fmt: skip
+_HEXA_FACES = ((0.0, 0.5, 0.5), (1.0, 0.5, 0.5), (0.5, 0.0, 0.5), (0.5, 1.0, 0.5), (0.5, 0.5, 0.0), (0.5, 0.5, 1.0))
+
+
+class FieldError(ValueError):
+    """Arrays or a mesh that cannot be written as fields; the message names the file or mesh and says why."""
+
+
+class Mesh(Protocol):
+    """What is read of a scikit-fem mesh."""
+
+    doflocs: Floats
+    facets: Any
+    boundaries: Any
+    dofs: Any
+    edges: Any
+    elem: Any
+
+
+def _between(corners: tuple[tuple[int, ...], ...], edges: tuple[tuple[int, int], ...]) -> list[Floats]:
+    return [0.5 * np.add(corners[a], corners[b]) for a, b in edges]
+
+
+VTK_NODES: dict[str, Floats] = {
+    "tetra": np.array(_TETRA, dtype=np.float64),
+    "tetra10": np.array([*_TETRA, *_between(_TETRA, _TETRA_EDGES)]),
+    "hexahedron": np.array(_HEXA, dtype=np.float64),
+    "hexahedron27": np.array([*_HEXA, *_between(_HEXA, _HEXA_EDGES), *_HEXA_FACES, (0.5, 0.5, 0.5)]),
+}
+"""Reference coordinates of each cell's nodes in VTK's order, from the figures of its file format."""
+
+_CELL_OF = {len(nodes): name for name, nodes in VTK_NODES.items()}
+
+
+def write_mesh(path: Path, mesh: Mesh) -> None:
+    """Write a mesh [mm] with its named boundaries as a VTU file; raises FieldError for cells that VTK does not have."""
+    write_fields(path, mesh, {}, {})
+
+
+def write_fields(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], cell_data: Mapping[str, Floats]) -> None:
+    """Write a mesh [mm] with arrays, shape (points,) or (points, 3) and (cells,), as a VTU file.
+
+    Points are those of `mesh.doflocs`, cells those of `mesh.t`. A named boundary becomes a point array of that name,
+    1 on its nodes. Raises FieldError for an array of another size, with a value that is not finite or with the name
+    of a boundary, and for cells that VTK does not have.
+    """
+    points = np.ascontiguousarray(mesh.doflocs.T)
+    kind, cells = _vtk_cells(mesh, points)
+    arrays = {name: _checked(path, name, values, len(points)) for name, values in point_data.items()}
+    marks = {name: _on_boundary(mesh, facets, len(points)) for name, facets in sorted((mesh.boundaries or {}).items())}
+    taken = sorted(arrays.keys() & marks.keys())
+    if taken:
+        msg = f"{path.name}: array {taken[0]!r} has the name of a boundary; give it another name, with its unit"
+        raise FieldError(msg)
+    in_cells = {name: [_checked(path, name, values, len(cells))] for name, values in cell_data.items()}
+    meshio.Mesh(points, [(kind, cells)], point_data={**arrays, **marks}, cell_data=in_cells).write(path)
+
+
+def _vtk_cells(mesh: Mesh, points: Floats) -> tuple[str, Ints]:
+    """Return the kind of the cells and their nodes in VTK's order, shape (cells, nodes).
+
+    The order follows from where the nodes lie in the reference cell; a cell that is turned inside out, which
+    scikit-fem allows and VTK does not, gets its first two axes exchanged.
+    """
+    nodes = np.asarray(mesh.dofs.element_dofs, dtype=np.int64)
+    kind = _CELL_OF.get(len(nodes))
+    if kind is None:
+        msg = f"mesh: {len(nodes)} nodes a cell; must be one of {', '.join(map(str, _CELL_OF))}; write its linear mesh"
+        raise FieldError(msg)
+    here = np.asarray(mesh.elem().doflocs, dtype=np.float64)
+    straight, turned = (_same_places(VTK_NODES[kind][:, axes], here) for axes in ([0, 1, 2], [1, 0, 2]))
+    cells = nodes[straight].T
+    axes_ends = [0, 1, 3, 4] if kind.startswith("hexa") else [0, 1, 2, 3]
+    corners = points[cells[:, axes_ends]]
+    inside_out = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0.0
+    cells[inside_out] = nodes[turned].T[inside_out]
+    return kind, np.ascontiguousarray(cells)
+
+
+def _same_places(wanted: Floats, there: Floats) -> Ints:
+    """Return for each wanted place which of the others it is."""
+    distance = np.linalg.norm(wanted[:, None, :] - there[None, :, :], axis=2)
+    found: Ints = distance.argmin(axis=1)
+    if distance.min(axis=1).max() > 0.0 or len(set(found.tolist())) != len(wanted):
+        msg = "mesh: its nodes do not lie where VTK's cell has them; write its linear mesh"
+        raise FieldError(msg)
+    return found
+
+
+def _checked(path: Path, name: str, values: Floats, count: int) -> Floats:
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape not in ((count,), (count, 3)):
+        msg = f"{path.name}: array {name!r} has shape {array.shape}; must be ({count},) or ({count}, 3)"
+        raise FieldError(msg)
+    if not np.isfinite(array).all():
+        msg = f"{path.name}: array {name!r} has values that are not finite; check the solution"
+        raise FieldError(msg)
+    return array
+
+
+def _on_boundary(mesh: Mesh, facets: Any, count: int) -> NDArray[np.int8]:  # noqa: ANN401 - indices of some int type
+    """Return 1 at the nodes that lie on the facets, those on their edges and faces included."""
+    dofs = mesh.dofs
+    index = np.asarray(facets)
+    parts = [np.asarray(dofs.nodal_dofs)[:, np.unique(mesh.facets[:, index])]]
+    if len(dofs.facet_dofs):
+        parts.append(np.asarray(dofs.facet_dofs)[:, index])
+    if len(dofs.edge_dofs):
+        parts.append(_edge_nodes(mesh, index))
+    marks = np.zeros(count, dtype=np.int8)
+    for nodes in parts:
+        marks[nodes.ravel()] = 1
+    return marks
+
+
+def _edge_nodes(mesh: Mesh, index: Ints) -> Ints:
+    """Return the nodes on those edges whose two ends belong to one of the facets."""
+    ends: Ints = np.sort(mesh.edges, axis=0)
+    place = {pair: edge for edge, pair in enumerate(map(tuple, ends.T.tolist()))}
+    corners = np.sort(mesh.facets[:, index], axis=0)
+    found = {
+        place[pair]
+        for a in range(len(corners))
+        for b in range(a + 1, len(corners))
+        for pair in map(tuple, corners[[a, b]].T.tolist())
+        if pair in place
+    }
+    return np.asarray(mesh.dofs.edge_dofs)[:, sorted(found)]

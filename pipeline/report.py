@@ -1,0 +1,228 @@
+"""The report: what report.json holds, and the tables a person reads."""
+
+import hashlib
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from cad.design_file import design_as_mapping
+from cad.finding import Finding
+from pipeline.flexures import FittedFlexures
+from pipeline.judgement import Case, judge_paper, largest_pressure
+from pipeline.springs import PrintedSpring, PrintedSprings
+from pipeline.verdicts import PAPER, PAPER_TARGETS, Verdict
+from solve.compliance import Compliance
+from solve.scene_response import SceneResponse
+
+SCHEMA = 1
+PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
+WIDTH = 132
+_WORD = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
+
+
+def contact_entry(contact: Compliance) -> dict[str, Any]:
+    """Return the contact's part of the report."""
+    entry = asdict(contact)
+    entry["compliance_per_mm"] = [list(row) for row in entry.pop("S")]
+    return {**entry, "K_m_over_E_mm": contact.K_m_over_E_mm}
+
+
+def response_entries(found: SceneResponse) -> list[dict[str, Any]]:
+    """Return the response at each modulus; null where a tip is off the fruit."""
+    return [
+        {
+            "E_MPa": one.E,
+            "x_mm": _numbers(one.x),
+            "F_l_N": _numbers(one.F_l),
+            "F_h_N": _numbers(one.F_h),
+            "P": _numbers(one.P),
+            "slope_ratio": _numbers(one.slope_ratio),
+            "F_error_percent": _numbers(force_errors),
+            "P_error_percent": _numbers(P_errors),
+        }
+        for one, force_errors, P_errors in zip(found.responses, found.error_percent, found.P_error_percent, strict=True)
+    ]
+
+
+def _numbers(values: np.ndarray) -> list[float | None]:
+    return [float(value) if math.isfinite(value) else None for value in values]
+
+
+def spring_entry(spring: PrintedSpring, cost: FittedFlexures | None) -> dict[str, Any]:
+    """Return one spring's part of the report; numbers of a spring that cannot be made are null."""
+    return {
+        "target_N_per_m": 1e3 * spring.target,
+        "stiffness_N_per_m": None if spring.stiffness is None else 1e3 * spring.stiffness,
+        "error_percent": spring.error_percent,
+        "dimensions_mm": None if spring.flexure is None else asdict(spring.flexure),
+        "root_strain": spring.root_strain,
+        "safety_factor": spring.safety_factor,
+        "dofs": None if cost is None else cost.stiffness.dofs,
+        "seconds": None if cost is None else cost.stiffness.seconds,
+    }
+
+
+def compose(case: Case, printed: PrintedSprings, found: SceneResponse, verdicts: Sequence[Verdict]) -> dict[str, Any]:
+    """Return the report but for its files, seconds and notes of other stages."""
+    sizing, process = case.sizing, printed.process
+    return {
+        "schema": SCHEMA,
+        "design": design_as_mapping(case.design),
+        "springs": {
+            "K_l_N_per_m": 1e3 * sizing.springs.K_l,
+            "K_h_N_per_m": 1e3 * sizing.springs.K_h,
+            "K_m_max_N_per_m": 1e3 * sizing.K_m_max,
+            "K_m_over_E_mm": sizing.K_m_over_E,
+            "fruit_stiffness": sizing.fruit_stiffness,
+        },
+        "flexures": {spring.name: spring_entry(spring, printed.fitted) for spring in (printed.low, printed.high)},
+        "housing": None if printed.housing is None else asdict(printed.housing),
+        "deflections_mm": list(printed.deflections),
+        "material": {
+            "name": process.material,
+            "E_MPa": process.E_MPa,
+            "poisson": process.poisson,
+            "process": process.name,
+        },
+        "contact": contact_entry(case.contact),
+        "response": response_entries(found),
+        "verdicts": [asdict(verdict) for verdict in verdicts],
+        "paper": {
+            "K_l_N_per_m": 1e3 * PAPER.K_l,
+            "K_h_N_per_m": 1e3 * PAPER.K_h,
+            "verdicts": [asdict(verdict) for verdict in judge_paper(case)],
+        },
+        "notes": notes(case, found),
+        "versions": versions(),
+    }
+
+
+def notes(case: Case, found: SceneResponse) -> list[str]:
+    """Return what a user must know beside the verdicts, each a sentence with its number."""
+    design, paper = case.design, case.judged(PAPER)
+    P, NL = paper.P_max()[0], paper.NL(PAPER_TARGETS)[0]
+    press = design.press.travel_mm / design.tips.side_mm
+    return [
+        f"the paper's own springs reach P_max {P:.3f} and NL {100.0 * NL:.2f} % under this contact "
+        f"(targets {PAPER_TARGETS.P_max:g} and {100.0 * PAPER_TARGETS.NL:g} %)",
+        f"the targets hold for this fruit, K_m/E = {case.contact.K_m_over_E_mm:.5g} mm; a 12 mm cube has 15 % less",
+        f"response: {found.method}; {found.status}",
+        f"press: {press:.2g} tip sides at most; small strain is assumed, beyond 0.3 sides the force of real flesh "
+        "departs by up to 1 % (Poisson 0.3) or 5 % (0.45)",
+        f"bruise: mean pressure {largest_pressure(design, found):.2g} MPa at the largest E and full travel",
+        "calibrate each printed unit: a leaf 0.05 mm off moves its stiffness by 10 to 20 %",
+    ]
+
+
+def file_entries(folder: Path) -> list[dict[str, str]]:
+    """Return path and sha256 of every file in the folder, in order of their names."""
+    paths = sorted(path for path in folder.rglob("*") if path.is_file())
+    return [
+        {"path": path.relative_to(folder).as_posix(), "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+        for path in paths
+    ]
+
+
+def versions() -> dict[str, str]:
+    """Return the version of each package that makes a number."""
+    return {name: version(name) for name in PACKAGES}
+
+
+def write_report(report: Mapping[str, Any], folder: Path) -> None:
+    """Write report.json; raises ValueError when a number is not finite."""
+    text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / "report.json").write_text(text + "\n", encoding="utf-8")
+
+
+def print_report(report: Mapping[str, Any]) -> None:
+    """Print the verdicts, the springs, the response and the costs as tables."""
+    console = _console()
+    console.print(_verdict_table(f"twintip · {report['design']['name']}", report["verdicts"]))
+    console.print(*_reasons(report["verdicts"]), sep="\n")
+    console.print(_spring_table(report))
+    console.print(_response_table(report["response"]))
+    console.print(_paper_table(report["paper"]))
+    console.print(*_closing_lines(report), sep="\n")
+
+
+def print_findings(title: str, findings: Sequence[Finding]) -> None:
+    """Print the findings on a file or folder as a table, and why each that did not pass did not."""
+    rows = [asdict(finding) for finding in findings]
+    console = _console()
+    console.print(_verdict_table(title, rows))
+    console.print(*_reasons(rows), sep="\n")
+
+
+def _console() -> Console:
+    return Console(width=None if sys.stdout.isatty() else WIDTH)
+
+
+def _reasons(verdicts: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return one line for every verdict that did not pass."""
+    return [
+        f"{_WORD[one['passed']]} {one['name']}: {one['reference']}" for one in verdicts if one["passed"] is not True
+    ]
+
+
+def _verdict_table(title: str, verdicts: Sequence[Mapping[str, Any]]) -> Table:
+    table = Table("verdict", "value", "± error", "target", "tolerance", "", title=title, title_justify="left")
+    for verdict in verdicts:
+        table.add_row(
+            verdict["name"],
+            _shown(verdict["value"], verdict["unit"]),
+            _shown(verdict.get("error"), ""),
+            _shown(verdict["limit"], ""),
+            _shown(verdict["tolerance"], ""),
+            _WORD[verdict["passed"]],
+        )
+    return table
+
+
+def _shown(value: object, unit: str) -> str:
+    text = "" if value is None else f"{value:.5g}" if isinstance(value, int | float) else str(value)
+    return f"{text} {unit}" if text and unit not in ("", "1") else text
+
+
+def _spring_table(report: Mapping[str, Any]) -> Table:
+    table = Table("spring", "target N/m", "FE N/m", "± %", "leaf L x t x w mm", "strain", "safety", "dofs", "s")
+    for name, spring in report["flexures"].items():
+        size = spring["dimensions_mm"] or {}
+        leaf = " x ".join(f"{size[key]:g}" for key in ("length", "thickness", "depth") if key in size)
+        numbers = ("stiffness_N_per_m", "error_percent")
+        more = ("root_strain", "safety_factor", "dofs", "seconds")
+        shown = [f"{spring['target_N_per_m']:.6g}", *(_shown(spring[key], "") for key in numbers), leaf]
+        table.add_row(name, *shown, *(_shown(spring[key], "") for key in more))
+    return table
+
+
+def _response_table(responses: Sequence[Mapping[str, Any]]) -> Table:
+    table = Table("E MPa", "P first", "P last", "F_l N", "F_h N", "slope ratio")
+    for row in responses:
+        ends = (row["P"][0], row["P"][-1], row["F_l_N"][-1], row["F_h_N"][-1], row["slope_ratio"][-1])
+        table.add_row(f"{row['E_MPa']:g}", *(_shown(value, "") or "off" for value in ends))
+    return table
+
+
+def _paper_table(paper: Mapping[str, Any]) -> Table:
+    title = f"the paper's springs, {paper['K_l_N_per_m']:g} and {paper['K_h_N_per_m']:g} N/m, under the same contact"
+    return _verdict_table(title, paper["verdicts"])
+
+
+def _closing_lines(report: Mapping[str, Any]) -> list[str]:
+    contact, seconds, cpu = report["contact"], report["seconds"], report["cpu_seconds"]
+    stages = ", ".join(f"{name} {value:.2f}/{cpu[name]:.2f}" for name, value in seconds.items())
+    return [
+        f"contact: K_m/E = {contact['K_m_over_E_mm']:.6g} mm ± {contact['error_percent']:.2g} %, "
+        f"{contact['method']}, {contact['dofs']} dofs; {contact['status']}",
+        *report["notes"],
+        f"seconds (wall/processor): {stages}",
+    ]

@@ -1,0 +1,34 @@
+"""The table a user of the sensor reads: force ratio to modulus, with the band that the errors leave."""
+
+import csv
+import io
+
+from cad.springs import Springs, fruit_stiffness
+from pipeline.verdicts import Judged
+
+ROWS = 70
+COLUMNS = ("E_MPa", "K_m_N_per_m", "P", "P_error", "E_lower_MPa", "E_upper_MPa")
+
+
+def response_table(judged: Judged, E_max: float) -> str:
+    """Return CSV text with one row per modulus, in 70 equal steps to E_max [MPa]; P of a level sensor.
+
+    E_lower and E_upper bound the modulus at which the sensor may show this P.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    K_m_over_E = judged.K_m_max / E_max
+    for step in range(1, ROWS + 1):
+        E = E_max * step / ROWS
+        here = judged.at(K_m_over_E * E)
+        P, error = here.P_max()
+        band = (_modulus(judged.springs, P + side * error) / K_m_over_E for side in (-1.0, 1.0))
+        writer.writerow([f"{value:.6g}" for value in (E, 1e3 * K_m_over_E * E, P, error, *band)])
+    return out.getvalue()
+
+
+def _modulus(springs: Springs, P: float) -> float:
+    """Return K_m at P, kept inside what the springs can show."""
+    most = springs.K_h / springs.K_l
+    return 0.0 if P <= 1.0 else fruit_stiffness(springs, min(P, most * (1.0 - 1e-9)))

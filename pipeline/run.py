@@ -1,0 +1,62 @@
+"""The main job, in order: contact, springs, leaves, solids, meshes, stiffness, response, verdicts, outputs."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from cad.design_file import design_as_toml
+from cad.parameters import Design
+from pipeline.contact import contact_compliance
+from pipeline.judgement import Case, judge
+from pipeline.load import RunOptions
+from pipeline.outputs import output_folder
+from pipeline.report import compose, file_entries, write_report
+from pipeline.response_table import response_table
+from pipeline.sizing import size
+from pipeline.solids import write_solids
+from pipeline.springs import print_springs
+from pipeline.stopwatch import Stopwatch
+from pipeline.verdicts import all_passed
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunResult:
+    """The report as it stands in report.json, and whether every verdict in it passed; None when one is undecided."""
+
+    report: dict[str, Any]
+    passed: bool | None
+
+
+def run(design: Design, options: RunOptions) -> RunResult:
+    """Run every stage and write the outputs, which appear whole or, when this raises, not at all."""
+    clock = Stopwatch()
+    with output_folder(options.out) as folder:
+        with clock.stage("contact"):
+            contact = contact_compliance(design.fruit, design.tips, options.contact_method)
+            case = Case(design=design, contact=contact, sizing=size(design, contact, options.fruit_stiffness))
+        with clock.stage("flexures"):
+            springs = print_springs(design, case.sizing)
+        with clock.stage("solids"):
+            geometry = write_solids(design, springs, folder)
+        with clock.stage("response"):
+            found = case.respond(springs.compliance, design.fruit.E_MPa)
+        with clock.stage("verdicts"):
+            verdicts = judge(case, springs, geometry, found)
+            report = compose(case, springs, found, verdicts)
+        with clock.stage("tables"):
+            (folder / "design.toml").write_text(reproducing(design, options), encoding="utf-8")
+            judged = case.judged(springs.stiffnesses, springs.errors)
+            (folder / "response.csv").write_text(response_table(judged, design.fruit.E_max_MPa), encoding="utf-8")
+        report |= {"files": file_entries(folder), "seconds": clock.wall_seconds(), "cpu_seconds": clock.cpu_seconds()}
+        write_report(report, folder)
+    return RunResult(report=report, passed=all_passed(verdicts))
+
+
+def design_only(design: Design, options: RunOptions) -> RunResult:
+    """Run every stage and add the files for fabrication."""
+    return run(design, options)
+
+
+def reproducing(design: Design, options: RunOptions) -> str:
+    """Return the design file with the command that repeats the run as its first line."""
+    flags = f"--fruit-stiffness {options.fruit_stiffness} --contact-method {options.contact_method}"
+    return f"# pipeline run --design design.toml {flags}\n{design_as_toml(design)}"

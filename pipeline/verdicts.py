@@ -1,0 +1,195 @@
+"""Is it good enough: each target against what was computed, with its error bar and its tolerance."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cad.parameters import Targets
+from cad.springs import Springs, force_ratio, nonlinearity
+from pipeline.springs import PrintedSpring
+from solve.error import propagated
+from solve.response import Response
+
+P_MAX_TOLERANCE = 0.01  # of the target
+NL_TOLERANCE = 0.001
+STIFFNESS_TOLERANCE = 0.005  # of the target
+SPREAD_TOLERANCE = 0.01
+
+PAPER = Springs(K_l=0.753, K_h=17.3)
+PAPER_TARGETS = Targets(P_max=5.0, NL=0.05)
+
+Law = Callable[[Springs, float], float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """One target, what came out, and whether it passed; None when the error bar is wider than the tolerance."""
+
+    name: str
+    value: float | None
+    unit: str
+    limit: float | str | None
+    tolerance: float | str | None
+    passed: bool | None
+    reference: str
+    error: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """Springs to be judged and the largest fruit stiffness they meet [N/mm], each with its error [same unit]."""
+
+    springs: Springs
+    K_m_max: float
+    spring_errors: tuple[float, float] = (0.0, 0.0)
+    K_m_error: float = 0.0
+
+    def at(self, K_m: float) -> "Judged":
+        """Return the same springs at another fruit stiffness [N/mm], known to the same share."""
+        return replace(self, K_m_max=K_m, K_m_error=self.K_m_error * K_m / self.K_m_max)
+
+    def P_max(self) -> tuple[float, float]:
+        """Return the largest force ratio and its error [1]."""
+        return self._with_error(force_ratio)
+
+    def NL(self, targets: Targets) -> tuple[float, float]:
+        """Return the nonlinearity by the definition of the targets, and its error [1]."""
+        return self._with_error(lambda springs, K_m: nonlinearity(springs, K_m, targets.NL_definition))
+
+    def _with_error(self, law: Law) -> tuple[float, float]:
+        values = (self.springs.K_l, self.springs.K_h, self.K_m_max)
+        errors = (*self.spring_errors, self.K_m_error)
+
+        def of_numbers(K_l: float, K_h: float, K_m: float) -> float:
+            return law(Springs(K_l=K_l, K_h=K_h), K_m)
+
+        return of_numbers(*values), propagated(of_numbers, values, errors)
+
+
+def printable_verdict(spring: PrintedSpring) -> Verdict:
+    """Return the verdict on whether the process can make one spring: its value is the leaf length [mm]."""
+    found = spring.printable
+    strong = spring.root_strain is None or spring.root_strain <= found.strain_limit
+    weak = f"; FE root strain {spring.root_strain:.3g} must be at most {found.strain_limit:g}"
+    return Verdict(
+        name=found.name,
+        value=found.length_mm,
+        unit="mm",
+        limit=f"{found.shortest_mm:g} to {found.longest_mm:g}",
+        tolerance=None,
+        passed=found.passed if strong else False,
+        reference=found.reason if strong else found.reason + weak,
+    )
+
+
+def all_passed(verdicts: Sequence[Verdict]) -> bool | None:
+    """Return False when a verdict failed, None when one is undecided and none failed, else True."""
+    if any(verdict.passed is False for verdict in verdicts):
+        return False
+    return None if any(verdict.passed is None for verdict in verdicts) else True
+
+
+def decided(value: float, target: float, tolerance: float, error: float) -> bool | None:
+    """Say whether a value lies within the tolerance of its target; None when its error bar does not let one say."""
+    distance = abs(value - target)
+    if error <= tolerance:
+        return distance <= tolerance
+    return False if distance > tolerance + error else None
+
+
+def target_verdicts(judged: Judged, targets: Targets) -> tuple[Verdict, Verdict]:
+    """Return the verdicts on the largest force ratio and on the nonlinearity."""
+    P_max, P_error = judged.P_max()
+    NL, NL_error = judged.NL(targets)
+    return (
+        Verdict(
+            name="P_max",
+            value=P_max,
+            unit="1",
+            limit=targets.P_max,
+            tolerance=P_MAX_TOLERANCE,
+            passed=decided(P_max, targets.P_max, P_MAX_TOLERANCE * targets.P_max, P_error),
+            reference="P = K_h (K_m + K_l) / (K_l (K_m + K_h)) at K_m,max; tolerance relative to the target",
+            error=P_error,
+        ),
+        Verdict(
+            name="NL",
+            value=NL,
+            unit="1",
+            limit=targets.NL,
+            tolerance=NL_TOLERANCE,
+            passed=decided(NL, targets.NL, NL_TOLERANCE, NL_error),
+            reference=f"departure of P from its straight line, {targets.NL_definition}; tolerance absolute",
+            error=NL_error,
+        ),
+    )
+
+
+def stiffness_verdict(name: str, target: float, found: float | None, error: float = 0.0) -> Verdict:
+    """Return the verdict on one spring [N/mm in, N/m out]; undecided when it was not made."""
+    return Verdict(
+        name=name,
+        value=None if found is None else 1e3 * found,
+        unit="N/m",
+        limit=1e3 * target,
+        tolerance=STIFFNESS_TOLERANCE,
+        passed=None if found is None else decided(found, target, STIFFNESS_TOLERANCE * target, error),
+        reference="not made, so not solved" if found is None else "FE of the exported housing; tolerance relative",
+        error=None if found is None else 1e3 * error,
+    )
+
+
+def displacement_verdict(responses: Sequence[Response], error: float = 0.0) -> Verdict:
+    """Return the verdict on the spread of P over the travel, the worst of all moduli, known within an error [1]."""
+    spreads = [_spread(response.P) for response in responses]
+    known = [spread for spread in spreads if spread is not None]
+    worst = max(known) if len(known) == len(spreads) and known else None
+    return Verdict(
+        name="P_displacement_independent",
+        value=worst,
+        unit="1",
+        limit=0.0,
+        tolerance=SPREAD_TOLERANCE,
+        passed=worst is not None and decided(worst, 0.0, SPREAD_TOLERANCE, error),
+        reference="(max P - min P) / mean P over the travel, the worst of all E"
+        if worst is not None
+        else "a tip is off the fruit for the whole travel, or for all but one step of it",
+        error=error if worst is not None else None,
+    )
+
+
+def _spread(P: np.ndarray) -> float | None:
+    both = P[np.isfinite(P)]
+    return float(np.ptp(both) / both.mean()) if len(both) > 1 else None
+
+
+def monotonic_verdict(responses: Sequence[Response]) -> Verdict:
+    """Return the verdict on P rising with E at the end of the travel; responses in order of E, at least two."""
+    P = np.array([response.P[-1] for response in responses])
+    steps = np.diff(P) / P[:-1]
+    least = float(steps.min()) if np.isfinite(P).all() else None
+    return Verdict(
+        name="P_monotonic",
+        value=least,
+        unit="1",
+        limit="greater than 0",
+        tolerance=None,
+        passed=least is not None and least > 0.0,
+        reference="smallest relative step of P between neighbouring E at full travel"
+        if least is not None
+        else "a tip is off the fruit at full travel",
+    )
+
+
+def bruise_verdict(pressure: float, limit: float) -> Verdict:
+    """Return the verdict on the mean pressure under a tip [MPa] against the limit of the fruit."""
+    return Verdict(
+        name="bruise",
+        value=pressure,
+        unit="MPa",
+        limit=limit,
+        tolerance=0.0,
+        passed=pressure <= limit,
+        reference="largest force over the face of the tip, at full travel; must be at most the limit",
+    )

@@ -1,0 +1,291 @@
+"""Pictures of an output folder in PyVista: the printed part, every mesh with its fields, and the response P over E."""
+
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+
+from cad.quantity import InputError, fault
+
+Scene = Any  # a PyVista plotter, or what it draws: its decorated methods have no types that strict mode takes
+Draw = Callable[[Scene], None]
+
+DISPLACEMENT, STRESS = "displacement_mm", "von_mises_MPa"
+_SIZE = (1600, 1000)
+_BODY, _EDGE, _ACCENT = "#c8ccd2", "#30343a", "#c0392b"
+_COLOURS = "YlOrRd"  # pale where there is little stress: the shape stays readable
+_DRAWN = 0.08  # largest displacement as drawn, as a share of the part's diagonal
+_SHARP = 25.0  # degrees between two facets that make an edge worth a line
+_RIGHT, _BOTTOM = 2, 4  # of VTK's chart legend
+_NEAR = 1e-4  # mm, the digits of an STL file
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """One picture: its file name without ending, and what draws it."""
+
+    name: str
+    draw: Draw
+
+
+def view(folder: Path, png: Path | None) -> int:
+    """Show an output folder in a window, or write its pictures into the folder `png`; return exit code 0.
+
+    Raises InputError when the folder is no output folder, when no window can open, or when `png` cannot be written.
+    """
+    shown = pictures(folder)
+    if png is None:
+        _show(shown, folder.name)
+    else:
+        for path in write_pictures(shown, png):
+            print(path)
+    return 0
+
+
+def pictures(folder: Path) -> list[Picture]:
+    """Return the pictures of an output folder: housing, one per VTU file, response; raises InputError."""
+    report = _report(folder)
+    found = []
+    if (folder / "housing.stl").is_file():
+        found.append(Picture(name="housing", draw=_housing(folder / "housing.stl", report)))
+    found += [Picture(name=path.stem, draw=_field(path)) for path in sorted(folder.glob("*.vtu"))]
+    if report.get("response"):
+        found.append(Picture(name="response", draw=_response(report)))
+    if not found:
+        bound = "an output folder with a housing.stl, a .vtu file or a response to show"
+        raise fault("DIR", str(folder), "", bound, "write one with pipeline run")
+    return found
+
+
+def write_pictures(shown: list[Picture], folder: Path) -> list[Path]:
+    """Write each picture as NAME.png into a folder, whole or not at all; return the paths; raises InputError."""
+    if not os.environ.get("DISPLAY") and not os.environ.get("WAYLAND_DISPLAY"):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder, prefix=".twintip-") as unfinished:
+            written = [_write(picture, Path(unfinished)) for picture in shown]
+            return [path.replace(folder / path.name) for path in written]
+    except OSError as error:
+        bound = f"a folder that can be written ({error.strerror})"
+        raise fault("--png", str(folder), "", bound, "name another folder") from error
+
+
+def _write(picture: Picture, folder: Path) -> Path:
+    plotter: Scene = pv.Plotter(off_screen=True, window_size=list(_SIZE))
+    try:
+        plotter.set_background("white")
+        picture.draw(plotter)
+        path = folder / f"{picture.name}.png"
+        plotter.screenshot(path)
+    finally:
+        plotter.close()
+    return path
+
+
+def _show(shown: list[Picture], name: str) -> None:
+    if sys.platform == "linux" and not os.environ.get("DISPLAY") and not os.environ.get("WAYLAND_DISPLAY"):
+        raise fault("display", None, "", "one that can open a window", "write pictures instead: --png DIR")
+    columns = min(2, len(shown))
+    rows = -(-len(shown) // columns)
+    plotter: Scene = pv.Plotter(shape=(rows, columns), title=f"twintip: {name}", window_size=list(_SIZE))
+    for index, picture in enumerate(shown):
+        plotter.subplot(index // columns, index % columns)
+        plotter.set_background("white")
+        picture.draw(plotter)
+    plotter.show()
+
+
+def _light(plotter: Scene) -> None:
+    """Light a part from the eye and from both sides, so that walls in the shade still show their shape."""
+    plotter.remove_all_lights()
+    for place, strength in (((0.2, 0.3, 1.0), 0.75), ((-1.0, 0.4, 0.6), 0.35), ((1.0, -0.6, 0.4), 0.25)):
+        plotter.add_light(pv.Light(position=place, intensity=strength, light_type="camera light"))
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.enable_parallel_projection()
+
+
+def _report(folder: Path) -> dict[str, Any]:
+    path = folder / "report.json"
+    try:
+        report = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise _no_output_folder(folder) from error
+    if not isinstance(report, dict) or "schema" not in report:
+        raise _no_output_folder(folder)
+    return report
+
+
+def _no_output_folder(folder: Path) -> InputError:
+    bound = "an output folder, one that holds a report.json of pipeline run"
+    return fault("DIR", str(folder), "", bound, "check the path, or write it with pipeline run --out DIR")
+
+
+def _read(path: Path) -> Scene:
+    """Return what a file holds; raises InputError when it holds nothing."""
+    data = pv.read(path)
+    if not getattr(data, "n_cells", 0):
+        raise fault("file", str(path), "", "a mesh with at least one cell", "write it again with pipeline run")
+    return data
+
+
+def _title(plotter: Scene, text: str) -> None:
+    plotter.add_text(text, position="upper_edge", font_size=11, color="black")
+
+
+def _housing(path: Path, report: dict[str, Any]) -> Draw:
+    def draw(plotter: Scene) -> None:
+        part = _read(path)
+        _light(plotter)
+        plotter.add_mesh(part, color=_BODY, smooth_shading=True, split_sharp_edges=True, ambient=0.15)
+        plotter.add_mesh(_sharp_edges(part), color=_EDGE, line_width=2)
+        tips = tip_points(np.asarray(part.points), report)
+        if tips is not None:
+            away = tips - np.asarray(part.center)
+            away[:, 0] = 0.0
+            places = tips + 0.25 * away
+            plotter.add_point_labels(
+                places, ["L", "H"], font_size=34, text_color=_ACCENT, shape=None, always_visible=True, show_points=False
+            )
+        size = " x ".join(f"{length:.1f}" for length in np.ptp(np.asarray(part.points), axis=0))
+        name = report.get("design", {}).get("name", "")
+        _title(plotter, f"{name}: housing, {size} mm; L low spring, H high spring")
+        _look(plotter, (0.35, -0.75, 1.0), part)
+
+    return draw
+
+
+def tip_points(points: np.ndarray[Any, Any], report: dict[str, Any]) -> np.ndarray[Any, Any] | None:
+    """Return the centres of the low and the high tip face, shape (2, 3) [mm], or None where the part shows none.
+
+    The tips are the only faces at one end of the part, and they span spacing plus side along x.
+    """
+    tips = report.get("design", {}).get("tips", {})
+    side, spacing = tips.get("side_mm"), tips.get("spacing_mm")
+    if side is None or spacing is None:
+        return None
+    for axis in (1, 2):
+        for end in (points[:, axis].min(), points[:, axis].max()):
+            face = points[np.abs(points[:, axis] - end) < _NEAR]
+            x = face[:, 0]
+            if abs(np.ptp(x) - spacing - side) < 10.0 * _NEAR:
+                halves = (face[x < x.mean()], face[x > x.mean()])
+                return np.array([0.5 * (half.min(axis=0) + half.max(axis=0)) for half in halves])
+    return None
+
+
+def _field(path: Path) -> Draw:
+    def draw(plotter: Scene) -> None:
+        mesh = _read(path)
+        _light(plotter)
+        fields = {*mesh.point_data.keys(), *mesh.cell_data.keys()}
+        if {DISPLACEMENT, STRESS} <= fields:
+            _draw_deformed(plotter, mesh, path.stem)
+        else:
+            _draw_mesh(plotter, mesh, path.stem)
+        _look(plotter, (0.25, -1.0, 0.45), mesh)
+
+    return draw
+
+
+def _draw_deformed(plotter: Scene, mesh: Scene, name: str) -> None:
+    largest = float(np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1).max())
+    factor = deformation_factor(largest, float(mesh.length))
+    surface = mesh.extract_surface(algorithm="dataset_surface")
+    moved = surface.warp_by_vector(DISPLACEMENT, factor=factor)
+    bar = {"title": "von Mises stress [MPa]\n", "color": "black", "fmt": "%.3g", "n_labels": 5, "vertical": False}
+    bar |= {"position_x": 0.25, "position_y": 0.04, "width": 0.5, "height": 0.08}
+    plotter.add_mesh(_sharp_edges(surface), color=_EDGE, line_width=1, opacity=0.5)
+    plotter.add_mesh(moved, scalars=STRESS, cmap=_COLOURS, ambient=0.35, scalar_bar_args=bar)
+    plotter.add_mesh(_sharp_edges(moved), color=_EDGE, line_width=2)
+    _title(plotter, f"{name}: deformation drawn {factor:g} times; largest displacement {largest:.3g} mm")
+
+
+def _sharp_edges(surface: Scene) -> Scene:
+    return surface.extract_feature_edges(
+        feature_angle=_SHARP, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
+    )
+
+
+def deformation_factor(largest_mm: float, length_mm: float) -> float:
+    """Return by how much displacements are drawn larger: 1, 2 or 5 times a power of ten, never hidden in the title."""
+    if not largest_mm > 0.0:
+        return 1.0
+    wanted = _DRAWN * length_mm / largest_mm
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1.0 + 1e-12)))
+
+
+def _draw_mesh(plotter: Scene, mesh: Scene, name: str) -> None:
+    """Draw a mesh without fields, its named boundaries in colour."""
+    plotter.add_mesh(mesh, color=_BODY, ambient=0.15, show_edges=True, edge_color=_EDGE, line_width=1)
+    names = sorted(key for key in mesh.point_data if np.isin(mesh.point_data[key], (0, 1)).all())
+    surface = mesh.extract_surface(algorithm="dataset_surface")
+    colours = ("#c0392b", "#2471a3", "#229954", "#b7950b", "#7d3c98", "#117a65")
+    labels = []
+    for key, colour in zip(names, colours, strict=False):
+        whole = surface.extract_points(surface.point_data[key] == 1, adjacent_cells=False)
+        if whole.n_cells:
+            plotter.add_mesh(whole, color=colour, show_edges=True, line_width=1)
+            labels.append([key, colour])
+    if labels:
+        plotter.add_legend(labels, bcolor="white", border=False, face="rectangle", size=(0.2, 0.04 * len(labels)))
+    _title(plotter, f"{name}: {mesh.n_cells} cells, {mesh.n_points} points")
+
+
+def _look(plotter: Scene, direction: tuple[float, float, float], mesh: Scene) -> None:
+    """Look at a part from a direction, from far enough to see all of it."""
+    centre = np.asarray(mesh.center)
+    plotter.camera_position = [tuple(centre + mesh.length * np.asarray(direction)), tuple(centre), (0.0, 0.0, 1.0)]
+    plotter.reset_camera()
+    plotter.camera.zoom(1.25)
+
+
+def _response(report: dict[str, Any]) -> Draw:
+    def draw(plotter: Scene) -> None:
+        E, P = force_ratios(report)
+        chart = pv.Chart2D(x_label="modulus of the fruit E [MPa]", y_label="force ratio P = F_h / F_l [1]")
+        chart.line(E, P, color="#2471a3", width=4.0, label="P at full travel")
+        chart.scatter(E, P, color="#2471a3", size=16)
+        targets = report.get("design", {}).get("targets", {})
+        if "P_max" in targets:
+            ends = [0.0, float(max(E))]
+            chart.line(ends, [targets["P_max"]] * 2, color=_ACCENT, style="--", width=2.0, label="target P_max")
+            chart.line(ends, [1.0, targets["P_max"]], color="#7f8c8d", style="-.", width=2.0, label="straight line")
+        chart.x_range = [0.0, 1.03 * float(max(E))]
+        chart.y_range = [0.0, 1.1 * max(*P, float(targets.get("P_max", 0.0)))]
+        chart.title = f"{report.get('design', {}).get('name', '')}: force ratio over modulus"
+        chart.legend_visible = True
+        chart.background_color = "white"
+        for axis in (chart.x_axis, chart.y_axis):
+            axis.label_size, axis.tick_label_size = 26, 22
+        chart.GetTitleProperties().SetFontSize(28)
+        chart.GetLegend().SetLabelSize(22)
+        chart.GetLegend().SetHorizontalAlignment(_RIGHT)
+        chart.GetLegend().SetVerticalAlignment(_BOTTOM)
+        plotter.add_chart(chart)
+
+    return draw
+
+
+def force_ratios(report: dict[str, Any]) -> tuple[list[float], list[float]]:
+    """Return the moduli [MPa] and P at the deepest travel where both tips are on the fruit; raises InputError."""
+    E, P = [], []
+    try:
+        for row in report["response"]:
+            known = [value for value in row["P"] if value is not None]
+            if known:
+                E.append(float(row["E_MPa"]))
+                P.append(float(known[-1]))
+    except (KeyError, TypeError, ValueError) as error:
+        raise fault("report.json", "response", "", "rows of E_MPa and P", "write it again with pipeline run") from error
+    if not E:
+        raise fault("report.json", "response", "", "a P at one modulus at least", "press deeper or level")
+    return E, P

@@ -1,0 +1,161 @@
+"""The main job as a user runs it: the folder keeps its contract, the numbers are known, planted designs fail."""
+
+import hashlib
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from cad.design_file import design_from_mapping, read_design
+from cad.step import read_step
+from pipeline.cli import main
+
+MAIN_KEYS = {
+    "schema", "design", "springs", "flexures", "material", "contact", "response", "verdicts", "paper", "files",
+    "seconds", "versions",
+}  # fmt: skip
+ALWAYS = {
+    "P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high",
+}  # fmt: skip
+
+
+def report_of(folder: Path) -> dict:
+    def refuse(name):
+        pytest.fail(f"{name} in report.json")
+
+    return json.loads((folder / "report.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def verdicts_of(report) -> dict:
+    return {verdict["name"]: verdict for verdict in report["verdicts"]}
+
+
+def numbers_of(report) -> dict:
+    """Return the report without what time it took."""
+    kept = {key: value for key, value in report.items() if key not in ("seconds", "cpu_seconds")}
+    for part in (kept["contact"], *kept["flexures"].values()):
+        part.pop("seconds")
+    return kept
+
+
+@pytest.fixture(scope="module")
+def default(tmp_path_factory):
+    """Run the main job once; return its exit code and folder."""
+    folder = tmp_path_factory.mktemp("runs") / "default"
+    return main(["run", "--nl", "0.05", "--out", str(folder)]), folder
+
+
+@pytest.fixture(scope="module")
+def hayes(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "hayes"
+    return main(["run", "--nl", "0.05", "--fruit-stiffness", "hayes", "--out", str(folder)]), folder
+
+
+def test_default_run_passes_every_verdict(default):
+    code, folder = default
+    report = report_of(folder)
+    assert {v["name"]: v["reference"] for v in report["verdicts"] if v["passed"] is not True} == {}
+    assert code == 0
+
+
+def test_default_run_keeps_the_contract(default):
+    report = report_of(default[1])
+    assert set(report) >= MAIN_KEYS
+    assert set(verdicts_of(report)) >= ALWAYS
+    assert any(name.startswith("geometry.") for name in verdicts_of(report))
+    for row in report["response"]:
+        assert row["x_mm"][0] > 0.0
+        assert row["x_mm"][-1] == report["design"]["press"]["travel_mm"]
+        assert {len(row[key]) for key in ("x_mm", "F_l_N", "F_h_N", "P", "slope_ratio")} == {len(row["x_mm"])}
+
+
+def test_default_run_finds_the_right_springs(default):
+    """K_l 905.7 and K_h 20831 N/m follow from the reference K_m/E of 1.322617 mm."""
+    report = report_of(default[1])
+    assert report["springs"]["K_l_N_per_m"] == pytest.approx(905.7, rel=5e-4)
+    assert report["springs"]["K_h_N_per_m"] == pytest.approx(20831.0, rel=5e-4)
+    assert report["contact"]["K_m_over_E_mm"] == pytest.approx(
+        1.322617, rel=1e-5 + 0.01 * report["contact"]["error_percent"]
+    )
+    for spring in report["flexures"].values():
+        assert spring["stiffness_N_per_m"] == pytest.approx(spring["target_N_per_m"], rel=5e-3)
+        assert 0.0 < spring["error_percent"] < 0.5
+
+
+def test_default_run_meets_its_targets_within_the_stated_errors(default):
+    found = verdicts_of(report_of(default[1]))
+    for name, target in (("P_max", 5.0), ("NL", 0.05)):
+        assert abs(found[name]["value"] - target) <= found[name]["error"]
+
+
+def test_response_ends_at_the_largest_force_ratio(default):
+    report = report_of(default[1])
+    assert report["response"][-1]["P"][-1] == pytest.approx(verdicts_of(report)["P_max"]["value"], rel=1e-4)
+
+
+def test_paper_springs_stand_beside_and_fail(default):
+    paper = report_of(default[1])["paper"]
+    found = {verdict["name"]: verdict for verdict in paper["verdicts"]}
+    assert found["P_max"]["value"] == pytest.approx(5.64, rel=0.02)
+    assert found["NL"]["value"] == pytest.approx(0.059, abs=5e-4)
+    assert (found["P_max"]["passed"], found["NL"]["passed"]) == (False, False)
+
+
+def test_files_are_listed_with_their_digest(default):
+    folder = default[1]
+    listed = {entry["path"]: entry["sha256"] for entry in report_of(folder)["files"]}
+    assert {"design.toml", "response.csv", "housing.step", "housing.stl", "assembly.step"} <= set(listed)
+    assert set(listed) == {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()} - {"report.json"}
+    for path, digest in listed.items():
+        assert hashlib.sha256((folder / path).read_bytes()).hexdigest() == digest
+
+
+def test_housing_is_one_solid_that_ends_in_two_tips(default):
+    solid = read_step(default[1] / "housing.step")
+    tips = [face for face in solid.Faces() if abs(face.Center().z) < 1e-9]
+    assert len(solid.Solids()) == 1
+    assert sorted(round(face.Center().x, 6) for face in tips) == [-4.0, 4.0]
+    assert [face.Area() for face in tips] == pytest.approx([1.0, 1.0], rel=1e-9)
+
+
+def test_design_file_repeats_the_run(default, tmp_path):
+    """The numbers and the bytes of every file are the same; only the seconds differ."""
+    first = default[1]
+    again = tmp_path / "again"
+    assert main(["run", "--design", str(first / "design.toml"), "--out", str(again)]) == 0
+    assert numbers_of(report_of(again)) == numbers_of(report_of(first))
+
+
+def test_hayes_designs_the_paper_sensor_and_fails_it(hayes):
+    code, folder = hayes
+    report = report_of(folder)
+    found = verdicts_of(report)
+    assert code == 1
+    assert report["springs"]["K_l_N_per_m"] == pytest.approx(752.5, abs=0.05)
+    assert report["springs"]["K_h_N_per_m"] == pytest.approx(17308.0, abs=0.5)
+    assert report["springs"]["K_m_max_N_per_m"] == pytest.approx(3846.15, abs=0.01)
+    assert found["P_max"]["value"] == pytest.approx(5.643, rel=2e-3)
+    assert (found["P_max"]["passed"], found["K_l"]["passed"], found["K_h"]["passed"]) == (False, True, True)
+
+
+def test_spring_that_cannot_be_printed_is_a_verdict_and_leaves_the_rest(tmp_path, capsys):
+    folder = tmp_path / "short"
+    assert main(["run", "--set", "print.max_length_mm=20", "--out", str(folder)]) == 1
+    report = report_of(folder)
+    found = verdicts_of(report)
+    assert found["printable.low"]["passed"] is False
+    assert "targets.P_max" in found["printable.low"]["reference"]
+    assert "nearest P_max" in found["printable.low"]["reference"]
+    assert found["printable.high"]["passed"] is True
+    assert report["flexures"]["low"]["stiffness_N_per_m"] is None
+    assert (found["K_l"]["value"], found["K_l"]["passed"]) == (None, None)
+    assert report["response"][-1]["P"][-1] == pytest.approx(5.0, rel=1e-6)
+    assert math.isfinite(report["contact"]["error_percent"])
+    assert not (folder / "housing.step").exists()
+    assert "printable.low" in capsys.readouterr().out
+
+
+def test_design_file_is_a_design(default):
+    design = design_from_mapping(read_design(default[1] / "design.toml"))
+    assert design.targets.NL == 0.05

@@ -1,0 +1,139 @@
+"""Verdicts: the tolerances of the contract, undecided only for a wide error bar, and a wrong design for each kind."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from cad.parameters import Targets
+from cad.springs import Springs, size_springs
+from pipeline.verdicts import (
+    PAPER,
+    PAPER_TARGETS,
+    Judged,
+    Verdict,
+    all_passed,
+    decided,
+    displacement_verdict,
+    monotonic_verdict,
+    stiffness_verdict,
+    target_verdicts,
+)
+from solve.response import linear_response, spring_compliance, travels
+
+K_M_OVER_E = 1.32263  # mm, reference of the paper's block
+K_M = 3.5 * K_M_OVER_E
+S = np.array([[0.766603, 0.010526], [0.010526, 0.766603]])
+X = travels(0.6, 12)
+MODULI = (0.5, 1.0, 2.0, 3.5)
+
+
+def verdict(passed):
+    return Verdict(name="n", value=1.0, unit="1", limit=1.0, tolerance=0.1, passed=passed, reference="r")
+
+
+def responses(springs, moduli=MODULI, ahead=(0.0, 0.0)):
+    C = spring_compliance(springs.K_l, springs.K_h)
+    return [linear_response(S, C, E, X, ahead) for E in moduli]
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "passed"),
+    [
+        (5.0, 0.0, True),
+        (5.0499, 0.0, True),
+        (5.0501, 0.0, False),
+        (4.9501, 0.05, True),
+        (4.94, 0.05, False),
+        (5.0, 0.051, None),
+        (5.04, 0.2, None),
+        (5.3, 0.2, False),
+    ],
+)
+def test_value_is_undecided_only_where_its_error_bar_exceeds_the_tolerance(value, error, passed):
+    assert decided(value, 5.0, 0.05, error) is passed
+
+
+@pytest.mark.parametrize(
+    ("each", "whole"), [([True, True], True), ([True, None], None), ([None, False], False), ([True, False], False)]
+)
+def test_one_failed_verdict_fails_the_run(each, whole):
+    assert all_passed([verdict(passed) for passed in each]) is whole
+
+
+@pytest.mark.parametrize("definition", ["mid-range", "largest"])
+def test_sized_springs_meet_their_targets(definition):
+    targets = Targets(P_max=7.0, NL=0.03, NL_definition=definition)
+    judged = Judged(springs=size_springs(7.0, 0.03, K_M, definition), K_m_max=K_M)
+    P_max, NL = target_verdicts(judged, targets)
+    assert P_max.value == pytest.approx(7.0, rel=1e-12)
+    assert NL.value == pytest.approx(0.03, rel=1e-10)
+    assert (P_max.passed, NL.passed) == (True, True)
+
+
+def test_paper_springs_fail_their_own_targets_under_the_true_contact():
+    P_max, NL = target_verdicts(Judged(springs=PAPER, K_m_max=K_M), PAPER_TARGETS)
+    assert P_max.value == pytest.approx(5.6388, abs=5e-5)
+    assert NL.value == pytest.approx(0.059, abs=5e-4)
+    assert (P_max.passed, NL.passed) == (False, False)
+
+
+@pytest.mark.parametrize(("K_l", "K_h", "failed"), [(0.93, 20.83, "P_max"), (0.9057, 18.5, "NL")])
+def test_spring_off_its_target_fails_the_verdict_that_it_moves(K_l, K_h, failed):
+    judged = Judged(springs=Springs(K_l=K_l, K_h=K_h), K_m_max=K_M)
+    assert [v.name for v in target_verdicts(judged, PAPER_TARGETS) if not v.passed] == [failed]
+
+
+def test_error_of_P_max_is_what_the_worst_springs_do():
+    """K_l 1 % low, K_h 1 % high and K_m 1 % high each raise P."""
+    springs = size_springs(5.0, 0.05, K_M)
+    judged = Judged(springs=springs, K_m_max=K_M, spring_errors=(0.01 * springs.K_l, 0.01 * springs.K_h))
+    worst = Judged(springs=Springs(K_l=0.99 * springs.K_l, K_h=1.01 * springs.K_h), K_m_max=K_M)
+    assert judged.P_max()[1] == pytest.approx(worst.P_max()[0] - 5.0, rel=0.03)
+    wider = dataclasses.replace(judged, K_m_error=0.01 * K_M)
+    assert wider.P_max()[1] > judged.P_max()[1]
+
+
+@pytest.mark.parametrize(
+    ("found", "passed"), [(0.906, True), (0.9104, True), (0.9110, False), (0.9010, False), (None, None)]
+)
+def test_stiffness_is_held_to_half_a_percent(found, passed):
+    assert stiffness_verdict("K_l", 0.906, found).passed is passed
+
+
+def test_wide_error_of_a_stiffness_leaves_it_undecided():
+    assert stiffness_verdict("K_l", 0.906, 0.906, 0.006).passed is None
+
+
+def test_force_ratio_of_a_level_sensor_does_not_depend_on_travel():
+    found = displacement_verdict(responses(PAPER))
+    assert found.value == pytest.approx(0.0, abs=1e-12)
+    assert found.passed is True
+
+
+def test_planted_tilt_of_one_degree_fails_displacement_independence():
+    step = 4.0 * np.tan(np.radians(1.0))
+    found = displacement_verdict(responses(PAPER, ahead=(-step, step)))
+    assert found.passed is False
+    assert found.value > 0.1
+
+
+def test_tip_off_the_fruit_fails_displacement_independence_without_a_number():
+    found = displacement_verdict(responses(PAPER, ahead=(-0.7, 0.7)))
+    assert (found.value, found.passed) == (None, False)
+
+
+def test_force_ratio_rises_with_the_modulus():
+    found = monotonic_verdict(responses(PAPER))
+    assert found.passed is True
+    assert found.value == pytest.approx(5.6388 / 3.9144 - 1.0, rel=1e-4)
+
+
+def test_springs_in_the_wrong_order_fall_with_the_modulus():
+    swapped = [linear_response(S, spring_compliance(17.3, 0.753), E, X) for E in MODULI]
+    assert monotonic_verdict(swapped).passed is False
+
+
+def test_tip_off_at_full_travel_fails_monotonic_without_a_number():
+    found = monotonic_verdict(responses(PAPER, ahead=(-0.7, 0.7)))
+    assert (found.value, found.passed) == (None, False)
