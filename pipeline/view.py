@@ -215,10 +215,10 @@ def _sharp_edges(surface: Scene) -> Scene:
 
 
 def deformation_factor(largest_mm: float, length_mm: float) -> float:
-    """Return by how much displacements are drawn larger: 1, 2 or 5 times a power of ten, never hidden in the title."""
-    if not largest_mm > 0.0:
+    """Return by how much displacements are drawn larger: 1, or 1, 2 or 5 times a power of ten."""
+    wanted = _DRAWN * length_mm / largest_mm if largest_mm > 0.0 else 1.0
+    if wanted <= 1.0:
         return 1.0
-    wanted = _DRAWN * length_mm / largest_mm
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted * (1.0 + 1e-12)))
 

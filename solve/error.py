@@ -1,7 +1,7 @@
 """How far a computed number is from its limit, judged from the same number on coarser meshes."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -100,3 +100,17 @@ def _check(values: Sequence[float], sizes: Sequence[float], expected_rate: float
     if not expected_rate > 0.0:
         msg = f"expected_rate = {expected_rate:g}: must be greater than 0; take the order of the discretisation"
         raise ValueError(msg)
+
+
+def propagated(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
+    """Return the half width of a function's value when each argument may be off by its error, all at their worst.
+
+    Linear in the errors: the sum over the arguments of half the change from value - error to value + error.
+    """
+    total = 0.0
+    for place, error in enumerate(errors):
+        up, down = list(values), list(values)
+        up[place] += error
+        down[place] -= error
+        total += 0.5 * abs(function(*up) - function(*down))
+    return total

@@ -4,8 +4,9 @@ Near by, the Galerkin influence of the half-space on each footprint; from tip to
 size, the smooth rest through the nodal polynomials of the punch tables. One matrix serves all E, travels and gaps.
 """
 
+import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,7 @@ def footprint_compliance(fruit: Fruit, feet: Sequence[Foot], edges: Floats) -> F
     """
     per_side = max(FEWEST_NODES, nodes_between(feet))
     carry = np.kron(_means(edges, per_side), _means(edges, per_side))
-    smooth = _smooth_compliance(fruit, feet, per_side)
+    smooth = _smooth_compliance(fruit, tuple(feet), per_side)
     width = np.diff(edges)
     area = np.outer(width, width).ravel()
     pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
@@ -76,6 +77,24 @@ def footprint_compliance(fruit: Fruit, feet: Sequence[Foot], edges: Floats) -> F
     )
 
 
+def folded(footprints: Footprints) -> Footprints:
+    """Return cells that stand for themselves and their mirror images at y = 0, for contact alike on both sides.
+
+    The number of lines of cells across a foot must be even; the cells at y > 0 stay, in their order.
+    """
+    cells = round((len(footprints.owner) / len(footprints.centres)) ** 0.5)
+    kept = footprints.places[:, 1] > 0.0
+    mirrored = np.arange(len(kept)).reshape(-1, cells)[:, ::-1].ravel()
+    pairs = 0.5 * (footprints.compliance + footprints.compliance[:, mirrored])
+    return replace(
+        footprints,
+        places=footprints.places[kept],
+        areas=2.0 * footprints.areas[kept],
+        owner=footprints.owner[kept],
+        compliance=pairs[np.ix_(kept, kept)],
+    )
+
+
 def _means(edges: Floats, per_side: int) -> Floats:
     """Return the mean of each nodal polynomial of a line over each cell, shape (cells, nodes)."""
     point, weight = np.polynomial.legendre.leggauss(GAUSS)
@@ -86,7 +105,8 @@ def _means(edges: Floats, per_side: int) -> Floats:
     return np.asarray(np.einsum("cgk,g->ck", values, 0.5 * weight))
 
 
-def _smooth_compliance(fruit: Fruit, feet: Sequence[Foot], per_side: int) -> Floats:
+@functools.lru_cache(maxsize=4)
+def _smooth_compliance(fruit: Fruit, feet: tuple[Foot, ...], per_side: int) -> Floats:
     """Return the answer between all nodes of all feet but for the half-space under one's own foot, times E [1/mm]."""
     within = max(FEWEST_NODES, nodes_within(fruit, feet))
     raise_order = square_punch(within).interpolate(square_punch(per_side).nodes)

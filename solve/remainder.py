@@ -103,6 +103,22 @@ def remainder_compliance(mesh: Mesh, poisson: float, loads: Floats, parities: tu
     return Remainder(tuple(0.5 * (one + one.T) for one in found), int(basis.N))
 
 
+def remainder_field(mesh: Mesh, poisson: float, loads: Floats, forces: Floats) -> tuple[CellBasis, Floats]:
+    """Return the remainder under forces (n,) at places (n, 2) on top of a whole block: basis and dofs of v E [1/mm].
+
+    `mesh` as `box_mesh` makes it. Raises SolveError when the solve is not exact.
+    """
+    basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
+    stiffness = projected_stiffness(basis, 1.0, poisson)
+    factor = factorised(stiffness, basis.get_dofs("base").all())
+    side, base = _boundary(mesh, basis, list(SIDES)), _boundary(mesh, basis, ["base"])
+    traction = np.tensordot(forces, _half_space(loads, poisson, side).t, 1)[None]
+    shift = np.tensordot(forces, _half_space(loads, poisson, base).u, 1)[None]
+    lift = -_projection(base, shift, factor.fixed, basis.N)
+    v: Floats = factor.solve(-_load_vector(side, traction, basis.N), lift[factor.fixed])[:, 0]
+    return basis, v
+
+
 def _check_reciprocity(found: list[Floats]) -> None:
     """Raise SolveError unless loads answer each other alike, which only true half-space fields do."""
     scale = max(float(np.abs(one).max()) for one in found)

@@ -1,8 +1,9 @@
 """Unilateral contact of the tips: pressure >= 0, gap >= 0, never both; springs in series with each tip.
 
-With f the cell forces over E, K the springs and b = travel of the tip - gap before deformation, for every cell
+With f the cell forces over E, C the springs' compliance and b = travel of the tip - gap before deformation, for
+every cell
 
-    A f + E F_tip / K_tip - b >= 0,   f >= 0,   one of them 0,     F_tip = sum of the tip's f.
+    A f + E (C F)_tip - b >= 0,   f >= 0,   one of them 0,     F_tip = sum of the tip's f.
 
 A primal-dual active set finds the touching cells: Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865,
 doi:10.1137/S1052623401383558; where it cycles, non-negative least squares on the Cholesky factor (Lawson and Hanson).
@@ -30,11 +31,12 @@ COMPLEMENTARITY = 1e-8
 class Touch:
     """State of contact: force of each tip over E (tips,) [mm^2] and what touches under it, `area` (tips,) [mm^2].
 
-    `pressure` over E [1] and `gap` [mm] are per cell; a cell without a face has an infinite gap. `steps` of the
-    active set were taken.
+    `slope` (tips,) [mm] is dF over E per travel of the housing while the same cells touch. `pressure` over E [1] and
+    `gap` [mm] are per cell; a cell without a face has an infinite gap. `steps` of the active set were taken.
     """
 
     F: Floats
+    slope: Floats
     pressure: Floats
     gap: Floats
     area: Floats
@@ -59,12 +61,14 @@ class UnilateralContact:
         self._tips = np.eye(len(footprints.centres))[footprints.owner]
         self._factor: _Factor | None = None
 
-    def press(self, approach: Floats, give: Sequence[float]) -> Touch:
-        """Return the contact for approach = travel of the tip - gap (cells,) [mm] and give = E / K per tip [1/mm].
+    def press(self, approach: Floats, give: Floats | Sequence[float]) -> Touch:
+        """Return the contact for approach = travel of the tip - gap (cells,) [mm] and give = E C [1/mm].
 
-        -inf marks a cell without a face. Raises SolveError when pressure and gap miss complementarity by 1e-8.
+        `give` has shape (tips, tips), or (tips,) where no spring disturbs another; -inf marks a cell without a face.
+        Raises SolveError when pressure and gap miss complementarity by 1e-8.
         """
         slack = np.asarray(give, dtype=np.float64)
+        slack = np.diag(slack) if slack.ndim == 1 else slack
         faces = np.isfinite(approach)
         b = np.where(faces, approach, -1.0)
         active = faces & (b > 0.0) if self._factor is None else self._factor.active & faces & (b > 0.0)
@@ -85,6 +89,7 @@ class UnilateralContact:
         touching = f > 0.0
         return Touch(
             F=self._tips.T @ f,
+            slope=self._tips.T @ self._forces(touching, np.ones(len(f)), slack),
             pressure=f / self._cells.areas,
             gap=np.where(faces, gap, np.inf),
             area=self._tips.T @ (touching * self._cells.areas),
@@ -99,9 +104,9 @@ class UnilateralContact:
         factor = self._factored(active)
         free = cho_solve(factor.cholesky, b[active])
         tips = self._tips[active]
-        system = np.eye(tips.shape[1]) + (tips.T @ factor.unit) * slack
+        system = np.eye(tips.shape[1]) + (tips.T @ factor.unit) @ slack
         F = np.linalg.solve(system, tips.T @ free)
-        f[active] = free - factor.unit @ (slack * F)
+        f[active] = free - factor.unit @ (slack @ F)
         return f
 
     def _factored(self, active: Flags) -> _Factor:
@@ -111,13 +116,13 @@ class UnilateralContact:
         return self._factor
 
     def _gap(self, f: Floats, b: Floats, slack: Floats) -> Floats:
-        gap: Floats = self._cells.compliance @ f + self._tips @ (slack * (self._tips.T @ f)) - b
+        gap: Floats = self._cells.compliance @ f + self._tips @ (slack @ (self._tips.T @ f)) - b
         return gap
 
     def _least_squares(self, faces: Flags, b: Floats, slack: Floats) -> Floats:
         """Return argmin f.M f / 2 - b.f over f >= 0 as the least-squares problem |L^T f - L^-1 b|, M = L L^T."""
         tips = self._tips[faces]
-        matrix = self._cells.compliance[np.ix_(faces, faces)] + (tips * slack) @ tips.T
+        matrix = self._cells.compliance[np.ix_(faces, faces)] + tips @ slack @ tips.T
         lower = cholesky(matrix, lower=True)
         f = np.zeros(len(b))
         f[faces] = nnls(lower.T, solve_triangular(lower, b[faces], lower=True), maxiter=50 * len(matrix))[0]

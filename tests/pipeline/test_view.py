@@ -107,7 +107,7 @@ def test_part_without_such_tips_gets_no_labels():
 
 @pytest.mark.parametrize(
     ("largest", "length", "factor"),
-    [(0.4, 78.0, 10.0), (0.1, 10.0, 5.0), (1e-6, 10.0, 5e5), (8.0, 100.0, 1.0), (0, 1, 1)],
+    [(0.4, 78.0, 10.0), (0.1, 10.0, 5.0), (1e-6, 10.0, 5e5), (8.0, 100.0, 1.0), (20.0, 100.0, 1.0), (0, 1, 1)],
 )
 def test_deformation_is_drawn_at_eight_percent_of_the_part_or_the_next_round_factor_below(largest, length, factor):
     assert deformation_factor(largest, length) == pytest.approx(factor, rel=1e-12)

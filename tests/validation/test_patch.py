@@ -1,0 +1,163 @@
+"""Patch test for solids: a unit cube of seven distorted bricks carries uniform strain exactly.
+
+R. H. MacNeal, R. L. Harder, Finite Elements in Analysis and Design 1 (1985) 3-20, figure 2,
+doi:10.1016/0168-874X(85)90003-4: E = 1e6, nu = 0.25, u = 1e-3 (2 x + y + z) / 2 and so on in turn, which is a direct
+stress of 2000 on every axis and a shear stress of 400 in every plane.
+"""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from skfem import ElementHex2, ElementHexS2, ElementTetP2, MeshHex, MeshHex2, MeshTet, MeshTet2
+
+from solve.dilatation import projected_stiffness
+from solve.elasticity import lame_parameters, stiffness_matrix, vector_basis
+from solve.linear import factorised
+
+E, POISSON = 1e6, 0.25
+GRADIENT = 1e-3 * (np.eye(3) + np.ones((3, 3))) / 2.0
+STRESS = 1600.0 * np.eye(3) + 400.0
+FULL, REDUCED = 5, 3  # polynomial degrees: 3^3 and 2^3 Gauss points
+EXACT = 1e-10
+
+BITS = [(0, 0, 0), (0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 1, 1), (1, 0, 1), (1, 1, 0), (1, 1, 1)]  # scikit-fem's order
+INNER = {
+    (0, 0, 0): (0.249, 0.342, 0.192),
+    (1, 0, 0): (0.826, 0.288, 0.288),
+    (1, 1, 0): (0.850, 0.649, 0.263),
+    (0, 1, 0): (0.273, 0.750, 0.230),
+    (0, 0, 1): (0.320, 0.186, 0.643),
+    (1, 0, 1): (0.677, 0.305, 0.683),
+    (1, 1, 1): (0.788, 0.693, 0.644),
+    (0, 1, 1): (0.165, 0.745, 0.702),
+}
+
+
+def seven_bricks():
+    """Return the published mesh: an inner brick and six between its faces and those of the cube."""
+    outer, inner = {bits: i for i, bits in enumerate(BITS)}, {bits: 8 + i for i, bits in enumerate(BITS)}
+    bricks = [[inner[bits] for bits in BITS]]
+    for axis, side in product(range(3), (0, 1)):
+        flat = [tuple(side if a == axis else bit for a, bit in enumerate(bits)) for bits in BITS]
+        bricks.append([(outer if bits[axis] == side else inner)[at] for bits, at in zip(BITS, flat, strict=True)])
+    p = np.array([*BITS, *(INNER[bits] for bits in BITS)], dtype=float)
+    return MeshHex(np.ascontiguousarray(p.T), np.ascontiguousarray(np.array(bricks).T))
+
+
+def split_bricks():
+    """Return 168 tetrahedra: each edge of each face of a brick with the middles of that face and of the brick."""
+    bricks = seven_bricks()
+    middles = bricks.p[:, bricks.facets].mean(axis=1), bricks.p[:, bricks.t].mean(axis=1)
+    body = bricks.p.shape[1] + bricks.facets.shape[1]
+    tets = []
+    for brick, faces in enumerate(bricks.t2f.T):
+        for face in faces:
+            ring = bricks.facets[:, face]
+            edges = zip(ring, np.roll(ring, -1), strict=True)
+            tets += [(a, b, bricks.p.shape[1] + face, body + brick) for a, b in edges]
+    return MeshTet(np.hstack([bricks.p, *middles]), np.ascontiguousarray(np.array(tets).T))
+
+
+def bent(mesh, size, rng):
+    """Return the quadratic mesh with every node inside the cube moved at random, mid-side nodes too."""
+    inside = np.all((mesh.doflocs > 1e-9) & (mesh.doflocs < 1.0 - 1e-9), axis=0)
+    doflocs = mesh.doflocs.copy()
+    doflocs[:, inside] += size * rng.uniform(-1.0, 1.0, size=(3, int(inside.sum())))
+    return replace(mesh, doflocs=doflocs)
+
+
+def faults(basis, K, poisson=POISSON):
+    """Return the largest error of displacement and of stress, each over the largest exact value."""
+    exact = np.zeros(basis.N)
+    for component, dofs in enumerate(dofs_by_component(basis)):
+        exact[dofs] = GRADIENT[component] @ basis.doflocs[:, dofs]
+    factor = factorised(K, basis.get_dofs().all())
+    u = factor.solve(np.zeros(basis.N), exact[factor.fixed])
+    gradient = np.asarray(basis.interpolate(u).grad)
+    lam, mu = lame_parameters(E, poisson)
+    stress = lam * np.trace(gradient) * np.eye(3)[:, :, None, None] + mu * (gradient + gradient.swapaxes(0, 1))
+    in_stress = np.abs(stress - STRESS[:, :, None, None]).max() / STRESS.max()
+    return np.abs(u - exact).max() / np.abs(exact).max(), in_stress
+
+
+def dofs_by_component(basis):
+    everywhere = basis.get_dofs(elements=np.arange(basis.mesh.nelements))
+    return [everywhere.all(f"u^{component}") for component in (1, 2, 3)]
+
+
+def show(case, found):
+    print(f"\nMacNeal-Harder patch, {case:45s} fault in displacement {found[0]:.1e}, in stress {found[1]:.1e}", end="")
+
+
+@pytest.mark.parametrize("make", [seven_bricks, split_bricks])
+def test_mesh_is_the_unit_cube_without_folds(make):
+    mesh = make()
+    basis = vector_basis(mesh, mesh.elem(), FULL)
+    assert basis.dx.sum() == pytest.approx(1.0, rel=1e-12)
+    if make is seven_bricks:  # tetrahedra are turned at will; one sign for all bricks is no fold
+        assert len(np.unique(np.sign(basis.mapping.detDF(basis.X)))) == 1
+
+
+@pytest.mark.parametrize(("element", "order"), [(ElementHexS2, FULL), (ElementHexS2, REDUCED), (ElementHex2, FULL)])
+def test_straight_bricks(element, order):
+    """Straight edges with centred mid-side nodes: 20 and 27 nodes pass, and 2^3 points are enough for 20."""
+    basis = vector_basis(seven_bricks(), element(), order)
+    found = faults(basis, stiffness_matrix(basis, E, POISSON))
+    show(f"{element.__name__}, degree {order}", found)
+    assert max(found) <= EXACT
+
+
+def test_straight_tetrahedra():
+    basis = vector_basis(split_bricks(), ElementTetP2(), 2)
+    found = faults(basis, stiffness_matrix(basis, E, POISSON))
+    show("ElementTetP2", found)
+    assert max(found) <= EXACT
+
+
+@pytest.mark.parametrize("poisson", [0.25, 0.4999])
+def test_bricks_with_projected_dilatation(poisson):
+    basis = vector_basis(seven_bricks(), ElementHex2(), FULL)
+    found = faults(basis, projected_stiffness(basis, E, poisson))
+    show(f"Q2/P1, nu {poisson}", found)
+    assert max(found) <= EXACT
+
+
+def test_bent_bricks_pass_where_the_map_is_that_of_the_displacement(serendipity, rng):
+    """Off-centre mid-side nodes pass too: 27 nodes always, 20 where face nodes follow from the edges."""
+    mesh = bent(MeshHex2.from_mesh(seven_bricks()), 0.01, rng)
+    for element, shape in ((ElementHexS2, serendipity(mesh)), (ElementHex2, mesh)):
+        basis = vector_basis(shape, element(), FULL)
+        found = faults(basis, stiffness_matrix(basis, E, POISSON))
+        show(f"{element.__name__}, bent", found)
+        assert max(found) <= EXACT
+
+
+def test_bent_tetrahedra(rng):
+    basis = vector_basis(bent(MeshTet2.from_mesh(split_bricks()), 0.004, rng), ElementTetP2(), 4)
+    found = faults(basis, stiffness_matrix(basis, E, POISSON))
+    show("ElementTetP2, bent", found)
+    assert max(found) <= EXACT
+
+
+def test_planted_face_nodes_off_the_20_node_map_fail(rng):
+    """A face node left where the 27-node map wants it makes a 20-node displacement miss uniform strain."""
+    mesh = bent(MeshHex2.from_mesh(seven_bricks()), 0.01, rng)
+    basis = vector_basis(mesh, ElementHexS2(), FULL)
+    found = faults(basis, stiffness_matrix(basis, E, POISSON))
+    show("planted face nodes", found)
+    assert min(found) > 1e3 * EXACT
+
+
+def test_planted_reduced_rule_on_bent_bricks_fails(serendipity, rng):
+    mesh = serendipity(bent(MeshHex2.from_mesh(seven_bricks()), 0.01, rng))
+    basis = vector_basis(mesh, ElementHexS2(), REDUCED)
+    found = faults(basis, stiffness_matrix(basis, E, POISSON))
+    show("planted 2^3 points on bent bricks", found)
+    assert min(found) > 1e3 * EXACT
+
+
+def test_planted_poisson_is_seen_in_the_stress():
+    basis = vector_basis(seven_bricks(), ElementHexS2(), FULL)
+    assert faults(basis, stiffness_matrix(basis, E, 0.251), poisson=0.251)[1] > 1e3 * EXACT
