@@ -12,6 +12,7 @@ from cad.parameters import Press
 from cad.sensor import Sensor, pressed
 
 TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
+LEAF_GAP_MM = 0.1  # a leaf printed this much off its place still moves freely
 STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel
 _HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] from the high tip round to the side +y
 _UP: Vector = (0.0, 0.0, 1.0)
@@ -83,39 +84,55 @@ def _box(x: tuple[float, float], housing: Housing, z: tuple[float, float]) -> cq
 def stop_findings(sensor: Sensor, deflections: tuple[float, float]) -> tuple[Finding, ...]:
     """Return geometry.stops_low and _high: deflection [mm] at which shuttle or leaf first meets the frame.
 
-    The deflections [mm] of low and high spring are those at full travel; a stop must stand 1.2 times above.
+    The deflections [mm] of low and high spring are those at full travel; a stop must stand 1.2 times above. With
+    them geometry.deflected_gap_low and _high [mm]: what is left between leaf and frame when the shuttle is stopped.
     """
     housing, lines = sensor.housing, SolidLines(sensor.part.shape)
     sides = (("low", housing.low, housing.low_root), ("high", housing.high, housing.high_root))
-    found = []
+    found: list[Finding] = []
     for (side, flexure, roots), deflection in zip(sides, deflections, strict=True):
-        gap, place = min(_gaps(housing, lines, flexure, roots))
-        if not math.isfinite(gap):
-            found.append(failed(f"geometry.stops_{side}", "a stop", unit="mm", reference=f"no stop: {place}"))
-            continue
-        least = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
-        reference = f"lines from shuttle and leaf to the frame; limit is {least}; {place}"
-        limit = STOP_SAFETY * deflection
-        found.append(at_least(f"geometry.stops_{side}", gap, limit, 0.0, unit="mm", reference=reference))
+        shuttle, leaf = _gaps(housing, lines, flexure, roots)
+        found += _stop_findings(side, deflection, min(shuttle), leaf)
     return tuple(found)
+
+
+def _stop_findings(side: str, deflection: float, stop: float, leaf: dict[float, float]) -> tuple[Finding, Finding]:
+    """Return the two findings on one arm from the way of its shuttle to the stop and the ways of its leaf [mm]."""
+    touch, names = min(leaf.values()), (f"geometry.stops_{side}", f"geometry.deflected_gap_{side}")
+    limit = STOP_SAFETY * deflection
+    for place, ways in (("shuttle", (stop,)), ("leaf", tuple(leaf.values()))):
+        if not all(math.isfinite(way) for way in ways):
+            reference = f"no stop: the {place} touches it already, or nothing is above"
+            return failed(names[0], limit, unit="mm", reference=reference), failed(
+                names[1], LEAF_GAP_MM, unit="mm", reference=reference
+            )
+    first = "shuttle" if stop <= touch else "leaf"
+    least = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
+    stopped = f"lines from shuttle and leaf to the frame; limit is {least}; the {first} touches first"
+    left = min((way - stop) * moved for moved, way in leaf.items())
+    free = f"least distance between leaf and frame with the shuttle at its stop, {stop:.4g} mm up"
+    return (
+        at_least(names[0], min(stop, touch), limit, 0.0, unit="mm", reference=stopped),
+        at_least(names[1], left, LEAF_GAP_MM, 0.0, unit="mm", reference=free),
+    )
 
 
 def _gaps(
     housing: Housing, lines: SolidLines, flexure: Flexure, roots: tuple[float, float]
-) -> list[tuple[float, str]]:
-    """Return the deflections at which places of an arm touch what is above, each with the name of the place."""
+) -> tuple[list[float], dict[float, float]]:
+    """Return the deflections [mm] at which places of the shuttle, then of the upper leaf, touch what is above.
+
+    Those of the leaf are held by the share of the deflection that the place moves, the shape of a guided leaf.
+    """
     wall, shuttle = roots
     away = 1.0 if shuttle > wall else -1.0
-    found = []
-    for share in (0.02, 0.5, 0.98):
-        x = shuttle + away * share * housing.shuttle_width
-        found.append((_gap_above(lines, (x, 0.0, housing.neck_level)), "the shuttle touches first"))
-    for share in (0.3, 0.6, 0.9):
-        x = wall + share * (shuttle - wall)
-        moved = 3.0 * share**2 - 2.0 * share**3  # shape of a guided leaf
-        gap = _gap_above(lines, (x, 0.0, housing.lower_leaf_level + flexure.separation))
-        found.append((gap / moved, "the leaf touches first"))
-    return found
+    places = [shuttle + away * share * housing.shuttle_width for share in (0.02, 0.5, 0.98)]
+    leaf = {}
+    for share in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9):
+        moved = 3.0 * share**2 - 2.0 * share**3
+        at = (wall + share * (shuttle - wall), 0.0, housing.lower_leaf_level + flexure.separation)
+        leaf[moved] = _gap_above(lines, at) / moved
+    return [_gap_above(lines, (x, 0.0, housing.neck_level)) for x in places], leaf
 
 
 def _gap_above(lines: SolidLines, place: Vector) -> float:

@@ -1,4 +1,4 @@
-"""The files of a sensor: STEP of the housing and of the assembly, STL in print pose; each read back and compared.
+"""The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose; each read back and compared.
 
 Print pose: the plate lies flat on z = 0 with the face y = -depth / 2 up, x stays, what was z points along y.
 """
@@ -11,9 +11,11 @@ import trimesh
 
 from cad.sensor import Sensor
 from cad.step import read_step, write_step
-from cad.stl import CHORD_MM, read_stl, write_stl
+from cad.stl import CHORD_MM, read_stl, triangles, write_stl
+from cad.threemf import read_3mf, write_3mf
 
-_STEP_TOLERANCE = 1e-9  # Part 21 carries 15 digits
+_STEP_TOLERANCE = 1e-9
+_SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of a part
 _QUARTER_TURN = -90.0
 
 
@@ -34,31 +36,39 @@ def sensor_pose(mesh: trimesh.Trimesh, depth: float) -> trimesh.Trimesh:
 
 
 def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
-    """Write housing.step, housing.stl and assembly.step and return their paths.
+    """Write housing.step, assembly.step and, with the marks, housing.stl and housing.3mf; return their paths.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
-    housing_step, housing_stl, assembly_step = (
-        folder / name for name in ("housing.step", "housing.stl", "assembly.step")
-    )
-    bodies = sensor.bodies()
-    volume = sensor.part.shape.Volume()
+    names = ("housing.step", "assembly.step", "housing.stl", "housing.3mf")
+    housing_step, assembly_step, housing_stl, model = (folder / name for name in names)
+    bodies, shape = sensor.bodies(), sensor.part.shape
     write_step(bodies[:1], housing_step, "housing")
-    _compare(housing_step, read_step(housing_step).Volume(), volume, _STEP_TOLERANCE * volume)
+    compare_volume(housing_step, read_step(housing_step).Volume(), shape.Volume(), step_tolerance(shape))
     write_step(bodies, assembly_step, "assembly")
-    whole = sum(body.shape.Volume() for body in bodies)
-    _compare(assembly_step, read_step(assembly_step).Volume(), whole, _STEP_TOLERANCE * whole)
-    write_stl(print_pose(sensor.part.shape), housing_stl)
-    _compare(housing_stl, float(read_stl(housing_stl).volume), volume, CHORD_MM * _curved_area(sensor.part.shape))
-    return housing_step, housing_stl, assembly_step
+    whole = cq.Compound.makeCompound([body.shape for body in bodies])
+    compare_volume(assembly_step, read_step(assembly_step).Volume(), whole.Volume(), step_tolerance(whole))
+    printed = print_pose(sensor.printed_part.shape)
+    write_stl(printed, housing_stl)
+    compare_volume(housing_stl, float(read_stl(housing_stl).volume), printed.Volume(), solid_tolerance(printed))
+    write_3mf({sensor.part.name: triangles(printed)}, model)
+    compare_volume(model, float(read_3mf(model).mesh.volume), printed.Volume(), solid_tolerance(printed))
+    return housing_step, assembly_step, housing_stl, model
 
 
-def _curved_area(shape: cq.Shape) -> float:
-    """Return the area [mm^2] of the faces that triangles cannot follow."""
-    return sum(face.Area() for face in shape.Faces() if face.geomType() != "PLANE") + 1e-3
+def step_tolerance(shape: cq.Shape) -> float:
+    """Return what the volume of a STEP file may be off [mm^3]: Part 21 carries 15 digits."""
+    return _STEP_TOLERANCE * float(shape.Volume())
 
 
-def _compare(path: Path, found: float, expected: float, tolerance: float) -> None:
+def solid_tolerance(shape: cq.Shape) -> float:
+    """Return what the volume of triangles may be off [mm^3]: a chord's height over the area of the round faces."""
+    curved = sum(face.Area() for face in shape.Faces() if face.geomType() != "PLANE")
+    return CHORD_MM * float(curved) + _SINGLE_PRECISION * float(shape.Volume())
+
+
+def compare_volume(path: Path, found: float, expected: float, tolerance: float) -> None:
+    """Raise ExportError when the volume [mm^3] read back from a file is not the expected one."""
     if not abs(found - expected) <= tolerance:
         msg = (
             f"{path.name}: volume read back = {found:.9g} mm^3: must be {expected:.9g} within {tolerance:.2g} mm^3; "

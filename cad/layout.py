@@ -10,7 +10,7 @@ from cad.parameters import Design
 SEPARATION = 14.0  # of the two leaves of a flexure: a wide stance keeps the tip from tilting
 SHUTTLE_WIDTH = 6.0
 TOP_BAR = 6.0
-LEDGE = 1.0  # straight wall between a fillet and the next corner
+LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest tip that prints without support
 CLEARANCE = 0.5  # frame above the fruit in the worst press
 TILT_DEG = 3.0  # of the hand that presses the sensor on
 STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
@@ -31,7 +31,7 @@ def housing_for(
         for t, length in zip((process.leaf_thickness_low_mm, process.leaf_thickness_high_mm), lengths, strict=True)
     )
     shuttle = max(tips.side_mm, min(SHUTTLE_WIDTH, tips.spacing_mm - process.min_gap_mm))
-    tip_height = max(tips.side_mm, 1.5 * design.press.travel_mm)
+    tip_height = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
     neck = tip_height + max(0.5 * (max(depth, shuttle) - tips.side_mm), LEDGE)
     protrusion = _protrusion(design, lengths, depth)
     half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm

@@ -4,6 +4,7 @@ Sensor frame: x along the tips with their midpoint at 0, z against the press wit
 y across. The fruit waits below the tips by the gap. Units: mm, degrees.
 """
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ import cadquery as cq
 
 from cad.fruit import fruit_block
 from cad.housing import Housing
+from cad.marks import marked
 from cad.parameters import Fruit, Press, Tips
 from cad.part import Part
 
@@ -37,6 +39,15 @@ class Sensor:
     fruit: Fruit
     tips: Tips
     press: Press
+    name: str = ""
+
+    @functools.cached_property
+    def printed_part(self) -> Part:
+        """Return the part as the print files hold it: with L, H and the name engraved in the frame, if there is one.
+
+        The engraving lies between the clamped holes, 0.3 mm deep: what is solved leaves it out.
+        """
+        return marked(self.part, self.housing, self.name) if self.name else self.part
 
     def bodies(self) -> tuple[Body, ...]:
         """Return housing and fruit in the sensor frame before the press, the fruit below the tips by the gap."""

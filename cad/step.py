@@ -37,6 +37,7 @@ _STRING = re.compile(r"('(?:[^']|'')*')")
 _STRING_OR_SPACE = re.compile(r"('(?:[^']|'')*')|\s+")
 _PIECE = re.compile(r"'(?:[^']|'')*'|[^',]+|,")
 _REFERENCE = re.compile(r"#(\d+)")
+_COUNTED_START = "NEXT_ASSEMBLY_USAGE_OCCURRENCE('"
 _COUNTED = re.compile(r"^(NEXT_ASSEMBLY_USAGE_OCCURRENCE\(')[^']*(')")
 _TRANSLATOR = re.compile(r"(Open CASCADE STEP translator [\d.]+) [\d.]+")
 _UNORDERED = re.compile(r"^(MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION\('[^']*',\()([#\d,]*)(\).*)$")
@@ -125,6 +126,8 @@ def canonical(text: str) -> str:
 
 def _plain(body: str) -> str:
     """Return an entity without line breaks and without what a process counts."""
+    if "'" not in body:
+        return "".join(body.split())
     joined = _STRING_OR_SPACE.sub(lambda match: (match[1] or "").replace("\n", ""), body)
     return _COUNTED.sub(r"\1\2", _TRANSLATOR.sub(r"\1", joined))
 
@@ -175,9 +178,10 @@ def _renamed(body: str, names: Mapping[int, object]) -> str:
 
 def _lines(number: int, body: str) -> str:
     """Return one entity, broken after commas so that no line grows long; counted anew where it carries a count."""
-    counted = re.sub(r"^(NEXT_ASSEMBLY_USAGE_OCCURRENCE\(')(')", rf"\g<1>{number}\g<2>", body)
+    if body.startswith(_COUNTED_START):
+        body = f"{_COUNTED_START}{number}{body.removeprefix(_COUNTED_START)}"
     lines, line = [], f"#{number} = "
-    for piece in _PIECE.findall(f"{counted};"):
+    for piece in _PIECE.findall(f"{body};") if len(body) > _LINE - len(line) else (f"{body};",):
         if len(line) + len(piece) > _LINE and line.strip() and piece != ",":
             lines.append(line)
             line = ""

@@ -8,9 +8,12 @@ from xml.sax.saxutils import quoteattr
 
 import lib3mf
 import numpy as np
+import numpy.typing as npt
 import trimesh
 from lib3mf import ELib3MFException, get_wrapper
 
+Corners = npt.NDArray[np.float64]
+Faces = npt.NDArray[np.int64]
 _TYPES = """<?xml version="1.0" encoding="UTF-8"?>
 <Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
  <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
@@ -75,13 +78,19 @@ def read_3mf(path: Path) -> Package:
         raise ValueError(msg) from error
     warnings = tuple(str(reader.GetWarning(i)) for i in range(reader.GetWarningCount()))
     names = tuple(each.GetName() for each in _meshes(model))
-    meshes = [_triangles(each) for each in _meshes(model.MergeToModel())]
-    whole = trimesh.util.concatenate(meshes) if meshes else trimesh.Trimesh()
-    if len(whole.faces) == 0:
+    mesh = _joined([_triangles(each) for each in _meshes(model.MergeToModel())], _MILLIMETRES[model.GetUnit()])
+    if len(mesh.faces) == 0:
         msg = f"3MF: {path.name} holds no triangles; export it again"
         raise ValueError(msg)
-    whole.apply_scale(_MILLIMETRES[model.GetUnit()])
-    return Package(mesh=whole, names=names, warnings=warnings)
+    return Package(mesh=mesh, names=names, warnings=warnings)
+
+
+def _joined(pieces: list[tuple[Corners, Faces]], scale: float) -> trimesh.Trimesh:
+    """Return one mesh of several, scaled to millimetres."""
+    starts = np.cumsum([0, *(len(corners) for corners, _ in pieces)])
+    corners = np.concatenate([np.empty((0, 3)), *(corners for corners, _ in pieces)])
+    faces = [faces + start for (_, faces), start in zip(pieces, starts, strict=False)]
+    return trimesh.Trimesh(scale * corners, np.concatenate([np.empty((0, 3), dtype=np.int64), *faces]), process=False)
 
 
 def _meshes(model: lib3mf.Model) -> list[lib3mf.MeshObject]:
@@ -91,7 +100,7 @@ def _meshes(model: lib3mf.Model) -> list[lib3mf.MeshObject]:
     return found
 
 
-def _triangles(item: lib3mf.MeshObject) -> trimesh.Trimesh:
+def _triangles(item: lib3mf.MeshObject) -> tuple[Corners, Faces]:
     corners = np.array([list(corner.Coordinates) for corner in item.GetVertices()], dtype=float)
     faces = np.array([list(face.Indices) for face in item.GetTriangleIndices()], dtype=np.int64)
-    return trimesh.Trimesh(corners.reshape(-1, 3), faces.reshape(-1, 3), process=False)
+    return corners.reshape(-1, 3), faces.reshape(-1, 3)

@@ -9,12 +9,13 @@ from typing import Any
 from cad.checks import check_file, check_sensor
 from cad.design_file import design_from_mapping
 from cad.finding import Finding, equal
-from cad.flexure import Flexure
-from cad.housing import Housing, housing_part
+from cad.materials import PROCESSES
 from cad.quantity import InputError, fault
-from cad.sensor import Sensor
+from pipeline.kept import housing_from
 from pipeline.report import print_findings
+from pipeline.solids import sensor_of
 
+_ALREADY = ("geometry.watertight", "geometry.manifold", "geometry.one_solid")
 _REMEDY = "name an output folder, or a STEP or STL file"
 
 
@@ -43,13 +44,13 @@ def check_folder(folder: Path) -> tuple[Finding, ...]:
     declared = report["housing"]
     if declared is None:
         return (files, equal("geometry.made", 0.0, 1.0, 0.0, unit="1", reference="no housing: see printable.*"))
-    housing = Housing(**{key: Flexure(**value) if key in ("low", "high") else value for key, value in declared.items()})
+    housing = housing_from(declared)
     design = design_from_mapping(report["design"])
-    sensor = Sensor(
-        housing=housing, part=housing_part(housing), fruit=design.fruit, tips=design.tips, press=design.press
-    )
+    sensor = sensor_of(design, housing)
     low, high = report["deflections_mm"]
-    return (files, *check_sensor(sensor, (low, high), folder))
+    process = PROCESSES[design.print.process]
+    printed = tuple(one for one in check_file(folder / "housing.3mf", process) if one.name not in _ALREADY)
+    return (files, *check_sensor(sensor, (low, high), folder), *printed)
 
 
 def _report(folder: Path) -> dict[str, Any]:

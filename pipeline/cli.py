@@ -132,7 +132,10 @@ def _parsers() -> tuple[_Parser, dict[str, _Parser]]:
     view = add("view", _view, "show the parts, fields and response", "pipeline view outputs/paper --png pictures")
     view.add_argument("folder", metavar="DIR", type=Path, help="an output folder")
     view.add_argument("--png", metavar="DIR", type=Path, help="write pictures there instead of opening a window")
-    _add_json(add("bench", _bench, "measure speed against error on this machine", "pipeline bench"))
+    bench = add("bench", _bench, "measure speed against error on this machine", "pipeline bench")
+    bench.add_argument("--hard", action="store_true", help="solve the hard cases instead; exit code 1 if one is wrong")
+    bench.add_argument("--out", metavar="DIR", type=Path, help="folder of the tables (default outputs/bench)")
+    _add_json(bench)
     add("doctor", _doctor, "look whether this machine has what the commands need", "pipeline doctor")
     return parser, commands
 
@@ -264,9 +267,14 @@ def _view(arguments: argparse.Namespace) -> int:
 
 
 def _bench(arguments: argparse.Namespace) -> int:
+    place = {} if arguments.out is None else {"out": arguments.out}
     from pipeline import bench
 
-    return bench.bench(as_json=arguments.json)
+    if not arguments.hard:
+        return bench.bench(as_json=arguments.json, **place)
+    from pipeline import hard
+
+    return hard.hard(as_json=arguments.json, **place)
 
 
 def _doctor(_arguments: argparse.Namespace) -> int:

@@ -1,10 +1,7 @@
 """The fruit's answer to both tips by the method that the scene asks for: the split in its domain, else direct FE."""
 
 import dataclasses
-from collections.abc import Sequence
 from typing import Literal, get_args
-
-from skfem import MeshTet1
 
 from cad.fruit import fruit_half, fruit_quarter
 from cad.parameters import Fruit, Tips
@@ -43,21 +40,21 @@ def contact_compliance(fruit: Fruit, tips: Tips, method: str = "auto") -> Compli
 
 def _flat_compliance(block: Fruit, tips: Tips, method: str) -> Compliance:
     if method == "direct":
-        return direct_compliance(_meshes(block, tips), block, tips)
+        return _direct(block, tips)
     try:
         return split_compliance(block, tips)
     except SplitDomainError as outside:
         reason = str(outside)
         if method == "split":
             raise InputError(reason) from outside
-    found = direct_compliance(_meshes(block, tips), block, tips)
+    found = _direct(block, tips)
     cause = reason.partition(";")[0]
     return dataclasses.replace(found, status=f"{found.status}; {cause}, so solved by direct finite elements")
 
 
-def _meshes(block: Fruit, tips: Tips) -> Sequence[MeshTet1]:
+def _direct(block: Fruit, tips: Tips) -> Compliance:
     if tips.shape == "cube":
-        return fruit_meshes(block, tips)
+        return direct_compliance(fruit_meshes(block, tips), block, tips)
     part = fruit_quarter(block, tips) if tips.offset_mm == 0.0 else fruit_half(block, tips)
     sizes = (fruit_size(part, block, tips, scale) for scale in REFINEMENTS)
-    return tuple(volume_mesh(part, size, tolerance=_FACETED) for size in sizes)
+    return direct_compliance([volume_mesh(part, size, tolerance=_FACETED) for size in sizes], block, tips)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.finding import Finding
-from cad.parameters import Design
+from cad.parameters import Design, Tips
 from cad.springs import Springs
 from pipeline.sizing import Sizing
 from pipeline.springs import PrintedSprings
@@ -84,7 +84,26 @@ def judge(
         printable_verdict(low),
         printable_verdict(high),
         *(Verdict(**asdict(finding)) for finding in geometry),
+        *_tip_shape(case.design.tips),
         *_bruise(case.design, found),
+    )
+
+
+def _tip_shape(tips: Tips) -> tuple[Verdict, ...]:
+    """Return a failed verdict where the tips are not those of the housing: sharp square ones."""
+    if tips.shape == "cube" and tips.fillet_mm == 0.0:
+        return ()
+    return (
+        Verdict(
+            name="geometry.tip_shape",
+            value=None,
+            unit="1",
+            limit="cube without fillet",
+            tolerance=None,
+            passed=False,
+            reference=f"the response is that of a {tips.shape} with a fillet of {tips.fillet_mm:g} mm, the housing has "
+            "sharp square tips: a ground tip must take their place, and its give is not in K_l and K_h",
+        ),
     )
 
 

@@ -5,14 +5,15 @@ from typing import Any
 
 from cad.design_file import design_as_toml
 from cad.parameters import Design
-from pipeline.contact import contact_compliance
 from pipeline.judgement import Case, judge
+from pipeline.kept import kept_contact
 from pipeline.load import RunOptions
 from pipeline.outputs import output_folder
 from pipeline.report import compose, file_entries, write_report
 from pipeline.response_table import response_table
 from pipeline.sizing import size
 from pipeline.solids import write_solids
+from pipeline.solutions import write_solutions
 from pipeline.springs import print_springs
 from pipeline.stopwatch import Stopwatch
 from pipeline.verdicts import all_passed
@@ -26,22 +27,27 @@ class RunResult:
     passed: bool | None
 
 
-def run(design: Design, options: RunOptions) -> RunResult:
-    """Run every stage and write the outputs, which appear whole or, when this raises, not at all."""
+def run(design: Design, options: RunOptions, *, fabrication: bool = False) -> RunResult:
+    """Run every stage and write the outputs, which appear whole or, when this raises, not at all.
+
+    With `fabrication` the outputs hold all that a maker needs, too.
+    """
     clock = Stopwatch()
     with output_folder(options.out) as folder:
         with clock.stage("contact"):
-            contact = contact_compliance(design.fruit, design.tips, options.contact_method)
+            contact = kept_contact(design, options.contact_method)
             case = Case(design=design, contact=contact, sizing=size(design, contact, options.fruit_stiffness))
         with clock.stage("flexures"):
             springs = print_springs(design, case.sizing)
         with clock.stage("solids"):
-            geometry = write_solids(design, springs, folder)
+            geometry = write_solids(design, springs, folder, fabrication=fabrication)
         with clock.stage("response"):
             found = case.respond(springs.compliance, design.fruit.E_MPa)
         with clock.stage("verdicts"):
             verdicts = judge(case, springs, geometry, found)
             report = compose(case, springs, found, verdicts)
+        with clock.stage("solutions"):
+            write_solutions(case, springs, folder, fields=options.fields)
         with clock.stage("tables"):
             (folder / "design.toml").write_text(reproducing(design, options), encoding="utf-8")
             judged = case.judged(springs.stiffnesses, springs.errors)
@@ -53,7 +59,7 @@ def run(design: Design, options: RunOptions) -> RunResult:
 
 def design_only(design: Design, options: RunOptions) -> RunResult:
     """Run every stage and add the files for fabrication."""
-    return run(design, options)
+    return run(design, options, fabrication=True)
 
 
 def reproducing(design: Design, options: RunOptions) -> str:

@@ -3,21 +3,34 @@
 from pathlib import Path
 
 from cad.checks import check_sensor
+from cad.drawing import Title
 from cad.export import write_sensor
+from cad.fabrication import write_fabrication
 from cad.finding import Finding
-from cad.housing import housing_part
+from cad.housing import Housing, housing_part
 from cad.parameters import Design
 from cad.sensor import Sensor
 from pipeline.springs import PrintedSprings
 
 
-def write_solids(design: Design, springs: PrintedSprings, folder: Path) -> tuple[Finding, ...]:
-    """Write STEP and STL into the folder and return the geometry findings; none where no housing could be made."""
+def sensor_of(design: Design, housing: Housing) -> Sensor:
+    """Return the sensor of a design with this housing."""
+    part = housing_part(housing)
+    return Sensor(
+        housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
+    )
+
+
+def write_solids(design: Design, springs: PrintedSprings, folder: Path, *, fabrication: bool) -> tuple[Finding, ...]:
+    """Write STEP, STL and 3MF into the folder and return the geometry findings; none where no housing can be made.
+
+    With `fabrication` also the drawing, the coupon and the sheet. Raises OSError or ExportError.
+    """
     housing = springs.housing
     if housing is None:
         return ()
-    sensor = Sensor(
-        housing=housing, part=housing_part(housing), fruit=design.fruit, tips=design.tips, press=design.press
-    )
+    sensor = sensor_of(design, housing)
     write_sensor(sensor, folder)
+    if fabrication:
+        write_fabrication(sensor, Title(name=design.name, process=springs.process), folder)
     return check_sensor(sensor, springs.deflections, folder)

@@ -12,7 +12,8 @@ from cad.materials import PROCESSES, Process
 from cad.parameters import Design
 from cad.printable import Printable, check_printable
 from cad.springs import Springs
-from pipeline.flexures import FittedFlexures, fit_flexures
+from pipeline.flexures import FittedFlexures
+from pipeline.kept import kept_flexures
 from pipeline.sizing import Sizing
 from solve.response import spring_compliance
 
@@ -82,7 +83,7 @@ def print_springs(design: Design, sizing: Sizing) -> PrintedSprings:
     if all(verdict.passed is not False for verdict in verdicts):
         lengths = (verdicts[0].length_mm, verdicts[1].length_mm)
         guess = housing_for(design, process, lengths, deflections)
-        fitted = fit_flexures(guess, springs.K_l, springs.K_h, process.E_MPa, process.poisson)
+        fitted = kept_flexures(guess, (springs.K_l, springs.K_h), process.E_MPa, process.poisson)
         solved = (fitted.housing.low.length, fitted.housing.high.length)
         verdicts = check_printable(design, springs, K_m_max, process, solved)
     low, high = (_spring(index, springs, verdicts[index], fitted, deflections[index]) for index in (0, 1))

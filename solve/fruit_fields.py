@@ -191,8 +191,10 @@ def _unit_load(place: Lines, sides: Floats) -> Floats:
     """Return the potentials but for z of a unit force on a rectangle, or at a point where the sides are 0."""
     if sides[0] > 0.0:
         found = halfspace.rectangle_load(*place, (float(sides[0]), float(sides[1])))
-        return np.stack(astuple(found)[1:]) / (sides[0] * sides[1])
-    return np.stack(astuple(halfspace.point_load(*place))[1:])
+        area = float(sides[0] * sides[1])
+    else:
+        found, area = halfspace.point_load(*place), 1.0
+    return np.asarray(astuple(found)[1:], dtype=np.float64) / area
 
 
 def _stress(gradient: Floats, poisson: float) -> Floats:

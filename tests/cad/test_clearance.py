@@ -1,6 +1,7 @@
 import math
 from dataclasses import replace
 
+import cadquery as cq
 import pytest
 
 from cad.clearance import clearance_findings, stop_findings
@@ -13,6 +14,11 @@ KERNEL = 1e-6
 def named(findings, name):
     (finding,) = (each for each in findings if each.name == f"geometry.{name}")
     return finding
+
+
+def stops(sensor, deflections):
+    findings = stop_findings(sensor, deflections)
+    return named(findings, "stops_low"), named(findings, "stops_high")
 
 
 def with_housing(sensor, **changes):
@@ -60,7 +66,7 @@ def test_neck_stands_over_the_fruit_by_tip_height_less_travel(sensor, travel, pa
 
 
 def test_stop_gap_is_measured_on_the_solid(sensor):
-    low, high = stop_findings(sensor, (0.55, 0.2))
+    low, high = stops(sensor, (0.55, 0.2))
     assert (low.value, high.value) == pytest.approx((22.75 - 22.0, 22.75 - 22.45), abs=KERNEL)
     assert (low.limit, high.limit) == pytest.approx((1.2 * 0.55, 1.2 * 0.2))
     assert low.passed
@@ -68,17 +74,48 @@ def test_stop_gap_is_measured_on_the_solid(sensor):
 
 
 def test_deflection_up_to_the_stop_fails(sensor):
-    low, high = stop_findings(sensor, (0.65, 0.26))
+    low, high = stops(sensor, (0.65, 0.26))
     assert (low.passed, high.passed) == (False, False)
 
 
-def test_touching_leaf_is_found_before_the_shuttle(sensor):
-    """A bar 0.1 mm above the upper low leaf at 0.6 of its length, where a guided leaf moves 0.648 of the tip."""
+def blocked(sensor, gap):
+    """Hang a bar over the upper low leaf at 0.6 of its length, where a guided leaf moves 0.648 of its end."""
     root, shuttle = sensor.housing.low_root
-    x, z = root + 0.6 * (shuttle - root), sensor.housing.lower_leaf_level + 14.0 + 0.4 + 0.1
-    bar = type(sensor.fruit_box()).makeBox(1.0, 6.0, sensor.housing.top_level - z).translate((x - 0.5, -3.0, z))
-    blocked = replace(sensor, part=replace(sensor.part, shape=sensor.part.shape.fuse(bar)))
-    low, high = stop_findings(blocked, (0.55, 0.2))
-    assert low.value == pytest.approx(0.1 / (3.0 * 0.6**2 - 2.0 * 0.6**3), abs=KERNEL)
+    x, z = root + 0.6 * (shuttle - root), sensor.housing.lower_leaf_level + 14.0 + 0.4 + gap
+    bar = cq.Solid.makeBox(1.0, 6.0, sensor.housing.top_level - z, cq.Vector(x - 0.5, -3.0, z))
+    return replace(sensor, part=replace(sensor.part, shape=sensor.part.shape.fuse(bar)))
+
+
+def test_leaf_that_meets_the_frame_before_the_shuttle_is_found(sensor):
+    moved = 3.0 * 0.6**2 - 2.0 * 0.6**3
+    low, high = stops(blocked(sensor, 0.1), (0.55, 0.2))
+    assert low.value == pytest.approx(0.1 / moved, abs=KERNEL)
     assert "leaf touches first" in low.reference
     assert (low.passed, high.passed) == (False, True)
+    left = named(stop_findings(blocked(sensor, 0.1), (0.55, 0.2)), "deflected_gap_low")
+    assert left.value == pytest.approx(0.1 - 0.75 * moved, abs=KERNEL)
+    assert left.passed is False
+
+
+def test_leaf_that_stays_clear_only_just_at_the_stop_fails(sensor):
+    moved = 3.0 * 0.6**2 - 2.0 * 0.6**3
+    findings = stop_findings(blocked(sensor, 0.75 * moved + 0.05), (0.55, 0.2))
+    assert named(findings, "stops_low").passed is True
+    assert named(findings, "deflected_gap_low").value == pytest.approx(0.05, abs=KERNEL)
+    assert named(findings, "deflected_gap_low").passed is False
+
+
+def test_leaf_that_touches_its_stop_fails(sensor):
+    low, high = stops(blocked(sensor, 0.0), (0.55, 0.2))
+    assert (low.passed, low.value, high.passed) == (False, None, True)
+    assert low.reference == "no stop: the leaf touches it already, or nothing is above"
+
+
+def test_housing_without_a_stop_fails(sensor):
+    low, _ = stops(replace(sensor, part=replace(sensor.part, shape=_without_bar(sensor))), (0.55, 0.2))
+    assert (low.passed, low.value) == (False, None)
+
+
+def _without_bar(sensor):
+    cut = cq.Solid.makeBox(200.0, 20.0, 20.0, cq.Vector(-100.0, -10.0, sensor.housing.cavity_level))
+    return sensor.part.shape.cut(cut)

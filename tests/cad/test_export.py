@@ -7,16 +7,39 @@ import cad.export
 from cad.export import ExportError, print_pose, sensor_pose, write_sensor
 from cad.step import read_step, write_step
 from cad.stl import CHORD_MM, read_stl, write_stl
+from cad.threemf import read_3mf, write_3mf
+
+NAMES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf"]
 
 
 def test_files_hold_the_solids(sensor, tmp_path):
-    step, stl, assembly = write_sensor(sensor, tmp_path)
-    assert [path.name for path in (step, stl, assembly)] == ["housing.step", "housing.stl", "assembly.step"]
+    step, assembly, stl, model = write_sensor(sensor, tmp_path)
+    assert [path.name for path in (step, assembly, stl, model)] == NAMES
     volume, fruit = sensor.part.shape.Volume(), 20.0 * 20.0 * 12.0
     assert read_step(step).Volume() == pytest.approx(volume, rel=1e-9)
     assert read_step(assembly).Volume() == pytest.approx(volume + fruit, rel=1e-9)
     # Fillets are the only round faces but the holes: chords of at most CHORD_MM inside 200 mm^2 of them.
     assert float(read_stl(stl).volume) == pytest.approx(volume, abs=CHORD_MM * 300.0)
+    assert float(read_3mf(model).mesh.volume) == pytest.approx(volume, abs=CHORD_MM * 300.0)
+
+
+def test_print_files_of_a_named_sensor_carry_its_marks_and_step_does_not(sensor, tmp_path):
+    named = replace(sensor, name="paper")
+    step, _, stl, model = write_sensor(named, tmp_path)
+    volume, engraved = sensor.part.shape.Volume(), named.printed_part.shape.Volume()
+    assert volume - engraved > 1.0
+    assert read_step(step).Volume() == pytest.approx(volume, rel=1e-9)
+    for found in (read_stl(stl), read_3mf(model).mesh):
+        assert float(found.volume) == pytest.approx(engraved, abs=CHORD_MM * 300.0)
+
+
+def test_3mf_with_another_volume_is_refused(sensor, tmp_path, monkeypatch):
+    def shrink(bodies, path):
+        write_3mf({name: mesh.copy().apply_scale(0.999) for name, mesh in bodies.items()}, path)
+
+    monkeypatch.setattr(cad.export, "write_3mf", shrink)
+    with pytest.raises(ExportError, match=r"housing.3mf: volume read back"):
+        write_sensor(sensor, tmp_path)
 
 
 def test_same_bytes_again_after_the_solid_was_meshed_finer(sensor, tmp_path):

@@ -1,3 +1,5 @@
+import math
+
 import pytest
 
 from cad.fruit import fruit_block, fruit_half, fruit_quarter, tip_centres
@@ -86,3 +88,13 @@ def test_quarter_of_a_pair_off_the_centre_is_refused():
 def test_tip_wider_than_the_fruit_is_refused():
     with pytest.raises(InputError, match=r"tips.side_mm = 1.5 mm: must be at most fruit.width_mm = 1 mm"):
         fruit_half(Fruit(width_mm=1.0), TIPS)
+
+
+@pytest.mark.parametrize(("make", "share"), [(fruit_block, 1.0), (fruit_half, 0.5), (fruit_quarter, 0.5)])
+def test_cylinders_leave_circles_with_their_extreme_points(make, share):
+    part = make(FRUIT, Tips(shape="cylinder", side_mm=1.5, spacing_mm=8.0))
+    assert part.shape.isValid()
+    assert part.face_area("high_tip") == pytest.approx(share * math.pi * 0.75**2, rel=ROUND_OFF)
+    corners = [point.toTuple() for point in part.shape.Faces()[part.faces["high_tip"][0]].Vertices()]
+    for extreme in ((4.75, 0.0), (3.25, 0.0), (4.0, 0.75)):
+        assert min(math.hypot(x - extreme[0], y - extreme[1]) for x, y, _ in corners) < ROUND_OFF

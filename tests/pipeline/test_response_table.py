@@ -1,4 +1,4 @@
-"""The table P -> E: its modulus inverts its force ratio, and the band holds the modulus of springs inside their error."""
+"""The table P -> E: its modulus inverts its force ratio, and its band holds what springs inside their error read."""
 
 import csv
 import io

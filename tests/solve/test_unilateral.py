@@ -4,7 +4,7 @@ from scipy.optimize import nnls
 
 from cad.parameters import Fruit
 from solve import halfspace
-from solve.footprint import footprint_compliance
+from solve.footprint import folded, footprint_compliance
 from solve.gap import cap_gap, cube_gap
 from solve.linear import SolveError
 from solve.punch import graded_edges
@@ -112,6 +112,36 @@ def test_travel_and_modulus_scale(footprints):
     contact = UnilateralContact(footprints)
     one = contact.press(travels(footprints, 0.5) - gap, 1.0 / K).F
     np.testing.assert_allclose(contact.press(3.0 * (travels(footprints, 0.5) - gap), 1.0 / K).F, 3.0 * one, rtol=1e-10)
+
+
+def test_springs_may_disturb_each_other(footprints):
+    """A matrix of give: x = (A + G) F in full contact, and a diagonal one is the same as two numbers."""
+    give = np.array([[1.0, 0.2], [0.2, 0.1]])
+    contact = UnilateralContact(footprints)
+    tips = np.eye(2)[footprints.owner]
+    rigid = np.linalg.inv(tips.T @ np.linalg.solve(footprints.compliance, tips))
+    touch = contact.press(travels(footprints, 0.5), give)
+    np.testing.assert_allclose(touch.F, np.linalg.solve(rigid + give, [0.5, 0.5]), rtol=1e-9)
+    pair = contact.press(travels(footprints, 0.5), (1.0, 0.1)).F
+    np.testing.assert_allclose(contact.press(travels(footprints, 0.5), np.diag([1.0, 0.1])).F, pair, rtol=1e-12)
+
+
+def test_slope_is_the_rate_of_the_force(footprints):
+    contact = UnilateralContact(footprints)
+    step = 1e-6
+    middle = contact.press(travels(footprints, 0.3, 3.0), 1.0 / K)
+    low, high = (contact.press(travels(footprints, 0.3 + d, 3.0), 1.0 / K).F for d in (-step, step))
+    np.testing.assert_allclose(middle.slope, (high - low) / (2.0 * step), rtol=1e-6)
+
+
+def test_folded_cells_answer_as_all_of_them(footprints):
+    """Contact alike at y and -y needs half of the cells."""
+    half = folded(footprints)
+    assert len(half.owner) == len(footprints.owner) // 2
+    for tilt, x in ((0.0, 0.3), (3.0, 0.3), (-8.0, 0.5)):
+        one, other = (UnilateralContact(cells).press(travels(cells, x, tilt), 1.0 / K) for cells in (footprints, half))
+        np.testing.assert_allclose(other.F, one.F, rtol=1e-10)
+        np.testing.assert_allclose(other.area, one.area, rtol=1e-12)
 
 
 def on_a_cap(footprints):

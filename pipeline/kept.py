@@ -1,0 +1,61 @@
+"""The dear stages with their results kept by content: a changed target redoes only what depends on it."""
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from cad.flexure import Flexure
+from cad.housing import Housing
+from cad.parameters import Design
+from pipeline.cache import remembered
+from pipeline.contact import contact_compliance
+from pipeline.flexures import FittedFlexures, fit_flexures
+from solve.compliance import Compliance
+from solve.flexure import HousingStiffness
+
+_NO_MATTER = {"E_max_MPa", "E_MPa", "bruise_limit_MPa", "gap_mm"}  # the compliance times E does not depend on them
+
+
+def kept_contact(design: Design, method: str) -> Compliance:
+    """Return the compliance of the fruit under both tips, solved unless it is kept."""
+    inputs = {**asdict(design.fruit), **{f"tip {key}": value for key, value in asdict(design.tips).items()}}
+    needed = {key: value for key, value in inputs.items() if key.removeprefix("tip ") not in _NO_MATTER}
+    found = remembered(
+        "contact",
+        {**needed, "method": method},
+        lambda: asdict(contact_compliance(design.fruit, design.tips, method)),
+    )
+    (a, b), (c, d) = found.pop("S")
+    return Compliance(S=((a, b), (c, d)), **found)
+
+
+def kept_flexures(guess: Housing, targets: tuple[float, float], E: float, poisson: float) -> FittedFlexures:
+    """Return the housing fitted to both stiffnesses [N/mm from MPa, mm], solved unless it is kept."""
+    inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson}
+    found = remembered("flexures", inputs, lambda: _plain(fit_flexures(guess, *targets, E, poisson)))
+    return FittedFlexures(
+        housing=housing_from(found["housing"]),
+        stiffness=_stiffness(found["stiffness"]),
+        solves=tuple(found["solves"]),
+        seconds=found["seconds"],
+    )
+
+
+def housing_from(data: dict[str, Any]) -> Housing:
+    """Return the housing [mm] that plain nested dimensions describe."""
+    low, high = (Flexure(**data[key]) for key in ("low", "high"))
+    return Housing(low=low, high=high, **{key: value for key, value in data.items() if key not in ("low", "high")})
+
+
+def _plain(fitted: FittedFlexures) -> dict[str, Any]:
+    plain = asdict(fitted)
+    plain["stiffness"]["C"] = fitted.stiffness.C.tolist()
+    return plain
+
+
+def _stiffness(data: dict[str, Any]) -> HousingStiffness:
+    pairs: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in data.items() if key != "C"
+    }
+    return HousingStiffness(C=np.array(data["C"]), **pairs)

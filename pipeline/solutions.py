@@ -1,0 +1,50 @@
+"""Meshes and fields of a run as VTU files: the housing under its forces at full travel, the fruit under the tips."""
+
+from pathlib import Path
+
+from mesh.flexure import flexure_mesh
+from pipeline.fields import write_fields, write_mesh
+from pipeline.judgement import Case
+from pipeline.springs import PrintedSprings
+from solve.flexure_fields import flexure_fields
+from solve.fruit_fields import fruit_fields
+from solve.pressure import footprint_pressure
+from solve.scene import Scene
+
+
+def write_solutions(case: Case, printed: PrintedSprings, folder: Path, *, fields: bool) -> None:
+    """Write flexure.vtu, the mesh of the half housing y >= 0; with `fields` also its displacement and stress.
+
+    With `fields` write fruit.vtu too. Both are at the largest modulus and full travel. Raises SolveError.
+    """
+    design = case.design
+    if not fields:
+        if printed.housing is not None:
+            write_mesh(folder / "flexure.vtu", flexure_mesh(printed.housing))
+        return
+    scene = Scene(fruit=design.fruit, tips=design.tips, press=design.press)
+    pressure = footprint_pressure(
+        scene, case.contact, printed.compliance, design.fruit.E_max_MPa, design.press.travel_mm
+    )
+    low, high = (float(force) for force in pressure.forces)
+    _write_flexure(printed, (low, high), folder)
+    fruit = fruit_fields(design.fruit, pressure)
+    write_fields(
+        folder / "fruit.vtu",
+        fruit.mesh,
+        {"displacement_mm": fruit.displacement},
+        {"von_mises_MPa": fruit.von_mises},
+    )
+
+
+def _write_flexure(printed: PrintedSprings, forces: tuple[float, float], folder: Path) -> None:
+    if printed.housing is None:
+        return
+    mesh = flexure_mesh(printed.housing)
+    found = flexure_fields(mesh, printed.process.E_MPa, printed.process.poisson, forces)
+    write_fields(
+        folder / "flexure.vtu",
+        mesh,
+        {"displacement_mm": found.displacement},
+        {"von_mises_MPa": found.von_mises},
+    )

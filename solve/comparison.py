@@ -1,0 +1,108 @@
+"""Stiffness of both flexures with elements other than the product's, so that its choice can be measured.
+
+It shares assembly and solver with `solve/flexure.py`, not the element, the integration or the loads.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import (
+    CellBasis,
+    ElementHex1,
+    ElementHex2,
+    ElementHexS2,
+    ElementTetP1,
+    ElementTetP2,
+    FacetBasis,
+    Mesh,
+    MeshHex1,
+    MeshHex2,
+)
+
+from cad.quantity import fault
+from solve.elasticity import stiffness_matrix, vector_basis
+from solve.linear import factorised
+
+Floats = NDArray[np.float64]
+
+TIPS = ("low_tip", "high_tip")
+VERTICAL = "u^3"
+# Element, and the degree that its quadrature integrates: in a hexahedron 3 means 2^3, 5 means 3^3 Gauss points.
+CHOICES = {
+    "hex 20, reduced": (ElementHexS2, 3),
+    "hex 20, full": (ElementHexS2, 5),
+    "hex 27, full": (ElementHex2, 5),
+    "hex 8": (ElementHex1, 3),
+    "tet P1": (ElementTetP1, 1),
+    "tet P2": (ElementTetP2, 2),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compared:
+    """Stiffness of the low and the high tip [N/mm] on one mesh with one element, and its dofs."""
+
+    K: tuple[float, float]
+    dofs: int
+
+
+@dataclass(frozen=True)
+class FaceLoad:
+    """Nodal forces of 1 N spread evenly over a face: places (3, n) [mm] and forces (n,) [N]."""
+
+    places: Floats
+    forces: Floats
+
+
+def compared_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> Compared:
+    """Return the stiffnesses of the housing, or of its half where a boundary `symmetry` says so [N/mm from MPa, mm].
+
+    Raises InputError for an unknown choice of element, SolveError when a solve is not exact.
+    """
+    basis = element_basis(mesh, choice)
+    half = "symmetry" in (mesh.boundaries or {})
+    clamp: Sequence[NDArray[np.int64]] = [basis.get_dofs("mounting_holes").all()]
+    held = [*clamp, basis.get_dofs("symmetry").all("u^2")] if half else clamp
+    factor = factorised(stiffness_matrix(basis, E, poisson), np.concatenate(held))
+    mean = np.column_stack([_mean(basis, tip) for tip in TIPS])
+    low, high = np.diag(mean.T @ factor.solve(mean)) * (0.5 if half else 1.0)
+    return Compared(K=(1.0 / float(low), 1.0 / float(high)), dofs=int(basis.N))
+
+
+def face_load(mesh: Mesh, choice: str, name: str) -> FaceLoad:
+    """Return the nodal forces of 1 N over a named face; the mean displacement of the face is their work."""
+    basis = element_basis(mesh, choice)
+    mean = _mean(basis, name)
+    dofs = np.flatnonzero(mean)
+    return FaceLoad(np.asarray(basis.doflocs[:, dofs]), mean[dofs])
+
+
+def boundary_places(mesh: Mesh, choice: str, name: str) -> Floats:
+    """Return the places (3, n) [mm] of the nodes of a named boundary."""
+    basis = element_basis(mesh, choice)
+    return np.asarray(basis.doflocs[:, basis.get_dofs(name).all(VERTICAL)])
+
+
+def straightened(mesh: MeshHex2) -> MeshHex2:
+    """Return the same elements with straight edges, boundaries kept."""
+    corners = MeshHex1(np.ascontiguousarray(mesh.p[:, : mesh.nvertices]), mesh.t)
+    return replace(MeshHex2.from_mesh(corners), _boundaries=mesh.boundaries)
+
+
+def element_basis(mesh: Mesh, choice: str) -> CellBasis:
+    """Return the displacement basis of a choice of element; raises InputError for an unknown one."""
+    if choice not in CHOICES:
+        raise fault("element", choice, "", f"one of {', '.join(CHOICES)}", "choose one of these")
+    element, order = CHOICES[choice]
+    return vector_basis(mesh, element(), order)
+
+
+def _mean(basis: CellBasis, name: str) -> Floats:
+    """Return the vector whose product with the dofs is the mean of u_z over a face."""
+    face = FacetBasis(basis.mesh, basis.elem, facets=basis.mesh.boundaries[name], intorder=4)
+    total = np.zeros(basis.N)
+    for dofs, field in zip(face.element_dofs, face.basis, strict=True):
+        np.add.at(total, dofs, (np.asarray(field[0])[2] * face.dx).sum(axis=-1))
+    return total / float(face.dx.sum())

@@ -1,0 +1,171 @@
+"""Contact of part of a face: cells on the split's footprints against nodes on a direct finite-element mesh.
+
+The independent computation shares no kernel with the split: quadratic tetrahedra, their stiffness condensed to the
+nodes under the tips, gap >= 0 and force >= 0 at each node, solved as non-negative least squares on the Cholesky
+factor (Lawson and Hanson, Solving Least Squares Problems, 1974, chapter 23). Its error is of first order in the
+size at the edges of the tips; two meshes extrapolate it, a quarter of that step is its error bar.
+`tests/bench/bench_contact.py` repeats it on finer meshes.
+"""
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import nnls
+from skfem import ElementTetP2, FacetBasis, LinearForm
+
+from cad.fruit import fruit_half
+from cad.parameters import Fruit, Press, Tips
+from mesh.fruit import fruit_mesh
+from solve.elasticity import stiffness_matrix, vector_basis
+from solve.linear import factorised
+from solve.pressure import footprint_pressure
+from solve.scene import Scene
+from solve.scene_response import scene_response
+from solve.split import split_compliance
+
+BLOCK = Fruit()
+SPHERE = Fruit(shape="sphere", radius_mm=35.0)
+TIPS = Tips()
+SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # mm/N
+E = 2.0
+SCALES = (2.0, 1.0)
+BAR = 0.25  # of the extrapolation step: at most 0.2 of it is seen between two and three meshes
+ROUGH = (
+    0.006  # scatter of the centre of pressure on an unstructured mesh, of the side; 0.023 is what the tilt turns it by
+)
+RADIUS = 35.0
+SCENES = {
+    "tilt 5": (BLOCK, 5.0, 0.6),
+    "one tip off": (BLOCK, 5.0, 0.2),
+    "sphere, start": (SPHERE, 0.0, 0.1),
+    "sphere, half way": (SPHERE, 0.0, 0.3),
+}
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Nodes under both tips on the half y >= 0: places, tip, compliance at E = 1, area that each stands for."""
+
+    places: np.ndarray
+    tip: np.ndarray
+    compliance: np.ndarray
+    areas: np.ndarray
+
+
+@dataclass(frozen=True)
+class State:
+    """Forces of the tips [N], their contact areas [mm^2] and the places of their resultants from their centres [mm]."""
+
+    forces: np.ndarray
+    areas: np.ndarray
+    resultant: np.ndarray
+
+
+def condensed(scale):
+    """Return the nodes under the tips on one mesh, by a unit force on each."""
+    mesh = fruit_mesh(fruit_half(BLOCK, TIPS), BLOCK, TIPS, scale)
+    basis = vector_basis(mesh, ElementTetP2(), order=2)
+    fixed = np.concatenate([basis.get_dofs("base").all(), basis.get_dofs("symmetry_y").all("u^2")])
+    factor = factorised(stiffness_matrix(basis, 1.0, BLOCK.poisson), fixed)
+    names = ("low_tip", "high_tip")
+    under = [basis.get_dofs(name).all("u^3") for name in names]
+    dofs = np.concatenate(under)
+    unit = np.zeros((basis.N, len(dofs)))
+    unit[dofs, np.arange(len(dofs))] = 1.0
+    faces = FacetBasis(mesh, basis.elem, facets=np.concatenate([mesh.boundaries[name] for name in names]))
+    areas = LinearForm(lambda v, _: v[2]).assemble(faces)[dofs]
+    tip = np.repeat([0, 1], [len(one) for one in under])
+    return Nodes(basis.doflocs[:2, dofs].T, tip, factor.solve(unit)[dofs], areas)
+
+
+def approach(nodes, fruit, tilt, x):
+    """Return how far the undeformed tips would enter the fruit at each node; a sphere is met at its inner edges."""
+    along, across = nodes.places.T
+    entered = x + along * np.tan(np.radians(tilt))
+    if fruit.shape == "sphere":
+        inner = 0.5 * (TIPS.spacing_mm - TIPS.side_mm)
+        entered += np.sqrt(RADIUS**2 - along**2 - across**2) - np.sqrt(RADIUS**2 - inner**2)
+    return entered
+
+
+def nodal_contact(nodes, entered):
+    """Return the state of contact: min f A f / 2 - f b over f >= 0, springs in series; forces of both halves."""
+    tips = np.eye(2)[nodes.tip]
+    matrix = nodes.compliance / E + 2.0 * tips @ SPRINGS @ tips.T
+    lower = cholesky(0.5 * (matrix + matrix.T), lower=True)
+    f, _ = nnls(lower.T, solve_triangular(lower, entered, lower=True), maxiter=100 * len(entered))
+    gap = matrix @ f - entered
+    assert gap.min() > -1e-9
+    assert np.abs(f * gap).max() < 1e-9
+    forces = 2.0 * tips.T @ f
+    centres = np.array([-0.5, 0.5]) * TIPS.spacing_mm
+    moment = 2.0 * tips.T @ (f * (nodes.places[:, 0] - centres[nodes.tip]))
+    resultant = np.divide(moment, forces, out=np.zeros(2), where=forces > 0.0)
+    return State(forces, 2.0 * tips.T @ (nodes.areas * (f > 0.0)), resultant)
+
+
+@pytest.fixture(scope="module")
+def meshes():
+    return [condensed(scale) for scale in SCALES]
+
+
+@pytest.fixture(scope="module")
+def compliance():
+    return split_compliance(BLOCK, TIPS)
+
+
+def extrapolated(meshes, name, value):
+    """Return the limit of a value of the state at first order, and its error bar."""
+    fruit, tilt, x = SCENES[name]
+    coarse, fine = (getattr(nodal_contact(one, approach(one, fruit, tilt, x)), value) for one in meshes)
+    return 2.0 * fine - coarse, BAR * np.abs(fine - coarse)
+
+
+def split_scene(name, wrong=1.0):
+    fruit, tilt, x = SCENES[name]
+    return Scene(fruit=fruit, tips=TIPS, press=Press(tilt_deg=wrong * tilt)), x
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_forces_agree_within_the_error_bars(meshes, compliance, name):
+    scene, x = split_scene(name)
+    found = scene_response(scene, compliance, SPRINGS, (E,), [x])
+    one = found.responses[0]
+    expected, bar = extrapolated(meshes, name, "forces")
+    forces = np.array([one.F_l[0], one.F_h[0]])
+    assert np.all(np.abs(forces - expected) <= bar + 0.01 * found.error_percent[0, 0] * forces)
+    assert bar.max() < 0.02 * expected.max()
+    assert (forces[0] == 0.0) == (name == "one tip off") == np.isnan(one.P[0])
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_contact_area_and_resultant_agree(meshes, compliance, name):
+    """The area is that of whole elements, 0.1 mm wide along a rim of 1 mm; the resultant converges as the force."""
+    scene, x = split_scene(name)
+    found = footprint_pressure(scene, compliance, SPRINGS, E, x)
+    fruit, tilt, _ = SCENES[name]
+    fine = nodal_contact(meshes[-1], approach(meshes[-1], fruit, tilt, x))
+    np.testing.assert_allclose(found.touching_mm2, fine.areas, atol=0.05)
+    expected, bar = extrapolated(meshes, name, "resultant")
+    middle = 0.5 * (found.edges[1:] + found.edges[:-1])
+    moment = np.einsum("tij,i->t", found.cell_forces, middle)
+    resultant = np.divide(moment, found.forces, out=np.zeros(2), where=found.forces > 0.0)
+    assert np.all(np.abs(resultant - expected) <= bar + ROUGH * TIPS.side_mm)
+
+
+def test_a_wrong_tilt_is_seen(meshes, compliance):
+    scene, x = split_scene("tilt 5", wrong=1.03)
+    one = scene_response(scene, compliance, SPRINGS, (E,), [x]).responses[0]
+    expected, bar = extrapolated(meshes, "tilt 5", "forces")
+    assert abs(one.F_l[0] - expected[0]) > 3.0 * bar[0]
+
+
+def test_a_wrong_radius_is_seen(meshes, compliance):
+    scene, x = split_scene("sphere, half way")
+    flatter = dataclasses.replace(scene, fruit=dataclasses.replace(SPHERE, radius_mm=1.15 * RADIUS))
+    one = scene_response(flatter, compliance, SPRINGS, (E,), [x]).responses[0]
+    expected, bar = extrapolated(meshes, "sphere, half way", "forces")
+    assert abs(one.F_h[0] - expected[1]) > bar[1]
