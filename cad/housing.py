@@ -197,6 +197,14 @@ def housing_part(housing: Housing) -> Part:
     plate = cq.Workplane(obj=_plate(housing))
     wedges = _beside_tips(housing)
     shape = (plate.cut(wedges) if wedges is not None else plate).findSolid()
+    return named_housing(shape.Solids()[0] if len(shape.Solids()) == 1 else shape, housing)
+
+
+def named_housing(shape: cq.Shape, housing: Housing) -> Part:
+    """Return a solid of the housing, perhaps read from a file, with its faces found again by their place.
+
+    Raises ValueError when a name matches no face.
+    """
     half = 0.5 * housing.spacing
 
     def is_tip(sign: float) -> Callable[[cq.Face], bool]:
@@ -209,7 +217,7 @@ def housing_part(housing: Housing) -> Part:
     radius = 0.5 * housing.hole_diameter
     return named_part(
         "housing",
-        shape.Solids()[0] if len(shape.Solids()) == 1 else shape,
+        shape,
         {
             "low_tip": is_tip(-1.0),
             "high_tip": is_tip(1.0),

@@ -27,6 +27,7 @@ _VOLUME = 1e-4  # relative
 _STRETCH = 3.0  # of the elements over the depth
 _UNFOLDINGS = 3
 _FRAME = 3.0  # size away from the leaves [mm], at size 1
+_LEAF = 0.6  # size in a leaf over its thickness, at size 1
 _ROOT = 0.4  # size at a leaf root over its fillet, at size 1
 _REACH = 6.0  # over which the size grows to it [mm]
 _AROUND = 14.0  # elements around a full circle, at size 1: coarser ones fold when they are curved
@@ -48,7 +49,7 @@ def fine_boxes(housing: Housing, size: float) -> list[Box]:
         t, r = flexure.thickness, flexure.fillet
         for level in (housing.lower_leaf_level, housing.lower_leaf_level + flexure.separation):
             low, high = level - 0.5 * t, level + 0.5 * t
-            boxes.append(Box(corners=(min(roots), low, max(roots), high), size=size * t))
+            boxes.append(Box(corners=(min(roots), low, max(roots), high), size=_LEAF * size * t))
             boxes += [Box(corners=(x - r, low - r, x + r, high + r), size=_ROOT * size * r) for x in roots]
     half = 0.5 * housing.tip_side
     for x in (-0.5 * housing.spacing, 0.5 * housing.spacing):

@@ -18,7 +18,9 @@ from cad.design_file import design_as_mapping
 from cad.finding import Finding
 from pipeline.flexures import FittedFlexures
 from pipeline.judgement import Case, judge_paper, largest_pressure
+from pipeline.kept import kept_surrogate
 from pipeline.springs import PrintedSpring, PrintedSprings
+from pipeline.tolerance import bands
 from pipeline.verdicts import PAPER, PAPER_TARGETS, Verdict
 from solve.compliance import Compliance
 from solve.scene_response import SceneResponse
@@ -106,6 +108,15 @@ def compose(case: Case, printed: PrintedSprings, found: SceneResponse, verdicts:
     }
 
 
+def tolerance_entry(case: Case, printed: PrintedSprings) -> dict[str, Any] | None:
+    """Return the bands that the scatter of the process leaves before calibration; None where nothing can be made."""
+    if printed.housing is None:
+        return None
+    surrogate = kept_surrogate(printed.housing, printed.process)
+    K_m, targets = case.sizing.K_m_max_contact, case.design.targets
+    return asdict(bands(printed.housing, printed.process, printed.stiffnesses, K_m, targets, surrogate))
+
+
 def notes(case: Case, found: SceneResponse) -> list[str]:
     """Return what a user must know beside the verdicts, each a sentence with its number."""
     design, paper = case.design, case.judged(PAPER)
@@ -151,7 +162,7 @@ def print_report(report: Mapping[str, Any]) -> None:
     console.print(_spring_table(report))
     console.print(_response_table(report["response"]))
     console.print(_paper_table(report["paper"]))
-    console.print(*_closing_lines(report), sep="\n")
+    console.print(*_closing_lines(report), *_tolerance_lines(report.get("tolerance")), sep="\n")
 
 
 def print_findings(title: str, findings: Sequence[Finding]) -> None:
@@ -215,6 +226,18 @@ def _response_table(responses: Sequence[Mapping[str, Any]]) -> Table:
 def _paper_table(paper: Mapping[str, Any]) -> Table:
     title = f"the paper's springs, {paper['K_l_N_per_m']:g} and {paper['K_h_N_per_m']:g} N/m, under the same contact"
     return _verdict_table(title, paper["verdicts"])
+
+
+def _tolerance_lines(bands_95: Mapping[str, Any] | None) -> list[str]:
+    if bands_95 is None:
+        return []
+    ends = {key: value for key, value in bands_95.items() if isinstance(value, list | tuple)}
+    shown = ", ".join(f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in ends.items())
+    calibrated = 100.0 * bands_95["calibrated_modulus_error"]
+    return [
+        f"before calibration 95 % of prints have: {shown}",
+        f"with both stiffnesses of a unit known to 1 %, the modulus it reads is known to {calibrated:.1f} %",
+    ]
 
 
 def _closing_lines(report: Mapping[str, Any]) -> list[str]:

@@ -9,7 +9,7 @@ from pipeline.judgement import Case, judge
 from pipeline.kept import kept_contact
 from pipeline.load import RunOptions
 from pipeline.outputs import output_folder
-from pipeline.report import compose, file_entries, write_report
+from pipeline.report import compose, file_entries, tolerance_entry, write_report
 from pipeline.response_table import response_table
 from pipeline.sizing import size
 from pipeline.solids import write_solids
@@ -46,6 +46,9 @@ def run(design: Design, options: RunOptions, *, fabrication: bool = False) -> Ru
         with clock.stage("verdicts"):
             verdicts = judge(case, springs, geometry, found)
             report = compose(case, springs, found, verdicts)
+        if fabrication:
+            with clock.stage("tolerance"):
+                report["tolerance"] = tolerance_entry(case, springs)
         with clock.stage("solutions"):
             write_solutions(case, springs, folder, fields=options.fields)
         with clock.stage("tables"):
