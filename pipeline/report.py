@@ -125,7 +125,8 @@ def notes(case: Case, found: SceneResponse) -> list[str]:
     return [
         f"the paper's own springs reach P_max {P:.3f} and NL {100.0 * NL:.2f} % under this contact "
         f"(targets {PAPER_TARGETS.P_max:g} and {100.0 * PAPER_TARGETS.NL:g} %)",
-        f"the targets hold for this fruit, K_m/E = {case.contact.K_m_over_E_mm:.5g} mm; a 12 mm cube has 15 % less",
+        f"the targets hold for this fruit, K_m/E = {case.contact.K_m_over_E_mm:.5g} mm; the paper's 20 x 20 x 12 mm "
+        "block has 1.3226 mm, a cube of 12 mm 15 % less",
         f"response: {found.method}; {found.status}",
         f"press: {press:.2g} tip sides at most; small strain is assumed, beyond 0.3 sides the force of real flesh "
         "departs by up to 1 % (Poisson 0.3) or 5 % (0.45)",

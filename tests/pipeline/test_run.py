@@ -119,9 +119,10 @@ def test_housing_is_one_solid_that_ends_in_two_tips(default):
     assert [face.Area() for face in tips] == pytest.approx([1.0, 1.0], rel=1e-9)
 
 
-def test_design_file_repeats_the_run(default, tmp_path):
+def test_design_file_repeats_the_run_without_its_cache(default, tmp_path, monkeypatch):
     """The numbers and the bytes of every file are the same; only the seconds differ."""
     first = default[1]
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     again = tmp_path / "again"
     assert main(["run", "--design", str(first / "design.toml"), "--out", str(again)]) == 0
     assert numbers_of(report_of(again)) == numbers_of(report_of(first))
@@ -137,6 +138,41 @@ def test_hayes_designs_the_paper_sensor_and_fails_it(hayes):
     assert report["springs"]["K_m_max_N_per_m"] == pytest.approx(3846.15, abs=0.01)
     assert found["P_max"]["value"] == pytest.approx(5.643, rel=2e-3)
     assert (found["P_max"]["passed"], found["K_l"]["passed"], found["K_h"]["passed"]) == (False, True, True)
+
+
+@pytest.mark.usefixtures("default")
+def test_planted_tilt_of_one_degree_fails_displacement_independence(tmp_path):
+    """The flexures are the default run's, so only the response is new."""
+    code = main(["run", "--nl", "0.05", "--set", "press.tilt_deg=1", "--out", str(tmp_path / "tilted")])
+    found = verdicts_of(report_of(tmp_path / "tilted"))
+    assert code == 1
+    assert [name for name, verdict in found.items() if verdict["passed"] is not True] == ["P_displacement_independent"]
+    assert found["P_displacement_independent"]["value"] > 0.1
+
+
+def test_given_springs_are_judged_and_made(tmp_path):
+    """The paper's own numbers as a design: made to 0.1 %, and off the targets."""
+    springs = [f"--set=springs.K_{side}_N_per_m={K}" for side, K in (("l", 752.5), ("h", 17308.0))]
+    assert main(["run", *springs, "--out", str(tmp_path / "given")]) == 1
+    found = verdicts_of(report_of(tmp_path / "given"))
+    assert (found["K_l"]["limit"], found["K_h"]["limit"]) == pytest.approx((752.5, 17308.0))
+    assert (found["K_l"]["passed"], found["K_h"]["passed"]) == (True, True)
+    assert (found["P_max"]["passed"], found["NL"]["passed"]) == (False, False)
+
+
+def test_bruise_limit_makes_a_verdict(default, tmp_path):
+    """2.24 N on 1 mm^2 of the high tip at 3.5 MPa: over the 0.29 MPa of apple flesh."""
+    code = main(["run", "--nl", "0.05", "--set", "fruit.bruise_limit_MPa=0.29", "--out", str(tmp_path / "bruise")])
+    found = verdicts_of(report_of(tmp_path / "bruise"))
+    assert "bruise" not in verdicts_of(report_of(default[1]))
+    assert (code, found["bruise"]["passed"]) == (1, False)
+    assert found["bruise"]["value"] == pytest.approx(2.24, abs=0.01)
+
+
+def test_tip_that_the_housing_does_not_carry_fails(tmp_path):
+    code = main(["run", "--nl", "0.05", "--set", "tips.fillet_mm=0.1", "--out", str(tmp_path / "fillet")])
+    found = verdicts_of(report_of(tmp_path / "fillet"))
+    assert (code, found["geometry.tip_shape"]["passed"]) == (1, False)
 
 
 def test_spring_that_cannot_be_printed_is_a_verdict_and_leaves_the_rest(tmp_path, capsys):
