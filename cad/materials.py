@@ -20,7 +20,8 @@ class Process:
 
     `E_scatter` is one sigma of E from print to print as a fraction of E; `strain_limit` holds for cyclic bending;
     `accuracy_mm` is plus or minus two sigma of the thickness of a thin wall; `overhang_deg` is the largest slope from
-    the vertical that needs no support; `line_width_mm` and `layer_mm` are None where the process has none.
+    the vertical that needs no support; `line_width_mm` and `layer_mm` are None where the process has none. Not in
+    `one_piece`, the leaves are clamped in a body of another material.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Process:
     leaf_thickness_low_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
     leaf_thickness_high_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
     depth_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
+    one_piece: bool = True
     sources: tuple[tuple[str, str], ...]
 
     def __post_init__(self) -> None:
@@ -187,6 +189,7 @@ _ALL = (
         name="strip-steel", material="spring steel strip", E_MPa=206000.0, E_scatter=0.01, poisson=0.29,
         strain_limit=0.0021, density_g_per_cm3=7.85, min_wall_mm=0.1, min_gap_mm=0.3, fillet_mm=0.5,
         overhang_deg=45.0, accuracy_mm=0.02, leaf_thickness_low_mm=0.3, leaf_thickness_high_mm=0.5, depth_mm=12.7,
+        one_piece=False,
         sources=_sources({
             "E_MPa": "typical of carbon steel, 205 to 206 GPa",
             "E_scatter": "typical of rolled strip",

@@ -6,7 +6,7 @@ that near to a bound is undecided (passed is None) until its solved length is gi
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cad.blade import pair_length, root_strain
 from cad.materials import Process
@@ -16,6 +16,7 @@ from cad.springs import Springs, size_springs
 LENGTH_MARGIN = 0.15
 STRAIN_FACTOR = 1.3  # fillet root over beam theory, measured 1.17 to 1.27 on solids
 SHORTEST = 5.0  # leaf length over thickness: below it a leaf is a block, and its length no longer sets its stiffness
+_CLAMPED = "the strip is clamped in a body of another material, whose give is not modelled; choose another process"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,10 +86,13 @@ def check_printable(
         for side, thickness, step in zip(("low", "high"), thicknesses, design.tip_travel_mm, strict=True)
     )
     solved = lengths_mm or (None, None)
-    return (
+    verdicts = (
         _verdict(low, _low_target(design, springs, K_m_max), springs.K_l, solved[0]),
         _verdict(high, _high_target(design, springs, K_m_max), springs.K_h, solved[1]),
     )
+    if process.one_piece:
+        return verdicts
+    return replace(verdicts[0], passed=False, reason=_CLAMPED), replace(verdicts[1], passed=False, reason=_CLAMPED)
 
 
 def _low_target(design: Design, springs: Springs, K_m_max: float) -> _Target:

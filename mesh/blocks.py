@@ -12,7 +12,6 @@ from typing import Literal
 
 from cad.flexure import Flexure
 from cad.housing import Housing
-from mesh.session import MeshError
 
 Point = tuple[float, float]
 Fan = tuple[float, float, float]
@@ -20,8 +19,7 @@ Fan = tuple[float, float, float]
 Surface = Literal["low_leaves", "high_leaves", "mounting_holes", ""]
 
 _FAN = 1.8  # half height of a fan's box over half the thickness of the leaf with its fillets
-_ROOM = 0.85  # share of the free distance beside a root that a fan may take
-_LEAST_FAN = 1.15
+_ROOM = 0.7  # share of the solid beside a fillet that a fan may take
 _NECK_GROWTH = 1.5
 
 
@@ -120,16 +118,10 @@ def pieces(length: float, count: Counts) -> int:
     return max(1, math.ceil(length / count.frame_size - 0.01))
 
 
-def fan_height(flexure: Flexure, room: float, place: Point) -> float:
+def fan_height(flexure: Flexure, room: float) -> float:
     """Return half the height of a fan's box; `room` is the solid beside the root."""
     half = 0.5 * flexure.thickness + flexure.fillet
-    height = min(_FAN * half, _ROOM * room)
-    if not height > _LEAST_FAN * half:
-        x, z = place
-        reason = f"the leaf root at ({x:.4g}, {z:.4g}) mm has {room:.3g} mm of solid beside it"
-        bound = f"must be more than {_LEAST_FAN * half / _ROOM:.3g} mm"
-        raise MeshError("blocks", f"{reason}: {bound}", "move the leaf from the edge")
-    return height
+    return min(_FAN * half, half + _ROOM * (room - half))
 
 
 def fan(arm: Arm, x: float, level: float, box: Point, count: Counts) -> Block:
@@ -185,7 +177,7 @@ def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
     lower, upper = arm.levels
     inside = 0.5 * arm.flexure.separation
     rooms = (min(lower - housing.neck_level, inside), min(arm.top - upper, inside))
-    heights = [fan_height(arm.flexure, room, (arm.shuttle, z)) for room, z in zip(rooms, arm.levels, strict=True)]
+    heights = [fan_height(arm.flexure, room) for room in rooms]
     fans = [(z - h, z, z + h) for z, h in zip(arm.levels, heights, strict=True)]
     middle = arm.shuttle + arm.inward * 0.5 * housing.shuttle_width
     far = arm.shuttle + arm.inward * housing.shuttle_width

@@ -32,7 +32,7 @@ _TO_HOLE = 0.65  # share of the distance between leaf root and hole that a fan m
 
 
 def housing_blocks(housing: Housing, count: Counts) -> list[Block]:
-    """Return the blocks of the profile; raises MeshError where a root has too little solid around it."""
+    """Return the blocks of the profile; raises MeshError where two holes leave no wall between them."""
     blocks = [*_bar(housing, count)]
     for arm in arms(housing):
         blocks += _wall(housing, arm, count)
@@ -47,7 +47,7 @@ def _wall(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
     inside = 0.5 * arm.flexure.separation
     ceiling = housing.cavity_level - arm.flexure.fillet
     rooms = (min(lower - housing.protrusion, inside), min(ceiling - upper, inside))
-    heights = [fan_height(arm.flexure, room, (arm.wall, z)) for room, z in zip(rooms, arm.levels, strict=True)]
+    heights = [fan_height(arm.flexure, room) for room in rooms]
     fans = [(z - h, z, z + h) for z, h in zip(arm.levels, heights, strict=True)]
     lines = [housing.protrusion, *fans[0], *fans[1], ceiling, housing.cavity_level, housing.top_level]
     radius = 0.5 * housing.hole_diameter
