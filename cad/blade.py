@@ -24,3 +24,24 @@ def root_strain(thickness: float, length: float, deflection: float) -> float:
 def parasitic_shift(length: float, deflection: float) -> float:
     """Return the shift 0.6 d^2 / L of the platform along its leaves at deflection d [mm]."""
     return 0.6 * deflection**2 / length
+
+
+def gauge_strain(thickness: float, length: float, deflection: float, grid: float) -> float:
+    """Return the mean strain under a gauge that starts at the root and is `grid` long [1 from mm].
+
+    The moment falls linearly from the root to zero at mid-length. Raises ValueError where the grid passes mid-length.
+    """
+    if not 0.0 < grid <= 0.5 * length:
+        msg = f"grid = {grid:g} mm: must be greater than 0 and at most half the leaf, {0.5 * length:g} mm"
+        raise ValueError(msg)
+    return root_strain(thickness, length, deflection) * (1.0 - grid / length)
+
+
+def natural_frequency(stiffness: float, shuttle_mass: float, leaf_mass: float) -> float:
+    """Return the first frequency of a shuttle on a pair of leaves [Hz from N/mm, g; leaf_mass of one leaf].
+
+    Rayleigh's quotient with the static shape: each leaf moves as 13/35 of its mass. S. Timoshenko, Vibration
+    Problems in Engineering, 1937, art. 16.
+    """
+    mass = shuttle_mass + 2.0 * (13.0 / 35.0) * leaf_mass
+    return math.sqrt(1e6 * stiffness / mass) / (2.0 * math.pi)

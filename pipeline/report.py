@@ -16,6 +16,7 @@ from rich.table import Table
 
 from cad.design_file import design_as_mapping
 from cad.finding import Finding
+from pipeline.behaviour import behaviour_entry
 from pipeline.flexures import FittedFlexures
 from pipeline.judgement import Case, judge_paper, largest_pressure
 from pipeline.kept import kept_surrogate
@@ -67,6 +68,7 @@ def spring_entry(spring: PrintedSpring, cost: FittedFlexures | None) -> dict[str
         "error_percent": spring.error_percent,
         "dimensions_mm": None if spring.flexure is None else asdict(spring.flexure),
         "root_strain": spring.root_strain,
+        "root_strain_error_percent": spring.strain_error_percent,
         "safety_factor": spring.safety_factor,
         "dofs": None if cost is None else cost.stiffness.dofs,
         "seconds": None if cost is None else cost.stiffness.seconds,
@@ -95,6 +97,7 @@ def compose(case: Case, printed: PrintedSprings, found: SceneResponse, verdicts:
             "poisson": process.poisson,
             "process": process.name,
         },
+        "behaviour": behaviour_entry(printed, found),
         "contact": contact_entry(case.contact),
         "response": response_entries(found),
         "verdicts": [asdict(verdict) for verdict in verdicts],

@@ -5,6 +5,7 @@ from typing import Any
 
 from cad.design_file import design_as_toml
 from cad.parameters import Design
+from pipeline.behaviour import sideways_verdicts
 from pipeline.judgement import Case, judge
 from pipeline.kept import kept_contact
 from pipeline.load import RunOptions
@@ -45,6 +46,8 @@ def run(design: Design, options: RunOptions, *, fabrication: bool = False) -> Ru
             found = case.respond(springs.compliance, design.fruit.E_MPa)
         with clock.stage("verdicts"):
             verdicts = judge(case, springs, geometry, found)
+            if fabrication:
+                verdicts += sideways_verdicts(springs)
             report = compose(case, springs, found, verdicts)
         if fabrication:
             with clock.stage("tolerance"):

@@ -31,6 +31,7 @@ class PrintedSpring:
     stiffness: float | None = None
     error_percent: float | None = None
     root_strain: float | None = None
+    strain_error_percent: float | None = None
     safety_factor: float | None = None
 
 
@@ -106,5 +107,6 @@ def _spring(
         stiffness=result.K[index],
         error_percent=result.error_percent[index],
         root_strain=strain,
+        strain_error_percent=result.strain_error_percent[index],
         safety_factor=verdict.strain_limit / strain,
     )
