@@ -1,63 +1,16 @@
-"""How the printed springs behave beside their stiffness: sideways, tilt, crosstalk, frequency, gauge output."""
+"""How the printed springs behave beside their stiffness: tilt, crosstalk, frequency, gauge output."""
 
-from dataclasses import asdict
 from typing import Any
 
 from cad.blade import gauge_strain, natural_frequency
 from cad.flexure import Flexure
 from cad.housing import Housing
 from cad.materials import Process
-from mesh.flexure import flexure_mesh
-from pipeline.cache import remembered
-from pipeline.flexures import COARSE
-from pipeline.springs import PrintedSpring, PrintedSprings
-from pipeline.verdicts import Verdict
-from solve.flexure import sideways_stiffness
+from pipeline.springs import PrintedSprings
 from solve.scene_response import SceneResponse
 
 GAUGE_FACTOR = 2.1  # foil on plastic or steel, as makers give it
 GRID_MM = 3.0
-SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
-_MORE = 1.0  # of the step from the coarse mesh
-
-
-def sideways_verdicts(printed: PrintedSprings) -> tuple[Verdict, ...]:
-    """Return the verdicts on the stiffness across the plate over that along the press; none where nothing is made."""
-    if printed.housing is None:
-        return ()
-    fine, coarse = _sideways(printed.housing, printed.process)
-    return tuple(
-        _sideways_verdict(spring, fine[index], abs(fine[index] - coarse[index]))
-        for index, spring in enumerate((printed.low, printed.high))
-    )
-
-
-def _sideways(housing: Housing, process: Process) -> tuple[list[float], list[float]]:
-    def solved() -> dict[str, list[float]]:
-        scales = {"fine": 1.0, "coarse": COARSE}
-        return {
-            name: list(sideways_stiffness(flexure_mesh(housing, scale), process.E_MPa, process.poisson))
-            for name, scale in scales.items()
-        }
-
-    found = remembered("sideways", {"housing": asdict(housing), "E": process.E_MPa, "nu": process.poisson}, solved)
-    return found["fine"], found["coarse"]
-
-
-def _sideways_verdict(spring: PrintedSpring, K: float, step: float) -> Verdict:
-    stiffness, least = spring.stiffness or spring.target, SIDEWAYS_LEAST[spring.name]
-    ratio, error = K / stiffness, _MORE * step / stiffness
-    clear = abs(ratio - least) > error
-    return Verdict(
-        name=f"sideways.{spring.name}",
-        value=ratio,
-        unit="1",
-        limit=least,
-        tolerance=0.0,
-        passed=ratio >= least if clear else None,
-        reference="FE stiffness across the plate over that along the press; must be at least the limit",
-        error=error,
-    )
 
 
 def behaviour_entry(printed: PrintedSprings, found: SceneResponse) -> dict[str, Any] | None:

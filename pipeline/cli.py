@@ -202,9 +202,9 @@ def _design(arguments: argparse.Namespace) -> int:
     if arguments.list_processes:
         return _list_processes(as_json=arguments.json)
     design, options = _asked(arguments)
-    from pipeline import run
+    from pipeline import fabrication
 
-    return _finish(run.design_only, design, options, as_json=arguments.json)
+    return _finish(fabrication.fabricate, design, options, as_json=arguments.json)
 
 
 def _finish(stages: Callable[..., Any], design: Design, options: RunOptions, *, as_json: bool) -> int:

@@ -7,15 +7,12 @@ import numpy as np
 
 from cad.flexure import Flexure
 from cad.housing import Housing
-from cad.materials import Process
 from cad.parameters import Design
-from mesh.flexure import flexure_mesh
 from pipeline.cache import remembered
 from pipeline.contact import contact_compliance
-from pipeline.flexures import COARSE, FittedFlexures, fit_flexures
-from pipeline.tolerance import Surrogate, fit_surrogate
+from pipeline.flexures import FittedFlexures, fit_flexures
 from solve.compliance import Compliance
-from solve.flexure import HousingStiffness, tip_compliance
+from solve.flexure import HousingStiffness
 
 _NO_MATTER = {"E_max_MPa", "E_MPa", "bruise_limit_MPa", "gap_mm"}  # the compliance times E does not depend on them
 
@@ -43,17 +40,6 @@ def kept_flexures(guess: Housing, targets: tuple[float, float], E: float, poisso
         solves=tuple(found["solves"]),
         seconds=found["seconds"],
     )
-
-
-def kept_surrogate(housing: Housing, process: Process) -> Surrogate:
-    """Return how the stiffnesses follow the leaf thickness within the accuracy of a process, unless it is kept."""
-
-    def coarse(changed: Housing) -> tuple[float, float]:
-        return tip_compliance(flexure_mesh(changed, COARSE), process.E_MPa, process.poisson).K
-
-    inputs = {"housing": asdict(housing), "process": asdict(process)}
-    found = remembered("surrogate", inputs, lambda: asdict(fit_surrogate(housing, process.accuracy_mm, coarse)))
-    return Surrogate(slopes=tuple(found["slopes"]), curves=tuple(found["curves"]), corner_error=found["corner_error"])
 
 
 def housing_from(data: dict[str, Any]) -> Housing:

@@ -19,9 +19,7 @@ from cad.finding import Finding
 from pipeline.behaviour import behaviour_entry
 from pipeline.flexures import FittedFlexures
 from pipeline.judgement import Case, judge_paper, largest_pressure
-from pipeline.kept import kept_surrogate
 from pipeline.springs import PrintedSpring, PrintedSprings
-from pipeline.tolerance import bands
 from pipeline.verdicts import PAPER, PAPER_TARGETS, Verdict
 from solve.compliance import Compliance
 from solve.scene_response import SceneResponse
@@ -109,15 +107,6 @@ def compose(case: Case, printed: PrintedSprings, found: SceneResponse, verdicts:
         "notes": notes(case, found),
         "versions": versions(),
     }
-
-
-def tolerance_entry(case: Case, printed: PrintedSprings) -> dict[str, Any] | None:
-    """Return the bands that the scatter of the process leaves before calibration; None where nothing can be made."""
-    if printed.housing is None:
-        return None
-    surrogate = kept_surrogate(printed.housing, printed.process)
-    K_m, targets = case.sizing.K_m_max_contact, case.design.targets
-    return asdict(bands(printed.housing, printed.process, printed.stiffnesses, K_m, targets, surrogate))
 
 
 def notes(case: Case, found: SceneResponse) -> list[str]:

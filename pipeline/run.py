@@ -1,23 +1,24 @@
 """The main job, in order: contact, springs, leaves, solids, meshes, stiffness, response, verdicts, outputs."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from cad.design_file import design_as_toml
 from cad.parameters import Design
-from pipeline.behaviour import sideways_verdicts
 from pipeline.judgement import Case, judge
 from pipeline.kept import kept_contact
 from pipeline.load import RunOptions
 from pipeline.outputs import output_folder
-from pipeline.report import compose, file_entries, tolerance_entry, write_report
+from pipeline.report import compose, file_entries, write_report
 from pipeline.response_table import response_table
 from pipeline.sizing import size
 from pipeline.solids import write_solids
 from pipeline.solutions import write_solutions
-from pipeline.springs import print_springs
+from pipeline.springs import PrintedSprings, print_springs
 from pipeline.stopwatch import Stopwatch
-from pipeline.verdicts import all_passed
+from pipeline.verdicts import Verdict, all_passed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,11 +29,12 @@ class RunResult:
     passed: bool | None
 
 
-def run(design: Design, options: RunOptions, *, fabrication: bool = False) -> RunResult:
-    """Run every stage and write the outputs, which appear whole or, when this raises, not at all.
+More = Callable[[Case, PrintedSprings, Path, Stopwatch], tuple[tuple[Verdict, ...], dict[str, Any]]]
+"""A further stage: writes files into the folder, returns verdicts and entries of the report."""
 
-    With `fabrication` the outputs hold all that a maker needs, too.
-    """
+
+def run(design: Design, options: RunOptions, more: More | None = None) -> RunResult:
+    """Run every stage and write the outputs, which appear whole or, when this raises, not at all."""
     clock = Stopwatch()
     with output_folder(options.out) as folder:
         with clock.stage("contact"):
@@ -41,17 +43,13 @@ def run(design: Design, options: RunOptions, *, fabrication: bool = False) -> Ru
         with clock.stage("flexures"):
             springs = print_springs(design, case.sizing)
         with clock.stage("solids"):
-            geometry = write_solids(design, springs, folder, fabrication=fabrication)
+            geometry = write_solids(design, springs, folder)
         with clock.stage("response"):
             found = case.respond(springs.compliance, design.fruit.E_MPa)
         with clock.stage("verdicts"):
             verdicts = judge(case, springs, geometry, found)
-            if fabrication:
-                verdicts += sideways_verdicts(springs)
-            report = compose(case, springs, found, verdicts)
-        if fabrication:
-            with clock.stage("tolerance"):
-                report["tolerance"] = tolerance_entry(case, springs)
+        added, entries = ((), {}) if more is None else more(case, springs, folder, clock)
+        report = compose(case, springs, found, (*verdicts, *added)) | entries
         with clock.stage("solutions"):
             write_solutions(case, springs, folder, fields=options.fields)
         with clock.stage("tables"):
@@ -60,12 +58,7 @@ def run(design: Design, options: RunOptions, *, fabrication: bool = False) -> Ru
             (folder / "response.csv").write_text(response_table(judged, design.fruit.E_max_MPa), encoding="utf-8")
         report |= {"files": file_entries(folder), "seconds": clock.wall_seconds(), "cpu_seconds": clock.cpu_seconds()}
         write_report(report, folder)
-    return RunResult(report=report, passed=all_passed(verdicts))
-
-
-def design_only(design: Design, options: RunOptions) -> RunResult:
-    """Run every stage and add the files for fabrication."""
-    return run(design, options, fabrication=True)
+    return RunResult(report=report, passed=all_passed((*verdicts, *added)))
 
 
 def reproducing(design: Design, options: RunOptions) -> str:

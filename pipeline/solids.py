@@ -3,9 +3,7 @@
 from pathlib import Path
 
 from cad.checks import check_sensor
-from cad.drawing import Title
 from cad.export import write_sensor
-from cad.fabrication import write_fabrication
 from cad.finding import Finding
 from cad.housing import Housing, housing_part
 from cad.parameters import Design
@@ -21,16 +19,13 @@ def sensor_of(design: Design, housing: Housing) -> Sensor:
     )
 
 
-def write_solids(design: Design, springs: PrintedSprings, folder: Path, *, fabrication: bool) -> tuple[Finding, ...]:
+def write_solids(design: Design, springs: PrintedSprings, folder: Path) -> tuple[Finding, ...]:
     """Write STEP, STL and 3MF into the folder and return the geometry findings; none where no housing can be made.
 
-    With `fabrication` also the drawing, the coupon and the sheet. Raises OSError or ExportError.
+    Raises OSError or ExportError.
     """
-    housing = springs.housing
-    if housing is None:
+    if springs.housing is None:
         return ()
-    sensor = sensor_of(design, housing)
+    sensor = sensor_of(design, springs.housing)
     write_sensor(sensor, folder)
-    if fabrication:
-        write_fabrication(sensor, Title(name=design.name, process=springs.process), folder)
     return check_sensor(sensor, springs.deflections, folder)

@@ -117,14 +117,18 @@ class Stages:
             (folder / "report.json").write_text("{}", encoding="utf-8")
         return types.SimpleNamespace(report={}, passed=True)
 
-    design_only = run
+    fabricate = run
 
 
 @pytest.fixture
 def stages(tmp_path, monkeypatch) -> Stages:
     """Put light stages and a light report in the place of the real ones, in an empty current folder."""
     found = Stages()
-    for name, stand_in in (("run", found), ("report", types.SimpleNamespace(print_report=lambda _: None))):
+    for name, stand_in in (
+        ("run", found),
+        ("fabrication", found),
+        ("report", types.SimpleNamespace(print_report=lambda _: None)),
+    ):
         monkeypatch.setitem(sys.modules, f"pipeline.{name}", stand_in)
         monkeypatch.setattr(pipeline, name, stand_in, raising=False)
     monkeypatch.chdir(tmp_path)

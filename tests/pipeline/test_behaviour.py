@@ -7,7 +7,8 @@ from cad.materials import PROCESSES
 from cad.parameters import Design
 from cad.printable import check_printable
 from cad.springs import Springs
-from pipeline.behaviour import _frequency, _sideways_verdict
+from pipeline.behaviour import _frequency
+from pipeline.fabrication import sideways_verdict
 from pipeline.springs import PrintedSpring
 
 PETG = PROCESSES["fdm-petg"]
@@ -29,7 +30,7 @@ def spring(name):
     ],
 )
 def test_sideways_stiffness_against_its_least_share(name, K, step, passed):
-    assert _sideways_verdict(spring(name), K, step).passed is passed
+    assert sideways_verdict(spring(name), K, step).passed is passed
 
 
 def test_frequency_is_that_of_the_shuttle_and_its_leaves():

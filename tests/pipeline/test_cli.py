@@ -31,6 +31,8 @@ def stand_in(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def put(**modules):
+        if "run" in modules:
+            modules["fabrication"] = modules["run"]
         modules.setdefault("report", types.SimpleNamespace(print_report=lambda report: print("table of", report)))
         for name, module in modules.items():
             monkeypatch.setitem(sys.modules, f"pipeline.{name}", module)
@@ -51,7 +53,7 @@ def stages(*, passed=True, error=None, seen=None):
             seen.append((design, options))
         return types.SimpleNamespace(report={"schema": 1}, passed=passed)
 
-    return types.SimpleNamespace(run=work, design_only=work)
+    return types.SimpleNamespace(run=work, fabricate=work)
 
 
 def settle(arguments, capsys):

@@ -1,0 +1,95 @@
+"""`pipeline design`: the main job and what a maker needs beside it, files, sideways stiffness and tolerance bands."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from cad.drawing import Title
+from cad.fabrication import write_fabrication
+from cad.housing import Housing
+from cad.materials import Process
+from cad.parameters import Design
+from mesh.flexure import flexure_mesh
+from pipeline.cache import remembered
+from pipeline.flexures import COARSE
+from pipeline.judgement import Case
+from pipeline.load import RunOptions
+from pipeline.run import RunResult, run
+from pipeline.solids import sensor_of
+from pipeline.springs import PrintedSpring, PrintedSprings
+from pipeline.stopwatch import Stopwatch
+from pipeline.tolerance import Surrogate, bands, fit_surrogate
+from pipeline.verdicts import Verdict
+from solve.flexure import sideways_stiffness, tip_compliance
+
+SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
+_SIDEWAYS_ERROR = 1.0  # of the step from the coarse mesh
+
+
+def fabricate(design: Design, options: RunOptions) -> RunResult:
+    """Run every stage, and add the files for fabrication with the verdicts and bands that go with them."""
+    return run(design, options, _for_the_maker)
+
+
+def _for_the_maker(
+    case: Case, printed: PrintedSprings, folder: Path, clock: Stopwatch
+) -> tuple[tuple[Verdict, ...], dict[str, Any]]:
+    housing, process, design = printed.housing, printed.process, case.design
+    if housing is None:
+        return (), {"tolerance": None}
+    with clock.stage("fabrication"):
+        write_fabrication(sensor_of(design, housing), Title(name=design.name, process=process), folder)
+    with clock.stage("sideways"):
+        verdicts = sideways_verdicts(printed, housing)
+    with clock.stage("tolerance"):
+        surrogate = _surrogate(housing, process)
+        K_m = case.sizing.K_m_max_contact
+        found = bands(housing, process, printed.stiffnesses, K_m, design.targets, surrogate)
+    return verdicts, {"tolerance": asdict(found)}
+
+
+def _surrogate(housing: Housing, process: Process) -> Surrogate:
+    def coarse(changed: Housing) -> tuple[float, float]:
+        return tip_compliance(flexure_mesh(changed, COARSE), process.E_MPa, process.poisson).K
+
+    inputs = {"housing": asdict(housing), "process": asdict(process)}
+    found = remembered("surrogate", inputs, lambda: asdict(fit_surrogate(housing, process.accuracy_mm, coarse)))
+    return Surrogate(slopes=tuple(found["slopes"]), curves=tuple(found["curves"]), corner_error=found["corner_error"])
+
+
+def sideways_verdicts(printed: PrintedSprings, housing: Housing) -> tuple[Verdict, ...]:
+    """Return the verdicts on the stiffness across the plate over that along the press."""
+    fine, coarse = _sideways(housing, printed.process)
+    return tuple(
+        sideways_verdict(spring, fine[index], abs(fine[index] - coarse[index]))
+        for index, spring in enumerate((printed.low, printed.high))
+    )
+
+
+def _sideways(housing: Housing, process: Process) -> tuple[list[float], list[float]]:
+    def solved() -> dict[str, list[float]]:
+        scales = {"fine": 1.0, "coarse": COARSE}
+        return {
+            name: list(sideways_stiffness(flexure_mesh(housing, scale), process.E_MPa, process.poisson))
+            for name, scale in scales.items()
+        }
+
+    found = remembered("sideways", {"housing": asdict(housing), "E": process.E_MPa, "nu": process.poisson}, solved)
+    return found["fine"], found["coarse"]
+
+
+def sideways_verdict(spring: PrintedSpring, K: float, step: float) -> Verdict:
+    """Return the verdict on one sideways stiffness [N/mm], known to the step from a coarser mesh."""
+    stiffness, least = spring.stiffness or spring.target, SIDEWAYS_LEAST[spring.name]
+    ratio, error = K / stiffness, _SIDEWAYS_ERROR * step / stiffness
+    clear = abs(ratio - least) > error
+    return Verdict(
+        name=f"sideways.{spring.name}",
+        value=ratio,
+        unit="1",
+        limit=least,
+        tolerance=0.0,
+        passed=ratio >= least if clear else None,
+        reference="FE stiffness across the plate over that along the press; must be at least the limit",
+        error=error,
+    )
