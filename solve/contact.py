@@ -26,6 +26,9 @@ EDGE_RATE = 1.0  # u ~ r^1/2 at the edge of a sharp tip: strain energy converges
 BALANCE_LIMIT = 1e-8
 SHAPE_LIMIT = 1e-6
 VERTICAL = 3  # components count from 1, as the names u^1, u^2, u^3 of scikit-fem do
+# Quadratic tetrahedra stiffen as nu tends to 0.5: what three meshes leave of that, found against the split.
+LOCKS_TO = 0.4999
+LOCKING = (4e-4, 3.2e-3, 0.4)  # at nu 0.45, growth from there, power of 1 - 2 nu
 METHOD = "direct finite elements, quadratic tetrahedra, extrapolated"
 
 
@@ -45,6 +48,7 @@ def direct_compliance(meshes: Sequence[Mesh], fruit: Fruit, tips: Tips) -> Compl
     reactions or the reciprocity of the loads fails.
     """
     start = time.perf_counter()
+    locked = locking(fruit.poisson)
     for mesh in meshes:
         check_mesh(mesh, fruit, tips)
     sizes = [outline_size(mesh) for mesh in meshes]
@@ -57,13 +61,22 @@ def direct_compliance(meshes: Sequence[Mesh], fruit: Fruit, tips: Tips) -> Compl
     S = ((low.value, crosstalk[-1]), (crosstalk[-1], high.value))
     return Compliance(
         S=S,
-        error_percent=100.0 * (worse.error + drift) / (0.5 * (low.value + high.value) - crosstalk[-1]),
-        s11_error_percent=100.0 * low.error / low.value,
+        error_percent=100.0 * ((worse.error + drift) / (0.5 * (low.value + high.value) - crosstalk[-1]) + locked),
+        s11_error_percent=100.0 * (low.error / low.value + locked),
         method=METHOD,
         dofs=found[-1].dofs,
         seconds=time.perf_counter() - start,
         status=worse.status,
     )
+
+
+def locking(poisson: float) -> float:
+    """Return the relative error that locking may leave; raises SolveError where it is out of bounds."""
+    if poisson > LOCKS_TO:
+        msg = f"fruit.poisson = {poisson:.6g}: must be at most {LOCKS_TO:g} for direct elements; they lock beyond"
+        raise SolveError(msg)
+    start, growth, power = LOCKING
+    return max(0.0, start + growth * (float((0.1 / (1.0 - 2.0 * poisson)) ** power) - 1.0))
 
 
 def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
@@ -104,6 +117,9 @@ def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, tips: Sequence[st
     reactions = K @ u
     stiffness = np.array([reactions[dofs].sum(axis=0) for dofs in under])
     support = [_dofs(basis, name, (VERTICAL,)) for name, components in held.items() if VERTICAL in components]
+    if not support:
+        msg = f"contact: supports {', '.join(held) or 'none'}: one must hold u_z; clamp the base"
+        raise SolveError(msg)
     check_balance(stiffness, reactions[np.setdiff1d(np.concatenate(support), np.concatenate(under))].sum(axis=0))
     return stiffness
 
