@@ -36,8 +36,20 @@ def _check_one(path: Path) -> tuple[Finding, ...]:
 
 
 def check_folder(folder: Path) -> tuple[Finding, ...]:
-    """Return the findings on an output folder: its files against the report, its solid against the design."""
+    """Return the findings on an output folder: its files against the report, its solid against the design.
+
+    Raises InputError where the report is not one of ours.
+    """
     report = _report(folder)
+    try:
+        return _findings(folder, report)
+    except (AttributeError, KeyError, TypeError) as error:
+        reason = f"{error.__class__.__name__} {error}"
+        msg = f"PATH = {str(folder)!r}: its report.json must be as it was written ({reason}); run the design again"
+        raise InputError(msg) from error
+
+
+def _findings(folder: Path, report: dict[str, Any]) -> tuple[Finding, ...]:
     changed = [entry["path"] for entry in report["files"] if not _is_unchanged(folder, entry)]
     named = f"files that are missing or changed since the run: {', '.join(changed) or 'none'}"
     files = equal("files.unchanged", float(len(changed)), 0.0, 0.0, unit="1", reference=named)
@@ -55,19 +67,23 @@ def check_folder(folder: Path) -> tuple[Finding, ...]:
 
 def _report(folder: Path) -> dict[str, Any]:
     try:
-        report: dict[str, Any] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        report: Any = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         msg = (
             f"PATH = {str(folder)!r}: must hold a report.json that can be read ({error.__class__.__name__}); {_REMEDY}"
         )
         raise InputError(msg) from error
+    if not isinstance(report, dict):
+        msg = f"PATH = {str(folder)!r}: its report.json must be an object; run the design again"
+        raise InputError(msg)
     for key in ("files", "design", "housing", "deflections_mm"):
         if key not in report:
             msg = f"PATH = {str(folder)!r}: its report.json must have the key {key!r}; run the design again"
             raise InputError(msg)
-    return report
+    return dict(report)
 
 
 def _is_unchanged(folder: Path, entry: dict[str, str]) -> bool:
     path = folder / entry["path"]
-    return path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == entry["sha256"]
+    inside = path.resolve().is_relative_to(folder.resolve())
+    return inside and path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == entry["sha256"]

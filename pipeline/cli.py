@@ -4,16 +4,17 @@ Every import inside a function here waits on purpose: help and refusals are inst
 """
 
 import argparse
-import dataclasses
 import errno
 import json
 import os
+import signal
 import sys
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
-from cad.materials import PROCESSES
 from cad.parameters import Design
 from cad.quantity import InputError
 from pipeline.load import CONTACT_METHODS, DEFAULT_DESIGN, FRUIT_STIFFNESSES, RunOptions, load_design, nearest
@@ -28,7 +29,8 @@ _EXIT_CODES = "exit code: 0 all verdicts pass, 1 a verdict failed or is undecide
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     try:
-        code = _command(sys.argv[1:] if argv is None else list(argv))
+        with _leaving_at_once():
+            code = _command(sys.argv[1:] if argv is None else list(argv))
         sys.stdout.flush()
     except InputError as error:
         return _refuse(str(error))
@@ -43,6 +45,24 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("pipeline: interrupted", file=sys.stderr)
         return error.exit_code if isinstance(error, Interrupted) else INTERRUPTED
     return code
+
+
+@contextmanager
+def _leaving_at_once() -> Iterator[None]:
+    """Let Ctrl-C end the process while nothing is written: inside an import it would come out as another error.
+
+    `output_folder` puts its own handling in this one's place for as long as there is something to clear away.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.getsignal(signal.SIGINT)
+    if before is signal.default_int_handler:
+        signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _refuse(message: str) -> int:
@@ -200,7 +220,9 @@ def _run(arguments: argparse.Namespace) -> int:
 
 def _design(arguments: argparse.Namespace) -> int:
     if arguments.list_processes:
-        return _list_processes(as_json=arguments.json)
+        from pipeline import processes
+
+        return processes.list_processes(as_json=arguments.json)
     design, options = _asked(arguments)
     from pipeline import fabrication
 
@@ -232,26 +254,6 @@ def _finish(stages: Callable[..., Any], design: Design, options: RunOptions, *, 
 
 def _print_json(data: object) -> None:
     print(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False))
-
-
-def _list_processes(*, as_json: bool) -> int:
-    """Print every process with its numbers, one column each, and where they come from."""
-    records = [dataclasses.asdict(process) for process in PROCESSES.values()]
-    if as_json:
-        _print_json(records)
-        return PASSED
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table("", *(record["name"] for record in records), title="print processes")
-    table.columns[0].no_wrap = True
-    for key, first in records[0].items():
-        if key != "name" and not isinstance(first, tuple | list | dict):
-            table.add_row(key, *("-" if record[key] is None else f"{record[key]}" for record in records))
-    console = Console(width=None if sys.stdout.isatty() else 160)
-    console.print(table)
-    console.print("numbers and their sources: pipeline design --list-processes --json")
-    return PASSED
 
 
 def _check(arguments: argparse.Namespace) -> int:

@@ -43,8 +43,7 @@ def _for_the_maker(
         verdicts = sideways_verdicts(printed, housing)
     with clock.stage("tolerance"):
         surrogate = _surrogate(housing, process)
-        K_m = case.sizing.K_m_max_contact
-        found = bands(housing, process, printed.stiffnesses, K_m, design.targets, surrogate)
+        found = bands(housing, process, case.judged(printed.stiffnesses), design.targets, surrogate)
     return verdicts, {"tolerance": asdict(found)}
 
 

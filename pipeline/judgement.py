@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.finding import Finding
+from cad.finding import Finding, failed
 from cad.parameters import Design, Tips
 from cad.springs import Springs
 from pipeline.sizing import Sizing
@@ -47,13 +47,29 @@ class Case:
         """Return springs [N/mm] with their errors against the stiffest fruit under the true contact."""
         K_m = self.sizing.K_m_max_contact
         K_m_error = 0.01 * self.contact.error_percent * K_m
-        return Judged(springs=springs, K_m_max=K_m, spring_errors=errors, K_m_error=K_m_error)
+        q = self.sizing.asymmetry
+        return Judged(springs=springs, K_m_max=K_m, spring_errors=errors, K_m_error=K_m_error, asymmetry=q)
 
     def respond(self, C: Floats, moduli: Sequence[float], count: int = TRAVELS) -> SceneResponse:
         """Return the response at each modulus [MPa] of springs with compliance C, shape (2, 2) [mm/N]."""
         design = self.design
         scene = Scene(fruit=design.fruit, tips=design.tips, press=design.press)
         return scene_response(scene, self.contact, C, moduli, travels(design.press.travel_mm, count))
+
+    def hardest(self, C: Floats) -> SceneResponse:
+        """Return the response at the largest modulus that is asked for, at full travel alone."""
+        fruit = self.design.fruit
+        return self.respond(C, [max(fruit.E_max_MPa, *fruit.E_MPa)], count=1)
+
+    def spring_shares(self, printed: PrintedSprings, E: float) -> tuple[float, float]:
+        """Return what the errors of both stiffnesses do to the force of their tip at modulus E [%]."""
+        S, C = np.array(self.contact.S), printed.compliance
+        crosstalk = 0.5 * (S[0, 1] + S[1, 0])
+        low, high = (
+            float(C[i, i] / (C[i, i] + (S[i, i] - crosstalk) / E)) * (spring.error_percent or 0.0)
+            for i, spring in enumerate((printed.low, printed.high))
+        )
+        return low, high
 
     def behaviour(self, C: Floats, found: SceneResponse) -> tuple[Verdict, Verdict]:
         """Return the verdicts on P over the travel and over the modulus."""
@@ -77,16 +93,19 @@ def judge(
     K, errors = printed.stiffnesses, printed.errors
     low, high = printed.low, printed.high
     return (
-        *target_verdicts(case.judged(K, errors), case.design.targets),
+        *target_verdicts(case.judged(K, errors), case.design.targets, made=printed.housing is not None),
         stiffness_verdict("K_l", low.target, low.stiffness, errors[0]),
         stiffness_verdict("K_h", high.target, high.stiffness, errors[1]),
         *case.behaviour(printed.compliance, found),
         printable_verdict(low),
         printable_verdict(high),
-        *(Verdict(**asdict(finding)) for finding in geometry),
+        *(Verdict(**asdict(finding)) for finding in geometry or (_NOT_MADE,)),
         *_tip_shape(case.design.tips),
-        *_bruise(case.design, found),
+        *_bruise(case, printed),
     )
+
+
+_NOT_MADE = failed("geometry.made", "a housing", unit="1", reference="no housing was made, see printable.low and .high")
 
 
 def _tip_shape(tips: Tips) -> tuple[Verdict, ...]:
@@ -101,21 +120,25 @@ def _tip_shape(tips: Tips) -> tuple[Verdict, ...]:
             limit="cube without fillet",
             tolerance=None,
             passed=False,
-            reference=f"the response is that of a {tips.shape} with a fillet of {tips.fillet_mm:g} mm, the housing has "
-            "sharp square tips: a ground tip must take their place, and its give is not in K_l and K_h",
+            reference="the response is that of the tips asked for, the housing has sharp square ones: ground tips must "
+            "take their place, and their give is not in K_l and K_h",
         ),
     )
 
 
-def _bruise(design: Design, found: SceneResponse) -> tuple[Verdict, ...]:
-    limit = design.fruit.bruise_limit_MPa
-    return () if limit is None else (bruise_verdict(largest_pressure(design, found), limit),)
+def _bruise(case: Case, printed: PrintedSprings) -> tuple[Verdict, ...]:
+    limit = case.design.fruit.bruise_limit_MPa
+    return () if limit is None else (bruise_verdict(limit=limit, **largest_pressure(case, printed)),)
 
 
-def largest_pressure(design: Design, found: SceneResponse) -> float:
-    """Return the largest force of the response over the face of a tip [MPa]."""
-    face = design.tips.side_mm**2 * (1.0 if design.tips.shape == "cube" else math.pi / 4.0)
-    return max(float(max(one.F_l.max(), one.F_h.max())) for one in found.responses) / face
+def largest_pressure(case: Case, printed: PrintedSprings) -> dict[str, float]:
+    """Return the largest force over the face of a tip as `pressure`, and its `error` [MPa]."""
+    tips, found = case.design.tips, case.hardest(printed.compliance)
+    face = tips.side_mm**2 * (1.0 if tips.shape == "cube" else math.pi / 4.0)
+    response = found.responses[0]
+    pressure = float(max(response.F_l[-1], response.F_h[-1])) / face
+    known = float(np.nan_to_num(found.error_percent[0, -1])) + max(case.spring_shares(printed, response.E))
+    return {"pressure": pressure, "error": 0.01 * known * pressure}
 
 
 def judge_paper(case: Case) -> tuple[Verdict, ...]:

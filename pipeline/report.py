@@ -37,21 +37,24 @@ def contact_entry(contact: Compliance) -> dict[str, Any]:
     return {**entry, "K_m_over_E_mm": contact.K_m_over_E_mm}
 
 
-def response_entries(found: SceneResponse) -> list[dict[str, Any]]:
-    """Return the response at each modulus; null where a tip is off the fruit."""
-    return [
-        {
-            "E_MPa": one.E,
-            "x_mm": _numbers(one.x),
-            "F_l_N": _numbers(one.F_l),
-            "F_h_N": _numbers(one.F_h),
-            "P": _numbers(one.P),
-            "slope_ratio": _numbers(one.slope_ratio),
-            "F_error_percent": _numbers(force_errors),
-            "P_error_percent": _numbers(P_errors),
-        }
-        for one, force_errors, P_errors in zip(found.responses, found.error_percent, found.P_error_percent, strict=True)
-    ]
+def response_entries(case: Case, printed: PrintedSprings, found: SceneResponse) -> list[dict[str, Any]]:
+    """Return the response at each modulus with the errors of contact and springs; null where a tip is off the fruit."""
+    entries = []
+    for one, force_errors, P_errors in zip(found.responses, found.error_percent, found.P_error_percent, strict=True):
+        low, high = case.spring_shares(printed, one.E)
+        entries.append(
+            {
+                "E_MPa": one.E,
+                "x_mm": _numbers(one.x),
+                "F_l_N": _numbers(one.F_l),
+                "F_h_N": _numbers(one.F_h),
+                "P": _numbers(one.P),
+                "slope_ratio": _numbers(one.slope_ratio),
+                "F_error_percent": _numbers(force_errors + max(low, high)),
+                "P_error_percent": _numbers(P_errors + low + high),
+            }
+        )
+    return entries
 
 
 def _numbers(values: np.ndarray) -> list[float | None]:
@@ -97,33 +100,50 @@ def compose(case: Case, printed: PrintedSprings, found: SceneResponse, verdicts:
         },
         "behaviour": behaviour_entry(printed, found),
         "contact": contact_entry(case.contact),
-        "response": response_entries(found),
+        "response": response_entries(case, printed, found),
         "verdicts": [asdict(verdict) for verdict in verdicts],
         "paper": {
             "K_l_N_per_m": 1e3 * PAPER.K_l,
             "K_h_N_per_m": 1e3 * PAPER.K_h,
             "verdicts": [asdict(verdict) for verdict in judge_paper(case)],
         },
-        "notes": notes(case, found),
+        "notes": notes(case, printed, found),
         "versions": versions(),
     }
 
 
-def notes(case: Case, found: SceneResponse) -> list[str]:
+def notes(case: Case, printed: PrintedSprings, found: SceneResponse) -> list[str]:
     """Return what a user must know beside the verdicts, each a sentence with its number."""
     design, paper = case.design, case.judged(PAPER)
     P, NL = paper.P_max()[0], paper.NL(PAPER_TARGETS)[0]
-    press = design.press.travel_mm / design.tips.side_mm
+    press, process = design.press.travel_mm / design.tips.side_mm, printed.process
+    pressure = largest_pressure(case, printed)
+    leaves = (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm)
+    low, high = (3.0 * process.accuracy_mm / thickness for thickness in leaves)
     return [
         f"the paper's own springs reach P_max {P:.3f} and NL {100.0 * NL:.2f} % under this contact "
         f"(targets {PAPER_TARGETS.P_max:g} and {100.0 * PAPER_TARGETS.NL:g} %)",
-        f"the targets hold for this fruit, K_m/E = {case.contact.K_m_over_E_mm:.5g} mm; the paper's 20 x 20 x 12 mm "
-        "block has 1.3226 mm, a cube of 12 mm 15 % less",
+        f"the targets hold for this fruit and these tips, K_m/E = {case.contact.K_m_over_E_mm:.5g} mm (the paper's "
+        "have 1.3226 mm; its tips on a cube of 12 mm 15 % less)",
+        *_beyond_the_law(found),
         f"response: {found.method}; {found.status}",
         f"press: {press:.2g} tip sides at most; small strain is assumed, beyond 0.3 sides the force of real flesh "
         "departs by up to 1 % (Poisson 0.3) or 5 % (0.45)",
-        f"bruise: mean pressure {largest_pressure(design, found):.2g} MPa at the largest E and full travel",
-        "calibrate each printed unit: a leaf 0.05 mm off moves its stiffness by 10 to 20 %",
+        f"bruise: mean pressure {pressure['pressure']:.2g} MPa at the largest E and full travel",
+        f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {100.0 * low:.0f} % "
+        f"and K_h by {100.0 * high:.0f} %",
+    ]
+
+
+def _beyond_the_law(found: SceneResponse) -> list[str]:
+    """Return that P_max, NL and response.csv are a level sensor's, where this scene's response is another."""
+    if not found.cells:
+        return []
+    P = found.responses[-1].P
+    last = f"{P[-1]:.4g}" if math.isfinite(P[-1]) else "none, a tip is off"
+    return [
+        "P_max, NL and response.csv are those of a level sensor with flat sharp tips on flat fruit; this scene's own "
+        f"response at {found.responses[-1].E:g} MPa and full travel is {last}"
     ]
 
 

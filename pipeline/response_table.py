@@ -3,7 +3,7 @@
 import csv
 import io
 
-from cad.springs import Springs, fruit_stiffness
+from cad.springs import fruit_stiffness
 from pipeline.verdicts import Judged
 
 ROWS = 70
@@ -23,12 +23,12 @@ def response_table(judged: Judged, E_max: float) -> str:
         E = E_max * step / ROWS
         here = judged.at(K_m_over_E * E)
         P, error = here.P_max()
-        band = (_modulus(judged.springs, P + side * error) / K_m_over_E for side in (-1.0, 1.0))
+        band = (_modulus(judged, P + side * error) / K_m_over_E for side in (-1.0, 1.0))
         writer.writerow([f"{value:.6g}" for value in (E, 1e3 * K_m_over_E * E, P, error, *band)])
     return out.getvalue()
 
 
-def _modulus(springs: Springs, P: float) -> float:
+def _modulus(judged: Judged, P: float) -> float:
     """Return K_m at P, kept inside what the springs can show."""
-    most = springs.K_h / springs.K_l
-    return 0.0 if P <= 1.0 else fruit_stiffness(springs, min(P, most * (1.0 - 1e-9)))
+    most, q = judged.springs.K_h / judged.springs.K_l, judged.asymmetry
+    return 0.0 if q >= P else fruit_stiffness(judged.springs, min(P, most * (1.0 - 1e-9)), q)

@@ -51,7 +51,8 @@ def run(design: Design, options: RunOptions, more: More | None = None) -> RunRes
         added, entries = ((), {}) if more is None else more(case, springs, folder, clock)
         report = compose(case, springs, found, (*verdicts, *added)) | entries
         with clock.stage("solutions"):
-            write_solutions(case, springs, folder, fields=options.fields)
+            left_out = write_solutions(case, springs, folder, fields=options.fields)
+            report["notes"] += [left_out] if left_out else []
         with clock.stage("tables"):
             (folder / "design.toml").write_text(reproducing(design, options), encoding="utf-8")
             judged = case.judged(springs.stiffnesses, springs.errors)

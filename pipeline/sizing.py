@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from cad.parameters import Design
+from cad.quantity import fault
 from cad.springs import Springs, hayes_stiffness, series_stiffness, size_springs
 from solve.compliance import Compliance
 
@@ -11,19 +12,29 @@ from solve.compliance import Compliance
 class Sizing:
     """The springs a design asks for and the fruit stiffness that sized them [N/mm; K_m / E in mm].
 
-    `K_m_max_contact` is the largest fruit stiffness under the true contact, which judges whatever sized.
+    `K_m_max_contact` is the largest fruit stiffness under the true contact, which judges whatever sized; `K_m_top`
+    is that at the largest modulus that is shown, which may lie beyond; `asymmetry` is that of the two tips.
     """
 
     springs: Springs
     K_m_over_E: float
     K_m_max: float
     K_m_max_contact: float
+    K_m_top: float
+    asymmetry: float
     fruit_stiffness: str
 
-    def deflections(self, travel_mm: float) -> tuple[float, float]:
-        """Return how far the low and the high spring give at full travel on the stiffest fruit [mm]."""
-        K_m = self.K_m_max_contact
-        low, high = (travel_mm * series_stiffness(K, K_m) / K for K in (self.springs.K_l, self.springs.K_h))
+    def deflections(self, travels_mm: tuple[float, float]) -> tuple[float, float]:
+        """Return how far the low and the high spring give on the stiffest fruit [mm] at the full travel of each tip."""
+        low, high = (
+            max(0.0, travel) * series_stiffness(K, K_m) / K
+            for travel, K, K_m in zip(
+                travels_mm,
+                (self.springs.K_l, self.springs.K_h),
+                (self.K_m_top, self.asymmetry * self.K_m_top),
+                strict=True,
+            )
+        )
         return low, high
 
 
@@ -35,16 +46,22 @@ def size(design: Design, contact: Compliance, fruit_stiffness: str) -> Sizing:
     fruit, tips, targets = design.fruit, design.tips, design.targets
     by_hayes = hayes_stiffness(1.0, fruit.poisson, 0.5 * tips.side_mm)
     K_m_over_E = by_hayes if fruit_stiffness == "hayes" else contact.K_m_over_E_mm
+    asymmetry = 1.0 if fruit_stiffness == "hayes" else contact.asymmetry
     K_m_max = fruit.E_max_MPa * K_m_over_E
     given = design.springs
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
         springs = Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
     else:
-        springs = size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition)
+        if targets.P_max <= asymmetry:
+            bound = f"greater than {asymmetry:.4g}, the ratio of the fruit under the two tips"
+            raise fault("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
+        springs = size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, asymmetry)
     return Sizing(
         springs=springs,
         K_m_over_E=K_m_over_E,
         K_m_max=K_m_max,
         K_m_max_contact=fruit.E_max_MPa * contact.K_m_over_E_mm,
+        K_m_top=max(fruit.E_max_MPa, *fruit.E_MPa) * contact.K_m_over_E_mm,
+        asymmetry=contact.asymmetry,
         fruit_stiffness=fruit_stiffness,
     )

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from cad.quantity import InputError
 from mesh.flexure import flexure_mesh
 from pipeline.fields import write_fields, write_mesh
 from pipeline.judgement import Case
@@ -12,22 +13,23 @@ from solve.pressure import footprint_pressure
 from solve.scene import Scene
 
 
-def write_solutions(case: Case, printed: PrintedSprings, folder: Path, *, fields: bool) -> None:
-    """Write flexure.vtu, the mesh of the half housing y >= 0; with `fields` also its displacement and stress.
+def write_solutions(case: Case, printed: PrintedSprings, folder: Path, *, fields: bool) -> str | None:
+    """Write flexure.vtu, the mesh of the half housing y >= 0; with `fields` its displacement and stress, and fruit.vtu.
 
-    With `fields` write fruit.vtu too. Both are at the largest modulus and full travel. Raises SolveError.
+    Fields are at the largest modulus and full travel. Returns why fruit.vtu is left out, if it is. Raises SolveError.
     """
-    design = case.design
     if not fields:
         if printed.housing is not None:
             write_mesh(folder / "flexure.vtu", flexure_mesh(printed.housing))
-        return
+        return None
+    response = case.hardest(printed.compliance).responses[0]
+    _write_flexure(printed, (float(response.F_l[-1]), float(response.F_h[-1])), folder)
+    design = case.design
     scene = Scene(fruit=design.fruit, tips=design.tips, press=design.press)
-    pressure = footprint_pressure(
-        scene, case.contact, printed.compliance, design.fruit.E_max_MPa, design.press.travel_mm
-    )
-    low, high = (float(force) for force in pressure.forces)
-    _write_flexure(printed, (low, high), folder)
+    try:
+        pressure = footprint_pressure(scene, case.contact, printed.compliance, response.E, design.press.travel_mm)
+    except InputError as error:
+        return f"fruit.vtu is left out: {error}"
     fruit = fruit_fields(design.fruit, pressure)
     write_fields(
         folder / "fruit.vtu",
@@ -35,6 +37,7 @@ def write_solutions(case: Case, printed: PrintedSprings, folder: Path, *, fields
         {"displacement_mm": fruit.displacement},
         {"von_mises_MPa": fruit.von_mises},
     )
+    return None
 
 
 def _write_flexure(printed: PrintedSprings, forces: tuple[float, float], folder: Path) -> None:

@@ -1,6 +1,6 @@
 """The springs as they are printed: leaves that fit the targets, or the reason why the process cannot make them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,13 @@ from cad.layout import housing_for
 from cad.materials import PROCESSES, Process
 from cad.parameters import Design
 from cad.printable import Printable, check_printable
+from cad.quantity import InputError
 from cad.springs import Springs
+from mesh.session import MeshError
 from pipeline.flexures import FittedFlexures
 from pipeline.kept import kept_flexures
 from pipeline.sizing import Sizing
+from solve.linear import SolveError
 from solve.response import spring_compliance
 
 Floats = NDArray[np.float64]
@@ -74,19 +77,25 @@ class PrintedSprings:
 def print_springs(design: Design, sizing: Sizing) -> PrintedSprings:
     """Return the springs of a design, fitted by FE unless the beam law already rules one out.
 
-    A leaf near a bound is judged again at its solved length. Raises SolveError or MeshError.
+    A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, both are undecided.
     """
     process = PROCESSES[design.print.process]
-    springs, K_m_max = sizing.springs, sizing.K_m_max_contact
-    deflections = sizing.deflections(design.press.travel_mm)
+    springs, K_m_max = sizing.springs, sizing.K_m_top
+    low_step, high_step = design.tip_travel_mm
+    deflections = sizing.deflections((design.press.travel_mm + low_step, design.press.travel_mm + high_step))
     verdicts = check_printable(design, springs, K_m_max, process)
     fitted = None
     if all(verdict.passed is not False for verdict in verdicts):
         lengths = (verdicts[0].length_mm, verdicts[1].length_mm)
-        guess = housing_for(design, process, lengths, deflections)
-        fitted = kept_flexures(guess, (springs.K_l, springs.K_h), process.E_MPa, process.poisson)
-        solved = (fitted.housing.low.length, fitted.housing.high.length)
-        verdicts = check_printable(design, springs, K_m_max, process, solved)
+        try:
+            guess = housing_for(design, process, lengths, deflections)
+            fitted = kept_flexures(guess, (springs.K_l, springs.K_h), process.E_MPa, process.poisson)
+        except (InputError, MeshError, SolveError) as error:
+            low_verdict, high_verdict = (replace(one, passed=None, reason=str(error)) for one in verdicts)
+            verdicts = (low_verdict, high_verdict)
+        else:
+            solved = (fitted.housing.low.length, fitted.housing.high.length)
+            verdicts = check_printable(design, springs, K_m_max, process, solved)
     low, high = (_spring(index, springs, verdicts[index], fitted, deflections[index]) for index in (0, 1))
     return PrintedSprings(low=low, high=high, process=process, deflections=deflections, fitted=fitted)
 
@@ -108,5 +117,5 @@ def _spring(
         error_percent=result.error_percent[index],
         root_strain=strain,
         strain_error_percent=result.strain_error_percent[index],
-        safety_factor=verdict.strain_limit / strain,
+        safety_factor=verdict.strain_limit / strain if strain > 0.0 else None,
     )

@@ -16,6 +16,7 @@ from cad.housing import Housing
 from cad.materials import Process
 from cad.parameters import Targets
 from cad.springs import Springs, force_ratio, fruit_stiffness, nonlinearity
+from pipeline.verdicts import Judged
 from solve.error import propagated
 
 Floats = NDArray[np.float64]
@@ -92,10 +93,9 @@ def _shifts(housing: Housing, offset: float) -> tuple[float, float]:
     return low, high
 
 
-def bands(
-    housing: Housing, process: Process, nominal: Springs, K_m_max: float, targets: Targets, surrogate: Surrogate
-) -> Bands:
+def bands(housing: Housing, process: Process, judged: Judged, targets: Targets, surrogate: Surrogate) -> Bands:
     """Return the bands over a Sobol sample of thickness offset and modulus, both normal."""
+    nominal, K_m_max, q = judged.springs, judged.K_m_max, judged.asymmetry
     points = qmc.Sobol(2, seed=1).random(SAMPLES)
     offset, scatter = norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9)).T
     offset = offset * process.accuracy_mm / SIGMAS
@@ -103,24 +103,25 @@ def bands(
     low, high = surrogate.factors((shift[0], shift[1]))
     E = 1.0 + process.E_scatter * scatter
     prints = [Springs(K_l=nominal.K_l * a, K_h=nominal.K_h * b) for a, b in zip(E * low, E * high, strict=True)]
-    read = [fruit_stiffness(nominal, force_ratio(one, K_m_max)) / K_m_max - 1.0 for one in prints]
+    read = [fruit_stiffness(nominal, force_ratio(one, K_m_max, q), q) / K_m_max - 1.0 for one in prints]
     return Bands(
         K_l_N_per_m=_band([1e3 * one.K_l for one in prints]),
         K_h_N_per_m=_band([1e3 * one.K_h for one in prints]),
-        P_max=_band([force_ratio(one, K_m_max) for one in prints]),
-        NL=_band([nonlinearity(one, K_m_max, targets.NL_definition) for one in prints]),
+        P_max=_band([force_ratio(one, K_m_max, q) for one in prints]),
+        NL=_band([nonlinearity(one, K_m_max, targets.NL_definition, q) for one in prints]),
         modulus_error=_band(read),
-        calibrated_modulus_error=calibrated_error(nominal, K_m_max),
+        calibrated_modulus_error=calibrated_error(judged),
         surrogate_error=surrogate.corner_error,
     )
 
 
-def calibrated_error(springs: Springs, K_m: float) -> float:
+def calibrated_error(judged: Judged) -> float:
     """Return the error of the fruit stiffness read from P when both stiffnesses are known to 1 % [1]."""
-    P = force_ratio(springs, K_m)
+    springs, K_m, q = judged.springs, judged.K_m_max, judged.asymmetry
+    P = force_ratio(springs, K_m, q)
 
     def read(K_l: float, K_h: float) -> float:
-        return fruit_stiffness(Springs(K_l=K_l, K_h=K_h), P)
+        return fruit_stiffness(Springs(K_l=K_l, K_h=K_h), P, q)
 
     errors = (CALIBRATED * springs.K_l, CALIBRATED * springs.K_h)
     return propagated(read, (springs.K_l, springs.K_h), errors) / K_m

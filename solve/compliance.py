@@ -23,6 +23,14 @@ class Compliance:
 
     @property
     def K_m_over_E_mm(self) -> float:
-        """Return K_m / E = 1 / (s - s12), with s the mean of s11 and s22 [mm]."""
-        (s11, s12), (s21, s22) = self.S
-        return 1.0 / (0.5 * (s11 + s22) - 0.5 * (s12 + s21))
+        """Return K_m / E = 1 / (s11 - s12) of the low tip [mm]."""
+        return 1.0 / (self.S[0][0] - self._crosstalk)
+
+    @property
+    def asymmetry(self) -> float:
+        """Return the fruit's stiffness under the high tip over that under the low one [1]; 1 in the middle."""
+        return (self.S[0][0] - self._crosstalk) / (self.S[1][1] - self._crosstalk)
+
+    @property
+    def _crosstalk(self) -> float:
+        return 0.5 * (self.S[0][1] + self.S[1][0])

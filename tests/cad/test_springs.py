@@ -156,3 +156,29 @@ def test_springs_out_of_order_are_refused(K_l, K_h):
 def test_springs_are_frozen():
     with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'K_l'"):
         PAPER.K_l = 1.0
+
+
+@pytest.mark.parametrize("definition", ["mid-range", "largest"])
+@pytest.mark.parametrize("q", [0.8, 0.953, 1.0, 1.3])
+def test_springs_sized_off_the_middle_of_a_fruit_meet_both_targets(q, definition):
+    springs = size_springs(5.0, 0.05, 4.6, definition, q)
+    assert force_ratio(springs, 4.6, q) == pytest.approx(5.0, rel=1e-12)
+    assert nonlinearity(springs, 4.6, definition, q) == pytest.approx(0.05, rel=1e-10)
+
+
+def test_force_ratio_off_the_middle_is_that_of_two_springs_in_series_each():
+    """P = (1/K_l + (s11 - s12)/E) / (1/K_h + (s22 - s12)/E) from x = F/K + S F/E with both tips level."""
+    s11, s22, s12, E = 0.76, 0.79, 0.011, 3.5
+    springs = Springs(K_l=0.9, K_h=20.0)
+    exact = (1.0 / 0.9 + (s11 - s12) / E) / (1.0 / 20.0 + (s22 - s12) / E)
+    found = force_ratio(springs, E / (s11 - s12), (s11 - s12) / (s22 - s12))
+    assert found == pytest.approx(exact, rel=1e-12)
+    assert fruit_stiffness(springs, found, (s11 - s12) / (s22 - s12)) == pytest.approx(E / (s11 - s12), rel=1e-9)
+
+
+def test_largest_nonlinearity_off_the_middle_is_the_largest():
+    springs, q = Springs(K_l=0.9, K_h=20.0), 0.9
+    largest = nonlinearity(springs, 4.6, "largest", q)
+    rise = force_ratio(springs, 4.6, q) - q
+    everywhere = [(force_ratio(springs, 4.6 * i / 400, q) - q) / rise - i / 400 for i in range(1, 400)]
+    assert largest == pytest.approx(max(everywhere), rel=1e-4)

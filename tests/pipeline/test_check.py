@@ -1,6 +1,7 @@
 """`pipeline check`: an output folder as it was written passes, and every kind of damage to it fails by name."""
 
 import dataclasses
+import hashlib
 import json
 import re
 import shutil
@@ -91,6 +92,31 @@ def test_open_stl_fails_watertight(folder):
     count = int.from_bytes(data[80:84], "little")
     path.write_bytes(data[:80] + (count - 1).to_bytes(4, "little") + data[84:-50])
     assert {"files.unchanged", "geometry.watertight"} <= set(failed(folder))
+
+
+@pytest.mark.parametrize(
+    "report",
+    [
+        {"files": [], "design": {}, "housing": {"a": 1}, "deflections_mm": [0, 0]},
+        {"files": 5, "design": {}, "housing": None, "deflections_mm": [0, 0]},
+        3,
+    ],
+)
+def test_report_that_is_not_ours_is_one_line_and_exit_2(tmp_path, capsys, report):
+    (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    assert main(["check", str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "its report.json must be" in error
+
+
+def test_file_outside_the_folder_is_not_taken_for_one_inside(folder):
+    outside = folder.parent / "secret"
+    outside.write_text("x", encoding="utf-8")
+    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    report["files"] = [{"path": "../secret", "sha256": hashlib.sha256(b"x").hexdigest()}]
+    (folder / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    assert failed(folder) == ["files.unchanged"]
 
 
 def test_one_file_is_judged_too(written, capsys):

@@ -160,9 +160,10 @@ def test_given_springs_are_judged_and_made(tmp_path):
     assert (found["P_max"]["passed"], found["NL"]["passed"]) == (False, False)
 
 
-def test_bruise_limit_makes_a_verdict(default, tmp_path):
-    """2.24 N on 1 mm^2 of the high tip at 3.5 MPa: over the 0.29 MPa of apple flesh."""
-    code = main(["run", "--nl", "0.05", "--set", "fruit.bruise_limit_MPa=0.29", "--out", str(tmp_path / "bruise")])
+def test_bruise_limit_makes_a_verdict_at_the_largest_modulus(default, tmp_path):
+    """2.24 N on 1 mm^2 of the high tip at 3.5 MPa, whichever moduli are shown: over the 0.29 MPa of apple flesh."""
+    settings = ["--set", "fruit.bruise_limit_MPa=0.29", "--set", "fruit.E_MPa=[0.5]"]
+    code = main(["run", "--nl", "0.05", *settings, "--out", str(tmp_path / "bruise")])
     found = verdicts_of(report_of(tmp_path / "bruise"))
     assert "bruise" not in verdicts_of(report_of(default[1]))
     assert (code, found["bruise"]["passed"]) == (1, False)
@@ -186,6 +187,7 @@ def test_spring_that_cannot_be_printed_is_a_verdict_and_leaves_the_rest(tmp_path
     assert found["printable.high"]["passed"] is True
     assert report["flexures"]["low"]["stiffness_N_per_m"] is None
     assert (found["K_l"]["value"], found["K_l"]["passed"]) == (None, None)
+    assert (found["P_max"]["passed"], found["geometry.made"]["passed"]) == (None, False)
     assert report["response"][-1]["P"][-1] == pytest.approx(5.0, rel=1e-6)
     assert math.isfinite(report["contact"]["error_percent"])
     assert not (folder / "housing.step").exists()

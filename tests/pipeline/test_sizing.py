@@ -1,5 +1,8 @@
 """Sizing: the paper's springs by Hayes, the right ones by the true contact, given springs unchanged."""
 
+import dataclasses
+
+import numpy as np
 import pytest
 
 from cad.design_file import design_from_mapping
@@ -7,6 +10,7 @@ from cad.parameters import Design
 from cad.springs import size_springs
 from pipeline.sizing import size
 from solve.compliance import Compliance
+from solve.response import linear_response
 
 # The paper's block, reference solution by two independent methods to 2e-5.
 CONTACT = Compliance(
@@ -53,7 +57,29 @@ def test_given_springs_are_taken_as_they_are():
 def test_deflections_share_the_travel_with_the_fruit():
     """In series a spring takes the share K_m / (K_m + K) of the travel."""
     found = size(Design(), CONTACT, "contact")
-    low, high = found.deflections(0.6)
+    low, high = found.deflections((0.6, 0.6))
     K_m = found.K_m_max_contact
     assert low == pytest.approx(0.6 * K_m / (K_m + found.springs.K_l), rel=1e-12)
     assert high == pytest.approx(0.6 * K_m / (K_m + found.springs.K_h), rel=1e-12)
+
+
+def test_tilt_gives_each_spring_its_own_travel():
+    found = size(Design(), CONTACT, "contact")
+    level, tilted = found.deflections((0.6, 0.6)), found.deflections((0.81, -0.1))
+    assert tilted == pytest.approx((level[0] * 0.81 / 0.6, 0.0), rel=1e-12)
+
+
+def test_moduli_beyond_the_range_bend_the_springs_further():
+    fruit = {"E_MPa": [1.0, 10.0]}
+    found = size(design_from_mapping({"fruit": fruit}), CONTACT, "contact")
+    assert found.K_m_top == pytest.approx(10.0 / 3.5 * found.K_m_max_contact, rel=1e-12)
+    assert found.deflections((0.6, 0.6))[1] > size(Design(), CONTACT, "contact").deflections((0.6, 0.6))[1]
+
+
+def test_off_the_middle_each_tip_meets_its_own_fruit():
+    contact = dataclasses.replace(CONTACT, S=((0.76, 0.011), (0.011, 0.79)))
+    found = size(Design(), contact, "contact")
+    assert found.asymmetry == pytest.approx((0.76 - 0.011) / (0.79 - 0.011), rel=1e-12)
+    C = np.diag([1.0 / found.springs.K_l, 1.0 / found.springs.K_h])
+    response = linear_response(np.array(contact.S), C, 3.5, np.array([0.3, 0.6]))
+    assert pytest.approx([5.0, 5.0], rel=1e-12) == response.P

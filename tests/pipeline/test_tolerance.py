@@ -11,11 +11,13 @@ from cad.materials import PROCESSES
 from cad.parameters import Design, Targets
 from cad.springs import Springs, force_ratio, size_springs
 from pipeline.tolerance import Surrogate, bands, calibrated_error, fit_surrogate, thickened
+from pipeline.verdicts import Judged
 
 PETG = PROCESSES["fdm-petg"]
 HOUSING = housing_for(Design(), PETG, (28.9, 14.8), (0.5, 0.11))
 K_M = 3.5 * 1.322617
 SPRINGS = size_springs(5.0, 0.05, K_M)
+JUDGED = Judged(springs=SPRINGS, K_m_max=K_M)
 
 
 def beams(housing):
@@ -53,7 +55,7 @@ def test_thicker_leaves_by_the_same_offset():
 
 def test_band_of_a_spring_is_that_of_its_thickness_and_modulus():
     """Small independent scatters add in squares: sigma ln K = sqrt((3 sigma_t / t)^2 + sigma_E^2)."""
-    found = bands(HOUSING, PETG, SPRINGS, K_M, Targets(), fit_surrogate(HOUSING, PETG.accuracy_mm, beams))
+    found = bands(HOUSING, PETG, JUDGED, Targets(), fit_surrogate(HOUSING, PETG.accuracy_mm, beams))
     for band, K, t in ((found.K_l_N_per_m, SPRINGS.K_l, 0.8), (found.K_h_N_per_m, SPRINGS.K_h, 1.2)):
         sigma = math.hypot(3.0 * 0.5 * PETG.accuracy_mm / t, PETG.E_scatter)
         half_width = 0.5 * math.log(band[1] / band[0])
@@ -73,10 +75,10 @@ def test_stiffer_print_has_the_smaller_force_ratio():
 
 def test_same_bands_every_time():
     surrogate = fit_surrogate(HOUSING, PETG.accuracy_mm, beams)
-    first, second = (bands(HOUSING, PETG, SPRINGS, K_M, Targets(), surrogate) for _ in range(2))
+    first, second = (bands(HOUSING, PETG, JUDGED, Targets(), surrogate) for _ in range(2))
     assert first == second
 
 
 def test_calibration_to_one_percent_leaves_about_as_much():
     """The shared table says 1.1 to 1.3 % by the root of squares; the sum of both, taken here, is more."""
-    assert 0.011 < calibrated_error(SPRINGS, K_M) < 0.02
+    assert 0.011 < calibrated_error(JUDGED) < 0.02
