@@ -194,7 +194,7 @@ def test_far_tips_superpose_on_the_half_space():
         ({"height_mm": 0.9}, {}, "tips.side_mm"),
         ({"poisson": 0.49995}, {}, "fruit.poisson"),
         ({"poisson": -0.51}, {}, "fruit.poisson"),
-        ({}, {"spacing_mm": 1.19}, "tips.spacing_mm"),
+        ({}, {"spacing_mm": 1.04}, "tips.spacing_mm"),
     ],
 )
 def test_scenes_outside_the_domain_are_refused(fruit, tips, name):
