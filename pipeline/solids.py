@@ -1,14 +1,22 @@
 """The solids of a sensor: files for fabrication, and the verdicts on their geometry."""
 
+import base64
+import os
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from cad.checks import check_sensor
+from cad.design_file import design_as_mapping
 from cad.export import write_sensor
 from cad.finding import Finding
 from cad.housing import Housing, housing_part
 from cad.parameters import Design
 from cad.sensor import Sensor
+from pipeline.cache import remembered
 from pipeline.springs import PrintedSprings
+
+_SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their checks depend on
 
 
 def sensor_of(design: Design, housing: Housing) -> Sensor:
@@ -22,10 +30,28 @@ def sensor_of(design: Design, housing: Housing) -> Sensor:
 def write_solids(design: Design, springs: PrintedSprings, folder: Path) -> tuple[Finding, ...]:
     """Write STEP, STL and 3MF into the folder and return the geometry findings; none where no housing can be made.
 
-    Raises OSError or ExportError.
+    Files are the same bytes every time, so those of an earlier run are written again. Raises OSError or ExportError.
     """
-    if springs.housing is None:
+    housing = springs.housing
+    if housing is None:
         return ()
-    sensor = sensor_of(design, springs.housing)
-    write_sensor(sensor, folder)
-    return check_sensor(sensor, springs.deflections, folder)
+
+    def made() -> dict[str, Any]:
+        sensor = sensor_of(design, housing)
+        written = write_sensor(sensor, folder)
+        findings = check_sensor(sensor, springs.deflections, folder)
+        return {
+            "files": {path.name: base64.b85encode(path.read_bytes()).decode() for path in written},
+            "findings": [asdict(finding) for finding in findings],
+        }
+
+    inputs = {
+        "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
+        "housing": asdict(housing),
+        "deflections": springs.deflections,
+        "date": os.environ.get("SOURCE_DATE_EPOCH"),
+    }
+    found = remembered("solids", inputs, made)
+    for name, text in found["files"].items():
+        (folder / name).write_bytes(base64.b85decode(text))
+    return tuple(Finding(**finding) for finding in found["findings"])
