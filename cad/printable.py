@@ -66,12 +66,16 @@ def check_printable(
     K_m_max: float,
     process: Process,
     lengths_mm: tuple[float, float] | None = None,
+    asymmetry: float = 1.0,
 ) -> tuple[Printable, Printable]:
-    """Return the verdicts on the low and the high spring [N/mm] at the stiffest fruit K_m,max [N/mm].
+    """Return the verdicts on the low and the high spring [N/mm] that K_m,max [N/mm] and the asymmetry have sized.
 
-    Without `lengths_mm`, low then high as solved, the beam law gives the lengths and a leaf within LENGTH_MARGIN of a
-    bound is undecided. The nearest target given is one whose verdict passes with that margin.
+    Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, low then high as
+    solved, the beam law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided. The nearest target
+    given is one whose verdict passes with that margin.
     """
+    fruit = design.fruit
+    stiffest = K_m_max * max(fruit.E_max_MPa, *fruit.E_MPa) / fruit.E_max_MPa
     thicknesses = (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm)
     low, high = (
         _Task(
@@ -80,41 +84,44 @@ def check_printable(
             thickness=thickness,
             depth=max(process.depth_mm, design.tips.side_mm),  # as the layout rule has it
             travel=max(0.0, design.press.travel_mm + step),
-            K_m_max=K_m_max,
+            K_m_max=K_m,
             longest=design.print.max_length_mm,
         )
-        for side, thickness, step in zip(("low", "high"), thicknesses, design.tip_travel_mm, strict=True)
+        for side, thickness, step, K_m in zip(
+            ("low", "high"), thicknesses, design.tip_travel_mm, (stiffest, asymmetry * stiffest), strict=True
+        )
     )
     solved = lengths_mm or (None, None)
     verdicts = (
-        _verdict(low, _low_target(design, springs, K_m_max), springs.K_l, solved[0]),
-        _verdict(high, _high_target(design, springs, K_m_max), springs.K_h, solved[1]),
+        _verdict(low, _low_target(design, springs, (K_m_max, asymmetry)), springs.K_l, solved[0]),
+        _verdict(high, _high_target(design, springs, (K_m_max, asymmetry)), springs.K_h, solved[1]),
     )
     if process.one_piece:
         return verdicts
     return replace(verdicts[0], passed=False, reason=_CLAMPED), replace(verdicts[1], passed=False, reason=_CLAMPED)
 
 
-def _low_target(design: Design, springs: Springs, K_m_max: float) -> _Target:
+def _low_target(design: Design, springs: Springs, met: tuple[float, float]) -> _Target:
     if design.springs.given:
         return _given_target("springs.K_l_N_per_m", springs.K_l)
-    targets = design.targets
-    others = [*(i / 100 for i in range(101, 1000)), *(i / 10 for i in range(100, 1001))]
+    targets, (K_m_max, asymmetry) = design.targets, met
+    every = [*(i / 100 for i in range(101, 1000)), *(i / 10 for i in range(100, 1001))]
+    others = [P_max for P_max in every if P_max > asymmetry]
 
     def stiffness(P_max: float) -> float:
-        return size_springs(P_max, targets.NL, K_m_max, targets.NL_definition).K_l
+        return size_springs(P_max, targets.NL, K_m_max, targets.NL_definition, asymmetry).K_l
 
     return _Target(key="targets.P_max", value=targets.P_max, unit="1", others=others, stiffness=stiffness)
 
 
-def _high_target(design: Design, springs: Springs, K_m_max: float) -> _Target:
+def _high_target(design: Design, springs: Springs, met: tuple[float, float]) -> _Target:
     if design.springs.given:
         return _given_target("springs.K_h_N_per_m", springs.K_h)
-    targets = design.targets
+    targets, (K_m_max, asymmetry) = design.targets, met
     others = [*(i / 10000 for i in range(1, 100)), *(i / 1000 for i in range(10, 500))]
 
     def stiffness(NL: float) -> float:
-        return size_springs(targets.P_max, NL, K_m_max, targets.NL_definition).K_h
+        return size_springs(targets.P_max, NL, K_m_max, targets.NL_definition, asymmetry).K_h
 
     return _Target(key="targets.NL", value=targets.NL, unit="1", others=others, stiffness=stiffness)
 

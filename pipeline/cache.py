@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 _SOURCES = ("cad", "mesh", "solve", "pipeline")
-_LIBRARIES = ("cadquery", "gmsh", "scikit-fem", "numpy", "scipy")
+_LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
 
 
 def cache_folder() -> Path:
@@ -67,8 +67,9 @@ def _read(path: Path) -> dict[str, Any] | None:
 def _write(path: Path, body: str) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8") as aside:
-            aside.write(f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}")
-        Path(aside.name).replace(path)
+        with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+            aside = Path(folder) / path.name
+            aside.write_text(f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}", encoding="utf-8")
+            aside.replace(path)
     except OSError:
         return

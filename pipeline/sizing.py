@@ -12,8 +12,8 @@ from solve.compliance import Compliance
 class Sizing:
     """The springs a design asks for and the fruit stiffness that sized them [N/mm; K_m / E in mm].
 
-    `K_m_max_contact` is the largest fruit stiffness under the true contact, which judges whatever sized; `K_m_top`
-    is that at the largest modulus that is shown, which may lie beyond; `asymmetry` is that of the two tips.
+    `K_m_max` and `sized_asymmetry` sized the springs. `K_m_max_contact` and `asymmetry`, of the two tips, are those of
+    the true contact, which judges whatever sized; `K_m_top` is at the largest modulus shown, which may lie beyond.
     """
 
     springs: Springs
@@ -22,6 +22,7 @@ class Sizing:
     K_m_max_contact: float
     K_m_top: float
     asymmetry: float
+    sized_asymmetry: float
     fruit_stiffness: str
 
     def deflections(self, travels_mm: tuple[float, float]) -> tuple[float, float]:
@@ -46,16 +47,16 @@ def size(design: Design, contact: Compliance, fruit_stiffness: str) -> Sizing:
     fruit, tips, targets = design.fruit, design.tips, design.targets
     by_hayes = hayes_stiffness(1.0, fruit.poisson, 0.5 * tips.side_mm)
     K_m_over_E = by_hayes if fruit_stiffness == "hayes" else contact.K_m_over_E_mm
-    asymmetry = 1.0 if fruit_stiffness == "hayes" else contact.asymmetry
+    sized = 1.0 if fruit_stiffness == "hayes" else contact.asymmetry
     K_m_max = fruit.E_max_MPa * K_m_over_E
     given = design.springs
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
         springs = Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
     else:
-        if targets.P_max <= asymmetry:
-            bound = f"greater than {asymmetry:.4g}, the ratio of the fruit under the two tips"
+        if targets.P_max <= sized:
+            bound = f"greater than {sized:.4g}, the ratio of the fruit under the two tips"
             raise fault("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
-        springs = size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, asymmetry)
+        springs = size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, sized)
     return Sizing(
         springs=springs,
         K_m_over_E=K_m_over_E,
@@ -63,5 +64,6 @@ def size(design: Design, contact: Compliance, fruit_stiffness: str) -> Sizing:
         K_m_max_contact=fruit.E_max_MPa * contact.K_m_over_E_mm,
         K_m_top=max(fruit.E_max_MPa, *fruit.E_MPa) * contact.K_m_over_E_mm,
         asymmetry=contact.asymmetry,
+        sized_asymmetry=sized,
         fruit_stiffness=fruit_stiffness,
     )

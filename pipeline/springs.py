@@ -80,10 +80,10 @@ def print_springs(design: Design, sizing: Sizing) -> PrintedSprings:
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, both are undecided.
     """
     process = PROCESSES[design.print.process]
-    springs, K_m_max = sizing.springs, sizing.K_m_top
+    springs, K_m_max, asymmetry = sizing.springs, sizing.K_m_max, sizing.sized_asymmetry
     low_step, high_step = design.tip_travel_mm
     deflections = sizing.deflections((design.press.travel_mm + low_step, design.press.travel_mm + high_step))
-    verdicts = check_printable(design, springs, K_m_max, process)
+    verdicts = check_printable(design, springs, K_m_max, process, asymmetry=asymmetry)
     fitted = None
     if all(verdict.passed is not False for verdict in verdicts):
         lengths = (verdicts[0].length_mm, verdicts[1].length_mm)
@@ -95,7 +95,7 @@ def print_springs(design: Design, sizing: Sizing) -> PrintedSprings:
             verdicts = (low_verdict, high_verdict)
         else:
             solved = (fitted.housing.low.length, fitted.housing.high.length)
-            verdicts = check_printable(design, springs, K_m_max, process, solved)
+            verdicts = check_printable(design, springs, K_m_max, process, solved, asymmetry)
     low, high = (_spring(index, springs, verdicts[index], fitted, deflections[index]) for index in (0, 1))
     return PrintedSprings(low=low, high=high, process=process, deflections=deflections, fitted=fitted)
 

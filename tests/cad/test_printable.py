@@ -167,6 +167,29 @@ def test_given_springs_are_answered_in_their_own_unit():
     assert f"the nearest K_h_N_per_m that it can make is {high.nearest:g} N/m" in high.reason
 
 
+def test_nearest_target_is_what_would_be_sized_and_not_moved_by_moduli_beyond_the_range():
+    """The targets size the springs at E_max; a modulus shown beyond it bends them further and no more."""
+    K_m, short = 4.629, Print(max_length_mm=20.0)
+    springs = size_springs(5.0, 0.05, K_m)
+    plain, beyond = (
+        check_printable(Design(fruit=fruit, print=short), springs, K_m, PETG)[0]
+        for fruit in (Fruit(), Fruit(E_MPa=(1.0, 7.0)))
+    )
+    assert beyond.nearest == plain.nearest
+    assert beyond.root_strain > plain.root_strain
+
+
+@pytest.mark.parametrize("q", [0.9, 1.2])
+def test_nearest_target_off_the_middle_is_one_that_can_be_made_there(q):
+    K_m, design = 4.629, Design(print=Print(max_length_mm=20.0))
+    found = check_printable(design, size_springs(5.0, 0.05, K_m, "mid-range", q), K_m, PETG, asymmetry=q)[0]
+    assert found.passed is False
+    made = size_springs(found.nearest, 0.05, K_m, "mid-range", q)
+    assert pair_length(PETG.E_MPa, PETG.depth_mm, PETG.leaf_thickness_low_mm, made.K_l) * (1.0 + LENGTH_MARGIN) <= 20.0
+    other = dataclasses.replace(design, targets=Targets(P_max=found.nearest, NL=0.05))
+    assert check_printable(other, made, K_m, PETG, asymmetry=q)[0].passed is True
+
+
 def test_leaf_clamped_in_another_material_is_no_sensor_yet():
     """Neither the beam law nor the solve of one solid knows the body that holds the strip."""
     found = check_printable(Design(), size_springs(5.0, 0.05, 4.629), 4.629, PROCESSES["strip-steel"])
