@@ -7,11 +7,11 @@ import cadquery as cq
 from cad.finding import Finding, at_least, failed
 from cad.flexure import Flexure
 from cad.housing import Housing
+from cad.layout import TILT_DEG
 from cad.line import SolidLines, Vector
 from cad.parameters import Press
 from cad.sensor import Sensor, pressed
 
-TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
 LEAF_GAP_MM = 0.1  # a leaf printed this much off its place still moves freely
 STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel
 _HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] from the high tip round to the side +y
@@ -88,9 +88,8 @@ def stop_findings(sensor: Sensor, deflections: tuple[float, float]) -> tuple[Fin
     them geometry.deflected_gap_low and _high [mm]: what is left between leaf and frame when the shuttle is stopped.
     """
     housing, lines = sensor.housing, SolidLines(sensor.part.shape)
-    sides = (("low", housing.low, housing.low_root), ("high", housing.high, housing.high_root))
     found: list[Finding] = []
-    for (side, flexure, roots), deflection in zip(sides, deflections, strict=True):
+    for (side, flexure, roots), deflection in zip(housing.arms, deflections, strict=True):
         shuttle, leaf = _gaps(housing, lines, flexure, roots)
         found += _stop_findings(side, deflection, min(shuttle), leaf)
     return tuple(found)

@@ -11,7 +11,7 @@ import cadquery as cq
 import numpy as np
 
 from cad.flexure import Flexure
-from cad.housing import Housing
+from cad.housing import Housing, is_upright_at
 from cad.part import Part, named_part
 
 _NEAR = 1e-6
@@ -82,7 +82,7 @@ def coupon_part(coupon: Coupon) -> Part:
     body = body.cut(back.pushPoints(clamps).circle(0.5 * coupon.clamp_hole).extrude(depth))
     holes = back.pushPoints([(x, 0.0) for x in centres.values()]).circle(0.5 * coupon.weight_hole)
     solid = body.cut(holes.extrude(depth)).findSolid()
-    roots = [edge for edge in solid.Edges() if _stands_at(edge, corners)]
+    roots = [edge for edge in solid.Edges() if is_upright_at(edge, corners)]
     return named_part(
         "coupon",
         solid.fillet(coupon.low.fillet, roots).Solids()[0],
@@ -104,10 +104,3 @@ def _is_hole(face: cq.Face, centres: list[tuple[float, float]]) -> bool:
     box = face.BoundingBox()
     middle, whole = box.center, abs(box.xlen - box.zlen) < _NEAR and len(face.Wires()) >= 1
     return whole and any(math.hypot(middle.x - x, middle.z - z) < _NEAR for x, z in centres)
-
-
-def _stands_at(edge: cq.Edge, corners: list[tuple[float, float]]) -> bool:
-    box = edge.BoundingBox()
-    if edge.geomType() != "LINE" or max(box.xlen, box.zlen) > _NEAR:
-        return False
-    return any(math.hypot(box.center.x - x, box.center.z - z) < _NEAR for x, z in corners)

@@ -4,7 +4,7 @@ import dataclasses
 import difflib
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,15 +22,15 @@ _TABLE_TYPES = {
 }
 
 
-def _nearest(word: str, known: list[str]) -> str:
-    close = difflib.get_close_matches(word, known, n=1, cutoff=0.0)
-    return close[0] if close else known[0]
+def nearest(word: str, known: Sequence[str]) -> str:
+    """Return the known word that looks most like a given one."""
+    return difflib.get_close_matches(word, known, n=1, cutoff=0.0)[0]
 
 
 def _unknown(kind: str, name: str, word: str, known: list[str]) -> InputError:
     shown = name if name.isprintable() else repr(name)
     return InputError(
-        f"{shown}: unknown {kind}; must be one of {', '.join(known)}; did you mean {_nearest(word, known)}?"
+        f"{shown}: unknown {kind}; must be one of {', '.join(known)}; did you mean {nearest(word, known)}?"
     )
 
 

@@ -14,6 +14,7 @@ from ezdxf.filemanagement import new
 Point = tuple[float, float]
 _LAYERS = {"PART": 7, "DIMENSIONS": 5, "NOTES": 3}  # with the colour of each, by AutoCAD's index
 _PENS = {"PART": ("#111111", 0.25), "DIMENSIONS": ("#1f4fa3", 0.09), "NOTES": ("#333333", 0.09)}
+FULL_DEG = 360.0
 _MARGIN = 8.0
 _LETTER = 0.8  # width of a monospaced letter over the height of a capital
 _TEXT = 1.25  # [mm] height of a capital; 2.5 mm as plotted
@@ -42,7 +43,7 @@ class Arc:
     @property
     def closed(self) -> bool:
         """Say whether this is a whole circle."""
-        return self.end - self.start >= 360.0  # noqa: PLR2004 - degrees of a circle
+        return self.end - self.start >= FULL_DEG
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,7 +137,7 @@ def _svg(item: Item) -> str:
     (x1, y1), (x2, y2) = (
         (x + r * math.cos(math.radians(turn)), y + r * math.sin(math.radians(turn))) for turn in (item.start, item.end)
     )
-    large = int((item.end - item.start) % 360.0 > 180.0)  # noqa: PLR2004 - degrees of a half circle
+    large = int((item.end - item.start) % FULL_DEG > 0.5 * FULL_DEG)
     return f'<path d="M{x1:.4f} {-y1:.4f}A{r:.4f} {r:.4f} 0 {large} 0 {x2:.4f} {-y2:.4f}" {look}/>'
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import cadquery as cq
 
-from cad.drafting import Arc, Item, Line, Words, across, note, upright
+from cad.drafting import FULL_DEG, Arc, Item, Line, Words, across, note, upright
 from cad.flexure import Flexure
 from cad.housing import Housing, fillet_corners
 from cad.materials import Process
@@ -16,7 +16,6 @@ from cad.part import Part
 GENERAL_MM = 0.2  # what no dimension says otherwise: the accuracy of a printed part in print-service guides
 _NEAR = 1e-7
 _STEP = 6.0  # between two rows of dimensions
-_FULL = 360.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,14 +53,14 @@ def section(shape: cq.Shape) -> Iterator[Item]:
 def _arc(edge: cq.Edge) -> Arc:
     centre, middle = edge.arcCenter(), edge.positionAt(0.5)
     if edge.IsClosed():
-        return Arc(centre=(centre.x, centre.z), radius=edge.radius(), start=0.0, end=_FULL)
+        return Arc(centre=(centre.x, centre.z), radius=edge.radius(), start=0.0, end=FULL_DEG)
     a, b, m = (
-        math.degrees(math.atan2(point.z - centre.z, point.x - centre.x)) % _FULL
+        math.degrees(math.atan2(point.z - centre.z, point.x - centre.x)) % FULL_DEG
         for point in (edge.startPoint(), edge.endPoint(), middle)
     )
-    if (m - a) % _FULL > (b - a) % _FULL:
+    if (m - a) % FULL_DEG > (b - a) % FULL_DEG:
         a, b = b, a
-    return Arc(centre=(centre.x, centre.z), radius=edge.radius(), start=a, end=a + (b - a) % _FULL)
+    return Arc(centre=(centre.x, centre.z), radius=edge.radius(), start=a, end=a + (b - a) % FULL_DEG)
 
 
 def _end_view(housing: Housing) -> Iterator[Item]:

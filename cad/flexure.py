@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from cad.blade import pair_length, pair_stiffness
 from cad.quantity import Bounds, check_fields, fault, quantity
 
 _POSITIVE = Bounds(above=0.0)
@@ -28,12 +27,3 @@ class Flexure:
         if self.separation <= self.thickness + 2.0 * self.fillet:
             bound = f"greater than thickness + 2 fillets = {self.thickness + 2.0 * self.fillet:g} mm"
             raise fault("flexure.separation", self.separation, "mm", bound, _REMEDY)
-
-    def beam_stiffness(self, E: float) -> float:
-        """Return the guided-beam stiffness [N/mm from MPa]; the printed flexure differs by 5 to 15 %."""
-        return pair_stiffness(E, self.depth, self.thickness, self.length)
-
-
-def beam_length(E: float, depth: float, thickness: float, stiffness: float) -> float:
-    """Return the guided-beam leaf length rounded to what is drawn, 0.001 mm."""
-    return round(pair_length(E, depth, thickness, stiffness), 3)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import cadquery as cq
 
-from cad.parameters import Fruit, Tips
+from cad.parameters import Fruit, Tips, check_tips_on_fruit
 from cad.part import Part, named_part
 from cad.quantity import fault
 
@@ -56,12 +56,12 @@ def fruit_quarter(fruit: Fruit, tips: Tips) -> Part:
 
 def tip_centres(tips: Tips) -> dict[str, float]:
     """Return x of the centre of each footprint by face name [mm]."""
-    half = 0.5 * tips.spacing_mm
-    return {"low_tip": tips.offset_mm - half, "high_tip": tips.offset_mm + half}
+    low, high = tips.centres_mm
+    return {"low_tip": low, "high_tip": high}
 
 
 def _imprinted(name: str, fruit: Fruit, tips: Tips, corner: tuple[float, float], faces: Mapping[str, _Test]) -> Part:
-    _check_footprints(fruit, tips)
+    check_tips_on_fruit(fruit, tips)
     x, y = corner
     block = cq.Solid.makeBox(
         0.5 * fruit.length_mm - x, 0.5 * fruit.width_mm - y, fruit.height_mm, cq.Vector(x, y, -fruit.height_mm)
@@ -78,16 +78,6 @@ def _footprint(tips: Tips, centre: float) -> cq.Face:
     plane, up = cq.Vector(centre, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0)
     arcs = [cq.Edge.makeCircle(0.5 * side, plane, up, start, start + 90.0) for start in (0.0, 90.0, 180.0, 270.0)]
     return cq.Face.makeFromWires(cq.Wire.assembleEdges(arcs))
-
-
-def _check_footprints(fruit: Fruit, tips: Tips) -> None:
-    reach = tips.spacing_mm + tips.side_mm + 2.0 * abs(tips.offset_mm)
-    remedy = "the tips stand beyond the fruit"
-    if reach > fruit.length_mm:
-        bound = f"at most fruit.length_mm - side - 2 |offset| = {fruit.length_mm - reach + tips.spacing_mm:g} mm"
-        raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)
-    if tips.side_mm > fruit.width_mm:
-        raise fault("tips.side_mm", tips.side_mm, "mm", f"at most fruit.width_mm = {fruit.width_mm:g} mm", remedy)
 
 
 def _at(axis: int, place: float) -> _Test:

@@ -81,6 +81,11 @@ class Housing:
         return shuttle + self.high.length, shuttle
 
     @property
+    def arms(self) -> tuple[tuple[str, Flexure, Point], tuple[str, Flexure, Point]]:
+        """Return side, flexure and x of the roots at wall and shuttle, low then high."""
+        return ("low", self.low, self.low_root), ("high", self.high, self.high_root)
+
+    @property
     def left(self) -> float:
         """Return x of the outer left face."""
         return self.low_root[0] - self.wall_width
@@ -114,7 +119,7 @@ def _shuttle_side(housing: Housing, sign: float, *, outer: bool) -> list[Point]:
 
 def _arm(housing: Housing, sign: float) -> list[Point]:
     """Return the outline from the wall's foot over lower leaf, tip, shuttle and upper leaf to the cavity corner."""
-    flexure, (wall, shuttle) = (housing.low, housing.low_root) if sign < 0 else (housing.high, housing.high_root)
+    _, flexure, (wall, shuttle) = housing.arms[0 if sign < 0 else 1]
     top = housing.low_top_level if sign < 0 else housing.high_top_level
     half = 0.5 * flexure.thickness
     lower, upper = housing.lower_leaf_level - half, housing.lower_leaf_level + flexure.separation + half
@@ -137,7 +142,7 @@ def _outline(housing: Housing) -> list[Point]:
 def _windows(housing: Housing) -> list[tuple[Point, Point]]:
     """Return the corners of the two windows between the leaves."""
     found = []
-    for flexure, roots in ((housing.low, housing.low_root), (housing.high, housing.high_root)):
+    for _, flexure, roots in housing.arms:
         lower = housing.lower_leaf_level + 0.5 * flexure.thickness
         upper = housing.lower_leaf_level + flexure.separation - 0.5 * flexure.thickness
         found.append(((min(roots), lower), (max(roots), upper)))
@@ -147,7 +152,7 @@ def _windows(housing: Housing) -> list[tuple[Point, Point]]:
 def fillet_corners(housing: Housing) -> list[Point]:
     """Return the (x, z) of every corner that is rounded: eight a flexure and the two of the cavity."""
     corners = [(x, housing.cavity_level) for x in (housing.low_root[0], housing.high_root[0])]
-    for flexure, roots in ((housing.low, housing.low_root), (housing.high, housing.high_root)):
+    for _, flexure, roots in housing.arms:
         half = 0.5 * flexure.thickness
         for level in (housing.lower_leaf_level, housing.lower_leaf_level + flexure.separation):
             corners += [(x, level + side) for x in roots for side in (-half, half)]
@@ -164,7 +169,7 @@ def _plate(housing: Housing) -> cq.Shape:
     drill = back.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     solid = plate.cut(drill.extrude(housing.depth)).findSolid()
     corners = fillet_corners(housing)
-    edges = [edge for edge in solid.Edges() if _is_upright_at(edge, corners)]
+    edges = [edge for edge in solid.Edges() if is_upright_at(edge, corners)]
     if len(edges) != len(corners):
         msg = f"housing: {len(edges)} leaf-root edges found, must be {len(corners)}; check the levels of the housing"
         raise ValueError(msg)
@@ -172,7 +177,8 @@ def _plate(housing: Housing) -> cq.Shape:
     return rounded
 
 
-def _is_upright_at(edge: cq.Edge, corners: Sequence[Point]) -> bool:
+def is_upright_at(edge: cq.Edge, corners: Sequence[Point]) -> bool:
+    """Say whether an edge runs straight over the depth at one of the corners (x, z) [mm]."""
     box = edge.BoundingBox()
     if edge.geomType() != "LINE" or max(box.xlen, box.zlen) > _NEAR:
         return False
@@ -230,31 +236,3 @@ def _is_round(face: cq.Face, radius: float) -> bool:
     """Say whether a cylinder face closes around: a hole, not a fillet."""
     box = face.BoundingBox()
     return abs(box.xlen - 2.0 * radius) < _NEAR and abs(box.zlen - 2.0 * radius) < _NEAR
-
-
-def profile_face(housing: Housing) -> cq.Shape:
-    """Return the profile of the plate in the plane y = 0, cut where the sweep needs a line.
-
-    The cuts are the two levels of each neck, below which the depth narrows, and the ends of the straight leaves.
-    """
-    plate = _plate(housing)
-    face = next(f for f in plate.Faces() if f.geomType() == "PLANE" and abs(f.Center().y - 0.5 * housing.depth) < _NEAR)
-    flat = face.translate(cq.Vector(0.0, -0.5 * housing.depth, 0.0))
-    return flat.split(*(_line(start, end) for start, end in _profile_cuts(housing)))
-
-
-def _line(start: Point, end: Point) -> cq.Edge:
-    return cq.Edge.makeLine(cq.Vector(start[0], 0.0, start[1]), cq.Vector(end[0], 0.0, end[1]))
-
-
-def _profile_cuts(housing: Housing) -> list[tuple[Point, Point]]:
-    cuts: list[tuple[Point, Point]] = []
-    for sign in (-1.0, 1.0):
-        outer, inner = (_shuttle_side(housing, sign, outer=side) for side in (True, False))
-        cuts += [(outer[i], inner[i]) for i in (0, 1)]
-    for flexure, roots in ((housing.low, housing.low_root), (housing.high, housing.high_root)):
-        ends = (min(roots) + flexure.fillet, max(roots) - flexure.fillet)
-        half = 0.5 * flexure.thickness
-        for level in (housing.lower_leaf_level, housing.lower_leaf_level + flexure.separation):
-            cuts += [((x, level - half), (x, level + half)) for x in ends]
-    return cuts

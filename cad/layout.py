@@ -12,7 +12,7 @@ SHUTTLE_WIDTH = 6.0
 TOP_BAR = 6.0
 LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest tip that prints without support
 CLEARANCE = 0.5  # frame above the fruit in the worst press
-TILT_DEG = 3.0  # of the hand that presses the sensor on
+TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
 STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
 
 

@@ -17,8 +17,7 @@ def leaf_findings(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Finding
 
     The forms (solid, STEP, STL) stand in the sensor frame; every one is measured at 15 places on each leaf.
     """
-    sides = (("low", housing.low, housing.low_root), ("high", housing.high, housing.high_root))
-    return tuple(_leaf_finding(housing, side, flexure, roots, forms) for side, flexure, roots in sides)
+    return tuple(_leaf_finding(housing, side, flexure, roots, forms) for side, flexure, roots in housing.arms)
 
 
 def _leaf_finding(

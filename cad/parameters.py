@@ -14,6 +14,7 @@ from cad.springs import Definition
 
 _STIFFNESS = Bounds(above=0.0, at_most=1e9)
 _LENGTH_OR_ZERO = Bounds(at_least=0.0, at_most=1000.0)
+_LONGEST_NAME = 64
 _WIDEST_TILT = Bounds(at_least=-30.0, at_most=30.0)
 
 FruitShape = Literal["block", "sphere", "ellipsoid"]
@@ -157,6 +158,11 @@ class Tips:
             raise fault("tips.fillet_mm", self.fillet_mm, "mm", bound, "leave a flat face, or take a sphere")
 
     @property
+    def centres_mm(self) -> tuple[float, float]:
+        """Return x of the low and of the high tip from the apex of the fruit [mm]."""
+        return self.offset_mm - 0.5 * self.spacing_mm, self.offset_mm + 0.5 * self.spacing_mm
+
+    @property
     def flat(self) -> "Tips":
         """Return the tips with sharp flat faces of the same outline: those that size the springs."""
         shape: TipShape = "cylinder" if self.shape == "sphere" else self.shape
@@ -188,6 +194,17 @@ class Print:
         check_fields(self, "print")
 
 
+def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
+    """Raise InputError when a tip stands beyond the fruit."""
+    reach = tips.spacing_mm + tips.side_mm + 2.0 * abs(tips.offset_mm)
+    remedy = "the tips stand beyond the fruit"
+    if reach > fruit.length_mm:
+        bound = f"at most fruit.length_mm - side - 2 |offset| = {fruit.length_mm - reach + tips.spacing_mm:g} mm"
+        raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)
+    if tips.side_mm > fruit.width_mm:
+        raise fault("tips.side_mm", tips.side_mm, "mm", f"at most fruit.width_mm = {fruit.width_mm:g} mm", remedy)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Design:
     """A whole design: what `designs/*.toml` and `report.json` hold."""
@@ -203,23 +220,14 @@ class Design:
     def __post_init__(self) -> None:
         """Check what several tables decide together: the tips stand on the fruit, and press less than it is high."""
         allowed = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
-        if not allowed or len(self.name) > 64:  # noqa: PLR2004 - a file name of the outputs
-            raise fault("name", self.name, "", "1 to 64 letters, digits, - or _", "it names files and folders")
-        self._check_tips_on_fruit()
+        if not allowed or len(self.name) > _LONGEST_NAME:
+            bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
+            raise fault("name", self.name, "", bound, "it names files and folders")
+        check_tips_on_fruit(self.fruit, self.tips)
         depth = self.fruit.depth_mm
         if self.press.travel_mm >= depth:
             bound = f"less than {self.fruit.depth_key} = {depth:g} mm"
             raise fault("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
-
-    def _check_tips_on_fruit(self) -> None:
-        tips, fruit = self.tips, self.fruit
-        reach = tips.spacing_mm + tips.side_mm + 2.0 * abs(tips.offset_mm)
-        if reach > fruit.length_mm:
-            bound = f"at most fruit.length_mm - side - 2 |offset| = {fruit.length_mm - reach + tips.spacing_mm:g} mm"
-            raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, "the tips stand beyond the fruit")
-        if tips.side_mm > fruit.width_mm:
-            bound = f"at most fruit.width_mm = {fruit.width_mm:g} mm"
-            raise fault("tips.side_mm", tips.side_mm, "mm", bound, "the tips stand beyond the fruit")
 
     @property
     def tip_travel_mm(self) -> tuple[float, float]:

@@ -13,6 +13,8 @@ from typing import Literal
 
 Definition = Literal["mid-range", "largest"]
 
+_NL_LIMIT = 0.5  # which NL tends to as K_h tends to 0
+
 
 @dataclass(frozen=True, kw_only=True)
 class Springs:
@@ -87,7 +89,7 @@ def size_springs(
     Raises ValueError outside P_max > asymmetry, 0 < NL < 0.5, K_m_max > 0.
     """
     ratio = P_max / asymmetry
-    if not (ratio > 1.0 and 0.0 < NL < 0.5 and 0.0 < K_m_max < math.inf):  # noqa: PLR2004 - NL tends to 1/2 as K_h to 0
+    if not (ratio > 1.0 and 0.0 < NL < _NL_LIMIT and 0.0 < K_m_max < math.inf):
         bound = f"P_max > {asymmetry:g}, 0 < NL < 0.5, K_m_max > 0"
         msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm: must be {bound}; check the targets"
         raise ValueError(msg)

@@ -12,6 +12,7 @@ from cad.part import Part, named_part
 
 PLACE_TOLERANCE_MM = 1e-3
 _NEAR = 1e-6
+_DOWNWARD = -0.5  # of a normal along z: nearer to level than to upright
 
 
 def tip_parts(tips: Tips, height: float) -> tuple[Part, Part]:
@@ -51,7 +52,7 @@ def _at_foot(edge: cq.Edge) -> bool:
 
 
 def _looks_down(face: cq.Face) -> bool:
-    return bool(face.geomType() == "SPHERE" or face.normalAt().z < -0.5)  # noqa: PLR2004 - half way to level
+    return bool(face.geomType() == "SPHERE" or face.normalAt().z < _DOWNWARD)
 
 
 def tip_finding(part: Part, housing: Housing) -> Finding:

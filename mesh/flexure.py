@@ -18,6 +18,7 @@ from cad.part import Part
 from mesh.blocks import counts
 from mesh.frame import housing_blocks
 from mesh.profile import Profile, meshed_profile
+from mesh.quality import compare
 from mesh.session import MeshError
 
 FlexureMesh = MeshHex2
@@ -30,6 +31,7 @@ _VOLUME_TOLERANCE = 1e-4  # relative: what parabolas through three points of eac
 _AREA_TOLERANCE = 2e-3  # relative: holes have as few as nine of them
 _LAYER_GROWTH = 2.0  # from the free side face inwards: the anticlastic bending of a leaf fades near it
 _NEAR = 1e-7  # [mm]
+_VERY = "mesh the very housing of the solid"
 _CORNERS = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}  # of a quadrilateral, counterclockwise
 
 
@@ -78,26 +80,21 @@ def check_flexure_mesh(mesh: MeshHex2, part: Part) -> None:
     """
     points, weights = get_quadrature(RefHex, 5)
     volume = 2.0 * float((np.abs(mesh.mapping().detDF(points)) * weights).sum())
-    _compare("volume", volume, float(part.shape.Volume()), "mm^3", _VOLUME_TOLERANCE)
+    compare(("volume", "mm^3"), volume, float(part.shape.Volume()), _VOLUME_TOLERANCE, _VERY)
     known = mesh.boundaries or {}
     skin = np.setdiff1d(mesh.boundary_facets(), known.get("symmetry", []))
-    _compare("surface", _area(mesh, skin), float(part.shape.Area()), "mm^2", _AREA_TOLERANCE)
+    compare(("surface", "mm^2"), _area(mesh, skin), float(part.shape.Area()), _AREA_TOLERANCE, _VERY)
     for name in part.faces:
         if name not in known or not len(known[name]):
             raise MeshError("compare", f"face {name!r} has no facets", f"known names: {', '.join(known) or 'none'}")
-        _compare(f"area of face {name!r}", _area(mesh, known[name]), part.face_area(name), "mm^2", _AREA_TOLERANCE)
+        found = _area(mesh, known[name])
+        compare((f"area of face {name!r}", "mm^2"), found, part.face_area(name), _AREA_TOLERANCE, _VERY)
 
 
 def _area(mesh: MeshHex2, facets: Ints) -> float:
     """Return twice the area of some facets."""
     points, weights = get_quadrature(RefQuad, 5)
     return 2.0 * float((np.abs(mesh.mapping().detDG(points, facets)) * weights).sum())
-
-
-def _compare(what: str, found: float, expected: float, unit: str, tolerance: float) -> None:
-    if not abs(found - expected) <= tolerance * abs(expected):
-        reason = f"{what} = {found:.9g} {unit}: must be {expected:.9g} {unit} of the solid within {tolerance:g}"
-        raise MeshError("compare", reason, "mesh the very housing of the solid")
 
 
 def check_jacobian(mesh: MeshHex2) -> None:

@@ -1,4 +1,4 @@
-"""Is every tetrahedron of a mesh good enough to solve on."""
+"""Is every tetrahedron of a mesh good enough to solve on, and is the mesh as large as its solid."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,3 +40,11 @@ def check_quality(points: Floats, tets: Ints, least: float) -> float:
         )
         raise MeshError("quality", reason, "take smaller elements there, or remove a sliver from the solid")
     return float(quality[worst])
+
+
+def compare(measure: tuple[str, str], found: float, expected: float, tolerance: float, remedy: str) -> None:
+    """Raise MeshError unless a measure (name, unit) of a mesh is the solid's within the relative tolerance."""
+    what, unit = measure
+    if not abs(found - expected) <= tolerance * abs(expected):
+        reason = f"{what} = {found:.9g} {unit}: must be {expected:.9g} {unit} of the solid within {tolerance:g}"
+        raise MeshError("compare", reason, remedy)

@@ -17,6 +17,7 @@ from skfem.refdom import RefTet
 
 from cad.housing import Housing
 from cad.part import Part
+from mesh.quality import compare
 from mesh.session import MeshError, gmsh_session, stage
 
 Floats = NDArray[np.float64]
@@ -45,7 +46,7 @@ class Box:
 def fine_boxes(housing: Housing, size: float) -> list[Box]:
     """Return boxes around leaves, their roots and the tips; `size` is in leaf thicknesses."""
     boxes = []
-    for flexure, roots in ((housing.low, housing.low_root), (housing.high, housing.high_root)):
+    for _, flexure, roots in housing.arms:
         t, r = flexure.thickness, flexure.fillet
         for level in (housing.lower_leaf_level, housing.lower_leaf_level + flexure.separation):
             low, high = level - 0.5 * t, level + 0.5 * t
@@ -212,6 +213,4 @@ def _check(mesh: MeshTet2, part: Part) -> None:
         raise MeshError("quality", f"{folded} curved tetrahedra are folded", "take smaller elements")
     points, weights = get_quadrature(RefTet, 4)
     volume = 2.0 * float((np.abs(mesh.mapping().detDF(points)) * weights).sum())
-    if not abs(volume - part.shape.Volume()) <= _VOLUME * part.shape.Volume():
-        reason = f"volume = {volume:.9g} mm^3: must be {part.shape.Volume():.9g} mm^3 of the solid within {_VOLUME:g}"
-        raise MeshError("compare", reason, "take smaller elements on curved faces")
+    compare(("volume", "mm^3"), volume, float(part.shape.Volume()), _VOLUME, "take smaller elements on curved faces")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from skfem import MeshTet1
 
 from cad.part import Part
-from mesh.quality import check_quality
+from mesh.quality import check_quality, compare
 from mesh.session import MeshError, gmsh_session, stage
 
 Floats = NDArray[np.float64]
@@ -72,7 +72,8 @@ def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
     corners = mesh.p[:, mesh.t]
     edges = corners[:, 1:] - corners[:, :1]
     volume = np.abs(np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])).sum() / 6.0
-    _compare("volume", float(volume), float(part.shape.Volume()), "mm^3", tolerance)
+    finer = "take smaller elements on curved faces, or check the solid"
+    compare(("volume", "mm^3"), float(volume), float(part.shape.Volume()), tolerance, finer)
     known = mesh.boundaries or {}
     for name in part.faces:
         if name not in known or not len(known[name]):
@@ -80,13 +81,7 @@ def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
         corners = mesh.p[:, mesh.facets[:, known[name]]]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
         area = 0.5 * float(np.linalg.norm(normal, axis=0).sum())
-        _compare(f"area of face {name!r}", area, part.face_area(name), "mm^2", tolerance)
-
-
-def _compare(what: str, found: float, expected: float, unit: str, tolerance: float) -> None:
-    if not abs(found - expected) <= tolerance * abs(expected):
-        reason = f"{what} = {found:.9g} {unit}: must be {expected:.9g} {unit} of the solid within {tolerance:g}"
-        raise MeshError("compare", reason, "take smaller elements on curved faces, or check the solid")
+        compare((f"area of face {name!r}", "mm^2"), area, part.face_area(name), tolerance, finer)
 
 
 def _check_names(part: Part, size: SizeField) -> None:

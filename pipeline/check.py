@@ -1,6 +1,5 @@
 """Geometry verdicts on what lies on the disk: a whole output folder, or one file of any origin."""
 
-import hashlib
 import json
 from dataclasses import asdict
 from pathlib import Path
@@ -11,8 +10,9 @@ from cad.design_file import design_from_mapping
 from cad.finding import Finding, equal
 from cad.materials import PROCESSES
 from cad.quantity import InputError, fault
+from cad.slicer import slicer_absence
 from pipeline.kept import housing_from
-from pipeline.report import print_findings
+from pipeline.report import file_digest, print_findings
 from pipeline.solids import sensor_of
 
 _ALREADY = ("geometry.watertight", "geometry.manifold", "geometry.one_solid")
@@ -26,6 +26,8 @@ def check(path: Path, *, as_json: bool) -> int:
         print(json.dumps([asdict(finding) for finding in findings], indent=1, allow_nan=False))
     else:
         print_findings(str(path), findings)
+        if slicer_absence():
+            print(slicer_absence())
     return 0 if all(finding.passed is True for finding in findings) else 1
 
 
@@ -86,4 +88,4 @@ def _report(folder: Path) -> dict[str, Any]:
 def _is_unchanged(folder: Path, entry: dict[str, str]) -> bool:
     path = folder / entry["path"]
     inside = path.resolve().is_relative_to(folder.resolve())
-    return inside and path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == entry["sha256"]
+    return inside and path.is_file() and file_digest(path) == entry["sha256"]

@@ -60,7 +60,7 @@ class Claim:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Case:
+class HardCase:
     """A hard case: its group, what is hard about it, and how its claims are made.
 
     `answerable` says that it lies where the product promises an answer: a refusal is then wrong.
@@ -83,7 +83,7 @@ class Ending:
     claim: Claim | None = None
 
 
-def settle(case: Case) -> Ending:
+def settle(case: HardCase) -> Ending:
     """Return how a case ends; a warning counts as a crash, and a refusal must be one line that names a bound."""
 
     def ended(verdict: Verdict, words: str, claim: Claim | None = None) -> Ending:

@@ -15,9 +15,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
+from cad.design_file import nearest
 from cad.parameters import Design
 from cad.quantity import InputError
-from pipeline.load import CONTACT_METHODS, DEFAULT_DESIGN, FRUIT_STIFFNESSES, RunOptions, load_design, nearest
+from pipeline.load import CONTACT_METHODS, DEFAULT_DESIGN, FRUIT_STIFFNESSES, RunOptions, load_design
 from pipeline.outputs import Interrupted, refuse_unusable
 
 PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130

@@ -1,19 +1,16 @@
 """The fruit's answer to both tips by the method that the scene asks for: the split in its domain, else direct FE."""
 
 import dataclasses
-from typing import Literal, get_args
 
 from cad.fruit import fruit_half, fruit_quarter
 from cad.parameters import Fruit, Tips
 from cad.quantity import InputError, fault
 from mesh.fruit import REFINEMENTS, fruit_meshes, fruit_size
 from mesh.volume import volume_mesh
+from pipeline.load import CONTACT_METHODS
 from solve.compliance import Compliance
 from solve.contact import direct_compliance
 from solve.split import SplitDomainError, split_compliance
-
-Method = Literal["auto", "split", "direct"]
-METHODS: tuple[str, ...] = get_args(Method)
 
 _FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest mesh, 31 edges, misses 0.7 %
 
@@ -25,8 +22,8 @@ def contact_compliance(fruit: Fruit, tips: Tips, method: str = "auto") -> Compli
     for the cylinder of its diameter; the status says so. "auto" takes the split in its domain, else direct finite
     elements. Raises InputError for an unknown method, or where "split" is asked for outside its domain.
     """
-    if method not in METHODS:
-        raise fault("contact method", method, "", f"one of {', '.join(METHODS)}", "auto fits every scene")
+    if method not in CONTACT_METHODS:
+        raise fault("contact method", method, "", f"one of {', '.join(CONTACT_METHODS)}", "auto fits every scene")
     block, flat = fruit.equivalent_block, tips.flat
     found = _flat_compliance(block, flat, method)
     stands = []

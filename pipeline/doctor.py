@@ -15,6 +15,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from pipeline.cache import cache_folder
+
 Status = Literal["ok", "note", "wrong"]
 
 ROOT = Path(__file__).parents[1]
@@ -164,8 +166,7 @@ def _memory() -> Row:
 
 
 def _places() -> Iterator[Row]:
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "twintip"
-    yield place_row("cache", cache)
+    yield place_row("cache", cache_folder())
     yield place_row("outputs", Path.cwd() / "outputs")
 
 

@@ -19,7 +19,7 @@ from pipeline.solids import sensor_of
 from pipeline.springs import PrintedSpring, PrintedSprings
 from pipeline.stopwatch import Stopwatch
 from pipeline.tolerance import Surrogate, bands, fit_surrogate
-from pipeline.verdicts import Verdict
+from pipeline.verdicts import Verdict, on_right_side
 from solve.flexure import sideways_stiffness, tip_compliance
 
 SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
@@ -81,14 +81,13 @@ def sideways_verdict(spring: PrintedSpring, K: float, step: float) -> Verdict:
     """Return the verdict on one sideways stiffness [N/mm], known to the step from a coarser mesh."""
     stiffness, least = spring.stiffness or spring.target, SIDEWAYS_LEAST[spring.name]
     ratio, error = K / stiffness, _SIDEWAYS_ERROR * step / stiffness
-    clear = abs(ratio - least) > error
     return Verdict(
         name=f"sideways.{spring.name}",
         value=ratio,
         unit="1",
         limit=least,
         tolerance=0.0,
-        passed=ratio >= least if clear else None,
+        passed=on_right_side(ratio - least, error),
         reference="FE stiffness across the plate over that along the press; must be at least the limit",
         error=error,
     )

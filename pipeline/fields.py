@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _TETRA = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
-_TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 _HEXA = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 _HEXA_EDGES = (
     (0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7),
@@ -44,7 +44,7 @@ def _between(corners: tuple[tuple[int, ...], ...], edges: tuple[tuple[int, int],
 
 VTK_NODES: dict[str, Floats] = {
     "tetra": np.array(_TETRA, dtype=np.float64),
-    "tetra10": np.array([*_TETRA, *_between(_TETRA, _TETRA_EDGES)]),
+    "tetra10": np.array([*_TETRA, *_between(_TETRA, TETRA_EDGES)]),
     "hexahedron": np.array(_HEXA, dtype=np.float64),
     "hexahedron27": np.array([*_HEXA, *_between(_HEXA, _HEXA_EDGES), *_HEXA_FACES, (0.5, 0.5, 0.5)]),
 }

@@ -11,13 +11,13 @@ from rich.console import Console
 
 from pipeline import hard_contact, hard_flexure, hard_press
 from pipeline.bench_table import Sheet, percent, write_whole
-from pipeline.claims import Case, Ending, settle
+from pipeline.claims import Ending, HardCase, settle
 
 OUT = Path("outputs") / "bench"
 WIDTH = 190
 
 
-def hard(*, as_json: bool, out: Path = OUT, cases: Iterable[Case] | None = None) -> int:
+def hard(*, as_json: bool, out: Path = OUT, cases: Iterable[HardCase] | None = None) -> int:
     """Settle every case, print the table or JSON, write hard.json and hard.md; return 0, or 1 when one is wrong."""
     endings = []
     for case in every_case() if cases is None else cases:
@@ -33,7 +33,7 @@ def hard(*, as_json: bool, out: Path = OUT, cases: Iterable[Case] | None = None)
     return 1 if any(one.verdict == "WRONG" for one in endings) else 0
 
 
-def every_case() -> Iterator[Case]:
+def every_case() -> Iterator[HardCase]:
     """Yield the cases of contact, press, springs, leaves, meshes and clamps."""
     for group in (hard_contact, hard_press, hard_flexure):
         yield from group.cases()

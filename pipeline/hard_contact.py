@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from cad.fruit import fruit_half, fruit_quarter
 from cad.parameters import Fruit, Tips
 from mesh.fruit import REFINEMENTS, fruit_mesh
 from pipeline.bench_contact import REFERENCE
-from pipeline.claims import Case, Claim
+from pipeline.claims import Claim, HardCase
 from pipeline.contact import contact_compliance
 from solve.box import Grading
 from solve.compliance import Compliance
@@ -175,15 +176,15 @@ def reference_claims(method: str) -> tuple[Claim, ...]:
     )  # fmt: skip
 
 
-def cases() -> Iterator[Case]:
+def cases() -> Iterator[HardCase]:
     """Yield the hard scenes, and the paper's by both methods."""
     for method in ("split", "direct"):
         claims = partial(reference_claims, method)
-        yield Case(group="contact", what=f"paper's block, {method}", claims=claims, answerable=True)
+        yield HardCase(group="contact", what=f"paper's block, {method}", claims=claims, answerable=True)
     for what, fruit, tips, method in SCENES:
-        yield Case(group="contact", what=what, claims=partial(_scene_claims, fruit, tips, method))
+        yield HardCase(group="contact", what=what, claims=partial(_scene_claims, fruit, tips, method))
 
 
-def _scene_claims(fruit: dict[str, float], tips: dict[str, object], method: str) -> tuple[Claim, ...]:
-    block, pair = dataclasses.replace(BLOCK, **fruit), dataclasses.replace(TIPS, **tips)  # type: ignore[arg-type]
+def _scene_claims(fruit: dict[str, Any], tips: dict[str, Any], method: str) -> tuple[Claim, ...]:
+    block, pair = dataclasses.replace(BLOCK, **fruit), dataclasses.replace(TIPS, **tips)
     return compliance_claims(block, pair, method)

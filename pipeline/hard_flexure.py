@@ -15,7 +15,7 @@ from mesh.fruit import REFINEMENTS, fruit_mesh
 from mesh.quality import check_quality
 from pipeline.bench_contact import REFERENCE
 from pipeline.bench_flexure import E_MPA, HOUSING, POISSON
-from pipeline.claims import Case, Claim, DeclinedError
+from pipeline.claims import Claim, DeclinedError, HardCase
 from pipeline.contact import contact_compliance
 from pipeline.flexures import COARSE, judge_flexures
 from pipeline.sizing import size
@@ -183,20 +183,22 @@ DESIGNS: tuple[tuple[str, dict[str, float], dict[str, float]], ...] = (
 )
 
 
-def cases() -> Iterator[Case]:
+def cases() -> Iterator[HardCase]:
     """Yield the hard leaves, designs, meshes and clamps."""
     for what, (thickness, length, depth) in LEAVES:
-        yield Case(group="leaf", what=what, claims=partial(leaf_claims, thickness, length, depth))
+        yield HardCase(group="leaf", what=what, claims=partial(leaf_claims, thickness, length, depth))
     for what, targets, fruit in DESIGNS:
         design = Design(targets=Targets(**targets), fruit=Fruit(**fruit))  # type: ignore[arg-type]
-        yield Case(group="design", what=what, claims=partial(design_claims, design))
+        yield HardCase(group="design", what=what, claims=partial(design_claims, design))
     for share in (0.1, 0.3, 1.0):
-        yield Case(group="mesh", what=f"inner nodes moved by {share:g} edges", claims=partial(jittered_claims, share))
+        yield HardCase(
+            group="mesh", what=f"inner nodes moved by {share:g} edges", claims=partial(jittered_claims, share)
+        )
     for factor in (1.2, 1.4):
         what = f"mesh of leaves stretched by {factor:g}"
-        yield Case(group="mesh", what=what, claims=partial(stretched_claims, factor))
-    yield Case(group="mesh", what="node of a leaf moved by 2 mm", claims=partial(folded_claims, 2.0))
+        yield HardCase(group="mesh", what=what, claims=partial(stretched_claims, factor))
+    yield HardCase(group="mesh", what="node of a leaf moved by 2 mm", claims=partial(folded_claims, 2.0))
     for share in (1e-6, 1e-9, 1e-12, 1e-13, 3e-14, 1e-15):
-        yield Case(group="clamp", what=f"springs of {share:g} of the body", claims=partial(grounded_claims, share))
+        yield HardCase(group="clamp", what=f"springs of {share:g} of the body", claims=partial(grounded_claims, share))
     for kind, what in (("sideways", "base held sideways only"), ("line", "one line held"), ("node", "one node held")):
-        yield Case(group="clamp", what=what, claims=partial(clamp_claims, kind))
+        yield HardCase(group="clamp", what=what, claims=partial(clamp_claims, kind))

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +12,14 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
 from cad.parameters import Design, Fruit, Press, Targets, Tips
-from cad.springs import Springs, force_ratio, nonlinearity, size_springs
-from pipeline.claims import Case, Claim, DeclinedError
+from cad.springs import Definition, Springs, force_ratio, nonlinearity, size_springs
+from pipeline.claims import Claim, DeclinedError, HardCase
 from pipeline.contact import contact_compliance
 from solve.compliance import Compliance
 from solve.footprint import folded, footprint_compliance
+from solve.punch import graded_edges
 from solve.response import spring_compliance
-from solve.scene import Scene, cell_lines
+from solve.scene import Scene
 from solve.scene_response import scene_response
 from solve.split import Foot
 from solve.unilateral import travels
@@ -95,7 +97,7 @@ def _independent(scene: Scene, compliance: Compliance, pressing: Pressing, cells
     """Return both forces by non-negative least squares, which shares the influence but neither cells nor solver."""
     block = scene.fruit.equivalent_block
     feet = tuple(Foot(x, scene.tips.side_mm) for x in scene.centres)
-    edges = cell_lines(cells, GRADING)
+    edges = graded_edges(cells, GRADING)
     whole = footprint_compliance(block, feet, edges)
     prints = folded(whole) if scene.press.roll_deg == 0.0 else whole
     gap = scene.fruit_gap(*prints.places.T) + scene.tip_gap(*prints.local.T) - scene.first_touch_mm
@@ -116,9 +118,9 @@ def _independent(scene: Scene, compliance: Compliance, pressing: Pressing, cells
     return forces
 
 
-def law_claims(P_max: float, NL: float, definition: str = "mid-range") -> tuple[Claim, ...]:
+def law_claims(P_max: float, NL: float, definition: Definition = "mid-range") -> tuple[Claim, ...]:
     """Return the claims that the sized springs have the targets; the nonlinearity is found by searching P itself."""
-    targets = Targets(P_max=P_max, NL=NL, NL_definition=definition)  # type: ignore[arg-type]
+    targets = Targets(P_max=P_max, NL=NL, NL_definition=definition)
     K_m = 4.6292
     springs = size_springs(targets.P_max, targets.NL, K_m, targets.NL_definition)
     steps = np.linspace(0.0, 1.0, 20001) if definition == "largest" else np.array([0.5])
@@ -175,28 +177,30 @@ TILTS: tuple[tuple[str, dict[str, object], dict[str, float], Pressing], ...] = (
 )
 
 
-def cases() -> Iterator[Case]:
+def cases() -> Iterator[HardCase]:
     """Yield the hard targets, moduli, travels, springs and tilts."""
     for P_max, NL in LAWS:
         what = f"P_max {P_max:g}, NL {NL:g}"
-        yield Case(group="law", what=what, claims=partial(law_claims, P_max, NL), answerable=True)
-    yield Case(group="law", what="P_max 5, largest NL 0.05", claims=partial(law_claims, 5.0, 0.05, "largest"))
+        yield HardCase(group="law", what=what, claims=partial(law_claims, P_max, NL), answerable=True)
+    yield HardCase(group="law", what="P_max 5, largest NL 0.05", claims=partial(law_claims, 5.0, 0.05, "largest"))
     for key, value in (("NL", 0.5), ("NL", 0.0), ("P_max", 1.0), ("P_max", 1e3)):
-        yield Case(group="law", what=f"{key} {value:g}", claims=partial(_design_claims, "targets", key, value))
+        yield HardCase(group="law", what=f"{key} {value:g}", claims=partial(_design_claims, "targets", key, value))
     for E in MODULI:
-        yield Case(group="press", what=f"E {E:g} MPa", claims=partial(flat_claims, Pressing(E=E)), answerable=True)
+        yield HardCase(group="press", what=f"E {E:g} MPa", claims=partial(flat_claims, Pressing(E=E)), answerable=True)
     for x in (1e-6, 5.0):
-        yield Case(group="press", what=f"travel {x:g} mm", claims=partial(flat_claims, Pressing(x=x)), answerable=True)
-    yield Case(group="press", what="travel 12 mm", claims=partial(_design_claims, "press", "travel_mm", 12.0))
-    yield Case(group="press", what="tilt 31 deg", claims=partial(_design_claims, "press", "tilt_deg", 31.0))
-    yield Case(group="press", what="springs 1000:1", claims=partial(given_claims, 0.02, 20.0))
-    yield Case(group="press", what="springs 1e6:1", claims=partial(given_claims, 2e-5, 20.0))
+        yield HardCase(
+            group="press", what=f"travel {x:g} mm", claims=partial(flat_claims, Pressing(x=x)), answerable=True
+        )
+    yield HardCase(group="press", what="travel 12 mm", claims=partial(_design_claims, "press", "travel_mm", 12.0))
+    yield HardCase(group="press", what="tilt 31 deg", claims=partial(_design_claims, "press", "tilt_deg", 31.0))
+    yield HardCase(group="press", what="springs 1000:1", claims=partial(given_claims, 0.02, 20.0))
+    yield HardCase(group="press", what="springs 1e6:1", claims=partial(given_claims, 2e-5, 20.0))
     for what, fruit, press, pressing in TILTS:
         claims = partial(_tilted_claims, fruit, press, pressing)
-        yield Case(group="press", what=what, claims=claims)
+        yield HardCase(group="press", what=what, claims=claims)
 
 
-def _tilted_claims(fruit: dict[str, object], press: dict[str, float], pressing: Pressing) -> tuple[Claim, ...]:
-    piece = dataclasses.replace(BLOCK, **fruit)  # type: ignore[arg-type]
+def _tilted_claims(fruit: dict[str, Any], press: dict[str, float], pressing: Pressing) -> tuple[Claim, ...]:
+    piece = dataclasses.replace(BLOCK, **fruit)
     scene = Scene(fruit=piece, tips=TIPS, press=Press(travel_mm=pressing.x, **press))
     return scene_claims(scene, pressing)

@@ -1,13 +1,12 @@
 """A design from the command line: a named preset or a file, settings laid on top, and the options of a run."""
 
-import difflib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from cad.design_file import design_from_mapping, overridden, read_design
+from cad.design_file import design_from_mapping, nearest, overridden, read_design
 from cad.parameters import Design
 from cad.quantity import fault
 
@@ -34,11 +33,6 @@ class RunOptions:
         ):
             if value not in known:
                 raise fault(flag, value, "", f"one of {', '.join(known)}", f"did you mean {nearest(value, known)}?")
-
-
-def nearest(word: str, known: tuple[str, ...]) -> str:
-    """Return the known word that looks most like a given one."""
-    return difflib.get_close_matches(word, known, n=1, cutoff=0.0)[0]
 
 
 def design_path(design: str) -> Path:

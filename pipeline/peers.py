@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from pipeline.cost import ONE_THREAD, cost_of
+from pipeline.fields import TETRA_EDGES, VTK_NODES
 from solve.linear import SolveError
 
 Floats = NDArray[np.float64]
@@ -28,10 +29,9 @@ Z = 3  # components count from 1
 BALANCE_LIMIT = 1e-5  # CalculiX prints seven digits
 SAME_PLACE = 1e-7  # [mm]
 _PER_LINE = 8
-# Corners, then midpoints of edges, in CalculiX's order; corners in this order span a positive volume.
-_TET_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
-_HEX_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
-_HEX_CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+_MIRRORED = [0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17]  # a brick seen in a mirror
+# Corners, then midpoints of edges: CalculiX's order is VTK's; corners in this order span a positive volume.
+_TWENTY = VTK_NODES["hexahedron27"][:20]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,28 +72,27 @@ def tetrahedra(mesh: SkfemMesh) -> Elements:
     corners = np.asarray(mesh.t)
     p = np.asarray(mesh.p)
     a, b, c = (p[:, corners[i]] - p[:, corners[0]] for i in (1, 2, 3))
-    folded = np.einsum("im,im->m", np.cross(a, b, axis=0), c) < 0.0
-    corners = np.where(folded, corners[[0, 2, 1, 3]], corners)
+    corners = np.where(_turned(a, b, c), corners[[0, 2, 1, 3]], corners)
     edges = np.asarray(mesh.edges)
     where = {tuple(pair): p.shape[1] + i for i, pair in enumerate(np.sort(edges, axis=0).T.tolist())}
-    middles = [[where[tuple(pair)] for pair in np.sort(corners[[i, j]], axis=0).T.tolist()] for i, j in _TET_EDGES]
+    middles = [[where[tuple(pair)] for pair in np.sort(corners[[i, j]], axis=0).T.tolist()] for i, j in TETRA_EDGES]
     nodes = np.hstack([p, 0.5 * (p[:, edges[0]] + p[:, edges[1]])])
     return Elements(nodes=nodes, cells=np.vstack([corners, np.array(middles)]).T, kind="C3D10")
 
 
+def _turned(a: Floats, b: Floats, c: Floats) -> NDArray[np.bool_]:
+    """Say of each cell with these edges (3, cells) from its first corner whether it is inside out."""
+    return np.asarray(np.einsum("im,im->m", np.cross(a, b, axis=0), c) < 0.0)
+
+
 def hexahedra(mesh: SkfemMesh, kind: str = "C3D20") -> Elements:
     """Return the twenty-node hexahedra of a quadratic (27-node) mesh; "C3D20R" integrates at eight points."""
-    corners = np.array(_HEX_CORNERS, dtype=np.float64)
-    places = np.vstack([corners, [0.5 * (corners[i] + corners[j]) for i, j in _HEX_EDGES]])
     known = np.asarray(mesh.elem.doflocs)
-    order = [int(np.argmin(np.abs(known - place).sum(axis=1))) for place in places]
+    order = [int(np.argmin(np.abs(known - place).sum(axis=1))) for place in _TWENTY]
     cells = np.asarray(mesh.dofs.element_dofs)[order]
     nodes = np.asarray(mesh.doflocs)
     a, b, c = (nodes[:, cells[i]] - nodes[:, cells[0]] for i in (1, 3, 4))
-    if (np.einsum("im,im->m", np.cross(a, b, axis=0), c) < 0.0).any():
-        swap = [0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17]
-        folded = np.einsum("im,im->m", np.cross(a, b, axis=0), c) < 0.0
-        cells = np.where(folded, cells[swap], cells)
+    cells = np.where(_turned(a, b, c), cells[_MIRRORED], cells)
     used, compact = np.unique(cells, return_inverse=True)
     return Elements(nodes=nodes[:, used], cells=compact.reshape(cells.shape).T, kind=kind)
 

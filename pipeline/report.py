@@ -150,10 +150,12 @@ def _beyond_the_law(found: SceneResponse) -> list[str]:
 def file_entries(folder: Path) -> list[dict[str, str]]:
     """Return path and sha256 of every file in the folder, in order of their names."""
     paths = sorted(path for path in folder.rglob("*") if path.is_file())
-    return [
-        {"path": path.relative_to(folder).as_posix(), "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
-        for path in paths
-    ]
+    return [{"path": path.relative_to(folder).as_posix(), "sha256": file_digest(path)} for path in paths]
+
+
+def file_digest(path: Path) -> str:
+    """Return the sha256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def versions() -> dict[str, str]:

@@ -105,6 +105,11 @@ def decided(value: float, target: float, tolerance: float, error: float) -> bool
     return False if distance > tolerance + error else None
 
 
+def on_right_side(margin: float, error: float) -> bool | None:
+    """Say whether a margin to a limit is on the right side; None when its error bar reaches across."""
+    return margin >= 0.0 if abs(margin) > error else None
+
+
 def target_verdicts(judged: Judged, targets: Targets, *, made: bool = True) -> tuple[Verdict, Verdict]:
     """Return the verdicts on the largest force ratio and on the nonlinearity; undecided for springs not made."""
     of_what = "of a level sensor on flat fruit" if made else "of the target stiffnesses, which were not made"
@@ -198,7 +203,7 @@ def bruise_verdict(pressure: float, limit: float, error: float) -> Verdict:
         unit="MPa",
         limit=limit,
         tolerance=0.0,
-        passed=pressure <= limit if abs(pressure - limit) > error else None,
+        passed=on_right_side(limit - pressure, error),
         reference="largest force over the face of a tip, at the largest E and full travel; must be at most the limit",
         error=error,
     )

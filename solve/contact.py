@@ -152,8 +152,7 @@ def check_mesh(mesh: Mesh, fruit: Fruit, tips: Tips) -> None:
         "width": (float(np.ptp(mesh.p[1])), share["symmetry_y"] * fruit.width_mm),
         "height": (float(np.ptp(mesh.p[2])), fruit.height_mm),
     }
-    half = 0.5 * tips.spacing_mm
-    for name, centre in (("low_tip", tips.offset_mm - half), ("high_tip", tips.offset_mm + half)):
+    for name, centre in zip(("low_tip", "high_tip"), tips.centres_mm, strict=True):
         if name in boundaries:
             x, y, _ = mesh.p[:, np.unique(mesh.facets[:, boundaries[name]])]
             expected[f"{name} length"] = (float(np.ptp(x)), tips.side_mm)

@@ -13,6 +13,19 @@ def lame_parameters(E: float, poisson: float) -> tuple[float, float]:
     return E * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), 0.5 * E / (1.0 + poisson)
 
 
+def stress(gradient: Floats, E: float, poisson: float) -> Floats:
+    """Return sigma [unit of E] of a displacement gradient, shape (3, 3, ...)."""
+    lam, mu = lame_parameters(E, poisson)
+    spread = np.multiply.outer(np.eye(3), np.trace(gradient))
+    return np.asarray(mu * (gradient + gradient.swapaxes(0, 1)) + lam * spread, dtype=np.float64)
+
+
+def von_mises(sigma: Floats) -> Floats:
+    """Return the equivalent stress of sigma (3, 3, ...) [unit of sigma]."""
+    deviator = sigma - np.multiply.outer(np.eye(3), np.trace(sigma)) / 3.0
+    return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1))))
+
+
 def vector_basis(mesh: Mesh, element: Element, order: int) -> CellBasis:
     """Return the displacement basis of a scalar element; `order` is the polynomial degree integrated exactly."""
     return CellBasis(mesh, ElementVector(element), intorder=order)

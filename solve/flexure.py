@@ -107,10 +107,7 @@ def tip_compliance(mesh: Mesh, E: float, poisson: float) -> TipCompliance:
     the balance of forces or the reciprocity of the two loads fails.
     """
     start = time.perf_counter()
-    _check_names(mesh)
-    basis, K = _system(mesh, E, poisson)
-    mean = np.column_stack([_face_sum(basis, tip, 2) for tip in TIPS])
-    u = _solved(basis, K, mean, held=("u^2",))
+    basis, mean, u = _moved(mesh, (E, poisson), 2, held=("u^2",))
     C = mean.T @ u
     tilts = [float(_face_sum(basis, tip, 2, turn=True) @ u[:, j]) for j, tip in enumerate(TIPS)]
     strains = [_largest_strain(basis, leaves, u[:, j]) for j, leaves in enumerate(LEAVES)]
@@ -129,24 +126,24 @@ def sideways_stiffness(mesh: Mesh, E: float, poisson: float) -> Pair:
 
     Raises SolveError as `tip_compliance` does.
     """
-    _check_names(mesh)
-    basis, K = _system(mesh, E, poisson)
-    mean = np.column_stack([_face_sum(basis, tip, 1) for tip in TIPS])
-    C = mean.T @ _solved(basis, K, mean, held=("u^1", "u^3"))
+    _, mean, u = _moved(mesh, (E, poisson), 1, held=("u^1", "u^3"))
+    C = mean.T @ u
     return 1.0 / float(C[0, 0]), 1.0 / float(C[1, 1])
 
 
 def displacements(mesh: Mesh, E: float, poisson: float) -> Floats:
     """Return the displacements [mm] for 1 N along the press on each tip, shape (dofs, 2); raises SolveError."""
+    return _moved(mesh, (E, poisson), 2, held=("u^2",))[2]
+
+
+def _moved(
+    mesh: Mesh, material: tuple[float, float], axis: int, held: tuple[str, ...]
+) -> tuple[CellBasis, Floats, Floats]:
+    """Return the basis, the means of the tips' faces along an axis, and the displacements for 1 N along it on each."""
     _check_names(mesh)
-    basis, K = _system(mesh, E, poisson)
-    mean = np.column_stack([_face_sum(basis, tip, 2) for tip in TIPS])
-    return _solved(basis, K, mean, held=("u^2",))
-
-
-def _system(mesh: Mesh, E: float, poisson: float) -> tuple[CellBasis, csc_matrix]:
     basis = vector_basis(mesh, ElementHexS2(), order=REDUCED)
-    return basis, stiffness_matrix(basis, E, poisson)
+    mean = np.column_stack([_face_sum(basis, tip, axis) for tip in TIPS])
+    return basis, mean, _solved(basis, stiffness_matrix(basis, *material), mean, held)
 
 
 def _solved(basis: CellBasis, K: csc_matrix, mean: Floats, held: tuple[str, ...]) -> Floats:

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import CellBasis, ElementHex2, ElementHexS2, ElementVector, Mesh
 
-from solve.elasticity import lame_parameters
+from solve.elasticity import stress, vector_basis, von_mises
 from solve.flexure import displacements
-from solve.fruit_fields import von_mises
 
 Floats = NDArray[np.float64]
 
@@ -35,7 +34,8 @@ def flexure_fields(mesh: Mesh, E: float, poisson: float, forces: tuple[float, fl
 def _at_nodes(mesh: Mesh, u: Floats) -> Floats:
     """Evaluate 20-node displacements at the 27 nodes a cell of the mesh."""
     places = np.asarray(ElementHex2().doflocs, dtype=np.float64).T
-    basis = _basis(mesh, places)
+    weights = np.full(places.shape[1], 1.0 / places.shape[1])
+    basis = CellBasis(mesh, ElementVector(ElementHexS2()), quadrature=(places, weights))
     values = np.asarray(basis.interpolate(u))  # (3, cells, 27)
     found = np.empty((mesh.doflocs.shape[1], 3))
     found[mesh.dofs.element_dofs] = values.transpose(2, 1, 0)
@@ -43,15 +43,7 @@ def _at_nodes(mesh: Mesh, u: Floats) -> Floats:
 
 
 def _von_mises(mesh: Mesh, u: Floats, E: float, poisson: float) -> Floats:
-    basis = CellBasis(mesh, ElementVector(ElementHexS2()), intorder=_GAUSS)
+    basis = vector_basis(mesh, ElementHexS2(), order=_GAUSS)
     gradient = np.asarray(basis.interpolate(u).grad)
-    strain = 0.5 * (gradient + gradient.transpose(1, 0, 2, 3))
-    lam, mu = lame_parameters(E, poisson)
-    stress = 2.0 * mu * strain + lam * np.einsum("iiep->ep", strain) * np.eye(3)[:, :, None, None]
-    found: Floats = von_mises(stress).mean(axis=1)
+    found: Floats = von_mises(stress(gradient, E, poisson)).mean(axis=1)
     return found
-
-
-def _basis(mesh: Mesh, places: Floats) -> CellBasis:
-    weights = np.full(places.shape[1], 1.0 / places.shape[1])
-    return CellBasis(mesh, ElementVector(ElementHexS2()), quadrature=(places, weights))

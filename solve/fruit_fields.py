@@ -14,7 +14,7 @@ from skfem import CellBasis, MeshHex
 from cad.parameters import Fruit
 from solve import halfspace
 from solve.box import block_lines, box_mesh, graded_line
-from solve.elasticity import lame_parameters
+from solve.elasticity import stress, von_mises
 from solve.footprint import GRADING
 from solve.pressure import FootprintPressure
 from solve.punch import square_punch
@@ -70,8 +70,8 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> FruitFields:
     shift = _interpolated(grid, lines)[0]
     gradient = _interpolated(grid, middles)[1]
     u = (halfspace.displacement(_half_space(lines, tips, points), 1.0, block.poisson) + shift) / pressure.E
-    stress = halfspace.stress(_half_space(middles, tips, points), block.poisson) + _stress(gradient, block.poisson)
-    return _fields(lines, u, stress)
+    smooth = stress(gradient, 1.0, block.poisson)
+    return _fields(lines, u, halfspace.stress(_half_space(middles, tips, points), block.poisson) + smooth)
 
 
 def _patches(pressure: FootprintPressure, tip: int) -> _Patches:
@@ -197,20 +197,7 @@ def _unit_load(place: Lines, sides: Floats) -> Floats:
     return np.asarray(astuple(found)[1:], dtype=np.float64) / area
 
 
-def _stress(gradient: Floats, poisson: float) -> Floats:
-    """Return sigma [MPa] of a displacement gradient at E = 1 MPa, shape (3, 3, ...)."""
-    lam, mu = lame_parameters(1.0, poisson)
-    spread = np.multiply.outer(np.eye(3), np.trace(gradient))
-    return np.asarray(mu * (gradient + gradient.swapaxes(0, 1)) + lam * spread, dtype=np.float64)
-
-
-def von_mises(stress: Floats) -> Floats:
-    """Return the equivalent stress of sigma (3, 3, ...) [MPa]."""
-    deviator = stress - np.multiply.outer(np.eye(3), np.trace(stress)) / 3.0
-    return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1))))
-
-
-def _fields(lines: Lines, u: Floats, stress: Floats) -> FruitFields:
+def _fields(lines: Lines, u: Floats, sigma: Floats) -> FruitFields:
     """Return the fields on a mesh with z up."""
     height = lines[2][-1]
     up = -lines[2][::-1]
@@ -221,4 +208,4 @@ def _fields(lines: Lines, u: Floats, stress: Floats) -> FruitFields:
     i, j, k = (_nearest(line, mesh.p[axis]) for axis, line in enumerate((lines[0], lines[1], up)))
     middles = mesh.p[:, mesh.t].mean(axis=1)
     a, b, c = (np.searchsorted(line, middles[axis]) - 1 for axis, line in enumerate((lines[0], lines[1], up)))
-    return FruitFields(mesh=mesh, displacement=flipped[:, i, j, k].T, von_mises=von_mises(stress)[..., ::-1][a, b, c])
+    return FruitFields(mesh=mesh, displacement=flipped[:, i, j, k].T, von_mises=von_mises(sigma)[..., ::-1][a, b, c])

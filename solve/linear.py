@@ -73,7 +73,7 @@ def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
     if not len(free):
         return Factor(matrix, block, free, fixed, np.copy)
     with_pardiso = len(free) > _SMALL and importlib.util.find_spec("pypardiso") is not None
-    back_substitute = _pardiso(block) if with_pardiso else _superlu(block)
+    back_substitute = _PardisoFactor(block) if with_pardiso else _superlu(block)
     _check_condition(block, back_substitute)
     return Factor(matrix, block, free, fixed, back_substitute)
 
@@ -92,10 +92,6 @@ def _superlu(block: csc_matrix) -> Callable[[Floats], Floats]:
     except RuntimeError as error:
         raise SolveError(_singular(error)) from error
     return lu.solve
-
-
-def _pardiso(block: csc_matrix) -> Callable[[Floats], Floats]:
-    return _PardisoFactor(block)
 
 
 class _PardisoFactor:

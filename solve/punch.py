@@ -119,10 +119,10 @@ def _table(moments: Floats, lines: tuple[Floats, Floats], aspect: float, error: 
     return Punch(nodes, 0.5 * (stiffness + stiffness.T), error, lines)
 
 
-def graded_edges(cells: int) -> Floats:
-    """Return the edges of cells on (-1/2, 1/2), graded to both ends."""
+def graded_edges(cells: int, grading: float = GRADING) -> Floats:
+    """Return the edges of cells on (-1/2, 1/2), steps ~ (distance to the end)^(1 - 1/grading)."""
     t = np.linspace(-1.0, 1.0, cells + 1)
-    return 0.5 * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** GRADING)
+    return 0.5 * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** grading)
 
 
 def _rectangle_moments(cells: int, aspect: float, n: int) -> tuple[Floats, list[tuple[Floats, Floats]]]:

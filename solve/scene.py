@@ -16,6 +16,7 @@ from cad.parameters import Fruit, Press, Tips
 from cad.quantity import InputError, fault
 from solve.footprint import Footprints, folded, footprint_compliance
 from solve.gap import cap_gap, cube_gap, cylinder_gap, sphere_gap
+from solve.punch import graded_edges
 from solve.split import Foot, SplitDomainError, check_domain
 from solve.unilateral import travels
 
@@ -48,8 +49,7 @@ class Scene:
     @property
     def centres(self) -> tuple[float, float]:
         """Return x of the low and of the high tip from the apex [mm]."""
-        half = 0.5 * self.tips.spacing_mm
-        return self.tips.offset_mm - half, self.tips.offset_mm + half
+        return self.tips.centres_mm
 
     @property
     def slopes_deg(self) -> tuple[float, float]:
@@ -136,7 +136,7 @@ def scene_cells(scene: Scene, S: Floats, farthest: float) -> tuple[Cells, Cells]
     mirrored = scene.press.roll_deg == 0.0
     grading = GRADINGS[scene.tips.shape]
     coarse, fine = (
-        _cells(scene, _footprints(block, feet, (cells, grading, mirrored)), side * cell_lines(cells, grading), S)
+        _cells(scene, _footprints(block, feet, (cells, grading, mirrored)), side * graded_edges(cells, grading), S)
         for cells in CELLS["mirrored" if mirrored else "rolled"]
     )
     return coarse, fine
@@ -159,16 +159,10 @@ def approach(scene: Scene, cells: Cells, x: float) -> Floats:
     return travels(cells.footprints, x, scene.press.tilt_deg, scene.press.roll_deg) - cells.gap
 
 
-def cell_lines(cells: int, grading: float) -> Floats:
-    """Return the edges of cells on (-1/2, 1/2), steps ~ (distance to the end)^(1 - 1/grading)."""
-    t = np.linspace(-1.0, 1.0, cells + 1)
-    return 0.5 * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** grading)
-
-
 @functools.lru_cache(maxsize=8)
 def _footprints(block: Fruit, feet: tuple[Foot, ...], grid: tuple[int, float, bool]) -> Footprints:
     cells, grading, mirrored = grid
-    found = footprint_compliance(block, feet, cell_lines(cells, grading))
+    found = footprint_compliance(block, feet, graded_edges(cells, grading))
     return folded(found) if mirrored else found
 
 

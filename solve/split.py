@@ -86,8 +86,7 @@ def split_compliance(fruit: Fruit, tips: Tips) -> Compliance:
     start = time.perf_counter()
     if tips.shape not in PUNCHES:
         raise _refusal("tips.shape", tips.shape, "", f"one of {', '.join(PUNCHES)}")
-    ends = (tips.offset_mm - 0.5 * tips.spacing_mm, tips.offset_mm + 0.5 * tips.spacing_mm)
-    feet = [Foot(x, tips.side_mm, PUNCHES[tips.shape]) for x in ends]
+    feet = [Foot(x, tips.side_mm, PUNCHES[tips.shape]) for x in tips.centres_mm]
     check_domain(fruit, feet)
     for grading in LEVELS:
         fine = feet_compliance(fruit, feet, grading)

@@ -19,7 +19,7 @@ from mesh.flexure import flexure_mesh
 from pipeline import claims as ends
 from pipeline import hard_contact, hard_flexure, hard_press
 from pipeline.bench_flexure import HOUSING
-from pipeline.claims import Case, Claim, settle
+from pipeline.claims import Claim, HardCase, settle
 from pipeline.contact import contact_compliance
 from pipeline.hard import every_case, hard
 from solve import halfspace
@@ -39,7 +39,7 @@ def claim(**changed):
 
 
 def ending(work, **changed):
-    return settle(Case(group="g", what="w", claims=work, **changed))
+    return settle(HardCase(group="g", what="w", claims=work, **changed))
 
 
 def raising(error):
@@ -112,8 +112,8 @@ def test_a_warning_is_a_crash():
 
 
 def test_table_and_exit_code(tmp_path, capsys):
-    good = Case(group="g", what="good", claims=lambda: [claim()])
-    bad = Case(group="g", what="bad", claims=lambda: [claim(value=float("nan"))])
+    good = HardCase(group="g", what="good", claims=lambda: [claim()])
+    bad = HardCase(group="g", what="bad", claims=lambda: [claim(value=float("nan"))])
     assert hard(as_json=True, out=tmp_path, cases=[good]) == 0
     assert hard(as_json=True, out=tmp_path, cases=[good, bad]) == 1
     found = json.loads((tmp_path / "hard.json").read_text(encoding="utf-8"))
@@ -172,7 +172,7 @@ def test_a_spring_1_percent_off_fails(factor, verdict, monkeypatch):
 
     monkeypatch.setattr(hard_flexure, "flexure_mesh", lambda *_: mesh)
     monkeypatch.setattr(hard_flexure, "judge_flexures", judged)
-    found = settle(Case(group="leaf", what="default", claims=lambda: hard_flexure.leaf_claims(0.8, 24.2, 10.0)))
+    found = settle(HardCase(group="leaf", what="default", claims=lambda: hard_flexure.leaf_claims(0.8, 24.2, 10.0)))
     assert found.verdict == verdict
 
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from cad.parameters import Fruit, Press, Tips
-from solve.fruit_fields import fruit_fields, von_mises
+from solve.elasticity import von_mises
+from solve.fruit_fields import fruit_fields
 from solve.pressure import FootprintPressure, footprint_pressure
-from solve.scene import Scene, cell_lines
+from solve.punch import graded_edges
+from solve.scene import Scene
 from solve.split import split_compliance
 
 BLOCK = Fruit(poisson=0.3)
@@ -63,7 +65,7 @@ def test_energy_of_distortion_is_most_of_the_work_of_the_tips(fields, pressed):
 
 def hertz(radius=0.1, largest=1.0, cells=24):
     """Return the pressure of Hertz on both feet, far apart on a large block."""
-    edges = 2.0 * radius * cell_lines(cells, 1.0)
+    edges = 2.0 * radius * graded_edges(cells, 1.0)
     middle = 0.5 * (edges[1:] + edges[:-1])
     r2 = (middle[:, None] ** 2 + middle**2) / radius**2
     one = largest * np.sqrt(np.maximum(1.0 - r2, 0.0))

@@ -17,7 +17,7 @@ NONE = np.array([], dtype=np.int64)
 def solver(request, monkeypatch):
     """Run a test with either direct solver."""
     if request.param == "superlu":
-        monkeypatch.setattr(linear, "_pardiso", linear._superlu)
+        monkeypatch.setattr(linear, "_PardisoFactor", linear._superlu)
     elif importlib.util.find_spec("pypardiso") is None:
         pytest.skip("pypardiso is not installed")
     return request.param

@@ -8,8 +8,9 @@ import solve.scene_response
 from cad.parameters import Fruit, Press, Tips
 from cad.quantity import InputError
 from solve.compliance import Compliance
+from solve.punch import graded_edges
 from solve.response import linear_response
-from solve.scene import Scene, cell_lines
+from solve.scene import Scene
 from solve.scene_response import scene_response
 from solve.split import split_compliance
 
@@ -215,7 +216,7 @@ def test_spherical_tips_follow_hertz():
 
 
 def test_lines_of_cells_are_symmetric_and_graded():
-    lines = cell_lines(20, 2.5)
+    lines = graded_edges(20, 2.5)
     np.testing.assert_allclose(lines, -lines[::-1], atol=1e-15)
     assert np.all(np.diff(lines) > 0.0)
     assert np.diff(lines)[0] == pytest.approx(0.5 * 0.1**2.5, rel=1e-9)
