@@ -3,9 +3,12 @@
 SciPy's SuperLU serves everywhere; where pypardiso is installed (the extra `fast`) its Cholesky factor is used.
 """
 
+import functools
 import importlib.util
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, files
 from typing import Any
 
 import numpy as np
@@ -100,6 +103,7 @@ class _PardisoFactor:
     def __init__(self, block: csc_matrix) -> None:
         import pypardiso
 
+        _name_library()
         self._solver = pypardiso.PyPardisoSolver(mtype=2)
         self._upper = csr_matrix(triu(block, format="csr"))
         try:
@@ -114,6 +118,17 @@ class _PardisoFactor:
     def __del__(self) -> None:
         if hasattr(self, "_solver"):
             self._solver.free_memory(everything=True)
+
+
+@functools.cache
+def _name_library() -> None:
+    """Tell pypardiso where its library is: it would search the whole environment for each solver, half a second."""
+    try:
+        found = [path.locate() for path in files("mkl") or () if path.name.startswith("libmkl_rt.")]
+    except PackageNotFoundError:
+        return
+    if found:
+        os.environ.setdefault("PYPARDISO_MKL_RT", str(found[0]))
 
 
 def _singular(error: Exception | str) -> str:
