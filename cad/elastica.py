@@ -1,0 +1,68 @@
+"""Large deflection of guided leaves by the elastica, exact for thin leaves, in series that cancel no digits."""
+
+from dataclasses import dataclass
+
+from cad.quantity import Bounds, fault
+
+_SHARES = Bounds(at_least=0.0, at_most=0.5)  # of the length, beyond what any leaf is bent to
+_ROUND_OFF = 1e-17
+_STEPS = 40  # each leaves at most a quarter of the distance
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cantilever:
+    """A cantilever of unit length and unit EI under a force across its end: the force and how far the end has moved.
+
+    `stiffening` is the force over 3 times the deflection, the law of small deflections, less one.
+    """
+
+    force: float
+    deflection: float
+    stiffening: float
+
+
+def cantilever(sine: float) -> Cantilever:
+    """Return the cantilever whose end has turned by an angle of the given sine; raises InputError below 0 or from 1.
+
+    With s = sine: force 2 s I^2 and deflection s J / I, I and J the integrals over 0 < v < 1 of 1 and of 1 - v^2, both
+    over sqrt(1 - s^2 (1 - v^2)^2), here as series in s^2. They are the elliptic integrals of K. E. Bisshopp and
+    D. C. Drucker, Quart. Appl. Math. 3, 1945, with s (1 - v^2) for the sine of the slope.
+    """
+    inside = Bounds(at_least=0.0, below=1.0)
+    if not inside.hold(sine):
+        raise fault("sine of the end's slope", sine, "1", str(inside), "press less")
+    square = sine * sine
+    binomial, mean, n = 1.0, 2.0 / 3.0, 0  # of 1 / sqrt(1 - x) in x^n; of (1 - v^2)^(2 n + 1) over v
+    a = b = 0.0  # I - 1 and 1.5 J - 1
+    while True:
+        n += 1
+        binomial *= square * (2 * n - 1) / (2 * n)
+        before = mean * 4 * n / (4 * n + 1)  # of (1 - v^2)^(2 n)
+        mean = before * (4 * n + 2) / (4 * n + 3)
+        a, b = a + binomial * before, b + 1.5 * binomial * mean
+        # Terms fall faster than the powers of s^2, so those left out sum to less than this.
+        if binomial * square / (1.0 - square) <= _ROUND_OFF * a:
+            break
+    return Cantilever(
+        force=2.0 * sine * (1.0 + a) ** 2,
+        deflection=2.0 / 3.0 * sine * (1.0 + b) / (1.0 + a),
+        stiffening=(3.0 * a + 3.0 * a * a + a**3 - b) / (1.0 + b),
+    )
+
+
+def large_deflection_stiffening(length: float, deflection: float) -> float:
+    """Return how much a guided leaf, and a pair, gains in secant stiffness at a deflection d of length L [1 from mm].
+
+    36/35 (d / L)^2 while d is small; each half of a leaf is a cantilever. The platform is free along the leaves and
+    does not turn. Raises InputError beyond d = L / 2.
+    """
+    share = deflection / length
+    if not _SHARES.hold(share):
+        raise fault("deflection / leaf length", share, "1", str(_SHARES), "take a longer leaf or press less")
+    sine = 1.5 * share
+    for _ in range(_STEPS):
+        found = cantilever(sine)
+        if found.deflection == share:
+            break
+        sine *= share / found.deflection
+    return found.stiffening
