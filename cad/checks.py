@@ -19,6 +19,7 @@ from cad.overhang import POSES
 from cad.quantity import fault
 from cad.sensor import Sensor
 from cad.slicer import slicer_findings
+from cad.socket import socket_findings
 from cad.step import read_step
 from cad.stl import read_stl, triangles
 from cad.threemf import read_3mf
@@ -127,6 +128,7 @@ def check_sensor(sensor: Sensor, deflections: tuple[float, float], folder: Path)
         *leaf_findings(sensor.housing, forms),
         fillet_finding(sensor.housing, forms),
         tip_finding(sensor.part, sensor.housing),
+        *socket_findings(sensor.part, sensor.housing, sensor.tips),
         *clearance_findings(sensor),
         *stop_findings(sensor, deflections),
     )

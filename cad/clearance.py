@@ -25,13 +25,37 @@ def clearance_findings(sensor: Sensor) -> tuple[Finding, ...]:
     The housing is lowered by the travel. The frame is tilted by 3 degrees, or the press's own tilt where that is
     more, in 16 directions, the necks by the press's own tilt. The fruit is taken undeformed: it gives way.
     """
-    housing, travel, own = sensor.housing, sensor.press.travel_mm, _tilt(sensor.press)
-    tilt = max(TILT_DEG, own)
+    housing, own = sensor.housing, _tilt(sensor.press)
     frame, necks = sensor.part.shape.cut(_inside(housing)), sensor.part.shape.cut(_outside_necks(housing))
     return (
-        _finding("geometry.frame_clearance", sensor, frame, tilt, f"travel {travel:g} mm, tilt {tilt:g} deg any way"),
-        _finding("geometry.neck_clearance", sensor, necks, own, f"travel {travel:g} mm, tilt {own:g} deg any way"),
+        fruit_finding("geometry.frame_clearance", sensor, frame),
+        _finding("geometry.neck_clearance", sensor, necks, own),
     )
+
+
+def fruit_finding(name: str, sensor: Sensor, shape: cq.Shape) -> Finding:
+    """Return the smallest distance [mm] of a shape that is fixed to the frame from the fruit, as of the frame."""
+    return _finding(name, sensor, shape, steepest(sensor.press))
+
+
+def steepest(press: Press) -> float:
+    """Return the largest tilt [deg] in which the frame must clear the fruit."""
+    return max(TILT_DEG, _tilt(press))
+
+
+def moving_parts(sensor: Sensor) -> tuple[cq.Shape, cq.Shape]:
+    """Return shuttle, neck, tip and leaves of the low and of the high spring, cut from the walls at the roots [mm]."""
+    shape, housing = sensor.part.shape, sensor.housing
+    low, high = (
+        shape.intersect(_box((min(wall, 0.0), max(wall, 0.0)), housing, (-_REACH, housing.cavity_level)))
+        for _, _, (wall, _) in housing.arms
+    )
+    return _largest(low), _largest(high)
+
+
+def _largest(shape: cq.Shape) -> cq.Shape:
+    """Return the largest solid of a shape: the fillets of the cavity beside an arm stay with the frame."""
+    return max(shape.Solids(), key=lambda solid: solid.Volume(), default=shape)
 
 
 def _tilt(press: Press) -> float:
@@ -40,8 +64,9 @@ def _tilt(press: Press) -> float:
     return math.degrees(math.acos(math.cos(tilt) * math.cos(roll)))
 
 
-def _finding(name: str, sensor: Sensor, shape: cq.Shape, tilt: float, pose: str) -> Finding:
-    fruit = sensor.fruit_box()
+def _finding(name: str, sensor: Sensor, shape: cq.Shape, tilt: float) -> Finding:
+    pose = f"travel {sensor.press.travel_mm:g} mm, tilt {tilt:g} deg any way"
+    fruit, shape = sensor.fruit_box(), shape.translate(cq.Vector(0.0, 0.0, sensor.housing.pin_out))
     headings = _HEADINGS if tilt > 0.0 else (0.0,)
     moved = (pressed(shape, sensor.press.travel_mm, tilt, heading) for heading in headings)
     distances = [_signed_distance(each, fruit) for each in moved]
@@ -70,7 +95,7 @@ def _outside_necks(housing: Housing) -> cq.Shape:
     """Return all but the necks between the tips and the level of the lower leaves."""
     half = 0.5 * (housing.spacing + housing.shuttle_width)
     far = max(abs(housing.left), abs(housing.right)) + _REACH
-    tips = _box((-far, far), housing, (-_REACH, housing.tip_height))
+    tips = _box((-far, far), housing, (-_REACH, 0.0 if housing.pin_side else housing.tip_height))
     above = _box((-far, far), housing, (housing.neck_level, housing.top_level + _REACH))
     left, right = (_box(pair, housing, (-_REACH, housing.top_level)) for pair in ((-far, -half), (half, far)))
     return tips.fuse(above, left, right)

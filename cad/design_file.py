@@ -1,16 +1,16 @@
 """Design files: TOML in and out, one flag at a time on top, every unknown key answered with the nearest known one."""
 
 import dataclasses
-import difflib
 import json
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from cad import parameters
 from cad.parameters import TABLES, Design
 from cad.quantity import InputError, as_float, fault
+from cad.quantity import nearest as nearest
 
 _TABLE_TYPES = {
     "targets": parameters.Targets,
@@ -20,11 +20,6 @@ _TABLE_TYPES = {
     "press": parameters.Press,
     "print": parameters.Print,
 }
-
-
-def nearest(word: str, known: Sequence[str]) -> str:
-    """Return the known word that looks most like a given one."""
-    return difflib.get_close_matches(word, known, n=1, cutoff=0.0)[0]
 
 
 def _unknown(kind: str, name: str, word: str, known: list[str]) -> InputError:

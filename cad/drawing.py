@@ -9,6 +9,7 @@ import cadquery as cq
 
 from cad.drafting import FULL_DEG, Arc, Item, Line, Words, across, note, upright
 from cad.flexure import Flexure
+from cad.gauge_marks import gauge_marks
 from cad.housing import Housing, fillet_corners
 from cad.materials import Process
 from cad.part import Part
@@ -35,6 +36,8 @@ def housing_drawing(part: Part, housing: Housing, title: Title) -> tuple[Item, .
         *_leaf_dimensions(housing, "high", title.process),
         *_frame_dimensions(housing),
         *_tip_dimensions(housing),
+        *gauge_marks(housing),
+        *_pins(housing),
         *_notes(housing, title),
     )
 
@@ -78,7 +81,12 @@ def _end_view(housing: Housing) -> Iterator[Item]:
             if math.dist((y1, z1), (y2, z2)) > _NEAR:
                 yield Line(start=(middle + y1, z1), end=(middle + y2, z2), layer=layer)
     yield from across((middle - deep, middle + deep), top + _STEP, f"depth {housing.depth:g}", (top, top))
-    yield from across((middle - tip, middle + tip), -_STEP, f"tip {housing.tip_side:g}", (0.0, 0.0))
+    yield from across((middle - tip, middle + tip), -_STEP, f"{_end(housing)} {housing.tip_side:g}", (0.0, 0.0))
+
+
+def _end(housing: Housing) -> str:
+    """Return what a printed shuttle ends in."""
+    return "foot" if housing.pin_side else "tip"
 
 
 def _leaf_dimensions(housing: Housing, side: str, process: Process) -> Iterator[Item]:
@@ -127,6 +135,20 @@ def _tip_dimensions(housing: Housing) -> Iterator[Item]:
         at = (sign * half, top)
         text_at = (-half - wide - 12.0 if side == "low" else half + wide, housing.top_level + 2.0)
         yield from note(at, text_at, f"stop {side} {gap:.2f}")
+
+
+def _pins(housing: Housing) -> Iterator[Item]:
+    """Yield the pins in their pockets, and their size; none where the tips are printed."""
+    if not housing.pin_side:
+        return
+    foot, top, half = -housing.pin_out, housing.pocket_depth, 0.5 * housing.pin_side
+    for x in (-0.5 * housing.spacing, 0.5 * housing.spacing):
+        corners = [(x - half, foot), (x + half, foot), (x + half, top), (x - half, top), (x - half, foot)]
+        for start, end in itertools.pairwise(corners):
+            yield Line(start=start, end=end, layer="NOTES")
+    at = (0.5 * housing.spacing + half, 0.5 * foot)
+    size = f"{housing.pin_side:g} x {housing.pin_side:g} x {top - foot:g}"
+    yield from note(at, (0.5 * housing.spacing + 6.0, -1.5 * _STEP), f"steel pin {size} 2x, {housing.pin_out:g} out")
 
 
 def _notes(housing: Housing, title: Title) -> Iterator[Item]:

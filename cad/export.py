@@ -3,6 +3,7 @@
 Print pose: the plate lies flat on z = 0 with the face y = -depth / 2 up, x stays, what was z points along y.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import cadquery as cq
@@ -36,7 +37,7 @@ def sensor_pose(mesh: trimesh.Trimesh, depth: float) -> trimesh.Trimesh:
 
 
 def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
-    """Write housing.step, assembly.step and, with the marks, housing.stl and housing.3mf; return their paths.
+    """Write housing.step, assembly.step and, marked, housing.stl and housing.3mf; pin.step where pins are the tips.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
@@ -53,7 +54,20 @@ def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
     compare_volume(housing_stl, float(read_stl(housing_stl).volume), printed.Volume(), solid_tolerance(printed))
     write_3mf({sensor.part.name: triangles(printed)}, model)
     compare_volume(model, float(read_3mf(model).mesh.volume), printed.Volume(), solid_tolerance(printed))
-    return housing_step, assembly_step, housing_stl, model
+    return housing_step, assembly_step, housing_stl, model, *_write_pin(sensor, folder)
+
+
+def _write_pin(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
+    """Write one of the two equal pins, standing on its touching face."""
+    path, found = folder / "pin.step", sensor.pin_bodies()
+    if not found:
+        return ()
+    shape = found[0].shape
+    box = shape.BoundingBox()
+    upright = shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
+    write_step((replace(found[0], name="pin", shape=upright),), path, "pin")
+    compare_volume(path, read_step(path).Volume(), upright.Volume(), step_tolerance(upright))
+    return (path,)
 
 
 def step_tolerance(shape: cq.Shape) -> float:

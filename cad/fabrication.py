@@ -1,45 +1,61 @@
-"""What a maker needs beside the solid: drawing, coupon and a sheet that says how to print and what to measure."""
+"""What a maker needs beside the solid: drawing, coupon, cover, and a sheet on how to print and what to measure."""
 
 from pathlib import Path
 
+import cadquery as cq
+
 from cad.coupon import Coupon, coupon_of, coupon_part, largest_weight, modulus_factor
+from cad.cover import Cover, cover_findings, cover_of, cover_part
 from cad.drafting import write_dxf, write_svg
 from cad.drawing import Title, housing_drawing
 from cad.export import compare_volume, print_pose, solid_tolerance, step_tolerance
+from cad.finding import Finding
 from cad.flexure import Flexure
+from cad.gauges import GAUGES
+from cad.housing import Housing
 from cad.materials import Process
-from cad.sensor import Body, Sensor
+from cad.sensor import Body, Colour, Sensor
 from cad.step import read_step, write_step
 from cad.stl import read_stl, write_stl
 
 _COUPON_COLOUR = (0.45, 0.62, 0.35)
+_COVER_COLOUR = (0.60, 0.60, 0.62)
 _COUPON_SHARE = 0.5  # of the strain limit that the largest weight on a coupon may use
 _GRAVITY = 9.80665  # m/s^2, ISO 80000-3
+_NUT_MM = 2.4  # of M3, ISO 4032
+_SCREWS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # lengths of M3, ISO 4762
 _BUILT_UP = ("fdm", "sla", "sls", "dmls")
 
 
-def write_fabrication(sensor: Sensor, title: Title, folder: Path) -> tuple[Path, ...]:
-    """Write drawing.dxf, drawing.svg, coupon.step, coupon.stl and fabrication.md; return their paths.
+def write_fabrication(sensor: Sensor, title: Title, folder: Path) -> tuple[tuple[Path, ...], tuple[Finding, ...]]:
+    """Write drawing.dxf/.svg, coupon and cover as .step/.stl, fabrication.md; return their paths and cover findings.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
-    names = ("drawing.dxf", "drawing.svg", "coupon.step", "coupon.stl", "fabrication.md")
-    dxf, svg, coupon_step, coupon_stl, sheet = (folder / name for name in names)
-    volume = sensor.part.shape.Volume()
+    dxf, svg, sheet = (folder / name for name in ("drawing.dxf", "drawing.svg", "fabrication.md"))
     drawing = housing_drawing(sensor.part, sensor.housing, title)
     write_dxf(drawing, dxf)
     write_svg(drawing, svg, title.name)
-    coupon = coupon_of(sensor.housing)
-    solid = coupon_part(coupon).shape
-    write_step((Body(name="coupon", shape=solid, colour=_COUPON_COLOUR),), coupon_step, "coupon")
-    compare_volume(coupon_step, read_step(coupon_step).Volume(), solid.Volume(), step_tolerance(solid))
-    write_stl(print_pose(solid), coupon_stl)
-    compare_volume(coupon_stl, float(read_stl(coupon_stl).volume), solid.Volume(), solid_tolerance(solid))
-    sheet.write_text(fabrication_sheet(coupon, title, volume), encoding="utf-8")
-    return dxf, svg, coupon_step, coupon_stl, sheet
+    coupon, cover = coupon_of(sensor.housing), cover_of(sensor)
+    solids = (
+        *_write_solid(coupon_part(coupon).shape, "coupon", _COUPON_COLOUR, folder),
+        *_write_solid(cover_part(cover).shape, "cover", _COVER_COLOUR, folder),
+    )
+    sheet.write_text(fabrication_sheet(coupon, cover, title, sensor.part.shape.Volume()), encoding="utf-8")
+    return (dxf, svg, *solids, sheet), cover_findings(sensor, read_step(folder / "cover.step"), title.process)
 
 
-def fabrication_sheet(coupon: Coupon, title: Title, volume: float) -> str:
+def _write_solid(solid: cq.Shape, name: str, colour: Colour, folder: Path) -> tuple[Path, Path]:
+    """Write a solid [mm] as STEP, and as STL in print pose; both are read back."""
+    step, stl = folder / f"{name}.step", folder / f"{name}.stl"
+    write_step((Body(name=name, shape=solid, colour=colour),), step, name)
+    compare_volume(step, read_step(step).Volume(), solid.Volume(), step_tolerance(solid))
+    write_stl(print_pose(solid), stl)
+    compare_volume(stl, float(read_stl(stl).volume), solid.Volume(), solid_tolerance(solid))
+    return step, stl
+
+
+def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float) -> str:
     """Return the sheet in Markdown for a housing of the given volume [mm^3]."""
     process = title.process
     return "\n".join(
@@ -60,6 +76,10 @@ def fabrication_sheet(coupon: Coupon, title: Title, volume: float) -> str:
             "",
             *_coupon(coupon, process),
             "",
+            *_pins(cover.housing),
+            *_cover(cover),
+            "",
+            *_gauges(cover.housing),
         )
     )
 
@@ -106,3 +126,55 @@ def _coupon_row(name: str, flexure: Flexure, coupon: Coupon, process: Process) -
     weight = largest_weight(flexure, coupon.arm_beyond_leaf, process.E_MPa, _COUPON_SHARE * process.strain_limit)
     sinks = factor * weight / process.E_MPa
     return f"| {name} | {flexure.thickness:g} | {factor:.5g} | {1e3 * weight / _GRAVITY:.3g} | {sinks:.2f} |"
+
+
+def _pins(housing: Housing) -> tuple[str, ...]:
+    if not housing.pin_side:
+        return ()
+    side, length = housing.pin_side, housing.pin_out + housing.pocket_depth
+    return (
+        "## Tips",
+        "",
+        f"Two ground steel pins, {side:g} x {side:g} mm, {length:g} mm long, sharp-edged (pin.step): one in each foot.",
+        f"Pockets are {housing.pocket_side:g} mm wide and {housing.pocket_depth:g} mm deep; their gable stays empty.",
+        "Fill them with a hard epoxy, put both pins face down on a flat plate, their sides along the housing, the feet",
+        f"{housing.pin_out:g} mm above the plate, and let it set: both faces are then level. A soft or thick glue",
+        "gives way: calibrate with the pins in.",
+        "",
+    )
+
+
+def _cover(cover: Cover) -> tuple[str, ...]:
+    screw = next((length for length in _SCREWS_MM if length >= cover.grip + _NUT_MM), None)
+    with_nut = f"M3 x {screw}" if screw else "threaded rod"
+    return (
+        "## Cover",
+        "",
+        "Print cover.stl twice, flat as it stands, rim up, in any solid or filled setting: front and back are equal.",
+        f"Each is {cover.plate:g} mm with a rim of {cover.recess:g} mm that rests on the frame alone; tips and necks",
+        "stay free below. The front one hides the marks.",
+        f"Four M3 screws go through covers and housing: {cover.grip:g} mm to grip (plate {cover.housing.depth:g} + two "
+        f"covers of {cover.thickness:g});",
+        f"with a nut ({_NUT_MM:g} mm) {with_nut}. Calibrate with the covers on.",
+    )
+
+
+def _gauges(housing: Housing) -> tuple[str, ...]:
+    gauge = GAUGES[housing.gauges]
+    if gauge is None:
+        return ()
+    return (
+        "## Strain gauges",
+        "",
+        f"Eight foil gauges, grid {gauge.grid_length_mm:g} x {gauge.grid_width_mm:g} mm, gauge factor "
+        f"{gauge.gauge_factor:g}, polyimide backing trimmed to",
+        f"{gauge.backing_length_mm:g} x {gauge.backing_width_mm:g} mm, metal {gauge.margin_mm:g} mm inside its edges. "
+        "Glue them as drawing.dxf and .svg show: on the",
+        "upper leaf of each spring one on each face at each root, in the middle of the depth, grid towards the root,",
+        f"edge of the backing where the fillet ends, {housing.low.fillet:g} mm from wall or shuttle. Nothing is",
+        "engraved in a leaf: mark it with a pencil.",
+        "Wire the four of a spring as a full bridge: the two faces of a root, and the same face at the two roots, in",
+        "neighbouring arms. Lead the shuttle's wires, thin and loose, along the leaf to the wall. Length and",
+        "stiffness in this folder are those with the gauges on; a spring without them is softer. Calibrate with them.",
+        "",
+    )

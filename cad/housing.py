@@ -4,6 +4,7 @@ Sensor frame: x along the tips, low tip at -x; z against the press, both tip fac
 plate lies in |y| <= depth / 2. All lengths in mm.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -20,7 +21,10 @@ _REMEDY = "choose another process, other tips or other targets"
 
 @dataclass(frozen=True, kw_only=True)
 class Housing:
-    """Every dimension of the housing [mm]; levels are heights z above the tip faces."""
+    """Every dimension of the housing [mm]; levels are heights z above the tip faces; gauges by their name.
+
+    Where pins stand out, the tip is their foot: levels are heights above its face, and z = -pin_out touches.
+    """
 
     low: Flexure
     high: Flexure
@@ -38,6 +42,11 @@ class Housing:
     wall_width: float = 8.0
     hole_diameter: float = 3.4
     hole_inset: float = 4.5
+    gauges: str = "none"
+    pin_side: float = 0.0
+    pin_out: float = 0.0
+    pocket_side: float = 0.0
+    pocket_depth: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse dimensions that do not make one plate: leaves, tips and levels that run into each other."""
@@ -53,6 +62,7 @@ class Housing:
             ("high_top_level", upper, self.cavity_level),
             ("cavity_level", upper + self.low.fillet, self.top_level),
             ("hole_diameter", 0.0, min(self.wall_width, 2.0 * self.hole_inset)),
+            *self._pocket_bounds(),
         ):
             key, value, closed = f"housing.{name}", getattr(self, name), name == "tip_side"
             if not (low < value < high or (closed and value == high)):
@@ -62,6 +72,17 @@ class Housing:
             key, value, other = f"housing.high.{name}", getattr(self.high, name), getattr(self.low, name)
             if value != other:
                 raise fault(key, value, "mm", f"that of the low flexure, {other:g} mm", _REMEDY)
+
+    def _pocket_bounds(self) -> tuple[tuple[str, float, float], ...]:
+        """Return name, least and largest of what makes a pocket in the foot of a pin; none for a printed tip."""
+        if self.pin_side == self.pin_out == self.pocket_side == self.pocket_depth == 0.0:
+            return ()
+        return (
+            ("pin_side", 0.0, math.inf),
+            ("pin_out", 0.0, math.inf),
+            ("pocket_side", self.pin_side, 0.5 * self.tip_side),
+            ("pocket_depth", 0.0, self.neck_level),
+        )
 
     @property
     def depth(self) -> float:

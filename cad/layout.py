@@ -1,11 +1,13 @@
 """The layout rule: from a design and its springs to every dimension of the housing [mm]."""
 
 import math
+from dataclasses import dataclass
 
 from cad.flexure import Flexure
 from cad.housing import Housing
 from cad.materials import Process
 from cad.parameters import Design
+from cad.quantity import fault
 
 SEPARATION = 14.0  # of the two leaves of a flexure: a wide stance keeps the tip from tilting
 SHUTTLE_WIDTH = 6.0
@@ -14,6 +16,8 @@ LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest t
 CLEARANCE = 0.5  # frame above the fruit in the worst press
 TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
 STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
+POCKET_SIDES = 3.0  # depth of the pocket of a pin over its side
+_LEAST_PROTRUSION = 0.1
 
 
 def housing_for(
@@ -24,16 +28,18 @@ def housing_for(
     The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Raises InputError
     when a leaf is too short for its fillets.
     """
-    tips = design.tips
-    depth = max(process.depth_mm, tips.side_mm)
+    tips, socket = design.tips, _socket(design, process)
+    depth = max(process.depth_mm, socket.foot)
     low, high = (
         Flexure(thickness=t, length=length, depth=depth, separation=SEPARATION, fillet=process.fillet_mm)
         for t, length in zip((process.leaf_thickness_low_mm, process.leaf_thickness_high_mm), lengths, strict=True)
     )
-    shuttle = max(tips.side_mm, min(SHUTTLE_WIDTH, tips.spacing_mm - process.min_gap_mm))
-    tip_height = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
-    neck = tip_height + max(0.5 * (max(depth, shuttle) - tips.side_mm), LEDGE)
-    protrusion = _protrusion(design, lengths, depth)
+    shuttle = max(socket.foot, min(SHUTTLE_WIDTH, tips.spacing_mm - process.min_gap_mm))
+    standing = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
+    tip_height = LEDGE if socket.pocket else standing
+    neck = tip_height + max(0.5 * (max(depth, shuttle) - socket.foot), LEDGE)
+    pin_out = standing if socket.pocket else 0.0
+    protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
     half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
     lower = max(neck, protrusion) + LEDGE + half_leaf
     stops = tuple(round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections)
@@ -41,7 +47,7 @@ def housing_for(
     return Housing(
         low=low,
         high=high,
-        tip_side=tips.side_mm,
+        tip_side=socket.foot,
         tip_height=tip_height,
         spacing=tips.spacing_mm,
         shuttle_width=shuttle,
@@ -52,7 +58,36 @@ def housing_for(
         cavity_level=cavity,
         top_level=cavity + TOP_BAR,
         protrusion=protrusion,
+        gauges=design.print.gauges,
+        pin_side=tips.side_mm if socket.pocket else 0.0,
+        pin_out=pin_out,
+        pocket_side=socket.pocket,
+        pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm) if socket.pocket else 0.0,
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Socket:
+    """Sides [mm] of what is printed at the end of a shuttle and of the pocket in it, 0 for a printed tip."""
+
+    foot: float
+    pocket: float
+
+
+def _socket(design: Design, process: Process) -> _Socket:
+    """Return the socket: a pocket that the accuracy of the process widens, walls around it and its gable.
+
+    Raises InputError when the feet leave no gap between them.
+    """
+    tips = design.tips
+    if tips.socket == "none":
+        return _Socket(foot=tips.side_mm, pocket=0.0)
+    pocket = tips.side_mm + 2.0 * process.accuracy_mm
+    foot = round(2.0 * (pocket + process.min_wall_mm), 3)
+    if foot + process.min_gap_mm > tips.spacing_mm:
+        bound = f"at least {foot + process.min_gap_mm:g} mm, for feet of {foot:g} mm with pins in them"
+        raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, "move the tips apart, or tips.socket = 'none'")
+    return _Socket(foot=foot, pocket=round(pocket, 3))
 
 
 def _protrusion(design: Design, lengths: tuple[float, float], depth: float) -> float:

@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
+from cad.gauges import GAUGES
 from cad.materials import PROCESSES
 from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, fault, quantity
 from cad.springs import Definition
@@ -19,6 +20,7 @@ _WIDEST_TILT = Bounds(at_least=-30.0, at_most=30.0)
 
 FruitShape = Literal["block", "sphere", "ellipsoid"]
 TipShape = Literal["cube", "cylinder", "sphere"]
+Socket = Literal["none", "pin"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +136,10 @@ class Fruit:
 
 @dataclass(frozen=True, kw_only=True)
 class Tips:
-    """The two rigid tips, on the length axis of the fruit; `side_mm` is the diameter of a cylinder or a sphere."""
+    """The two rigid tips, on the length axis of the fruit; `side_mm` is the diameter of a cylinder or a sphere.
+
+    They are printed with the housing, or with the socket "pin" are ground steel pins glued into it.
+    """
 
     shape: TipShape = choice(("cube", "cylinder", "sphere"), default="cube")
     side_mm: float = quantity("mm", LENGTH, default=1.0, remedy="the paper's cube has 1")
@@ -144,6 +149,7 @@ class Tips:
         "mm", Bounds(at_least=-1000.0, at_most=1000.0), default=0.0, remedy="midpoint of the tips from the apex"
     )
     gap_mm: float = quantity("mm", _LENGTH_OR_ZERO, default=0.5, remedy="tip face above the fruit before the press")
+    socket: Socket = choice(("none", "pin"), default="none")
 
     def __post_init__(self) -> None:
         """Check each field, that the tips are apart and that a fillet leaves a face."""
@@ -184,10 +190,11 @@ class Press:
 
 @dataclass(frozen=True, kw_only=True)
 class Print:
-    """How the housing is made."""
+    """How the housing is made, and which strain gauges are glued on its leaves."""
 
     process: str = choice(tuple(PROCESSES), default="fdm-petg")
     max_length_mm: float = quantity("mm", LENGTH, default=120.0, remedy="longest leaf that fits the machine")
+    gauges: str = choice(tuple(GAUGES), default="none")
 
     def __post_init__(self) -> None:
         """Check each field."""

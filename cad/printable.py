@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from cad.blade import pair_length, root_strain
+from cad.gauges import GAUGES, FoilGauge, gauged_length, sandwich_gain, shortest_gauged
 from cad.materials import Process
 from cad.parameters import Design
 from cad.springs import Springs, size_springs
@@ -47,6 +48,20 @@ class _Task:
     travel: float
     K_m_max: float
     longest: float
+    gauge: FoilGauge | None
+
+    @property
+    def shortest(self) -> float:
+        """Return the least length of a leaf [mm]: that of a leaf at all, and of one with room for its gauges."""
+        room = 0.0 if self.gauge is None else shortest_gauged(self.process.fillet_mm, self.gauge)
+        return max(SHORTEST * self.thickness, room)
+
+    def leaf_gain(self, length: float) -> float:
+        """Return by how much gauges stiffen the leaf that carries them, and raise the moment at its roots [1]."""
+        if self.gauge is None:
+            return 1.0
+        section, fillet = (self.depth, self.thickness), self.process.fillet_mm
+        return 2.0 * sandwich_gain(self.process.E_MPa, section, length, fillet, self.gauge) - 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +101,7 @@ def check_printable(
             travel=max(0.0, design.press.travel_mm + step),
             K_m_max=K_m,
             longest=design.print.max_length_mm,
+            gauge=GAUGES[design.print.gauges],
         )
         for side, thickness, step, K_m in zip(
             ("low", "high"), thicknesses, design.tip_travel_mm, (stiffest, asymmetry * stiffest), strict=True
@@ -133,18 +149,22 @@ def _given_target(key: str, K: float) -> _Target:
 
 def _strain(task: _Task, K: float, length: float) -> float:
     deflection = task.travel * task.K_m_max / (task.K_m_max + K)
-    return STRAIN_FACTOR * root_strain(task.thickness, length, deflection)
+    return STRAIN_FACTOR * task.leaf_gain(length) * root_strain(task.thickness, length, deflection)
 
 
 def _faults(task: _Task, K: float, length: float, margin: float) -> list[str]:
     """Return what stands against a leaf of this length, when the length may yet be wrong by the relative margin."""
     process, t = task.process, task.thickness
-    shortest, strain = SHORTEST * t, _strain(task, K, length / (1.0 + margin))
+    strain = _strain(task, K, length / (1.0 + margin))
     found = []
     if t < process.min_wall_mm:
         found.append(f"a leaf {t:g} mm thick, must be at least the wall of {process.min_wall_mm:g} mm")
-    if length < shortest * (1.0 + margin):
-        found.append(f"a leaf {length:.1f} mm long, must be at least {SHORTEST:g} thicknesses = {shortest:g} mm")
+    if length < task.shortest * (1.0 + margin):
+        why = f"{SHORTEST:g} thicknesses" if task.shortest <= SHORTEST * t else "room for a gauge at each root"
+        found.append(f"a leaf {length:.1f} mm long, must be at least {why} = {task.shortest:g} mm")
+    if task.gauge is not None and task.depth < task.gauge.backing_width_mm:
+        wide = task.gauge.backing_width_mm
+        found.append(f"a leaf {task.depth:g} mm deep, must be at least the gauge of {wide:g} mm")
     if length * (1.0 + margin) > task.longest:
         found.append(f"a leaf {length:.1f} mm long, must be at most print.max_length_mm = {task.longest:g} mm")
     if strain > process.strain_limit:
@@ -153,7 +173,10 @@ def _faults(task: _Task, K: float, length: float, margin: float) -> list[str]:
 
 
 def _beam_length(task: _Task, K: float) -> float:
-    return pair_length(task.process.E_MPa, task.depth, task.thickness, K)
+    E, section = task.process.E_MPa, (task.depth, task.thickness)
+    if task.gauge is None:
+        return pair_length(E, *section, K)
+    return gauged_length(E, section, task.process.fillet_mm, K, task.gauge)
 
 
 def _nearest(task: _Task, target: _Target) -> float | None:
@@ -178,7 +201,7 @@ def _verdict(task: _Task, target: _Target, K: float, solved: float | None) -> Pr
         reason=_reason(task, target, (sure or doubts), nearest, undecided=bool(doubts) and not sure),
         stiffness_N_per_mm=K,
         length_mm=length,
-        shortest_mm=SHORTEST * task.thickness,
+        shortest_mm=task.shortest,
         longest_mm=task.longest,
         root_strain=_strain(task, K, length),
         strain_limit=task.process.strain_limit,

@@ -1,6 +1,7 @@
 """A number that a person may choose: its unit and its bounds, stated once beside the field."""
 
 import dataclasses
+import difflib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import MISSING, Field, dataclass, field
@@ -79,6 +80,11 @@ def _shown(value: object) -> str:
     return repr(value) if isinstance(value, str) else f"{value}"
 
 
+def nearest(word: str, known: Sequence[str]) -> str:
+    """Return the known word that looks most like a given one."""
+    return difflib.get_close_matches(word, known, n=1, cutoff=0.0)[0]
+
+
 def as_float(number: float) -> float:
     """Return a number as a float; a whole number too large for one is infinite."""
     try:
@@ -102,7 +108,8 @@ def check_fields(record: Any, table: str) -> None:  # noqa: ANN401 - any frozen 
 def _check_choice(name: str, value: object, item: Field[Any]) -> None:
     options = item.metadata["options"]
     if value not in options:
-        raise fault(name, value, "", f"one of {', '.join(options)}", item.metadata["remedy"])
+        closest = f", did you mean {nearest(value, options)}?" if isinstance(value, str) else ""
+        raise fault(name, value, "", f"one of {', '.join(options)}", item.metadata["remedy"] + closest)
 
 
 def _check_number(name: str, value: object, item: Field[Any]) -> None:

@@ -15,10 +15,12 @@ from cad.housing import Housing
 from cad.marks import marked
 from cad.parameters import Fruit, Press, Tips
 from cad.part import Part
+from cad.socket import pin_parts
 
 Colour = tuple[float, float, float]
 _HOUSING_COLOUR: Colour = (0.22, 0.40, 0.62)
 _FRUIT_COLOUR: Colour = (0.95, 0.66, 0.20)
+_STEEL_COLOUR: Colour = (0.75, 0.77, 0.80)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,10 +52,15 @@ class Sensor:
         return marked(self.part, self.housing, self.name) if self.name else self.part
 
     def bodies(self) -> tuple[Body, ...]:
-        """Return housing and fruit in the sensor frame before the press, the fruit below the tips by the gap."""
-        below = cq.Vector(-self.tips.offset_mm, 0.0, -self.tips.gap_mm)
+        """Return housing, pins and fruit before the press, the fruit below the tips by the gap."""
+        below = cq.Vector(-self.tips.offset_mm, 0.0, -self.tips.gap_mm - self.housing.pin_out)
         block = fruit_block(self.fruit.equivalent_block, self.tips).shape.translate(below)
-        return (self.housing_body(), Body(name="fruit", shape=block, colour=_FRUIT_COLOUR))
+        return (self.housing_body(), *self.pin_bodies(), Body(name="fruit", shape=block, colour=_FRUIT_COLOUR))
+
+    def pin_bodies(self) -> tuple[Body, ...]:
+        """Return the two pins in their pockets; none where the tips are printed."""
+        pins = pin_parts(self.housing, self.tips)
+        return tuple(Body(name=pin.name, shape=pin.shape, colour=_STEEL_COLOUR) for pin in pins)
 
     def housing_body(self) -> Body:
         """Return the housing in the sensor frame."""

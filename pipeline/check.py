@@ -6,13 +6,17 @@ from pathlib import Path
 from typing import Any
 
 from cad.checks import check_file, check_sensor
+from cad.cover import cover_findings
 from cad.design_file import design_from_mapping
 from cad.finding import Finding, equal
-from cad.materials import PROCESSES
+from cad.materials import PROCESSES, Process
 from cad.quantity import InputError, fault
+from cad.sensor import Sensor
 from cad.slicer import slicer_absence
+from cad.step import read_step
 from pipeline.kept import housing_from
-from pipeline.report import file_digest, print_findings
+from pipeline.report import file_digest
+from pipeline.report_tables import print_findings
 from pipeline.solids import sensor_of
 
 _ALREADY = ("geometry.watertight", "geometry.manifold", "geometry.one_solid")
@@ -64,7 +68,13 @@ def _findings(folder: Path, report: dict[str, Any]) -> tuple[Finding, ...]:
     low, high = report["deflections_mm"]
     process = PROCESSES[design.print.process]
     printed = tuple(one for one in check_file(folder / "housing.3mf", process) if one.name not in _ALREADY)
-    return (files, *check_sensor(sensor, (low, high), folder), *printed)
+    return (files, *check_sensor(sensor, (low, high), folder), *printed, *_cover(folder, sensor, process))
+
+
+def _cover(folder: Path, sensor: Sensor, process: Process) -> tuple[Finding, ...]:
+    """Return the findings on the cover, none in the folder of a run that made none."""
+    path = folder / "cover.step"
+    return cover_findings(sensor, read_step(path), process) if path.is_file() else ()
 
 
 def _report(folder: Path) -> dict[str, Any]:

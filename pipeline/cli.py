@@ -17,7 +17,8 @@ from typing import Any, NoReturn
 
 from cad.design_file import nearest
 from cad.parameters import Design
-from cad.quantity import InputError
+from cad.quantity import InputError, fault
+from pipeline.accuracy import DEFAULT_TOLERANCE, TOLERANCES
 from pipeline.load import CONTACT_METHODS, DEFAULT_DESIGN, FRUIT_STIFFNESSES, RunOptions, load_design
 from pipeline.outputs import Interrupted, refuse_unusable
 
@@ -176,6 +177,7 @@ def _add_design_flags(parser: argparse.ArgumentParser) -> None:
     stiffnesses, methods = "|".join(FRUIT_STIFFNESSES), "|".join(CONTACT_METHODS)
     add("--fruit-stiffness", metavar=stiffnesses, default="contact", help="true contact, or the paper's (6)")
     add("--contact-method", metavar=methods, default="auto", help="how the contact is solved (default auto)")
+    add("--tol", metavar="TOL", help=f"relative error allowed to both stiffnesses (default {DEFAULT_TOLERANCE:g})")
     add("--fields", action="store_true", help="write displacement [mm] and stress [MPa] fields too (VTU)")
     _add_json(parser)
 
@@ -207,9 +209,17 @@ def _asked(arguments: argparse.Namespace) -> tuple[Design, RunOptions]:
         fruit_stiffness=arguments.fruit_stiffness,
         contact_method=arguments.contact_method,
         fields=arguments.fields,
+        tolerance=_tolerance(arguments.tol),
     )
     refuse_unusable(options.out)
     return design, options
+
+
+def _tolerance(text: str | None) -> float:
+    try:
+        return DEFAULT_TOLERANCE if text is None else float(text)
+    except ValueError as error:
+        raise fault("--tol", text, "", f"a number {TOLERANCES}", "0.001 is 0.1 %") from error
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -233,7 +243,7 @@ def _design(arguments: argparse.Namespace) -> int:
 def _finish(stages: Callable[..., Any], design: Design, options: RunOptions, *, as_json: bool) -> int:
     """Run the stages, print the report, return the exit code; a scene that cannot be solved is wrong input."""
     from mesh.session import MeshError
-    from pipeline import report
+    from pipeline import report_tables
     from solve.linear import SolveError
     from solve.split import SplitDomainError
 
@@ -246,7 +256,7 @@ def _finish(stages: Callable[..., Any], design: Design, options: RunOptions, *, 
         if as_json:
             _print_json(result.report)
         else:
-            report.print_report(result.report)
+            report_tables.print_report(result.report)
         sys.stdout.flush()
     except BrokenPipeError:
         _drop_output()  # the reader had enough; the verdict stands

@@ -7,6 +7,7 @@ from cad.parameters import Fruit, Tips
 from cad.quantity import InputError, fault
 from mesh.fruit import REFINEMENTS, fruit_meshes, fruit_size
 from mesh.volume import volume_mesh
+from pipeline.accuracy import CONTACT_SHARE, DEFAULT_TOLERANCE
 from pipeline.load import CONTACT_METHODS
 from solve.compliance import Compliance
 from solve.contact import direct_compliance
@@ -15,17 +16,20 @@ from solve.split import SplitDomainError, split_compliance
 _FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest mesh, 31 edges, misses 0.7 %
 
 
-def contact_compliance(fruit: Fruit, tips: Tips, method: str = "auto") -> Compliance:
+def contact_compliance(
+    fruit: Fruit, tips: Tips, method: str = "auto", tolerance: float = CONTACT_SHARE * DEFAULT_TOLERANCE
+) -> Compliance:
     """Return the compliance that sizes the springs: of a block under two level tips with sharp flat faces.
 
     A curved fruit stands for the block of its plan and thickness, a filleted tip for the sharp one, a spherical tip
-    for the cylinder of its diameter; the status says so. "auto" takes the split in its domain, else direct finite
-    elements. Raises InputError for an unknown method, or where "split" is asked for outside its domain.
+    for the cylinder of its diameter; the status says so. "auto" takes the split in its domain, on the coarsest mesh
+    whose error meets the relative tolerance, else direct finite elements. Raises InputError for an unknown method, or
+    where "split" is asked for outside its domain.
     """
     if method not in CONTACT_METHODS:
         raise fault("contact method", method, "", f"one of {', '.join(CONTACT_METHODS)}", "auto fits every scene")
     block, flat = fruit.equivalent_block, tips.flat
-    found = _flat_compliance(block, flat, method)
+    found = _flat_compliance(block, flat, method, tolerance)
     stands = []
     if block != fruit:
         size = f"{block.length_mm:g} x {block.width_mm:g} x {block.height_mm:g} mm"
@@ -35,11 +39,11 @@ def contact_compliance(fruit: Fruit, tips: Tips, method: str = "auto") -> Compli
     return dataclasses.replace(found, status="; ".join([*stands, found.status])) if stands else found
 
 
-def _flat_compliance(block: Fruit, tips: Tips, method: str) -> Compliance:
+def _flat_compliance(block: Fruit, tips: Tips, method: str, tolerance: float) -> Compliance:
     if method == "direct":
         return _direct(block, tips)
     try:
-        return split_compliance(block, tips)
+        return split_compliance(block, tips, tolerance)
     except SplitDomainError as outside:
         reason = str(outside)
         if method == "split":

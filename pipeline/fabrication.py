@@ -12,6 +12,7 @@ from cad.parameters import Design
 from mesh.flexure import flexure_mesh
 from pipeline.cache import remembered
 from pipeline.flexures import COARSE
+from pipeline.gauges import bonded_foils
 from pipeline.judgement import Case
 from pipeline.load import RunOptions
 from pipeline.run import RunResult, run
@@ -38,9 +39,9 @@ def _for_the_maker(
     if housing is None:
         return (), {"tolerance": None}
     with clock.stage("fabrication"):
-        write_fabrication(sensor_of(design, housing), Title(name=design.name, process=process), folder)
+        _, cover = write_fabrication(sensor_of(design, housing), Title(name=design.name, process=process), folder)
     with clock.stage("sideways"):
-        verdicts = sideways_verdicts(printed, housing)
+        verdicts = (*(Verdict(**asdict(one)) for one in cover), *sideways_verdicts(printed, housing))
     with clock.stage("tolerance"):
         surrogate = _surrogate(housing, process)
         found = bands(housing, process, case.judged(printed.stiffnesses), design.targets, surrogate)
@@ -49,7 +50,8 @@ def _for_the_maker(
 
 def _surrogate(housing: Housing, process: Process) -> Surrogate:
     def coarse(changed: Housing) -> tuple[float, float]:
-        return tip_compliance(flexure_mesh(changed, COARSE), process.E_MPa, process.poisson).K
+        foils = bonded_foils(changed)
+        return tip_compliance(flexure_mesh(changed, COARSE), process.E_MPa, process.poisson, foils).K
 
     inputs = {"housing": asdict(housing), "process": asdict(process)}
     found = remembered("surrogate", inputs, lambda: asdict(fit_surrogate(housing, process.accuracy_mm, coarse)))
@@ -67,9 +69,9 @@ def sideways_verdicts(printed: PrintedSprings, housing: Housing) -> tuple[Verdic
 
 def _sideways(housing: Housing, process: Process) -> tuple[list[float], list[float]]:
     def solved() -> dict[str, list[float]]:
-        scales = {"fine": 1.0, "coarse": COARSE}
+        scales, foils = {"fine": 1.0, "coarse": COARSE}, bonded_foils(housing)
         return {
-            name: list(sideways_stiffness(flexure_mesh(housing, scale), process.E_MPa, process.poisson))
+            name: list(sideways_stiffness(flexure_mesh(housing, scale), process.E_MPa, process.poisson, foils))
             for name, scale in scales.items()
         }
 

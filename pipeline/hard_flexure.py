@@ -1,7 +1,7 @@
 """Hard springs: leaves and whole designs at their limits, meshes of bad quality, clamps that hardly hold."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -17,13 +17,13 @@ from pipeline.bench_contact import REFERENCE
 from pipeline.bench_flexure import E_MPA, HOUSING, POISSON
 from pipeline.claims import Claim, DeclinedError, HardCase
 from pipeline.contact import contact_compliance
-from pipeline.flexures import COARSE, judge_flexures
+from pipeline.flexures import COARSE, DEFAULT, Rung, judge_on
 from pipeline.sizing import size
 from pipeline.springs import print_springs
 from solve.comparison import element_basis
 from solve.contact import direct_compliance, tip_stiffness
 from solve.elasticity import stiffness_matrix
-from solve.flexure import housing_stiffness, tip_compliance
+from solve.flexure import HousingStiffness, TipCompliance, housing_stiffness, tip_compliance
 from solve.linear import factorised
 
 FINER = 0.5  # scale of the mesh that judges: over four times the dofs
@@ -33,17 +33,21 @@ DIGITS = 1e-4  # relative: a tenth of what springs are made to
 BLOCK, TIPS = Fruit(), Tips()
 
 
-def stiffness_claims(housing: Housing, E: float, poisson: float) -> tuple[Claim, ...]:
-    """Return the claims on both stiffnesses of a housing, against a mesh of over four times the dofs."""
-    found = judge_flexures(housing, E, poisson).stiffness
+def stiffness_claims(
+    housing: Housing, E: float, poisson: float, rungs: Sequence[Rung] = (DEFAULT,)
+) -> tuple[Claim, ...]:
+    """Return the claims of each rung on both stiffnesses of a housing, against a mesh of over four times the dofs."""
     finer = tip_compliance(flexure_mesh(housing, FINER), E, poisson)
-    return tuple(
-        Claim(
-            name=name, value=value, bar=0.01 * error * value, reference=reference, uncertainty=0.0,
-            by=f"{found.dofs} against {finer.dofs} dofs",
-        )
-        for name, value, error, reference in zip(("K_l", "K_h"), found.K, found.error_percent, finer.K, strict=True)
-    )  # fmt: skip
+    claims: list[Claim] = []
+    for rung in rungs:
+        found = judge_on(rung, housing, E, poisson).stiffness
+        claims += _compared(found, finer, f"{found.dofs} against {finer.dofs} dofs")
+    return tuple(claims)
+
+
+def _compared(found: HousingStiffness, finer: TipCompliance, by: str) -> Iterator[Claim]:
+    for name, value, error, reference in zip(("K_l", "K_h"), found.K, found.error_percent, finer.K, strict=True):
+        yield Claim(name=name, value=value, bar=0.01 * error * value, reference=reference, uncertainty=0.0, by=by)
 
 
 def leaf_claims(thickness: float, length: float, depth: float) -> tuple[Claim, ...]:
@@ -122,12 +126,9 @@ def stretched_claims(factor: float) -> tuple[Claim, ...]:
         msg = f"leaf length = {factor:g} times that of the mesh: must be within {LONGEST_STRETCH:g}; make a fresh mesh"
         raise DeclinedError(msg)
     found = housing_stiffness(*(tip_compliance(mesh, E_MPA, POISSON) for mesh in meshes))
+    found = dataclasses.replace(found, error_percent=DEFAULT.bars(longer, found.error_percent))
     finer = tip_compliance(flexure_mesh(longer, FINER), E_MPA, POISSON)
-    return tuple(
-        Claim(name=name, value=value, bar=0.01 * error * value, reference=reference, uncertainty=0.0,
-              by=f"stretched mesh against {finer.dofs} dofs")
-        for name, value, error, reference in zip(("K_l", "K_h"), found.K, found.error_percent, finer.K, strict=True)
-    )  # fmt: skip
+    return tuple(_compared(found, finer, f"stretched mesh against {finer.dofs} dofs"))
 
 
 def _near(name: str, value: float, reference: float, bar: float, by: str) -> tuple[Claim, ...]:

@@ -13,8 +13,10 @@ from cad.springs import Springs
 from pipeline.sizing import Sizing
 from pipeline.springs import PrintedSprings
 from pipeline.verdicts import (
+    FITTED_TOLERANCE,
     PAPER,
     PAPER_TARGETS,
+    STIFFNESS_TOLERANCE,
     Judged,
     Verdict,
     bruise_verdict,
@@ -92,10 +94,11 @@ def judge(
     """Return the verdicts on a design's own springs, on their response and on the part that carries them."""
     K, errors = printed.stiffnesses, printed.errors
     low, high = printed.low, printed.high
+    tolerance = STIFFNESS_TOLERANCE if printed.plain else FITTED_TOLERANCE
     return (
         *target_verdicts(case.judged(K, errors), case.design.targets, made=printed.housing is not None),
-        stiffness_verdict("K_l", low.target, low.stiffness, errors[0]),
-        stiffness_verdict("K_h", high.target, high.stiffness, errors[1]),
+        stiffness_verdict("K_l", low, errors[0], tolerance),
+        stiffness_verdict("K_h", high, errors[1], tolerance),
         *case.behaviour(printed.compliance, found),
         printable_verdict(low),
         printable_verdict(high),
@@ -109,8 +112,8 @@ _NOT_MADE = failed("geometry.made", "a housing", unit="1", reference="no housing
 
 
 def _tip_shape(tips: Tips) -> tuple[Verdict, ...]:
-    """Return a failed verdict where the tips are not those of the housing: sharp square ones."""
-    if tips.shape == "cube" and tips.fillet_mm == 0.0:
+    """Return a failed verdict where the tips are not those of the housing: sharp square ones, or pins as asked for."""
+    if tips.socket == "pin" or (tips.shape == "cube" and tips.fillet_mm == 0.0):
         return ()
     return (
         Verdict(
@@ -120,8 +123,8 @@ def _tip_shape(tips: Tips) -> tuple[Verdict, ...]:
             limit="cube without fillet",
             tolerance=None,
             passed=False,
-            reference="the response is that of the tips asked for, the housing has sharp square ones: ground tips must "
-            "take their place, and their give is not in K_l and K_h",
+            reference="the response is that of the tips asked for, the housing has sharp square ones; choose "
+            "tips.socket = 'pin' for ground pins of that shape",
         ),
     )
 

@@ -10,30 +10,36 @@ from cad.housing import Housing
 from cad.parameters import Design
 from pipeline.cache import remembered
 from pipeline.contact import contact_compliance
-from pipeline.flexures import FittedFlexures, fit_flexures
+from pipeline.fitted import fit_made
+from pipeline.flexures import FittedFlexures
 from solve.compliance import Compliance
 from solve.flexure import HousingStiffness
 
 _NO_MATTER = {"E_max_MPa", "E_MPa", "bruise_limit_MPa", "gap_mm"}  # the compliance times E does not depend on them
 
 
-def kept_contact(design: Design, method: str) -> Compliance:
-    """Return the compliance of the fruit under both tips, solved unless it is kept."""
+def kept_contact(design: Design, method: str, tolerance: float) -> Compliance:
+    """Return the compliance of the fruit under both tips, its error at most the tolerance where a mesh has it.
+
+    It is solved unless it is kept.
+    """
     inputs = {**asdict(design.fruit), **{f"tip {key}": value for key, value in asdict(design.tips).items()}}
     needed = {key: value for key, value in inputs.items() if key.removeprefix("tip ") not in _NO_MATTER}
     found = remembered(
         "contact",
-        {**needed, "method": method},
-        lambda: asdict(contact_compliance(design.fruit, design.tips, method)),
+        {**needed, "method": method, "tolerance": tolerance},
+        lambda: asdict(contact_compliance(design.fruit, design.tips, method, tolerance)),
     )
     (a, b), (c, d) = found.pop("S")
     return Compliance(S=((a, b), (c, d)), **found)
 
 
-def kept_flexures(guess: Housing, targets: tuple[float, float], E: float, poisson: float) -> FittedFlexures:
-    """Return the housing fitted to both stiffnesses [N/mm from MPa, mm], solved unless it is kept."""
-    inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson}
-    found = remembered("flexures", inputs, lambda: _plain(fit_flexures(guess, *targets, E, poisson)))
+def kept_flexures(
+    guess: Housing, targets: tuple[float, float], material: tuple[float, float], tolerance: float
+) -> FittedFlexures:
+    """Return the housing fitted to both stiffnesses [N/mm from mm, and E in MPa and nu], solved unless it is kept."""
+    inputs = {"guess": asdict(guess), "targets": targets, "material": material, "tolerance": tolerance}
+    found = remembered("flexures", inputs, lambda: _plain(fit_made(guess, targets, material, tolerance)))
     return FittedFlexures(
         housing=housing_from(found["housing"]),
         stiffness=_stiffness(found["stiffness"]),

@@ -9,6 +9,7 @@ from typing import Literal
 from cad.design_file import design_from_mapping, nearest, overridden, read_design
 from cad.parameters import Design
 from cad.quantity import fault
+from pipeline.accuracy import DEFAULT_TOLERANCE, TOLERANCES
 
 DESIGNS = Path(__file__).parents[1] / "designs"
 DEFAULT_DESIGN = "paper"
@@ -18,15 +19,21 @@ CONTACT_METHODS = ("auto", "split", "direct")
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """What a run is asked for besides its design: where to write, which fruit stiffness, which contact method."""
+    """What a run is asked for besides its design: where to write, which fruit stiffness, which contact method.
+
+    `tolerance` is the relative error allowed to both stiffnesses of the springs.
+    """
 
     out: Path
     fruit_stiffness: Literal["contact", "hayes"] = "contact"
     contact_method: Literal["auto", "split", "direct"] = "auto"
     fields: bool = False
+    tolerance: float = DEFAULT_TOLERANCE
 
     def __post_init__(self) -> None:
-        """Refuse words that name no stiffness or method."""
+        """Refuse words that name no stiffness or method, and a tolerance that no mesh or no verdict is made for."""
+        if not TOLERANCES.hold(self.tolerance):
+            raise fault("--tol", self.tolerance, "1", str(TOLERANCES), f"the default is {DEFAULT_TOLERANCE:g}")
         for flag, value, known in (
             ("--fruit-stiffness", self.fruit_stiffness, FRUIT_STIFFNESSES),
             ("--contact-method", self.contact_method, CONTACT_METHODS),

@@ -1,9 +1,8 @@
-"""The report: what report.json holds, and the tables a person reads."""
+"""The report: what report.json holds."""
 
 import hashlib
 import json
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
@@ -11,12 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from cad.design_file import design_as_mapping
-from cad.finding import Finding
 from pipeline.behaviour import behaviour_entry
+from pipeline.effects import makeup
 from pipeline.flexures import FittedFlexures
 from pipeline.judgement import Case, judge_paper, largest_pressure
 from pipeline.springs import PrintedSpring, PrintedSprings
@@ -26,8 +23,6 @@ from solve.scene_response import SceneResponse
 
 SCHEMA = 1
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
-WIDTH = 132
-_WORD = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
 
 
 def contact_entry(contact: Compliance) -> dict[str, Any]:
@@ -59,6 +54,16 @@ def response_entries(case: Case, printed: PrintedSprings, found: SceneResponse) 
 
 def _numbers(values: np.ndarray) -> list[float | None]:
     return [float(value) if math.isfinite(value) else None for value in values]
+
+
+def accuracy_entry(tolerance: float, contact: Compliance, printed: PrintedSprings) -> dict[str, Any]:
+    """Return what accuracy was asked for [1], what was reached [%], and which model and mesh was chosen for it."""
+    found = None if printed.fitted is None else printed.fitted.stiffness
+    return {
+        "tolerance": tolerance,
+        "springs": None if found is None else {"error_percent": max(found.error_percent), "choice": found.status},
+        "contact": {"error_percent": contact.error_percent, "choice": f"{contact.method}: {contact.status}"},
+    }
 
 
 def spring_entry(spring: PrintedSpring, cost: FittedFlexures | None) -> dict[str, Any]:
@@ -102,6 +107,7 @@ def compose(case: Case, printed: PrintedSprings, found: SceneResponse, verdicts:
         "contact": contact_entry(case.contact),
         "response": response_entries(case, printed, found),
         "verdicts": [asdict(verdict) for verdict in verdicts],
+        "errors": makeup(case, printed),
         "paper": {
             "K_l_N_per_m": 1e3 * PAPER.K_l,
             "K_h_N_per_m": 1e3 * PAPER.K_h,
@@ -167,100 +173,3 @@ def write_report(report: Mapping[str, Any], folder: Path) -> None:
     """Write report.json; raises ValueError when a number is not finite."""
     text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / "report.json").write_text(text + "\n", encoding="utf-8")
-
-
-def print_report(report: Mapping[str, Any]) -> None:
-    """Print the verdicts, the springs, the response and the costs as tables."""
-    console = _console()
-    console.print(_verdict_table(f"twintip · {report['design']['name']}", report["verdicts"]))
-    console.print(*_reasons(report["verdicts"]), sep="\n")
-    console.print(_spring_table(report))
-    console.print(_response_table(report["response"]))
-    console.print(_paper_table(report["paper"]))
-    console.print(*_closing_lines(report), *_tolerance_lines(report.get("tolerance")), sep="\n")
-
-
-def print_findings(title: str, findings: Sequence[Finding]) -> None:
-    """Print the findings on a file or folder as a table, and why each that did not pass did not."""
-    rows = [asdict(finding) for finding in findings]
-    console = _console()
-    console.print(_verdict_table(title, rows))
-    console.print(*_reasons(rows), sep="\n")
-
-
-def _console() -> Console:
-    return Console(width=None if sys.stdout.isatty() else WIDTH)
-
-
-def _reasons(verdicts: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return one line for every verdict that did not pass."""
-    return [
-        f"{_WORD[one['passed']]} {one['name']}: {one['reference']}" for one in verdicts if one["passed"] is not True
-    ]
-
-
-def _verdict_table(title: str, verdicts: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table("verdict", "value", "± error", "target", "tolerance", "", title=title, title_justify="left")
-    for verdict in verdicts:
-        table.add_row(
-            verdict["name"],
-            _shown(verdict["value"], verdict["unit"]),
-            _shown(verdict.get("error"), ""),
-            _shown(verdict["limit"], ""),
-            _shown(verdict["tolerance"], ""),
-            _WORD[verdict["passed"]],
-        )
-    return table
-
-
-def _shown(value: object, unit: str) -> str:
-    text = "" if value is None else f"{value:.5g}" if isinstance(value, int | float) else str(value)
-    return f"{text} {unit}" if text and unit not in ("", "1") else text
-
-
-def _spring_table(report: Mapping[str, Any]) -> Table:
-    table = Table("spring", "target N/m", "FE N/m", "± %", "leaf L x t x w mm", "strain", "safety", "dofs", "s")
-    for name, spring in report["flexures"].items():
-        size = spring["dimensions_mm"] or {}
-        leaf = " x ".join(f"{size[key]:g}" for key in ("length", "thickness", "depth") if key in size)
-        numbers = ("stiffness_N_per_m", "error_percent")
-        more = ("root_strain", "safety_factor", "dofs", "seconds")
-        shown = [f"{spring['target_N_per_m']:.6g}", *(_shown(spring[key], "") for key in numbers), leaf]
-        table.add_row(name, *shown, *(_shown(spring[key], "") for key in more))
-    return table
-
-
-def _response_table(responses: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table("E MPa", "P first", "P last", "F_l N", "F_h N", "slope ratio")
-    for row in responses:
-        ends = (row["P"][0], row["P"][-1], row["F_l_N"][-1], row["F_h_N"][-1], row["slope_ratio"][-1])
-        table.add_row(f"{row['E_MPa']:g}", *(_shown(value, "") or "off" for value in ends))
-    return table
-
-
-def _paper_table(paper: Mapping[str, Any]) -> Table:
-    title = f"the paper's springs, {paper['K_l_N_per_m']:g} and {paper['K_h_N_per_m']:g} N/m, under the same contact"
-    return _verdict_table(title, paper["verdicts"])
-
-
-def _tolerance_lines(bands_95: Mapping[str, Any] | None) -> list[str]:
-    if bands_95 is None:
-        return []
-    ends = {key: value for key, value in bands_95.items() if isinstance(value, list | tuple)}
-    shown = ", ".join(f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in ends.items())
-    calibrated = 100.0 * bands_95["calibrated_modulus_error"]
-    return [
-        f"before calibration 95 % of prints have: {shown}",
-        f"with both stiffnesses of a unit known to 1 %, the modulus it reads is known to {calibrated:.1f} %",
-    ]
-
-
-def _closing_lines(report: Mapping[str, Any]) -> list[str]:
-    contact, seconds, cpu = report["contact"], report["seconds"], report["cpu_seconds"]
-    stages = ", ".join(f"{name} {value:.2f}/{cpu[name]:.2f}" for name, value in seconds.items())
-    return [
-        f"contact: K_m/E = {contact['K_m_over_E_mm']:.6g} mm ± {contact['error_percent']:.2g} %, "
-        f"{contact['method']}, {contact['dofs']} dofs; {contact['status']}",
-        *report["notes"],
-        f"seconds (wall/processor): {stages}",
-    ]

@@ -7,18 +7,19 @@ from typing import Any
 
 from cad.design_file import design_as_toml
 from cad.parameters import Design
+from pipeline.accuracy import CONTACT_SHARE
 from pipeline.judgement import Case, judge
 from pipeline.kept import kept_contact
 from pipeline.load import RunOptions
 from pipeline.outputs import output_folder
-from pipeline.report import compose, file_entries, write_report
+from pipeline.report import accuracy_entry, compose, file_entries, write_report
 from pipeline.response_table import response_table
 from pipeline.sizing import size
 from pipeline.solids import write_solids
 from pipeline.solutions import write_solutions
 from pipeline.springs import PrintedSprings, print_springs
 from pipeline.stopwatch import Stopwatch
-from pipeline.verdicts import Verdict, all_passed
+from pipeline.verdicts import Verdict, advised, all_passed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,25 +39,27 @@ def run(design: Design, options: RunOptions, more: More | None = None) -> RunRes
     clock = Stopwatch()
     with output_folder(options.out) as folder:
         with clock.stage("contact"):
-            contact = kept_contact(design, options.contact_method)
+            contact = kept_contact(design, options.contact_method, CONTACT_SHARE * options.tolerance)
             case = Case(design=design, contact=contact, sizing=size(design, contact, options.fruit_stiffness))
         with clock.stage("flexures"):
-            springs = print_springs(design, case.sizing)
+            springs = print_springs(design, case.sizing, options.tolerance)
         with clock.stage("solids"):
             geometry = write_solids(design, springs, folder)
         with clock.stage("response"):
             found = case.respond(springs.compliance, design.fruit.E_MPa)
         with clock.stage("verdicts"):
-            verdicts = judge(case, springs, geometry, found)
+            judged = judge(case, springs, geometry, found)
+            verdicts = tuple(advised(verdict, options.tolerance) for verdict in judged)
         added, entries = ((), {}) if more is None else more(case, springs, folder, clock)
         report = compose(case, springs, found, (*verdicts, *added)) | entries
+        report["accuracy"] = accuracy_entry(options.tolerance, case.contact, springs)
         with clock.stage("solutions"):
             left_out = write_solutions(case, springs, folder, fields=options.fields)
             report["notes"] += [left_out] if left_out else []
         with clock.stage("tables"):
             (folder / "design.toml").write_text(reproducing(design, options), encoding="utf-8")
-            judged = case.judged(springs.stiffnesses, springs.errors)
-            (folder / "response.csv").write_text(response_table(judged, design.fruit.E_max_MPa), encoding="utf-8")
+            table = response_table(case.judged(springs.stiffnesses, springs.errors), design.fruit.E_max_MPa)
+            (folder / "response.csv").write_text(table, encoding="utf-8")
         report |= {"files": file_entries(folder), "seconds": clock.wall_seconds(), "cpu_seconds": clock.cpu_seconds()}
         write_report(report, folder)
     return RunResult(report=report, passed=all_passed((*verdicts, *added)))
@@ -64,5 +67,8 @@ def run(design: Design, options: RunOptions, more: More | None = None) -> RunRes
 
 def reproducing(design: Design, options: RunOptions) -> str:
     """Return the design file with the command that repeats the run as its first line."""
-    flags = f"--fruit-stiffness {options.fruit_stiffness} --contact-method {options.contact_method}"
+    flags = (
+        f"--fruit-stiffness {options.fruit_stiffness} --contact-method {options.contact_method} "
+        f"--tol {options.tolerance:g}"
+    )
     return f"# pipeline run --design design.toml {flags}\n{design_as_toml(design)}"

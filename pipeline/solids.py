@@ -13,6 +13,7 @@ from cad.finding import Finding
 from cad.housing import Housing, housing_part
 from cad.parameters import Design
 from cad.sensor import Sensor
+from cad.socket import socketed
 from pipeline.cache import remembered
 from pipeline.springs import PrintedSprings
 
@@ -21,7 +22,7 @@ _SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their che
 
 def sensor_of(design: Design, housing: Housing) -> Sensor:
     """Return the sensor of a design with this housing."""
-    part = housing_part(housing)
+    part = socketed(housing_part(housing), housing)
     return Sensor(
         housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
     )

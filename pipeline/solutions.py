@@ -5,6 +5,7 @@ from pathlib import Path
 from cad.quantity import InputError
 from mesh.flexure import flexure_mesh
 from pipeline.fields import write_fields, write_mesh
+from pipeline.gauges import bonded_foils
 from pipeline.judgement import Case
 from pipeline.springs import PrintedSprings
 from solve.flexure_fields import flexure_fields
@@ -43,8 +44,8 @@ def write_solutions(case: Case, printed: PrintedSprings, folder: Path, *, fields
 def _write_flexure(printed: PrintedSprings, forces: tuple[float, float], folder: Path) -> None:
     if printed.housing is None:
         return
-    mesh = flexure_mesh(printed.housing)
-    found = flexure_fields(mesh, printed.process.E_MPa, printed.process.poisson, forces)
+    mesh, process = flexure_mesh(printed.housing), printed.process
+    found = flexure_fields(mesh, process.E_MPa, process.poisson, forces, bonded_foils(printed.housing))
     write_fields(
         folder / "flexure.vtu",
         mesh,

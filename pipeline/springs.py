@@ -14,6 +14,7 @@ from cad.printable import Printable, check_printable
 from cad.quantity import InputError
 from cad.springs import Springs
 from mesh.session import MeshError
+from pipeline.accuracy import DEFAULT_TOLERANCE
 from pipeline.flexures import FittedFlexures
 from pipeline.kept import kept_flexures
 from pipeline.sizing import Sizing
@@ -54,6 +55,11 @@ class PrintedSprings:
         return None if self.fitted is None else self.fitted.housing
 
     @property
+    def plain(self) -> bool:
+        """Say whether the springs are of one piece: no gauges glued on, no pins."""
+        return self.housing is None or (self.housing.gauges == "none" and not self.housing.pin_side)
+
+    @property
     def stiffnesses(self) -> Springs:
         """Return the stiffnesses found by FE, or the targets where nothing was made [N/mm]."""
         K_l, K_h = (spring.target if spring.stiffness is None else spring.stiffness for spring in (self.low, self.high))
@@ -74,8 +80,8 @@ class PrintedSprings:
         return spring_compliance(self.stiffnesses.K_l, self.stiffnesses.K_h)
 
 
-def print_springs(design: Design, sizing: Sizing) -> PrintedSprings:
-    """Return the springs of a design, fitted by FE unless the beam law already rules one out.
+def print_springs(design: Design, sizing: Sizing, tolerance: float = DEFAULT_TOLERANCE) -> PrintedSprings:
+    """Return the springs of a design, fitted by FE to the relative tolerance unless the beam law rules one out.
 
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, both are undecided.
     """
@@ -89,7 +95,8 @@ def print_springs(design: Design, sizing: Sizing) -> PrintedSprings:
         lengths = (verdicts[0].length_mm, verdicts[1].length_mm)
         try:
             guess = housing_for(design, process, lengths, deflections)
-            fitted = kept_flexures(guess, (springs.K_l, springs.K_h), process.E_MPa, process.poisson)
+            targets, material = (springs.K_l, springs.K_h), (process.E_MPa, process.poisson)
+            fitted = kept_flexures(guess, targets, material, tolerance)
         except (InputError, MeshError, SolveError) as error:
             low_verdict, high_verdict = (replace(one, passed=None, reason=str(error)) for one in verdicts)
             verdicts = (low_verdict, high_verdict)

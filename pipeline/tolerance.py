@@ -16,6 +16,7 @@ from cad.housing import Housing
 from cad.materials import Process
 from cad.parameters import Targets
 from cad.springs import Springs, force_ratio, fruit_stiffness, nonlinearity
+from pipeline.effects import SIGMAS
 from pipeline.verdicts import Judged
 from solve.error import propagated
 
@@ -25,7 +26,6 @@ Stiffnesses = Callable[[Housing], tuple[float, float]]
 
 SAMPLES = 1024
 LEVEL = 0.95
-SIGMAS = 2.0  # accuracy_mm of a process is two sigma
 CALIBRATED = 0.01  # of each stiffness: what weighing a printed unit reaches
 
 

@@ -7,13 +7,15 @@ import numpy as np
 
 from cad.parameters import Targets
 from cad.springs import Springs, force_ratio, nonlinearity
+from pipeline.accuracy import would_decide
 from pipeline.springs import PrintedSpring
 from solve.error import propagated
 from solve.response import Response
 
 P_MAX_TOLERANCE = 0.01  # of the target
 NL_TOLERANCE = 0.001
-STIFFNESS_TOLERANCE = 0.001  # of the target
+STIFFNESS_TOLERANCE = 0.001  # of the target, for springs of one piece
+FITTED_TOLERANCE = 0.005  # with gauges or pins glued on, which no mesh knows to 0.1 %
 SPREAD_TOLERANCE = 0.01
 
 PAPER = Springs(K_l=0.753, K_h=17.3)
@@ -24,7 +26,10 @@ Law = Callable[[Springs, float, float], float]
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """One target, what came out, and whether it passed; None when the error bar is wider than the tolerance."""
+    """One target, what came out, and whether it passed; None when the error bar is wider than the tolerance.
+
+    The tolerance is a share of the limit where `relative`, else in the unit of the value.
+    """
 
     name: str
     value: float | None
@@ -34,6 +39,7 @@ class Verdict:
     passed: bool | None
     reference: str
     error: float | None = None
+    relative: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,6 +116,17 @@ def on_right_side(margin: float, error: float) -> bool | None:
     return margin >= 0.0 if abs(margin) > error else None
 
 
+def advised(verdict: Verdict, asked: float) -> Verdict:
+    """Return a verdict that its error bar leaves undecided with the `--tol` that would decide it in its reference."""
+    limit, tolerance, error = verdict.limit, verdict.tolerance, verdict.error
+    if verdict.passed is not None or error is None or not isinstance(limit, float) or not isinstance(tolerance, float):
+        return verdict
+    scale = abs(limit) or 1.0
+    tighter = would_decide(asked, tolerance if verdict.relative else tolerance / scale, error / scale)
+    advice = "no --tol would decide" if tighter is None else f"--tol {tighter:g} would decide"
+    return replace(verdict, reference=f"{verdict.reference}; undecided by its error bar, {advice}")
+
+
 def target_verdicts(judged: Judged, targets: Targets, *, made: bool = True) -> tuple[Verdict, Verdict]:
     """Return the verdicts on the largest force ratio and on the nonlinearity; undecided for springs not made."""
     of_what = "of a level sensor on flat fruit" if made else "of the target stiffnesses, which were not made"
@@ -125,6 +142,7 @@ def target_verdicts(judged: Judged, targets: Targets, *, made: bool = True) -> t
             passed=decided(P_max, targets.P_max, P_MAX_TOLERANCE * targets.P_max, P_error) if made else None,
             reference=f"force ratio at E_max {of_what}; tolerance relative to the target",
             error=P_error,
+            relative=True,
         ),
         Verdict(
             name="NL",
@@ -139,17 +157,19 @@ def target_verdicts(judged: Judged, targets: Targets, *, made: bool = True) -> t
     )
 
 
-def stiffness_verdict(name: str, target: float, found: float | None, error: float = 0.0) -> Verdict:
+def stiffness_verdict(name: str, spring: PrintedSpring, error: float, tolerance: float) -> Verdict:
     """Return the verdict on one spring [N/mm in, N/m out]; undecided when it was not made."""
+    target, found = spring.target, spring.stiffness
     return Verdict(
         name=name,
         value=None if found is None else 1e3 * found,
         unit="N/m",
         limit=1e3 * target,
-        tolerance=STIFFNESS_TOLERANCE,
-        passed=None if found is None else decided(found, target, STIFFNESS_TOLERANCE * target, error),
+        tolerance=tolerance,
+        passed=None if found is None else decided(found, target, tolerance * target, error),
         reference="not made, so not solved" if found is None else "FE of the exported housing; tolerance relative",
         error=None if found is None else 1e3 * error,
+        relative=True,
     )
 
 

@@ -1,11 +1,13 @@
 """Fields of the loaded housing for viewing: displacement at the nodes of its mesh, von Mises stress in its cells."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from skfem import CellBasis, ElementHex2, ElementHexS2, ElementVector, Mesh
 
+from solve.bonded import BondedFoil
 from solve.elasticity import stress, vector_basis, von_mises
 from solve.flexure import displacements
 
@@ -22,12 +24,14 @@ class FlexureFields:
     von_mises: Floats
 
 
-def flexure_fields(mesh: Mesh, E: float, poisson: float, forces: tuple[float, float]) -> FlexureFields:
+def flexure_fields(
+    mesh: Mesh, E: float, poisson: float, forces: tuple[float, float], foils: Sequence[BondedFoil] = ()
+) -> FlexureFields:
     """Return the fields under a force [N] along the press on the low and on the high tip, mesh of the half [mm].
 
     The stress of a cell is the mean over its Gauss points. Raises SolveError as `tip_compliance` does.
     """
-    u = displacements(mesh, E, poisson) @ np.array(forces)
+    u = displacements(mesh, E, poisson, foils) @ np.array(forces)
     return FlexureFields(displacement=_at_nodes(mesh, u), von_mises=_von_mises(mesh, u, E, poisson))
 
 

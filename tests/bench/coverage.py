@@ -1,7 +1,8 @@
 """Do the error bars hold: random contact scenes and random flexures against four times the dofs or another method.
 
 Run as a script from the root of the repository: `python tests/bench/coverage.py [--contact 200] [--flexures 30]
-[--seed 1] [--direct 0.1]`, one thread: OMP_NUM_THREADS=1. It prints a Markdown table and exits 1 when a goal is missed.
+[--seed 1] [--direct 0.1] [--tolerance 2.5e-4]`, one thread: OMP_NUM_THREADS=1. It prints a Markdown table and exits 1
+when a goal is missed.
 """
 
 import argparse
@@ -16,26 +17,28 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from cad.layout import housing_for  # noqa: E402
 from cad.materials import PROCESSES  # noqa: E402
 from cad.parameters import Design, Fruit, Print, Targets, Tips  # noqa: E402
-from cad.printable import check_printable  # noqa: E402
+from pipeline.bench_flexure import beam_guess  # noqa: E402
 from pipeline.claims import REFUSALS, Claim  # noqa: E402
-from pipeline.contact import contact_compliance  # noqa: E402
-from pipeline.hard_contact import compliance_claims  # noqa: E402
+from pipeline.flexures import DEFAULT, RUNGS, Rung  # noqa: E402
+from pipeline.hard_contact import TOLERANCE, compliance_claims  # noqa: E402
 from pipeline.hard_flexure import stiffness_claims  # noqa: E402
-from pipeline.sizing import size  # noqa: E402
 
 SHARE, EXCESS, WIDTH = 0.95, 2.0, 5.0  # goals: inside, largest error over bar, median bar over error
 
 
 @dataclass(frozen=True)
 class Covered:
-    """One kind of number: claims, and the scenes that were refused with a reason."""
+    """One kind of number: claims, and the scenes that were refused with a reason.
+
+    `promised` says that these scenes lie where the product promises an answer: refusals then count as outside.
+    """
 
     name: str
     claims: tuple[Claim, ...]
     refused: tuple[str, ...]
+    promised: bool = False
 
     @property
     def excesses(self) -> np.ndarray:
@@ -55,7 +58,10 @@ class Covered:
 
     @property
     def holds(self) -> bool:
-        return self.inside >= SHARE and float(self.excesses.max()) <= EXCESS
+        if not self.claims:
+            return False
+        answered = len(self.claims) / (len(self.claims) + len(self.refused) * self.promised)
+        return answered * self.inside >= SHARE and float(self.excesses.max()) <= EXCESS
 
     def row(self) -> str:
         bars = np.array([one.bar / abs(one.value) for one in self.claims])
@@ -90,16 +96,18 @@ def random_scene(rng: np.random.Generator, direct_share: float) -> tuple[Fruit, 
     return fruit, Tips(shape=shape, side_mm=side, spacing_mm=float(spacing), offset_mm=float(offset))
 
 
-def random_design(rng: np.random.Generator) -> Design:
-    """Draw a design whose springs some process may make."""
+def random_design(rng: np.random.Generator, process: str) -> Design:
+    """Draw a design whose springs the process may make."""
     return Design(
         targets=Targets(P_max=float(rng.uniform(3.0, 8.0)), NL=float(rng.uniform(0.02, 0.15))),
         tips=Tips(side_mm=float(rng.uniform(1.0, 3.0))),
-        print=Print(process=str(rng.choice(list(PROCESSES)))),
+        print=Print(process=process),
     )
 
 
-def contact_coverage(count: int, seed: int, direct_share: float) -> tuple[Covered, Covered]:
+def contact_coverage(
+    count: int, seed: int, direct_share: float, tolerance: float = TOLERANCE
+) -> tuple[Covered, Covered]:
     """Claims on s11 - s12 and on s11."""
     rng = np.random.default_rng(seed)
     paired, alone, refused = [], [], []
@@ -107,7 +115,7 @@ def contact_coverage(count: int, seed: int, direct_share: float) -> tuple[Covere
         fruit, tips = random_scene(rng, direct_share)
         start = time.perf_counter()
         try:
-            both = compliance_claims(fruit, tips)
+            both = compliance_claims(fruit, tips, tolerance=tolerance)
         except REFUSALS as refusal:
             refused.append(str(refusal))
             continue
@@ -117,33 +125,34 @@ def contact_coverage(count: int, seed: int, direct_share: float) -> tuple[Covere
         if max(claim.excess for claim in both) > 1.0:
             print(f"    {fruit}\n    {tips}", file=sys.stderr, flush=True)
     found = tuple(refused)
-    return Covered("contact s11 - s12", tuple(paired), found), Covered("contact s11", tuple(alone), found)
+    return Covered("contact s11 - s12", tuple(paired), found, True), Covered("contact s11", tuple(alone), found, True)
 
 
-def flexure_coverage(count: int, seed: int) -> Covered:
-    """Claims on both stiffnesses of random housings at the lengths of the beam law."""
+def flexure_coverage(count: int, seed: int) -> tuple[Covered, ...]:
+    """Claims of the default and of the cheapest mesh on both stiffnesses of random housings, beam-law leaves.
+
+    The processes take turns; one that never makes a spring (clamped strip) is left out.
+    """
     rng = np.random.default_rng(seed)
-    claims: list[Claim] = []
+    claims: dict[Rung, list[Claim]] = {rung: [] for rung in (DEFAULT, RUNGS[0])}
+    processes = [process for process in PROCESSES.values() if process.one_piece]
     refused: list[str] = []
-    while len(claims) < 2 * count:
-        design = random_design(rng)
-        process = PROCESSES[design.print.process]
+    made = 0
+    while made < count:
+        process = processes[made % len(processes)]
         start = time.perf_counter()
-        sizing = size(design, contact_compliance(design.fruit, design.tips), "contact")
-        printable = check_printable(design, sizing.springs, sizing.K_m_max_contact, process)
-        if any(one.passed is False for one in printable):
-            refused.append(printable[0].reason)
-            continue
         try:
-            deflections = sizing.deflections(design.press.travel_mm)
-            lengths = (printable[0].length_mm, printable[1].length_mm)
-            both = stiffness_claims(housing_for(design, process, lengths, deflections), process.E_MPa, process.poisson)
+            housing, _ = beam_guess(random_design(rng, process.name))
+            found = stiffness_claims(housing, process.E_MPa, process.poisson, tuple(claims))
         except REFUSALS as refusal:
             refused.append(str(refusal))
             continue
-        claims += both
-        _progress(f"flexure {len(claims) // 2} {process.name}", both, start)
-    return Covered("flexure K_l, K_h", tuple(claims), tuple(refused))
+        made += 1
+        for place, kept in enumerate(claims.values()):
+            kept += found[2 * place : 2 * place + 2]
+        _progress(f"flexure {made} {process.name}", found, start)
+    names = [f"flexure K_l, K_h, --tol {rung.reach:g}" for rung in claims]
+    return tuple(Covered(name, tuple(kept), tuple(refused)) for name, kept in zip(names, claims.values(), strict=True))
 
 
 def _progress(name: str, claims: Sequence[Claim], start: float) -> None:
@@ -164,13 +173,14 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--contact", type=int, default=200, help="random contact scenes")
     parser.add_argument("--flexures", type=int, default=30, help="random flexure pairs")
     parser.add_argument("--direct", type=float, default=0.1, help="share of contact scenes beyond the split")
+    parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of the split")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args(arguments)
     covered: list[Covered] = []
     if asked.contact:
-        covered += contact_coverage(asked.contact, asked.seed, asked.direct)
+        covered += contact_coverage(asked.contact, asked.seed, asked.direct, asked.tolerance)
     if asked.flexures:
-        covered.append(flexure_coverage(asked.flexures, asked.seed))
+        covered += flexure_coverage(asked.flexures, asked.seed)
     print("\n".join(table(covered)))
     return 0 if all(one.holds and one.width <= WIDTH for one in covered) else 1
 

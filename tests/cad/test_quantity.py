@@ -50,6 +50,9 @@ def test_bounds_are_said_in_words(bounds, words):
     assert str(bounds) == words
 
 
+KINDS = "round, square; choose one of these, did you mean "
+
+
 @pytest.mark.parametrize(
     ("values", "message"),
     [
@@ -63,8 +66,14 @@ def test_bounds_are_said_in_words(bounds, words):
         ({"sizes": 1.0}, "thing.sizes = 1 mm: must be a list of at least one number, each at least 0; list some"),
         ({"sizes": (1.0, -2.0)}, "thing.sizes = -2 mm: must be at least 0; list some"),
         ({"maybe": 1.0}, "thing.maybe = 1: must be less than 1; leave it out"),
-        ({"kind": "oval"}, "thing.kind = 'oval': must be one of round, square; choose one of these"),
-        ({"kind": "o\nval"}, r"thing.kind = 'o\nval': must be one of round, square; choose one of these"),
+        (
+            {"kind": "oval"},
+            "thing.kind = 'oval': must be one of round, square; choose one of these, did you mean round?",
+        ),
+        (
+            {"kind": "squ\nare"},
+            r"thing.kind = 'squ\nare': must be one of round, square; choose one of these, did you mean square?",
+        ),
     ],
 )
 def test_message_names_value_unit_bound_and_remedy(values, message):

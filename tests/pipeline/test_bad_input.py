@@ -78,6 +78,9 @@ NAMES = [
     (("--nl",), "--nl: expected one argument; must be as in the example of pipeline run -h"),
     (("--json=yes",), "--json: ignored explicit argument 'yes'; must be as in the example of pipeline run -h"),
     (("--fruit-stiffness", "hays"), "--fruit-stiffness = 'hays': must be one of contact, hayes; did you mean hayes?"),
+    (("--tol", "0"), "--tol = 0: must be at least 1e-05 and at most 0.1; the default is 0.001"),
+    (("--tol", "nan"), "--tol = nan: must be at least 1e-05 and at most 0.1; the default is 0.001"),
+    (("--tol", "1%"), "--tol = '1%': must be a number at least 1e-05 and at most 0.1; 0.001 is 0.1 %"),
     (("--contact-method", "fast"), "--contact-method = 'fast': must be one of auto, split, direct; did you mean .*"),
     (("--design", "papre"), "--design = 'papre': must be one of .*paper.*, or a path .*; did you mean paper?"),
     (("--design", ""), "--design = '': must be one of .*paper.*, or a path that ends in .toml; did you mean .*"),
@@ -127,7 +130,7 @@ def stages(tmp_path, monkeypatch) -> Stages:
     for name, stand_in in (
         ("run", found),
         ("fabrication", found),
-        ("report", types.SimpleNamespace(print_report=lambda _: None)),
+        ("report_tables", types.SimpleNamespace(print_report=lambda _: None)),
     ):
         monkeypatch.setitem(sys.modules, f"pipeline.{name}", stand_in)
         monkeypatch.setattr(pipeline, name, stand_in, raising=False)

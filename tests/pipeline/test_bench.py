@@ -1,16 +1,19 @@
 """The bench: its parts against formulas, peers that lie are refused, and one quick run from end to end."""
 
+import itertools
 import json
 import shutil
 import stat
 import sys
+import types
 import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
 
+from cad.blade import pair_stiffness
 from cad.fruit import fruit_quarter
-from cad.parameters import Fruit, Tips
+from cad.parameters import Design, Fruit, Print, Tips
 from cad.quantity import InputError
 from mesh.flexure import flexure_mesh
 from mesh.fruit import fruit_mesh
@@ -19,6 +22,7 @@ from pipeline import bench_command, bench_contact, bench_flexure, peers
 from pipeline.bench import bench, contact_sheets, exponent
 from pipeline.bench_command import command_costs
 from pipeline.bench_table import Measured, percent, work_sheet, write_whole
+from pipeline.claims import DeclinedError
 from pipeline.cost import Cost, cost_of, module_cost
 from pipeline.curve import Curve, Panel, svg
 from pipeline.peers import LinearStep, calculix, hexahedra, node_set, tetrahedra
@@ -181,6 +185,34 @@ def test_calculix_that_ends_with_exit_code_0_and_garbage_is_refused(printed, tab
     monkeypatch.setattr(peers.shutil, "which", lambda _: str(program))
     with pytest.raises(SolveError, match=words):
         calculix(elements, sets, (1.0, 0.3), [step], "high_tip")
+
+
+def test_closed_loop_is_weighed_against_one_mesh_and_solve(monkeypatch):
+    """CPU seconds are planted: a fit costs 6, a mesh 1, a solve 2; the strip is declined."""
+    stiffness = types.SimpleNamespace(K=(1.001, 20.0), error_percent=(0.04, 0.06))
+    fitted = types.SimpleNamespace(stiffness=stiffness, housing=None, solves=(1, 2))
+    costs = itertools.cycle([(fitted, 6.0), (None, 1.0), (None, 2.0)])
+
+    def guess(design):
+        if design.print.process == "strip-steel":
+            raise DeclinedError
+        return None, (1.0, 20.0)
+
+    monkeypatch.setattr(bench_flexure, "beam_guess", guess)
+    monkeypatch.setattr(bench_flexure, "timed", lambda _: next(costs))
+    rows, dearest = bench_flexure.closed_loops()
+    assert [row.mesh for row in rows] == ["fdm-petg", "fdm-pla", "sls-pa12", "sla-resin", "dmls-17-4ph", "dmls-ti64"]
+    assert (rows[0].cpu, rows[0].error, rows[0].second) == pytest.approx((6.0, 1e-3, 0.0))
+    assert rows[0].remark == "against targets; 2.0 x one mesh + solve"
+    assert dearest == {"loop": 6.0, "once": 3.0, "fine": 1, "coarse": 2}
+
+
+def test_beam_guess_has_the_lengths_of_the_beam_law_or_the_reason_why_not():
+    housing, (K_low, K_high) = bench_flexure.beam_guess(Design())
+    for flexure, K in ((housing.low, K_low), (housing.high, K_high)):
+        assert pair_stiffness(2000.0, flexure.depth, flexure.thickness, flexure.length) == pytest.approx(K, rel=1e-9)
+    with pytest.raises(DeclinedError, match="the strip is clamped in a body of another material"):
+        bench_flexure.beam_guess(Design(print=Print(process="strip-steel")))
 
 
 def test_missing_node_is_refused():

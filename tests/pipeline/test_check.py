@@ -8,10 +8,13 @@ import shutil
 
 import pytest
 
+from cad.cover import cover_of, cover_part
 from cad.export import write_sensor
 from cad.layout import housing_for
 from cad.materials import PROCESSES
 from cad.parameters import Design
+from cad.sensor import Body
+from cad.step import write_step
 from pipeline.check import check_folder
 from pipeline.cli import main
 from pipeline.report import file_entries
@@ -84,6 +87,13 @@ def test_step_of_another_housing_fails_by_the_leaf_that_differs(folder, housing,
     shutil.copy(other / "housing.step", folder / "housing.step")
     found = failed(folder)
     assert {"files.unchanged", "geometry.leaf_thickness_low", "geometry.leaf_thickness_high"} <= set(found)
+
+
+@pytest.mark.parametrize(("recess", "names"), [(1.0, []), (0.1, ["geometry.cover_clearance"])])
+def test_cover_that_touches_what_moves_fails(folder, housing, recess, names):
+    cover = dataclasses.replace(cover_of(sensor_of(Design(), housing)), recess=recess)
+    write_step((Body(name="cover", shape=cover_part(cover).shape, colour=(0.5, 0.5, 0.5)),), folder / "cover.step", "c")
+    assert failed(folder) == names
 
 
 def test_open_stl_fails_watertight(folder):

@@ -33,7 +33,8 @@ def stand_in(tmp_path, monkeypatch):
     def put(**modules):
         if "run" in modules:
             modules["fabrication"] = modules["run"]
-        modules.setdefault("report", types.SimpleNamespace(print_report=lambda report: print("table of", report)))
+        tables = types.SimpleNamespace(print_report=lambda report: print("table of", report))
+        modules.setdefault("report_tables", tables)
         for name, module in modules.items():
             monkeypatch.setitem(sys.modules, f"pipeline.{name}", module)
             monkeypatch.setattr(pipeline, name, module, raising=False)
@@ -97,13 +98,15 @@ def test_flags_become_design_and_options(stand_in, capsys):
     seen = []
     stand_in(run=stages(seen=seen))
     words = "run --nl 0.1 --p-max 4 --process sla-resin --set fruit.E_MPa=[1,2] --set name=mine --fields"
-    words += " --fruit-stiffness hayes --contact-method direct --out here --set targets.NL_definition=largest"
+    words += (
+        " --fruit-stiffness hayes --contact-method direct --tol 0.02 --out here --set targets.NL_definition=largest"
+    )
     assert settle(words.split(), capsys)[0] == 0
     ((design, options),) = seen
     assert (design.targets.NL, design.targets.P_max, design.targets.NL_definition) == (0.1, 4.0, "largest")
     assert (design.print.process, design.fruit.E_MPa, design.name) == ("sla-resin", (1.0, 2.0), "mine")
-    expected = RunOptions(out=Path("here"), fruit_stiffness="hayes", contact_method="direct", fields=True)
-    assert options == expected
+    asked = {"fruit_stiffness": "hayes", "contact_method": "direct", "fields": True, "tolerance": 0.02}
+    assert options == RunOptions(out=Path("here"), **asked)
 
 
 def test_defaults_are_the_papers_sensor_in_a_folder_of_its_name(stand_in, capsys):
@@ -178,10 +181,10 @@ def test_closed_pipe_keeps_the_verdicts_code():
     program = """if True:
         import sys, types, pipeline
         from pipeline.cli import main
-        report = types.SimpleNamespace(print_report=lambda _: [print("x" * 99) for _ in range(9999)])
+        tables = types.SimpleNamespace(print_report=lambda _: [print("x" * 99) for _ in range(9999)])
         work = lambda design, options: types.SimpleNamespace(report={}, passed=False)
-        pipeline.report, pipeline.run = report, types.SimpleNamespace(run=work)
-        sys.modules |= {"pipeline.report": pipeline.report, "pipeline.run": pipeline.run}
+        pipeline.report_tables, pipeline.run = tables, types.SimpleNamespace(run=work)
+        sys.modules |= {"pipeline.report_tables": pipeline.report_tables, "pipeline.run": pipeline.run}
         sys.exit(main(["run"]) + 40)
     """
     with subprocess.Popen(

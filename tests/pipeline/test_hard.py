@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from skfem import ElementTetP1
+from skfem import ElementHex1, ElementTetP1
 
 import solve.contact
 import solve.remainder
@@ -137,7 +137,8 @@ def wrong_traction(monkeypatch):
 
 
 def paper(method):
-    return next(case for case in hard_contact.cases() if case.what == f"paper's block, {method}")
+    names = (f"paper's block, {method}", f"paper's block {method}")
+    return next(case for case in hard_contact.cases() if case.what in names)
 
 
 @pytest.mark.usefixtures("wrong_traction")
@@ -148,9 +149,17 @@ def test_wrong_sign_in_a_traction_fails_by_reciprocity_and_without_it_by_the_ref
     assert settle(paper("split")).verdict == "WRONG"
 
 
-def test_a_mesh_at_order_1_fails(monkeypatch):
-    monkeypatch.setattr(solve.contact, "ElementTetP2", ElementTetP1)
-    assert settle(paper("direct")).verdict == "WRONG"
+@pytest.mark.parametrize(
+    ("method", "module", "name", "lower"),
+    [
+        ("direct", solve.contact, "ElementTetP2", ElementTetP1),
+        ("split", solve.remainder, "ElementHex2", ElementHex1),
+        ("to 0.01 %", solve.remainder, "ElementHex2", ElementHex1),
+    ],
+)
+def test_a_mesh_at_order_1_fails(method, module, name, lower, monkeypatch):
+    monkeypatch.setattr(module, name, lower)
+    assert settle(paper(method)).verdict == "WRONG"
 
 
 def test_an_error_bar_of_zero_fails(monkeypatch):
@@ -160,18 +169,18 @@ def test_an_error_bar_of_zero_fails(monkeypatch):
     assert "error bar of" in settle(paper("split")).words
 
 
-@pytest.mark.parametrize(("factor", "verdict"), [(1.0, "right"), (1.01, "WRONG")])
-def test_a_spring_1_percent_off_fails(factor, verdict, monkeypatch):
+@pytest.mark.parametrize(("factor", "bar", "verdict"), [(1.0, 0.2, "right"), (1.01, 0.2, "WRONG"), (1.0, 0.0, "WRONG")])
+def test_a_spring_1_percent_off_or_with_a_bar_of_zero_fails(factor, bar, verdict, monkeypatch):
     """Judged and judging mesh are the same coarse one here, to be quick."""
     mesh = flexure_mesh(HOUSING, 4.0)
 
-    def judged(_housing, E, poisson):
+    def judged(_rung, _housing, E, poisson):
         K_l, K_h = tip_compliance(mesh, E, poisson).K
-        stiffness = types.SimpleNamespace(K=(factor * K_l, K_h), error_percent=(0.2, 0.2), dofs=1)
+        stiffness = types.SimpleNamespace(K=(factor * K_l, K_h), error_percent=(bar, bar), dofs=1)
         return types.SimpleNamespace(stiffness=stiffness)
 
     monkeypatch.setattr(hard_flexure, "flexure_mesh", lambda *_: mesh)
-    monkeypatch.setattr(hard_flexure, "judge_flexures", judged)
+    monkeypatch.setattr(hard_flexure, "judge_on", judged)
     found = settle(HardCase(group="leaf", what="default", claims=lambda: hard_flexure.leaf_claims(0.8, 24.2, 10.0)))
     assert found.verdict == verdict
 

@@ -1,6 +1,7 @@
 """Verdicts: the tolerances of the contract, undecided only for a wide error bar, and a wrong design for each kind."""
 
 import dataclasses
+import types
 
 import numpy as np
 import pytest
@@ -8,10 +9,13 @@ import pytest
 from cad.parameters import Targets
 from cad.springs import Springs, size_springs
 from pipeline.verdicts import (
+    FITTED_TOLERANCE,
     PAPER,
     PAPER_TARGETS,
+    STIFFNESS_TOLERANCE,
     Judged,
     Verdict,
+    advised,
     all_passed,
     decided,
     displacement_verdict,
@@ -52,6 +56,26 @@ def responses(springs, moduli=MODULI, ahead=(0.0, 0.0)):
 )
 def test_value_is_undecided_only_where_its_error_bar_exceeds_the_tolerance(value, error, passed):
     assert decided(value, 5.0, 0.05, error) is passed
+
+
+@pytest.mark.parametrize(
+    ("error", "asked", "words"),
+    [
+        (0.1, 0.02, "undecided by its error bar, --tol 0.01 would decide"),
+        (0.07, 0.02, "undecided by its error bar, --tol 0.01 would decide"),
+        (0.5, 0.02, "undecided by its error bar, no --tol would decide"),
+        (1000.0, 0.001, "undecided by its error bar, no --tol would decide"),
+    ],
+)
+def test_an_undecided_verdict_says_which_tolerance_would_decide(error, asked, words):
+    P_max = dataclasses.replace(verdict(None), limit=5.0, tolerance=0.01, relative=True, error=error)
+    assert advised(P_max, asked).reference == f"r; {words}"
+
+
+def test_a_decided_verdict_needs_no_advice():
+    for passed in (True, False):
+        decided_one = dataclasses.replace(verdict(passed), error=1.0)
+        assert advised(decided_one, 0.02) == decided_one
 
 
 @pytest.mark.parametrize(
@@ -100,11 +124,14 @@ def test_error_of_P_max_is_what_the_worst_springs_do():
     ("found", "passed"), [(0.906, True), (0.9068, True), (0.9071, False), (0.9050, False), (None, None)]
 )
 def test_stiffness_is_held_to_a_tenth_of_a_percent(found, passed):
-    assert stiffness_verdict("K_l", 0.906, found).passed is passed
+    spring = types.SimpleNamespace(target=0.906, stiffness=found)
+    assert stiffness_verdict("K_l", spring, 0.0, STIFFNESS_TOLERANCE).passed is passed
 
 
 def test_wide_error_of_a_stiffness_leaves_it_undecided():
-    assert stiffness_verdict("K_l", 0.906, 0.906, 0.001).passed is None
+    spring = types.SimpleNamespace(target=0.906, stiffness=0.906)
+    assert stiffness_verdict("K_l", spring, 0.001, STIFFNESS_TOLERANCE).passed is None
+    assert stiffness_verdict("K_l", spring, 0.001, FITTED_TOLERANCE).passed is True
 
 
 def test_force_ratio_of_a_level_sensor_does_not_depend_on_travel():

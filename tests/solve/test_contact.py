@@ -234,3 +234,11 @@ def test_two_meshes_give_a_wider_bar_and_say_so():
     s11, _ = REFERENCE[0.3]
     assert abs(found.S[0][0] - s11) <= 0.01 * found.s11_error_percent * found.S[0][0]
     assert "two meshes" in found.status
+
+
+def test_an_error_too_wide_to_tell_anything_is_refused(monkeypatch):
+    """Two coarse meshes of the block know it to a few per cent: too little where 0.1 % is the limit."""
+    monkeypatch.setattr("solve.contact.WIDEST_ERROR", 1e-3)
+    part = fruit_quarter(BLOCK, TIPS)
+    with pytest.raises(SolveError, match=r"relative error of s11 - s12 = 0\.\d+: must be at most 0.001; take a fruit"):
+        direct_compliance([fruit_mesh(part, BLOCK, TIPS, scale) for scale in (4.0, 2.0)], BLOCK, TIPS)

@@ -5,17 +5,24 @@ import pytest
 
 import solve.remainder
 from cad.parameters import Fruit, Tips
+from cad.quantity import InputError
 from solve import halfspace
 from solve.linear import SolveError
 from solve.punch import circle_punch, graded_edges, square_punch
 from solve.split import (
     LARGEST_ERROR,
+    LEAST_SHARE,
     LEVELS,
+    NODE_ERROR,
+    ROUGH,
+    SAFETY,
     Foot,
     SplitDomainError,
     check_domain,
     feet_compliance,
     level_compliance,
+    level_errors,
+    mesh_dofs,
     split_compliance,
 )
 
@@ -208,10 +215,69 @@ def test_bounds_of_the_domain_belong_to_it():
 
 
 def test_a_scene_that_does_not_converge_is_refused(monkeypatch):
-    monkeypatch.setattr("solve.split.LEVELS", (QUICK,))
+    monkeypatch.setattr("solve.split.LEVELS", LEVELS[:1])
     monkeypatch.setattr("solve.split.LARGEST_ERROR", 1e-6)
     with pytest.raises(SplitDomainError, match=r"relative error = .* must be at most 1e-06"):
-        split_compliance(BLOCK, TIPS)
+        split_compliance(BLOCK, TIPS, 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "grading", "words"),
+    [(0.02, ROUGH, "meets 2 %"), (1e-3, LEVELS[0], "meets 0.1 %"), (5e-5, LEVELS[1], "meets 0.005 %")],
+)
+def test_the_coarsest_mesh_that_meets_the_tolerance_is_taken_and_the_status_says_so(tolerance, grading, words):
+    s11, s12, uncertainty = REFERENCE[0.3]
+    found = split_compliance(BLOCK, TIPS, tolerance)
+    error = abs(paired(found.S) / (s11 - s12) - 1.0)
+    assert found.dofs == mesh_dofs(BLOCK, PAIR, grading) == feet_compliance(BLOCK, PAIR, grading).dofs
+    assert error < 0.01 * found.error_percent + 3.0 * uncertainty
+    assert found.error_percent <= 100.0 * tolerance
+    assert f"the coarsest mesh, whose error, {found.error_percent:.2g} %, {words}" in found.status
+
+
+def test_the_default_is_the_largest_error():
+    assert split_compliance(BLOCK, TIPS).S == split_compliance(BLOCK, TIPS, LARGEST_ERROR).S
+
+
+def test_a_tolerance_out_of_reach_gives_the_best_mesh_with_its_bar(monkeypatch):
+    monkeypatch.setattr("solve.split.LEVELS", LEVELS[:2])
+    found = split_compliance(BLOCK, TIPS, 1e-9)
+    assert found.dofs == mesh_dofs(BLOCK, PAIR, LEVELS[1])
+    assert "the best mesh, whose error, " in found.status
+    assert found.status.endswith("misses 1e-07 %")
+    assert 0.0 < found.error_percent <= 100.0 * LARGEST_ERROR
+
+
+def test_a_finer_level_beyond_the_memory_is_left_out(monkeypatch):
+    monkeypatch.setattr("solve.split.MOST_DOFS", 1000)
+    assert split_compliance(BLOCK, TIPS, 1e-9).dofs == mesh_dofs(BLOCK, PAIR, LEVELS[0])
+
+
+def test_a_mesh_too_coarse_for_reciprocal_answers_is_passed_over(monkeypatch):
+    monkeypatch.setattr("solve.split.ROUGH", ROUGH.coarser())
+    with pytest.raises(SolveError, match="take a finer mesh"):
+        feet_compliance(BLOCK, PAIR, ROUGH.coarser())
+    assert split_compliance(BLOCK, TIPS, 0.02).dofs == mesh_dofs(BLOCK, PAIR, LEVELS[0])
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-3, float("nan")])
+def test_a_tolerance_that_is_none_is_refused(tolerance):
+    with pytest.raises(InputError, match=r"tolerance = .*: must be above 0"):
+        split_compliance(BLOCK, TIPS, tolerance)
+
+
+def test_a_step_that_vanishes_leaves_a_share_of_the_remainder(monkeypatch):
+    """The coarser mesh agrees by accident: a bar of the node error alone would claim what nobody knows."""
+    fine = feet_compliance(BLOCK, PAIR, LEVELS[0])
+    errors = level_errors(BLOCK, PAIR, LEVELS[0], fine.S)
+    monkeypatch.setattr("solve.split.feet_compliance", lambda *_: fine)
+    vanished = level_errors(BLOCK, PAIR, LEVELS[0], fine.S)
+    own = square_punch(3).error + NODE_ERROR
+    half_space = (1.0 - 0.3**2) / square_punch(3).flat_stiffness
+    share = half_space / fine.S[0, 0] - 1.0
+    assert max(vanished) < min(errors)
+    # to 5 %: a part of the share comes from the other tip
+    assert vanished[1] - own == pytest.approx(SAFETY * LEAST_SHARE * share, rel=0.05)
 
 
 def test_tip_forces_with_a_large_residual_are_refused(monkeypatch):
