@@ -26,6 +26,7 @@ Moved = tuple[float, float, float, float]
 SIGMAS = 2.0  # which accuracy_mm of a process is
 BEAM_SLOPES = (3.0, 3.0)  # of ln K over ln t: a beam's, which solids stay under
 FOOT_MM, FOOT_HIGH_MM = 0.15, 0.2  # how far the first layer of a print spreads on each side of a leaf, and how high
+GROUND_MM = 0.01  # of ground steel bar, as dealers sell it
 # Share of the frame in 1/K times E w / K: FE gave 0.08 and 0.6 % at K 0.753 and 17.3 N/mm, E 2000 MPa, w 6 mm.
 FRAME_SHARES = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
 ROUNDING = 1.8  # loss of stiffness at first touch over edge radius / side: FE at 0.05 and 0.1
@@ -288,13 +289,12 @@ def _inputs(case: Case, printed: PrintedSprings, slopes: Pair) -> Iterator[_Caus
     """Yield what the process does not hold, two sigma, alike on both springs and both tips as they are one print."""
     process, side = printed.process, case.design.tips.side_mm
     E, off = SIGMAS * process.E_scatter, process.accuracy_mm
-    wide, soft = min(LARGEST_LOSS, off / side), -min(LARGEST_LOSS, ROUNDING * off / side)
     yield _constant("modulus", f"E of {process.name} within {100.0 * E:g} % from print to print", (E, E, 0.0, 0.0))
     leaves = (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm)
     thick = [math.expm1(slope * math.log1p(off / t)) for slope, t in zip(slopes, leaves, strict=True)]
     reason = f"leaves {off:g} mm off; K goes with t to the {slopes[0]:.3g} and {slopes[1]:.3g}"
     yield _constant("leaf thickness", reason, (thick[0], thick[1], 0.0, 0.0))
-    reason = f"tips {off:g} mm off; the fruit's stiffness goes with the side"
-    yield _constant("tip side", reason, (0.0, 0.0, wide, wide))
-    reason = f"edges rounded by {off:g} mm, softer at first touch; a ground tip has none"
-    yield _constant("tip edge", reason, (0.0, 0.0, soft, soft))
+    off = GROUND_MM if case.design.tips.socket == "pin" else off
+    wide, soft = min(LARGEST_LOSS, off / side), -min(LARGEST_LOSS, ROUNDING * off / side)
+    yield _constant("tip side", f"tips {off:g} mm off; the fruit's goes with the side", (0.0, 0.0, wide, wide))
+    yield _constant("tip edge", f"edges rounded by {off:g} mm, softer at first touch", (0.0, 0.0, soft, soft))

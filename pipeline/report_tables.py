@@ -121,7 +121,7 @@ def _closing_lines(report: Mapping[str, Any]) -> list[str]:
     return [
         f"contact: K_m/E = {contact['K_m_over_E_mm']:.6g} mm ± {contact['error_percent']:.2g} %, "
         f"{contact['method']}, {contact['dofs']} dofs; {contact['status']}",
-        *([] if springs is None else [f"springs: --tol {asked:g} met by {springs['choice']}"]),
+        *([] if springs is None else [f"springs, --tol {asked:g}: {springs['choice']}"]),
         *report["notes"],
         f"seconds (wall/processor): {stages}",
     ]

@@ -20,6 +20,7 @@ Draw = Callable[[Scene], None]
 DISPLACEMENT, STRESS = "displacement_mm", "von_mises_MPa"
 _SIZE = (1600, 1000)
 _BODY, _EDGE, _ACCENT = "#c8ccd2", "#30343a", "#c0392b"
+_IN_FRONT = (-2.0, -2.0)  # of the body that a named boundary lies on: factor and units of the depth
 _COLOURS = "YlOrRd"  # pale where there is little stress: the shape stays readable
 _DRAWN = 0.08  # largest displacement as drawn, as a share of the part's diagonal
 _SHARP = 25.0  # degrees between two facets that make an edge worth a line
@@ -233,7 +234,9 @@ def _draw_mesh(plotter: Scene, mesh: Scene, name: str) -> None:
     for key, colour in zip(names, colours, strict=False):
         whole = surface.extract_points(surface.point_data[key] == 1, adjacent_cells=False)
         if whole.n_cells:
-            plotter.add_mesh(whole, color=colour, show_edges=True, line_width=1)
+            actor = plotter.add_mesh(whole, color=colour, show_edges=True, line_width=1)
+            actor.mapper.resolve = "polygon_offset"
+            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(*_IN_FRONT)
             labels.append([key, colour])
     if labels:
         plotter.add_legend(labels, bcolor="white", border=False, face="rectangle", size=(0.2, 0.04 * len(labels)))

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from cad.layout import housing_for
 from cad.materials import PROCESSES
-from cad.parameters import Design, Fruit, Press, Print, Targets
+from cad.parameters import Design, Fruit, Press, Print, Targets, Tips
 from cad.printable import check_printable
 from cad.springs import Springs, force_ratio, nonlinearity
 from pipeline import effects
@@ -272,3 +272,10 @@ def test_missing_number_is_refused(found):
         with pytest.raises(TypeError, match=f"missing 1 required keyword-only argument: '{name}'"):
             Makeup(**{key: value for key, value in known.items() if key != name})
     assert all(isinstance(one, NumberError) for one in known.values())
+
+
+def test_ground_pins_have_the_edges_and_sides_of_ground_bar():
+    case = case_of(tips=Tips(socket="pin"))
+    error = error_makeup(case, printed_for(case))
+    assert size_of(error.contact, "tip edge", "inputs") == pytest.approx(0.018, rel=1e-3)
+    assert size_of(error.contact, "tip side", "inputs") == pytest.approx(0.01, rel=1e-3)
