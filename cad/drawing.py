@@ -147,7 +147,8 @@ def _pins(housing: Housing) -> Iterator[Item]:
         for start, end in itertools.pairwise(corners):
             yield Line(start=start, end=end, layer="NOTES")
     at = (0.5 * housing.spacing + half, 0.5 * foot)
-    size = f"{housing.pin_side:g} x {housing.pin_side:g} x {top - foot:g}"
+    section = f"diameter {housing.pin_side:g}" if housing.pin_round else f"{housing.pin_side:g} x {housing.pin_side:g}"
+    size = f"{section} x {top - foot:g}"
     yield from note(at, (0.5 * housing.spacing + 6.0, -1.5 * _STEP), f"steel pin {size} 2x, {housing.pin_out:g} out")
 
 

@@ -132,10 +132,11 @@ def _pins(housing: Housing) -> tuple[str, ...]:
     if not housing.pin_side:
         return ()
     side, length = housing.pin_side, housing.pin_out + housing.pocket_depth
+    section = f"diameter {side:g} mm" if housing.pin_round else f"{side:g} x {side:g} mm"
     return (
         "## Tips",
         "",
-        f"Two ground steel pins, {side:g} x {side:g} mm, {length:g} mm long, sharp-edged (pin.step): one in each foot.",
+        f"Two ground steel pins, {section}, {length:g} mm long, their ends as in pin.step: one in each foot.",
         f"Pockets are {housing.pocket_side:g} mm wide and {housing.pocket_depth:g} mm deep; their gable stays empty.",
         "Fill them with a hard epoxy, put both pins face down on a flat plate, their sides along the housing, the feet",
         f"{housing.pin_out:g} mm above the plate, and let it set: both faces are then level. A soft or thick glue",

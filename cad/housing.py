@@ -44,6 +44,7 @@ class Housing:
     hole_inset: float = 4.5
     gauges: str = "none"
     pin_side: float = 0.0
+    pin_round: bool = False
     pin_out: float = 0.0
     pocket_side: float = 0.0
     pocket_depth: float = 0.0

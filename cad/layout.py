@@ -1,13 +1,12 @@
 """The layout rule: from a design and its springs to every dimension of the housing [mm]."""
 
 import math
-from dataclasses import dataclass
 
+from cad.feet import foot_of, plate_depth
 from cad.flexure import Flexure
 from cad.housing import Housing
 from cad.materials import Process
 from cad.parameters import Design
-from cad.quantity import fault
 
 SEPARATION = 14.0  # of the two leaves of a flexure: a wide stance keeps the tip from tilting
 SHUTTLE_WIDTH = 6.0
@@ -28,17 +27,17 @@ def housing_for(
     The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Raises InputError
     when a leaf is too short for its fillets.
     """
-    tips, socket = design.tips, _socket(design, process)
-    depth = max(process.depth_mm, socket.foot)
+    tips, foot = design.tips, foot_of(design, process)
+    depth = plate_depth(design, process)
     low, high = (
         Flexure(thickness=t, length=length, depth=depth, separation=SEPARATION, fillet=process.fillet_mm)
         for t, length in zip((process.leaf_thickness_low_mm, process.leaf_thickness_high_mm), lengths, strict=True)
     )
-    shuttle = max(socket.foot, min(SHUTTLE_WIDTH, tips.spacing_mm - process.min_gap_mm))
+    shuttle = max(foot.side, min(SHUTTLE_WIDTH, tips.spacing_mm - process.min_gap_mm))
     standing = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
-    tip_height = LEDGE if socket.pocket else standing
-    neck = tip_height + max(0.5 * (max(depth, shuttle) - socket.foot), LEDGE)
-    pin_out = standing if socket.pocket else 0.0
+    tip_height = LEDGE if foot.pocket else standing
+    neck = tip_height + _taper(depth, shuttle, foot.side)
+    pin_out = standing if foot.pocket else 0.0
     protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
     half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
     lower = max(neck, protrusion) + LEDGE + half_leaf
@@ -47,7 +46,7 @@ def housing_for(
     return Housing(
         low=low,
         high=high,
-        tip_side=socket.foot,
+        tip_side=foot.side,
         tip_height=tip_height,
         spacing=tips.spacing_mm,
         shuttle_width=shuttle,
@@ -59,35 +58,18 @@ def housing_for(
         top_level=cavity + TOP_BAR,
         protrusion=protrusion,
         gauges=design.print.gauges,
-        pin_side=tips.side_mm if socket.pocket else 0.0,
+        pin_side=tips.side_mm if foot.pocket else 0.0,
+        pin_round=bool(foot.pocket) and tips.shape != "cube",
         pin_out=pin_out,
-        pocket_side=socket.pocket,
-        pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm) if socket.pocket else 0.0,
+        pocket_side=foot.pocket,
+        pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm) if foot.pocket else 0.0,
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Socket:
-    """Sides [mm] of what is printed at the end of a shuttle and of the pocket in it, 0 for a printed tip."""
-
-    foot: float
-    pocket: float
-
-
-def _socket(design: Design, process: Process) -> _Socket:
-    """Return the socket: a pocket that the accuracy of the process widens, walls around it and its gable.
-
-    Raises InputError when the feet leave no gap between them.
-    """
-    tips = design.tips
-    if tips.socket == "none":
-        return _Socket(foot=tips.side_mm, pocket=0.0)
-    pocket = tips.side_mm + 2.0 * process.accuracy_mm
-    foot = round(2.0 * (pocket + process.min_wall_mm), 3)
-    if foot + process.min_gap_mm > tips.spacing_mm:
-        bound = f"at least {foot + process.min_gap_mm:g} mm, for feet of {foot:g} mm with pins in them"
-        raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, "move the tips apart, or tips.socket = 'none'")
-    return _Socket(foot=foot, pocket=round(pocket, 3))
+def _taper(depth: float, shuttle: float, foot: float) -> float:
+    """Return the height of a neck: 45 degrees over the depth, as it prints; a ledge where there is hardly a step."""
+    step = 0.5 * (depth - foot)
+    return step if 0.5 * LEDGE <= step < LEDGE else max(step, 0.5 * (shuttle - foot), LEDGE)
 
 
 def _protrusion(design: Design, lengths: tuple[float, float], depth: float) -> float:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from cad.blade import pair_length, root_strain
+from cad.feet import plate_depth
 from cad.gauges import GAUGES, FoilGauge, gauged_length, sandwich_gain, shortest_gauged
 from cad.materials import Process
 from cad.parameters import Design
@@ -97,7 +98,7 @@ def check_printable(
             side=side,
             process=process,
             thickness=thickness,
-            depth=max(process.depth_mm, design.tips.side_mm),  # as the layout rule has it
+            depth=plate_depth(design, process),
             travel=max(0.0, design.press.travel_mm + step),
             K_m_max=K_m,
             longest=design.print.max_length_mm,

@@ -17,7 +17,7 @@ from cad.tips import tip_parts
 
 STEEL_MPA = 206000.0  # typical of carbon steel
 PLACE_TOLERANCE_MM = 1e-3
-_PUNCH = 1.1523  # F (1 - nu^2) / (E d side) of a rigid square punch on a half-space, Read 1997
+_SQUARE, _ROUND = 1.1523, 1.0  # F (1 - nu^2) / (E d side) of a rigid punch on a half-space, Read 1997, Sneddon 1965
 _REACH = 1.0
 
 
@@ -33,12 +33,13 @@ def pin_give(housing: Housing, E: float, poisson: float) -> PinGive:
     """Return how far a pin moves against the foot it is glued in; 0 for a printed tip.
 
     Bounds: the foot rigid, and the pin's end a punch on a half-space of it with no glue on its sides. The steel that
-    stands out is a bar in compression.
+    stands out is a bar in compression; a ball at its end counts as a cylinder.
     """
     if not housing.pin_side:
         return PinGive(compliance=0.0, error=0.0)
-    soft = (1.0 - poisson**2) / (_PUNCH * E * housing.pin_side)
-    bar = housing.pin_out / (STEEL_MPA * housing.pin_side**2)
+    punch, area = (_ROUND, 0.25 * math.pi) if housing.pin_round else (_SQUARE, 1.0)
+    soft = (1.0 - poisson**2) / (punch * E * housing.pin_side)
+    bar = housing.pin_out / (STEEL_MPA * area * housing.pin_side**2)
     return PinGive(compliance=bar + 0.5 * soft, error=0.5 * soft)
 
 

@@ -6,18 +6,19 @@ mesh decides. No mesh takes away the model's share or the scatter of a process: 
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from cad.elastica import large_deflection_stiffening
+from cad.gauges import GAUGES, sandwich_gain
 from cad.marks import ENGRAVED_MM
 from cad.springs import Definition, series_stiffness, stiffness_at_largest_nonlinearity
+from pipeline.flesh import LARGEST_LOSS, flesh_law, large_strain, no_slip
 from pipeline.judgement import Case
 from pipeline.springs import PrintedSprings
 from pipeline.verdicts import Judged
+from solve.scene_response import SceneResponse
 
 Pair = tuple[float, float]
 Moved = tuple[float, float, float, float]
@@ -26,17 +27,12 @@ Moved = tuple[float, float, float, float]
 SIGMAS = 2.0  # which accuracy_mm of a process is
 BEAM_SLOPES = (3.0, 3.0)  # of ln K over ln t: a beam's, which solids stay under
 FOOT_MM, FOOT_HIGH_MM = 0.15, 0.2  # how far the first layer of a print spreads on each side of a leaf, and how high
+GLUED = 0.25  # of what gauges stiffen: makers do not give the fill of a grid and the thickness of the glue
 GROUND_MM = 0.01  # of ground steel bar, as dealers sell it
 # Share of the frame in 1/K times E w / K: FE gave 0.08 and 0.6 % at K 0.753 and 17.3 N/mm, E 2000 MPa, w 6 mm.
 FRAME_SHARES = (0.0008 * 12000.0 / 0.753, 0.006 * 12000.0 / 17.3)
 ROUNDING = 1.8  # loss of stiffness at first touch over edge radius / side: FE at 0.05 and 0.1
-# FE of one tip at large strain, loss of force from 0.3 sides deep on against Poisson's ratio.
-STRAIN_POISSON, STRAIN_SIZES = (0.3, 0.45, 0.49), (0.008, 0.048, 0.055)
-# The same with other laws of the flesh, spread of the force against the depth in sides.
-LAW_DEPTHS, LAW_SIZES = (0.0, 0.1, 0.3, 0.6), (0.0, 0.024, 0.06, 0.09)
-LEAST_COMPRESSIBLE = 0.4995  # beyond it no slip is no longer felt
 LONGEST_SHARE = 0.5  # of a leaf, to which the elastica is given
-LARGEST_LOSS = 0.9  # of a stiffness; what would take more is beyond these formulas
 FELT = 1e-6  # a smaller move is scaled up to this, its answer down again: round-off would drown it
 
 
@@ -134,10 +130,24 @@ def _only(causes: _Causes, *, of_springs: bool) -> _Causes:
     return model, inputs
 
 
-def makeup(case: Case, printed: PrintedSprings, slopes: Pair = BEAM_SLOPES) -> dict[str, Any]:
-    """Return `error_makeup` as plain data by the name of the number; K_l and K_h are null where they are not made."""
-    found = vars(error_makeup(case, printed, slopes))
-    return {name: None if one is None else one.entry() for name, one in found.items()}
+def makeup(case: Case, printed: PrintedSprings, found: SceneResponse) -> dict[str, Any]:
+    """Return `error_makeup` as plain data by the name of the number; K_l and K_h are null where they are not made.
+
+    P_max has the share by which the response of this very scene differs from it too.
+    """
+    made = error_makeup(case, printed)
+    made = replace(made, P_max=_with_scene(made.P_max, case.judged(printed.stiffnesses).P_max()[0], found))
+    return {name: None if one is None else one.entry() for name, one in vars(made).items()}
+
+
+def _with_scene(P_max: NumberError, level: float, found: SceneResponse) -> NumberError:
+    """Return the make-up with what curved fruit, tilt and the tips' shape do to P at full travel, where they act."""
+    last = float(found.responses[-1].P[-1])
+    if not found.cells or not math.isfinite(last) or last == level:
+        return P_max
+    reason = f"the scene's own response at {found.responses[-1].E:g} MPa and full travel is {last:.4g}"
+    effect = Effect(effect="shape and pose", size_percent=100.0 * (last / level - 1.0), reason=reason)
+    return replace(P_max, model=(*P_max.model, effect))
 
 
 def error_makeup(case: Case, printed: PrintedSprings, slopes: Pair = BEAM_SLOPES) -> Makeup:
@@ -206,7 +216,7 @@ def _law_changes(judged: Judged, definition: Definition, cause: _Cause, sign: fl
 
 def _deflections(case: Case, judged: Judged, K_m: float) -> Pair:
     """Return how far low and high spring give at full travel of a level sensor [mm]."""
-    travel, springs = case.design.press.travel_mm, judged.springs
+    travel, springs = max(FELT, case.design.press.travel_mm), judged.springs
     tips = ((springs.K_l, K_m), (springs.K_h, judged.asymmetry * K_m))
     low, high = (travel * series_stiffness(K, fruit) / K for K, fruit in tips)
     return low, high
@@ -248,7 +258,7 @@ def _spring_effects(case: Case, printed: PrintedSprings, slopes: Pair) -> Iterat
 
 def _flesh_effects(case: Case, judged: Judged) -> Iterator[_Cause]:
     """Yield what the contact leaves out: grip between tip and skin, and large strain of the flesh."""
-    side, travel, poisson = case.design.tips.side_mm, case.design.press.travel_mm, case.design.fruit.poisson
+    side, travel, poisson = case.design.tips.side_mm, max(FELT, case.design.press.travel_mm), case.design.fruit.poisson
 
     def pressed(size: Callable[[float], float]) -> tuple[Moved, Callable[[float], Moved]]:
         def at(K_m: float) -> Moved:
@@ -265,32 +275,21 @@ def _flesh_effects(case: Case, judged: Judged) -> Iterator[_Cause]:
     yield _Cause("law of the flesh", f"{deep}; neo-Hooke, Hencky and foam apart, Poisson 0.3", *pressed(flesh_law))
 
 
-def no_slip(poisson: float) -> float:
-    """Return how much stiffer a circular tip is on a half-space that it grips, (1 - nu) ln(3 - 4 nu) / (1 - 2 nu) - 1.
-
-    D. A. Spence, Proc. R. Soc. A 305, 1968.
-    """
-    nu = min(poisson, LEAST_COMPRESSIBLE)
-    return (1.0 - nu) * math.log(3.0 - 4.0 * nu) / (1.0 - 2.0 * nu) - 1.0
-
-
-def large_strain(depth: float, poisson: float) -> float:
-    """Return the largest loss of force by large strain at a depth in tip sides, in proportion below 0.3, above 0.6."""
-    size = float(np.interp(poisson, STRAIN_POISSON, STRAIN_SIZES))
-    return min(LARGEST_LOSS, size * max(min(1.0, depth / LAW_DEPTHS[2]), depth / LAW_DEPTHS[3]))
-
-
-def flesh_law(depth: float) -> float:
-    """Return how far laws of the flesh spread the force at a depth in tip sides, in proportion above 0.6."""
-    return float(np.interp(depth, LAW_DEPTHS, LAW_SIZES)) * max(1.0, depth / LAW_DEPTHS[-1])
-
-
 def _inputs(case: Case, printed: PrintedSprings, slopes: Pair) -> Iterator[_Cause]:
     """Yield what the process does not hold, two sigma, alike on both springs and both tips as they are one print."""
     process, side = printed.process, case.design.tips.side_mm
     E, off = SIGMAS * process.E_scatter, process.accuracy_mm
     yield _constant("modulus", f"E of {process.name} within {100.0 * E:g} % from print to print", (E, E, 0.0, 0.0))
     leaves = (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm)
+    gauge = None if printed.housing is None else GAUGES[printed.housing.gauges]
+    if gauge is not None and printed.housing is not None:
+        glued = [
+            GLUED
+            * (1.0 - 1.0 / sandwich_gain(process.E_MPa, (one.depth, one.thickness), one.length, one.fillet, gauge))
+            for one in (printed.housing.low, printed.housing.high)
+        ]
+        reason = f"glue left out, foils within {100.0 * GLUED:g} % of what they stiffen, as beams"
+        yield _constant("gauges", reason, (glued[0], glued[1], 0.0, 0.0))
     thick = [math.expm1(slope * math.log1p(off / t)) for slope, t in zip(slopes, leaves, strict=True)]
     reason = f"leaves {off:g} mm off; K goes with t to the {slopes[0]:.3g} and {slopes[1]:.3g}"
     yield _constant("leaf thickness", reason, (thick[0], thick[1], 0.0, 0.0))

@@ -10,22 +10,13 @@ from cad.socket import pin_give
 from pipeline.flexures import TOLERANCE, FittedFlexures, fit_flexures
 from solve.flexure import HousingStiffness, Pair
 
-_GAUGED_FITS = 2  # the first meets the targets on its mesh, the second with what the foils' edges add beyond it
-
 
 def fit_made(housing: Housing, targets: Pair, material: Pair, tolerance: float = TOLERANCE) -> FittedFlexures:
     """Return the housing whose stiffnesses as made up are the targets [N/mm from mm, and E in MPa and nu].
 
     Raises InputError where pins alone give more than a target allows, else as `fit_flexures`.
     """
-    wanted = feet_targets(housing, targets, material)
-    aim = wanted
-    if housing.gauges != "none":
-        tolerance = min(tolerance, TOLERANCE)  # what lies beyond the edges of foils is known for that mesh alone
-    for _ in range(1 if housing.gauges == "none" else _GAUGED_FITS):
-        fitted = fit_flexures(housing, *aim, *material, tolerance)
-        housing, K = fitted.housing, fitted.stiffness.K
-        aim = (aim[0] * wanted[0] / K[0], aim[1] * wanted[1] / K[1])
+    fitted = fit_flexures(housing, *feet_targets(housing, targets, material), *material, tolerance)
     return dataclasses.replace(fitted, stiffness=with_pins(fitted.stiffness, fitted.housing, material))
 
 
@@ -52,4 +43,5 @@ def with_pins(stiffness: HousingStiffness, housing: Housing, material: Pair) -> 
         k / foot * mesh + 100.0 * give.error * k
         for k, foot, mesh in zip(K, stiffness.K, stiffness.error_percent, strict=True)
     )
-    return dataclasses.replace(stiffness, C=C, K=K, error_percent=(low, high))
+    status = f"{stiffness.status}; with what pins give in their feet {low:.2g} and {high:.2g} %"
+    return dataclasses.replace(stiffness, C=C, K=K, error_percent=(low, high), status=status)

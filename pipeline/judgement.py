@@ -13,10 +13,8 @@ from cad.springs import Springs
 from pipeline.sizing import Sizing
 from pipeline.springs import PrintedSprings
 from pipeline.verdicts import (
-    FITTED_TOLERANCE,
     PAPER,
     PAPER_TARGETS,
-    STIFFNESS_TOLERANCE,
     Judged,
     Verdict,
     bruise_verdict,
@@ -94,11 +92,10 @@ def judge(
     """Return the verdicts on a design's own springs, on their response and on the part that carries them."""
     K, errors = printed.stiffnesses, printed.errors
     low, high = printed.low, printed.high
-    tolerance = STIFFNESS_TOLERANCE if printed.plain else FITTED_TOLERANCE
     return (
         *target_verdicts(case.judged(K, errors), case.design.targets, made=printed.housing is not None),
-        stiffness_verdict("K_l", low, errors[0], tolerance),
-        stiffness_verdict("K_h", high, errors[1], tolerance),
+        stiffness_verdict("K_l", low, errors[0], plain=printed.plain),
+        stiffness_verdict("K_h", high, errors[1], plain=printed.plain),
         *case.behaviour(printed.compliance, found),
         printable_verdict(low),
         printable_verdict(high),

@@ -107,7 +107,7 @@ def compose(case: Case, printed: PrintedSprings, found: SceneResponse, verdicts:
         "contact": contact_entry(case.contact),
         "response": response_entries(case, printed, found),
         "verdicts": [asdict(verdict) for verdict in verdicts],
-        "errors": makeup(case, printed),
+        "errors": makeup(case, printed, found),
         "paper": {
             "K_l_N_per_m": 1e3 * PAPER.K_l,
             "K_h_N_per_m": 1e3 * PAPER.K_h,

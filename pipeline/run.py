@@ -49,7 +49,7 @@ def run(design: Design, options: RunOptions, more: More | None = None) -> RunRes
             found = case.respond(springs.compliance, design.fruit.E_MPa)
         with clock.stage("verdicts"):
             judged = judge(case, springs, geometry, found)
-            verdicts = tuple(advised(verdict, options.tolerance) for verdict in judged)
+            verdicts = tuple(advised(verdict, options.tolerance) for verdict in judged) if springs.plain else judged
         added, entries = ((), {}) if more is None else more(case, springs, folder, clock)
         report = compose(case, springs, found, (*verdicts, *added)) | entries
         report["accuracy"] = accuracy_entry(options.tolerance, case.contact, springs)

@@ -20,7 +20,18 @@ ALLOWED = {"cad": {"cad"}, "mesh": {"cad", "mesh"}, "solve": {"cad", "solve"}, "
 """Which packages of the project a package imports; solve takes a plain scikit-fem mesh, so it needs no mesh."""
 
 SOLVE_TAKES_OF_CAD = {"cad.parameters", "cad.quantity", "cad.springs", "cad.materials"}
-SIZING = ("parameters", "design_file", "quantity", "springs", "blade", "materials", "printable", "gauges", "flexure")
+SIZING = (
+    "parameters",
+    "design_file",
+    "quantity",
+    "springs",
+    "blade",
+    "materials",
+    "printable",
+    "gauges",
+    "flexure",
+    "feet",
+)
 
 OWNERS = {
     "OCP": {"cad"},

@@ -1,5 +1,6 @@
 """Sockets: pockets and pins by formula, what they give between its bounds, and what a wrong one is told."""
 
+import math
 from dataclasses import replace
 
 import cadquery as cq
@@ -16,7 +17,7 @@ from cad.fabrication import fabrication_sheet
 from cad.housing import housing_part
 from cad.layout import housing_for
 from cad.materials import PROCESSES
-from cad.parameters import Design, Press, Tips
+from cad.parameters import Design, Fruit, Press, Tips
 from cad.quantity import InputError
 from cad.sensor import Sensor
 from cad.socket import STEEL_MPA, pin_give, pin_parts, socket_findings, socketed
@@ -171,3 +172,32 @@ def test_pocket_that_cannot_be_is_refused(foot, change, message):
 def test_unknown_socket_is_refused_with_the_nearest():
     with pytest.raises(InputError, match=r"tips\.socket = 'pins': must be one of none, pin; .* did you mean pin\?"):
         Tips(socket="pins")
+
+
+def test_round_pin_sinks_as_a_round_punch():
+    """F = E d side / (1 - nu^2) of a circle, and the steel that stands out has pi / 4 of the square's section."""
+    E, nu = 2000.0, 0.38
+    square, round_one = (
+        housing_for(Design(tips=Tips(shape=shape, socket="pin")), PROCESSES["fdm-petg"], (28.9, 14.8), (0.5, 0.11))
+        for shape in ("cube", "cylinder")
+    )
+    assert (square.pin_round, round_one.pin_round) == (False, True)
+    punch = (1.0 - nu**2) / E
+    give = pin_give(round_one, E, nu)
+    assert give.error == pytest.approx(0.5 * punch)
+    assert give.compliance == pytest.approx(0.5 * punch + 4.0 / (math.pi * STEEL_MPA))
+    assert give.error > pin_give(square, E, nu).error
+
+
+def test_neck_above_a_wide_foot_prints_without_support(tmp_path):
+    """A foot 0.8 mm short of the plate on each side: the step above it rises at 45 degrees."""
+    design = Design(tips=Tips(socket="pin", side_mm=2.0, spacing_mm=12.0), fruit=Fruit(length_mm=40.0))
+    process = PROCESSES["dmls-ti64"]
+    housing = housing_for(design, process, (57.0, 32.0), (0.5, 0.11))
+    assert 0.5 <= 0.5 * (housing.depth - housing.tip_side) < 1.0
+    assert housing.neck_level - housing.tip_height == pytest.approx(0.5 * (housing.depth - housing.tip_side))
+    part = housing_part(housing)
+    whole = Sensor(housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name="wide")
+    write_sensor(whole, tmp_path)
+    (found,) = (one for one in check_file(tmp_path / "housing.3mf", process) if one.name == "geometry.overhang")
+    assert found.passed, found.value

@@ -3,11 +3,13 @@
 import dataclasses
 import json
 import math
+import types
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from cad.gauges import FOIL, sandwich_gain
 from cad.layout import housing_for
 from cad.materials import PROCESSES
 from cad.parameters import Design, Fruit, Press, Print, Targets, Tips
@@ -61,6 +63,11 @@ def printed_for(case, *, made=True, lengths=LENGTHS):
     return PrintedSprings(low=low, high=high, process=process, deflections=deflections, fitted=fitted if made else None)
 
 
+def response(P, cells):
+    return types.SimpleNamespace(cells=cells, responses=[types.SimpleNamespace(E=3.5, P=np.array([1.0, P]))])
+
+
+LEVEL = response(5.0, 0)
 CASE = case_of()
 PRINTED = printed_for(CASE)
 K_M = 3.5 * CONTACT.K_m_over_E_mm
@@ -78,7 +85,7 @@ def size_of(error, name, share="model"):
 
 
 def test_every_number_says_all_three_shares(found):
-    report = makeup(CASE, PRINTED)
+    report = makeup(CASE, PRINTED, LEVEL)
     assert json.loads(json.dumps(report, allow_nan=False)).keys() == {"K_l", "K_h", "P_max", "NL", "contact"}
     springs = ["large deflection", "engraved marks", "foot of the print"]
     flesh = ["no slip", "large strain", "law of the flesh"]
@@ -226,7 +233,7 @@ def test_springs_that_are_not_made_have_no_error_of_their_own():
     error = error_makeup(CASE, printed_for(CASE, made=False))
     assert (error.K_l, error.K_h) == (None, None)
     assert [one.effect for one in error.P_max.model] == ["no slip", "large strain", "law of the flesh"]
-    assert makeup(CASE, printed_for(CASE, made=False))["K_l"] is None
+    assert makeup(CASE, printed_for(CASE, made=False), LEVEL)["K_l"] is None
 
 
 @pytest.mark.parametrize(
@@ -243,7 +250,7 @@ def test_springs_that_are_not_made_have_no_error_of_their_own():
 )
 def test_hard_designs_have_finite_shares(tables):
     case = case_of(**tables)
-    json.dumps(makeup(case, printed_for(case)), allow_nan=False)
+    json.dumps(makeup(case, printed_for(case), LEVEL), allow_nan=False)
 
 
 def test_forgotten_effect_is_refused(monkeypatch):
@@ -279,3 +286,25 @@ def test_ground_pins_have_the_edges_and_sides_of_ground_bar():
     error = error_makeup(case, printed_for(case))
     assert size_of(error.contact, "tip edge", "inputs") == pytest.approx(0.018, rel=1e-3)
     assert size_of(error.contact, "tip side", "inputs") == pytest.approx(0.01, rel=1e-3)
+
+
+def test_scene_that_is_not_level_adds_how_far_its_own_force_ratio_lies():
+    added = makeup(CASE, PRINTED, response(4.0, 80))["P_max"]["model"][-1]
+    assert (added["effect"], added["size_percent"]) == ("shape and pose", pytest.approx(-20.0, abs=0.01))
+    for other in (LEVEL, response(math.nan, 80)):
+        assert makeup(CASE, PRINTED, other)["P_max"]["model"][-1]["effect"] != "shape and pose"
+
+
+def test_gauges_add_what_their_glue_leaves_open():
+    case = case_of(print=Print(gauges="foil"))
+    error = error_makeup(case, printed_for(case))
+    leaf = printed_for(case).housing.low
+    gain = sandwich_gain(2000.0, (leaf.depth, leaf.thickness), leaf.length, leaf.fillet, FOIL)
+    assert size_of(error.K_l, "gauges", "inputs") == pytest.approx(0.25 * (1.0 - 1.0 / gain))
+    assert 0.02 < size_of(error.K_l, "gauges", "inputs") < 0.06
+
+
+@pytest.mark.parametrize("travel", [1e-160, 5.0])
+def test_any_travel_has_a_make_up(travel):
+    case = case_of(press=Press(travel_mm=travel))
+    assert json.dumps(makeup(case, printed_for(case), LEVEL), allow_nan=False)

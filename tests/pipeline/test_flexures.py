@@ -7,7 +7,9 @@ from cad.flexure import Flexure
 from cad.housing import Housing
 from cad.quantity import InputError
 from pipeline import flexures
+from pipeline.accuracy import would_decide
 from pipeline.flexures import DEFAULT, MOST_FINE, RUNGS, TOLERANCE, fit_flexures, judge_flexures, judge_on
+from pipeline.verdicts import STIFFNESS_TOLERANCE
 from solve.flexure import TipCompliance
 from solve.linear import SolveError
 
@@ -98,6 +100,13 @@ def test_cheapest_mesh_that_meets_the_tolerance_is_chosen(tolerance, scale, word
     odd = (1.0 + 1.5 * 0.8 / 10.0, 1.0 + 1.5 * 1.2 / 10.0)
     bars = [100.0 * (one * rung.share * apart + rung.floor) for one in odd]
     assert list(found.error_percent) == pytest.approx(bars, rel=1e-9)
+
+
+def test_advised_tolerance_does_decide():
+    rough = 0.01 * max(judge_flexures(HOUSING, *PETG, 0.02).stiffness.error_percent)
+    advice = would_decide(0.02, STIFFNESS_TOLERANCE, rough)
+    assert rough > STIFFNESS_TOLERANCE
+    assert 0.01 * max(judge_flexures(HOUSING, *PETG, advice).stiffness.error_percent) <= STIFFNESS_TOLERANCE
 
 
 def test_leaves_of_odd_shape_have_a_wider_share():

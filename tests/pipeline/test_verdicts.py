@@ -61,8 +61,8 @@ def test_value_is_undecided_only_where_its_error_bar_exceeds_the_tolerance(value
 @pytest.mark.parametrize(
     ("error", "asked", "words"),
     [
-        (0.1, 0.02, "undecided by its error bar, --tol 0.01 would decide"),
-        (0.07, 0.02, "undecided by its error bar, --tol 0.01 would decide"),
+        (0.1, 0.02, "undecided by its error bar, --tol 0.005 would decide"),
+        (0.07, 0.02, "undecided by its error bar, --tol 0.005 would decide"),
         (0.5, 0.02, "undecided by its error bar, no --tol would decide"),
         (1000.0, 0.001, "undecided by its error bar, no --tol would decide"),
     ],
@@ -76,6 +76,8 @@ def test_a_decided_verdict_needs_no_advice():
     for passed in (True, False):
         decided_one = dataclasses.replace(verdict(passed), error=1.0)
         assert advised(decided_one, 0.02) == decided_one
+    of_springs_not_made = dataclasses.replace(verdict(None), error=1e-4)
+    assert advised(of_springs_not_made, 0.02) == of_springs_not_made
 
 
 @pytest.mark.parametrize(
@@ -125,13 +127,19 @@ def test_error_of_P_max_is_what_the_worst_springs_do():
 )
 def test_stiffness_is_held_to_a_tenth_of_a_percent(found, passed):
     spring = types.SimpleNamespace(target=0.906, stiffness=found)
-    assert stiffness_verdict("K_l", spring, 0.0, STIFFNESS_TOLERANCE).passed is passed
+    assert stiffness_verdict("K_l", spring, 0.0).passed is passed
 
 
 def test_wide_error_of_a_stiffness_leaves_it_undecided():
     spring = types.SimpleNamespace(target=0.906, stiffness=0.906)
-    assert stiffness_verdict("K_l", spring, 0.001, STIFFNESS_TOLERANCE).passed is None
-    assert stiffness_verdict("K_l", spring, 0.001, FITTED_TOLERANCE).passed is True
+    assert stiffness_verdict("K_l", spring, 0.001).passed is None
+
+
+def test_glued_springs_have_the_wide_tolerance_only_where_they_are_not_known_better():
+    spring = types.SimpleNamespace(target=0.906, stiffness=0.906)
+    unknown, known = (stiffness_verdict("K_l", spring, error, plain=False) for error in (0.001, 0.0005))
+    assert (unknown.passed, unknown.tolerance) == (True, FITTED_TOLERANCE)
+    assert (known.passed, known.tolerance) == (True, STIFFNESS_TOLERANCE)
 
 
 def test_force_ratio_of_a_level_sensor_does_not_depend_on_travel():
