@@ -78,7 +78,7 @@ def _spring_table(report: Mapping[str, Any]) -> Table:
 
 def _error_table(errors: Mapping[str, Mapping[str, Any] | None]) -> Table:
     """Return what each error is made of; verdicts use the first column, calibration of a print settles the last."""
-    heads = ("error of", "mesh ± %", "left out of the model %", "scatter of print and fruit ± %", "largest shares")
+    heads = ("error of", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
     table = Table(*heads)
     for name, made in errors.items():
         if made is not None:
