@@ -24,7 +24,9 @@ def response_table(judged: Judged, E_max: float) -> str:
         here = judged.at(K_m_over_E * E)
         P, error = here.P_max()
         band = (_modulus(judged, P + side * error) / K_m_over_E for side in (-1.0, 1.0))
-        writer.writerow([f"{value:.6g}" for value in (E, 1e3 * K_m_over_E * E, P, error, *band)])
+        # Three digits of an error: more differ from solver to solver, and the file would with them.
+        rest = [f"{value:.6g}" for value in band]
+        writer.writerow([f"{E:.6g}", f"{1e3 * K_m_over_E * E:.6g}", f"{P:.6g}", f"{error:.3g}", *rest])
     return out.getvalue()
 
 
