@@ -94,3 +94,10 @@ def test_gauges_lie_on_the_upper_leaf_at_both_roots_and_on_both_faces():
     for (sign, z, grid), wanted in zip(found, sorted((*above, *below)), strict=True):
         assert (sign, z) == pytest.approx(wanted[:2])
         assert grid == pytest.approx(wanted[2])
+
+
+def test_stiffening_is_the_elastica_s_for_the_leaf_and_the_deflection_of_each_spring():
+    """36/35 (d / L)^2 while d is small: 0.5 mm on 30 and 0.11 mm on 16."""
+    entry = behaviour_entry(printed("none", None), forces(0.4, 2.0))
+    for name, d, L in (("low", 0.5, 30.0), ("high", 0.11, 16.0)):
+        assert entry[name]["large_deflection_stiffening"] == pytest.approx(36.0 / 35.0 * (d / L) ** 2, rel=1e-3)
