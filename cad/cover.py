@@ -17,11 +17,11 @@ from cad.housing import Housing
 from cad.materials import Process
 from cad.part import Part, named_part
 from cad.sensor import Sensor
+from cad.tips import PLACE_TOLERANCE_MM
 
 PLATE_MM = 2.0
 RECESS_MM = 1.0  # twice the widest gap that a process must keep open
 SETBACK_MM = 1.0  # of the rim from every edge of the frame beside which something moves
-PLACE_TOLERANCE_MM = 1e-3
 _STEPS = (0.0, 0.5, 1.0)  # shares of the way to the stops
 _NEAR = 1e-6
 

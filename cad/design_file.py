@@ -9,8 +9,7 @@ from typing import Any
 
 from cad import parameters
 from cad.parameters import TABLES, Design
-from cad.quantity import InputError, as_float, fault
-from cad.quantity import nearest as nearest
+from cad.quantity import InputError, as_float, fault, nearest
 
 _TABLE_TYPES = {
     "targets": parameters.Targets,

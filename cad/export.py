@@ -3,6 +3,7 @@
 Print pose: the plate lies flat on z = 0 with the face y = -depth / 2 up, x stays, what was z points along y.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import cadquery as cq
 import numpy as np
 import trimesh
 
-from cad.sensor import Sensor
+from cad.sensor import Body, Sensor
 from cad.step import read_step, write_step
 from cad.stl import CHORD_MM, read_stl, triangles, write_stl
 from cad.threemf import read_3mf, write_3mf
@@ -43,15 +44,11 @@ def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
     """
     names = ("housing.step", "assembly.step", "housing.stl", "housing.3mf")
     housing_step, assembly_step, housing_stl, model = (folder / name for name in names)
-    bodies, shape = sensor.bodies(), sensor.part.shape
-    write_step(bodies[:1], housing_step, "housing")
-    compare_volume(housing_step, read_step(housing_step).Volume(), shape.Volume(), step_tolerance(shape))
-    write_step(bodies, assembly_step, "assembly")
-    whole = cq.Compound.makeCompound([body.shape for body in bodies])
-    compare_volume(assembly_step, read_step(assembly_step).Volume(), whole.Volume(), step_tolerance(whole))
+    bodies = sensor.bodies()
+    export_step(bodies[:1], housing_step)
+    export_step(bodies, assembly_step)
     printed = print_pose(sensor.printed_part.shape)
-    write_stl(printed, housing_stl)
-    compare_volume(housing_stl, float(read_stl(housing_stl).volume), printed.Volume(), solid_tolerance(printed))
+    export_stl(printed, housing_stl)
     write_3mf({sensor.part.name: triangles(printed)}, model)
     compare_volume(model, float(read_3mf(model).mesh.volume), printed.Volume(), solid_tolerance(printed))
     return housing_step, assembly_step, housing_stl, model, *_write_pin(sensor, folder)
@@ -65,14 +62,25 @@ def _write_pin(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
     shape = found[0].shape
     box = shape.BoundingBox()
     upright = shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
-    write_step((replace(found[0], name="pin", shape=upright),), path, "pin")
-    compare_volume(path, read_step(path).Volume(), upright.Volume(), step_tolerance(upright))
+    export_step((replace(found[0], name="pin", shape=upright),), path)
     return (path,)
 
 
-def step_tolerance(shape: cq.Shape) -> float:
-    """Return what the volume of a STEP file may be off [mm^3]: Part 21 carries 15 digits."""
-    return _STEP_TOLERANCE * float(shape.Volume())
+def export_step(bodies: Sequence[Body], path: Path) -> cq.Shape:
+    """Write bodies [mm] as STEP, named for the file, and return what is read back.
+
+    Raises OSError when it cannot be written, ExportError when it has another volume: Part 21 carries 15 digits.
+    """
+    write_step(bodies, path, path.stem)
+    found, volume = read_step(path), cq.Compound.makeCompound([body.shape for body in bodies]).Volume()
+    compare_volume(path, found.Volume(), volume, _STEP_TOLERANCE * float(volume))
+    return found
+
+
+def export_stl(shape: cq.Shape, path: Path) -> None:
+    """Write a shape [mm] as STL; raises OSError when it cannot be, ExportError when it reads back another volume."""
+    write_stl(shape, path)
+    compare_volume(path, float(read_stl(path).volume), shape.Volume(), solid_tolerance(shape))
 
 
 def solid_tolerance(shape: cq.Shape) -> float:

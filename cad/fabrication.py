@@ -8,15 +8,13 @@ from cad.coupon import Coupon, coupon_of, coupon_part, largest_weight, modulus_f
 from cad.cover import Cover, cover_findings, cover_of, cover_part
 from cad.drafting import write_dxf, write_svg
 from cad.drawing import Title, housing_drawing
-from cad.export import compare_volume, print_pose, solid_tolerance, step_tolerance
+from cad.export import export_step, export_stl, print_pose
 from cad.finding import Finding
 from cad.flexure import Flexure
 from cad.gauges import GAUGES
 from cad.housing import Housing
 from cad.materials import Process
 from cad.sensor import Body, Colour, Sensor
-from cad.step import read_step, write_step
-from cad.stl import read_stl, write_stl
 
 _COUPON_COLOUR = (0.45, 0.62, 0.35)
 _COVER_COLOUR = (0.60, 0.60, 0.62)
@@ -37,22 +35,18 @@ def write_fabrication(sensor: Sensor, title: Title, folder: Path) -> tuple[tuple
     write_dxf(drawing, dxf)
     write_svg(drawing, svg, title.name)
     coupon, cover = coupon_of(sensor.housing), cover_of(sensor)
-    solids = (
-        *_write_solid(coupon_part(coupon).shape, "coupon", _COUPON_COLOUR, folder),
-        *_write_solid(cover_part(cover).shape, "cover", _COVER_COLOUR, folder),
-    )
+    of_coupon, _ = _write_solid(coupon_part(coupon).shape, folder / "coupon", _COUPON_COLOUR)
+    of_cover, made = _write_solid(cover_part(cover).shape, folder / "cover", _COVER_COLOUR)
     sheet.write_text(fabrication_sheet(coupon, cover, title, sensor.part.shape.Volume()), encoding="utf-8")
-    return (dxf, svg, *solids, sheet), cover_findings(sensor, read_step(folder / "cover.step"), title.process)
+    return (dxf, svg, *of_coupon, *of_cover, sheet), cover_findings(sensor, made, title.process)
 
 
-def _write_solid(solid: cq.Shape, name: str, colour: Colour, folder: Path) -> tuple[Path, Path]:
-    """Write a solid [mm] as STEP, and as STL in print pose; both are read back."""
-    step, stl = folder / f"{name}.step", folder / f"{name}.stl"
-    write_step((Body(name=name, shape=solid, colour=colour),), step, name)
-    compare_volume(step, read_step(step).Volume(), solid.Volume(), step_tolerance(solid))
-    write_stl(print_pose(solid), stl)
-    compare_volume(stl, float(read_stl(stl).volume), solid.Volume(), solid_tolerance(solid))
-    return step, stl
+def _write_solid(solid: cq.Shape, path: Path, colour: Colour) -> tuple[tuple[Path, Path], cq.Shape]:
+    """Write a solid [mm] as STEP, and as STL in print pose; return their paths and what the STEP file holds."""
+    step, stl = path.with_suffix(".step"), path.with_suffix(".stl")
+    made = export_step((Body(name=path.name, shape=solid, colour=colour),), step)
+    export_stl(print_pose(solid), stl)
+    return (step, stl), made
 
 
 def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from cad.drafting import Item, Line, Words, across, upright
 from cad.flexure import Flexure
-from cad.gauges import GAUGES, FoilGauge, gauge_spans
+from cad.gauges import GAUGES, FoilGauge, along_leaf, gauge_spans
 from cad.housing import Housing
 
 _ABOVE = 20.0  # of the upper leaf seen from above, over the top of the housing
@@ -29,8 +29,8 @@ def gauge_marks(housing: Housing) -> Iterator[Item]:
 
 def _edges(housing: Housing, flexure: Flexure, roots: tuple[float, float], gauge: FoilGauge) -> Iterator[Item]:
     level, half = housing.lower_leaf_level + flexure.separation, 0.5 * flexure.thickness
-    for (start, end), _, _ in gauge_spans(flexure, gauge):
-        x = (_at(roots, start), _at(roots, end))
+    for whole, _, _ in gauge_spans(flexure, gauge):
+        x = along_leaf(roots, whole)
         for face in (-1.0, 1.0):
             yield from _box(x, (level + face * half, level + face * (half + _THICK)))
 
@@ -39,24 +39,19 @@ def _from_above(housing: Housing, flexure: Flexure, roots: tuple[float, float], 
     middle, deep = housing.top_level + _ABOVE + 0.5 * flexure.depth, 0.5 * flexure.depth
     yield from _box(roots, (middle - deep, middle + deep), layer="PART")
     wide, grid_wide = 0.5 * gauge.backing_width_mm, 0.5 * gauge.grid_width_mm
-    (backing, _, grid), _ = gauge_spans(flexure, gauge)
-    for (start, end), _, (grid_start, grid_end) in gauge_spans(flexure, gauge):
-        yield from _box((_at(roots, start), _at(roots, end)), (middle - wide, middle + wide))
-        yield from _box((_at(roots, grid_start), _at(roots, grid_end)), (middle - grid_wide, middle + grid_wide))
+    spans = gauge_spans(flexure, gauge)
+    backing, _, grid = spans[0]
+    for whole, _, sensing in spans:
+        yield from _box(along_leaf(roots, whole), (middle - wide, middle + wide))
+        yield from _box(along_leaf(roots, sensing), (middle - grid_wide, middle + grid_wide))
     foot = middle - deep
-    for level, (start, end), text in (
+    for level, span, text in (
         (foot - 7.0, (0.0, backing[0]), f"{backing[0]:g}"),
         (foot - 2.0, backing, f"{gauge.backing_length_mm:g} x {gauge.backing_width_mm:g}"),
         (foot - 4.5, grid, f"grid {gauge.grid_length_mm:g} x {gauge.grid_width_mm:g}"),
     ):
-        yield from across((_at(roots, start), _at(roots, end)), level, text, (middle - wide, middle - wide))
-    yield from upright((middle - wide, middle), _at(roots, 0.5 * flexure.length), f"{wide:g}")
-
-
-def _at(roots: tuple[float, float], way: float) -> float:
-    """Return x at a way from the wall along a leaf."""
-    wall, shuttle = roots
-    return wall + (way if shuttle > wall else -way)
+        yield from across(along_leaf(roots, span), level, text, (middle - wide, middle - wide))
+    yield from upright((middle - wide, middle), 0.5 * sum(roots), f"{wide:g}")
 
 
 def _box(x: tuple[float, float], z: tuple[float, float], layer: str = "NOTES") -> Iterator[Item]:

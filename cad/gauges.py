@@ -121,6 +121,13 @@ def gauge_spans(flexure: Flexure, gauge: FoilGauge) -> tuple[tuple[Span, Span, S
     return at_wall, (backing, metal, grid)
 
 
+def along_leaf(roots: tuple[float, float], span: Span) -> Span:
+    """Return x at both ends of a span that counts from the wall of a leaf, its roots in wall and shuttle [mm]."""
+    wall, shuttle = roots
+    start, end = (wall + (way if shuttle > wall else -way) for way in span)
+    return start, end
+
+
 def sandwich_gain(E: float, section: tuple[float, float], length: float, fillet: float, gauge: FoilGauge) -> float:
     """Return K of a pair with gauges on one leaf over K without [1], for leaves of depth and thickness `section` [mm].
 

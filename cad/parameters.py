@@ -242,5 +242,11 @@ class Design:
         step = 0.5 * self.tips.spacing_mm * math.tan(math.radians(self.press.tilt_deg))
         return -step, step
 
+    @property
+    def full_travels_mm(self) -> tuple[float, float]:
+        """Return how far the low and the high tip travel at full press [mm]; negative for one that stays off."""
+        low, high = self.tip_travel_mm
+        return self.press.travel_mm + low, self.press.travel_mm + high
+
 
 TABLES = tuple(item.name for item in dataclasses.fields(Design) if item.name != "name")

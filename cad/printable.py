@@ -99,13 +99,13 @@ def check_printable(
             process=process,
             thickness=thickness,
             depth=plate_depth(design, process),
-            travel=max(0.0, design.press.travel_mm + step),
+            travel=max(0.0, travel),
             K_m_max=K_m,
             longest=design.print.max_length_mm,
             gauge=GAUGES[design.print.gauges],
         )
-        for side, thickness, step, K_m in zip(
-            ("low", "high"), thicknesses, design.tip_travel_mm, (stiffest, asymmetry * stiffest), strict=True
+        for side, thickness, travel, K_m in zip(
+            ("low", "high"), thicknesses, design.full_travels_mm, (stiffest, asymmetry * stiffest), strict=True
         )
     )
     solved = lengths_mm or (None, None)

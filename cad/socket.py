@@ -13,10 +13,9 @@ from cad.housing import Housing, named_housing
 from cad.line import SolidLines, Vector
 from cad.parameters import Tips
 from cad.part import Part
-from cad.tips import tip_parts
+from cad.tips import PLACE_TOLERANCE_MM, tip_parts
 
 STEEL_MPA = 206000.0  # typical of carbon steel
-PLACE_TOLERANCE_MM = 1e-3
 _SQUARE, _ROUND = 1.1523, 1.0  # F (1 - nu^2) / (E d side) of a rigid punch on a half-space, Read 1997, Sneddon 1965
 _REACH = 1.0
 

@@ -176,10 +176,11 @@ def beam_guess(design: Design) -> tuple[Housing, tuple[float, float]]:
     for one in printable:
         if one.passed is False:
             raise DeclinedError(one.reason)
-    low, high = design.tip_travel_mm
-    deflections = sizing.deflections((design.press.travel_mm + low, design.press.travel_mm + high))
     lengths = (printable[0].length_mm, printable[1].length_mm)
-    return housing_for(design, process, lengths, deflections), (sizing.springs.K_l, sizing.springs.K_h)
+    return housing_for(design, process, lengths, sizing.deflections(design.full_travels_mm)), (
+        sizing.springs.K_l,
+        sizing.springs.K_h,
+    )
 
 
 def closed_loops() -> tuple[list[Measured], dict[str, float]]:

@@ -15,9 +15,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
-from cad.design_file import nearest
 from cad.parameters import Design
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, fault, nearest
 from pipeline.accuracy import DEFAULT_TOLERANCE, TOLERANCES
 from pipeline.load import CONTACT_METHODS, DEFAULT_DESIGN, FRUIT_STIFFNESSES, RunOptions, load_design
 from pipeline.outputs import Interrupted, refuse_unusable

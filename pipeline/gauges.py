@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from cad.gauges import GAUGES, gauge_spans
+from cad.gauges import GAUGES, along_leaf, gauge_spans
 from cad.housing import Housing
 from solve.bonded import BondedFoil
 from solve.flexure import LEAVES
@@ -17,11 +17,10 @@ def bonded_foils(housing: Housing) -> tuple[BondedFoil, ...]:
     grid_wide = 0.5 * gauge.grid_width_mm
     (foil, foil_poisson), (backing, backing_poisson) = gauge.layers
     found = []
-    for tip, (_, flexure, (wall, shuttle)) in enumerate(housing.arms):
-        along = 1.0 if shuttle > wall else -1.0
+    for tip, (_, flexure, roots) in enumerate(housing.arms):
         level = housing.lower_leaf_level + flexure.separation
         for root, spans in zip((1.0, -1.0), gauge_spans(flexure, gauge), strict=True):
-            whole, metal, grid = ((wall + along * start, wall + along * end) for start, end in spans)
+            whole, metal, grid = (along_leaf(roots, span) for span in spans)
             for face in (1.0, -1.0):
                 bare = BondedFoil(
                     name=LEAVES[tip],

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from cad.design_file import design_from_mapping, nearest, overridden, read_design
+from cad.design_file import design_from_mapping, overridden, read_design
 from cad.parameters import Design
-from cad.quantity import fault
+from cad.quantity import fault, nearest
 from pipeline.accuracy import DEFAULT_TOLERANCE, TOLERANCES
 
 DESIGNS = Path(__file__).parents[1] / "designs"

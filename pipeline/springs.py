@@ -87,8 +87,7 @@ def print_springs(design: Design, sizing: Sizing, tolerance: float = DEFAULT_TOL
     """
     process = PROCESSES[design.print.process]
     springs, K_m_max, asymmetry = sizing.springs, sizing.K_m_max, sizing.sized_asymmetry
-    low_step, high_step = design.tip_travel_mm
-    deflections = sizing.deflections((design.press.travel_mm + low_step, design.press.travel_mm + high_step))
+    deflections = sizing.deflections(design.full_travels_mm)
     verdicts = check_printable(design, springs, K_m_max, process, asymmetry=asymmetry)
     fitted = None
     if all(verdict.passed is not False for verdict in verdicts):

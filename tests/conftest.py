@@ -1,5 +1,6 @@
 """What every test gets: a fixed seed, a cache of its own, and a way to plant source files."""
 
+import importlib
 import random
 import textwrap
 from collections.abc import Callable, Iterator, Mapping
@@ -47,3 +48,18 @@ def plant(tmp_path: Path) -> Callable[[Mapping[str, str]], Path]:
         return tmp_path
 
     return write
+
+
+@pytest.fixture
+def wrong_traction(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plant a wrong sign in one shear traction of the half-space, as the remainder sees it."""
+    halfspace = importlib.import_module("solve.halfspace")
+    right = halfspace.stress
+
+    def wrong(fields: object, poisson: float) -> np.ndarray:
+        sigma: np.ndarray = right(fields, poisson)
+        sigma[0, 2] *= -1.0
+        sigma[2, 0] = sigma[0, 2]
+        return sigma
+
+    monkeypatch.setattr(halfspace, "stress", wrong)

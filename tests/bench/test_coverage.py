@@ -13,7 +13,6 @@ import solve.remainder
 from cad.quantity import InputError
 from mesh.flexure import flexure_mesh
 from pipeline import hard_contact, hard_flexure
-from solve import halfspace
 from solve.flexure import tip_compliance
 from solve.split import LARGEST_ERROR, LEVELS
 
@@ -51,19 +50,6 @@ def test_scenes_at_a_loose_tolerance_lie_inside_their_bars(coverage):
     for found in coverage.contact_coverage(5, 3, 0.0, 0.02):
         assert len(found.claims) == 5
         assert found.holds
-
-
-@pytest.fixture
-def wrong_traction(monkeypatch):
-    right = halfspace.stress
-
-    def wrong(fields, poisson):
-        sigma = right(fields, poisson)
-        sigma[0, 2] *= -1.0
-        sigma[2, 0] = sigma[0, 2]
-        return sigma
-
-    monkeypatch.setattr(solve.remainder.halfspace, "stress", wrong)
 
 
 @pytest.mark.usefixtures("quick", "wrong_traction")

@@ -44,8 +44,7 @@ def printed_for(case, *, made=True, lengths=LENGTHS):
     design, sizing = case.design, case.sizing
     process = PROCESSES[design.print.process]
     K = (sizing.springs.K_l, sizing.springs.K_h)
-    low_step, high_step = design.tip_travel_mm
-    deflections = sizing.deflections((design.press.travel_mm + low_step, design.press.travel_mm + high_step))
+    deflections = sizing.deflections(design.full_travels_mm)
     housing = housing_for(design, process, lengths, deflections)
     stiffness = HousingStiffness(
         C=np.diag([1.0 / K[0], 1.0 / K[1]]), K=K, error_percent=BARS, strain_per_N=(1e-3, 1e-4),

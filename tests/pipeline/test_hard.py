@@ -22,7 +22,6 @@ from pipeline.bench_flexure import HOUSING
 from pipeline.claims import Claim, HardCase, settle
 from pipeline.contact import contact_compliance
 from pipeline.hard import every_case, hard
-from solve import halfspace
 from solve.flexure import tip_compliance
 from solve.linear import SolveError
 
@@ -121,19 +120,6 @@ def test_table_and_exit_code(tmp_path, capsys):
     assert "1 right, 0 refused, 1 wrong" in (tmp_path / "hard.md").read_text(encoding="utf-8")
     assert hard(as_json=False, out=tmp_path, cases=[good]) == 0
     assert "1 right, 0 refused, 0 wrong" in capsys.readouterr().out
-
-
-@pytest.fixture
-def wrong_traction(monkeypatch):
-    right = halfspace.stress
-
-    def wrong(fields, poisson):
-        sigma = right(fields, poisson)
-        sigma[0, 2] *= -1.0
-        sigma[2, 0] = sigma[0, 2]
-        return sigma
-
-    monkeypatch.setattr(solve.remainder.halfspace, "stress", wrong)
 
 
 def paper(method):
