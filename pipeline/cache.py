@@ -26,13 +26,21 @@ def cache_folder() -> Path:
 @functools.cache
 def code_digest() -> str:
     """Return the digest of every source file of the project and of the versions of what it computes with."""
-    root = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for name in _LIBRARIES:
         digest.update(f"{name}=={version(name)}\n".encode())
-    for path in sorted(path for package in _SOURCES for path in (root / package).glob("*.py")):
-        digest.update(f"{path.parent.name}/{path.name}\n".encode())
-        digest.update(path.read_bytes())
+    digest.update(sources_digest(Path(__file__).parents[1]).encode())
+    return digest.hexdigest()
+
+
+def sources_digest(root: Path) -> str:
+    """Return the digest of every file of the four packages below a folder, at any depth, caches of Python left out."""
+    digest = hashlib.sha256()
+    for package in _SOURCES:
+        for path in sorted((root / package).rglob("*")):
+            if path.is_file() and "__pycache__" not in path.parts:
+                digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_size}\n".encode())
+                digest.update(path.read_bytes())
     return digest.hexdigest()
 
 

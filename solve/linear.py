@@ -20,7 +20,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer[Any]]
 
 RESIDUAL_LIMIT = 1e-9
-CONDITION_LIMIT = 1e14
+DIGITS = 1e-4  # of the largest displacement: what round-off may leave unknown of a solution
+CONDITION_LIMIT = DIGITS / float(np.finfo(np.float64).eps)
 _SMALL = 8000  # free dofs under which SuperLU is done before pardiso has started
 
 

@@ -121,7 +121,8 @@ def _table(moments: Floats, lines: tuple[Floats, Floats], aspect: float, error: 
 
 def graded_edges(cells: int, grading: float = GRADING) -> Floats:
     """Return the edges of cells on (-1/2, 1/2), steps ~ (distance to the end)^(1 - 1/grading)."""
-    t = np.linspace(-1.0, 1.0, cells + 1)
+    line = np.linspace(-1.0, 1.0, cells + 1)
+    t = 0.5 * (line - line[::-1])  # a mirror image to the last bit, so that mirrored scenes have mirrored matrices
     return 0.5 * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** grading)
 
 

@@ -1,11 +1,13 @@
 """The cache gives back what was stored for the same inputs and code, and never anything else."""
 
 import stat
+from pathlib import Path
 
 import pytest
 
+from cad import parameters
 from pipeline import cache
-from pipeline.cache import cache_folder, code_digest, remembered
+from pipeline.cache import cache_folder, code_digest, remembered, sources_digest
 
 
 @pytest.fixture(autouse=True)
@@ -78,6 +80,30 @@ def test_folder_follows_the_environment(monkeypatch, tmp_path):
 def test_code_digest_is_one_of_sha256():
     assert len(code_digest()) == 64
     assert code_digest() == code_digest()
+
+
+def test_every_source_file_counts_in_sub_folders_too(plant):
+    """A changed file that the digest does not see would serve results of other code."""
+    files = {"cad/a.py": "", "mesh/deep/b.py": "", "solve/deep/er/c.py": "", "pipeline/d.toml": ""}
+    root = plant(files)
+    seen = {sources_digest(root)}
+    for name in files:
+        (root / name).write_text("changed", encoding="utf-8")
+        seen.add(sources_digest(root))
+    (root / "solve/deep/c.py").write_text("", encoding="utf-8")
+    seen.add(sources_digest(root))
+    (root / "solve/deep/c.py").rename(root / "solve/deep/e.py")
+    seen.add(sources_digest(root))
+    assert len(seen) == len(files) + 3
+    (root / "cad/__pycache__").mkdir()
+    (root / "cad/__pycache__/a.pyc").write_text("", encoding="utf-8")
+    assert sources_digest(root) in seen
+
+
+def test_every_file_of_the_project_is_below_a_package_that_counts():
+    root = Path(cache.__file__).parents[1]
+    counted = {path for package in cache._SOURCES for path in (root / package).rglob("*.py")}
+    assert {Path(module.__file__) for module in (cache, parameters)} <= counted
 
 
 def test_entry_leaves_no_other_file(folder):

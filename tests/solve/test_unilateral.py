@@ -81,10 +81,16 @@ def test_mirrored_tilt_mirrors_the_contact(footprints):
     contact = UnilateralContact(footprints)
     right = contact.press(travels(footprints, 0.3, 2.0), (1.0, 1.0))
     left = contact.press(travels(footprints, 0.3, -2.0), (1.0, 1.0))
-    np.testing.assert_allclose(left.F[::-1], right.F, rtol=1e-10)
     cells = int(np.sqrt(len(footprints.owner) / 2))
-    mirrored = left.pressure.reshape(2, cells, cells)[::-1, ::-1].ravel()
-    np.testing.assert_allclose(mirrored, right.pressure, atol=1e-10 * right.pressure.max())
+    image = np.arange(len(footprints.owner)).reshape(2, cells, cells)[::-1, ::-1].ravel()
+    # What parts the two scenes is the mesh of the remainder, which is no mirror image of itself to the last bit.
+    matrix = footprints.compliance
+    apart = np.abs(matrix - matrix[np.ix_(image, image)]).max() / np.abs(matrix).max()
+    condition = np.linalg.cond(matrix)
+    assert apart * condition < 1e-6
+    bound = condition * (apart + len(matrix) * np.finfo(float).eps)
+    np.testing.assert_allclose(left.F[::-1], right.F, rtol=bound)
+    np.testing.assert_allclose(left.pressure[image], right.pressure, atol=bound * right.pressure.max(), rtol=0.0)
 
 
 def test_roll_of_either_sign_is_the_same(footprints):
