@@ -2,9 +2,9 @@
 
 from skfem import MeshTet1
 
-from cad.fruit import fruit_half, fruit_quarter
-from cad.parameters import Fruit, Tips
-from cad.part import Part
+from cad.design.parameters import Fruit, Tips
+from cad.parts.fruit import fruit_half, fruit_quarter
+from cad.parts.part import Part
 from mesh.volume import SizeField, volume_mesh
 
 # Under a sharp tip u ~ r^1/2, so the energy error is first order in the size h at the edge; away from it

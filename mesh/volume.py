@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshTet1
 
-from cad.part import Part
+from cad.parts.part import Part
 from mesh.quality import check_quality, compare
 from mesh.session import MeshError, gmsh_session, stage
 

@@ -15,11 +15,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
-from cad.parameters import Design
+from cad.design.parameters import Design
 from cad.quantity import InputError, fault, nearest
 from pipeline.accuracy import DEFAULT_TOLERANCE, TOLERANCES
-from pipeline.load import CONTACT_METHODS, DEFAULT_DESIGN, FRUIT_STIFFNESSES, RunOptions, load_design
-from pipeline.outputs import Interrupted, refuse_unusable
+from pipeline.options import CONTACT_METHODS, DEFAULT_DESIGN, FRUIT_STIFFNESSES, RunOptions, load_design
+from pipeline.storage.folder import Interrupted, refuse_unusable
 
 PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG}
@@ -230,11 +230,11 @@ def _run(arguments: argparse.Namespace) -> int:
 
 def _design(arguments: argparse.Namespace) -> int:
     if arguments.list_processes:
-        from pipeline import processes
+        from pipeline.commands import processes
 
         return processes.list_processes(as_json=arguments.json)
     design, options = _asked(arguments)
-    from pipeline import fabrication
+    from pipeline.stages import fabrication
 
     return _finish(fabrication.fabricate, design, options, as_json=arguments.json)
 
@@ -242,9 +242,9 @@ def _design(arguments: argparse.Namespace) -> int:
 def _finish(stages: Callable[..., Any], design: Design, options: RunOptions, *, as_json: bool) -> int:
     """Run the stages, print the report, return the exit code; a scene that cannot be solved is wrong input."""
     from mesh.session import MeshError
-    from pipeline import report_tables
+    from pipeline.report import tables as report_tables
+    from solve.fruit.split import SplitDomainError
     from solve.linear import SolveError
-    from solve.split import SplitDomainError
 
     try:
         result = stages(design, options)
@@ -267,29 +267,29 @@ def _print_json(data: object) -> None:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from pipeline import check
+    from pipeline.commands import check
 
     return check.check(arguments.path, as_json=arguments.json)
 
 
 def _view(arguments: argparse.Namespace) -> int:
-    from pipeline import view
+    from pipeline.commands import view
 
     return view.view(arguments.folder, arguments.png)
 
 
 def _bench(arguments: argparse.Namespace) -> int:
     place = {} if arguments.out is None else {"out": arguments.out}
-    from pipeline import bench
+    from pipeline.bench import bench
 
     if not arguments.hard:
         return bench.bench(as_json=arguments.json, **place)
-    from pipeline import hard
+    from pipeline.bench.hard import suite as hard
 
     return hard.hard(as_json=arguments.json, **place)
 
 
 def _doctor(_arguments: argparse.Namespace) -> int:
-    from pipeline import doctor
+    from pipeline.commands import doctor
 
     return doctor.doctor()

@@ -5,21 +5,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cad.design_file import design_as_toml
-from cad.parameters import Design
+from cad.design.design_file import design_as_toml
+from cad.design.parameters import Design
 from pipeline.accuracy import CONTACT_SHARE
-from pipeline.judgement import Case, judge
-from pipeline.kept import kept_contact
-from pipeline.load import RunOptions
-from pipeline.outputs import output_folder
-from pipeline.report import accuracy_entry, compose, file_entries, write_report
-from pipeline.response_table import response_table
-from pipeline.sizing import size
-from pipeline.solids import write_solids
-from pipeline.solutions import write_solutions
-from pipeline.springs import PrintedSprings, print_springs
-from pipeline.stopwatch import Stopwatch
-from pipeline.verdicts import Verdict, advised, all_passed
+from pipeline.options import RunOptions
+from pipeline.report.mapping import accuracy_entry, compose, file_entries, write_report
+from pipeline.report.response_csv import response_table
+from pipeline.stages.fields import write_solutions
+from pipeline.stages.kept import kept_contact
+from pipeline.stages.sizing import size
+from pipeline.stages.solids import write_solids
+from pipeline.stages.springs import PrintedSprings, print_springs
+from pipeline.stages.verdict_rules import Verdict, advised, all_passed
+from pipeline.stages.verdicts import Case, judge
+from pipeline.storage.folder import output_folder
+from pipeline.storage.stopwatch import Stopwatch
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -53,7 +53,7 @@ def plant(tmp_path: Path) -> Callable[[Mapping[str, str]], Path]:
 @pytest.fixture
 def wrong_traction(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plant a wrong sign in one shear traction of the half-space, as the remainder sees it."""
-    halfspace = importlib.import_module("solve.halfspace")
+    halfspace = importlib.import_module("solve.halfspace.potentials")
     right = halfspace.stress
 
     def wrong(fields: object, poisson: float) -> np.ndarray:

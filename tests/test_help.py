@@ -9,7 +9,16 @@ import pytest
 ROOT = Path(__file__).parents[1]
 HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk", "matplotlib", "trimesh", "meshio"}
 COMMANDS = ("run", "design", "check", "view")
-SIZING = ("parameters", "design_file", "quantity", "springs", "blade", "materials", "printable")
+ROOT_ROOMS = ("quantity", "verdict")
+SIZING = (
+    *ROOT_ROOMS,
+    *(
+        f"{room}.{path.stem}"
+        for room in ("theory", "design")
+        for path in sorted((ROOT / "cad" / room).glob("[a-z]*.py"))
+        if path.stem != "soft_tissue"
+    ),
+)
 
 
 def _imported(*arguments: str) -> tuple[set[str], str]:

@@ -18,15 +18,15 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from cad.curved_fruit import curved_fruit  # noqa: E402
-from cad.parameters import Fruit, Press, Tips  # noqa: E402
+from cad.design.parameters import Fruit, Press, Tips  # noqa: E402
+from cad.parts.curved_fruit import curved_fruit  # noqa: E402
 from mesh.fruit import fruit_size  # noqa: E402
 from mesh.volume import volume_mesh  # noqa: E402
-from pipeline.contact import contact_compliance  # noqa: E402
-from solve.punch import square_punch  # noqa: E402
-from solve.scene import Scene  # noqa: E402
-from solve.scene_response import scene_response  # noqa: E402
-from solve.split import LEVELS, Foot, feet_compliance, split_compliance  # noqa: E402
+from pipeline.stages.contact import contact_compliance  # noqa: E402
+from solve.contact.response import scene_response  # noqa: E402
+from solve.contact.scene import Scene  # noqa: E402
+from solve.fruit.split import LEVELS, Foot, feet_compliance, split_compliance  # noqa: E402
+from solve.halfspace.punch import square_punch  # noqa: E402
 
 REFERENCE = (0.766603, 0.010526)  # two independent methods to 2e-6, see tests/solve/test_split.py
 FINEST = LEVELS[1]  # 3 to 4 times closer than the first level on the paper's block
@@ -154,8 +154,8 @@ TABLES = {
 
 def tables() -> None:
     """Print CPU and error bars of a table of 7 moduli and 13 travels, after the compliance; no cells are kept."""
-    import solve.footprint
-    import solve.scene
+    import solve.contact.cells
+    import solve.contact.scene
 
     print("\n7 moduli x 13 travels after the compliance")
     print(
@@ -164,8 +164,8 @@ def tables() -> None:
     x = 0.6 * np.arange(1, 14) / 13
     for name, scene in TABLES.items():
         compliance = contact_compliance(scene.fruit, scene.tips)
-        solve.scene._footprints.cache_clear()
-        solve.footprint._smooth_compliance.cache_clear()
+        solve.contact.scene._footprints.cache_clear()
+        solve.contact.cells._smooth_compliance.cache_clear()
         found, seconds = timed(lambda s=scene, c=compliance: scene_response(s, c, SPRINGS, tuple(E), x))
         P = found.responses[-1].P[[0, 6, 12]]
         bar = found.P_error_percent[np.isfinite(found.P_error_percent)]

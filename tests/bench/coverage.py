@@ -17,13 +17,13 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from cad.materials import PROCESSES  # noqa: E402
-from cad.parameters import Design, Fruit, Print, Targets, Tips  # noqa: E402
-from pipeline.bench_flexure import beam_guess  # noqa: E402
-from pipeline.claims import REFUSALS, Claim  # noqa: E402
-from pipeline.flexures import DEFAULT, RUNGS, Rung  # noqa: E402
-from pipeline.hard_contact import TOLERANCE, compliance_claims  # noqa: E402
-from pipeline.hard_flexure import stiffness_claims  # noqa: E402
+from cad.design.parameters import Design, Fruit, Print, Targets, Tips  # noqa: E402
+from cad.design.processes import PROCESSES  # noqa: E402
+from pipeline.bench.flexure import beam_guess  # noqa: E402
+from pipeline.bench.hard.contact import TOLERANCE, compliance_claims  # noqa: E402
+from pipeline.bench.hard.flexure import stiffness_claims  # noqa: E402
+from pipeline.bench.hard.reference_check import REFUSALS, Claim  # noqa: E402
+from pipeline.fit.leaf_lengths import DEFAULT, RUNGS, Rung  # noqa: E402
 
 SHARE, EXCESS, WIDTH = 0.95, 2.0, 5.0  # goals: inside, largest error over bar, median bar over error
 

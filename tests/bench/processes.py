@@ -14,20 +14,21 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from cad.housing import Housing, housing_part, named_housing  # noqa: E402
-from cad.materials import PROCESSES, Process  # noqa: E402
-from cad.parameters import Design, Print  # noqa: E402
-from cad.sensor import Body  # noqa: E402
-from cad.step import read_step, write_step  # noqa: E402
-from mesh.flexure import flexure_mesh  # noqa: E402
+from reference.flexure_reference import ReferenceStiffness, reference_stiffness  # noqa: E402
+from reference.tetrahedra import fine_boxes, tetrahedra  # noqa: E402
+
+from cad.design.parameters import Design, Print  # noqa: E402
+from cad.design.processes import PROCESSES, Process  # noqa: E402
+from cad.files.step import read_step, write_step  # noqa: E402
+from cad.parts.housing import Housing, housing_part, named_housing  # noqa: E402
+from cad.parts.sensor import Body  # noqa: E402
+from mesh.housing.sweep import flexure_mesh  # noqa: E402
 from mesh.session import MeshError  # noqa: E402
-from mesh.tetrahedra import fine_boxes, tetrahedra  # noqa: E402
-from pipeline.bench_flexure import beam_guess, calculix_stiffness  # noqa: E402
-from pipeline.bench_table import percent  # noqa: E402
-from pipeline.claims import DeclinedError  # noqa: E402
-from pipeline.flexures import fit_flexures  # noqa: E402
-from pipeline.peers import absent, hexahedra  # noqa: E402
-from solve.flexure_reference import ReferenceStiffness, reference_stiffness  # noqa: E402
+from pipeline.bench.calculix import absent, hexahedra  # noqa: E402
+from pipeline.bench.flexure import beam_guess, calculix_stiffness  # noqa: E402
+from pipeline.bench.hard.reference_check import DeclinedError  # noqa: E402
+from pipeline.bench.table import percent  # noqa: E402
+from pipeline.fit.leaf_lengths import fit_flexures  # noqa: E402
 
 TARGET, SAME_MESH, CHECK = 1e-3, 1e-4, 3e-3  # goals, relative: FE to target, CalculiX to FE, extrapolated tets to FE
 CHOICE, KIND = "hex 20, reduced", "C3D20R"

@@ -9,12 +9,13 @@ from pathlib import Path
 import pytest
 from skfem import ElementHex1
 
-import solve.remainder
+import solve.fruit.remainder
 from cad.quantity import InputError
-from mesh.flexure import flexure_mesh
-from pipeline import hard_contact, hard_flexure
-from solve.flexure import tip_compliance
-from solve.split import LARGEST_ERROR, LEVELS
+from mesh.housing.sweep import flexure_mesh
+from pipeline.bench.hard import contact as hard_contact
+from pipeline.bench.hard import flexure as hard_flexure
+from solve.fruit.split import LARGEST_ERROR, LEVELS
+from solve.housing.stiffness import tip_compliance
 
 SCRIPT = Path(__file__).with_name("coverage.py")
 
@@ -61,7 +62,7 @@ def test_a_wrong_sign_in_a_traction_does_not_hold(coverage):
 
 @pytest.mark.usefixtures("quick")
 def test_a_mesh_at_order_1_does_not_hold(coverage, monkeypatch):
-    monkeypatch.setattr(solve.remainder, "ElementHex2", ElementHex1)
+    monkeypatch.setattr(solve.fruit.remainder, "ElementHex2", ElementHex1)
     assert not any(found.holds for found in coverage.contact_coverage(5, 3, 0.0, 0.02))
 
 

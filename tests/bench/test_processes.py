@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from cad.materials import PROCESSES
-from pipeline.bench_flexure import HOUSING
-from pipeline.claims import DeclinedError
+from cad.design.processes import PROCESSES
+from pipeline.bench.flexure import HOUSING
+from pipeline.bench.hard.reference_check import DeclinedError
 
 SCRIPT = Path(__file__).with_name("processes.py")
 TARGETS = (0.9, 20.0)

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from cad.flexure import Flexure
-from cad.housing import Housing, housing_part
-from cad.parameters import Fruit, Press, Tips
-from cad.sensor import Sensor
+from cad.design.parameters import Fruit, Press, Tips
+from cad.parts.housing import Housing, housing_part
+from cad.parts.sensor import Sensor
+from cad.theory.flexure import Flexure
 
 
 @pytest.fixture(scope="session")

@@ -3,8 +3,8 @@ import itertools
 import numpy as np
 import pytest
 
-from cad.fruit import fruit_block, fruit_half, fruit_quarter
-from cad.parameters import Fruit, Tips
+from cad.design.parameters import Fruit, Tips
+from cad.parts.fruit import fruit_block, fruit_half, fruit_quarter
 from mesh.fruit import REFINEMENTS, edge_size, fruit_mesh, fruit_meshes, fruit_size
 
 FRUIT, TIPS = Fruit(), Tips()

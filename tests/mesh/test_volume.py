@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skfem import MeshTet1
 
-from cad.part import Part, named_part
+from cad.parts.part import Part, named_part
 from mesh.quality import check_quality, scaled_jacobian
 from mesh.session import MeshError
 from mesh.volume import SizeField, check_against_part, volume_mesh

@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 
 import pipeline
-from cad.materials import PROCESSES
-from cad.parameters import Design
-from pipeline import cli, load
+from cad.design.parameters import Design
+from cad.design.processes import PROCESSES
+from pipeline import cli
+from pipeline import options as load
 from pipeline.cli import main
-from pipeline.outputs import output_folder
+from pipeline.storage.folder import output_folder
 
 ROOT = Path(__file__).parents[2]
 NL = "must be {}greater than 0 and less than 0.5; give a fraction, for 5 % write 0.05"

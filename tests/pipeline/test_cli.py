@@ -11,15 +11,16 @@ from pathlib import Path
 import pytest
 
 import pipeline
-from cad.materials import PROCESSES
-from cad.parameters import Design
+from cad.design.parameters import Design
+from cad.design.processes import PROCESSES
 from mesh.session import MeshError
-from pipeline import cli, load
+from pipeline import cli
+from pipeline import options as load
 from pipeline.cli import main
-from pipeline.load import RunOptions, load_design
-from pipeline.outputs import Interrupted, output_folder
+from pipeline.options import RunOptions, load_design
+from pipeline.storage.folder import Interrupted, output_folder
+from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
-from solve.split import SplitDomainError
 
 ROOT = Path(__file__).parents[2]
 COMMANDS = ("run", "design", "check", "view", "bench", "doctor")
@@ -184,7 +185,7 @@ def test_closed_pipe_keeps_the_verdicts_code():
         tables = types.SimpleNamespace(print_report=lambda _: [print("x" * 99) for _ in range(9999)])
         work = lambda design, options: types.SimpleNamespace(report={}, passed=False)
         pipeline.report_tables, pipeline.run = tables, types.SimpleNamespace(run=work)
-        sys.modules |= {"pipeline.report_tables": pipeline.report_tables, "pipeline.run": pipeline.run}
+        sys.modules |= {"pipeline.report.tables": pipeline.report_tables, "pipeline.run": pipeline.run}
         sys.exit(main(["run"]) + 40)
     """
     with subprocess.Popen(

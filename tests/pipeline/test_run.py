@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from cad.design_file import design_from_mapping, read_design
-from cad.step import read_step
+from cad.design.design_file import design_from_mapping, read_design
+from cad.files.step import read_step
 from pipeline.cli import main
 
 MAIN_KEYS = {

@@ -10,9 +10,9 @@ doi:10.1016/0021-9290(72)90010-3: kappa = F / (2 a E* d) = int_0^1 phi, with phi
 import numpy as np
 import pytest
 
-from cad.parameters import Fruit
-from solve.punch import circle_punch
-from solve.split import LEVELS, Foot, feet_compliance
+from cad.design.parameters import Fruit
+from solve.fruit.split import LEVELS, Foot, feet_compliance
+from solve.halfspace.punch import circle_punch
 
 A_OVER_H = (0.2, 0.4, 0.6, 0.8, 1.0)
 KAPPA = {0.3: (1.207, 1.473, 1.785, 2.126, 2.484), 0.5: (1.281, 1.684, 2.213, 2.860, 3.619)}

@@ -8,7 +8,7 @@ Of radius r: F = 2 r E* d; under the profile d = rho^2 in full contact F = 4/3 E
 import numpy as np
 import pytest
 
-from solve.punch import circle_punch
+from solve.halfspace.punch import circle_punch
 
 R = 0.5
 # the table is a finite sum of exact terms

@@ -6,9 +6,9 @@ The elements are cells of uniform pressure with the exact potential between rect
 import numpy as np
 import pytest
 
-from solve.error import richardson
-from solve.punch import graded_edges, influence
-from solve.split import CLOSE, CLOSE_ERROR, NODE_ERROR, Foot, level_compliance, nodes_between
+from solve.error_estimate import richardson
+from solve.fruit.split import CLOSE, CLOSE_ERROR, NODE_ERROR, Foot, level_compliance, nodes_between
+from solve.halfspace.punch import graded_edges, influence
 
 GRIDS = (16, 22, 30)
 

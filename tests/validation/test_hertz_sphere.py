@@ -7,11 +7,11 @@ doi:10.1017/CBO9781139171731.
 import numpy as np
 import pytest
 
-from cad.parameters import Fruit
-from solve.footprint import footprint_compliance
-from solve.gap import sphere_gap
-from solve.split import Foot
-from solve.unilateral import UnilateralContact
+from cad.design.parameters import Fruit
+from solve.contact.cells import footprint_compliance
+from solve.contact.gap import sphere_gap
+from solve.contact.unilateral import UnilateralContact
+from solve.fruit.split import Foot
 
 SIDE = 0.2
 RADIUS = 1.0

@@ -16,15 +16,15 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 from skfem import ElementTetP2, FacetBasis, LinearForm
 
-from cad.fruit import fruit_half
-from cad.parameters import Fruit, Press, Tips
+from cad.design.parameters import Fruit, Press, Tips
+from cad.parts.fruit import fruit_half
 from mesh.fruit import fruit_mesh
+from solve.contact.pressure import footprint_pressure
+from solve.contact.response import scene_response
+from solve.contact.scene import Scene
 from solve.elasticity import stiffness_matrix, vector_basis
+from solve.fruit.split import split_compliance
 from solve.linear import factorised
-from solve.pressure import footprint_pressure
-from solve.scene import Scene
-from solve.scene_response import scene_response
-from solve.split import split_compliance
 
 BLOCK = Fruit()
 SPHERE = Fruit(shape="sphere", radius_mm=35.0)

@@ -7,7 +7,7 @@ Foundation Vibrations, in: Foundation Engineering Handbook (1991), chapter 15.
 import numpy as np
 import pytest
 
-from solve.punch import rectangle_punch
+from solve.halfspace.punch import rectangle_punch
 
 FIT = 0.02  # the fit gives 1.135 for the square, where 1.1523 is exact: 1.5 %
 GRIDS = 1e-4

@@ -6,10 +6,10 @@ a rigid frictionless punch of side a answers F = pi C a E* d = 1.15230 a E* d.
 
 import numpy as np
 
-from cad.parameters import Fruit
-from solve.box import Grading
-from solve.punch import square_punch
-from solve.split import Foot, feet_compliance
+from cad.design.parameters import Fruit
+from solve.fruit.box import Grading
+from solve.fruit.split import Foot, feet_compliance
+from solve.halfspace.punch import square_punch
 
 STIFFNESS = np.pi * 0.366789
 # sixth digit of the capacity; extrapolated boundary elements differ in it

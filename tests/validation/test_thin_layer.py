@@ -6,10 +6,10 @@ Solved by direct finite elements, the method that takes over from the split wher
 
 import numpy as np
 
-from cad.fruit import fruit_quarter
-from cad.parameters import Fruit, Tips
+from cad.design.parameters import Fruit, Tips
+from cad.parts.fruit import fruit_quarter
 from mesh.fruit import fruit_mesh
-from solve.contact import mesh_compliance
+from solve.fruit.direct import mesh_compliance
 
 SIDE, POISSON = 8.0, 0.3
 MODULUS = (1.0 - POISSON) / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))

@@ -6,7 +6,7 @@ Square 0.08277 pi E* a^3: boundary elements, 48 graded cells a side, not extrapo
 
 import numpy as np
 
-from solve.punch import circle_punch, square_punch
+from solve.halfspace.punch import circle_punch, square_punch
 
 
 def test_tilt_stiffness_of_the_circle():

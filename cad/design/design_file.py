@@ -1,0 +1,131 @@
+"""Design files: TOML in and out, one flag at a time on top, every unknown key answered with the nearest known one."""
+
+import dataclasses
+import json
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from cad.design import parameters
+from cad.design.parameters import TABLES, Design
+from cad.quantity import InputError, as_float, fault, nearest
+
+_TABLE_TYPES = {
+    "targets": parameters.Targets,
+    "springs": parameters.GivenSprings,
+    "fruit": parameters.Fruit,
+    "tips": parameters.Tips,
+    "press": parameters.Press,
+    "print": parameters.Print,
+}
+
+
+def _unknown(kind: str, name: str, word: str, known: list[str]) -> InputError:
+    shown = name if name.isprintable() else repr(name)
+    return InputError(
+        f"{shown}: unknown {kind}; must be one of {', '.join(known)}; did you mean {nearest(word, known)}?"
+    )
+
+
+def design_from_mapping(data: Mapping[str, Any]) -> Design:
+    """Return the design that nested tables describe; raises InputError for an unknown or bad key."""
+    for key in data:
+        if key != "name" and key not in TABLES:
+            raise _unknown("table", key, key, ["name", *TABLES])
+    name = data.get("name", "paper")
+    if not isinstance(name, str):
+        raise fault("name", name, "", "text", "it names files and folders")
+    tables = {table: _table(table, data[table]) for table in TABLES if table in data}
+    return Design(name=name, **tables)
+
+
+def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables
+    if not isinstance(values, Mapping):
+        msg = f"{table} = {values}: must be a table; write [{table}] and its keys below it"
+        raise InputError(msg)
+    kind = _TABLE_TYPES[table]
+    known = [item.name for item in dataclasses.fields(kind)]
+    for key in values:
+        if key not in known:
+            raise _unknown("key", f"{table}.{key}", key, known)
+    return kind(**{key: _frozen(value) for key, value in values.items()})
+
+
+def _frozen(value: object) -> object:
+    if isinstance(value, list):
+        return tuple(_frozen(item) for item in value)
+    return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+def read_design(path: Path) -> dict[str, Any]:
+    """Return the tables of a design file; raises InputError when it is missing, unreadable or not TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        msg = f"design file {path}: not found; must be an existing TOML file; check the path"
+        raise InputError(msg) from error
+    except (OSError, UnicodeDecodeError) as error:
+        msg = f"design file {path}: cannot be read ({type(error).__name__}); must be a TOML text file; check the file"
+        raise InputError(msg) from error
+    except ValueError as error:  # TOMLDecodeError, or a number with more digits than Python reads
+        reason = str(error).splitlines()[0]
+        msg = f"design file {path}: {reason}; must be valid TOML; mend that line"
+        raise InputError(msg) from error
+
+
+def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str, Any]:
+    """Return the tables with `table.key` settings laid on top; values are TOML, bare words are text."""
+    tables = {key: dict(value) if isinstance(value, Mapping) else value for key, value in data.items()}
+    for name, text in settings.items():
+        table, dot, key = name.partition(".")
+        if name == "name":
+            tables["name"] = text
+            continue
+        if not dot or table not in TABLES:
+            raise _unknown("setting", name, name, ["name", *_every_key()])
+        held = tables.setdefault(table, {})
+        if not isinstance(held, dict):
+            msg = f"{table} = {held}: must be a table; write [{table}] and its keys below it"
+            raise InputError(msg)
+        held[key] = _parsed(text)
+    return tables
+
+
+def _every_key() -> list[str]:
+    return [f"{table}.{item.name}" for table, kind in _TABLE_TYPES.items() for item in dataclasses.fields(kind)]
+
+
+def _parsed(text: str) -> object:
+    if not text.isprintable():
+        return text
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except ValueError:  # a bare word, or a number with more digits than Python reads
+        return text
+
+
+def design_as_mapping(design: Design) -> dict[str, Any]:
+    """Return the design as plain nested tables, without the keys that are not set."""
+    tables: dict[str, Any] = {"name": design.name}
+    for table in TABLES:
+        record = getattr(design, table)
+        held = {item.name: getattr(record, item.name) for item in dataclasses.fields(record)}
+        kept = {key: list(value) if isinstance(value, tuple) else value for key, value in held.items()}
+        tables[table] = {key: value for key, value in kept.items() if value is not None}
+    return tables
+
+
+def design_as_toml(design: Design) -> str:
+    """Return the design as TOML text that reads back as the same design."""
+    tables = design_as_mapping(design)
+    lines = [f"name = {_toml(tables.pop('name'))}"]
+    for table, values in tables.items():
+        if values:
+            lines += ["", f"[{table}]", *(f"{key} = {_toml(value)}" for key, value in values.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: object) -> str:
+    """Write a scalar or list; JSON's form of these is also TOML's."""
+    return json.dumps(value, ensure_ascii=False)

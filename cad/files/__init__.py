@@ -1,0 +1,1 @@
+"""Solids and drawings as files whose bytes depend on nothing but what they show."""

@@ -1,0 +1,99 @@
+"""The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose; each read back and compared.
+
+Print pose: the plate lies flat on z = 0 with the face y = -depth / 2 up, x stays, what was z points along y.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import cadquery as cq
+import numpy as np
+import trimesh
+
+from cad.files.step import read_step, write_step
+from cad.files.stl import CHORD_MM, read_stl, triangles, write_stl
+from cad.files.threemf import read_3mf, write_3mf
+from cad.parts.sensor import Body, Sensor
+
+_STEP_TOLERANCE = 1e-9
+_SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of a part
+_QUARTER_TURN = -90.0
+
+
+class ExportError(ValueError):
+    """A file that does not hold what was written; the message is one line."""
+
+
+def print_pose(shape: cq.Shape) -> cq.Shape:
+    """Return a shape of the sensor frame [mm] as it lies on the print bed."""
+    turned = shape.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0), _QUARTER_TURN)
+    return turned.translate(cq.Vector(0.0, 0.0, -turned.BoundingBox().zmin))
+
+
+def sensor_pose(mesh: trimesh.Trimesh, depth: float) -> trimesh.Trimesh:
+    """Return triangles on the print bed [mm] as they stand in the sensor frame, for a plate of the given depth [mm]."""
+    back = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.5 * depth], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    return mesh.copy().apply_transform(back)
+
+
+def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
+    """Write housing.step, assembly.step and, marked, housing.stl and housing.3mf; pin.step where pins are the tips.
+
+    Raises OSError when a file cannot be written, ExportError when one read back has another volume.
+    """
+    names = ("housing.step", "assembly.step", "housing.stl", "housing.3mf")
+    housing_step, assembly_step, housing_stl, model = (folder / name for name in names)
+    bodies = sensor.bodies()
+    export_step(bodies[:1], housing_step)
+    export_step(bodies, assembly_step)
+    printed = print_pose(sensor.printed_part.shape)
+    export_stl(printed, housing_stl)
+    write_3mf({sensor.part.name: triangles(printed)}, model)
+    compare_volume(model, float(read_3mf(model).mesh.volume), printed.Volume(), solid_tolerance(printed))
+    return housing_step, assembly_step, housing_stl, model, *_write_pin(sensor, folder)
+
+
+def _write_pin(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
+    """Write one of the two equal pins, standing on its touching face."""
+    path, found = folder / "pin.step", sensor.pin_bodies()
+    if not found:
+        return ()
+    shape = found[0].shape
+    box = shape.BoundingBox()
+    upright = shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
+    export_step((replace(found[0], name="pin", shape=upright),), path)
+    return (path,)
+
+
+def export_step(bodies: Sequence[Body], path: Path) -> cq.Shape:
+    """Write bodies [mm] as STEP, named for the file, and return what is read back.
+
+    Raises OSError when it cannot be written, ExportError when it has another volume: Part 21 carries 15 digits.
+    """
+    write_step(bodies, path, path.stem)
+    found, volume = read_step(path), cq.Compound.makeCompound([body.shape for body in bodies]).Volume()
+    compare_volume(path, found.Volume(), volume, _STEP_TOLERANCE * float(volume))
+    return found
+
+
+def export_stl(shape: cq.Shape, path: Path) -> None:
+    """Write a shape [mm] as STL; raises OSError when it cannot be, ExportError when it reads back another volume."""
+    write_stl(shape, path)
+    compare_volume(path, float(read_stl(path).volume), shape.Volume(), solid_tolerance(shape))
+
+
+def solid_tolerance(shape: cq.Shape) -> float:
+    """Return what the volume of triangles may be off [mm^3]: a chord's height over the area of the round faces."""
+    curved = sum(face.Area() for face in shape.Faces() if face.geomType() != "PLANE")
+    return CHORD_MM * float(curved) + _SINGLE_PRECISION * float(shape.Volume())
+
+
+def compare_volume(path: Path, found: float, expected: float, tolerance: float) -> None:
+    """Raise ExportError when the volume [mm^3] read back from a file is not the expected one."""
+    if not abs(found - expected) <= tolerance:
+        msg = (
+            f"{path.name}: volume read back = {found:.9g} mm^3: must be {expected:.9g} within {tolerance:.2g} mm^3; "
+            "export again, the disk may be full"
+        )
+        raise ExportError(msg)

@@ -1,0 +1,1 @@
+"""The solids: housing, tips, fruit, cover, coupon, and how they stand together."""

@@ -1,0 +1,204 @@
+"""The half y >= 0 of the housing in curved quadratic hexahedra: its profile swept over the depth.
+
+Boundaries: low_tip, high_tip, mounting_holes, symmetry, and low_leaves, high_leaves, the surfaces that strain most.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from skfem import MeshHex1, MeshHex2
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefHex, RefQuad
+
+from cad.parts.housing import Housing
+from cad.parts.part import Part
+from mesh.housing.blocks import counts
+from mesh.housing.frame import housing_blocks
+from mesh.housing.profile import Profile, meshed_profile
+from mesh.quality import compare
+from mesh.session import MeshError
+
+FlexureMesh = MeshHex2
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+LEAST_JACOBIAN = 0.1
+LONGEST_STRETCH = 1.25  # of the straight part of a leaf, either way, before a fresh mesh is due
+_VOLUME_TOLERANCE = 1e-4  # relative: what parabolas through three points of each arc leave
+_AREA_TOLERANCE = 2e-3  # relative: holes have as few as nine of them
+_LAYER_GROWTH = 2.0  # from the free side face inwards: the anticlastic bending of a leaf fades near it
+_NEAR = 1e-7  # [mm]
+_VERY = "mesh the very housing of the solid"
+_CORNERS = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}  # of a quadrilateral, counterclockwise
+
+
+def flexure_mesh(housing: Housing, scale: float = 1.0) -> MeshHex2:
+    """Return the mesh [mm] of the half y >= 0; `scale` 1 is the mesh to solve on, 2 a coarse one, 0.5 a reference.
+
+    Raises MeshError with the stage that failed.
+    """
+    profile = meshed_profile(housing_blocks(housing, counts(housing, scale)))
+    levels = 0.5 * housing.depth * _layers(2 if scale >= 1.0 else 1 + round(1.0 / scale))
+    straight = _swept(profile, levels)
+    curved = _curved(MeshHex2.from_mesh(straight), profile)
+    curved[1] *= _depth_share(housing, curved[0], curved[2])
+    mesh = dataclasses.replace(MeshHex2.from_mesh(straight), doflocs=curved)
+    mesh = mesh.with_boundaries(_boundaries(profile, straight))
+    check_jacobian(mesh)
+    return mesh
+
+
+def stretched(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | None:
+    """Return a mesh moved to other leaf lengths: x is stretched along the straight leaves, the rest is shifted.
+
+    None when a leaf changes so much that a fresh mesh is due. Raises MeshError when anything but lengths differs.
+    """
+    lengths = {
+        side: dataclasses.replace(getattr(made_for, side), length=getattr(wanted, side).length)
+        for side in ("low", "high")
+    }
+    if dataclasses.replace(made_for, **lengths) != wanted:
+        raise MeshError("stretch", "the housings differ in more than their leaf lengths", "make a fresh mesh")
+    old, new = _knots(made_for), _knots(wanted)
+    ratios = [(new[i + 1] - new[i]) / (old[i + 1] - old[i]) for i in (1, 3)]
+    if not all(1.0 / LONGEST_STRETCH <= ratio <= LONGEST_STRETCH for ratio in ratios):
+        return None
+    places = mesh.doflocs.copy()
+    places[0] = np.interp(places[0], old, new)
+    moved = dataclasses.replace(mesh, doflocs=places)
+    check_jacobian(moved)
+    return moved
+
+
+def check_flexure_mesh(mesh: MeshHex2, part: Part) -> None:
+    """Raise MeshError when twice the volume differs by 1e-4, or the surface or a named area by 2e-3, from the part's.
+
+    The surface tells a mesh whose neighbours do not share their facets.
+    """
+    points, weights = get_quadrature(RefHex, 5)
+    volume = 2.0 * float((np.abs(mesh.mapping().detDF(points)) * weights).sum())
+    compare(("volume", "mm^3"), volume, float(part.shape.Volume()), _VOLUME_TOLERANCE, _VERY)
+    known = mesh.boundaries or {}
+    skin = np.setdiff1d(mesh.boundary_facets(), known.get("symmetry", []))
+    compare(("surface", "mm^2"), _area(mesh, skin), float(part.shape.Area()), _AREA_TOLERANCE, _VERY)
+    for name in part.faces:
+        if name not in known or not len(known[name]):
+            raise MeshError("compare", f"face {name!r} has no facets", f"known names: {', '.join(known) or 'none'}")
+        found = _area(mesh, known[name])
+        compare((f"area of face {name!r}", "mm^2"), found, part.face_area(name), _AREA_TOLERANCE, _VERY)
+
+
+def _area(mesh: MeshHex2, facets: Ints) -> float:
+    """Return twice the area of some facets."""
+    points, weights = get_quadrature(RefQuad, 5)
+    return 2.0 * float((np.abs(mesh.mapping().detDG(points, facets)) * weights).sum())
+
+
+def check_jacobian(mesh: MeshHex2) -> None:
+    """Raise MeshError when an element is folded or nearly so, at its corners or inside.
+
+    The measure is det J over the product of the lengths of its columns: 1 for a brick, 0 when flat.
+    """
+    mapping, points = mesh.mapping(), np.hstack([RefHex.p, get_quadrature(RefHex, 3)[0]])
+    lengths = np.linalg.norm(mapping.DF(points), axis=0).prod(axis=0)
+    quality = mapping.detDF(points) / lengths
+    quality = (quality * np.sign(quality[:, :1])).min(axis=1)
+    worst = int(np.argmin(quality))
+    if not quality[worst] >= LEAST_JACOBIAN:
+        x, y, z = mesh.p[:, mesh.t[:, worst]].mean(axis=1)
+        reason = f"smallest scaled Jacobian = {quality[worst]:.3g} at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
+        raise MeshError("quality", f"{reason}: must be at least {LEAST_JACOBIAN:g}", "check the dimensions there")
+
+
+def _layers(number: int) -> Floats:
+    """Return levels from 0, the plane of symmetry, to 1, the side face, closer towards the face."""
+    steps = _LAYER_GROWTH ** -np.arange(number)
+    return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
+
+
+def _depth_share(housing: Housing, x: Floats, z: Floats) -> Floats:
+    """Return the share of the depth that is solid: less than 1 in necks and tips, not in the feet of the walls."""
+    levels = (housing.tip_height, housing.neck_level)
+    share = np.interp(z, levels, [housing.depth_share(level) for level in levels])
+    reach = 0.5 * (housing.spacing + housing.shuttle_width)
+    return np.where(np.abs(x) < reach + _NEAR, share, 1.0)
+
+
+def _swept(profile: Profile, levels: Floats) -> MeshHex1:
+    """Return straight hexahedra between the levels in y; node k n + i stands over point i of n."""
+    n, layers = profile.points.shape[1], len(levels) - 1
+    points = np.vstack(
+        [
+            np.tile(profile.points[0], layers + 1),
+            np.repeat(levels, n),
+            np.tile(profile.points[1], layers + 1),
+        ]
+    )
+    corners = [(_CORNERS[int(r), int(s)], int(upper)) for r, s, upper in RefHex.p.T]
+    cells = [np.stack([profile.quads[corner] + n * (k + upper) for corner, upper in corners]) for k in range(layers)]
+    return MeshHex1(points, np.hstack(cells))
+
+
+def _curved(mesh: MeshHex2, profile: Profile) -> Floats:
+    """Return the node places with the midpoints of edges moved onto the arcs, centres of quadrilaterals half as far."""
+    places = np.asarray(mesh.doflocs, dtype=np.float64).copy()
+    straight = profile.points[:, profile.arcs].mean(axis=1)
+    shift = profile.midpoints - straight
+    owner, edge = _quads_on(profile)
+    centres = profile.points[:, profile.quads[:, owner]].mean(axis=1)
+    # A centre moves with each of its curved edges: it keeps the place that a 20-node element gives it.
+    moved = 0.5 * np.array([np.bincount(owner, one)[owner] for one in shift[:, edge]])
+    targets, shifts = np.hstack([straight, centres]), np.hstack([shift, moved])
+    distance, index = cKDTree(targets.T).query(places[[0, 2]].T)
+    places[[0, 2]] += np.where(distance < _NEAR, shifts[:, index], 0.0)
+    return places
+
+
+def _quads_on(profile: Profile) -> tuple[Ints, Ints]:
+    """Return pairs (quadrilateral, arc edge) of all quadrilaterals that have an edge on an arc."""
+    where = {tuple(ends): index for index, ends in enumerate(np.sort(profile.arcs, axis=0).T.tolist())}
+    pairs = [
+        (quad, where[ends])
+        for side in range(4)
+        for quad, ends in enumerate(map(tuple, np.sort(profile.quads[[side, (side + 1) % 4]], axis=0).T.tolist()))
+        if ends in where
+    ]
+    return np.array([quad for quad, _ in pairs]), np.array([edge for _, edge in pairs])
+
+
+def _boundaries(profile: Profile, mesh: MeshHex1) -> dict[str, Ints]:
+    """Return the named facets of the swept mesh, found by its nodes: the sweep keeps their order."""
+    n = profile.points.shape[1]
+    outside = mesh.boundary_facets()
+    corners = mesh.facets[:, outside]
+    x, _, z = mesh.p[:, corners]
+    level = np.abs(z).max(axis=0) < _NEAR
+    centre = x.mean(axis=0)
+    named = {
+        "low_tip": outside[level & (centre < 0.0)],
+        "high_tip": outside[level & (centre > 0.0)],
+        "symmetry": outside[(corners < n).all(axis=0)],
+    }
+    return {**named, **{name: _facets_over(outside, corners % n, edges) for name, edges in profile.surfaces.items()}}
+
+
+def _facets_over(facets: Ints, feet: Ints, edges: Ints) -> Ints:
+    """Return the facets that stand over edges of the profile; `feet` (4, k) are the profile's points under a facet."""
+    wanted = set(map(tuple, np.sort(edges, axis=0).T.tolist()))
+    low, high = feet.min(axis=0), feet.max(axis=0)
+    hit = [pair in wanted for pair in zip(low.tolist(), high.tolist(), strict=True)]
+    return np.asarray(facets[np.array(hit)])
+
+
+def _knots(housing: Housing) -> Sequence[float]:
+    """Return x from left to right: the outer faces, and the ends of the straight leaves between them."""
+    low, high = housing.low, housing.high
+    return (
+        housing.left,
+        housing.low_root[0] + low.fillet, housing.low_root[1] - low.fillet,
+        housing.high_root[1] + high.fillet, housing.high_root[0] - high.fillet,
+        housing.right,
+    )  # fmt: skip

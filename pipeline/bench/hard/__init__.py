@@ -1,0 +1,1 @@
+"""Hard cases: each ends in a right answer or in a refusal that names the cause."""

@@ -1,0 +1,1 @@
+"""Leaf lengths that give the springs their stiffness."""

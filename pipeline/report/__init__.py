@@ -1,0 +1,1 @@
+"""What a run says: report.json, response.csv, the tables in the terminal."""

@@ -1,0 +1,1 @@
+"""The stages of a run, each from frozen inputs to a frozen result."""

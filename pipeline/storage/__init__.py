@@ -1,0 +1,1 @@
+"""Where results are kept: the output folder, the cache, VTU files."""

@@ -1,0 +1,1 @@
+"""What each error bar is made of, and how far a print may be off."""

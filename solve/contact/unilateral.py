@@ -1,0 +1,153 @@
+"""Unilateral contact of the tips: pressure >= 0, gap >= 0, never both; springs in series with each tip.
+
+With f the cell forces over E, C the springs' compliance and b = travel of the tip - gap before deformation, for
+every cell
+
+    A f + E (C F)_tip - b >= 0,   f >= 0,   one of them 0,     F_tip = sum of the tip's f.
+
+A primal-dual active set finds the touching cells: Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2003) 865,
+doi:10.1137/S1052623401383558; where it cycles, non-negative least squares on the Cholesky factor (Lawson and Hanson).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.optimize import nnls
+
+from solve.contact.cells import Footprints
+from solve.linear import SolveError
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+MOST_STEPS = 60
+COMPLEMENTARITY = 1e-8
+
+
+@dataclass(frozen=True)
+class Touch:
+    """State of contact: force of each tip over E (tips,) [mm^2] and what touches under it, `area` (tips,) [mm^2].
+
+    `slope` (tips,) [mm] is dF over E per travel of the housing while the same cells touch. `pressure` over E [1] and
+    `gap` [mm] are per cell; a cell without a face has an infinite gap. `steps` of the active set were taken.
+    """
+
+    F: Floats
+    slope: Floats
+    pressure: Floats
+    gap: Floats
+    area: Floats
+    steps: int
+
+
+@dataclass(frozen=True)
+class _Factor:
+    """Cholesky factor of the touching cells and their answer to a unit rigid indentation of each tip."""
+
+    active: Flags
+    cholesky: tuple[Floats, bool]
+    unit: Floats
+
+
+class UnilateralContact:
+    """Solves one set of footprints for any springs, travels and gaps; keeps the factor of the last touching cells."""
+
+    def __init__(self, footprints: Footprints) -> None:
+        """Take the cells and their compliance."""
+        self._cells = footprints
+        self._tips = np.eye(len(footprints.centres))[footprints.owner]
+        self._factor: _Factor | None = None
+
+    def press(self, approach: Floats, give: Floats | Sequence[float]) -> Touch:
+        """Return the contact for approach = travel of the tip - gap (cells,) [mm] and give = E C [1/mm].
+
+        `give` has shape (tips, tips), or (tips,) where no spring disturbs another; -inf marks a cell without a face.
+        Raises SolveError when pressure and gap miss complementarity by 1e-8.
+        """
+        slack = np.asarray(give, dtype=np.float64)
+        slack = np.diag(slack) if slack.ndim == 1 else slack
+        faces = np.isfinite(approach)
+        b = np.where(faces, approach, -1.0)
+        active = faces & (b > 0.0) if self._factor is None else self._factor.active & faces & (b > 0.0)
+        active = active if active.any() else faces & (b > 0.0)
+        steps = 0
+        while steps < MOST_STEPS:
+            steps += 1
+            f = self._forces(active, b, slack)
+            gap = self._gap(f, b, slack)
+            following = faces & np.where(active, f > 0.0, gap < -COMPLEMENTARITY * np.abs(b))
+            if np.array_equal(following, active):
+                break
+            active = following
+        else:
+            f = self._least_squares(faces, b, slack)
+            gap = self._gap(f, b, slack)
+        self._check(f, np.where(faces, gap, 0.0), b)
+        touching = f > 0.0
+        return Touch(
+            F=self._tips.T @ f,
+            slope=self._tips.T @ self._forces(touching, np.ones(len(f)), slack),
+            pressure=f / self._cells.areas,
+            gap=np.where(faces, gap, np.inf),
+            area=self._tips.T @ (touching * self._cells.areas),
+            steps=steps,
+        )
+
+    def _forces(self, active: Flags, b: Floats, slack: Floats) -> Floats:
+        """Return the forces that close the gap of the active cells: A_SS f = b - 1 give F, by Woodbury's formula."""
+        f = np.zeros(len(b))
+        if not active.any():
+            return f
+        factor = self._factored(active)
+        free = cho_solve(factor.cholesky, b[active])
+        tips = self._tips[active]
+        system = np.eye(tips.shape[1]) + (tips.T @ factor.unit) @ slack
+        F = np.linalg.solve(system, tips.T @ free)
+        f[active] = free - factor.unit @ (slack @ F)
+        return f
+
+    def _factored(self, active: Flags) -> _Factor:
+        if self._factor is None or not np.array_equal(self._factor.active, active):
+            lower = cho_factor(self._cells.compliance[np.ix_(active, active)], lower=True, check_finite=False)
+            self._factor = _Factor(active.copy(), lower, cho_solve(lower, self._tips[active]))
+        return self._factor
+
+    def _gap(self, f: Floats, b: Floats, slack: Floats) -> Floats:
+        gap: Floats = self._cells.compliance @ f + self._tips @ (slack @ (self._tips.T @ f)) - b
+        return gap
+
+    def _least_squares(self, faces: Flags, b: Floats, slack: Floats) -> Floats:
+        """Return argmin f.M f / 2 - b.f over f >= 0 as the least-squares problem |L^T f - L^-1 b|, M = L L^T."""
+        tips = self._tips[faces]
+        matrix = self._cells.compliance[np.ix_(faces, faces)] + tips @ slack @ tips.T
+        lower = cholesky(matrix, lower=True)
+        f = np.zeros(len(b))
+        f[faces] = nnls(lower.T, solve_triangular(lower, b[faces], lower=True), maxiter=50 * len(matrix))[0]
+        return f
+
+    def _check(self, f: Floats, gap: Floats, b: Floats) -> None:
+        length = float(np.abs(b).max()) or 1.0
+        force = float(np.abs(f).max()) or 1.0
+        worst = max(
+            -float(f.min()) / force, -float(gap.min()) / length, float(np.abs(f * gap).max()) / (force * length)
+        )
+        if not worst <= COMPLEMENTARITY:
+            msg = (
+                f"unilateral contact: complementarity {worst:.1e} must be at most {COMPLEMENTARITY:.0e}; "
+                "take more cells or a smaller travel"
+            )
+            raise SolveError(msg)
+
+
+def travels(footprints: Footprints, x: float, tilt_deg: float = 0.0, roll_deg: float = 0.0) -> Floats:
+    """Return the travel of a rigid housing over every cell [mm], x of the midpoint of the tips.
+
+    Positive tilt lowers the tips at +x, positive roll what lies at +y.
+    """
+    middle = 0.5 * (footprints.centres[0] + footprints.centres[-1])
+    along, across = footprints.places[:, 0] - middle, footprints.places[:, 1]
+    lowered: Floats = x + along * np.tan(np.radians(tilt_deg)) + across * np.tan(np.radians(roll_deg))
+    return lowered

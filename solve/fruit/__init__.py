@@ -1,0 +1,1 @@
+"""How the fruit gives under forces of the tips: its compliance."""

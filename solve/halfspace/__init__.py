@@ -1,0 +1,1 @@
+"""The elastic half-space in closed form: potentials, and rigid punches on it."""

@@ -1,0 +1,1 @@
+"""How the printed housing gives under forces on its tips."""

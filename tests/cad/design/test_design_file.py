@@ -1,0 +1,225 @@
+import dataclasses
+import math
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cad.design.design_file import design_as_mapping, design_as_toml, design_from_mapping, overridden, read_design
+from cad.design.parameters import TABLES, Design, Fruit, GivenSprings, Press, Print, Targets, Tips
+from cad.design.processes import PROCESSES
+from cad.quantity import InputError
+from cad.theory.two_spring_law import Springs, size_springs
+
+PAPER = """
+name = "paper"
+[targets]
+P_max = 5
+NL = 0.05
+[fruit]
+E_MPa = [0.5, 1, 3.5]
+[tips]
+spacing_mm = 8
+"""
+
+
+@st.composite
+def _designs(draw: st.DrawFn) -> Design:
+    size = st.floats(0.01, 5.0)
+    side = draw(size)
+    spacing = side + draw(size)
+    offset = draw(st.floats(-5.0, 5.0))
+    stiffnesses = sorted(draw(st.lists(st.floats(1e-3, 1e6), min_size=2, max_size=2, unique=True)))
+    given_springs = draw(st.booleans())
+    return Design(
+        name=draw(st.from_regex(r"[A-Za-z0-9_-]{0,20}[A-Za-z0-9]", fullmatch=True)),
+        targets=Targets(
+            P_max=draw(st.floats(1.0, 100.0, exclude_min=True)),
+            NL=draw(st.floats(0.0, 0.5, exclude_min=True, exclude_max=True)),
+            NL_definition=draw(st.sampled_from(["mid-range", "largest"])),
+        ),
+        springs=GivenSprings(K_l_N_per_m=stiffnesses[0], K_h_N_per_m=stiffnesses[1])
+        if given_springs
+        else GivenSprings(),
+        fruit=Fruit(
+            length_mm=spacing + side + 2.0 * abs(offset) + draw(size),
+            width_mm=side + draw(size),
+            height_mm=1.0 + draw(size),
+            poisson=draw(st.floats(-1.0, 0.5, exclude_min=True, exclude_max=True)),
+            E_MPa=tuple(draw(st.lists(st.floats(1e-6, 1e6), min_size=1, max_size=5))),
+            bruise_limit_MPa=draw(st.none() | st.floats(1e-3, 1e3)),
+        ),
+        tips=Tips(side_mm=side, spacing_mm=spacing, offset_mm=offset, gap_mm=draw(st.floats(0.0, 5.0))),
+        press=Press(travel_mm=draw(st.floats(1e-6, 1.0)), tilt_deg=draw(st.floats(-30.0, 30.0))),
+        print=Print(process=draw(st.sampled_from(list(PROCESSES))), max_length_mm=draw(st.floats(1e-3, 1e3))),
+    )
+
+
+@given(design=_designs())
+def test_design_survives_toml(design):
+    text = design_as_toml(design)
+    assert design_from_mapping(tomllib.loads(text)) == design
+    assert design_as_toml(design_from_mapping(tomllib.loads(text))) == text
+
+
+@given(design=_designs())
+def test_every_key_can_be_set_from_the_command_line(design):
+    settings = {"name": design.name}
+    for table, values in design_as_mapping(design).items():
+        if table != "name":
+            settings |= {
+                f"{table}.{key}": value if isinstance(value, str) else f"{value}" for key, value in values.items()
+            }
+    assert design_from_mapping(overridden({}, settings)) == design
+
+
+def test_empty_file_is_the_paper():
+    assert design_from_mapping({}) == Design()
+
+
+def test_whole_numbers_are_read_as_floats():
+    design = design_from_mapping(tomllib.loads(PAPER))
+    assert (design.targets.P_max, design.tips.spacing_mm) == (5.0, 8.0)
+    assert isinstance(design.targets.P_max, float)
+    assert design.fruit.E_MPa == (0.5, 1.0, 3.5)
+    assert all(isinstance(E, float) for E in design.fruit.E_MPa)
+
+
+def test_keys_that_are_not_set_are_left_out():
+    text = design_as_toml(Design())
+    assert "[springs]" not in text
+    assert "bruise" not in text
+    assert "None" not in text
+
+
+def test_stiffnesses_of_the_file_are_in_newton_per_metre():
+    K_m_max = 3.85  # [N/mm], the paper's 3850 N/m
+    springs = size_springs(5.0, 0.05, K_m_max)
+    design = design_from_mapping({"springs": {"K_l_N_per_m": 753, "K_h_N_per_m": 17300}})
+    held = Springs(K_l=design.springs.K_l_N_per_m / 1e3, K_h=design.springs.K_h_N_per_m / 1e3)
+    assert (held.K_l, held.K_h) == pytest.approx((springs.K_l, springs.K_h), rel=2e-3)  # the paper rounds 17325
+
+
+@pytest.mark.parametrize(
+    ("data", "start", "end"),
+    [
+        ({"target": {}}, "target: unknown table; must be one of name, targets, springs,", "did you mean targets?"),
+        ({"nane": "x"}, "nane: unknown table; must be one of name,", "did you mean name?"),
+        ({"targets": {"Pmax": 5}}, "targets.Pmax: unknown key; must be one of P_max, NL,", "did you mean P_max?"),
+        ({"tips": {"spacing": 8}}, "tips.spacing: unknown key; must be one of shape,", "did you mean spacing_mm?"),
+        ({"fruit": {"hight_mm": 8}}, "fruit.hight_mm: unknown key; must be one of", "did you mean height_mm?"),
+        ({"fruit": {"ΔΔΔ": 8}}, "fruit.ΔΔΔ: unknown key; must be one of shape,", "?"),
+        ({"fruit": {"a\nb": 8}}, r"'fruit.a\nb': unknown key; must be one of shape,", "?"),
+        ({"targets": 5}, "targets = 5: must be a table; write [targets] and its keys below it", "below it"),
+        ({"name": 5}, "name = 5: must be text; it names files and folders", "folders"),
+        ({"targets": {"NL": "five"}}, "targets.NL = 'five': must be a number greater than 0", "write 0.05"),
+        ({"targets": {"NL": [0.05]}}, "targets.NL = (0.05,): must be a number greater than 0", "write 0.05"),
+        ({"targets": {"P_max": 10**400}}, "targets.P_max = inf: must be greater than 1 and at most 100", "uses 5"),
+        ({"fruit": {"E_MPa": []}}, "fruit.E_MPa = () MPa: must be a list of at least one number", "shown"),
+    ],
+)
+def test_bad_tables_are_answered_in_one_line(data, start, end):
+    with pytest.raises(InputError) as caught:
+        design_from_mapping(data)
+    message = str(caught.value)
+    assert message.startswith(start)
+    assert message.endswith(end)
+    assert len(message.splitlines()) == 1
+
+
+def test_file_is_read(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(PAPER, encoding="utf-8")
+    assert read_design(path) == tomllib.loads(PAPER)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "not found; must be an existing TOML file; check the path"),
+        (b"\xff\xfe", "cannot be read (UnicodeDecodeError); must be a TOML text file; check the file"),
+        (b"[targets\nNL = 1", "must be valid TOML; mend that line"),
+        (b"NL = " + b"1" * 5000, "must be valid TOML; mend that line"),
+    ],
+)
+def test_file_that_cannot_be_read_is_answered_in_one_line(tmp_path, content, words):
+    path: Path = tmp_path / "mine.toml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        read_design(path)
+    message = str(caught.value)
+    assert message.startswith(f"design file {path}: ")
+    assert message.endswith(words)
+    assert len(message.splitlines()) == 1
+
+
+def test_folder_is_no_design_file(tmp_path):
+    with pytest.raises(InputError, match=r"cannot be read \(IsADirectoryError\); must be a TOML text file"):
+        read_design(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("setting", "text", "value"),
+    [
+        ("targets.NL", "0.1", 0.1),
+        ("targets.P_max", "4", 4.0),
+        ("fruit.E_MPa", "[1, 2]", (1.0, 2.0)),
+        ("print.process", "fdm-pla", "fdm-pla"),
+        ("print.process", '"fdm-pla"', "fdm-pla"),
+        ("targets.NL_definition", "largest", "largest"),
+    ],
+)
+def test_setting_lies_on_top_of_the_file(setting, text, value):
+    data = tomllib.loads(PAPER)
+    table, _, key = setting.partition(".")
+    design = design_from_mapping(overridden(data, {setting: text}))
+    assert getattr(getattr(design, table), key) == value
+    assert data == tomllib.loads(PAPER), "the tables that were handed in stay as they were"
+    others = design_from_mapping(data)
+    assert all(getattr(design, name) == getattr(others, name) for name in TABLES if name != table)
+
+
+def test_name_is_set_as_text():
+    assert design_from_mapping(overridden({}, {"name": "5"})).name == "5"
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"NL": "0.1"}, r"^NL: unknown setting; must be one of name, targets\.P_max, .*did you mean "),
+        ({"target.NL": "0.1"}, r"^target\.NL: unknown setting; must be one of name, .*did you mean targets\.NL\?$"),
+        ({"targets.NLL": "0.1"}, r"^targets\.NLL: unknown key; must be one of P_max, NL, .*did you mean NL\?$"),
+        ({"targets.NL": "five"}, r"^targets\.NL = 'five': must be a number greater than 0 and less than 0\.5; give"),
+        ({"targets.NL": ""}, r"^targets\.NL = '': must be a number greater than 0"),
+        ({"targets.NL": "nan"}, r"^targets\.NL = nan: must be greater than 0"),
+        ({"targets.NL": "0.1\nP_max = 3"}, r"^targets\.NL = '0\.1\\nP_max = 3': must be a number greater than 0"),
+        ({"targets.P_max": "1" * 5000}, r"^targets\.P_max = '1+': must be a number greater than 1"),
+        ({"targets.NL": "true"}, r"^targets\.NL = True: must be a number greater than 0"),
+    ],
+)
+def test_bad_setting_is_answered_in_one_line(settings, message):
+    with pytest.raises(InputError, match=message) as caught:
+        design_from_mapping(overridden({}, settings))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_setting_below_a_key_that_is_no_table_is_refused():
+    with pytest.raises(InputError, match=r"^targets = 5: must be a table; write \[targets\] and its keys below it$"):
+        overridden({"targets": 5}, {"targets.NL": "0.1"})
+
+
+def test_planted_change_of_one_digit_is_seen():
+    design = Design(targets=Targets(NL=0.05))
+    text = design_as_toml(design).replace("NL = 0.05", "NL = 0.06")
+    changed = design_from_mapping(tomllib.loads(text))
+    assert changed != design
+    assert changed == dataclasses.replace(design, targets=dataclasses.replace(design.targets, NL=0.06))
+
+
+def test_numbers_at_the_ends_of_the_float_range_survive():
+    tiny = math.ulp(0.0)
+    design = Design(targets=Targets(NL=tiny, P_max=math.nextafter(1.0, 2.0)), tips=Tips(offset_mm=-0.0))
+    assert design_from_mapping(tomllib.loads(design_as_toml(design))) == design

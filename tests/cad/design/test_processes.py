@@ -1,0 +1,92 @@
+import dataclasses
+import math
+import pickle
+
+import pytest
+
+from cad.design.processes import PROCESSES, Process
+from cad.quantity import InputError
+from cad.theory.leaf_spring import pair_length, root_strain
+
+K_L, K_H = 0.906, 20.831  # [N/mm], the springs of the paper's targets under the true contact
+K_M = 4.629  # [N/mm], the stiffest fruit
+NUMBERS = [item.name for item in dataclasses.fields(Process) if "unit" in item.metadata]
+each_process = pytest.mark.parametrize("process", PROCESSES.values(), ids=PROCESSES)
+
+
+def test_processes_are_those_of_the_design_file():
+    expected = ["fdm-petg", "fdm-pla", "sls-pa12", "sla-resin", "dmls-17-4ph", "dmls-ti64", "strip-steel"]
+    assert list(PROCESSES) == expected
+    assert [process.name for process in PROCESSES.values()] == expected
+
+
+@each_process
+def test_every_number_has_one_source(process):
+    given = {name for name in NUMBERS if getattr(process, name) is not None}
+    assert {field for field, _ in process.sources} == given
+    assert len(process.sources) == len(given)
+    for name in given:
+        assert len(process.source_of(name)) > len("typical"), name
+
+
+@each_process
+def test_leaves_are_thicker_than_the_wall_and_the_high_ones_than_the_low(process):
+    assert process.min_wall_mm <= process.leaf_thickness_low_mm < process.leaf_thickness_high_mm
+    assert process.accuracy_mm < 0.2 * process.leaf_thickness_low_mm
+
+
+@each_process
+def test_lines_fill_the_leaves_and_layers_the_depth(process):
+    for step, sizes in (
+        (process.line_width_mm, (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm, process.min_wall_mm)),
+        (process.layer_mm, (process.depth_mm,)),
+    ):
+        for size in sizes if step else ():
+            assert size / step == pytest.approx(round(size / step)), (process.name, size, step)
+    assert (process.line_width_mm is not None) == process.name.startswith("fdm-")
+
+
+@each_process
+@pytest.mark.parametrize("side", ["low", "high"])
+def test_leaves_of_the_paper_design_can_be_made(process, side):
+    K = K_L if side == "low" else K_H
+    t = getattr(process, f"leaf_thickness_{side}_mm")
+    length = pair_length(process.E_MPa, process.depth_mm, t, K)
+    assert 5.0 * t * 1.15 < length < 120.0 / 1.15  # 15 % is what the solve on the solid may move a length
+    deflection = 0.6 * K_M / (K_M + K)
+    assert root_strain(t, length, deflection) < process.strain_limit / 2.0
+
+
+@each_process
+def test_moduli_lie_where_their_kind_does(process):
+    plastic = process.name.startswith(("fdm", "sls", "sla"))
+    low, high = (1e3, 5e3) if plastic else (1e5, 2.2e5)
+    assert low < process.E_MPa < high
+    assert (0.05 if plastic else 0.005) <= process.E_scatter <= (0.2 if plastic else 0.05)
+    assert process.strain_limit * process.E_MPa < (25.0 if plastic else 500.0)  # stress [MPa]
+
+
+@pytest.mark.parametrize("name", [name for name in NUMBERS if name not in ("line_width_mm", "layer_mm")])
+@pytest.mark.parametrize("value", [math.nan, math.inf, "1", None])
+def test_number_that_is_none_is_refused(name, value):
+    with pytest.raises(InputError, match=rf"^process fdm-petg\.{name} = .*: must be a? ?.*; correct the entry in cad"):
+        dataclasses.replace(PROCESSES["fdm-petg"], **{name: value})
+
+
+def test_number_without_a_source_is_refused():
+    petg = PROCESSES["fdm-petg"]
+    without = tuple(item for item in petg.sources if item[0] != "E_MPa")
+    with pytest.raises(InputError, match=r"^process fdm-petg\.E_MPa = 2000: must be a number with one source; correct"):
+        dataclasses.replace(petg, sources=without)
+    with pytest.raises(InputError, match=r"^process fdm-petg\.colour = None: must be a number with one source"):
+        dataclasses.replace(petg, sources=(*petg.sources, ("colour", "a guess")))
+    with pytest.raises(KeyError, match="colour"):
+        petg.source_of("colour")
+
+
+def test_process_travels_between_processes_and_is_frozen():
+    petg = PROCESSES["fdm-petg"]
+    assert pickle.loads(pickle.dumps(petg)) == petg
+    assert hash(petg) == hash(dataclasses.replace(petg))
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'E_MPa'"):
+        petg.E_MPa = 1.0

@@ -1,0 +1,59 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cad.checks.line_probe import SolidLines
+from cad.checks.triangle_checks import print_findings
+from cad.design.processes import PROCESSES
+from cad.files.sensor_files import print_pose
+from cad.files.stl import triangles
+from cad.parts.coupon import coupon_of, coupon_part, largest_weight, modulus_factor
+
+
+def test_factor_without_fillets_is_that_of_the_cantilever(housing):
+    """Expect d = F (a^3 - b^3) / (3 E I), a = L + b, I = w t^3 / 12; a tiny fillet counts by its share of L."""
+    flexure = replace(housing.low, fillet=1e-4)
+    L, b, w, t = flexure.length, 3.5, flexure.depth, flexure.thickness
+    assert modulus_factor(flexure, b) == pytest.approx(4.0 * ((L + b) ** 3 - b**3) / (w * t**3), rel=5e-5)
+
+
+def test_factor_with_fillets_is_the_integral(housing):
+    flexure, b = housing.low, 3.5
+    s = (np.arange(400_000) + 0.5) / 400_000 * flexure.length
+    from_root = np.minimum(s, flexure.length - s)
+    inside = np.maximum(flexure.fillet - from_root, 0.0)
+    thickness = flexure.thickness + 2.0 * (flexure.fillet - np.sqrt(flexure.fillet**2 - inside**2))
+    share = 12.0 * (flexure.length + b - s) ** 2 / (flexure.depth * thickness**3)
+    assert modulus_factor(flexure, b) == pytest.approx(share.mean() * flexure.length, rel=1e-6)
+    assert modulus_factor(flexure, b) < modulus_factor(replace(flexure, fillet=1e-4), b)
+
+
+def test_largest_weight_strains_the_root_as_asked(housing):
+    force = largest_weight(housing.low, 3.5, 2000.0, 0.003)
+    moment, section = force * (housing.low.length + 3.5), housing.low.depth * housing.low.thickness**2 / 6.0
+    assert moment / section / 2000.0 == pytest.approx(0.003)
+
+
+def test_coupon_has_the_leaves_of_the_housing(housing):
+    coupon = coupon_of(housing)
+    part = coupon_part(coupon)
+    assert part.shape.isValid()
+    assert len(part.shape.Solids()) == 1
+    assert {name: len(indices) for name, indices in part.faces.items()} == {
+        "clamp_holes": 2, "low_weight": 1, "high_weight": 1,
+    }  # fmt: skip
+    lines = SolidLines(part.shape)
+    for sign, flexure in ((-1.0, housing.low), (1.0, housing.high)):
+        for share in (0.1, 0.5, 0.9):
+            ((start, end),) = lines.spans((sign * (12.0 + share * flexure.length), 0.4, 0.0), (0.0, 0.0, 1.0))
+            assert end - start == pytest.approx(flexure.thickness, abs=1e-9)
+    box = part.shape.BoundingBox()
+    assert box.xlen == pytest.approx(24.0 + housing.low.length + housing.high.length + 2 * 7.0, abs=1e-6)
+
+
+def test_coupon_can_be_printed(housing):
+    mesh = triangles(print_pose(coupon_part(coupon_of(housing)).shape))
+    findings = print_findings(mesh, PROCESSES["fdm-petg"], ("as it stands",))
+    assert [finding.passed for finding in findings] == [True, True, True]
+    assert mesh.body_count == 1

@@ -1,0 +1,96 @@
+import itertools
+import math
+from dataclasses import replace
+
+import pytest
+
+from cad.checks.triangle_checks import print_findings
+from cad.design.processes import PROCESSES
+from cad.files.sensor_files import print_pose
+from cad.files.stl import triangles
+from cad.parts.engraving import ENGRAVED_MM, PEN_MM, marked
+from cad.parts.housing import housing_part
+from cad.parts.lettering import _STROKES, letters_that_fit, outlines, strokes
+
+NAME_LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_"
+
+
+def test_every_sign_of_a_name_has_strokes_of_its_own():
+    assert set(_STROKES) == set(NAME_LETTERS)
+    assert len({frozenset(drawing.split(", ")) for drawing in _STROKES.values()}) == len(NAME_LETTERS)
+
+
+@pytest.mark.parametrize("letter", NAME_LETTERS)
+def test_strokes_stay_on_the_grid_at_multiples_of_45_degrees(letter):
+    for stroke in strokes(letter, 6.0):
+        for (x1, y1), (x2, y2) in itertools.pairwise(stroke):
+            assert {abs(x2 - x1), abs(y2 - y1)} - {0.0, max(abs(x2 - x1), abs(y2 - y1))} == set()
+        assert all(-2.0 <= x <= 2.0 and -3.0 <= y <= 3.0 for x, y in stroke)
+
+
+def test_pen_covers_the_area_of_the_stroke():
+    (area,) = outlines("I", 6.0, 0.5)
+    upright, bars = 6.5 * 0.5, 2 * 2.5 * 0.5  # square ends reach half a pen further
+    assert area.area == pytest.approx(upright + bars - 2 * 0.5 * 0.5)
+
+
+def test_text_is_centred_and_cut_to_its_room():
+    text = letters_that_fit("abcdefgh", 3.0, 12.0)
+    width = max(x for stroke in strokes(text, 3.0) for x, _ in stroke) * 2.0
+    assert text == "abc"
+    assert width <= 12.0 < width + 7 * 0.5
+    assert letters_that_fit("abc", 3.0, 1.0) == ""
+
+
+def test_marks_take_away_what_the_pen_covers_and_keep_the_names(sensor):
+    part, housing = sensor.part, sensor.housing
+    cut = marked(part, housing, "paper")
+    covered = sum(
+        area.area for text, high in (("paper", 6.0 - PEN_MM - 2.0), ("L", 4.0), ("H", 4.0))
+        for area in outlines(text, high, PEN_MM)
+    )  # fmt: skip
+    assert cut.shape.isValid()
+    assert part.shape.Volume() - cut.shape.Volume() == pytest.approx(ENGRAVED_MM * covered, rel=1e-6)
+    assert {name: cut.face_area(name) for name in cut.faces} == pytest.approx(
+        {name: part.face_area(name) for name in part.faces}
+    )
+
+
+def test_marks_lie_on_the_frame_only(sensor):
+    """What is cut away lies beside or above the cavity, where nothing bends, and clear of the holes."""
+    housing = sensor.housing
+    gone = sensor.part.shape.cut(marked(sensor.part, housing, "paper").shape)
+    wall, shuttle = housing.low_root[0], housing.high_root[0]
+    for solid in gone.Solids():
+        box = solid.BoundingBox()
+        assert box.xmax < wall or box.xmin > shuttle or box.zmin > housing.cavity_level
+        assert box.ymin == pytest.approx(-0.5 * housing.depth, abs=1e-6)
+        for x, z in housing.holes:
+            near = (min(max(x, box.xmin), box.xmax), min(max(z, box.zmin), box.zmax))
+            assert math.dist((x, z), near) > 0.5 * housing.hole_diameter + 0.8
+
+
+def test_low_mark_reads_beside_the_low_spring(sensor):
+    """The foot of the L points away from its stem, to +x, seen from the marked face with x to the right."""
+    gone = sensor.part.shape.cut(marked(sensor.part, sensor.housing, "").shape)
+    low, high = sorted((solid.BoundingBox() for solid in gone.Solids()), key=lambda box: box.xmin)
+    assert low.xmax < sensor.housing.low_root[0]
+    assert high.xmin > sensor.housing.high_root[0]
+    letter = min(gone.Solids(), key=lambda solid: solid.BoundingBox().xmin)
+    assert letter.Center().x < low.center.x
+    assert letter.Center().z < low.center.z
+
+
+@pytest.mark.parametrize("name", [NAME_LETTERS[:13], NAME_LETTERS[13:26], NAME_LETTERS[26:]])
+def test_marked_housing_can_be_printed(sensor, name):
+    part = marked(sensor.part, sensor.housing, name)
+    findings = print_findings(triangles(print_pose(part.shape)), PROCESSES["sls-pa12"], ("as it stands",))
+    wall, gap, overhang = findings
+    assert (wall.passed, overhang.passed) == (True, True)
+    assert gap.value == pytest.approx(0.3, abs=1e-4)  # the stop of this housing, not a letter
+
+
+def test_bar_that_is_too_low_stays_blank(sensor):
+    low = replace(sensor.housing, top_level=sensor.housing.cavity_level + 5.0)
+    part = housing_part(low)
+    assert marked(part, low, "paper").shape.Volume() == pytest.approx(marked(part, low, "").shape.Volume(), rel=1e-12)

@@ -1,0 +1,100 @@
+import math
+
+import pytest
+
+from cad.design.parameters import Fruit, Tips
+from cad.parts.fruit import fruit_block, fruit_half, fruit_quarter, tip_centres
+from cad.quantity import InputError
+
+ROUND_OFF = 1e-9
+FRUIT = Fruit(length_mm=20.0, width_mm=16.0, height_mm=12.0)
+TIPS = Tips(side_mm=1.5, spacing_mm=8.0)
+
+
+@pytest.mark.parametrize(("make", "share"), [(fruit_block, 1.0), (fruit_half, 0.5), (fruit_quarter, 0.25)])
+def test_volume_is_the_share_of_the_block(make, share):
+    part = make(FRUIT, TIPS)
+    assert part.shape.isValid()
+    assert part.shape.Volume() == pytest.approx(share * 20.0 * 16.0 * 12.0, rel=ROUND_OFF)
+
+
+def test_block_faces_have_the_areas_of_the_formulas():
+    part = fruit_block(FRUIT, TIPS)
+    expected = {
+        "base": 20.0 * 16.0,
+        "top": 20.0 * 16.0 - 2.0 * 1.5**2,
+        "low_tip": 1.5**2,
+        "high_tip": 1.5**2,
+    }
+    assert {name: part.face_area(name) for name in part.faces} == pytest.approx(expected, rel=ROUND_OFF)
+
+
+def test_quarter_faces_have_the_areas_of_the_formulas():
+    part = fruit_quarter(FRUIT, TIPS)
+    expected = {
+        "base": 10.0 * 8.0,
+        "symmetry_x": 8.0 * 12.0,
+        "symmetry_y": 10.0 * 12.0,
+        "top": 10.0 * 8.0 - 1.5 * 0.75,
+        "high_tip": 1.5 * 0.75,
+    }
+    assert {name: part.face_area(name) for name in part.faces} == pytest.approx(expected, rel=ROUND_OFF)
+
+
+@pytest.mark.parametrize("offset", [0.0, 1.25, -2.0])
+@pytest.mark.parametrize("make", [fruit_block, fruit_half])
+def test_tips_stand_where_the_numbers_say(make, offset):
+    tips = Tips(side_mm=1.5, spacing_mm=8.0, offset_mm=offset)
+    part = make(FRUIT, tips)
+    for name, x in {"low_tip": offset - 4.0, "high_tip": offset + 4.0}.items():
+        centre = part.shape.Faces()[part.faces[name][0]].Center()
+        assert centre.x == pytest.approx(x, abs=ROUND_OFF)
+        assert centre.z == pytest.approx(0.0, abs=ROUND_OFF)
+        assert tip_centres(tips)[name] == pytest.approx(x, abs=ROUND_OFF)
+
+
+def test_block_lies_under_its_top_face():
+    box = fruit_block(FRUIT, TIPS).shape.BoundingBox()
+    corners = (box.xmin, box.xmax, box.ymin, box.ymax, box.zmin, box.zmax)
+    assert corners == pytest.approx((-10.0, 10.0, -8.0, 8.0, -12.0, 0.0), abs=1e-6)  # the kernel pads its boxes
+
+
+@pytest.mark.parametrize("tips", [Tips(side_mm=2.0, spacing_mm=18.0), Tips(side_mm=2.0, spacing_mm=2.05)])
+def test_tips_may_reach_the_side_of_the_fruit_and_come_close(tips):
+    assert fruit_block(FRUIT, tips).face_area("low_tip") == pytest.approx(4.0, rel=ROUND_OFF)
+
+
+def test_tip_as_wide_as_the_fruit():
+    part = fruit_block(Fruit(width_mm=1.5), TIPS)
+    assert part.face_area("high_tip") == pytest.approx(1.5**2, rel=ROUND_OFF)
+
+
+@pytest.mark.parametrize("make", [fruit_block, fruit_half, fruit_quarter])
+def test_tip_that_hangs_over_the_side_is_refused(make):
+    with pytest.raises(InputError, match=r"tips.spacing_mm = 19.*stand beyond the fruit"):
+        make(FRUIT, Tips(side_mm=1.5, spacing_mm=19.0))
+
+
+def test_tip_wholly_beside_the_fruit_is_refused():
+    with pytest.raises(InputError, match="stand beyond the fruit"):
+        fruit_half(FRUIT, Tips(spacing_mm=30.0))
+
+
+def test_quarter_of_a_pair_off_the_centre_is_refused():
+    with pytest.raises(InputError, match=r"tips.offset_mm = 0.5 mm: must be 0 .*fruit_half"):
+        fruit_quarter(FRUIT, Tips(offset_mm=0.5))
+
+
+def test_tip_wider_than_the_fruit_is_refused():
+    with pytest.raises(InputError, match=r"tips.side_mm = 1.5 mm: must be at most fruit.width_mm = 1 mm"):
+        fruit_half(Fruit(width_mm=1.0), TIPS)
+
+
+@pytest.mark.parametrize(("make", "share"), [(fruit_block, 1.0), (fruit_half, 0.5), (fruit_quarter, 0.5)])
+def test_cylinders_leave_circles_with_their_extreme_points(make, share):
+    part = make(FRUIT, Tips(shape="cylinder", side_mm=1.5, spacing_mm=8.0))
+    assert part.shape.isValid()
+    assert part.face_area("high_tip") == pytest.approx(share * math.pi * 0.75**2, rel=ROUND_OFF)
+    corners = [point.toTuple() for point in part.shape.Faces()[part.faces["high_tip"][0]].Vertices()]
+    for extreme in ((4.75, 0.0), (3.25, 0.0), (4.0, 0.75)):
+        assert min(math.hypot(x - extreme[0], y - extreme[1]) for x, y, _ in corners) < ROUND_OFF

@@ -1,0 +1,201 @@
+import dataclasses
+import functools
+import math
+from typing import Any
+
+import cadquery as cq
+import pytest
+
+from cad.parts.housing import Housing, fillet_corners, housing_part
+from cad.quantity import InputError
+from cad.theory.flexure import Flexure
+
+ROUND_OFF = 1e-9
+LOW = Flexure(thickness=0.8, length=28.3, depth=10.0, separation=14.0, fillet=0.5)
+HIGH = Flexure(thickness=1.2, length=14.9, depth=10.0, separation=14.0, fillet=0.5)
+HOUSING = Housing(
+    low=LOW, high=HIGH, tip_side=1.0, tip_height=1.0, spacing=8.0, shuttle_width=6.0, neck_level=5.5,
+    lower_leaf_level=7.6, low_top_level=24.0, high_top_level=24.45, cavity_level=24.75, top_level=30.75, protrusion=1.7,
+)  # fmt: skip
+
+
+def _changed(low: dict[str, float] | None = None, high: dict[str, float] | None = None, **sizes: float) -> Housing:
+    flexures = {
+        "low": dataclasses.replace(LOW, **(low or {})),
+        "high": dataclasses.replace(HIGH, **(high or {})),
+    }
+    return dataclasses.replace(HOUSING, **flexures, **sizes)
+
+
+STEEL = {"thickness": 0.5, "length": 68.4, "depth": 6.0}
+STEEL_HIGH = {"thickness": 0.8, "length": 38.5, "depth": 6.0}
+VARIANTS = {
+    "plastic": HOUSING,
+    "small tip": _changed(tip_side=0.2, tip_height=0.9, neck_level=5.8),
+    "wide tip": _changed(tip_side=6.0, tip_height=3.0, neck_level=5.0),
+    "tip as deep as the plate": _changed({"depth": 6.0}, {"depth": 6.0}, tip_side=6.0, tip_height=3.0, neck_level=5.0),
+    "steel": _changed(STEEL, STEEL_HIGH, neck_level=3.5),
+    "strip": _changed(
+        {"thickness": 0.3, "length": 53.8, "depth": 12.7}, {"thickness": 0.5, "length": 31.5, "depth": 12.7},
+        neck_level=6.4,
+    ),
+    "shortest leaves": _changed({"length": 4.0}, {"length": 6.0}),
+}  # fmt: skip
+each_housing = pytest.mark.parametrize("housing", VARIANTS.values(), ids=VARIANTS)
+
+
+_part = functools.cache(housing_part)
+
+
+def _prismatoid(bottom: tuple[float, float], top: tuple[float, float], height: float) -> float:
+    """Return the volume between two parallel rectangles by Simpson's rule, exact for straight edges."""
+    middle = ((bottom[0] + top[0]) / 2.0, (bottom[1] + top[1]) / 2.0)
+    return height / 6.0 * (math.prod(bottom) + 4.0 * math.prod(middle) + math.prod(top))
+
+
+def _volume(h: Housing) -> float:
+    """Return frame - cavity + shuttles + leaves + fillets - holes, times depth, + necks + tips."""
+    cavity = (h.high_root[0] - h.low_root[0]) * (h.cavity_level - h.protrusion)
+    frame = (h.right - h.left) * (h.top_level - h.protrusion)
+    shuttles = h.shuttle_width * (h.low_top_level + h.high_top_level - 2.0 * h.neck_level)
+    leaves = 2.0 * (h.low.length * h.low.thickness + h.high.length * h.high.thickness)
+    fillets = 18.0 * (1.0 - math.pi / 4.0) * h.low.fillet**2  # each fills a corner: a square less a quarter circle
+    holes = 4.0 * math.pi / 4.0 * h.hole_diameter**2
+    necks = 2.0 * _prismatoid((h.tip_side, h.tip_side), (h.shuttle_width, h.depth), h.neck_level - h.tip_height)
+    tips = 2.0 * h.tip_side**2 * h.tip_height
+    return h.depth * (frame - cavity + shuttles + leaves + fillets - holes) + necks + tips
+
+
+@each_housing
+def test_solid_is_one_valid_piece_with_the_volume_of_the_formula(housing):
+    shape = _part(housing).shape
+    assert shape.isValid()
+    assert shape.ShapeType() == "Solid"
+    assert shape.Volume() == pytest.approx(_volume(housing), rel=1e-8)  # the kernel integrates cylinders numerically
+
+
+def test_volume_formula_tells_a_leaf_a_hundredth_thicker():
+    thicker = _changed({"thickness": 0.81})
+    assert housing_part(thicker).shape.Volume() != pytest.approx(_volume(HOUSING), rel=1e-6)
+
+
+@each_housing
+def test_named_faces_have_the_areas_of_the_formulas(housing):
+    part = _part(housing)
+    expected = {
+        "low_tip": housing.tip_side**2,
+        "high_tip": housing.tip_side**2,
+        "mounting_holes": 4.0 * math.pi * housing.hole_diameter * housing.depth,
+    }
+    assert {name: part.face_area(name) for name in part.faces} == pytest.approx(expected, rel=ROUND_OFF)
+    centres = {name: part.shape.Faces()[part.faces[name][0]].Center().toTuple() for name in ("low_tip", "high_tip")}
+    assert centres["low_tip"] == pytest.approx((-0.5 * housing.spacing, 0.0, 0.0), abs=1e-9)
+    assert centres["high_tip"] == pytest.approx((0.5 * housing.spacing, 0.0, 0.0), abs=1e-9)
+
+
+@each_housing
+def test_overall_size_is_what_the_dimensions_say(housing):
+    box = _part(housing).shape.BoundingBox()
+    length = housing.low.length + housing.high.length + housing.spacing + housing.shuttle_width + 2 * housing.wall_width
+    assert (box.xlen, box.ylen, box.zlen) == pytest.approx((length, housing.depth, housing.top_level), abs=1e-6)
+    assert (box.zmin, box.ymin) == pytest.approx((0.0, -0.5 * housing.depth), abs=1e-6)
+
+
+def _solid_along(shape: cq.Shape, start: tuple[float, float, float], end: tuple[float, float, float]) -> list[float]:
+    """Return the lengths of a straight line that lie inside the solid, from the start on."""
+    inside = cq.Edge.makeLine(cq.Vector(*start), cq.Vector(*end)).intersect(shape).Edges()
+    origin = cq.Vector(*start)
+    return [edge.Length() for edge in sorted(inside, key=lambda edge: (edge.Center() - origin).Length)]
+
+
+@each_housing
+def test_leaves_have_their_thickness_and_their_separation(housing):
+    shape = _part(housing).shape
+    for flexure, roots in ((housing.low, housing.low_root), (housing.high, housing.high_root)):
+        x, top = 0.5 * sum(roots), housing.top_level + 1.0
+        inside = _solid_along(shape, (x, 0.0, 0.0), (x, 0.0, top))
+        bar = housing.top_level - housing.cavity_level
+        assert inside == pytest.approx([flexure.thickness, flexure.thickness, bar], abs=1e-6)
+        middle = housing.lower_leaf_level + 0.5 * flexure.separation
+        window = abs(roots[0] - roots[1])
+        through = _solid_along(shape, (min(roots) - 0.1, 0.0, middle), (max(roots) + 0.1, 0.0, middle))
+        assert through == pytest.approx([0.1, 0.1], abs=1e-6)  # 0.1 of wall and of shuttle, the window between them
+        assert window == pytest.approx(flexure.length)
+
+
+def test_leaf_is_thicker_at_its_fillets():
+    shape = _part(HOUSING).shape
+    x = max(HOUSING.low_root) - 0.1
+    rise = HOUSING.low.fillet - math.sqrt(HOUSING.low.fillet**2 - (HOUSING.low.fillet - 0.1) ** 2)
+    inside = _solid_along(shape, (x, 0.0, 0.0), (x, 0.0, 10.0))
+    assert inside[-1] == pytest.approx(LOW.thickness + 2.0 * rise, abs=1e-6)
+
+
+@each_housing
+def test_solid_is_its_own_mirror_image_across_the_depth(housing):
+    shape = _part(housing).shape
+    mirrored = shape.mirror("XZ")
+    assert shape.intersect(mirrored).Volume() == pytest.approx(shape.Volume(), rel=1e-7)
+    assert cq.Shape.centerOfMass(shape).y == pytest.approx(0.0, abs=1e-7)
+
+
+@each_housing
+def test_depth_share_is_that_of_the_solid(housing):
+    shape = _part(housing).shape
+    x = 0.5 * housing.spacing
+    levels = (0.5 * housing.tip_height, 0.5 * (housing.tip_height + housing.neck_level), housing.neck_level + 0.5)
+    for z in levels:
+        inside = sum(_solid_along(shape, (x, -20.0, z), (x, 20.0, z)))
+        assert inside == pytest.approx(housing.depth_share(z) * housing.depth, abs=1e-6)
+
+
+@each_housing
+def test_profile_is_the_section_of_the_plate(housing):
+    section = housing_part(housing).shape.intersect(cq.Face.makePlane(400.0, 400.0, dir=cq.Vector(0.0, 1.0, 0.0)))
+    h = housing
+    necks = 2.0 * (0.5 * (h.tip_side + h.shuttle_width) * (h.neck_level - h.tip_height) + h.tip_side * h.tip_height)
+    solid = 2.0 * (
+        h.tip_side**2 * h.tip_height
+        + _prismatoid((h.tip_side, h.tip_side), (h.shuttle_width, h.depth), h.neck_level - h.tip_height)
+    )
+    area = (_volume(h) - solid) / h.depth + necks
+    assert sum(face.Area() for face in section.Faces()) == pytest.approx(area, rel=1e-8)
+    assert len(section.Faces()) == 1
+    assert len(fillet_corners(h)) == 18
+
+
+@pytest.mark.parametrize(
+    ("sizes", "message"),
+    [
+        ({"tip_side": 6.5}, "housing.tip_side = 6.5 mm: must be greater than 0 mm and at most 6 mm; choose"),
+        ({"tip_side": 0.0}, "housing.tip_side = 0 mm: must be greater than 0 mm and at most 6 mm; choose"),
+        ({"tip_side": math.nan}, "housing.tip_side = nan mm: must be greater than 0 mm and at most 6 mm; choose"),
+        ({"shuttle_width": 8.0}, "housing.shuttle_width = 8 mm: must be greater than 0 mm and less than 8 mm; choose"),
+        ({"tip_height": 5.5}, "housing.tip_height = 5.5 mm: must be greater than 0 mm and less than 5.5 mm; choose"),
+        ({"neck_level": 6.6}, "housing.neck_level = 6.6 mm: must be greater than 1 mm and less than 6.5 mm; choose"),
+        ({"protrusion": 6.5}, "housing.protrusion = 6.5 mm: must be greater than 0 mm and less than 6.5 mm; choose"),
+        ({"low_top_level": 22.7}, "housing.low_top_level = 22.7 mm: must be greater than 22.7 mm and less than 24.75"),
+        ({"high_top_level": 24.75}, "housing.high_top_level = 24.75 mm: must be greater than 22.7 mm and less than"),
+        ({"cavity_level": 31.0}, "housing.cavity_level = 31 mm: must be greater than 23.2 mm and less than 30.75 mm"),
+        ({"hole_diameter": 9.0}, "housing.hole_diameter = 9 mm: must be greater than 0 mm and less than 8 mm; choose"),
+        ({"low": {"depth": 9.0}}, "housing.high.depth = 10 mm: must be that of the low flexure, 9 mm; choose"),
+        ({"low": {"fillet": 0.4}}, "housing.high.fillet = 0.5 mm: must be that of the low flexure, 0.4 mm; choose"),
+    ],
+)
+def test_dimensions_that_make_no_plate_are_refused(sizes: dict[str, Any], message: str):
+    with pytest.raises(InputError) as caught:
+        _changed(**sizes)
+    assert str(caught.value).startswith(message)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_mounting_holes_lie_in_the_walls():
+    assert len(HOUSING.holes) == 4
+    for x, z in HOUSING.holes:
+        assert min(abs(x - HOUSING.left), abs(x - HOUSING.right)) == pytest.approx(0.5 * HOUSING.wall_width)
+        assert HOUSING.protrusion < z < HOUSING.top_level
+
+
+def test_housing_is_frozen():
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'tip_side'"):
+        HOUSING.tip_side = 2.0

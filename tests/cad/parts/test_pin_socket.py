@@ -1,0 +1,203 @@
+"""Sockets: pockets and pins by formula, what they give between its bounds, and what a wrong one is told."""
+
+import math
+from dataclasses import replace
+
+import cadquery as cq
+import pytest
+
+from cad.checks.clearance import clearance_findings
+from cad.checks.sensor_checks import check_file
+from cad.design.parameters import Design, Fruit, Press, Tips
+from cad.design.processes import PROCESSES
+from cad.files.drafting import Words
+from cad.files.drawing import Title, housing_drawing
+from cad.files.maker_files import fabrication_sheet
+from cad.files.sensor_files import write_sensor
+from cad.files.step import read_step
+from cad.parts.coupon import coupon_of
+from cad.parts.cover import cover_of
+from cad.parts.housing import housing_part
+from cad.parts.layout import housing_for
+from cad.parts.pin_socket import STEEL_MPA, pin_give, pin_parts, socket_findings, socketed
+from cad.parts.sensor import Sensor
+from cad.quantity import InputError
+
+PETG = PROCESSES["fdm-petg"]
+PINS = Design(tips=Tips(socket="pin"))
+
+
+@pytest.fixture(scope="module")
+def foot():
+    """PETG: pocket 1 + 2 x 0.05, foot 2 (1.1 + 0.8) for the walls around the pocket and its gable."""
+    return housing_for(PINS, PETG, (20.0, 12.0), (0.5, 0.11))
+
+
+@pytest.fixture(scope="module")
+def pinned(foot):
+    part = socketed(housing_part(foot), foot)
+    return Sensor(housing=foot, part=part, fruit=PINS.fruit, tips=PINS.tips, press=PINS.press, name="paper")
+
+
+def test_printed_tips_are_as_they_were(housing):
+    part = housing_part(housing)
+    assert socketed(part, housing) is part
+    assert pin_parts(housing, Tips()) == ()
+    assert socket_findings(part, housing, Tips()) == ()
+    assert (pin_give(housing, 2000.0, 0.38).compliance, pin_give(housing, 2000.0, 0.38).error) == (0.0, 0.0)
+
+
+def test_layout_holds_the_pin_with_the_walls_of_the_process(foot):
+    assert (foot.pin_side, foot.pin_out, foot.pocket_side, foot.pocket_depth, foot.tip_side) == pytest.approx(
+        (1.0, 1.0, 1.1, 3.0, 3.8)
+    )
+    printed = housing_for(Design(), PETG, (20.0, 12.0), (0.5, 0.11))
+    assert foot.protrusion + foot.pin_out == pytest.approx(printed.protrusion)
+
+
+def test_pockets_are_a_square_and_a_gable_deep(foot):
+    part = housing_part(foot)
+    taken = part.shape.Volume() - socketed(part, foot).shape.Volume()
+    assert taken == pytest.approx(2.0 * 3.0 * (1.1**2 + 0.25 * 1.1**2), rel=1e-6)
+
+
+def test_faces_keep_their_names(foot):
+    part = socketed(housing_part(foot), foot)
+    assert part.face_area("low_tip") == pytest.approx(3.8**2 - 1.25 * 1.1**2)
+
+
+def test_pins_fill_the_pockets_but_for_the_fit_and_stand_out(pinned, foot):
+    low, high = pin_parts(foot, PINS.tips)
+    assert (low.name, high.name) == ("low pin", "high pin")
+    for pin, x in ((low, -4.0), (high, 4.0)):
+        box = pin.shape.BoundingBox()
+        assert (box.zmin, box.zmax, box.center.x, box.xlen) == pytest.approx((-1.0, 3.0, x, 1.0), abs=1e-6)
+        assert not pin.shape.intersect(pinned.part.shape).Solids()
+
+
+def test_finding_passes_on_its_own_pockets_and_fails_on_others(pinned, foot):
+    (found,) = socket_findings(pinned.part, foot, PINS.tips)
+    assert found.passed is True
+    (none,) = socket_findings(housing_part(foot), foot, PINS.tips)
+    assert (none.passed, none.value, none.reference) == (False, None, "no pocket that holds the low pin")
+    (wide,) = socket_findings(socketed(housing_part(foot), replace(foot, pocket_side=1.3)), foot, PINS.tips)
+    assert (wide.passed, wide.value) == (False, pytest.approx(0.2))  # of the gable's height
+    (shallow,) = socket_findings(socketed(housing_part(foot), replace(foot, pocket_depth=2.9)), foot, PINS.tips)
+    assert (shallow.passed, shallow.value) == (False, None)  # the pin cuts into the end
+
+
+def test_fruit_is_as_far_from_the_feet_as_the_pins_stand_out(pinned):
+    """The foot counts as neck: 1 mm out at a travel of 0.6 mm leaves 0.4; at 1.1 mm it would be pressed on."""
+    (found,) = (one for one in clearance_findings(pinned) if one.name == "geometry.neck_clearance")
+    assert (found.passed, found.value) == (True, pytest.approx(0.4, abs=1e-6))
+    (deep,) = (
+        one
+        for one in clearance_findings(replace(pinned, press=Press(travel_mm=1.1)))
+        if one.name == "geometry.neck_clearance"
+    )
+    assert (deep.passed, deep.value) == (False, pytest.approx(-0.1, abs=1e-6))
+
+
+def test_files_hold_the_pockets_and_the_pins(pinned, tmp_path, monkeypatch):
+    monkeypatch.setattr("cad.checks.slicer.NAME", "a-slicer-that-nobody-has")
+    written = write_sensor(pinned, tmp_path)
+    assert [path.name for path in written] == [
+        "housing.step", "assembly.step", "housing.stl", "housing.3mf", "pin.step",
+    ]  # fmt: skip
+    assert read_step(tmp_path / "pin.step").Volume() == pytest.approx(4.0)
+    assert read_step(tmp_path / "housing.step").Volume() == pytest.approx(pinned.part.shape.Volume())
+    whole = pinned.part.shape.Volume() + 2.0 * 4.0 + pinned.bodies()[-1].shape.Volume()
+    assert read_step(tmp_path / "assembly.step").Volume() == pytest.approx(whole)
+    assert [body.name for body in pinned.bodies()] == ["housing", "low pin", "high pin", "fruit"]
+    failed = [one.name for one in check_file(tmp_path / "housing.3mf", PETG) if one.passed is not True]
+    assert failed == []
+
+
+def test_drawing_and_sheet_tell_of_the_pins(pinned, foot):
+    title = Title(name="paper", process=PETG)
+    words = [item.text for item in housing_drawing(pinned.part, foot, title) if isinstance(item, Words)]
+    assert "foot 3.8" in words
+    assert "steel pin 1 x 1 x 4 2x, 1 out" in words
+    sheet = fabrication_sheet(coupon_of(foot), cover_of(pinned), title, 1e4)
+    assert "Two ground steel pins, 1 x 1 mm, 4 mm long" in sheet
+    assert "Pockets are 1.1 mm wide and 3 mm deep" in sheet
+
+
+def test_pocket_without_a_gable_would_hang_over(foot, tmp_path):
+    part = housing_part(foot)
+    boxes = [cq.Solid.makeBox(1.1, 1.1, 4.0, cq.Vector(x - 0.55, -0.55, -1.0)) for x in (-4.0, 4.0)]
+    flat = Sensor(
+        housing=foot,
+        part=replace(part, shape=part.shape.cut(*boxes)),
+        fruit=PINS.fruit,
+        tips=PINS.tips,
+        press=PINS.press,
+    )
+    write_sensor(flat, tmp_path)
+    (found,) = (one for one in check_file(tmp_path / "housing.stl", PETG) if one.name == "geometry.overhang")
+    assert (found.passed, found.value) == (False, pytest.approx(1.1, abs=1e-3))
+
+
+@pytest.mark.parametrize(("E", "nu"), [(2000.0, 0.38), (110000.0, 0.34)])
+def test_give_lies_in_the_middle_of_its_bounds(foot, E, nu):
+    """Rigid foot: the steel that stands out alone. Soft foot: a square punch, F = 1.1523 E / (1 - nu^2) side d."""
+    found = pin_give(foot, E, nu)
+    bar, punch = 1.0 / STEEL_MPA, (1.0 - nu**2) / (1.1523 * E * 1.0)
+    assert found.compliance - found.error == pytest.approx(bar)
+    assert found.compliance + found.error == pytest.approx(bar + punch)
+
+
+def test_feet_that_would_touch_are_refused():
+    close = Design(tips=Tips(socket="pin", spacing_mm=4.0))
+    with pytest.raises(
+        InputError, match=r"tips\.spacing_mm = 4 mm: must be at least 4\.1 mm, for feet of 3\.8 mm with"
+    ):
+        housing_for(close, PETG, (20.0, 12.0), (0.5, 0.11))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"pocket_side": 0.9}, r"housing\.pocket_side = 0\.9 mm: must be greater than 1 mm and less than 1\.9 mm"),
+        ({"pocket_side": 2.0}, r"housing\.pocket_side = 2 mm: must be greater than 1 mm and less than 1\.9 mm"),
+        ({"pocket_depth": 9.0}, r"housing\.pocket_depth = 9 mm: must be greater than 0 mm and less than 4\.1 mm"),
+        ({"pin_out": 0.0}, r"housing\.pin_out = 0 mm: must be greater than 0 mm"),
+    ],
+)
+def test_pocket_that_cannot_be_is_refused(foot, change, message):
+    with pytest.raises(InputError, match=message):
+        replace(foot, **change)
+
+
+def test_unknown_socket_is_refused_with_the_nearest():
+    with pytest.raises(InputError, match=r"tips\.socket = 'pins': must be one of none, pin; .* did you mean pin\?"):
+        Tips(socket="pins")
+
+
+def test_round_pin_sinks_as_a_round_punch():
+    """F = E d side / (1 - nu^2) of a circle, and the steel that stands out has pi / 4 of the square's section."""
+    E, nu = 2000.0, 0.38
+    square, round_one = (
+        housing_for(Design(tips=Tips(shape=shape, socket="pin")), PROCESSES["fdm-petg"], (28.9, 14.8), (0.5, 0.11))
+        for shape in ("cube", "cylinder")
+    )
+    assert (square.pin_round, round_one.pin_round) == (False, True)
+    punch = (1.0 - nu**2) / E
+    give = pin_give(round_one, E, nu)
+    assert give.error == pytest.approx(0.5 * punch)
+    assert give.compliance == pytest.approx(0.5 * punch + 4.0 / (math.pi * STEEL_MPA))
+    assert give.error > pin_give(square, E, nu).error
+
+
+def test_neck_above_a_wide_foot_prints_without_support(tmp_path):
+    """A foot 0.8 mm short of the plate on each side: the step above it rises at 45 degrees."""
+    design = Design(tips=Tips(socket="pin", side_mm=2.0, spacing_mm=12.0), fruit=Fruit(length_mm=40.0))
+    process = PROCESSES["dmls-ti64"]
+    housing = housing_for(design, process, (57.0, 32.0), (0.5, 0.11))
+    assert 0.5 <= 0.5 * (housing.depth - housing.tip_side) < 1.0
+    assert housing.neck_level - housing.tip_height == pytest.approx(0.5 * (housing.depth - housing.tip_side))
+    part = housing_part(housing)
+    whole = Sensor(housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name="wide")
+    write_sensor(whole, tmp_path)
+    (found,) = (one for one in check_file(tmp_path / "housing.3mf", process) if one.name == "geometry.overhang")
+    assert found.passed, found.value

@@ -1,0 +1,31 @@
+from dataclasses import replace
+
+import cadquery as cq
+import pytest
+
+from cad.design.parameters import Fruit, Tips
+from cad.parts.sensor import pressed
+
+KERNEL = 1e-6  # the kernel pads its boxes
+
+
+def test_fruit_waits_below_the_tips_by_the_gap(sensor):
+    apart = replace(sensor, tips=Tips(gap_mm=0.7, offset_mm=1.25), fruit=Fruit(length_mm=30.0))
+    housing, fruit = apart.bodies()
+    assert (housing.name, fruit.name) == ("housing", "fruit")
+    assert housing.shape.distance(fruit.shape) == pytest.approx(0.7, abs=KERNEL)
+    box = fruit.shape.BoundingBox()
+    # The midpoint of the tips is x = 0 of the sensor and 1.25 mm from the fruit's apex.
+    assert (box.xmin, box.xmax) == pytest.approx((-15.0 - 1.25, 15.0 - 1.25), abs=KERNEL)
+
+
+def test_fruit_box_has_its_top_at_the_tips(sensor):
+    box = sensor.fruit_box().BoundingBox()
+    assert (box.zmin, box.zmax, box.ymax) == pytest.approx((-12.0, 0.0, 10.0), abs=KERNEL)
+
+
+@pytest.mark.parametrize(("heading", "down"), [(0.0, (1.0, 0.0)), (90.0, (0.0, 1.0)), (180.0, (-1.0, 0.0))])
+def test_the_heading_is_the_side_that_goes_down(heading, down):
+    point = cq.Vertex.makeVertex(10.0 * down[0], 10.0 * down[1], 0.0)
+    moved = pressed(point, 0.6, 30.0, heading).Center()
+    assert moved.z == pytest.approx(-0.6 - 10.0 * 0.5, abs=KERNEL)

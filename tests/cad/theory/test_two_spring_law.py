@@ -1,0 +1,184 @@
+"""The paper's numbers: WCECS 2019, ISBN 978-988-14048-7-9; stiffnesses there in N/m, so some tests use N/m."""
+
+import dataclasses
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cad.theory.two_spring_law import (
+    Springs,
+    force_ratio,
+    fruit_stiffness,
+    hayes_stiffness,
+    nonlinearity,
+    series_stiffness,
+    size_springs,
+    stiffness_at_largest_nonlinearity,
+)
+
+PAPER = Springs(K_l=753.0, K_h=17300.0)
+PAPER_K_M = 3850.0
+ROUND_OFF = 1e-9
+P_MAX = st.floats(1.01, 100.0)
+NL = st.floats(1e-4, 0.49)
+STIFFNESS = st.floats(1e-6, 1e6)
+DEFINITION = st.sampled_from(["mid-range", "largest"])
+
+
+def test_paper_springs_follow_from_its_targets():
+    springs = size_springs(5.0, 0.05, PAPER_K_M)
+    assert springs.K_l == pytest.approx(753.26, abs=0.005)
+    assert springs.K_h == pytest.approx(17325.0, abs=0.05)
+    assert round(springs.K_l) == 753
+    assert round(springs.K_h, -2) == 17300
+
+
+@pytest.mark.parametrize("K_l", [700.0, 753.0, 800.0, 900.0])
+def test_equations_10_and_12_for_the_paper(K_l):
+    NL_of_12 = (962.5 - K_l) / (1925.0 + 3.0 * K_l)
+    K_h_of_10 = 4812.5 * K_l / (962.5 - K_l)
+    springs = size_springs(5.0, NL_of_12, PAPER_K_M)
+    assert springs.K_l == pytest.approx(K_l, rel=ROUND_OFF)
+    assert springs.K_h == pytest.approx(K_h_of_10, rel=ROUND_OFF)
+    assert nonlinearity(springs, PAPER_K_M) == pytest.approx(NL_of_12, rel=ROUND_OFF)
+    P_1925 = (9625.0 + 5.0 * K_l) / (1925.0 + 3.0 * K_l)  # (11)
+    assert force_ratio(springs, 1925.0) == pytest.approx(P_1925, rel=ROUND_OFF)
+
+
+def test_hayes_stiffness_of_the_paper():
+    exact = hayes_stiffness(3.5, 0.3, 0.5)
+    assert 1e3 * exact == pytest.approx(3846.15, abs=0.005)
+    springs = size_springs(5.0, 0.05, 1e3 * exact)
+    assert springs.K_l == pytest.approx(752.5, abs=0.05)
+    assert springs.K_h == pytest.approx(17308.0, abs=0.5)
+    for E, printed in [(0.5, 550), (1.0, 1100), (1.5, 1650), (2.0, 2200), (2.5, 2750), (3.0, 3300)]:
+        assert 1e3 * hayes_stiffness(E, 0.3, 0.5) == pytest.approx(printed, rel=1.1e-3)  # the paper rounds 1098.9
+
+
+def test_scaling_factor_of_hayes_multiplies():
+    assert hayes_stiffness(1.0, 0.3, 0.5, C_k=1.5) == pytest.approx(1.5 * hayes_stiffness(1.0, 0.3, 0.5))
+
+
+def test_paper_springs_under_the_true_contact():
+    per_E = 1322.63  # K_m / E [N/m per MPa] of the paper's block, from the contact solve of the reference
+    ratios = [force_ratio(PAPER, per_E * E) for E in (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)]
+    assert ratios == pytest.approx([1.8091, 2.5607, 3.2608, 3.9144, 4.5261, 5.0997, 5.6388], abs=1e-4)  # the last digit
+
+
+def test_largest_nonlinearity_is_not_at_mid_range():
+    springs = size_springs(5.0, 0.05, PAPER_K_M)
+    assert stiffness_at_largest_nonlinearity(PAPER.K_h, PAPER_K_M) == pytest.approx(1828.0, abs=0.5)
+    assert nonlinearity(springs, PAPER_K_M, "largest") == pytest.approx(0.05013, abs=5e-6)
+
+
+@given(P_max=P_MAX, NL=NL, K_m_max=STIFFNESS)
+def test_largest_is_the_largest_over_the_range(P_max, NL, K_m_max):
+    springs = size_springs(P_max, NL, K_m_max)
+    departures = [(force_ratio(springs, i / 200 * K_m_max) - 1.0) / (P_max - 1.0) - i / 200 for i in range(1, 201)]
+    largest = nonlinearity(springs, K_m_max, "largest")
+    assert largest >= max(departures) - 1e-9
+    assert largest == pytest.approx(max(departures), rel=1e-2)  # the grid's own error, 1/200 beside a flat top
+
+
+@given(P_max=P_MAX, NL=NL, K_m_max=STIFFNESS, definition=DEFINITION)
+def test_sized_springs_meet_both_targets(P_max, NL, K_m_max, definition):
+    springs = size_springs(P_max, NL, K_m_max, definition)
+    assert force_ratio(springs, K_m_max) == pytest.approx(P_max, rel=ROUND_OFF)
+    assert nonlinearity(springs, K_m_max, definition) == pytest.approx(NL, rel=1e-6, abs=1e-9)  # P - 1 cancels digits
+
+
+@given(P_max=P_MAX, NL=NL, K_m_max=STIFFNESS, share=st.floats(0.001, 1.0))
+def test_fruit_stiffness_is_the_inverse_of_the_force_ratio(P_max, NL, K_m_max, share):
+    springs = size_springs(P_max, NL, K_m_max)
+    K_m = share * K_m_max
+    assert fruit_stiffness(springs, force_ratio(springs, K_m)) == pytest.approx(K_m, rel=1e-6)  # P - 1 cancels digits
+
+
+@given(P_max=P_MAX, NL=NL, K_m_max=STIFFNESS, definition=DEFINITION, unit=st.floats(1e-3, 1e3))
+def test_springs_scale_with_the_fruit_and_with_the_unit(P_max, NL, K_m_max, definition, unit):
+    one, other = (size_springs(P_max, NL, K, definition) for K in (K_m_max, unit * K_m_max))
+    assert (other.K_l, other.K_h) == pytest.approx((unit * one.K_l, unit * one.K_h), rel=ROUND_OFF)
+
+
+@pytest.mark.parametrize("P_max", [2.0, 5.0, 50.0])
+@pytest.mark.parametrize("NL", [0.01, 0.05, 0.3])
+def test_high_spring_depends_on_NL_alone(P_max, NL):
+    assert size_springs(P_max, NL, 1.0).K_h == pytest.approx((1.0 - 2.0 * NL) / (4.0 * NL), rel=ROUND_OFF)
+
+
+def test_springs_in_series_are_softer_than_either():
+    assert series_stiffness(3.0, 6.0) == pytest.approx(2.0)
+
+
+def test_planted_wrong_spring_misses_both_targets():
+    springs = size_springs(5.0, 0.05, PAPER_K_M)
+    wrong = dataclasses.replace(springs, K_h=1.01 * springs.K_h)
+    assert abs(force_ratio(wrong, PAPER_K_M) / 5.0 - 1.0) > 1e-3
+    assert abs(nonlinearity(wrong, PAPER_K_M) - 0.05) > 3e-4
+
+
+@pytest.mark.parametrize("P", [1.0, 0.5, 17300.0 / 753.0, 23.0, math.nan, math.inf])
+def test_force_ratio_out_of_reach_is_refused(P):
+    with pytest.raises(ValueError, match=rf"^P = {P:g}: must be greater than 1 and less than K_h/K_l = 22.9748; check"):
+        fruit_stiffness(PAPER, P)
+
+
+@pytest.mark.parametrize(
+    ("targets", "shown"),
+    [
+        ((1.0, 0.05, 4.0), "P_max = 1, NL = 0.05, K_m_max = 4 N/mm: must be"),
+        ((5.0, 0.0, 4.0), "NL = 0,"),
+        ((5.0, 0.5, 4.0), "NL = 0.5,"),
+        ((5.0, math.nan, 4.0), "NL = nan,"),
+        ((5.0, 0.05, 0.0), "K_m_max = 0 N/mm: must be"),
+        ((5.0, 0.05, math.inf), "K_m_max = inf N/mm: must be"),
+    ],
+)
+def test_targets_that_no_springs_meet_are_refused(targets, shown):
+    with pytest.raises(ValueError, match=r"must be P_max > 1, 0 < NL < 0.5, K_m_max > 0") as caught:
+        size_springs(*targets)
+    assert shown in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("K_l", "K_h"), [(2.0, 1.0), (1.0, 1.0), (0.0, 1.0), (-1.0, 1.0), (1.0, math.inf), (math.nan, 1.0)]
+)
+def test_springs_out_of_order_are_refused(K_l, K_h):
+    message = (
+        rf"^K_l = {K_l * 1e3:g} N/m, K_h = {K_h * 1e3:g} N/m: must be 0 < K_l < K_h; give the softer spring as K_l$"
+    )
+    with pytest.raises(ValueError, match=message.replace("+", r"\+")):
+        Springs(K_l=K_l, K_h=K_h)
+
+
+def test_springs_are_frozen():
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'K_l'"):
+        PAPER.K_l = 1.0
+
+
+@pytest.mark.parametrize("definition", ["mid-range", "largest"])
+@pytest.mark.parametrize("q", [0.8, 0.953, 1.0, 1.3])
+def test_springs_sized_off_the_middle_of_a_fruit_meet_both_targets(q, definition):
+    springs = size_springs(5.0, 0.05, 4.6, definition, q)
+    assert force_ratio(springs, 4.6, q) == pytest.approx(5.0, rel=1e-12)
+    assert nonlinearity(springs, 4.6, definition, q) == pytest.approx(0.05, rel=1e-10)
+
+
+def test_force_ratio_off_the_middle_is_that_of_two_springs_in_series_each():
+    """P = (1/K_l + (s11 - s12)/E) / (1/K_h + (s22 - s12)/E) from x = F/K + S F/E with both tips level."""
+    s11, s22, s12, E = 0.76, 0.79, 0.011, 3.5
+    springs = Springs(K_l=0.9, K_h=20.0)
+    exact = (1.0 / 0.9 + (s11 - s12) / E) / (1.0 / 20.0 + (s22 - s12) / E)
+    found = force_ratio(springs, E / (s11 - s12), (s11 - s12) / (s22 - s12))
+    assert found == pytest.approx(exact, rel=1e-12)
+    assert fruit_stiffness(springs, found, (s11 - s12) / (s22 - s12)) == pytest.approx(E / (s11 - s12), rel=1e-9)
+
+
+def test_largest_nonlinearity_off_the_middle_is_the_largest():
+    springs, q = Springs(K_l=0.9, K_h=20.0), 0.9
+    largest = nonlinearity(springs, 4.6, "largest", q)
+    rise = force_ratio(springs, 4.6, q) - q
+    everywhere = [(force_ratio(springs, 4.6 * i / 400, q) - q) / rise - i / 400 for i in range(1, 400)]
+    assert largest == pytest.approx(max(everywhere), rel=1e-4)

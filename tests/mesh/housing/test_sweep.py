@@ -1,0 +1,174 @@
+import dataclasses
+
+import gmsh
+import numpy as np
+import pytest
+from skfem import MeshHex1, MeshHex2
+
+from cad.parts.housing import Housing, housing_part
+from cad.theory.flexure import Flexure
+from mesh.housing.blocks import Block, Segment, counts, straight_block
+from mesh.housing.frame import housing_blocks
+from mesh.housing.profile import meshed_profile
+from mesh.housing.sweep import check_flexure_mesh, check_jacobian, flexure_mesh, stretched
+from mesh.session import MeshError
+
+LOW = Flexure(thickness=0.8, length=28.3, depth=10.0, separation=14.0, fillet=0.5)
+HIGH = Flexure(thickness=1.2, length=14.9, depth=10.0, separation=14.0, fillet=0.5)
+HOUSING = Housing(
+    low=LOW, high=HIGH, tip_side=1.0, tip_height=1.0, spacing=8.0, shuttle_width=6.0, neck_level=5.5,
+    lower_leaf_level=7.6, low_top_level=24.0, high_top_level=24.45, cavity_level=24.75, top_level=30.75, protrusion=1.7,
+)  # fmt: skip
+ON_PLANE = 1e-9
+
+
+def changed(low: dict | None = None, high: dict | None = None, **sizes: float) -> Housing:
+    flexures = {"low": dataclasses.replace(LOW, **(low or {})), "high": dataclasses.replace(HIGH, **(high or {}))}
+    return dataclasses.replace(HOUSING, **flexures, **sizes)
+
+
+SLIM = {"thickness": 0.4, "length": 60.0, "depth": 6.0}
+VARIANTS = {
+    "plastic": HOUSING,
+    "small tip": changed(tip_side=0.2, tip_height=0.9, neck_level=5.8),
+    "tip as deep as the plate": changed({"depth": 6.0}, {"depth": 6.0}, tip_side=6.0, tip_height=3.0, neck_level=5.0),
+    "steel": changed(SLIM, {"thickness": 0.5, "length": 25.0, "depth": 6.0}, neck_level=3.5),
+    "shortest leaves": changed({"length": 4.0}, {"length": 6.0}),
+    "hole level with a leaf": changed(hole_inset=6.0),
+    "little solid beside a root": changed(lower_leaf_level=6.65),
+    "holes far in": changed(hole_inset=9.5),
+}
+
+
+@pytest.fixture(scope="module")
+def mesh() -> MeshHex2:
+    return flexure_mesh(HOUSING, 2.0)
+
+
+@pytest.mark.parametrize("housing", VARIANTS.values(), ids=VARIANTS)
+@pytest.mark.parametrize("scale", [1.0, 2.0])
+def test_mesh_has_the_volume_the_surface_and_the_named_areas_of_the_solid(housing, scale):
+    check_flexure_mesh(flexure_mesh(housing, scale), housing_part(housing))
+
+
+def test_named_facets_lie_where_their_faces_lie(mesh):
+    def nodes(name: str) -> np.ndarray:
+        return mesh.p[:, mesh.facets[:, mesh.boundaries[name]]]
+
+    for name, centre in (("low_tip", -4.0), ("high_tip", 4.0)):
+        x, y, z = nodes(name)
+        assert np.all(z == 0.0)
+        assert (x.min(), x.max(), y.max()) == pytest.approx((centre - 0.5, centre + 0.5, 0.5))
+    assert np.all(nodes("symmetry")[1] == 0.0)
+    x, _, z = nodes("mounting_holes")
+    away = np.min([np.hypot(x - hole[0], z - hole[1]) for hole in HOUSING.holes], axis=0)
+    assert away == pytest.approx(1.7)
+    x, _, z = nodes("low_leaves")
+    assert (x.min(), x.max()) == pytest.approx(HOUSING.low_root)
+    assert np.abs(np.abs(z - 14.6) - 7.0).max() == pytest.approx(0.4 + 0.5)
+
+
+def test_nodes_of_fillets_lie_on_their_arcs(mesh):
+    nodes = mesh.doflocs
+    left, r = HOUSING.low_root[0], 0.5
+    top = 7.6 + 0.4
+    near = (nodes[0] > left - ON_PLANE) & (nodes[0] < left + r + ON_PLANE) & (np.abs(nodes[2] - top) < r)
+    away = np.hypot(nodes[0] - left - r, nodes[2] - top - r)
+    # Everything in this corner is solid outside the circle of the fillet; its arc has nodes at edges and midpoints.
+    assert away[near].min() == pytest.approx(r)
+    assert np.count_nonzero(np.abs(away[near] - r) < ON_PLANE) >= 5 * 3
+
+
+def test_two_meshes_of_one_housing_are_identical(mesh):
+    again = flexure_mesh(HOUSING, 2.0)
+    assert np.array_equal(mesh.doflocs, again.doflocs)
+    assert np.array_equal(mesh.t, again.t)
+    assert all(np.array_equal(mesh.boundaries[name], again.boundaries[name]) for name in mesh.boundaries)
+
+
+def test_finer_scale_has_more_elements(mesh):
+    assert mesh.t.shape[1] < flexure_mesh(HOUSING, 1.0).t.shape[1] < flexure_mesh(HOUSING, 0.5).t.shape[1]
+
+
+def test_stretched_mesh_fills_the_solid_with_the_new_leaves(mesh):
+    wanted = changed({"length": 31.0}, {"length": 13.5})
+    moved = stretched(mesh, HOUSING, wanted)
+    check_flexure_mesh(moved, housing_part(wanted))
+    assert set(moved.boundaries) == set(mesh.boundaries)
+    with pytest.raises(MeshError, match="volume"):
+        check_flexure_mesh(moved, housing_part(HOUSING))
+
+
+def test_stretch_too_long_asks_for_a_fresh_mesh_and_other_changes_are_refused(mesh):
+    assert stretched(mesh, HOUSING, changed({"length": 40.0})) is None
+    with pytest.raises(MeshError, match="differ in more than their leaf lengths"):
+        stretched(mesh, HOUSING, changed({"thickness": 0.81}))
+
+
+def test_mesh_of_another_housing_is_refused(mesh):
+    with pytest.raises(MeshError, match=r"stage 'compare': volume = .* within 0.0001"):
+        check_flexure_mesh(mesh, housing_part(changed({"thickness": 0.81})))
+    short = mesh.with_boundaries({**mesh.boundaries, "low_tip": mesh.boundaries["low_tip"][1:]})
+    with pytest.raises(MeshError, match="area of face 'low_tip'"):
+        check_flexure_mesh(short, housing_part(HOUSING))
+    nameless = mesh.with_boundaries({"low_tip": []})
+    with pytest.raises(MeshError, match="face 'low_tip' has no facets"):
+        check_flexure_mesh(nameless, housing_part(HOUSING))
+
+
+def test_elements_that_touch_without_sharing_a_facet_are_told_by_the_surface(mesh):
+    loose = mesh.t.copy()
+    loose[:, 0] = np.arange(8) + mesh.p.shape[1]
+    split = MeshHex2.from_mesh(MeshHex1(np.hstack([mesh.p, mesh.p[:, mesh.t[:, 0]]]), loose))
+    places = split.doflocs.copy()
+    places[:, split.dofs.element_dofs] = mesh.doflocs[:, mesh.dofs.element_dofs]
+    split = dataclasses.replace(split, doflocs=places)
+    with pytest.raises(MeshError, match="surface ="):
+        check_flexure_mesh(split, housing_part(HOUSING))
+
+
+def test_folded_element_is_refused(mesh):
+    places = mesh.doflocs.copy()
+    corner = mesh.t[0, 100]
+    others = mesh.p[:, mesh.t[1:, 100]]
+    places[:, corner] = 2.0 * others.mean(axis=1) - places[:, corner]
+    with pytest.raises(MeshError, match=r"smallest scaled Jacobian = .* must be at least 0.1"):
+        check_jacobian(dataclasses.replace(mesh, doflocs=places))
+
+
+def test_holes_without_a_wall_between_them_are_refused():
+    with pytest.raises(MeshError, match=r"holes at z = 16 and 16\.\d+ mm leave no wall between them"):
+        flexure_mesh(changed(hole_diameter=1.0, hole_inset=14.3), 1.0)
+    assert not gmsh.isInitialized()
+
+
+def test_neighbours_with_different_counts_are_refused():
+    left = straight_block([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], (2, 3))
+    right = straight_block([(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)], (2, 4))
+    with pytest.raises(MeshError, match="has 3 and 4 elements"):
+        meshed_profile([left, right])
+    assert not gmsh.isInitialized()
+
+
+def test_blocks_share_every_inner_side():
+    blocks = housing_blocks(HOUSING, counts(HOUSING, 1.0))
+    uses: dict[frozenset, int] = {}
+    for segment in (segment for block in blocks for side in block.sides for segment in side):
+        key = frozenset((round(x, 9), round(z, 9)) for x, z in (segment.start, segment.end))
+        uses[key] = uses.get(key, 0) + 1
+    assert set(uses.values()) == {1, 2}
+    assert sum(isinstance(block, Block) for block in blocks) == len(blocks)
+
+
+def test_segment_of_an_arc_gives_its_true_midpoint():
+    ring = Block(
+        sides=(
+            (Segment(start=(1.0, 0.0), end=(2.0, 0.0), count=1),),
+            (Segment(start=(2.0, 0.0), end=(0.0, 2.0), count=1, centre=(0.0, 0.0)),),
+            (Segment(start=(0.0, 2.0), end=(0.0, 1.0), count=1),),
+            (Segment(start=(0.0, 1.0), end=(1.0, 0.0), count=1, centre=(0.0, 0.0), surface="low_leaves"),),
+        )
+    )
+    profile = meshed_profile([ring])
+    assert np.sort(np.hypot(*profile.midpoints)) == pytest.approx([1.0, 2.0])
+    assert profile.surfaces["low_leaves"].shape == (2, 1)

@@ -1,0 +1,115 @@
+"""The doctor names what is missing, and only what every run needs makes it end with 2."""
+
+import subprocess
+import sys
+
+import pytest
+
+from pipeline.commands import doctor
+from pipeline.commands.doctor import Row, package_row, pins, place_row
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Import light modules instead of the heavy ones."""
+    monkeypatch.setattr(doctor, "IMPORTS", ("json", "math"))
+
+
+def found(name: str) -> Row:
+    (row,) = (row for row in doctor.examination() if row.name == name)
+    return row
+
+
+@pytest.mark.usefixtures("quick")
+def test_here_everything_needed_is_present(capsys):
+    assert doctor.doctor() == 0
+    printed = capsys.readouterr().out
+    assert [
+        word for word in ("Python", "cadquery", "import json", "ccx", "cores", "cache") if word not in printed
+    ] == []
+
+
+@pytest.mark.usefixtures("quick")
+def test_declared_packages_are_compared_with_the_lock():
+    lock = pins((doctor.ROOT / "requirements.lock").read_text(encoding="utf-8"))
+    assert found("numpy") == Row(name="numpy", found=lock["numpy"], status="ok")
+
+
+def test_pins_are_read_with_and_without_marker():
+    assert pins("# a note\nnumpy==2.4.6\nmkl==2026.2.0; sys_platform == 'linux'\n") == {
+        "numpy": "2.4.6",
+        "mkl": "2026.2.0",
+    }
+
+
+@pytest.mark.parametrize(
+    ("version", "needed", "status"), [("2.4.6", True, "ok"), ("2.4.5", True, "note"), (None, True, "wrong")]
+)
+def test_missing_package_is_wrong_and_another_version_a_note(version, needed, status):
+    assert package_row("numpy", version, "2.4.6", needed=needed).status == status
+
+
+def test_missing_optional_package_is_a_note():
+    assert package_row("mkl", None, "2026.2.0", needed=False).status == "note"
+
+
+def test_import_that_fails_is_wrong_and_says_why(monkeypatch, capsys):
+    monkeypatch.setattr(doctor, "IMPORTS", ("json", "no_such_package"))
+    row = found("import no_such_package")
+    assert (row.status, row.found) == ("wrong", "fails")
+    assert "No module named 'no_such_package'; run make setup" in row.remark
+    assert found("import json").status == "ok"
+    assert doctor.doctor() == 2
+    assert "no_such_package" in capsys.readouterr().out
+
+
+def test_import_that_ends_the_process_is_wrong_and_so_is_what_comes_after(monkeypatch, tmp_path):
+    (tmp_path / "crashes.py").write_text("import os\nos.abort()\n", encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(doctor, "IMPORTS", ("json", "crashes", "math"))
+    assert [found(f"import {name}").status for name in ("json", "crashes", "math")] == ["ok", "wrong", "wrong"]
+
+
+def test_import_without_end_is_wrong(monkeypatch):
+    def too_long(*_arguments, **_keywords):
+        raise subprocess.TimeoutExpired("python", 1.0)
+
+    monkeypatch.setattr(doctor.subprocess, "run", too_long)
+    assert found("import gmsh").status == "wrong"
+
+
+@pytest.mark.usefixtures("quick")
+def test_optional_program_is_looked_for(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert (found("ccx").found, found("ccx").status) == ("absent", "note")
+    (tmp_path / "ccx").write_text("#!/bin/sh\n", encoding="utf-8")
+    (tmp_path / "ccx").chmod(0o755)
+    assert (found("ccx").found, found("ccx").status) == ("present", "ok")
+
+
+@pytest.mark.usefixtures("quick")
+def test_old_python_and_little_memory_are_said(monkeypatch):
+    monkeypatch.setattr(doctor, "OLDEST_PYTHON", (sys.version_info[0], sys.version_info[1] + 1))
+    monkeypatch.setattr(doctor, "LEAST_MEMORY_GIB", 1e9)
+    assert found("Python").status == "wrong"
+    assert found("memory").status == "note"
+
+
+@pytest.mark.usefixtures("quick")
+def test_cache_and_outputs_are_where_the_commands_write(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    assert found("cache").found == str(tmp_path / "cache" / "twintip")
+    assert found("outputs").found == str(tmp_path / "outputs")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_place_below_a_file_or_without_permission_is_wrong(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    assert place_row("cache", tmp_path / "later" / "cache").status == "ok"
+    assert place_row("cache", tmp_path / "file" / "cache").remark.endswith(
+        "file is a file; choose or free another place"
+    )
+    monkeypatch.setattr(doctor.os, "access", lambda *_: False)
+    row = place_row("cache", tmp_path / "cache")
+    assert (row.status, "cannot be written" in row.remark) == ("wrong", True)

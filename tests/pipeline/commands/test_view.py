@@ -1,0 +1,201 @@
+"""Pictures show what they say: colour where there is stress, labels at the tips, one file per thing in the folder."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from skfem import MeshHex1
+
+from pipeline.commands import view as viewer
+from pipeline.commands.view import deformation_factor, force_ratios, pictures, tip_points, view
+from pipeline.storage.vtu import write_fields, write_mesh
+
+SPACING, SIDE = 8.0, 1.0
+REPORT = {
+    "schema": 1,
+    "design": {"name": "paper", "tips": {"side_mm": SIDE, "spacing_mm": SPACING}, "targets": {"P_max": 5.0}},
+    "response": [{"E_MPa": E, "x_mm": [0.3, 0.6], "P": [1.0 + E, None]} for E in (1.0, 2.0, 4.0)],
+}
+
+
+def plate() -> pv.PolyData:
+    """Return a plate with two tips of 1 mm, 8 mm apart, at its low end in y, flat on z = 0."""
+    body = pv.Box((-12.0, 14.0, 3.0, 12.0, 0.0, 5.0)).triangulate()
+    tips = [pv.Box((x - 0.5, x + 0.5, 0.0, 3.0, 2.0, 3.0)).triangulate() for x in (-4.0, 4.0)]
+    return body.merge(tips)
+
+
+def write_output_folder(folder: Path) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "report.json").write_text(json.dumps(REPORT), encoding="utf-8")
+    plate().save(folder / "housing.stl")
+    mesh = MeshHex1.init_tensor(np.linspace(0, 10, 11), np.linspace(0, 2, 3), np.linspace(0, 1, 3))
+    mesh = mesh.with_boundaries({"clamp": lambda x: x[0] == 0.0, "high_tip": lambda x: x[0] == 10.0})
+    bent = np.zeros((mesh.p.shape[1], 3))
+    bent[:, 2] = 1e-3 * mesh.p[0] ** 2
+    write_fields(folder / "flexure.vtu", mesh, {"displacement_mm": bent, "von_mises_MPa": mesh.p[0]}, {})
+    write_mesh(folder / "fruit.vtu", mesh)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory) -> dict[str, np.ndarray]:
+    """Return the pictures of one output folder as arrays of colours, by name."""
+    folder = tmp_path_factory.mktemp("view")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(viewer, "_SIZE", (480, 320))
+        assert view(write_output_folder(folder / "out"), folder / "new" / "png") == 0
+    assert sorted(path.name for path in (folder / "new").rglob("*")) == [
+        "flexure.png", "fruit.png", "housing.png", "png", "response.png",
+    ]  # fmt: skip
+    return {path.stem: np.asarray(pv.read(path)["PNGImage"]) for path in (folder / "new" / "png").iterdir()}
+
+
+def share_like(picture: np.ndarray, wanted) -> float:
+    """Return the share of the picture whose red, green, blue fulfil a condition."""
+    red, green, blue = picture.astype(int)[:, :3].T
+    return float(np.mean(wanted(red, green, blue)))
+
+
+@pytest.mark.parametrize("name", ["housing", "flexure", "fruit", "response"])
+def test_picture_has_the_asked_size_and_something_on_white(name, drawn):
+    assert drawn[name].shape[0] == 480 * 320
+    white = share_like(drawn[name], lambda r, g, b: (r > 250) & (g > 250) & (b > 250))
+    assert 0.3 < white < 0.97
+
+
+def test_flexure_is_coloured_by_stress(drawn):
+    """From pale yellow at no stress to dark red at the most: both ends are there, in the part or its scale bar."""
+    assert share_like(drawn["flexure"], lambda r, g, b: (r > 100) & (g < 30) & (b < 60)) > 0.01
+    assert share_like(drawn["flexure"], lambda r, g, b: (r > 200) & (g > 190) & (b < g - 30)) > 0.01
+
+
+def test_housing_carries_red_labels(drawn):
+    assert share_like(drawn["housing"], lambda r, g, b: (r > 150) & (g < 110) & (b < 100)) > 2e-4
+
+
+def test_fruit_shows_its_named_boundaries_in_colour(drawn):
+    """The end that is turned to the eye is blue; the other one is named in red beside the picture."""
+    assert share_like(drawn["fruit"], lambda r, g, b: (b > r + 60) & (b > g + 20)) > 1e-3
+    assert share_like(drawn["fruit"], lambda r, g, b: (r > b + 60) & (r > g + 60)) > 2e-4
+
+
+def test_response_has_its_blue_curve(drawn):
+    assert share_like(drawn["response"], lambda r, g, b: (b > r + 60) & (b > g + 20)) > 1e-3
+
+
+def test_same_folder_same_names_in_order(tmp_path):
+    found = pictures(write_output_folder(tmp_path / "out"))
+    assert [picture.name for picture in found] == ["housing", "flexure", "fruit", "response"]
+
+
+@pytest.mark.parametrize("turned", [0.0, 180.0])
+def test_tips_are_found_from_the_solid_in_either_pose(turned):
+    part = plate().rotate_x(turned)
+    tips = tip_points(np.asarray(part.points), REPORT)
+    expected = pv.PolyData([(-4.0, 0.0, 2.5), (4.0, 0.0, 2.5)]).rotate_x(turned).points
+    assert tips == pytest.approx(np.asarray(expected), abs=1e-5)  # single precision of STL
+
+
+def test_part_without_such_tips_gets_no_labels():
+    other = {"design": {"tips": {"side_mm": 2.0, "spacing_mm": SPACING}}}
+    assert tip_points(np.asarray(plate().points), other) is None
+    assert tip_points(np.asarray(plate().points), {}) is None
+
+
+@pytest.mark.parametrize(
+    ("largest", "length", "factor"),
+    [(0.4, 78.0, 10.0), (0.1, 10.0, 5.0), (1e-6, 10.0, 5e5), (8.0, 100.0, 1.0), (20.0, 100.0, 1.0), (0, 1, 1)],
+)
+def test_deformation_is_drawn_at_eight_percent_of_the_part_or_the_next_round_factor_below(largest, length, factor):
+    assert deformation_factor(largest, length) == pytest.approx(factor, rel=1e-12)
+
+
+def test_force_ratio_is_that_of_the_deepest_travel_with_both_tips_down():
+    assert force_ratios(REPORT) == ([1.0, 2.0, 4.0], [2.0, 3.0, 5.0])
+    lifted = {"response": [{"E_MPa": 1.0, "P": [None, None]}, {"E_MPa": 2.0, "P": [None, 3.0]}]}
+    assert force_ratios(lifted) == ([2.0], [3.0])
+
+
+@pytest.mark.parametrize(
+    ("response", "message"),
+    [
+        ([{"E_MPa": 1.0, "P": [None]}], r"must be a P at one modulus at least; press deeper"),
+        ([{"P": [1.0]}], r"must be rows of E_MPa and P; write it again"),
+        ([3], r"must be rows of E_MPa and P"),
+    ],
+)
+def test_response_without_a_ratio_is_refused(response, message):
+    with pytest.raises(ValueError, match=message):
+        force_ratios({"response": response})
+
+
+@pytest.mark.parametrize("text", [None, "", "[]", "{}", '{"schema": 1'])
+def test_folder_that_is_no_output_folder_is_refused(text, tmp_path):
+    if text is not None:
+        (tmp_path / "report.json").write_text(text, encoding="utf-8")
+    before = list(tmp_path.iterdir())
+    with pytest.raises(ValueError, match=r"^DIR = '.*': must be an output folder, .*; check the path, or .*--out DIR$"):
+        view(tmp_path, tmp_path / "png")
+    assert list(tmp_path.iterdir()) == before
+
+
+def test_folder_with_nothing_to_show_is_refused(tmp_path):
+    (tmp_path / "report.json").write_text('{"schema": 1}', encoding="utf-8")
+    with pytest.raises(
+        ValueError, match=r"must be an output folder with a housing.stl, .*; write one with pipeline run"
+    ):
+        view(tmp_path, tmp_path / "png")
+
+
+def test_empty_solid_is_refused_and_leaves_no_picture(tmp_path):
+    folder = write_output_folder(tmp_path / "out")
+    (folder / "housing.stl").write_bytes(bytes(84))
+    with pytest.raises(ValueError, match=r"housing.stl'*: must be a mesh with at least one cell; write it again"):
+        view(folder, tmp_path / "png")
+    assert list((tmp_path / "png").iterdir()) == []
+
+
+def test_picture_folder_that_is_a_file_is_refused(tmp_path):
+    folder = write_output_folder(tmp_path / "out")
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"^--png = '.*file': must be a folder that can be written .*; name another"):
+        view(folder, tmp_path / "file")
+
+
+def test_without_a_display_a_window_is_refused(tmp_path, monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(ValueError, match=r"^display = None: must be one that can open a window; .*--png DIR$"):
+        view(write_output_folder(tmp_path / "out"), None)
+
+
+def test_window_holds_every_picture(tmp_path, monkeypatch):
+    monkeypatch.setenv("DISPLAY", ":0")
+    shown = []
+
+    class Window(pv.Plotter):
+        def __init__(self, **keywords):
+            super().__init__(off_screen=True, **keywords)
+
+        def show(self):
+            shown.append([len(renderer.actors) + len(renderer._charts or ()) for renderer in self.renderers])
+            self.close()
+
+    monkeypatch.setattr(viewer.pv, "Plotter", Window)
+    assert view(write_output_folder(tmp_path / "out"), None) == 0
+    assert len(shown[0]) == 4
+    assert min(shown[0]) > 0
+
+
+def test_planted_flat_field_would_show_no_dark_red(tmp_path, monkeypatch):
+    """Stress at its largest makes the dark red of the picture; without that end of the colours there is none."""
+    folder = write_output_folder(tmp_path / "out")
+    monkeypatch.setattr(viewer, "_SIZE", (480, 320))
+    monkeypatch.setattr(viewer, "_COLOURS", ["#ffffcc", "#fed976"])
+    (flexure,) = (picture for picture in pictures(folder) if picture.name == "flexure")
+    (path,) = viewer.write_pictures([flexure], tmp_path / "png")
+    found = np.asarray(pv.read(path)["PNGImage"])
+    assert share_like(found, lambda r, g, b: (r > 100) & (g < 30) & (b < 60)) < 1e-4

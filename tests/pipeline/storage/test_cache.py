@@ -1,0 +1,113 @@
+"""The cache gives back what was stored for the same inputs and code, and never anything else."""
+
+import stat
+from pathlib import Path
+
+import pytest
+
+from cad.design import parameters
+from pipeline.storage import cache
+from pipeline.storage.cache import cache_folder, code_digest, remembered, sources_digest
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path / "twintip"
+
+
+class Counted:
+    """A stage that counts how often it was made."""
+
+    def __init__(self, value):
+        self.value, self.times = value, 0
+
+    def __call__(self):
+        self.times += 1
+        return {"value": self.value}
+
+
+def test_second_time_is_not_made_and_is_the_same_to_the_last_bit():
+    stage = Counted(0.1 + 0.2)
+    first, second = (remembered("contact", {"a": 1.0}, stage) for _ in range(2))
+    assert first == second == {"value": 0.1 + 0.2}
+    assert stage.times == 1
+
+
+@pytest.mark.parametrize(("stage", "inputs"), [("flexures", {"a": 1.0}), ("contact", {"a": 1.0000000000000002})])
+def test_another_stage_or_input_is_made(stage, inputs):
+    remembered("contact", {"a": 1.0}, Counted(1))
+    other = Counted(2)
+    assert remembered(stage, inputs, other) == {"value": 2}
+    assert other.times == 1
+
+
+def test_other_code_is_made_again(monkeypatch):
+    remembered("contact", {}, Counted(1))
+    monkeypatch.setattr(cache, "code_digest", lambda: "changed")
+    assert remembered("contact", {}, Counted(2)) == {"value": 2}
+
+
+@pytest.mark.parametrize("damage", ["", "no digest", "0" * 64 + '\n{"value": 3}'])
+def test_damaged_entry_is_made_again(folder, damage):
+    remembered("contact", {}, Counted(1))
+    entry = next(folder.glob("contact-*.json"))
+    entry.write_text(damage, encoding="utf-8")
+    assert remembered("contact", {}, Counted(2)) == {"value": 2}
+
+
+def test_one_changed_digit_in_an_entry_is_noticed(folder):
+    remembered("contact", {}, Counted(1.25))
+    entry = next(folder.glob("contact-*.json"))
+    entry.write_text(entry.read_text(encoding="utf-8").replace("1.25", "1.26"), encoding="utf-8")
+    assert remembered("contact", {}, Counted(1.25)) == {"value": 1.25}
+
+
+def test_cache_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
+    blocked = tmp_path / "file"
+    blocked.write_text("", encoding="utf-8")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
+    assert remembered("contact", {}, Counted(1)) == {"value": 1}
+
+
+def test_folder_follows_the_environment(monkeypatch, tmp_path):
+    assert cache_folder() == tmp_path / "twintip"
+    monkeypatch.setenv("XDG_CACHE_HOME", "relative")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / ".cache" / "twintip"
+
+
+def test_code_digest_is_one_of_sha256():
+    assert len(code_digest()) == 64
+    assert code_digest() == code_digest()
+
+
+def test_every_source_file_counts_in_sub_folders_too(plant):
+    """A changed file that the digest does not see would serve results of other code."""
+    files = {"cad/a.py": "", "mesh/deep/b.py": "", "solve/deep/er/c.py": "", "pipeline/d.toml": ""}
+    root = plant(files)
+    seen = {sources_digest(root)}
+    for name in files:
+        (root / name).write_text("changed", encoding="utf-8")
+        seen.add(sources_digest(root))
+    (root / "solve/deep/c.py").write_text("", encoding="utf-8")
+    seen.add(sources_digest(root))
+    (root / "solve/deep/c.py").rename(root / "solve/deep/e.py")
+    seen.add(sources_digest(root))
+    assert len(seen) == len(files) + 3
+    (root / "cad/__pycache__").mkdir()
+    (root / "cad/__pycache__/a.pyc").write_text("", encoding="utf-8")
+    assert sources_digest(root) in seen
+
+
+def test_every_file_of_the_project_is_below_a_package_that_counts():
+    root = Path(cache.__file__).parents[2]
+    counted = {path for package in cache._SOURCES for path in (root / package).rglob("*.py")}
+    assert {Path(module.__file__) for module in (cache, parameters)} <= counted
+
+
+def test_entry_leaves_no_other_file(folder):
+    remembered("contact", {}, Counted(1))
+    entries = list(folder.iterdir())
+    assert len(entries) == 1
+    assert stat.S_ISREG(entries[0].stat().st_mode)

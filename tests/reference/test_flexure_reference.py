@@ -1,0 +1,73 @@
+"""Swept hexahedra against curved tetrahedra on the solid read back from its STEP file."""
+
+import numpy as np
+import pytest
+from reference.flexure_reference import reference_stiffness
+from reference.tetrahedra import fine_boxes, tetrahedra
+
+from cad.files.step import read_step, write_step
+from cad.parts.housing import Housing, housing_part, named_housing
+from cad.parts.part import Part
+from cad.parts.sensor import Body
+from cad.theory.flexure import Flexure
+from mesh.housing.sweep import flexure_mesh
+from mesh.session import MeshError
+from solve.housing.stiffness import housing_stiffness, tip_compliance
+
+SMALL = Housing(
+    low=Flexure(thickness=0.8, length=9.0, depth=4.0, separation=8.0, fillet=0.5),
+    high=Flexure(thickness=1.2, length=7.0, depth=4.0, separation=8.0, fillet=0.5),
+    tip_side=1.0, tip_height=1.0, spacing=6.0, shuttle_width=4.0, neck_level=2.5, lower_leaf_level=4.7,
+    low_top_level=15.0, high_top_level=15.2, cavity_level=15.5, top_level=20.0, protrusion=1.0, wall_width=6.0,
+)  # fmt: skip
+PETG = (2000.0, 0.38)
+SIZES = (1.5, 1.15)
+
+
+@pytest.fixture(scope="module")
+def part(tmp_path_factory) -> Part:
+    path = tmp_path_factory.mktemp("step") / "housing.step"
+    write_step([Body(name="housing", shape=housing_part(SMALL).shape, colour=(0.5, 0.5, 0.5))], path, "small")
+    return named_housing(read_step(path), SMALL)
+
+
+@pytest.fixture(scope="module")
+def meshes(part):
+    return [tetrahedra(part, fine_boxes(SMALL, size), size) for size in SIZES]
+
+
+def test_stiffness_of_the_step_file_lies_inside_bar_and_spread(meshes):
+    fine, coarse = (tip_compliance(flexure_mesh(SMALL, scale), *PETG) for scale in (1.0, 2.0))
+    found = housing_stiffness(fine, coarse)
+    reference = reference_stiffness(meshes, SIZES, *PETG)
+    assert max(reference.spread_percent) < 1.0
+    for i in (0, 1):
+        apart = 100.0 * abs(found.K[i] / reference.K[i] - 1.0)
+        assert apart < found.error_percent[i] + reference.spread_percent[i]
+        # Conforming elements that are integrated in full are too stiff, the less so the finer they are.
+        assert reference.K_meshes[0][i] > reference.K_meshes[1][i] > reference.K[i]
+
+
+def test_named_facets_have_half_the_areas_of_the_faces(part, meshes):
+    points = meshes[1].doflocs[:, : meshes[1].t.max() + 1]
+    for name in ("low_tip", "high_tip"):
+        a, b, c = points[:, meshes[1].facets[:, meshes[1].boundaries[name]]].transpose(1, 0, 2)
+        area = 0.5 * np.linalg.norm(np.cross(b - a, c - a, axis=0), axis=0).sum()
+        assert area == pytest.approx(0.5 * part.face_area(name), rel=1e-9)
+    for name, facets in meshes[1].boundaries.items():
+        assert len(facets), name
+        assert np.isin(facets, meshes[1].boundary_facets()).all()
+
+
+def test_nodes_of_holes_lie_on_their_circle(meshes):
+    mesh = meshes[1]
+    nodes = np.unique(mesh.facets[:, mesh.boundaries["mounting_holes"]])
+    x, _, z = mesh.doflocs[:, nodes]
+    away = np.min([np.hypot(x - hole[0], z - hole[1]) for hole in SMALL.holes], axis=0)
+    assert away == pytest.approx(1.7, rel=1e-9)
+
+
+def test_part_that_is_not_symmetric_is_refused(part):
+    moved = Part(name="moved", shape=part.shape.translate((0.0, 0.3, 0.0)), faces=part.faces)
+    with pytest.raises(MeshError, match="must be symmetric about"):
+        tetrahedra(moved, fine_boxes(SMALL, 2.0), 2.0)

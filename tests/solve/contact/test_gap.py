@@ -1,0 +1,54 @@
+import numpy as np
+import pytest
+
+from solve.contact.gap import cap_gap, cube_gap, cylinder_gap, sphere_gap
+
+HALF = np.linspace(0.01, 0.59, 30)
+AXIS = np.concatenate([-HALF[::-1], HALF])  # mirror-symmetric to the last bit, no point on an edge
+X, Y = np.meshgrid(AXIS, AXIS, indexing="ij")
+GAPS = {
+    "cube": lambda x, y: cube_gap(x, y, 1.0, 0.1),
+    "cylinder": lambda x, y: cylinder_gap(x, y, 1.0, 0.1),
+    "sphere": lambda x, y: sphere_gap(x, y, 0.5),
+    "cap": lambda x, y: cap_gap(x, y, 35.0, 30.0),
+}
+
+
+@pytest.mark.parametrize("name", GAPS)
+def test_gap_is_zero_at_the_centre_and_mirror_symmetric(name):
+    gap = GAPS[name](X, Y)
+    assert GAPS[name](np.zeros(1), np.zeros(1)) == 0.0
+    assert gap.min() >= 0.0
+    np.testing.assert_array_equal(gap, gap[::-1])
+    np.testing.assert_array_equal(gap, gap[:, ::-1])
+
+
+@pytest.mark.parametrize(
+    ("name", "outside"), [("cube", np.maximum(abs(X), abs(Y)) > 0.5), ("cylinder", X**2 + Y**2 > 0.25)]
+)
+def test_there_is_no_face_beyond_the_edge(name, outside):
+    np.testing.assert_array_equal(np.isinf(GAPS[name](X, Y)), outside)
+
+
+def test_sharp_face_is_flat():
+    inside = np.maximum(abs(X), abs(Y)) <= 0.5
+    np.testing.assert_array_equal(cube_gap(X, Y, 1.0)[inside], 0.0)
+
+
+def test_fillet_is_a_quarter_circle():
+    x = np.array([0.4, 0.45, 0.5])
+    depth = 0.1 - np.sqrt(0.1**2 - (x - 0.4) ** 2)
+    np.testing.assert_allclose(cube_gap(x, 0.0 * x, 1.0, 0.1), depth, atol=1e-15)
+    np.testing.assert_allclose(cylinder_gap(0.0 * x, x, 1.0, 0.1), depth, atol=1e-15)
+
+
+@pytest.mark.parametrize(("along", "across"), [(35.0, 35.0), (40.0, 30.0)])
+def test_cap_has_the_curvatures_of_its_radii(along, across):
+    step = 1e-3
+    assert cap_gap(np.array(step), np.array(0.0), along, across) == pytest.approx(step**2 / (2.0 * along), rel=1e-6)
+    assert cap_gap(np.array(0.0), np.array(step), along, across) == pytest.approx(step**2 / (2.0 * across), rel=1e-6)
+    assert np.isinf(cap_gap(np.array(1.1 * along), np.array(0.0), along, across))
+
+
+def test_sphere_and_round_cap_are_the_same_surface():
+    np.testing.assert_allclose(sphere_gap(X, Y, 35.0), cap_gap(X, Y, 35.0, 35.0), atol=1e-12)

@@ -1,0 +1,222 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+import solve.contact.response
+import solve.contact.scene
+from cad.design.parameters import Fruit, Press, Tips
+from cad.quantity import InputError
+from solve.contact.linear_response import linear_response
+from solve.contact.response import scene_response
+from solve.contact.scene import Scene
+from solve.fruit.compliance import Compliance
+from solve.fruit.split import split_compliance
+from solve.halfspace.punch import graded_edges
+
+BLOCK = Fruit()
+SPHERE = Fruit(shape="sphere", radius_mm=35.0)
+C = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # mm/N, springs of the paper's targets
+E = (0.5, 3.5)
+X = 0.1 * np.arange(1, 7)
+ROUNDING = 1e-10
+
+
+@pytest.fixture(scope="module")
+def compliance():
+    return split_compliance(BLOCK, Tips())
+
+
+def scene(fruit=BLOCK, tilt=0.0, roll=0.0, **tips):
+    return Scene(fruit=fruit, tips=Tips(**tips), press=Press(tilt_deg=tilt, roll_deg=roll))
+
+
+def forces(found):
+    """Return the forces, shape (moduli, travels, 2)."""
+    return np.array([[one.F_l, one.F_h] for one in found.responses]).transpose(0, 2, 1)
+
+
+def ahead(tilt):
+    step = 4.0 * np.tan(np.radians(tilt))
+    return -step, step
+
+
+@pytest.mark.parametrize("shape", ["cube", "cylinder"])
+def test_flat_level_faces_follow_the_linear_law(compliance, shape):
+    found = scene_response(scene(shape=shape), compliance, C, E, X)
+    assert found.method == "linear"
+    assert found.cells == 0
+    for one, modulus in zip(found.responses, E, strict=True):
+        expected = linear_response(np.array(compliance.S), C, modulus, X)
+        np.testing.assert_array_equal(one.P, expected.P)
+        np.testing.assert_array_equal(one.F_h, expected.F_h)
+    np.testing.assert_array_equal(found.P_error_percent, compliance.error_percent)
+
+
+@pytest.mark.parametrize(("tilt", "roll", "x"), [(0.5, 0.0, 0.4), (-1.0, 0.0, 0.6), (1.0, 0.5, 0.6), (0.0, 2.0, 0.6)])
+def test_tilted_faces_in_full_contact_follow_the_linear_law(compliance, tilt, roll, x):
+    """The bound of the product is 1 % of P; what is left is the moment of one tip on the slope of the other's field.
+
+    That is (side / spacing)^2 of the crosstalk: 2e-4 of s11.
+    """
+    found = scene_response(scene(tilt=tilt, roll=roll), compliance, C, (0.5,), [x])
+    expected = linear_response(np.array(compliance.S), C, 0.5, np.array([x]), ahead(tilt))
+    assert found.method == "unilateral"
+    one = found.responses[0]
+    np.testing.assert_allclose((one.P, one.F_l), (expected.P, expected.F_l), rtol=2e-4)
+    # the mark of full contact: with fewer cells the slopes would differ
+    np.testing.assert_allclose(one.slope_ratio, expected.slope_ratio, rtol=1e-6)
+
+
+def test_vanishing_tilt_is_level(compliance):
+    found = scene_response(scene(tilt=1e-7), compliance, C, E, X)
+    np.testing.assert_allclose(forces(found), forces(scene_response(scene(), compliance, C, E, X)), rtol=1e-6)
+
+
+def test_springs_that_disturb_each_other(compliance):
+    coupled = C + np.array([[0.0, 0.02], [0.02, 0.0]])
+    found = scene_response(scene(tilt=0.5), compliance, coupled, (2.0,), [0.6])
+    expected = np.linalg.solve(coupled + np.array(compliance.S) / 2.0, 0.6 + np.array(ahead(0.5)))
+    np.testing.assert_allclose(forces(found)[0, 0], expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize("fruit", [BLOCK, SPHERE])
+def test_slope_ratio_is_that_of_differences(compliance, fruit):
+    """Between two states of the active set the law is linear; a step short enough stays in one of them."""
+    step = 1e-6
+    tilted = scene(fruit, tilt=1.5)
+    middle = scene_response(tilted, compliance, C, (2.0,), X).responses[0]
+    low, high = (forces(scene_response(tilted, compliance, C, (2.0,), X + d))[0] for d in (-step, step))
+    rate = (high - low) / (2.0 * step)
+    both = np.isfinite(middle.P)
+    assert both.any()
+    np.testing.assert_allclose(middle.slope_ratio[both], (rate[:, 1] / rate[:, 0])[both], rtol=1e-4)
+
+
+def test_modulus_and_springs_scale_together(compliance):
+    one = scene_response(scene(SPHERE, tilt=2.0), compliance, C, E, X)
+    scaled = scene_response(scene(SPHERE, tilt=2.0), compliance, C / 7.0, tuple(7.0 * e for e in E), X)
+    np.testing.assert_allclose(forces(scaled), 7.0 * forces(one), rtol=ROUNDING)
+
+
+@pytest.mark.parametrize("scale", [0.13, 7.3])
+@pytest.mark.parametrize("shape", ["cube", "sphere"])
+def test_all_lengths_scale(compliance, scale, shape):
+    """F ~ E length^2; the fruit's compliance and the springs' are lengths over force."""
+    sizes = {name: scale * getattr(SPHERE, name) for name in ("length_mm", "width_mm", "height_mm", "radius_mm")}
+    fruit = dataclasses.replace(SPHERE, **sizes)
+    S = tuple(tuple(value / scale for value in row) for row in compliance.S)
+    smaller = dataclasses.replace(compliance, S=S)
+    one = scene_response(scene(SPHERE, tilt=1.0, shape=shape), compliance, C, E, X)
+    tips = {"side_mm": scale, "spacing_mm": 8.0 * scale, "shape": shape}
+    other = scene_response(scene(fruit, tilt=1.0, **tips), smaller, C / scale, E, scale * X)
+    np.testing.assert_allclose(forces(other), scale**2 * forces(one), rtol=ROUNDING)
+    np.testing.assert_allclose(other.P_error_percent, one.P_error_percent, rtol=1e-6)
+
+
+@pytest.mark.parametrize("fruit", [BLOCK, SPHERE])
+def test_mirror(compliance, fruit):
+    """Tilt, offset and springs mirrored mirror the tips."""
+    one = scene_response(scene(fruit, tilt=2.0, offset_mm=0.5), compliance, C, E, X)
+    other = scene_response(scene(fruit, tilt=-2.0, offset_mm=-0.5), compliance, C[::-1, ::-1], E, X)
+    np.testing.assert_allclose(forces(other)[..., ::-1], forces(one), rtol=ROUNDING)
+
+
+def test_roll_of_either_sign_is_the_same(compliance):
+    one, other = (scene_response(scene(SPHERE, roll=roll), compliance, C, E, X) for roll in (3.0, -3.0))
+    np.testing.assert_allclose(forces(other), forces(one), rtol=ROUNDING)
+
+
+@pytest.mark.parametrize("fruit", [BLOCK, SPHERE])
+@pytest.mark.parametrize("fillet", [0.0, 0.1])
+def test_first_touch_of_a_level_sensor_is_at_zero(compliance, fruit, fillet):
+    level = scene(fruit, fillet_mm=fillet)
+    nothing = scene_response(level, compliance, C, E, [0.0, 1e-5])
+    assert np.all(forces(nothing)[:, 0] == 0.0)
+    assert np.isnan(nothing.responses[0].P[0])
+    assert np.all(forces(scene_response(level, compliance, C, E, [2e-3]))[..., 1] > 0.0)
+
+
+def test_first_touch_lies_under_the_inner_edges():
+    gap = 35.0 - np.sqrt(35.0**2 - 3.5**2)
+    assert scene(SPHERE).first_touch_mm == pytest.approx(gap, rel=1e-12)
+    assert scene(SPHERE, offset_mm=4.2).first_touch_mm == 0.0
+    # a sphere of radius 0.5 touches where the tangents agree: (R + r) / cos less the rest, from the centres' distance
+    assert scene(SPHERE, shape="sphere").first_touch_mm == pytest.approx(35.5 - np.sqrt(35.5**2 - 4.0**2), rel=1e-9)
+
+
+def test_slopes_of_a_sphere_are_those_of_its_radius():
+    low, high = scene(SPHERE, offset_mm=1.0).slopes_deg
+    assert low == pytest.approx(-np.degrees(np.arcsin(3.0 / 35.0)), rel=1e-12)
+    assert high == pytest.approx(np.degrees(np.arcsin(5.0 / 35.0)), rel=1e-12)
+
+
+@pytest.mark.parametrize("tilt", [5.0, 10.0])
+def test_tilt_lifts_the_low_tip(compliance, tilt):
+    found = scene_response(scene(tilt=tilt), compliance, C, E, [0.2, 0.3]).responses
+    for one in found:
+        np.testing.assert_array_equal(one.F_l, 0.0)
+        assert np.all(np.isnan(one.P))
+        assert np.all(np.isnan(one.slope_ratio))
+        assert np.all(one.F_h > 0.0)
+    # with its full face down the high tip alone follows its own compliance
+    own = 0.3 + 4.0 * np.tan(np.radians(tilt))
+    alone = own / (C[1, 1] + compliance.S[1][1] / 0.5)
+    assert found[0].F_h[1] == pytest.approx(alone, rel=1e-4 if tilt == 5.0 else 2e-2)
+
+
+def test_a_scene_too_steep_is_refused(compliance):
+    with pytest.raises(InputError, match=r"^press.tilt_deg = 21 deg: must be .* more than 20 deg, .*; press"):
+        scene_response(scene(tilt=21.0), compliance, C, E, X)
+    with pytest.raises(InputError, match=r"more than 20 deg, here 22\.8 deg with slopes of the fruit of -6\.56 and 6"):
+        scene_response(scene(SPHERE, tilt=17.0), compliance, C, E, X)
+
+
+def test_a_scene_outside_the_domain_is_refused(compliance):
+    with pytest.raises(InputError, match=r"^gap from tip to side face = 0.5 mm: must be at least .*; change the scene"):
+        scene_response(scene(tilt=1.0, offset_mm=5.0), compliance, C, E, X)
+
+
+@pytest.mark.parametrize("where", [{"tilt": 5.0}, {"fillet_mm": 0.2}, {"shape": "sphere"}, {"fruit": SPHERE}])
+def test_error_bars_cover_a_finer_grid(compliance, where, monkeypatch):
+    found = scene_response(scene(**where), compliance, C, E, X)
+    monkeypatch.setattr(solve.contact.scene, "CELLS", {"mirrored": (18, 36)})
+    finer = scene_response(scene(**where), compliance, C, E, X)
+    touching = forces(found) > 0.0
+    change = np.abs(np.divide(forces(finer), forces(found), out=np.ones_like(forces(found)), where=touching) - 1.0)
+    known = np.nan_to_num(found.error_percent, nan=0.0)[..., None]
+    assert np.all(100.0 * change <= known)
+    assert known.max() < 6.0
+
+
+def test_error_bars_can_fail_to_cover(compliance, monkeypatch):
+    """Without the step from the coarse grid the bars of a spherical tip are too small: the test above sees it."""
+    monkeypatch.setattr(solve.contact.response, "SAFETY", 0.0)
+    monkeypatch.setattr(solve.contact.response, "RIM", 0.0)
+    found = scene_response(scene(shape="sphere"), compliance, C, E, X)
+    monkeypatch.setattr(solve.contact.scene, "CELLS", {"mirrored": (18, 36)})
+    finer = scene_response(scene(shape="sphere"), compliance, C, E, X)
+    assert np.any(100.0 * np.abs(forces(finer) / forces(found) - 1.0).max(axis=2) > found.error_percent)
+
+
+def test_spherical_tips_follow_hertz():
+    """Rigid springs, tips far apart on a large block: F = 4/3 E* sqrt(R) d^3/2, Johnson (1985), section 4.2."""
+    block = Fruit(length_mm=400.0, width_mm=400.0, height_mm=400.0)
+    fine = Compliance(
+        S=((1.0, 0.0), (0.0, 1.0)), error_percent=0.0, s11_error_percent=0.0, method="", dofs=0, seconds=0.0, status=""
+    )
+    d = np.array([0.002, 0.005, 0.01])
+    apart = Tips(shape="sphere", side_mm=1.0, spacing_mm=100.0)
+    found = scene_response(Scene(fruit=block, tips=apart, press=Press()), fine, np.zeros((2, 2)), (2.0,), d)
+    expected = 4.0 / 3.0 * 2.0 / (1.0 - 0.3**2) * np.sqrt(0.5) * d**1.5
+    # the exact sphere is steeper than Hertz's paraboloid by (a / R)^2 / 4 = d / 4 R, the far tip adds a / 100 mm
+    room = 0.01 * found.error_percent[0] + d / 0.5 / 4.0 + np.sqrt(0.5 * d) / 100.0
+    assert np.all(np.abs(found.responses[0].F_h / expected - 1.0) <= room)
+    assert room.max() < 0.03
+
+
+def test_lines_of_cells_are_symmetric_and_graded():
+    lines = graded_edges(20, 2.5)
+    np.testing.assert_allclose(lines, -lines[::-1], atol=1e-15)
+    assert np.all(np.diff(lines) > 0.0)
+    assert np.diff(lines)[0] == pytest.approx(0.5 * 0.1**2.5, rel=1e-9)

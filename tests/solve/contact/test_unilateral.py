@@ -1,0 +1,216 @@
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+from cad.design.parameters import Fruit
+from solve.contact.cells import folded, footprint_compliance
+from solve.contact.gap import cap_gap, cube_gap
+from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact, travels
+from solve.fruit.split import LEVELS, Foot, feet_compliance
+from solve.halfspace import potentials as halfspace
+from solve.halfspace.punch import graded_edges
+from solve.linear import SolveError
+
+BLOCK = Fruit(length_mm=20.0, width_mm=20.0, height_mm=12.0, poisson=0.3)
+FEET = (Foot(-4.0, 1.0), Foot(4.0, 1.0))
+K = np.array([0.753, 17.3])  # N/mm, the paper's springs
+RIGID = (0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def footprints():
+    return footprint_compliance(BLOCK, FEET, graded_edges(12))
+
+
+@pytest.fixture(scope="module")
+def linear():
+    return feet_compliance(BLOCK, FEET, LEVELS[0]).S
+
+
+def pressed(footprints, x, E=1.0, tilt=0.0, roll=0.0, gap=0.0):
+    return UnilateralContact(footprints).press(travels(footprints, x, tilt, roll) - gap, E / K)
+
+
+def assert_complementary(touch, length):
+    """Check p >= 0, gap >= 0 and p gap = 0 to 1e-8 of the largest."""
+    finite = np.isfinite(touch.gap)
+    assert touch.pressure.min() >= 0.0
+    assert touch.gap.min() >= -COMPLEMENTARITY * length
+    assert np.all(touch.pressure[~finite] == 0.0)
+    assert np.abs(touch.pressure[finite] * touch.gap[finite]).max() <= COMPLEMENTARITY * length * touch.pressure.max()
+
+
+def test_cells_state_what_they_miss_of_the_flat_punch(footprints, linear):
+    touch = UnilateralContact(footprints).press(np.ones(len(footprints.owner)), RIGID)
+    expected = np.linalg.solve(linear, np.ones(2))
+    # beside the cells, the remainder is on another mesh here: 5e-5
+    np.testing.assert_allclose(touch.F, expected, rtol=footprints.error + 5e-5)
+    np.testing.assert_allclose(touch.area, 1.0, rtol=1e-12)
+    assert footprints.error < 1e-3
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.02, -0.02])
+@pytest.mark.parametrize("E", [0.5, 3.5])
+def test_tips_in_full_contact_follow_the_linear_law(footprints, linear, E, tilt):
+    """P within 1 % of the 2 x 2 model wherever both faces touch fully, tilted or not."""
+    x = 0.6
+    touch = pressed(footprints, x, E, tilt)
+    own = x + footprints.centres * np.tan(np.radians(tilt))
+    F = np.linalg.solve(linear + np.diag(E / K), own)
+    np.testing.assert_allclose(touch.area, 1.0, rtol=1e-12)
+    assert touch.F[1] / touch.F[0] == pytest.approx(F[1] / F[0], rel=1e-2)
+    np.testing.assert_allclose(touch.F, F, rtol=1e-2)
+
+
+@pytest.mark.parametrize(("tilt", "roll"), [(0.5, 0.0), (5.0, 0.0), (-5.0, 0.0), (10.0, 0.0), (0.0, 3.0), (2.0, -2.0)])
+@pytest.mark.parametrize("x", [0.02, 0.3])
+def test_tilted_contact_is_complementary(footprints, tilt, roll, x):
+    touch = pressed(footprints, x, 2.0, tilt, roll)
+    assert_complementary(touch, x + 4.5 * np.tan(np.radians(abs(tilt))))
+    assert np.all(touch.area <= 1.0 + 1e-12)
+
+
+def test_tilt_lifts_one_tip_and_its_force_is_zero(footprints):
+    touch = pressed(footprints, 0.1, 2.0, 5.0)
+    assert touch.F[0] == 0.0
+    assert touch.area[0] == 0.0
+    assert touch.F[1] > 0.0
+
+
+def test_mirrored_tilt_mirrors_the_contact(footprints):
+    contact = UnilateralContact(footprints)
+    right = contact.press(travels(footprints, 0.3, 2.0), (1.0, 1.0))
+    left = contact.press(travels(footprints, 0.3, -2.0), (1.0, 1.0))
+    cells = int(np.sqrt(len(footprints.owner) / 2))
+    image = np.arange(len(footprints.owner)).reshape(2, cells, cells)[::-1, ::-1].ravel()
+    # What parts the two scenes is the mesh of the remainder, which is no mirror image of itself to the last bit.
+    matrix = footprints.compliance
+    apart = np.abs(matrix - matrix[np.ix_(image, image)]).max() / np.abs(matrix).max()
+    condition = np.linalg.cond(matrix)
+    assert apart * condition < 1e-6
+    bound = condition * (apart + len(matrix) * np.finfo(float).eps)
+    np.testing.assert_allclose(left.F[::-1], right.F, rtol=bound)
+    np.testing.assert_allclose(left.pressure[image], right.pressure, atol=bound * right.pressure.max(), rtol=0.0)
+
+
+def test_roll_of_either_sign_is_the_same(footprints):
+    one, other = (pressed(footprints, 0.05, 2.0, 0.0, roll).F for roll in (3.0, -3.0))
+    np.testing.assert_allclose(one, other, rtol=1e-10)
+
+
+@pytest.mark.parametrize("x", [0.0, -0.1])
+def test_nothing_touches_before_first_touch(footprints, x):
+    touch = pressed(footprints, x)
+    np.testing.assert_array_equal(touch.F, 0.0)
+    np.testing.assert_array_equal(touch.area, 0.0)
+
+
+def test_forces_do_not_depend_on_what_was_solved_before(footprints):
+    contact = UnilateralContact(footprints)
+    contact.press(travels(footprints, 0.6, -8.0), E_over_K := 1.0 / K)
+    again = contact.press(travels(footprints, 0.2, 3.0), E_over_K)
+    np.testing.assert_allclose(again.F, pressed(footprints, 0.2, 1.0, 3.0).F, rtol=1e-10)
+
+
+def test_travel_and_modulus_scale(footprints):
+    """Travel and gap scaled by s scale the forces by s; E and K scaled together leave F / E."""
+    gap = cap_gap(*footprints.places.T, 35.0, 35.0)
+    contact = UnilateralContact(footprints)
+    one = contact.press(travels(footprints, 0.5) - gap, 1.0 / K).F
+    np.testing.assert_allclose(contact.press(3.0 * (travels(footprints, 0.5) - gap), 1.0 / K).F, 3.0 * one, rtol=1e-10)
+
+
+def test_springs_may_disturb_each_other(footprints):
+    """A matrix of give: x = (A + G) F in full contact, and a diagonal one is the same as two numbers."""
+    give = np.array([[1.0, 0.2], [0.2, 0.1]])
+    contact = UnilateralContact(footprints)
+    tips = np.eye(2)[footprints.owner]
+    rigid = np.linalg.inv(tips.T @ np.linalg.solve(footprints.compliance, tips))
+    touch = contact.press(travels(footprints, 0.5), give)
+    np.testing.assert_allclose(touch.F, np.linalg.solve(rigid + give, [0.5, 0.5]), rtol=1e-9)
+    pair = contact.press(travels(footprints, 0.5), (1.0, 0.1)).F
+    np.testing.assert_allclose(contact.press(travels(footprints, 0.5), np.diag([1.0, 0.1])).F, pair, rtol=1e-12)
+
+
+def test_slope_is_the_rate_of_the_force(footprints):
+    contact = UnilateralContact(footprints)
+    step = 1e-6
+    middle = contact.press(travels(footprints, 0.3, 3.0), 1.0 / K)
+    low, high = (contact.press(travels(footprints, 0.3 + d, 3.0), 1.0 / K).F for d in (-step, step))
+    np.testing.assert_allclose(middle.slope, (high - low) / (2.0 * step), rtol=1e-6)
+
+
+def test_folded_cells_answer_as_all_of_them(footprints):
+    """Contact alike at y and -y needs half of the cells."""
+    half = folded(footprints)
+    assert len(half.owner) == len(footprints.owner) // 2
+    for tilt, x in ((0.0, 0.3), (3.0, 0.3), (-8.0, 0.5)):
+        one, other = (UnilateralContact(cells).press(travels(cells, x, tilt), 1.0 / K) for cells in (footprints, half))
+        np.testing.assert_allclose(other.F, one.F, rtol=1e-10)
+        np.testing.assert_allclose(other.area, one.area, rtol=1e-12)
+
+
+def on_a_cap(footprints):
+    """Press on a fruit of radius 35 mm: an edge of each tip touches, which the active set must find in steps."""
+    return pressed(footprints, 0.35, 2.0, gap=cap_gap(*footprints.places.T, 35.0, 35.0))
+
+
+def test_cycling_active_set_falls_back_on_least_squares(footprints, monkeypatch):
+    right = on_a_cap(footprints)
+    assert 1 < right.steps < 10
+    monkeypatch.setattr("solve.contact.unilateral.MOST_STEPS", 1)
+    np.testing.assert_allclose(on_a_cap(footprints).F, right.F, rtol=1e-8)
+
+
+def test_a_state_that_is_not_complementary_is_refused(footprints, monkeypatch):
+    monkeypatch.setattr(UnilateralContact, "_least_squares", lambda *arguments: 0.0 * arguments[2])
+    monkeypatch.setattr("solve.contact.unilateral.MOST_STEPS", 1)
+    with pytest.raises(SolveError, match="complementarity"):
+        on_a_cap(footprints)
+
+
+def independent(feet, approach, slack, cells=14):
+    """Return F / E of two tips on a half-space: collocation on uniform cells with Love's formula, solved by nnls."""
+    edges = np.linspace(-0.5, 0.5, cells + 1)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    unit = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
+    places = np.concatenate([foot.side * unit + np.array([foot.x, 0.0]) for foot in feet])
+    dx, dy = (places[:, None, axis] - places[:, axis] for axis in (0, 1))
+    width = feet[0].side / cells
+    loads = halfspace.rectangle_load(dx, dy, 0.0 * dx, (width, width))
+    A = halfspace.displacement(loads, 1.0, BLOCK.poisson)[2] / width**2
+    tips = np.eye(2)[np.repeat([0, 1], cells**2)]
+    M, b = A + (tips * np.asarray(slack)) @ tips.T, approach(places)
+    L = np.linalg.cholesky(0.5 * (M + M.T))
+    return tips.T @ nnls(L.T, np.linalg.solve(L, b), maxiter=20000)[0]
+
+
+@pytest.mark.parametrize("scene", ["tilt of 5 degrees", "sphere of radius 35", "one tip off"])
+def test_partial_contact_against_another_discretisation_and_solver(scene):
+    """A block of 1000 mm stands for the half-space (it differs by 1.5e-3).
+
+    Uniform collocation with 14 cells a side is stiffer or softer by its edge cells: 3 % of the force.
+    """
+    block = Fruit(length_mm=1000.0, width_mm=1000.0, height_mm=1000.0, poisson=0.3)
+    footprints = footprint_compliance(block, FEET, graded_edges(12))
+    slack = 2.0 / K
+
+    def approach(places):
+        x, y = places.T
+        if scene == "sphere of radius 35":
+            return 0.35 - cap_gap(x, y, 35.0, 35.0)
+        if scene == "tilt of 5 degrees":
+            return 0.5 + x * np.tan(np.radians(5.0))
+        return 0.1 + x * np.tan(np.radians(2.0))
+
+    touch = UnilateralContact(footprints).press(approach(footprints.places), slack)
+    expected = independent(FEET, approach, slack)
+    np.testing.assert_allclose(touch.F, expected, rtol=3e-2, atol=1e-6)
+    assert touch.area.min() < 1.0
+    assert (touch.F[0] == 0.0) == (scene == "one tip off")
+
+
+def test_fillet_softens_the_first_touch(footprints):
+    gap = cube_gap(*footprints.local.T, 1.0, 0.1)
+    sharp, rounded = (pressed(footprints, 0.05, 2.0, gap=one).F for one in (0.0, gap))
+    assert np.all(rounded < sharp)

@@ -1,0 +1,45 @@
+import numpy as np
+import pytest
+
+from solve.fruit.box import Grading, block_lines, box_mesh, graded_line
+
+GRADING = Grading(0.7, (0.7, 0.21, 0.09))
+EXTENT = (20.0, 14.0, 9.0)
+POINTS = np.array([[-4.0, 0.3], [1.5, -0.3]])
+
+
+def test_graded_line_keeps_its_ends_and_follows_the_size():
+    line = graded_line(-1.0, 3.0, lambda s: 0.1 + 0.2 * np.abs(s))
+    assert (line[0], line[-1]) == (-1.0, 3.0)
+    steps, middle = np.diff(line), 0.5 * (line[1:] + line[:-1])
+    assert np.all(steps <= 1.1 * (0.1 + 0.2 * np.abs(middle)))
+    assert len(graded_line(-1.0, 3.0, lambda s: 0.1 + 0.2 * np.abs(s), 0.75)) < len(line)
+
+
+def test_lines_of_a_mirrored_scene_are_mirrored():
+    lines = block_lines(EXTENT, POINTS, (False, False), GRADING)
+    turned = block_lines(EXTENT, -POINTS, (False, False), GRADING)
+    for axis in (0, 1):
+        np.testing.assert_allclose(turned[axis], -lines[axis][::-1], atol=1e-12)
+    np.testing.assert_allclose(turned[2], lines[2], atol=1e-12)
+
+
+def test_coarser_partner_has_fewer_steps_along_every_line():
+    fine = block_lines(EXTENT, POINTS, (False, True), GRADING)
+    coarse = block_lines(EXTENT, POINTS, (False, True), GRADING.coarser())
+    assert all(len(few) < len(many) for few, many in zip(coarse, fine, strict=True))
+    assert sum(GRADING.coarser().layer) == pytest.approx(1.0)
+
+
+def test_far_sides_of_a_low_block_have_no_layer():
+    near, far = (block_lines((length, 60.0, 3.0), POINTS, (False, True), GRADING)[0] for length in (16.0, 60.0))
+    assert np.diff(near)[-1] < 0.5 < 5.0 < np.diff(far)[-1]
+
+
+def test_faces_of_the_box_are_named():
+    mesh = box_mesh((np.array([0.0, 1.0, 3.0]), np.array([-1.0, 1.0]), np.array([0.0, 2.0])))
+    assert set(mesh.boundaries) == {"x_low", "x_high", "y_low", "y_high", "top", "base"}
+    for name, axis, place in (("x_high", 0, 3.0), ("y_low", 1, -1.0), ("top", 2, 0.0), ("base", 2, 2.0)):
+        corners = mesh.p[:, mesh.facets[:, mesh.boundaries[name]]]
+        np.testing.assert_array_equal(corners[axis], place)
+    assert len(mesh.boundaries["top"]) == 2

@@ -1,0 +1,181 @@
+"""Foils on leaves: exact integrals over their own rectangle, beams with skins, and what a misplaced one is told."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from skfem import ElementHexS2
+
+from cad.parts.housing import Housing
+from cad.theory.flexure import Flexure
+from cad.theory.strain_gauge import FOIL, sandwich_gain
+from mesh.housing.blocks import counts as mesh_counts
+from mesh.housing.sweep import flexure_mesh
+from pipeline.fit.foils import bonded_foils
+from solve.elasticity import vector_basis
+from solve.housing.bonded_foil import BondedFoil, bridge_strains, membrane_matrix
+from solve.housing.stiffness import EDGE_STIFFNESS, housing_stiffness, sideways_stiffness, tip_compliance
+from solve.linear import SolveError
+
+HOUSING = Housing(
+    low=Flexure(thickness=0.8, length=32.0, depth=10.0, separation=14.0, fillet=0.5),
+    high=Flexure(thickness=1.2, length=32.0, depth=10.0, separation=14.0, fillet=0.5),
+    tip_side=1.0, tip_height=1.0, spacing=8.0, shuttle_width=6.0, neck_level=5.5, lower_leaf_level=7.6,
+    low_top_level=24.0, high_top_level=24.45, cavity_level=24.75, top_level=30.75, protrusion=1.7, gauges="foil",
+)  # fmt: skip
+PETG, TITANIUM = (2000.0, 0.38), (110000.0, 0.34)
+FOILS = bonded_foils(HOUSING)
+A, B = 3e-3, -1e-3
+
+
+@pytest.fixture(scope="module")
+def mesh():
+    return flexure_mesh(HOUSING, 2.0)
+
+
+@pytest.fixture(scope="module")
+def basis(mesh):
+    return vector_basis(mesh, ElementHexS2(), order=3)
+
+
+@pytest.fixture(scope="module")
+def plain(mesh):
+    return {material: tip_compliance(mesh, *material) for material in (PETG, TITANIUM)}
+
+
+@pytest.fixture(scope="module")
+def gauged(mesh):
+    return {material: tip_compliance(mesh, *material, FOILS) for material in (PETG, TITANIUM)}
+
+
+def field(basis, displacement):
+    """Return the dofs of a displacement given at the places (3, n) of the nodes."""
+    values = displacement(basis.doflocs)
+    u = np.zeros(basis.N)
+    for component in range(3):
+        numbers = np.unique(basis.element_dofs[component::3])
+        u[numbers] = values[component][numbers]
+    return u
+
+
+def foil(**changes):
+    return dataclasses.replace(FOILS[1], **changes)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.37, 2.9])
+def test_energy_of_a_uniform_strain_is_that_of_the_foil_wherever_its_edges_lie(basis, start):
+    """Half of the foil lies in the half y >= 0: E t / (1 - nu^2) (a^2 + b^2 + 2 nu a b) x its area."""
+    (x0, x1), _ = FOILS[1].place
+    one = foil(place=((x0 + start, x1 + start), (-1.7, 1.7)))
+    u = field(basis, lambda p: np.array([A * p[0], B * p[1], 0.0 * p[2]]))
+    E_t, nu = one.stiffness, one.poisson
+    expected = E_t / (1.0 - nu**2) * (A * A + B * B + 2.0 * nu * A * B) * abs(x1 - x0) * 1.7
+    assert u @ membrane_matrix(basis, [one]) @ u == pytest.approx(expected, rel=1e-10)
+
+
+def test_rigid_motion_costs_nothing(basis):
+    K = membrane_matrix(basis, FOILS)
+    turn = field(basis, lambda p: np.array([-p[1], p[0], 0.0 * p[2] + 1.0]))
+    assert abs(turn @ K @ turn) < 1e-9 * abs(K).max()
+
+
+def test_strain_under_a_grid_is_the_mean_of_what_it_covers(basis):
+    """U = c x^2 z has the strain 2 c x z along x: on a grid that of its middle, with the sign of its arm."""
+    u = field(basis, lambda p: np.array([A * p[0] ** 2 * p[2], 0.0 * p[0], 0.0 * p[0]]))
+    found = bridge_strains(basis, FOILS, np.stack([u, u], axis=1))
+    for tip, strain in enumerate(found):
+        grids = [one for one in FOILS if one.grid and one.tip == tip]
+        assert len(grids) == 4
+        arms = [one.sign * 2.0 * A * 0.5 * sum(one.grid[0]) * one.z for one in grids]
+        assert strain == pytest.approx(abs(np.mean(arms)), rel=1e-9)
+
+
+def test_skins_on_stiff_leaves_act_as_on_a_beam(plain, gauged):
+    """On titanium the sections stay plane: what the gauges add is the sandwich beam's, but for fillets and width."""
+    for i, one in enumerate((HOUSING.low, HOUSING.high)):
+        beam = sandwich_gain(TITANIUM[0], (one.depth, one.thickness), one.length, one.fillet, FOIL)
+        found = gauged[TITANIUM].K[i] / plain[TITANIUM].K[i]
+        assert found - 1.0 == pytest.approx(beam - 1.0, rel=0.08)
+
+
+def test_skins_on_plastic_add_less_than_a_beam_says_as_sections_warp(plain, gauged):
+    for i, one in enumerate((HOUSING.low, HOUSING.high)):
+        beam = sandwich_gain(PETG[0], (one.depth, one.thickness), one.length, one.fillet, FOIL)
+        share = (gauged[PETG].K[i] / plain[PETG].K[i] - 1.0) / (beam - 1.0)
+        assert 0.75 < share < 1.0
+
+
+def test_beam_check_catches_a_foil_of_half_the_stiffness(mesh, plain):
+    thin = tuple(dataclasses.replace(one, stiffness=0.5 * one.stiffness) for one in FOILS)
+    found = tip_compliance(mesh, *TITANIUM, thin).K[0] / plain[TITANIUM].K[0]
+    beam = sandwich_gain(TITANIUM[0], (10.0, 0.8), 32.0, 0.5, FOIL)
+    assert abs((found - 1.0) / (beam - 1.0) - 1.0) > 0.4
+
+
+def test_strain_of_a_gauge_that_hardly_stiffens_lies_between_a_narrow_beam_and_a_wide_one(gauged):
+    """Bending moment (L - 2 s) / 4 for 1 N on two leaves, over E w t^2 / 6; a wide leaf strains by 1 - nu^2 of it."""
+    E, nu = TITANIUM
+    for i, one in enumerate((HOUSING.low, HOUSING.high)):
+        middle = one.fillet + FOIL.margin_mm + 0.5 * FOIL.grid_length_mm
+        beam = 1.5 * (one.length - 2.0 * middle) / (E * one.depth * one.thickness**2)
+        assert (1.0 - nu**2) * beam < gauged[TITANIUM].gauge_strain_per_N[i] < beam
+
+
+def test_sideways_is_stiffer_with_gauges(mesh):
+    for bare, found in zip(sideways_stiffness(mesh, *PETG), sideways_stiffness(mesh, *PETG, FOILS), strict=True):
+        assert bare < found < 1.3 * bare
+
+
+def test_stiffness_is_carried_on_by_its_share_of_the_step_between_the_meshes(gauged):
+    coarse = gauged[PETG]
+    fine = dataclasses.replace(coarse, C=coarse.C / 0.99, dofs=coarse.dofs + 1)
+    found = housing_stiffness(fine, coarse)
+    step = 1.0 / 0.99 - 1.0
+    assert pytest.approx([K / (1.0 + (1.0 + EDGE_STIFFNESS[0]) * step) for K in coarse.K], rel=1e-12) == found.K
+    assert found.error_percent == pytest.approx([100.0 * EDGE_STIFFNESS[1] * step] * 2, rel=1e-9)
+    assert housing_stiffness(dataclasses.replace(fine, gauge_strain_per_N=None), coarse).K == fine.K
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"z": 3.0}, r"the mesh carries 0 mm\^2 of it: must be 7.5 mm\^2; place it on the straight part"),
+        ({"place": ((-60.0, -55.0), (-1.5, 1.5))}, r"must be 7.5 mm\^2"),
+        ({"place": ((-20.0, -15.0), (-6.0, 6.0))}, r"the mesh carries 25 mm\^2 of it: must be 30 mm\^2"),
+        ({"name": "symmetry"}, r"bonded foil on 'symmetry': the mesh carries 0 mm\^2"),
+    ],
+)
+def test_foil_that_is_not_on_a_leaf_is_refused(basis, changes, message):
+    with pytest.raises(SolveError, match=message):
+        membrane_matrix(basis, [foil(**changes)])
+
+
+def test_leaf_whose_facets_are_no_rectangles_is_refused(mesh):
+    x, y, z = mesh.doflocs
+    skew = dataclasses.replace(mesh, doflocs=np.array([x + 0.1 * y, y, z]))
+    with pytest.raises(SolveError, match="a facet below it is no rectangle along x and y; make a fresh mesh"):
+        membrane_matrix(vector_basis(skew, ElementHexS2(), order=3), [FOILS[1]])
+
+
+def test_foils_know_their_leaf():
+    assert all(isinstance(one, BondedFoil) for one in FOILS)
+    assert len(FOILS) == 16  # backing and metal of four gauges on each of two flexures
+    assert {one.name for one in FOILS if one.tip == 0} == {"low_leaves"}
+    assert bonded_foils(dataclasses.replace(HOUSING, gauges="none")) == ()
+
+
+def test_error_bars_hold_a_mesh_of_four_times_the_elements_along_the_leaves(gauged, monkeypatch):
+    """The step from the coarse mesh alone would not: at the edges of the foils both meshes are too stiff."""
+    fine = tip_compliance(flexure_mesh(HOUSING, 1.0), *PETG, FOILS)
+    found = housing_stiffness(fine, gauged[PETG])
+    few = mesh_counts(HOUSING, 1.0)
+    monkeypatch.setattr("mesh.housing.sweep.counts", lambda *_: dataclasses.replace(few, along_leaf=4 * few.along_leaf))
+    finer = tip_compliance(flexure_mesh(HOUSING, 1.0), *PETG, FOILS)
+    assert finer.dofs > 1.7 * fine.dofs
+    for K, truth, bar in zip(found.K, finer.K, found.error_percent, strict=True):
+        assert abs(K / truth - 1.0) < 0.01 * bar < 6e-3
+    strains = zip(found.gauge_strain_per_N, finer.gauge_strain_per_N, found.gauge_error_percent, strict=True)
+    for strain, truth, bar in strains:
+        assert abs(strain / truth - 1.0) < 0.01 * bar < 0.06
+    bare = housing_stiffness(dataclasses.replace(fine, gauge_strain_per_N=None), gauged[PETG])
+    assert any(abs(K / t - 1.0) > 0.01 * bar for K, t, bar in zip(bare.K, finer.K, bare.error_percent, strict=True))

@@ -1,0 +1,114 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from cad.parts.housing import Housing
+from cad.theory.flexure import Flexure
+from cad.theory.leaf_spring import pair_stiffness, root_strain
+from mesh.housing.sweep import flexure_mesh
+from solve.housing import stiffness as flexure
+from solve.housing.stiffness import BALANCE_LIMIT, check_tips, housing_stiffness, sideways_stiffness, tip_compliance
+from solve.linear import SolveError
+
+HOUSING = Housing(
+    low=Flexure(thickness=0.8, length=28.3, depth=10.0, separation=14.0, fillet=0.5),
+    high=Flexure(thickness=1.2, length=14.9, depth=10.0, separation=14.0, fillet=0.5),
+    tip_side=1.0, tip_height=1.0, spacing=8.0, shuttle_width=6.0, neck_level=5.5, lower_leaf_level=7.6,
+    low_top_level=24.0, high_top_level=24.45, cavity_level=24.75, top_level=30.75, protrusion=1.7,
+)  # fmt: skip
+PETG = (2000.0, 0.38)
+ROUND_OFF = 1e-7  # of a solve whose leaves are 1e6 times softer than its frame
+BEAM = 0.15  # what a guided beam leaves out: fillets, frame, neck, width
+FINER = 0.5
+
+
+@pytest.fixture(scope="module")
+def coarse_mesh():
+    return flexure_mesh(HOUSING, 2.0)
+
+
+@pytest.fixture(scope="module")
+def coarse(coarse_mesh):
+    return tip_compliance(coarse_mesh, *PETG)
+
+
+@pytest.fixture(scope="module")
+def fine():
+    return tip_compliance(flexure_mesh(HOUSING, 1.0), *PETG)
+
+
+def test_stiffness_is_near_that_of_guided_beams(fine):
+    beams = [pair_stiffness(PETG[0], one.depth, one.thickness, one.length) for one in (HOUSING.low, HOUSING.high)]
+    assert list(fine.K) == pytest.approx(beams, rel=BEAM)
+
+
+def test_error_bar_holds_the_difference_to_a_mesh_of_four_times_the_dofs(fine, coarse):
+    result = housing_stiffness(fine, coarse)
+    finer = tip_compliance(flexure_mesh(HOUSING, FINER), *PETG)
+    assert finer.dofs > 4 * fine.dofs
+    for K, truth, bar in zip(result.K, finer.K, result.error_percent, strict=True):
+        assert abs(K / truth - 1.0) < 0.01 * bar
+        assert bar < 0.1
+    for strain, truth, bar in zip(result.strain_per_N, finer.strain_per_N, result.strain_error_percent, strict=True):
+        assert abs(strain / truth - 1.0) < 0.01 * bar
+
+
+def test_bar_is_for_the_finer_of_two_meshes(fine, coarse):
+    with pytest.raises(ValueError, match=r"must be less than .* of the fine mesh"):
+        housing_stiffness(coarse, fine)
+    wrong = dataclasses.replace(coarse, C=1.01 * fine.C)
+    assert housing_stiffness(fine, wrong).error_percent == pytest.approx(
+        2 * (100.0 * flexure.ERROR_SHARE * (1.0 - 1.0 / 1.01),)
+    )
+
+
+def test_compliance_goes_with_one_over_modulus_and_one_over_size(coarse_mesh, coarse):
+    stiffer = tip_compliance(coarse_mesh, 3.0 * PETG[0], PETG[1])
+    assert np.allclose(stiffer.C, coarse.C / 3.0, rtol=ROUND_OFF, atol=1e-12)
+    larger = dataclasses.replace(coarse_mesh, doflocs=2.0 * coarse_mesh.doflocs)
+    twice = tip_compliance(larger, *PETG)
+    assert np.allclose(twice.C, coarse.C / 2.0, rtol=ROUND_OFF, atol=1e-12)
+    assert twice.strain_per_N == pytest.approx(np.divide(coarse.strain_per_N, 4.0), rel=ROUND_OFF)
+    assert twice.tilt_per_N == pytest.approx(np.divide(coarse.tilt_per_N, 4.0), rel=ROUND_OFF)
+
+
+def test_springs_hardly_know_of_each_other(coarse):
+    # Through the frame: 5e-5 of the stiffer one's compliance at most.
+    assert 0.0 < abs(coarse.C[0, 1]) < 5e-5 * coarse.C[1, 1]
+    assert np.all(np.linalg.eigvalsh(coarse.C) > 0.0)
+
+
+def test_root_strain_is_that_of_a_beam_raised_by_the_fillet(fine):
+    for i, one in enumerate((HOUSING.low, HOUSING.high)):
+        beam = root_strain(one.thickness, one.length, 1.0 / fine.K[i])
+        # Peterson's factor for a fillet of r/t 0.6 and 0.4 in bending is 1.2 to 1.3; width and shear add to it.
+        assert 1.0 < fine.strain_per_N[i] / beam < 1.5
+
+
+def test_sideways_is_stiffer_than_the_press_and_softer_than_leaves_alone(coarse_mesh, coarse):
+    for K, side, one in zip(coarse.K, sideways_stiffness(coarse_mesh, *PETG), (HOUSING.low, HOUSING.high), strict=True):
+        assert K < side < K * (one.depth / one.thickness) ** 2
+
+
+def test_loads_that_are_not_reciprocal_or_not_carried_are_refused():
+    even, carried = np.eye(2), np.array([-0.5, -0.5])
+    check_tips(even, carried)
+    with pytest.raises(SolveError, match=r"differs by .* when they change places"):
+        check_tips(np.array([[1.0, 2.0 * BALANCE_LIMIT], [0.0, 1.0]]), carried)
+    with pytest.raises(SolveError, match=r"mounting holes miss 1\.0e-04 N of the half newton"):
+        check_tips(even, np.array([-0.5, -0.4999]))
+
+
+def test_housing_that_nothing_holds_is_refused(coarse_mesh):
+    loose = coarse_mesh.with_boundaries({**coarse_mesh.boundaries, "mounting_holes": []})
+    with pytest.raises(SolveError):
+        tip_compliance(loose, *PETG)
+
+
+@pytest.mark.parametrize("name", ["low_tip", "mounting_holes", "symmetry", "high_leaves"])
+def test_missing_boundary_lists_the_known_ones(coarse_mesh, name):
+    rest = {key: facets for key, facets in coarse_mesh.boundaries.items() if key != name}
+    bare = dataclasses.replace(coarse_mesh, _boundaries=rest)
+    with pytest.raises(SolveError, match=f"boundary '{name}' is unknown on the mesh; known boundaries: "):
+        tip_compliance(bare, *PETG)
