@@ -7,6 +7,7 @@ from typing import Any
 
 from cad.design.design_file import design_as_toml
 from cad.design.parameters import Design
+from cad.verdict import Verdict, all_passed
 from pipeline.accuracy import CONTACT_SHARE
 from pipeline.options import RunOptions
 from pipeline.report.mapping import accuracy_entry, compose, file_entries, write_report
@@ -16,7 +17,7 @@ from pipeline.stages.kept import kept_contact
 from pipeline.stages.sizing import size
 from pipeline.stages.solids import write_solids
 from pipeline.stages.springs import PrintedSprings, print_springs
-from pipeline.stages.verdict_rules import Verdict, advised, all_passed
+from pipeline.stages.verdict_rules import advised
 from pipeline.stages.verdicts import Case, judge
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch

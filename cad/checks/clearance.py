@@ -10,7 +10,7 @@ from cad.parts.housing import Housing
 from cad.parts.layout import TILT_DEG
 from cad.parts.sensor import Sensor, pressed
 from cad.theory.flexure import Flexure
-from cad.verdict import Finding, at_least, failed
+from cad.verdict import Verdict, at_least, failed
 
 LEAF_GAP_MM = 0.1  # a leaf printed this much off its place still moves freely
 STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel
@@ -19,7 +19,7 @@ _UP: Vector = (0.0, 0.0, 1.0)
 _REACH = 1.0  # [mm] beyond the plate, so that a cut leaves no skin
 
 
-def clearance_findings(sensor: Sensor) -> tuple[Finding, ...]:
+def clearance_findings(sensor: Sensor) -> tuple[Verdict, ...]:
     """Return geometry.frame_clearance and geometry.neck_clearance [mm]: smallest distance from the fruit.
 
     The housing is lowered by the travel. The frame is tilted by 3 degrees, or the press's own tilt where that is
@@ -33,7 +33,7 @@ def clearance_findings(sensor: Sensor) -> tuple[Finding, ...]:
     )
 
 
-def fruit_finding(name: str, sensor: Sensor, shape: cq.Shape) -> Finding:
+def fruit_finding(name: str, sensor: Sensor, shape: cq.Shape) -> Verdict:
     """Return the smallest distance [mm] of a shape that is fixed to the frame from the fruit, as of the frame."""
     return _finding(name, sensor, shape, steepest(sensor.press))
 
@@ -64,7 +64,7 @@ def _tilt(press: Press) -> float:
     return math.degrees(math.acos(math.cos(tilt) * math.cos(roll)))
 
 
-def _finding(name: str, sensor: Sensor, shape: cq.Shape, tilt: float) -> Finding:
+def _finding(name: str, sensor: Sensor, shape: cq.Shape, tilt: float) -> Verdict:
     pose = f"travel {sensor.press.travel_mm:g} mm, tilt {tilt:g} deg any way"
     fruit, shape = sensor.fruit_box(), shape.translate(cq.Vector(0.0, 0.0, sensor.housing.pin_out))
     headings = _HEADINGS if tilt > 0.0 else (0.0,)
@@ -106,21 +106,21 @@ def _box(x: tuple[float, float], housing: Housing, z: tuple[float, float]) -> cq
     return cq.Solid.makeBox(x[1] - x[0], depth, z[1] - z[0], cq.Vector(x[0], -0.5 * depth, z[0]))
 
 
-def stop_findings(sensor: Sensor, deflections: tuple[float, float]) -> tuple[Finding, ...]:
+def stop_findings(sensor: Sensor, deflections: tuple[float, float]) -> tuple[Verdict, ...]:
     """Return geometry.stops_low and _high: deflection [mm] at which shuttle or leaf first meets the frame.
 
     The deflections [mm] of low and high spring are those at full travel; a stop must stand 1.2 times above. With
     them geometry.deflected_gap_low and _high [mm]: what is left between leaf and frame when the shuttle is stopped.
     """
     housing, lines = sensor.housing, SolidLines(sensor.part.shape)
-    found: list[Finding] = []
+    found: list[Verdict] = []
     for (side, flexure, roots), deflection in zip(housing.arms, deflections, strict=True):
         shuttle, leaf = _gaps(housing, lines, flexure, roots)
         found += _stop_findings(side, deflection, min(shuttle), leaf)
     return tuple(found)
 
 
-def _stop_findings(side: str, deflection: float, stop: float, leaf: dict[float, float]) -> tuple[Finding, Finding]:
+def _stop_findings(side: str, deflection: float, stop: float, leaf: dict[float, float]) -> tuple[Verdict, Verdict]:
     """Return the two findings on one arm from the way of its shuttle to the stop and the ways of its leaf [mm]."""
     touch, names = min(leaf.values()), (f"geometry.stops_{side}", f"geometry.deflected_gap_{side}")
     limit = STOP_SAFETY * deflection

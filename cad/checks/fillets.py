@@ -5,14 +5,14 @@ from collections.abc import Mapping
 
 from cad.checks.line_probe import Lines, Vector
 from cad.parts.housing import Housing, Point, fillet_corners
-from cad.verdict import Finding, at_least
+from cad.verdict import Verdict, at_least
 
 _TOLERANCE_MM = 0.02  # a chord of a mesh, 0.005 mm, moves the radius by 1 / (sqrt 2 - 1) of it
 _INSIDE = 0.05  # [mm] behind the sharp corner, where there is material with or without a fillet
 _DIAGONALS = tuple((x * math.sqrt(0.5), z * math.sqrt(0.5)) for x in (-1.0, 1.0) for z in (-1.0, 1.0))
 
 
-def fillet_finding(housing: Housing, forms: Mapping[str, Lines]) -> Finding:
+def fillet_finding(housing: Housing, forms: Mapping[str, Lines]) -> Verdict:
     """Return geometry.fillets: the least radius [mm] found at the corners that the housing rounds.
 
     The forms stand in the sensor frame. A corner without a fillet counts as radius 0.

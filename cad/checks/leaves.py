@@ -5,14 +5,14 @@ from collections.abc import Iterator, Mapping
 from cad.checks.line_probe import Lines, Vector
 from cad.parts.housing import Housing
 from cad.theory.flexure import Flexure
-from cad.verdict import Finding, equal, failed
+from cad.verdict import Verdict, equal, failed
 
 THICKNESS_TOLERANCE_MM = 1e-3  # a mesh file holds single precision, 4e-6 mm at 60 mm; the drawing rounds to 0.001
 _ALONG = (0.02, 0.25, 0.5, 0.75, 0.98)  # shares of the straight part of a leaf
 _ACROSS = (-0.42, 0.03, 0.42)  # shares of the depth; none on a plane of symmetry, where triangles share an edge
 
 
-def leaf_findings(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Finding, ...]:
+def leaf_findings(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Verdict, ...]:
     """Return geometry.leaf_thickness_low and _high: the thickness [mm] farthest from the declared one.
 
     The forms (solid, STEP, STL) stand in the sensor frame; every one is measured at 15 places on each leaf.
@@ -22,7 +22,7 @@ def leaf_findings(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Finding
 
 def _leaf_finding(
     housing: Housing, side: str, flexure: Flexure, roots: tuple[float, float], forms: Mapping[str, Lines]
-) -> Finding:
+) -> Verdict:
     name = f"geometry.leaf_thickness_{side}"
     worst, where = flexure.thickness, ""
     for form, lines in forms.items():

@@ -23,13 +23,13 @@ from cad.parts.pin_socket import socket_findings
 from cad.parts.sensor import Sensor
 from cad.parts.tips import tip_finding
 from cad.quantity import fault
-from cad.verdict import Finding, equal, failed
+from cad.verdict import Verdict, equal, failed
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
 ROUND_TRIP_TOLERANCE = 1e-9  # Part 21 carries 15 digits
 
 
-def check_solid(shape: cq.Shape) -> tuple[Finding, ...]:
+def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     """Return geometry.valid (count of faulty faces, edges, vertices) and geometry.one_solid (count of solids)."""
     analyser = BRepCheck_Analyzer(shape.wrapped)
     whole = bool(analyser.IsValid())
@@ -42,7 +42,7 @@ def check_solid(shape: cq.Shape) -> tuple[Finding, ...]:
     )
 
 
-def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Finding, ...]:
+def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return every verdict on triangles [mm]: closed, one body, simple, size, wall, gap, overhang.
 
     Only what still has a meaning is measured on a mesh that is not closed.
@@ -54,7 +54,7 @@ def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) ->
     return (*found, *print_findings(mesh, process, poses))
 
 
-def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Finding, ...]:
+def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict, ...]:
     """Return every verdict on a STEP, STL or 3MF file of any origin, for a process.
 
     An STL or a 3MF is taken in print pose, a STEP in the best of six poses. Raises OSError for a missing file,
@@ -76,22 +76,22 @@ def _existing(path: Path) -> Path:
     return path
 
 
-def _unreadable(error: ValueError) -> Finding:
+def _unreadable(error: ValueError) -> Verdict:
     return failed("geometry.readable", "a readable file", unit="1", reference=str(error))
 
 
-def _check_step(path: Path, process: Process) -> tuple[Finding, ...]:
+def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:
     shape = read_step(path)
     solid = check_solid(shape)
     mesh = [each for each in check_mesh(triangles(shape), process, POSES) if each.name != "geometry.one_solid"]
     return (*solid, *mesh)
 
 
-def _check_stl(path: Path, process: Process) -> tuple[Finding, ...]:
+def _check_stl(path: Path, process: Process) -> tuple[Verdict, ...]:
     return check_mesh(read_stl(path), process, _AS_IT_STANDS)
 
 
-def _check_3mf(path: Path, process: Process) -> tuple[Finding, ...]:
+def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
     package = read_3mf(path)
     strict = f"warnings of lib3mf in strict mode; objects {', '.join(map(repr, package.names))}"
     strict += "".join(f"; {warning}" for warning in package.warnings)
@@ -103,12 +103,12 @@ def _check_3mf(path: Path, process: Process) -> tuple[Finding, ...]:
 
 
 _AS_IT_STANDS = ("as it stands",)
-_READERS: dict[str, Callable[[Path, Process], tuple[Finding, ...]]] = {
+_READERS: dict[str, Callable[[Path, Process], tuple[Verdict, ...]]] = {
     ".step": _check_step, ".stp": _check_step, ".stl": _check_stl, ".3mf": _check_3mf,
 }  # fmt: skip
 
 
-def check_sensor(sensor: Sensor, deflections: tuple[float, float], folder: Path) -> tuple[Finding, ...]:
+def check_sensor(sensor: Sensor, deflections: tuple[float, float], folder: Path) -> tuple[Verdict, ...]:
     """Return every geometry verdict on a sensor and on housing.step and housing.stl in a folder.
 
     The deflections [mm] of low and high spring are those at full travel. Raises FileNotFoundError; a file that
@@ -134,7 +134,7 @@ def check_sensor(sensor: Sensor, deflections: tuple[float, float], folder: Path)
     )
 
 
-def _round_trip(shape: cq.Shape, step: cq.Shape) -> Finding:
+def _round_trip(shape: cq.Shape, step: cq.Shape) -> Verdict:
     """Return geometry.step_round_trip: relative change of the volume from the solid to the file read back."""
     change = step.Volume() / shape.Volume() - 1.0
     reference = f"volume of housing.step against the solid, {shape.Volume():.6f} mm^3"

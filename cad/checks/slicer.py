@@ -5,7 +5,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from cad.verdict import Finding, failed
+from cad.verdict import Verdict, failed
 
 NAME = "prusa-slicer"
 _SECONDS = 120
@@ -16,7 +16,7 @@ def slicer_absence() -> str:
     return "" if shutil.which(NAME) else f"{NAME} is not installed: its check is skipped"
 
 
-def slicer_findings(path: Path) -> tuple[Finding, ...]:
+def slicer_findings(path: Path) -> tuple[Verdict, ...]:
     """Return geometry.slicer on an STL, 3MF or STEP file; none where no slicer is installed."""
     program = shutil.which(NAME)
     if program is None:
@@ -31,13 +31,13 @@ def slicer_findings(path: Path) -> tuple[Finding, ...]:
     return (judged(said, limit),)
 
 
-def judged(said: str, limit: str) -> Finding:
+def judged(said: str, limit: str) -> Verdict:
     """Return the finding on what the slicer said: manifold, and one part for each object."""
     manifold = re.findall(r"^manifold\s*=\s*(\w+)", said, flags=re.MULTILINE)
     parts = [int(count) for count in re.findall(r"^number_of_parts\s*=\s*(\d+)", said, flags=re.MULTILINE)]
     told = f"{NAME} --info: manifold = {', '.join(manifold) or 'no answer'}, parts {parts or 'no answer'}"
     good = bool(manifold) and set(manifold) == {"yes"} and set(parts) == {1}
-    return Finding(
+    return Verdict(
         name="geometry.slicer", value=float(max(parts, default=0)), unit="1", limit=limit, tolerance=0.0, passed=good,
         reference=told,
     )  # fmt: skip

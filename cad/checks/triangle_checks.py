@@ -10,14 +10,14 @@ from cad.checks.overhang import POSES, REACH_MM, widest_ledge
 from cad.checks.self_intersection import crossing_pairs
 from cad.checks.wall_thickness import REACHES_MM, Span, least_gap, least_wall
 from cad.design.processes import Process
-from cad.verdict import Finding, at_least, equal
+from cad.verdict import Verdict, at_least, equal
 
 RAY_TOLERANCE_MM = 1e-3  # a mesh file holds single precision
 SHORTEST_MM, LONGEST_MM = 5.0, 1000.0  # a sensor or a coupon; a part in metres is 0.07 long, one in micrometres 70000
 _TWO = 2
 
 
-def closed_findings(mesh: trimesh.Trimesh) -> tuple[Finding, ...]:
+def closed_findings(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
     """Return geometry.watertight (count of open edges or turned pairs) and geometry.manifold (edges of 3 faces)."""
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     loose, shared = edges[counts < _TWO], edges[counts > _TWO]
@@ -37,19 +37,19 @@ def _named(mesh: trimesh.Trimesh, edges: npt.NDArray[np.int64]) -> str:
     return f"; the first from ({start}) to ({end}) mm"
 
 
-def body_finding(mesh: trimesh.Trimesh) -> Finding:
+def body_finding(mesh: trimesh.Trimesh) -> Verdict:
     """Return geometry.one_solid: the number of bodies, each a connected set of triangles."""
     count = float(mesh.body_count)
     return equal("geometry.one_solid", count, 1.0, 0.0, unit="1", reference="connected sets of triangles")
 
 
-def size_findings(mesh: trimesh.Trimesh, process: Process) -> tuple[Finding, ...]:
+def size_findings(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.units (longest side [mm]), geometry.volume [mm^3] and geometry.mass [g]."""
     x, y, z = (float(side) for side in mesh.extents)
     volume, longest = _volume(mesh), max(x, y, z)
     box = f"bounding box {x:.4g} x {y:.4g} x {z:.4g} mm"
     return (
-        Finding(
+        Verdict(
             name="geometry.units", value=longest, unit="mm", limit=f"{SHORTEST_MM:g} to {LONGEST_MM:g}", tolerance=0.0,
             passed=SHORTEST_MM <= longest <= LONGEST_MM, reference=f"{box}; outside, the file is not in millimetres",
         ),
@@ -61,9 +61,9 @@ def size_findings(mesh: trimesh.Trimesh, process: Process) -> tuple[Finding, ...
     )  # fmt: skip
 
 
-def _positive(name: str, value: float, unit: str, reference: str) -> Finding:
+def _positive(name: str, value: float, unit: str, reference: str) -> Verdict:
     passed = value > 0.0
-    return Finding(
+    return Verdict(
         name=name, value=value, unit=unit, limit="above 0", tolerance=0.0, passed=passed, reference=reference
     )  # fmt: skip
 
@@ -74,7 +74,7 @@ def _volume(mesh: trimesh.Trimesh) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
 
 
-def crossing_finding(mesh: trimesh.Trimesh) -> Finding:
+def crossing_finding(mesh: trimesh.Trimesh) -> Verdict:
     """Return geometry.self_intersection: the number of pairs of triangles that pass through each other."""
     pairs = crossing_pairs(mesh)
     where = ""
@@ -85,7 +85,7 @@ def crossing_finding(mesh: trimesh.Trimesh) -> Finding:
     return equal("geometry.self_intersection", float(len(pairs)), 0.0, 0.0, unit="1", reference=reference)
 
 
-def print_findings(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Finding, ...]:
+def print_findings(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return geometry.min_wall, geometry.min_gap and geometry.overhang [mm] for a process.
 
     The overhang is that of the best of the poses; a file in print pose has one, "as it stands".
@@ -97,9 +97,9 @@ def print_findings(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]
     )
 
 
-def _span_finding(name: str, span: Span | None, limit: float, how: str) -> Finding:
+def _span_finding(name: str, span: Span | None, limit: float, how: str) -> Verdict:
     if span is None:
-        return Finding(
+        return Verdict(
             name=name, value=None, unit="mm", limit=limit, tolerance=0.0, passed=True,
             reference=f"{how}; none within {REACHES_MM[-1]:g} mm",
         )  # fmt: skip
@@ -108,12 +108,12 @@ def _span_finding(name: str, span: Span | None, limit: float, how: str) -> Findi
     return at_least(name, span.length, limit, RAY_TOLERANCE_MM, unit="mm", reference=reference)
 
 
-def _overhang_finding(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> Finding:
+def _overhang_finding(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> Verdict:
     widths = {pose: widest_ledge(mesh, POSES[pose], process.overhang_deg) for pose in poses}
     pose = min(widths, key=lambda each: widths[each])
     width = widths[pose]
     reference = f"widest face beyond {process.overhang_deg:g} deg from the vertical, {pose}; {process.name}"
-    return Finding(
+    return Verdict(
         name="geometry.overhang", value=width, unit="mm", limit=REACH_MM, tolerance=RAY_TOLERANCE_MM,
         passed=width <= REACH_MM + RAY_TOLERANCE_MM, reference=reference,
     )  # fmt: skip

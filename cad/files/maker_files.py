@@ -14,7 +14,7 @@ from cad.parts.housing import Housing
 from cad.parts.sensor import Body, Colour, Sensor
 from cad.theory.flexure import Flexure
 from cad.theory.strain_gauge import GAUGES
-from cad.verdict import Finding
+from cad.verdict import Verdict
 
 _COUPON_COLOUR = (0.45, 0.62, 0.35)
 _COVER_COLOUR = (0.60, 0.60, 0.62)
@@ -25,7 +25,7 @@ _SCREWS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # lengths of M3, ISO 4762
 _BUILT_UP = ("fdm", "sla", "sls", "dmls")
 
 
-def write_fabrication(sensor: Sensor, title: Title, folder: Path) -> tuple[tuple[Path, ...], tuple[Finding, ...]]:
+def write_fabrication(sensor: Sensor, title: Title, folder: Path) -> tuple[tuple[Path, ...], tuple[Verdict, ...]]:
     """Write drawing.dxf/.svg, coupon and cover as .step/.stl, fabrication.md; return their paths and cover findings.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.

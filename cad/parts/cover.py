@@ -17,7 +17,7 @@ from cad.parts.housing import Housing
 from cad.parts.part import Part, named_part
 from cad.parts.sensor import Sensor
 from cad.parts.tips import PLACE_TOLERANCE_MM
-from cad.verdict import Finding, at_least, equal, failed
+from cad.verdict import Verdict, at_least, equal, failed
 
 PLATE_MM = 2.0
 RECESS_MM = 1.0  # twice the widest gap that a process must keep open
@@ -82,7 +82,7 @@ def turned(shape: cq.Shape, housing: Housing) -> cq.Shape:
     return shape.rotate(cq.Vector(middle, 0.0, 0.0), cq.Vector(middle, 0.0, 1.0), 180.0)
 
 
-def cover_findings(sensor: Sensor, cover: cq.Shape, process: Process) -> tuple[Finding, ...]:
+def cover_findings(sensor: Sensor, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
     """Return geometry.cover_clearance, _holes and _over_fruit [mm] of a back cover, made or read, and its turned copy.
 
     Clearance is that of shuttles, necks and leaves at rest, half way and at their stops.
@@ -95,7 +95,7 @@ def cover_findings(sensor: Sensor, cover: cq.Shape, process: Process) -> tuple[F
     )
 
 
-def _clearance(sensor: Sensor, sides: dict[str, cq.Shape], process: Process) -> Finding:
+def _clearance(sensor: Sensor, sides: dict[str, cq.Shape], process: Process) -> Verdict:
     name = "geometry.cover_clearance"
     moved = list(_moved(sensor))
     found = [(float(shape.distance(arm)), side, way) for way, arm in moved for side, shape in sides.items()]
@@ -113,7 +113,7 @@ def _moved(sensor: Sensor) -> Iterator[tuple[str, cq.Shape]]:
             yield f"{100.0 * share:g} % of the way to the stop", arm.translate(cq.Vector(0.0, 0.0, share * stop))
 
 
-def _holes(sensor: Sensor, sides: dict[str, cq.Shape]) -> Finding:
+def _holes(sensor: Sensor, sides: dict[str, cq.Shape]) -> Verdict:
     """Return how far a hole of a cover is off that of the housing: its axis, or its radius."""
     name, limit = "geometry.cover_holes", len(sensor.housing.holes)
     wanted = _cylinders(sensor.part.shape.Faces()[index] for index in sensor.part.faces["mounting_holes"])

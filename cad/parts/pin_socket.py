@@ -13,7 +13,7 @@ from cad.design.parameters import Tips
 from cad.parts.housing import Housing, named_housing
 from cad.parts.part import Part
 from cad.parts.tips import PLACE_TOLERANCE_MM, tip_parts
-from cad.verdict import Finding, equal, failed
+from cad.verdict import Verdict, equal, failed
 
 STEEL_MPA = 206000.0  # typical of carbon steel
 _SQUARE, _ROUND = 1.1523, 1.0  # F (1 - nu^2) / (E d side) of a rigid punch on a half-space, Read 1997, Sneddon 1965
@@ -68,7 +68,7 @@ def pin_parts(housing: Housing, tips: Tips) -> tuple[Part, ...]:
     )
 
 
-def socket_findings(part: Part, housing: Housing, tips: Tips) -> tuple[Finding, ...]:
+def socket_findings(part: Part, housing: Housing, tips: Tips) -> tuple[Verdict, ...]:
     """Return geometry.sockets [mm]: how far a pocket is off its declared width and depth, measured by lines.
 
     A pin that cuts into its foot fails it. None for printed tips.

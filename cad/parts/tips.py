@@ -8,7 +8,7 @@ import cadquery as cq
 from cad.design.parameters import Tips
 from cad.parts.housing import Housing
 from cad.parts.part import Part, named_part
-from cad.verdict import Finding, equal
+from cad.verdict import Verdict, equal
 
 PLACE_TOLERANCE_MM = 1e-3
 _NEAR = 1e-6
@@ -55,7 +55,7 @@ def _looks_down(face: cq.Face) -> bool:
     return bool(face.geomType() == "SPHERE" or face.normalAt().z < _DOWNWARD)
 
 
-def tip_finding(part: Part, housing: Housing) -> Finding:
+def tip_finding(part: Part, housing: Housing) -> Verdict:
     """Return geometry.tips [mm]: how far an edge of a tip's face is off the declared side, spacing and level."""
     half, side = 0.5 * housing.tip_side, 0.5 * housing.spacing
     off = 0.0

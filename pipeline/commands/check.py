@@ -13,7 +13,7 @@ from cad.files.step import read_step
 from cad.parts.cover import cover_findings
 from cad.parts.sensor import Sensor
 from cad.quantity import InputError, fault
-from cad.verdict import Finding, equal
+from cad.verdict import Verdict, equal
 from pipeline.report.mapping import file_digest
 from pipeline.report.tables import print_findings
 from pipeline.stages.kept import housing_from
@@ -35,13 +35,13 @@ def check(path: Path, *, as_json: bool) -> int:
     return 0 if all(finding.passed is True for finding in findings) else 1
 
 
-def _check_one(path: Path) -> tuple[Finding, ...]:
+def _check_one(path: Path) -> tuple[Verdict, ...]:
     if not path.is_file():
         raise fault("PATH", str(path), "", "an existing file or folder", _REMEDY)
     return check_file(path)
 
 
-def check_folder(folder: Path) -> tuple[Finding, ...]:
+def check_folder(folder: Path) -> tuple[Verdict, ...]:
     """Return the findings on an output folder: its files against the report, its solid against the design.
 
     Raises InputError where the report is not one of ours.
@@ -55,7 +55,7 @@ def check_folder(folder: Path) -> tuple[Finding, ...]:
         raise InputError(msg) from error
 
 
-def _findings(folder: Path, report: dict[str, Any]) -> tuple[Finding, ...]:
+def _findings(folder: Path, report: dict[str, Any]) -> tuple[Verdict, ...]:
     changed = [entry["path"] for entry in report["files"] if not _is_unchanged(folder, entry)]
     named = f"files that are missing or changed since the run: {', '.join(changed) or 'none'}"
     files = equal("files.unchanged", float(len(changed)), 0.0, 0.0, unit="1", reference=named)
@@ -71,7 +71,7 @@ def _findings(folder: Path, report: dict[str, Any]) -> tuple[Finding, ...]:
     return (files, *check_sensor(sensor, (low, high), folder), *printed, *_cover(folder, sensor, process))
 
 
-def _cover(folder: Path, sensor: Sensor, process: Process) -> tuple[Finding, ...]:
+def _cover(folder: Path, sensor: Sensor, process: Process) -> tuple[Verdict, ...]:
     """Return the findings on the cover, none in the folder of a run that made none."""
     path = folder / "cover.step"
     return cover_findings(sensor, read_step(path), process) if path.is_file() else ()

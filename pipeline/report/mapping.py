@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from cad.design.design_file import design_as_mapping
+from cad.verdict import Verdict
 from pipeline.fit.leaf_lengths import FittedFlexures
 from pipeline.stages.characteristics import behaviour_entry
 from pipeline.stages.springs import PrintedSpring, PrintedSprings
-from pipeline.stages.verdict_rules import PAPER, PAPER_TARGETS, Verdict
+from pipeline.stages.verdict_rules import PAPER, PAPER_TARGETS
 from pipeline.stages.verdicts import Case, judge_paper, largest_pressure
 from pipeline.uncertainty.budget import makeup
 from solve.contact.response import SceneResponse

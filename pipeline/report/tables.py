@@ -8,7 +8,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from cad.verdict import Finding
+from cad.verdict import Verdict
 
 WIDTH = 132
 _WORD = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
@@ -26,7 +26,7 @@ def print_report(report: Mapping[str, Any]) -> None:
     console.print(*_closing_lines(report), *_tolerance_lines(report.get("tolerance")), sep="\n")
 
 
-def print_findings(title: str, findings: Sequence[Finding]) -> None:
+def print_findings(title: str, findings: Sequence[Verdict]) -> None:
     """Print the findings on a file or folder as a table, and why each that did not pass did not."""
     rows = [asdict(finding) for finding in findings]
     console = _console()

@@ -9,6 +9,7 @@ from cad.design.processes import Process
 from cad.files.drawing import Title
 from cad.files.maker_files import write_fabrication
 from cad.parts.housing import Housing
+from cad.verdict import Verdict
 from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.foils import bonded_foils
 from pipeline.fit.leaf_lengths import COARSE
@@ -16,7 +17,7 @@ from pipeline.options import RunOptions
 from pipeline.run import RunResult, run
 from pipeline.stages.solids import sensor_of
 from pipeline.stages.springs import PrintedSpring, PrintedSprings
-from pipeline.stages.verdict_rules import Verdict, on_right_side
+from pipeline.stages.verdict_rules import on_right_side
 from pipeline.stages.verdicts import Case
 from pipeline.storage.cache import remembered
 from pipeline.storage.stopwatch import Stopwatch
@@ -41,7 +42,7 @@ def _for_the_maker(
     with clock.stage("fabrication"):
         _, cover = write_fabrication(sensor_of(design, housing), Title(name=design.name, process=process), folder)
     with clock.stage("sideways"):
-        verdicts = (*(Verdict(**asdict(one)) for one in cover), *sideways_verdicts(printed, housing))
+        verdicts = (*cover, *sideways_verdicts(printed, housing))
     with clock.stage("tolerance"):
         surrogate = _surrogate(housing, process)
         found = bands(housing, process, case.judged(printed.stiffnesses), design.targets, surrogate)

@@ -13,7 +13,7 @@ from cad.files.sensor_files import write_sensor
 from cad.parts.housing import Housing, housing_part
 from cad.parts.pin_socket import socketed
 from cad.parts.sensor import Sensor
-from cad.verdict import Finding
+from cad.verdict import Verdict
 from pipeline.stages.springs import PrintedSprings
 from pipeline.storage.cache import remembered
 
@@ -28,7 +28,7 @@ def sensor_of(design: Design, housing: Housing) -> Sensor:
     )
 
 
-def write_solids(design: Design, springs: PrintedSprings, folder: Path) -> tuple[Finding, ...]:
+def write_solids(design: Design, springs: PrintedSprings, folder: Path) -> tuple[Verdict, ...]:
     """Write STEP, STL and 3MF into the folder and return the geometry findings; none where no housing can be made.
 
     Files are the same bytes every time, so those of an earlier run are written again. Raises OSError or ExportError.
@@ -55,4 +55,4 @@ def write_solids(design: Design, springs: PrintedSprings, folder: Path) -> tuple
     found = remembered("solids", inputs, made)
     for name, text in found["files"].items():
         (folder / name).write_bytes(base64.b85decode(text))
-    return tuple(Finding(**finding) for finding in found["findings"])
+    return tuple(Verdict(**finding) for finding in found["findings"])

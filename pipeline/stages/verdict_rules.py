@@ -7,6 +7,7 @@ import numpy as np
 
 from cad.design.parameters import Targets
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
+from cad.verdict import Verdict
 from pipeline.accuracy import would_decide
 from pipeline.stages.springs import PrintedSpring
 from solve.contact.linear_response import Response
@@ -22,24 +23,6 @@ PAPER = Springs(K_l=0.753, K_h=17.3)
 PAPER_TARGETS = Targets(P_max=5.0, NL=0.05)
 
 Law = Callable[[Springs, float, float], float]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Verdict:
-    """One target, what came out, and whether it passed; None when the error bar is wider than the tolerance.
-
-    The tolerance is a share of the limit where `relative`, else in the unit of the value.
-    """
-
-    name: str
-    value: float | None
-    unit: str
-    limit: float | str | None
-    tolerance: float | str | None
-    passed: bool | None
-    reference: str
-    error: float | None = None
-    relative: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,13 +77,6 @@ def printable_verdict(spring: PrintedSpring) -> Verdict:
         passed=passed,
         reference=reason,
     )
-
-
-def all_passed(verdicts: Sequence[Verdict]) -> bool | None:
-    """Return False when a verdict failed, None when one is undecided and none failed, else True."""
-    if any(verdict.passed is False for verdict in verdicts):
-        return False
-    return None if any(verdict.passed is None for verdict in verdicts) else True
 
 
 def decided(value: float, target: float, tolerance: float, error: float) -> bool | None:

@@ -2,21 +2,20 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design, Tips
 from cad.theory.two_spring_law import Springs
-from cad.verdict import Finding, failed
+from cad.verdict import Verdict, failed
 from pipeline.stages.sizing import Sizing
 from pipeline.stages.springs import PrintedSprings
 from pipeline.stages.verdict_rules import (
     PAPER,
     PAPER_TARGETS,
     Judged,
-    Verdict,
     bruise_verdict,
     displacement_verdict,
     monotonic_verdict,
@@ -87,7 +86,7 @@ def _spread_error(found: SceneResponse) -> float:
 
 
 def judge(
-    case: Case, printed: PrintedSprings, geometry: Sequence[Finding], found: SceneResponse
+    case: Case, printed: PrintedSprings, geometry: Sequence[Verdict], found: SceneResponse
 ) -> tuple[Verdict, ...]:
     """Return the verdicts on a design's own springs, on their response and on the part that carries them."""
     K, errors = printed.stiffnesses, printed.errors
@@ -99,7 +98,7 @@ def judge(
         *case.behaviour(printed.compliance, found),
         printable_verdict(low),
         printable_verdict(high),
-        *(Verdict(**asdict(finding)) for finding in geometry or (_NOT_MADE,)),
+        *(geometry or (_NOT_MADE,)),
         *_tip_shape(case.design.tips),
         *_bruise(case, printed),
     )

@@ -8,15 +8,14 @@ import pytest
 
 from cad.design.parameters import Targets
 from cad.theory.two_spring_law import Springs, size_springs
+from cad.verdict import Verdict, all_passed
 from pipeline.stages.verdict_rules import (
     FITTED_TOLERANCE,
     PAPER,
     PAPER_TARGETS,
     STIFFNESS_TOLERANCE,
     Judged,
-    Verdict,
     advised,
-    all_passed,
     decided,
     displacement_verdict,
     monotonic_verdict,
