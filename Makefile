@@ -1,11 +1,12 @@
 # make run      set up everything, then size, shape, mesh, solve and judge the paper's sensor
 # make design   the files for fabrication and the verdicts on their geometry
-# make test     set up everything, then lint, types and all tests
+# make test     set up everything, then lint, types and every test that takes some seconds at most
+# make test-all the slow tests too
 # make lint | bench | view | clean | setup | lock      FAST=1 adds the optional direct solver
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := run
-.PHONY: run design test lint bench view clean setup lock
+.PHONY: run design test test-all lint bench view clean setup lock
 
 BIN := .venv/bin
 WORKERS ?= 2
@@ -34,6 +35,9 @@ lint: setup
 	$(BIN)/mypy
 
 test: lint
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m "not slow"
+
+test-all: lint
 	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS)
 
 bench: setup

@@ -3,9 +3,13 @@
 import dataclasses
 import difflib
 import math
-from collections.abc import Iterator, Sequence
+import tomllib
+from collections.abc import Iterable, Sequence
 from dataclasses import MISSING, Field, dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
+
+Record = TypeVar("Record")
 
 
 class InputError(ValueError):
@@ -22,7 +26,7 @@ class Bounds:
     at_most: float | None = None
 
     def hold(self, value: float) -> bool:
-        """Say whether a value lies inside; nan never does."""
+        """Say whether a value [unit of the bounds] lies inside; nan never does."""
         return (
             math.isfinite(value)
             and (self.above is None or value > self.above)
@@ -44,6 +48,31 @@ class Bounds:
             if limit is not None
         ]
         return " and ".join(parts) or "finite"
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with the half width of its error bar, both in one unit."""
+
+    value: float
+    error: float
+    unit: str = "1"
+
+    @property
+    def relative(self) -> float:
+        """Return the error as a share of the value [1]; infinite for a value of 0 that is not exact."""
+        if self.error == 0.0:
+            return 0.0
+        return self.error / abs(self.value) if self.value != 0.0 else math.inf
+
+    @property
+    def percent(self) -> float:
+        """Return the error as a share of the value [%]."""
+        return 100.0 * self.relative
+
+    def times(self, factor: float, unit: str) -> "Estimate":
+        """Return the estimate in another unit, of which one of this unit has `factor`."""
+        return Estimate(factor * self.value, factor * self.error, unit)
 
 
 LENGTH = Bounds(above=0.0, at_most=1000.0)
@@ -86,7 +115,7 @@ def nearest(word: str, known: Sequence[str]) -> str:
 
 
 def as_float(number: float) -> float:
-    """Return a number as a float; a whole number too large for one is infinite."""
+    """Return a number as a float [same unit]; a whole number too large for one is infinite."""
     try:
         return float(number)
     except OverflowError:
@@ -105,6 +134,29 @@ def check_fields(record: Any, table: str) -> None:  # noqa: ANN401 - any frozen 
             _check_number(f"{table}.{item.name}", value, item)
 
 
+def check_sources(record: Any, table: str, remedy: str) -> None:  # noqa: ANN401 - any frozen dataclass with `sources`
+    """Raise InputError unless every number that a record gives has one source, and every source its number."""
+    numbers = [item.name for item in dataclasses.fields(record) if "unit" in item.metadata]
+    given = {name for name in numbers if getattr(record, name) is not None}
+    for key in sorted(given ^ dict(record.sources).keys()):
+        name, value = f"{table}.{key}", getattr(record, key, None)
+        raise fault(name, value, "", "a number with one source", remedy)
+
+
+def sourced_records(path: Path, kind: type[Record], label: str, remedy: str) -> dict[str, Record]:
+    """Return by name the records with `sources` of a TOML file; raises InputError for an unknown or bad key."""
+    fields, records = dataclasses.fields(kind), {}  # type: ignore[arg-type]
+    keys = [item.name for item in fields if item.name != "name"]
+    left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
+    for name, table in tomllib.loads(path.read_text(encoding="utf-8")).items():
+        for key in table.keys() - keys:
+            shown, bound = f"{label} {name}.{key}", f"left out; did you mean {nearest(key, keys)}?"
+            raise fault(shown, table[key], "", bound, remedy)
+        sources = tuple(table.get("sources", {}).items())
+        records[name] = kind(**{**left_out, **table, "name": name, "sources": sources})
+    return records
+
+
 def _check_choice(name: str, value: object, item: Field[Any]) -> None:
     options = item.metadata["options"]
     if value not in options:
@@ -114,12 +166,10 @@ def _check_choice(name: str, value: object, item: Field[Any]) -> None:
 
 def _check_number(name: str, value: object, item: Field[Any]) -> None:
     unit, bounds, remedy = (item.metadata[key] for key in ("unit", "bounds", "remedy"))
-    if item.type is not float and str(item.type).startswith("tuple"):
-        if not isinstance(value, tuple) or not value:
-            raise fault(name, value, unit, f"a list of at least one number, each {bounds}", remedy)
-        numbers: Iterator[object] = iter(value)
-    else:
-        numbers = iter((value,))
+    is_list = item.type is not float and str(item.type).startswith("tuple")
+    if is_list and (not isinstance(value, tuple) or not value):
+        raise fault(name, value, unit, f"a list of at least one number, each {bounds}", remedy)
+    numbers: Iterable[object] = value if is_list and isinstance(value, tuple) else (value,)
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
             raise fault(name, number, unit, f"a number {bounds}", remedy)

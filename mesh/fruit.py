@@ -34,7 +34,7 @@ def edge_size(tips: Tips, scale: float) -> float:
 
 
 def fruit_size(part: Part, fruit: Fruit, tips: Tips, scale: float) -> SizeField:
-    """Return the size field of one mesh of the family."""
+    """Return the size field [mm] of one mesh: `scale` times the family's coarsest size at the edges of the tips."""
     lengths = (fruit.length_mm, fruit.width_mm, fruit.height_mm)
     smooth = scale**0.25
     smallest = edge_size(tips, scale)

@@ -1,12 +1,10 @@
 """Is every tetrahedron of a mesh good enough to solve on, and is the mesh as large as its solid."""
 
 import numpy as np
-from numpy.typing import NDArray
+from skfem import Mesh
 
+from mesh.gmsh_arrays import Floats, Ints
 from mesh.session import MeshError
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _CORNERS = ((0, 1, 2, 3), (1, 2, 0, 3), (2, 0, 1, 3), (3, 0, 2, 1))
 
@@ -29,7 +27,7 @@ def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
 
 
 def check_quality(points: Floats, tets: Ints, least: float) -> float:
-    """Return the smallest scaled Jacobian [1]; raises MeshError when it lies under `least`."""
+    """Return the smallest scaled Jacobian [1] of points (3, n) [mm], tets (4, m); raises MeshError under `least`."""
     quality = scaled_jacobian(points, tets)
     worst = int(np.argmin(quality))
     if not quality[worst] >= least:
@@ -40,6 +38,14 @@ def check_quality(points: Floats, tets: Ints, least: float) -> float:
         )
         raise MeshError("quality", reason, "take smaller elements there, or remove a sliver from the solid")
     return float(quality[worst])
+
+
+def named_facets(mesh: Mesh, name: str) -> Ints:
+    """Return the facets of a named face, shape (facets,); raises MeshError when it has none."""
+    known = mesh.boundaries or {}
+    if name not in known or not len(known[name]):
+        raise MeshError("compare", f"face {name!r} has no facets", f"known names: {', '.join(known) or 'none'}")
+    return np.asarray(known[name])
 
 
 def compare(measure: tuple[str, str], found: float, expected: float, tolerance: float, remedy: str) -> None:

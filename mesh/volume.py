@@ -1,5 +1,6 @@
 """From a part to a tetrahedral mesh of its inside, whose boundaries carry the names of the part's faces."""
 
+import math
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,16 +8,15 @@ from pathlib import Path
 
 import gmsh
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshTet1
 
 from cad.parts.part import Part
-from mesh.quality import check_quality, compare
+from mesh.gmsh_arrays import Floats, Ints, element_nodes, index_by_nodes, used_nodes
+from mesh.quality import check_quality, compare, named_facets
 from mesh.session import MeshError, gmsh_session, stage
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
+_LOST = "the order of the faces was lost, write the BREP file of this very solid"
+_FINER = "take smaller elements on curved faces, or check the solid"
 _SAME = 1e-6  # relative: gmsh reads the same shape that was written, so faces agree to the digits of the file
 
 
@@ -60,28 +60,27 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
             points, tets, triangles = _arrays(tags)
     check_quality(points, tets, least_quality)
     mesh = MeshTet1(points, tets)
-    facets = _matched_facets(mesh, triangles)
-    boundaries = {name: np.concatenate([facets[i] for i in indices]) for name, indices in part.faces.items()}
-    mesh = mesh.with_boundaries(boundaries)
+    surfaces = {name: np.hstack([triangles[i] for i in indices]) for name, indices in part.faces.items()}
+    mesh = mesh.with_boundaries({name: _outer_facets(mesh, nodes) for name, nodes in surfaces.items()})
     check_against_part(mesh, part, tolerance)
     return mesh
 
 
 def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
-    """Raise MeshError when volume or a named area differs from the part's by more than the relative tolerance."""
+    """Raise MeshError when volume or a named area differs from the part's by more than the relative tolerance [1]."""
     corners = mesh.p[:, mesh.t]
     edges = corners[:, 1:] - corners[:, :1]
     volume = np.abs(np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])).sum() / 6.0
-    finer = "take smaller elements on curved faces, or check the solid"
-    compare(("volume", "mm^3"), float(volume), float(part.shape.Volume()), tolerance, finer)
-    known = mesh.boundaries or {}
+    compare(("volume", "mm^3"), float(volume), float(part.shape.Volume()), tolerance, _FINER)
     for name in part.faces:
-        if name not in known or not len(known[name]):
-            raise MeshError("compare", f"face {name!r} has no facets", f"known names: {', '.join(known) or 'none'}")
-        corners = mesh.p[:, mesh.facets[:, known[name]]]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
-        area = 0.5 * float(np.linalg.norm(normal, axis=0).sum())
-        compare((f"area of face {name!r}", "mm^2"), area, part.face_area(name), tolerance, finer)
+        facets = named_facets(mesh, name)
+        compare((f"area of face {name!r}", "mm^2"), _area(mesh, facets), part.face_area(name), tolerance, _FINER)
+
+
+def _area(mesh: MeshTet1, facets: Ints) -> float:
+    corners = mesh.p[:, mesh.facets[:, facets]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
+    return 0.5 * float(np.linalg.norm(normal, axis=0).sum())
 
 
 def _check_names(part: Part, size: SizeField) -> None:
@@ -90,10 +89,13 @@ def _check_names(part: Part, size: SizeField) -> None:
         if name not in part.faces:
             raise MeshError("names", f"face {name!r} is unknown on part {part.name!r}", f"known faces: {known}")
     owner: dict[int, str] = {}
+    count = len(part.shape.Faces())
     for name, indices in part.faces.items():
         if not indices:
             raise MeshError("names", f"face name {name!r} of part {part.name!r} tags no face", f"known faces: {known}")
         for index in indices:
+            if not 0 <= index < count:
+                raise MeshError("names", f"face {index} does not exist", f"part {part.name!r} has {count} faces")
             if index in owner:
                 reason = f"face {index} of part {part.name!r} is tagged twice, {owner[index]!r} and {name!r}"
                 raise MeshError("names", reason, "let each face carry one name")
@@ -110,21 +112,22 @@ def _imported(part: Part) -> list[int]:
         gmsh.model.occ.importShapes(str(path))
         gmsh.model.occ.synchronize()
         tags = [tag for _, tag in gmsh.model.getEntities(2)]
-        found = [(gmsh.model.occ.getMass(2, tag), gmsh.model.occ.getCenterOfMass(2, tag)) for tag in tags]
+    _check_faces(part, tags)
+    return tags
+
+
+def _check_faces(part: Part, tags: Sequence[int]) -> None:
+    """Raise MeshError unless gmsh's surfaces are the part's faces, in their order."""
     faces = part.shape.Faces()
     if len(tags) != len(faces):
         reason = f"gmsh has {len(tags)} faces, the solid {len(faces)}"
         raise MeshError("import", reason, "check that the solid is valid")
-    for index, (face, (area, centre)) in enumerate(zip(faces, found, strict=True)):
-        reach = np.sqrt(face.Area())
-        shift = float(np.linalg.norm(np.subtract(face.Center().toTuple(), centre)))
-        if abs(area - face.Area()) > _SAME * face.Area() or shift > _SAME * reach:
-            reason = f"face {index} is not the face {index} of the solid: {area:.6g} mm^2, {shift:.3g} mm away"
-            raise MeshError("import", reason, "the order of the faces was lost, write the BREP file of this very solid")
-    for index in {i for indices in part.faces.values() for i in indices}:
-        if not 0 <= index < len(tags):
-            raise MeshError("names", f"face {index} does not exist", f"part {part.name!r} has {len(tags)} faces")
-    return tags
+    for index, (face, tag) in enumerate(zip(faces, tags, strict=True)):
+        area, wanted = gmsh.model.occ.getMass(2, tag), face.Area()
+        shift = math.dist(face.Center().toTuple(), gmsh.model.occ.getCenterOfMass(2, tag))
+        if abs(area - wanted) > _SAME * wanted or shift > _SAME * math.sqrt(wanted):
+            away = f"{area:.6g} mm^2, {shift:.3g} mm away"
+            raise MeshError("import", f"face {index} is not the face {index} of the solid: {away}", _LOST)
 
 
 def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
@@ -152,29 +155,16 @@ def _outline(size: SizeField, tags: dict[str, list[int]]) -> list[int]:
 
 def _arrays(tags: Sequence[int]) -> tuple[Floats, Ints, list[Ints]]:
     """Return points (3, n), tets (4, m) and, per surface, triangles (3, k); nodes that no tet uses are dropped."""
-    node_tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    tet_nodes = np.asarray(gmsh.model.mesh.getElementsByType(4)[1], dtype=np.int64)
-    used = np.unique(tet_nodes)
-    place = np.full(int(np.max(node_tags)) + 1, -1, dtype=np.int64)
-    place[used] = np.arange(len(used))
-    order = np.empty(len(place), dtype=np.int64)
-    order[np.asarray(node_tags, dtype=np.int64)] = np.arange(len(node_tags))
-    points = np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[order[used]].T)
-    tets = np.ascontiguousarray(place[tet_nodes].reshape(-1, 4).T)
-    triangles = [
-        place[np.asarray(gmsh.model.mesh.getElementsByType(2, tag)[1], dtype=np.int64)].reshape(-1, 3).T for tag in tags
-    ]
-    return points, tets, triangles
+    tets = element_nodes("Tetrahedron")
+    nodes = used_nodes(tets)
+    triangles = [nodes.index[element_nodes("Triangle", entity=tag)] for tag in tags]
+    return nodes.places, np.ascontiguousarray(nodes.index[tets]), triangles
 
 
-def _matched_facets(mesh: MeshTet1, triangles: Sequence[Ints]) -> list[Ints]:
-    """Return, per surface, the facets of the mesh that its triangles are."""
-    where = {tuple(corners): index for index, corners in enumerate(np.sort(mesh.facets, axis=0).T.tolist())}
-    outside = set(mesh.boundary_facets().tolist())
-    matched = []
-    for surface in triangles:
-        found = [where.get(tuple(corners), -1) for corners in np.sort(surface, axis=0).T.tolist()]
-        if not outside.issuperset(found):
-            raise MeshError("read", "a triangle of a face is no outer facet of the mesh", "check the solid")
-        matched.append(np.asarray(found, dtype=np.int64))
-    return matched
+def _outer_facets(mesh: MeshTet1, triangles: Ints) -> Ints:
+    """Return the facets of the mesh that triangles (3, k) of the solid's surface are."""
+    outside = mesh.boundary_facets()
+    index = index_by_nodes(mesh.facets[:, outside], triangles)
+    if (index < 0).any():
+        raise MeshError("read", "a triangle of a face is no outer facet of the mesh", "check the solid")
+    return np.asarray(outside[index])

@@ -1,11 +1,10 @@
 """Small-strain isotropic elasticity on any scikit-fem mesh: the stiffness matrix, and fields from a solution."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, Element, ElementVector, Mesh
 
-Floats = NDArray[np.float64]
+from solve.arrays import Floats, Ints
 
 
 def lame_parameters(E: float, poisson: float) -> tuple[float, float]:
@@ -16,8 +15,8 @@ def lame_parameters(E: float, poisson: float) -> tuple[float, float]:
 def stress(gradient: Floats, E: float, poisson: float) -> Floats:
     """Return sigma [unit of E] of a displacement gradient, shape (3, 3, ...)."""
     lam, mu = lame_parameters(E, poisson)
-    spread = np.multiply.outer(np.eye(3), np.trace(gradient))
-    return np.asarray(mu * (gradient + gradient.swapaxes(0, 1)) + lam * spread, dtype=np.float64)
+    dilatation = np.multiply.outer(np.eye(3), np.trace(gradient))
+    return np.asarray(mu * (gradient + gradient.swapaxes(0, 1)) + lam * dilatation, dtype=np.float64)
 
 
 def von_mises(sigma: Floats) -> Floats:
@@ -31,25 +30,41 @@ def vector_basis(mesh: Mesh, element: Element, order: int) -> CellBasis:
     return CellBasis(mesh, ElementVector(element), intorder=order)
 
 
-def stiffness_matrix(basis: CellBasis, E: float, poisson: float) -> csc_matrix:
-    """Return the matrix of a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v), shape (dofs, dofs).
+def stiffness_matrix(basis: CellBasis, E: float, poisson: float, *, b_bar: bool = False) -> csc_matrix:
+    """Return the matrix of a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v), shape (dofs, dofs) [E times mm].
 
-    Same matrix as `skfem.models.elasticity.linear_elasticity` assembles, an order faster: the scalar gradient
-    products M_ijab = int d_a N_i d_b N_j are formed for all elements at once, and the vector blocks are sums of them.
+    Same matrix as `skfem.models.elasticity.linear_elasticity` assembles, an order faster: the products of scalar
+    gradients, M_iajb = int d_a N_i d_b N_j, are formed for all elements at once, and the vector blocks are their sums.
+    With `b_bar` the dilatation div u is projected on linear functions within each element (the B-bar method), so that
+    hexahedra do not lock as nu tends to 0.5. With 27-node hexahedra this is the Q2 / P1 pair with the pressure
+    condensed, stable for every nu < 0.5: Boffi, Brezzi, Fortin, Mixed Finite Element Methods (2013), chapter 8,
+    doi:10.1007/978-3-642-36519-5.
     """
     lam, mu = lame_parameters(E, poisson)
     scalar = basis.with_element(basis.elem.elem)
     gradients = np.stack([np.asarray(field[0].grad) for field in scalar.basis])  # (nodes, 3, elements, points)
     nodes, dim, elements, points = gradients.shape
-    G = np.ascontiguousarray(gradients.transpose(2, 0, 1, 3)).reshape(elements, nodes * dim, points)
-    M = (G * scalar.dx[:, None, :]) @ G.transpose(0, 2, 1)
-    M = M.reshape(elements, nodes, dim, nodes, dim)
-    trace = np.einsum("eiaja->eij", M)
-    blocks = lam * M + mu * M.transpose(0, 1, 4, 3, 2)
-    for a in range(dim):
-        blocks[:, :, a, :, a] += mu * trace
     size = nodes * dim
-    dofs = basis.element_dofs.T  # (elements, size): node by node, component inside, as ElementVector orders them
-    rows = np.repeat(dofs, size, axis=1).ravel()
-    columns = np.tile(dofs, (1, size)).ravel()
-    return csc_matrix((blocks.reshape(elements, size * size).ravel(), (rows, columns)), shape=(basis.N, basis.N))
+    G = np.ascontiguousarray(gradients.transpose(2, 0, 1, 3)).reshape(elements, size, points)
+    M = ((G * scalar.dx[:, None, :]) @ G.transpose(0, 2, 1)).reshape(elements, nodes, dim, nodes, dim)
+    dilatation = _projected_dilatation(G, scalar).reshape(M.shape) if b_bar else M
+    blocks = lam * dilatation + mu * M.transpose(0, 1, 4, 3, 2)
+    np.einsum("eiaja->aeij", blocks)[:] += mu * np.einsum("eiaja->eij", M)
+    return scattered(blocks.reshape(elements, size, size), basis.element_dofs.T, basis.N)
+
+
+def _projected_dilatation(G: Floats, scalar: CellBasis) -> Floats:
+    """Return int P(div N_i) P(div N_j), P the projection on 1, X, Y, Z of the element, shape (elements, size, size)."""
+    X = 2.0 * scalar.quadrature[0] - 1.0
+    linear = np.concatenate([np.ones((1, X.shape[-1])), X])
+    weighted = linear[None] * scalar.dx[:, None, :]  # (elements, 4, points)
+    moments = weighted @ G.transpose(0, 2, 1)
+    mass = weighted @ linear.T
+    return np.asarray(moments.transpose(0, 2, 1) @ np.linalg.solve(mass, moments))
+
+
+def scattered(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
+    """Return the sum of element matrices (elements, n, n) at their dofs (elements, n), shape (size, size)."""
+    n = dofs.shape[1]
+    rows, columns = np.repeat(dofs, n, axis=1).ravel(), np.tile(dofs, (1, n)).ravel()
+    return csc_matrix((blocks.ravel(), (rows, columns)), shape=(size, size))

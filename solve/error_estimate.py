@@ -15,6 +15,16 @@ _SAME = 1e-12  # relative: differences under this are round-off of the solve
 
 
 @dataclass(frozen=True, kw_only=True)
+class SolveInfo:
+    """How a result was computed: the method, its unknowns [1], its wall time [s], and a sentence on its quality."""
+
+    method: str
+    dofs: int
+    seconds: float
+    status: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Extrapolated:
     """A limit value, the half width of its error bar [unit of the value], the observed rate and how it was found.
 
@@ -28,47 +38,49 @@ class Extrapolated:
 
 
 def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: float) -> Extrapolated:
-    """Extrapolate values on two or three meshes, coarse to fine, to size zero, where the error is C h^rate.
+    """Return the limit of values on two or three meshes, coarse to fine, at size zero [unit of the values].
 
-    The value is the limit at the expected rate; the observed rate must be sane, and the bar holds its limit too. With
-    two meshes, or no sane observed rate, the error is wide and the status says so. Raises ValueError on bad sizes.
+    Their error is C h^rate. The value is the limit at the expected rate; the observed rate must be sane, and the bar
+    holds its limit too. With two meshes, or no sane observed rate, the error is wide and the status says so. Raises
+    ValueError on bad sizes.
     L. F. Richardson, Phil. Trans. R. Soc. A 226, 1927; P. J. Roache, J. Fluids Eng. 116, 1994.
     """
     _check(values, sizes, expected_rate)
     steps = [fine - coarse for coarse, fine in pairwise(values)]
     fine, step = values[-1], steps[-1]
     correction = step / (_ratio(sizes[-2:], expected_rate) - 1.0)
-    if max(abs(one) for one in steps) <= _SAME * max(abs(one) for one in values):
+    if max(map(abs, steps)) <= _SAME * max(map(abs, values)):
         return Extrapolated(value=fine, error=_SAME * abs(fine), rate=None, status="the meshes agree to round-off")
     if len(steps) == 1:
         status = f"extrapolated from two meshes at the assumed rate {expected_rate:g}; the rate was not observed"
         return Extrapolated(value=fine + correction, error=abs(correction), rate=None, status=status)
     if steps[0] * step <= 0.0:
-        error = _WIDE * max(abs(one) for one in steps)
+        error = _WIDE * max(map(abs, steps))
         status = "not extrapolated: the three values are not monotone; the bar is 3 times their largest difference"
         return Extrapolated(value=fine, error=error, rate=None, status=status)
-    return _three_meshes(values, sizes, expected_rate, correction)
+    return _three_meshes(fine, steps, sizes, expected_rate)
 
 
-def _three_meshes(
-    values: Sequence[float], sizes: Sequence[float], expected_rate: float, correction: float
-) -> Extrapolated:
-    coarse_step, step = values[1] - values[0], values[2] - values[1]
-    rate = _observed_rate(coarse_step / step, sizes, expected_rate)
-    observed = correction if rate is None else step / (_ratio(sizes[1:], rate) - 1.0)
-    spread = abs(observed - correction)
-    low, high = (expected_rate * factor for factor in RATE_BAND)
-    if rate is None or not low <= rate <= high:
-        error = max(spread, _WIDE * max(abs(correction), abs(coarse_step), abs(step)))
-        seen = (
-            "no rate was observed" if rate is None else f"the observed rate {rate:.2f} lies outside {low:g} to {high:g}"
-        )
+def _three_meshes(fine: float, steps: Sequence[float], sizes: Sequence[float], expected_rate: float) -> Extrapolated:
+    step = steps[-1]
+    correction = step / (_ratio(sizes[1:], expected_rate) - 1.0)
+    rate = _observed_rate(steps[0] / step, sizes, expected_rate)
+    spread = 0.0 if rate is None else abs(step / (_ratio(sizes[1:], rate) - 1.0) - correction)
+    if rate is not None and RATE_BAND[0] <= rate / expected_rate <= RATE_BAND[1]:
+        # The scatter of unstructured meshes moves the limit at the observed rate several times as far as the other one.
+        error = max(spread, _LEAST * abs(correction))
+        status = f"extrapolated from three meshes at rate {expected_rate:g} (observed {rate:.2f})"
+    else:
+        error = max(spread, _WIDE * max(abs(correction), *map(abs, steps)))
+        seen = _insane(rate, expected_rate)
         status = f"extrapolated at rate {expected_rate:g}, but {seen}; the bar is at least 3 times the largest step"
-        return Extrapolated(value=values[2] + correction, error=error, rate=rate, status=status)
-    # The scatter of unstructured meshes moves the limit at the observed rate several times as far as the other one.
-    status = f"extrapolated from three meshes at rate {expected_rate:g} (observed {rate:.2f})"
-    error = max(spread, _LEAST * abs(correction))
-    return Extrapolated(value=values[2] + correction, error=error, rate=rate, status=status)
+    return Extrapolated(value=fine + correction, error=error, rate=rate, status=status)
+
+
+def _insane(rate: float | None, expected_rate: float) -> str:
+    least, most = (expected_rate * factor for factor in RATE_BAND)
+    outside = f"lies outside {least:g} to {most:g}"
+    return "no rate was observed" if rate is None else f"the observed rate {rate:.2f} {outside}"
 
 
 def _observed_rate(quotient: float, sizes: Sequence[float], expected_rate: float) -> float | None:
@@ -77,10 +89,8 @@ def _observed_rate(quotient: float, sizes: Sequence[float], expected_rate: float
     def excess(rate: float) -> float:
         return (_ratio(sizes[:2], rate) - 1.0) / (1.0 - 1.0 / _ratio(sizes[1:], rate)) - quotient
 
-    low, high = (expected_rate * factor for factor in _SEARCH)
-    if excess(low) * excess(high) > 0.0:
-        return None
-    return float(brentq(excess, low, high))
+    least, most = (expected_rate * factor for factor in _SEARCH)
+    return None if excess(least) * excess(most) > 0.0 else float(brentq(excess, least, most))
 
 
 def _ratio(sizes: Sequence[float], rate: float) -> float:
@@ -103,7 +113,7 @@ def _check(values: Sequence[float], sizes: Sequence[float], expected_rate: float
 
 
 def propagated(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:
-    """Return the half width of a function's value when each argument may be off by its error, all at their worst.
+    """Return the half width of a function's value [its unit] when all arguments are off by their errors at their worst.
 
     Linear in the errors: the sum over the arguments of half the change from value - error to value + error.
     """

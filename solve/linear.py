@@ -9,15 +9,12 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, files
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, triu
 from scipy.sparse.linalg import splu
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.integer[Any]]
+from solve.arrays import Floats, Ints
 
 RESIDUAL_LIMIT = 1e-9
 DIGITS = 1e-4  # of the largest displacement: what round-off may leave unknown of a solution

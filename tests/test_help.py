@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk", "matplotlib", "trimesh", "meshio"}
-COMMANDS = ("run", "design", "check", "view")
+COMMANDS = ("run", "design", "check", "view", "bench", "doctor")
 ROOT_ROOMS = ("quantity", "verdict")
 SIZING = (
     *ROOT_ROOMS,
@@ -16,7 +16,6 @@ SIZING = (
         f"{room}.{path.stem}"
         for room in ("theory", "design")
         for path in sorted((ROOT / "cad" / room).glob("[a-z]*.py"))
-        if path.stem != "soft_tissue"
     ),
 )
 
@@ -35,6 +34,25 @@ def test_help_imports_nothing_heavy() -> None:
     assert "pipeline" in modules
     assert modules & HEAVY == set()
     assert [command for command in COMMANDS if command not in printed] == []
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_of_a_command_imports_nothing_heavy(command: str) -> None:
+    modules, printed = _imported("-m", "pipeline", command, "-h")
+    assert modules & HEAVY == set()
+    assert f"example: pipeline {command}" in printed
+
+
+def test_version_imports_nothing_heavy() -> None:
+    modules, printed = _imported("-m", "pipeline", "--version")
+    assert modules & HEAVY == set()
+    assert printed.startswith("twintip ")
+
+
+def test_design_is_loaded_without_anything_heavy() -> None:
+    modules, printed = _imported("-c", "from pipeline import RunOptions, load_design; print(load_design('mango').name)")
+    assert modules & HEAVY == set()
+    assert printed == "mango\n"
 
 
 @pytest.mark.parametrize("name", SIZING)

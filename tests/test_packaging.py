@@ -1,4 +1,4 @@
-"""The lock is complete and names no place to download from; the README's commands exist."""
+"""The lock is complete and names no place to download from; the make commands of the documents exist."""
 
 import ast
 import re
@@ -42,7 +42,7 @@ def locked(*files: str) -> dict[str, str]:
 
 def make_targets() -> set[str]:
     """Return the targets of the Makefile."""
-    return set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE))
+    return set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE))
 
 
 def imported_distributions() -> set[str]:
@@ -103,14 +103,25 @@ def test_every_dependency_is_imported() -> None:
     assert declared - NEEDED_BY_TRIMESH - imported_distributions() == set()
 
 
-def test_readme_commands_are_make_targets() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    shown = set(re.findall(r"(?:^    |`)make ([a-z]+)\b", text, flags=re.MULTILINE))
+def test_documented_make_commands_are_targets() -> None:
+    pages = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
+    text = "".join(page.read_text(encoding="utf-8") for page in pages)
+    shown = set(re.findall(r"(?:^    |`)make ([a-z-]+)\b", text, flags=re.MULTILINE))
     assert {"run", "test"} <= shown
     assert shown <= make_targets()
 
 
 def test_ci_runs_make_targets() -> None:
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    assert re.findall(r"^make ([a-z]+)$", script, flags=re.MULTILINE) == ["test", "design"]
+    called = re.findall(r"^make ([a-z-]+)$", script, flags=re.MULTILINE)
+    assert called == ["test-all", "design"]
+    assert set(called) <= make_targets()
     assert "bash .ci/run" in (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
+
+
+def test_only_the_quick_tests_of_make_leave_slow_ones_out() -> None:
+    """`make test` is for the desk, `make test-all`, which .ci/run calls, for what is accepted."""
+    text = (ROOT / "Makefile").read_text(encoding="utf-8")
+    recipes = dict(re.findall(r"^(test[a-z-]*):.*\n\t(.+)$", text, flags=re.MULTILINE))
+    assert recipes["test"] == f'{recipes["test-all"]} -m "not slow"'
+    assert recipes["test-all"].endswith("/pytest -n $(WORKERS)")

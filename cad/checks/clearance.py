@@ -5,11 +5,9 @@ import math
 import cadquery as cq
 
 from cad.checks.line_probe import SolidLines, Vector
-from cad.design.parameters import Press
-from cad.parts.housing import Housing
-from cad.parts.layout import TILT_DEG
-from cad.parts.sensor import Sensor, pressed
-from cad.theory.flexure import Flexure
+from cad.parts.housing import Arm, Housing
+from cad.parts.pose import largest_tilt, press_tilt, pressed
+from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, at_least, failed
 
 LEAF_GAP_MM = 0.1  # a leaf printed this much off its place still moves freely
@@ -17,59 +15,44 @@ STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel
 _HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] from the high tip round to the side +y
 _UP: Vector = (0.0, 0.0, 1.0)
 _REACH = 1.0  # [mm] beyond the plate, so that a cut leaves no skin
+_ON_SHUTTLE = (0.02, 0.5, 0.98)  # places that are measured, as shares of its width
+_ON_LEAF = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # and of the length from the wall
 
 
-def clearance_findings(sensor: Sensor) -> tuple[Verdict, ...]:
+def clearance_verdicts(sensor: Sensor) -> tuple[Verdict, ...]:
     """Return geometry.frame_clearance and geometry.neck_clearance [mm]: smallest distance from the fruit.
 
     The housing is lowered by the travel. The frame is tilted by 3 degrees, or the press's own tilt where that is
     more, in 16 directions, the necks by the press's own tilt. The fruit is taken undeformed: it gives way.
     """
-    housing, own = sensor.housing, _tilt(sensor.press)
-    frame, necks = sensor.part.shape.cut(_inside(housing)), sensor.part.shape.cut(_outside_necks(housing))
+    housing, solid = sensor.housing, sensor.part.shape
+    walls = [arm.wall for arm in housing.arms]
+    moving = _box(housing, min(walls), max(walls), -_REACH, housing.cavity_level)
+    necks = solid.cut(_outside_necks(housing))
     return (
-        fruit_finding("geometry.frame_clearance", sensor, frame),
-        _finding("geometry.neck_clearance", sensor, necks, own),
+        fruit_clearance_verdict("geometry.frame_clearance", sensor, solid.cut(moving)),
+        _clearance("geometry.neck_clearance", sensor, necks, press_tilt(sensor.press)),
     )
 
 
-def fruit_finding(name: str, sensor: Sensor, shape: cq.Shape) -> Verdict:
+def fruit_clearance_verdict(name: str, sensor: Sensor, shape: cq.Shape) -> Verdict:
     """Return the smallest distance [mm] of a shape that is fixed to the frame from the fruit, as of the frame."""
-    return _finding(name, sensor, shape, steepest(sensor.press))
+    return _clearance(name, sensor, shape, largest_tilt(sensor.press))
 
 
-def steepest(press: Press) -> float:
-    """Return the largest tilt [deg] in which the frame must clear the fruit."""
-    return max(TILT_DEG, _tilt(press))
+def moving_part(sensor: Sensor, arm: Arm) -> cq.Shape:
+    """Return shuttle, neck, tip and leaves of one spring, cut from its wall at the roots [mm]."""
+    box = _box(sensor.housing, min(arm.wall, 0.0), max(arm.wall, 0.0), -_REACH, sensor.housing.cavity_level)
+    pieces = sensor.part.shape.intersect(box)
+    # The largest solid: the fillets of the cavity beside an arm stay with the frame.
+    return max(pieces.Solids(), key=lambda solid: solid.Volume(), default=pieces)
 
 
-def moving_parts(sensor: Sensor) -> tuple[cq.Shape, cq.Shape]:
-    """Return shuttle, neck, tip and leaves of the low and of the high spring, cut from the walls at the roots [mm]."""
-    shape, housing = sensor.part.shape, sensor.housing
-    low, high = (
-        shape.intersect(_box((min(wall, 0.0), max(wall, 0.0)), housing, (-_REACH, housing.cavity_level)))
-        for _, _, (wall, _) in housing.arms
-    )
-    return _largest(low), _largest(high)
-
-
-def _largest(shape: cq.Shape) -> cq.Shape:
-    """Return the largest solid of a shape: the fillets of the cavity beside an arm stay with the frame."""
-    return max(shape.Solids(), key=lambda solid: solid.Volume(), default=shape)
-
-
-def _tilt(press: Press) -> float:
-    """Return the angle [deg] between the press and the normal of the fruit, from tilt and roll."""
-    tilt, roll = math.radians(press.tilt_deg), math.radians(press.roll_deg)
-    return math.degrees(math.acos(math.cos(tilt) * math.cos(roll)))
-
-
-def _finding(name: str, sensor: Sensor, shape: cq.Shape, tilt: float) -> Verdict:
+def _clearance(name: str, sensor: Sensor, shape: cq.Shape, tilt: float) -> Verdict:
     pose = f"travel {sensor.press.travel_mm:g} mm, tilt {tilt:g} deg any way"
     fruit, shape = sensor.fruit_box(), shape.translate(cq.Vector(0.0, 0.0, sensor.housing.pin_out))
     headings = _HEADINGS if tilt > 0.0 else (0.0,)
-    moved = (pressed(shape, sensor.press.travel_mm, tilt, heading) for heading in headings)
-    distances = [_signed_distance(each, fruit) for each in moved]
+    distances = [_signed_distance(pressed(shape, sensor.press.travel_mm, tilt, heading), fruit) for heading in headings]
     worst = min(distances)
     least = f"least where the side {headings[distances.index(worst)]:g} deg from +x goes down"
     reference = f"smallest distance to the undeformed fruit: {pose}, {least}"
@@ -85,78 +68,70 @@ def _signed_distance(shape: cq.Shape, fruit: cq.Solid) -> float:
     return float(common.BoundingBox().zmin) if common.Solids() else 0.0
 
 
-def _inside(housing: Housing) -> cq.Shape:
-    """Return the box that holds all that moves: shuttles, necks, tips and leaves."""
-    start, end = housing.low_root[0], housing.high_root[0]
-    return _box((start, end), housing, (-_REACH, housing.cavity_level))
-
-
 def _outside_necks(housing: Housing) -> cq.Shape:
     """Return all but the necks between the tips and the level of the lower leaves."""
     half = 0.5 * (housing.spacing + housing.shuttle_width)
     far = max(abs(housing.left), abs(housing.right)) + _REACH
-    tips = _box((-far, far), housing, (-_REACH, 0.0 if housing.pin_side else housing.tip_height))
-    above = _box((-far, far), housing, (housing.neck_level, housing.top_level + _REACH))
-    left, right = (_box(pair, housing, (-_REACH, housing.top_level)) for pair in ((-far, -half), (half, far)))
-    return tips.fuse(above, left, right)
+    tips = _box(housing, -far, far, -_REACH, 0.0 if housing.pin_side else housing.tip_height)
+    above = _box(housing, -far, far, housing.neck_level, housing.top_level + _REACH)
+    beside = [_box(housing, x0, x1, -_REACH, housing.top_level) for x0, x1 in ((-far, -half), (half, far))]
+    return tips.fuse(above, *beside)
 
 
-def _box(x: tuple[float, float], housing: Housing, z: tuple[float, float]) -> cq.Shape:
+def _box(housing: Housing, x0: float, x1: float, z0: float, z1: float) -> cq.Shape:
     depth = housing.depth + 2.0 * _REACH
-    return cq.Solid.makeBox(x[1] - x[0], depth, z[1] - z[0], cq.Vector(x[0], -0.5 * depth, z[0]))
+    return cq.Solid.makeBox(x1 - x0, depth, z1 - z0, cq.Vector(x0, -0.5 * depth, z0))
 
 
-def stop_findings(sensor: Sensor, deflections: tuple[float, float]) -> tuple[Verdict, ...]:
+def stop_verdicts(sensor: Sensor, deflections: tuple[float, ...]) -> tuple[Verdict, ...]:
     """Return geometry.stops_low and _high: deflection [mm] at which shuttle or leaf first meets the frame.
 
     The deflections [mm] of low and high spring are those at full travel; a stop must stand 1.2 times above. With
     them geometry.deflected_gap_low and _high [mm]: what is left between leaf and frame when the shuttle is stopped.
     """
-    housing, lines = sensor.housing, SolidLines(sensor.part.shape)
-    found: list[Verdict] = []
-    for (side, flexure, roots), deflection in zip(housing.arms, deflections, strict=True):
-        shuttle, leaf = _gaps(housing, lines, flexure, roots)
-        found += _stop_findings(side, deflection, min(shuttle), leaf)
-    return tuple(found)
+    lines = SolidLines(sensor.part.shape)
+    verdicts: list[Verdict] = []
+    for arm, deflection in zip(sensor.housing.arms, deflections, strict=True):
+        verdicts += _arm_stop_verdicts(lines, sensor.housing, arm, deflection)
+    return tuple(verdicts)
 
 
-def _stop_findings(side: str, deflection: float, stop: float, leaf: dict[float, float]) -> tuple[Verdict, Verdict]:
-    """Return the two findings on one arm from the way of its shuttle to the stop and the ways of its leaf [mm]."""
-    touch, names = min(leaf.values()), (f"geometry.stops_{side}", f"geometry.deflected_gap_{side}")
+def _arm_stop_verdicts(lines: SolidLines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
+    stops, gap = f"geometry.stops_{arm.name}", f"geometry.deflected_gap_{arm.name}"
     limit = STOP_SAFETY * deflection
-    for place, ways in (("shuttle", (stop,)), ("leaf", tuple(leaf.values()))):
-        if not all(math.isfinite(way) for way in ways):
-            reference = f"no stop: the {place} touches it already, or nothing is above"
-            return failed(names[0], limit, unit="mm", reference=reference), failed(
-                names[1], LEAF_GAP_MM, unit="mm", reference=reference
-            )
-    first = "shuttle" if stop <= touch else "leaf"
-    least = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
+    stop, leaf = _shuttle_stop(lines, housing, arm), _leaf_stops(lines, arm)
+    blocked = "shuttle" if not math.isfinite(stop) else "leaf" if not all(map(math.isfinite, leaf.values())) else ""
+    if blocked:
+        none = f"no stop: the {blocked} touches it already, or nothing is above"
+        return failed(stops, limit, unit="mm", reference=none), failed(gap, LEAF_GAP_MM, unit="mm", reference=none)
+    touch = min(leaf.values())
+    first, least = "shuttle" if stop <= touch else "leaf", f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
     stopped = f"lines from shuttle and leaf to the frame; limit is {least}; the {first} touches first"
     left = min((way - stop) * moved for moved, way in leaf.items())
     free = f"least distance between leaf and frame with the shuttle at its stop, {stop:.4g} mm up"
     return (
-        at_least(names[0], min(stop, touch), limit, 0.0, unit="mm", reference=stopped),
-        at_least(names[1], left, LEAF_GAP_MM, 0.0, unit="mm", reference=free),
+        at_least(stops, min(stop, touch), limit, 0.0, unit="mm", reference=stopped),
+        at_least(gap, left, LEAF_GAP_MM, 0.0, unit="mm", reference=free),
     )
 
 
-def _gaps(
-    housing: Housing, lines: SolidLines, flexure: Flexure, roots: tuple[float, float]
-) -> tuple[list[float], dict[float, float]]:
-    """Return the deflections [mm] at which places of the shuttle, then of the upper leaf, touch what is above.
+def _shuttle_stop(lines: SolidLines, housing: Housing, arm: Arm) -> float:
+    """Return the deflection [mm] at which a place of the shuttle touches what is above."""
+    places = [arm.shuttle - arm.sign * share * housing.shuttle_width for share in _ON_SHUTTLE]
+    return min(_gap_above(lines, (x, 0.0, housing.neck_level)) for x in places)
 
-    Those of the leaf are held by the share of the deflection that the place moves, the shape of a guided leaf.
+
+def _leaf_stops(lines: SolidLines, arm: Arm) -> dict[float, float]:
+    """Return the deflections [mm] at which places of the upper leaf touch what is above.
+
+    They are held by the share of the deflection that the place moves, the shape of a guided leaf.
     """
-    wall, shuttle = roots
-    away = 1.0 if shuttle > wall else -1.0
-    places = [shuttle + away * share * housing.shuttle_width for share in (0.02, 0.5, 0.98)]
-    leaf = {}
-    for share in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9):
+    stops = {}
+    for share in _ON_LEAF:
         moved = 3.0 * share**2 - 2.0 * share**3
-        at = (wall + share * (shuttle - wall), 0.0, housing.lower_leaf_level + flexure.separation)
-        leaf[moved] = _gap_above(lines, at) / moved
-    return [_gap_above(lines, (x, 0.0, housing.neck_level)) for x in places], leaf
+        place = (arm.wall + share * (arm.shuttle - arm.wall), 0.0, arm.levels[1])
+        stops[moved] = _gap_above(lines, place) / moved
+    return stops
 
 
 def _gap_above(lines: SolidLines, place: Vector) -> float:

@@ -2,14 +2,15 @@
 
 import cadquery as cq
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
 from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 
+from cad.files.stl import Floats
+from cad.parts.part import NEAR_MM
+
 Vector = tuple[float, float, float]
 Spans = tuple[tuple[float, float], ...]
-_SAME = 1e-6  # [mm] two crossings nearer than this are one edge that two faces share
 
 
 class SolidLines:
@@ -23,8 +24,7 @@ class SolidLines:
         """Return the spans [mm along the unit direction] where the endless line through start is inside."""
         line = gp_Lin(gp_Pnt(*start), gp_Dir(*direction))
         self._faces.Perform(line, -1e6, 1e6)
-        found = sorted(self._faces.WParameter(i + 1) for i in range(self._faces.NbPnt()))
-        return _paired(np.array(found))
+        return _paired(np.sort([self._faces.WParameter(i + 1) for i in range(self._faces.NbPnt())]))
 
 
 class MeshLines:
@@ -45,11 +45,14 @@ class MeshLines:
 Lines = SolidLines | MeshLines
 
 
-def _paired(crossings: npt.NDArray[np.float64]) -> Spans:
-    """Return spans from sorted crossings, each pair an entry and an exit; an odd count has no spans."""
+def _paired(crossings: Floats) -> Spans:
+    """Return spans from sorted crossings, each pair an entry and an exit; an odd count has no spans.
+
+    Two crossings very near each other are one edge that two faces share.
+    """
     if len(crossings) == 0:
         return ()
-    apart = np.concatenate([[True], np.diff(crossings) > _SAME])
+    apart = np.concatenate([[True], np.diff(crossings) > NEAR_MM])
     single = crossings[apart]
     if len(single) % 2:
         return ()

@@ -1,9 +1,10 @@
 """Faces that a process would have to print on air."""
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 import trimesh
+
+from cad.files.stl import Floats
 
 REACH_MM = 1.0  # a ledge up to this wide needs no support: Formlabs, design guide, unsupported overhangs
 _BED_MM = 0.05
@@ -33,7 +34,7 @@ def widest_ledge(mesh: trimesh.Trimesh, up: tuple[float, float, float], limit_de
     return max(_width(np.asarray(mesh.triangles)[patch][:, :, plan]) for patch in patches)
 
 
-def _width(corners: npt.NDArray[np.float64]) -> float:
+def _width(corners: Floats) -> float:
     """Return the short side of the smallest rectangle around corners (n, 3, 2) [mm]."""
     around = shapely.MultiPoint(corners.reshape(-1, 2)).minimum_rotated_rectangle
     if not isinstance(around, shapely.Polygon):

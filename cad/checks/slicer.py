@@ -5,10 +5,11 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from cad.verdict import Verdict, failed
+from cad.verdict import Verdict, failed, judged
 
 NAME = "prusa-slicer"
 _SECONDS = 120
+_LIMIT = "manifold = yes, one part"
 
 
 def slicer_absence() -> str:
@@ -16,28 +17,24 @@ def slicer_absence() -> str:
     return "" if shutil.which(NAME) else f"{NAME} is not installed: its check is skipped"
 
 
-def slicer_findings(path: Path) -> tuple[Verdict, ...]:
+def slicer_verdicts(path: Path) -> tuple[Verdict, ...]:
     """Return geometry.slicer on an STL, 3MF or STEP file; none where no slicer is installed."""
     program = shutil.which(NAME)
     if program is None:
         return ()
-    limit = "manifold = yes, one part"
+    command = [program, "--info", str(path)]
     try:
-        said = subprocess.run(
-            [program, "--info", str(path)], capture_output=True, text=True, timeout=_SECONDS, check=False
-        ).stdout
+        done = subprocess.run(command, capture_output=True, text=True, timeout=_SECONDS, check=False)
     except subprocess.TimeoutExpired:
-        return (failed("geometry.slicer", limit, unit="1", reference=f"{NAME} gave no answer in {_SECONDS} s"),)
-    return (judged(said, limit),)
+        return (failed("geometry.slicer", _LIMIT, unit="1", reference=f"{NAME} gave no answer in {_SECONDS} s"),)
+    return (slicer_verdict(done.stdout),)
 
 
-def judged(said: str, limit: str) -> Verdict:
-    """Return the finding on what the slicer said: manifold, and one part for each object."""
-    manifold = re.findall(r"^manifold\s*=\s*(\w+)", said, flags=re.MULTILINE)
-    parts = [int(count) for count in re.findall(r"^number_of_parts\s*=\s*(\d+)", said, flags=re.MULTILINE)]
-    told = f"{NAME} --info: manifold = {', '.join(manifold) or 'no answer'}, parts {parts or 'no answer'}"
-    good = bool(manifold) and set(manifold) == {"yes"} and set(parts) == {1}
-    return Verdict(
-        name="geometry.slicer", value=float(max(parts, default=0)), unit="1", limit=limit, tolerance=0.0, passed=good,
-        reference=told,
-    )  # fmt: skip
+def slicer_verdict(output: str) -> Verdict:
+    """Return the verdict on the slicer's output: manifold, and one part for each object."""
+    manifold = re.findall(r"^manifold\s*=\s*(\w+)", output, flags=re.MULTILINE)
+    parts = [int(count) for count in re.findall(r"^number_of_parts\s*=\s*(\d+)", output, flags=re.MULTILINE)]
+    passed = bool(manifold) and set(manifold) == {"yes"} and set(parts) == {1}
+    answer = f"{NAME} --info: manifold = {', '.join(manifold) or 'no answer'}, parts {parts or 'no answer'}"
+    count = float(max(parts, default=0))
+    return judged("geometry.slicer", count, passed=passed, limit=_LIMIT, unit="1", reference=answer)

@@ -7,17 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cad.design import parameters
 from cad.design.parameters import TABLES, Design
 from cad.quantity import InputError, as_float, fault, nearest
 
-_TABLE_TYPES = {
-    "targets": parameters.Targets,
-    "springs": parameters.GivenSprings,
-    "fruit": parameters.Fruit,
-    "tips": parameters.Tips,
-    "press": parameters.Press,
-    "print": parameters.Print,
+_TABLE_TYPES: dict[str, Any] = {
+    item.name: item.default_factory for item in dataclasses.fields(Design) if item.name in TABLES
 }
 
 

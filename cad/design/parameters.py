@@ -1,6 +1,7 @@
 """Every number a person may choose, frozen and checked at construction: targets, fruit, tips, press, print.
 
-Units: mm, N, MPa, degrees; a field whose name ends in N_per_m is in N/m. Defaults are the paper's sensor.
+Units: mm, N, MPa, degrees; a field whose name ends in N_per_m is in N/m. Defaults are the paper's sensor, as is
+designs/paper.toml.
 """
 
 import dataclasses
@@ -11,7 +12,7 @@ from typing import Literal
 from cad.design.processes import PROCESSES
 from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, fault, quantity
 from cad.theory.strain_gauge import GAUGES
-from cad.theory.two_spring_law import Definition
+from cad.theory.two_spring_law import PAPER_SPRINGS, Definition
 
 _STIFFNESS = Bounds(above=0.0, at_most=1e9)
 _LENGTH_OR_ZERO = Bounds(at_least=0.0, at_most=1000.0)
@@ -36,12 +37,19 @@ class Targets:
         check_fields(self, "targets")
 
 
+PAPER_TARGETS = Targets(P_max=5.0, NL=0.05)  # the paper's choice before (10), and its 5 % under (12)
+
+
 @dataclass(frozen=True, kw_only=True)
 class GivenSprings:
     """Springs to be judged instead of sized; both or neither."""
 
-    K_l_N_per_m: float | None = quantity("N/m", _STIFFNESS, default=None, remedy="the paper has 753")
-    K_h_N_per_m: float | None = quantity("N/m", _STIFFNESS, default=None, remedy="the paper has 17300")
+    K_l_N_per_m: float | None = quantity(
+        "N/m", _STIFFNESS, default=None, remedy=f"the paper has {1e3 * PAPER_SPRINGS.K_l:g}"
+    )
+    K_h_N_per_m: float | None = quantity(
+        "N/m", _STIFFNESS, default=None, remedy=f"the paper has {1e3 * PAPER_SPRINGS.K_h:g}"
+    )
 
     def __post_init__(self) -> None:
         """Check each field, that both are given and that the low spring is the softer one."""
@@ -126,12 +134,12 @@ class Fruit:
         )
 
     def fall_mm(self, x: float, y: float) -> float:
-        """Return how far the top lies below the apex at a place [mm]; infinity beyond the fruit."""
+        """Return how far the top of an ellipsoid lies below its apex at a place [mm]; infinity beyond the fruit."""
         if self.radius_mm is None:
             return 0.0
         across = self.radius_mm if self.radius_across_mm is None else self.radius_across_mm
-        rest = 1.0 - (x / self.radius_mm) ** 2 - y * y / (self.radius_mm * across)
-        return self.radius_mm * (1.0 - math.sqrt(rest)) if rest >= 0.0 else math.inf
+        level = 1.0 - (x / self.radius_mm) ** 2 - y * y / (self.radius_mm * across)
+        return self.radius_mm * (1.0 - math.sqrt(level)) if level >= 0.0 else math.inf
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,6 +175,11 @@ class Tips:
     def centres_mm(self) -> tuple[float, float]:
         """Return x of the low and of the high tip from the apex of the fruit [mm]."""
         return self.offset_mm - 0.5 * self.spacing_mm, self.offset_mm + 0.5 * self.spacing_mm
+
+    @property
+    def face_mm2(self) -> float:
+        """Return the area of a tip's outline [mm^2]."""
+        return self.side_mm**2 * (1.0 if self.shape == "cube" else math.pi / 4.0)
 
     @property
     def flat(self) -> "Tips":
@@ -237,16 +250,22 @@ class Design:
             raise fault("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
 
     @property
-    def tip_travel_mm(self) -> tuple[float, float]:
-        """Return what tilt adds to the travel of the low and the high tip [mm]."""
-        step = 0.5 * self.tips.spacing_mm * math.tan(math.radians(self.press.tilt_deg))
-        return -step, step
+    def largest_E_MPa(self) -> float:
+        """Return the largest modulus that is shown, which may lie beyond E_max [MPa]."""
+        return max(self.fruit.E_max_MPa, *self.fruit.E_MPa)
+
+    @property
+    def has_paper_scene(self) -> bool:
+        """Say whether fruit and tips are the paper's, whatever moduli are shown and however it is pressed."""
+        fruit = dataclasses.replace(self.fruit, E_MPa=Fruit().E_MPa, bruise_limit_MPa=None)
+        tips = dataclasses.replace(self.tips, gap_mm=Tips().gap_mm, socket="none")
+        return (fruit, tips) == (Fruit(), Tips())
 
     @property
     def full_travels_mm(self) -> tuple[float, float]:
         """Return how far the low and the high tip travel at full press [mm]; negative for one that stays off."""
-        low, high = self.tip_travel_mm
-        return self.press.travel_mm + low, self.press.travel_mm + high
+        step = 0.5 * self.tips.spacing_mm * math.tan(math.radians(self.press.tilt_deg))
+        return self.press.travel_mm - step, self.press.travel_mm + step
 
 
 TABLES = tuple(item.name for item in dataclasses.fields(Design) if item.name != "name")

@@ -5,7 +5,7 @@ that near to a bound is undecided (passed is None) until its solved length is gi
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from cad.design.parameters import Design
@@ -16,9 +16,13 @@ from cad.theory.strain_gauge import GAUGES, FoilGauge, gauged_length, sandwich_g
 from cad.theory.two_spring_law import Springs, size_springs
 
 LENGTH_MARGIN = 0.15
-STRAIN_FACTOR = 1.3  # fillet root over beam theory, measured 1.17 to 1.27 on solids
+STRAIN_FACTOR = 1.3  # fillet root over beam theory, 1.17 to 1.27 by FE of solid flexures
 SHORTEST = 5.0  # leaf length over thickness: below it a leaf is a block, and its length no longer sets its stiffness
 _CLAMPED = "the strip is clamped in a body of another material, whose give is not modelled; choose another process"
+# Round values that are offered in place of a target that cannot be made.
+_P_MAX_VALUES = (*(i / 100 for i in range(101, 1000)), *(i / 10 for i in range(100, 1001)))
+_NL_VALUES = (*(i / 10000 for i in range(1, 100)), *(i / 1000 for i in range(10, 500)))
+_SHARES = tuple(10.0 ** (i / 200) for i in range(-800, 801))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,15 +43,15 @@ class Printable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Task:
-    """What one spring shall do, and with which leaves."""
+class _Leaf:
+    """The leaves of one spring in a process [mm], and the travel and the fruit stiffness [N/mm] that bend them."""
 
-    side: str
+    spring: str
     process: Process
     thickness: float
     depth: float
     travel: float
-    K_m_max: float
+    K_m: float
     longest: float
     gauge: FoilGauge | None
 
@@ -57,12 +61,39 @@ class _Task:
         room = 0.0 if self.gauge is None else shortest_gauged(self.process.fillet_mm, self.gauge)
         return max(SHORTEST * self.thickness, room)
 
-    def leaf_gain(self, length: float) -> float:
-        """Return by how much gauges stiffen the leaf that carries them, and raise the moment at its roots [1]."""
+    def length(self, K: float) -> float:
+        """Return the length [mm] at which the pair has a stiffness [N/mm] by the beam law."""
+        E, fillet = self.process.E_MPa, self.process.fillet_mm
         if self.gauge is None:
-            return 1.0
-        section, fillet = (self.depth, self.thickness), self.process.fillet_mm
-        return 2.0 * sandwich_gain(self.process.E_MPa, section, length, fillet, self.gauge) - 1.0
+            return pair_length(E, self.depth, self.thickness, K)
+        return gauged_length(E, self.depth, self.thickness, fillet, K, self.gauge)
+
+    def strain(self, K: float, length: float) -> float:
+        """Return the root strain [1] at full travel; gauges stiffen the leaf that carries them and strain its root."""
+        deflection = self.travel * self.K_m / (self.K_m + K)
+        gain = 1.0
+        if self.gauge is not None:
+            E, fillet = self.process.E_MPa, self.process.fillet_mm
+            gain = 2.0 * sandwich_gain(E, self.depth, self.thickness, length, fillet, self.gauge) - 1.0
+        return STRAIN_FACTOR * gain * root_strain(self.thickness, length, deflection)
+
+    def faults(self, K: float, length: float, margin: float) -> list[str]:
+        """Return what stands against a length [mm] that may yet be wrong by the relative margin."""
+        process, t, shortest, gauge = self.process, self.thickness, self.shortest, self.gauge
+        strain, limit = self.strain(K, length / (1.0 + margin)), process.strain_limit
+        reason = f"{SHORTEST:g} thicknesses" if shortest <= SHORTEST * t else "room for a gauge at each root"
+        width, long = gauge.backing_width_mm if gauge else 0.0, f"a leaf {length:.1f} mm long, must be at"
+        checks = (
+            (
+                t < process.min_wall_mm,
+                f"a leaf {t:g} mm thick, must be at least the wall of {process.min_wall_mm:g} mm",
+            ),
+            (length < shortest * (1.0 + margin), f"{long} least {reason} = {shortest:g} mm"),
+            (self.depth < width, f"a leaf {self.depth:g} mm deep, must be at least the gauge of {width:g} mm"),
+            (length * (1.0 + margin) > self.longest, f"{long} most print.max_length_mm = {self.longest:g} mm"),
+            (strain > limit, f"a root strain of {strain:.2g}, must be at most {limit:g} of {process.material}"),
+        )
+        return [text for wrong, text in checks if wrong]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,9 +102,23 @@ class _Target:
 
     key: str
     value: float
-    unit: str
-    others: Sequence[float]
+    others: tuple[float, ...]
     stiffness: Callable[[float], float]
+
+    @property
+    def unit(self) -> str:
+        """Return the unit as it stands behind a number."""
+        return " N/m" if self.key.endswith("N_per_m") else ""
+
+    def nearest(self, leaf: _Leaf) -> float | None:
+        """Return the value nearest in ratio whose spring passes with the margin, if there is one."""
+
+        def can_be_made(value: float) -> bool:
+            K = self.stiffness(value)
+            return not leaf.faults(K, leaf.length(K), LENGTH_MARGIN)
+
+        by_distance = sorted(self.others, key=lambda value: abs(math.log(value / self.value)))
+        return next(filter(can_be_made, by_distance), None)
 
 
 def check_printable(
@@ -81,141 +126,88 @@ def check_printable(
     springs: Springs,
     K_m_max: float,
     process: Process,
-    lengths_mm: tuple[float, float] | None = None,
-    asymmetry: float = 1.0,
-) -> tuple[Printable, Printable]:
-    """Return the verdicts on the low and the high spring [N/mm] that K_m,max [N/mm] and the asymmetry have sized.
+    lengths_mm: tuple[float, ...] | None = None,
+    stiffness_ratio: float = 1.0,
+) -> tuple[Printable, ...]:
+    """Return the verdict on each spring [N/mm], low then high, that K_m,max [N/mm] and the stiffness ratio have sized.
 
-    Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, low then high as
-    solved, the beam law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided. The nearest target
-    given is one whose verdict passes with that margin.
+    Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, as solved, the beam
+    law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided. The nearest target that is named
+    passes with that margin.
     """
     fruit = design.fruit
     stiffest = K_m_max * max(fruit.E_max_MPa, *fruit.E_MPa) / fruit.E_max_MPa
-    thicknesses = (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm)
-    low, high = (
-        _Task(
-            side=side,
+    depth, gauge = plate_depth(design, process), GAUGES[design.print.gauges]
+    K_m = (stiffest, stiffness_ratio * stiffest)
+    targets = _targets(design, springs, K_m_max, stiffness_ratio)
+    verdicts = []
+    for i, (spring, K) in enumerate((("low", springs.K_l), ("high", springs.K_h))):
+        leaf = _Leaf(
+            spring=spring,
             process=process,
-            thickness=thickness,
-            depth=plate_depth(design, process),
-            travel=max(0.0, travel),
-            K_m_max=K_m,
+            thickness=process.leaf_thicknesses_mm[i],
+            depth=depth,
+            travel=max(0.0, design.full_travels_mm[i]),
+            K_m=K_m[i],
             longest=design.print.max_length_mm,
-            gauge=GAUGES[design.print.gauges],
+            gauge=gauge,
         )
-        for side, thickness, travel, K_m in zip(
-            ("low", "high"), thicknesses, design.full_travels_mm, (stiffest, asymmetry * stiffest), strict=True
+        verdict = _verdict(leaf, targets[i], K, None if lengths_mm is None else lengths_mm[i])
+        verdicts.append(verdict if process.one_piece else replace(verdict, passed=False, reason=_CLAMPED))
+    return tuple(verdicts)
+
+
+def _targets(design: Design, springs: Springs, K_m_max: float, stiffness_ratio: float) -> tuple[_Target, ...]:
+    if design.springs.given:
+        given = (("springs.K_l_N_per_m", 1e3 * springs.K_l), ("springs.K_h_N_per_m", 1e3 * springs.K_h))
+        return tuple(
+            _Target(
+                key=key, value=K, others=tuple(float(f"{K * share:.3g}") for share in _SHARES), stiffness=_from_N_per_m
+            )
+            for key, K in given
         )
+    targets = design.targets
+
+    def sized(P_max: float, NL: float) -> Springs:
+        return size_springs(P_max, NL, K_m_max, targets.NL_definition, stiffness_ratio)
+
+    P_max, NL = targets.P_max, targets.NL
+    ratios = tuple(ratio for ratio in _P_MAX_VALUES if ratio > stiffness_ratio)
+    return (
+        _Target(key="targets.P_max", value=P_max, others=ratios, stiffness=lambda ratio: sized(ratio, NL).K_l),
+        _Target(key="targets.NL", value=NL, others=_NL_VALUES, stiffness=lambda share: sized(P_max, share).K_h),
     )
-    solved = lengths_mm or (None, None)
-    verdicts = (
-        _verdict(low, _low_target(design, springs, (K_m_max, asymmetry)), springs.K_l, solved[0]),
-        _verdict(high, _high_target(design, springs, (K_m_max, asymmetry)), springs.K_h, solved[1]),
-    )
-    if process.one_piece:
-        return verdicts
-    return replace(verdicts[0], passed=False, reason=_CLAMPED), replace(verdicts[1], passed=False, reason=_CLAMPED)
 
 
-def _low_target(design: Design, springs: Springs, met: tuple[float, float]) -> _Target:
-    if design.springs.given:
-        return _given_target("springs.K_l_N_per_m", springs.K_l)
-    targets, (K_m_max, asymmetry) = design.targets, met
-    every = [*(i / 100 for i in range(101, 1000)), *(i / 10 for i in range(100, 1001))]
-    others = [P_max for P_max in every if P_max > asymmetry]
-
-    def stiffness(P_max: float) -> float:
-        return size_springs(P_max, targets.NL, K_m_max, targets.NL_definition, asymmetry).K_l
-
-    return _Target(key="targets.P_max", value=targets.P_max, unit="1", others=others, stiffness=stiffness)
+def _from_N_per_m(K: float) -> float:
+    return 1e-3 * K
 
 
-def _high_target(design: Design, springs: Springs, met: tuple[float, float]) -> _Target:
-    if design.springs.given:
-        return _given_target("springs.K_h_N_per_m", springs.K_h)
-    targets, (K_m_max, asymmetry) = design.targets, met
-    others = [*(i / 10000 for i in range(1, 100)), *(i / 1000 for i in range(10, 500))]
-
-    def stiffness(NL: float) -> float:
-        return size_springs(targets.P_max, NL, K_m_max, targets.NL_definition, asymmetry).K_h
-
-    return _Target(key="targets.NL", value=targets.NL, unit="1", others=others, stiffness=stiffness)
-
-
-def _given_target(key: str, K: float) -> _Target:
-    others = [float(f"{1e3 * K * 10.0 ** (i / 200):.3g}") for i in range(-800, 801)]
-    return _Target(key=key, value=1e3 * K, unit="N/m", others=others, stiffness=lambda value: 1e-3 * value)
-
-
-def _strain(task: _Task, K: float, length: float) -> float:
-    deflection = task.travel * task.K_m_max / (task.K_m_max + K)
-    return STRAIN_FACTOR * task.leaf_gain(length) * root_strain(task.thickness, length, deflection)
-
-
-def _faults(task: _Task, K: float, length: float, margin: float) -> list[str]:
-    """Return what stands against a leaf of this length, when the length may yet be wrong by the relative margin."""
-    process, t = task.process, task.thickness
-    strain = _strain(task, K, length / (1.0 + margin))
-    found = []
-    if t < process.min_wall_mm:
-        found.append(f"a leaf {t:g} mm thick, must be at least the wall of {process.min_wall_mm:g} mm")
-    if length < task.shortest * (1.0 + margin):
-        why = f"{SHORTEST:g} thicknesses" if task.shortest <= SHORTEST * t else "room for a gauge at each root"
-        found.append(f"a leaf {length:.1f} mm long, must be at least {why} = {task.shortest:g} mm")
-    if task.gauge is not None and task.depth < task.gauge.backing_width_mm:
-        wide = task.gauge.backing_width_mm
-        found.append(f"a leaf {task.depth:g} mm deep, must be at least the gauge of {wide:g} mm")
-    if length * (1.0 + margin) > task.longest:
-        found.append(f"a leaf {length:.1f} mm long, must be at most print.max_length_mm = {task.longest:g} mm")
-    if strain > process.strain_limit:
-        found.append(f"a root strain of {strain:.2g}, must be at most {process.strain_limit:g} of {process.material}")
-    return found
-
-
-def _beam_length(task: _Task, K: float) -> float:
-    E, section = task.process.E_MPa, (task.depth, task.thickness)
-    if task.gauge is None:
-        return pair_length(E, *section, K)
-    return gauged_length(E, section, task.process.fillet_mm, K, task.gauge)
-
-
-def _nearest(task: _Task, target: _Target) -> float | None:
-    """Return the value nearest in ratio to the target's whose spring passes with the margin, if there is one."""
-    made = []
-    for value in target.others:
-        K = target.stiffness(value)
-        if not _faults(task, K, _beam_length(task, K), LENGTH_MARGIN):
-            made.append(value)
-    return min(made, key=lambda value: abs(math.log(value / target.value)), default=None)
-
-
-def _verdict(task: _Task, target: _Target, K: float, solved: float | None) -> Printable:
-    length = _beam_length(task, K) if solved is None else solved
+def _verdict(leaf: _Leaf, target: _Target, K: float, solved: float | None) -> Printable:
+    length = leaf.length(K) if solved is None else solved
     margin = LENGTH_MARGIN if solved is None else 0.0
-    sure = _faults(task, K, length, -margin / (1.0 + margin))
-    doubts = _faults(task, K, length, margin)
-    nearest = _nearest(task, target) if doubts else None
+    certain = leaf.faults(K, length, -margin / (1.0 + margin))
+    possible = leaf.faults(K, length, margin)
+    nearest = target.nearest(leaf) if possible else None
     return Printable(
-        name=f"printable.{task.side}",
-        passed=False if sure else None if doubts else True,
-        reason=_reason(task, target, (sure or doubts), nearest, undecided=bool(doubts) and not sure),
+        name=f"printable.{leaf.spring}",
+        passed=False if certain else None if possible else True,
+        reason=_reason(leaf, target, certain or possible, nearest, undecided=bool(possible) and not certain),
         stiffness_N_per_mm=K,
         length_mm=length,
-        shortest_mm=task.shortest,
-        longest_mm=task.longest,
-        root_strain=_strain(task, K, length),
-        strain_limit=task.process.strain_limit,
+        shortest_mm=leaf.shortest,
+        longest_mm=leaf.longest,
+        root_strain=leaf.strain(K, length),
+        strain_limit=leaf.process.strain_limit,
         target=target.key,
         nearest=nearest,
     )
 
 
-def _reason(task: _Task, target: _Target, faults: list[str], nearest: float | None, *, undecided: bool) -> str:
-    name = task.process.name
+def _reason(leaf: _Leaf, target: _Target, faults: list[str], nearest: float | None, *, undecided: bool) -> str:
+    name, unit = leaf.process.name, target.unit
     if not faults:
-        return f"{name} can make the {task.side} leaf"
-    unit = "" if target.unit == "1" else f" {target.unit}"
+        return f"{name} can make the {leaf.spring} leaf"
     asks = f"{target.key} = {target.value:g}{unit}: asks {name} for {' and '.join(faults)}"
     if undecided:
         asks += f", near enough ({LENGTH_MARGIN:.0%} of length) that only the solved length decides"

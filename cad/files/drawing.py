@@ -2,21 +2,21 @@
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import cadquery as cq
 
 from cad.design.processes import Process
-from cad.files.drafting import FULL_DEG, Arc, Item, Line, Words, across, note, upright
-from cad.files.gauge_marks import gauge_marks
-from cad.parts.housing import Housing, fillet_corners
-from cad.parts.part import Part
-from cad.theory.flexure import Flexure
+from cad.files.drafting import FULL_DEG, Arc, Item, Line, Point, Words, horizontal_dimension, leader, vertical_dimension
+from cad.parts.housing import Arm, Housing, fillet_corners
+from cad.parts.part import NEAR_MM, Part
+from cad.theory.strain_gauge import GAUGES, FoilGauge, gauge_spans
 
 GENERAL_MM = 0.2  # what no dimension says otherwise: the accuracy of a printed part in print-service guides
-_NEAR = 1e-7
 _STEP = 6.0  # between two rows of dimensions
+_ABOVE = 20.0  # of the upper leaf seen from above, over the top of the housing
+_THICK = 0.25  # of a gauge seen from its edge, many times its thickness
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,10 +32,11 @@ def housing_drawing(part: Part, housing: Housing, title: Title) -> tuple[Item, .
     return (
         *section(part.shape),
         *_end_view(housing),
-        *_leaf_dimensions(housing, "low", title.process),
-        *_leaf_dimensions(housing, "high", title.process),
+        *(item for arm in housing.arms for item in _leaf_dimensions(arm, title.process)),
         *_frame_dimensions(housing),
+        *_fillet_note(housing),
         *_tip_dimensions(housing),
+        *_stop_notes(housing),
         *gauge_marks(housing),
         *_pins(housing),
         *_notes(housing, title),
@@ -69,87 +70,85 @@ def _arc(edge: cq.Edge) -> Arc:
 def _end_view(housing: Housing) -> Iterator[Item]:
     """Yield the outline of the plate and of a tip seen along x, to the right of the profile."""
     middle = housing.right + 4.0 * _STEP + 0.5 * housing.depth
-    deep, tip = 0.5 * housing.depth, 0.5 * housing.tip_side
-    foot, top = housing.protrusion, housing.top_level
-    frame = [(-deep, foot), (deep, foot), (deep, top), (-deep, top), (-deep, foot)]
-    neck = [
-        (-deep, housing.neck_level), (-tip, housing.tip_height), (-tip, 0.0), (tip, 0.0), (tip, housing.tip_height),
-        (deep, housing.neck_level),
-    ]  # fmt: skip
-    for outline, layer in ((frame, "PART"), (neck, "NOTES")):
-        for (y1, z1), (y2, z2) in itertools.pairwise(outline):
-            if math.dist((y1, z1), (y2, z2)) > _NEAR:
-                yield Line(start=(middle + y1, z1), end=(middle + y2, z2), layer=layer)
-    yield from across((middle - deep, middle + deep), top + _STEP, f"depth {housing.depth:g}", (top, top))
-    yield from across((middle - tip, middle + tip), -_STEP, f"{_end(housing)} {housing.tip_side:g}", (0.0, 0.0))
+    deep, tip, top = 0.5 * housing.depth, 0.5 * housing.tip_side, housing.top_level
+    plate, face = (middle - deep, middle + deep), (middle - tip, middle + tip)
+    y = (plate[0], face[0], face[0], face[1], face[1], plate[1])
+    z = (housing.neck_level, housing.tip_height, 0.0, 0.0, housing.tip_height, housing.neck_level)
+    yield from _rectangle(plate, (housing.protrusion, top), "PART")
+    yield from _polyline(list(zip(y, z, strict=True)), "NOTES")
+    end = "foot" if housing.pin_side else "tip"
+    yield from horizontal_dimension(plate, top + _STEP, f"depth {housing.depth:g}", (top, top))
+    yield from horizontal_dimension(face, -_STEP, f"{end} {housing.tip_side:g}", (0.0, 0.0))
 
 
-def _end(housing: Housing) -> str:
-    """Return what a printed shuttle ends in."""
-    return "foot" if housing.pin_side else "tip"
+def _polyline(points: Sequence[Point], layer: str) -> Iterator[Item]:
+    """Yield the lines between neighbouring points, but for those of no length."""
+    for start, end in itertools.pairwise(points):
+        if math.dist(start, end) > NEAR_MM:
+            yield Line(start=start, end=end, layer=layer)
 
 
-def _leaf_dimensions(housing: Housing, side: str, process: Process) -> Iterator[Item]:
-    flexure: Flexure = housing.low if side == "low" else housing.high
-    roots = housing.low_root if side == "low" else housing.high_root
-    left, right = min(roots), max(roots)
-    lower, upper = housing.lower_leaf_level, housing.lower_leaf_level + flexure.separation
-    half, middle = 0.5 * flexure.thickness, 0.5 * (lower + upper)
-    off = f"±{process.accuracy_mm:g}"
-    yield from across((left, right), middle - 3.0, f"L {flexure.length:.3f} {off}", (upper - half, upper - half))
-    place = left + 0.1 * (right - left)
-    yield from upright((lower, upper), place, f"{flexure.separation:g}")
-    at = (left + 0.55 * (right - left), upper - half)
-    text_at = (0.5 * (left + right) - 6.0, middle + 2.2)
-    yield from note(at, text_at, f"t {flexure.thickness:.2f}{off} 2x")
-    yield Words(text=f"{side.upper()} SPRING", at=(0.5 * (left + right), lower + 1.2), height=1.0)
+def _rectangle(x: Point, z: Point, layer: str) -> Iterator[Item]:
+    corners = [(x[0], z[0]), (x[1], z[0]), (x[1], z[1]), (x[0], z[1])]
+    return _polyline([*corners, corners[0]], layer)
+
+
+def _leaf_dimensions(arm: Arm, process: Process) -> Iterator[Item]:
+    flexure, (left, right), (lower, upper) = arm.flexure, arm.roots, arm.levels
+    half, middle, centre = 0.5 * flexure.thickness, 0.5 * (lower + upper), 0.5 * (left + right)
+    off, under = f"±{process.accuracy_mm:g}", upper - half
+    yield from horizontal_dimension((left, right), middle - 3.0, f"L {flexure.length:.3f} {off}", (under, under))
+    yield from vertical_dimension((lower, upper), left + 0.1 * (right - left), f"{flexure.separation:g}")
+    thickness = f"t {flexure.thickness:.2f}{off} 2x"
+    yield from leader((left + 0.55 * (right - left), under), (centre - 6.0, middle + 2.2), thickness)
+    yield Words(text=f"{arm.name.upper()} SPRING", at=(centre, lower + 1.2), height=1.0)
 
 
 def _frame_dimensions(housing: Housing) -> Iterator[Item]:
-    left, right, top, foot = housing.left, housing.right, housing.top_level, housing.protrusion
-    yield from across((left, right), top + 2.0 * _STEP, f"{right - left:.3f}", (top, top))
-    columns = sorted({x for x, _ in housing.holes})
-    rows = sorted({z for _, z in housing.holes})
-    yield from across((columns[0], columns[1]), top + _STEP, f"{columns[1] - columns[0]:.3f}", (rows[1], rows[1]))
-    yield from upright((rows[0], rows[1]), left - _STEP, f"{rows[1] - rows[0]:.2f}", (columns[0], columns[0]))
-    yield from upright((foot, top), left - 2.0 * _STEP, f"{top - foot:.2f}", (left, left))
-    yield from upright((0.0, foot), left - _STEP, f"{foot:.2f}", (housing.low_root[1], left))
-    hole = (columns[1] + 0.35 * housing.hole_diameter, rows[0] - 0.35 * housing.hole_diameter)
-    yield from note(hole, (right + 2.0, foot - 4.0), f"dia {housing.hole_diameter:g} 4x")
-    corner = housing.high_root[0], housing.lower_leaf_level + 0.5 * housing.high.thickness
-    count = len(fillet_corners(housing))
-    yield from note(corner, (right + 2.0, corner[1] + 3.0), f"R {housing.low.fillet:g} {count}x")
+    left, right, top, bottom = housing.left, housing.right, housing.top_level, housing.protrusion
+    (x0, z0), (x1, z1) = housing.holes[0], housing.holes[-1]
+    yield from horizontal_dimension((left, right), top + 2.0 * _STEP, f"{right - left:.3f}", (top, top))
+    yield from horizontal_dimension((x0, x1), top + _STEP, f"{x1 - x0:.3f}", (z1, z1))
+    yield from vertical_dimension((z0, z1), left - _STEP, f"{z1 - z0:.2f}", (x0, x0))
+    yield from vertical_dimension((bottom, top), left - 2.0 * _STEP, f"{top - bottom:.2f}", (left, left))
+    yield from vertical_dimension((0.0, bottom), left - _STEP, f"{bottom:.2f}", (housing.arms[0].shuttle, left))
+    beside = 0.35 * housing.hole_diameter
+    yield from leader((x1 + beside, z0 - beside), (right + 2.0, bottom - 4.0), f"dia {housing.hole_diameter:g} 4x")
+
+
+def _fillet_note(housing: Housing) -> tuple[Item, ...]:
+    arm, count = housing.arms[-1], len(fillet_corners(housing))
+    corner = arm.wall, arm.levels[0] + 0.5 * arm.flexure.thickness
+    return leader(corner, (housing.right + 2.0, corner[1] + 3.0), f"R {arm.flexure.fillet:g} {count}x")
 
 
 def _tip_dimensions(housing: Housing) -> Iterator[Item]:
-    half = 0.5 * housing.spacing
-    yield from across((-half, half), -_STEP, f"tips {housing.spacing:.3f}", (0.0, 0.0))
-    wide = 0.5 * housing.shuttle_width
-    shuttle = (-half - wide, -half + wide)
-    yield from across(shuttle, -2.0 * _STEP, f"shuttle {housing.shuttle_width:g} 2x", (housing.neck_level,) * 2)
-    x = half + wide + 2.0
-    yield from upright((0.0, housing.tip_height), x + 3.0, f"{housing.tip_height:g}", (half, half))
-    yield from upright((0.0, housing.neck_level), x + 7.0, f"{housing.neck_level:g}", (half, half + wide))
-    for sign, side, top in ((-1.0, "low", housing.low_top_level), (1.0, "high", housing.high_top_level)):
-        gap = housing.cavity_level - top
-        at = (sign * half, top)
-        text_at = (-half - wide - 12.0 if side == "low" else half + wide, housing.top_level + 2.0)
-        yield from note(at, text_at, f"stop {side} {gap:.2f}")
+    half, wide, neck = 0.5 * housing.spacing, 0.5 * housing.shuttle_width, housing.neck_level
+    outer, place, shuttle = half + wide, half + wide + 2.0, f"shuttle {housing.shuttle_width:g} 2x"
+    yield from horizontal_dimension((-half, half), -_STEP, f"tips {housing.spacing:.3f}", (0.0, 0.0))
+    yield from horizontal_dimension((-half - wide, -half + wide), -2.0 * _STEP, shuttle, (neck, neck))
+    yield from vertical_dimension((0.0, housing.tip_height), place + 3.0, f"{housing.tip_height:g}", (half, half))
+    yield from vertical_dimension((0.0, neck), place + 7.0, f"{neck:g}", (half, outer))
+
+
+def _stop_notes(housing: Housing) -> Iterator[Item]:
+    outer = 0.5 * housing.spacing + 0.5 * housing.shuttle_width
+    for arm in housing.arms:
+        text_at = (outer if arm.sign > 0.0 else -outer - 12.0, housing.top_level + 2.0)
+        stop = f"stop {arm.name} {housing.cavity_level - arm.top_level:.2f}"
+        yield from leader((arm.centre, arm.top_level), text_at, stop)
 
 
 def _pins(housing: Housing) -> Iterator[Item]:
     """Yield the pins in their pockets, and their size; none where the tips are printed."""
     if not housing.pin_side:
         return
-    foot, top, half = -housing.pin_out, housing.pocket_depth, 0.5 * housing.pin_side
-    for x in (-0.5 * housing.spacing, 0.5 * housing.spacing):
-        corners = [(x - half, foot), (x + half, foot), (x + half, top), (x - half, top), (x - half, foot)]
-        for start, end in itertools.pairwise(corners):
-            yield Line(start=start, end=end, layer="NOTES")
-    at = (0.5 * housing.spacing + half, 0.5 * foot)
-    section = f"diameter {housing.pin_side:g}" if housing.pin_round else f"{housing.pin_side:g} x {housing.pin_side:g}"
-    size = f"{section} x {top - foot:g}"
-    yield from note(at, (0.5 * housing.spacing + 6.0, -1.5 * _STEP), f"steel pin {size} 2x, {housing.pin_out:g} out")
+    side, half, out = housing.pin_side, 0.5 * housing.pin_side, housing.pin_out
+    for arm in housing.arms:
+        yield from _rectangle((arm.centre - half, arm.centre + half), (-out, housing.pocket_depth), "NOTES")
+    section = f"diameter {side:g}" if housing.pin_round else f"{side:g} x {side:g}"
+    size, place = f"{section} x {housing.pocket_depth + out:g}", 0.5 * housing.spacing
+    yield from leader((place + half, -0.5 * out), (place + 6.0, -1.5 * _STEP), f"steel pin {size} 2x, {out:g} out")
 
 
 def _notes(housing: Housing, title: Title) -> Iterator[Item]:
@@ -165,3 +164,39 @@ def _notes(housing: Housing, title: Title) -> Iterator[Item]:
     for count, line in enumerate(lines):
         at = (housing.left, -3.0 * _STEP - 2.6 * count)
         yield Words(text=line, at=at, height=1.5, centred=False, layer="NOTES")
+
+
+def gauge_marks(housing: Housing) -> Iterator[Item]:
+    """Yield the gauges on the profile from their edges, and on the upper leaves seen from above; none without gauges.
+
+    Nothing is engraved in a leaf. Raises InputError for a leaf without room for them.
+    """
+    gauge = GAUGES[housing.gauges]
+    if gauge is None:
+        return
+    for arm in housing.arms:
+        level, half, deep = arm.levels[1], 0.5 * arm.flexure.thickness, 0.5 * arm.flexure.depth
+        for spans in gauge_spans(arm.flexure, gauge):
+            for face in (-1.0, 1.0):
+                edge = (level + face * half, level + face * (half + _THICK))
+                yield from _rectangle(arm.along(spans.backing), edge, "NOTES")
+        middle = housing.top_level + _ABOVE + deep
+        yield from _rectangle((arm.wall, arm.shuttle), (middle - deep, middle + deep), "PART")
+        yield from _gauges_from_above(arm, gauge, middle)
+        words = f"{arm.name.upper()} UPPER LEAF FROM ABOVE: GAUGE AT EACH ROOT, ON BOTH FACES"
+        yield Words(text=words, at=(0.5 * (arm.wall + arm.shuttle), middle + deep + 1.0), height=0.7)
+
+
+def _gauges_from_above(arm: Arm, gauge: FoilGauge, middle: float) -> Iterator[Item]:
+    """Yield the gauges of an upper leaf and their sizes, about a line at a height of the drawing."""
+    wide, grid_wide = 0.5 * gauge.backing_width_mm, 0.5 * gauge.grid_width_mm
+    under, edge = middle - wide, middle - 0.5 * arm.flexure.depth
+    for spans in gauge_spans(arm.flexure, gauge):
+        yield from _rectangle(arm.along(spans.backing), (under, middle + wide), "NOTES")
+        yield from _rectangle(arm.along(spans.grid), (middle - grid_wide, middle + grid_wide), "NOTES")
+    spans, backing_mm = gauge_spans(arm.flexure, gauge)[0], f"{gauge.backing_length_mm:g} x {gauge.backing_width_mm:g}"
+    start, grid_mm = spans.backing[0], f"grid {gauge.grid_length_mm:g} x {gauge.grid_width_mm:g}"
+    rows = ((7.0, (0.0, start), f"{start:g}"), (2.0, spans.backing, backing_mm), (4.5, spans.grid, grid_mm))
+    for drop, span, text in rows:
+        yield from horizontal_dimension(arm.along(span), edge - drop, text, (under, under))
+    yield from vertical_dimension((under, middle), 0.5 * (arm.wall + arm.shuttle), f"{wide:g}")

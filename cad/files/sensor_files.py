@@ -1,40 +1,23 @@
-"""The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose; each read back and compared.
-
-Print pose: the plate lies flat on z = 0 with the face y = -depth / 2 up, x stays, what was z points along y.
-"""
+"""The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose; each read back and compared."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import cadquery as cq
-import numpy as np
-import trimesh
 
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, triangles, write_stl
 from cad.files.threemf import read_3mf, write_3mf
+from cad.parts.pose import print_pose
 from cad.parts.sensor import Body, Sensor
 
 _STEP_TOLERANCE = 1e-9
 _SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of a part
-_QUARTER_TURN = -90.0
 
 
 class ExportError(ValueError):
     """A file that does not hold what was written; the message is one line."""
-
-
-def print_pose(shape: cq.Shape) -> cq.Shape:
-    """Return a shape of the sensor frame [mm] as it lies on the print bed."""
-    turned = shape.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0), _QUARTER_TURN)
-    return turned.translate(cq.Vector(0.0, 0.0, -turned.BoundingBox().zmin))
-
-
-def sensor_pose(mesh: trimesh.Trimesh, depth: float) -> trimesh.Trimesh:
-    """Return triangles on the print bed [mm] as they stand in the sensor frame, for a plate of the given depth [mm]."""
-    back = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.5 * depth], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    return mesh.copy().apply_transform(back)
 
 
 def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
@@ -47,7 +30,7 @@ def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
     bodies = sensor.bodies()
     export_step(bodies[:1], housing_step)
     export_step(bodies, assembly_step)
-    printed = print_pose(sensor.printed_part.shape)
+    printed = print_pose(sensor.printed_part().shape)
     export_stl(printed, housing_stl)
     write_3mf({sensor.part.name: triangles(printed)}, model)
     compare_volume(model, float(read_3mf(model).mesh.volume), printed.Volume(), solid_tolerance(printed))

@@ -112,15 +112,15 @@ def canonical(text: str) -> str:
         msg = "STEP: the text has no DATA section; write the file again"
         raise ValueError(msg)
     entities = {int(number): _plain(body) for number, body in _ENTITY.findall(data)}
-    uses = {number: [int(n) for n in _REFERENCE.findall(_unquoted(body))] for number, body in entities.items()}
-    digest = _digests(entities, uses)
-    for number, body in entities.items():
-        entities[number] = _sorted_items(body, digest)
-        uses[number] = [int(n) for n in _REFERENCE.findall(_unquoted(entities[number]))]
+    digest: dict[int, str] = {}
+    for number in TopologicalSorter(_references(entities)).static_order():
+        entities[number] = _sorted_items(entities[number], digest)
+        digest[number] = hashlib.sha256(_renamed(entities[number], digest).encode("ascii")).hexdigest()
+    uses = _references(entities)
     used = {number for numbers in uses.values() for number in numbers}
-    roots = sorted((number for number in entities if number not in used), key=lambda n: digest[n])
+    roots = sorted(entities.keys() - used, key=digest.__getitem__)
     place = {number: count for count, number in enumerate(_from_roots(roots, uses), start=1)}
-    lines = [_lines(place[number], _renamed(entities[number], place)) for number in place]
+    lines = [_lines(count, _renamed(entities[number], place)) for number, count in place.items()]
     return f"{head}{mark}\n" + "\n".join(lines) + f"\n{end}{tail}"
 
 
@@ -132,25 +132,17 @@ def _plain(body: str) -> str:
     return _COUNTED.sub(r"\1\2", _TRANSLATOR.sub(r"\1", joined))
 
 
-def _unquoted(body: str) -> str:
-    return _STRING.sub("''", body)
+def _references(entities: Mapping[int, str]) -> dict[int, list[int]]:
+    """Return by entity the numbers of those that it refers to, in the order of its text, strings left out."""
+    return {number: [int(n) for n in _REFERENCE.findall(_STRING.sub("''", body))] for number, body in entities.items()}
 
 
-def _digests(entities: dict[int, str], uses: dict[int, list[int]]) -> dict[int, str]:
-    """Return by entity a digest of its content and of all that it refers to."""
-    found: dict[int, str] = {}
-    for number in TopologicalSorter(uses).static_order():
-        text = _renamed(_sorted_items(entities[number], found), found)
-        found[number] = hashlib.sha256(text.encode("ascii")).hexdigest()
-    return found
-
-
-def _sorted_items(body: str, digest: dict[int, str]) -> str:
+def _sorted_items(body: str, digest: Mapping[int, str]) -> str:
     """Return the entity with its items sorted by content, where OCCT orders them by address."""
     match = _UNORDERED.match(body)
     if match is None:
         return body
-    items = sorted((int(n) for n in _REFERENCE.findall(match[2])), key=lambda n: digest[n])
+    items = sorted((int(n) for n in _REFERENCE.findall(match[2])), key=digest.__getitem__)
     return match[1] + ",".join(f"#{n}" for n in items) + match[3]
 
 

@@ -5,8 +5,12 @@ import tempfile
 from pathlib import Path
 
 import cadquery as cq
+import numpy as np
+import numpy.typing as npt
 import trimesh
 
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
 CHORD_MM = 0.005  # largest distance of a triangle from the face that it stands for
 ANGLE_RAD = 0.1  # a fillet of 0.5 mm then gets 16 facets a quarter turn
 

@@ -1,5 +1,7 @@
 """3MF [mm]: one named object a body, the same bytes every time; read back by lib3mf in strict mode."""
 
+import functools
+import operator
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,12 +10,9 @@ from xml.sax.saxutils import quoteattr
 
 import lib3mf
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from lib3mf import ELib3MFException, get_wrapper
 
-Corners = npt.NDArray[np.float64]
-Faces = npt.NDArray[np.int64]
 _TYPES = """<?xml version="1.0" encoding="UTF-8"?>
 <Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
  <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
@@ -77,30 +76,24 @@ def read_3mf(path: Path) -> Package:
         msg = f"3MF: {path.name} is refused by lib3mf in strict mode ({error}); export it again"
         raise ValueError(msg) from error
     warnings = tuple(str(reader.GetWarning(i)) for i in range(reader.GetWarningCount()))
-    names = tuple(each.GetName() for each in _meshes(model))
-    mesh = _joined([_triangles(each) for each in _meshes(model.MergeToModel())], _MILLIMETRES[model.GetUnit()])
-    if len(mesh.faces) == 0:
+    names = tuple(item.GetName() for item in _meshes(model))
+    pieces = [_triangles(item) for item in _meshes(model.MergeToModel())]
+    if not any(len(piece.faces) for piece in pieces):
         msg = f"3MF: {path.name} holds no triangles; export it again"
         raise ValueError(msg)
+    mesh = functools.reduce(operator.add, pieces)
+    mesh.vertices *= _MILLIMETRES[model.GetUnit()]
     return Package(mesh=mesh, names=names, warnings=warnings)
 
 
-def _joined(pieces: list[tuple[Corners, Faces]], scale: float) -> trimesh.Trimesh:
-    """Return one mesh of several, scaled to millimetres."""
-    starts = np.cumsum([0, *(len(corners) for corners, _ in pieces)])
-    corners = np.concatenate([np.empty((0, 3)), *(corners for corners, _ in pieces)])
-    faces = [faces + start for (_, faces), start in zip(pieces, starts, strict=False)]
-    return trimesh.Trimesh(scale * corners, np.concatenate([np.empty((0, 3), dtype=np.int64), *faces]), process=False)
-
-
 def _meshes(model: lib3mf.Model) -> list[lib3mf.MeshObject]:
-    every, found = model.GetMeshObjects(), []
-    while every.MoveNext():
-        found.append(every.GetCurrentMeshObject())
-    return found
+    iterator, objects = model.GetMeshObjects(), []
+    while iterator.MoveNext():
+        objects.append(iterator.GetCurrentMeshObject())
+    return objects
 
 
-def _triangles(item: lib3mf.MeshObject) -> tuple[Corners, Faces]:
+def _triangles(item: lib3mf.MeshObject) -> trimesh.Trimesh:
     corners = np.array([list(corner.Coordinates) for corner in item.GetVertices()], dtype=float)
     faces = np.array([list(face.Indices) for face in item.GetTriangleIndices()], dtype=np.int64)
-    return corners.reshape(-1, 3), faces.reshape(-1, 3)
+    return trimesh.Trimesh(corners.reshape(-1, 3), faces.reshape(-1, 3), process=False)

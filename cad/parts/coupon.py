@@ -1,29 +1,26 @@
-"""A small beam with the housing's leaves, clamped in the middle and loaded at its ends: it tells E as printed.
+"""A small beam with the housing's leaves, clamped in the middle and loaded at its ends: its sag measures E as printed.
 
 Coupon frame: that of the housing, with the middle of the clamped block at x = 0, z = 0.
 """
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import cadquery as cq
 import numpy as np
 
-from cad.parts.housing import Housing, is_upright_at
-from cad.parts.part import Part, named_part
-from cad.theory.flexure import Flexure
+from cad.parts.housing import Arm, Housing, Point
+from cad.parts.part import FaceTest, Part, is_hole, named_part, upright_edges
+from cad.theory.leaf_spring import Flexure
 
-_NEAR = 1e-6
 _POINTS = 24  # of Gauss, in each fillet and in the straight part
+_CLAMP_INSET = 6.0  # of a clamp hole from the side of the block
 
 
 @dataclass(frozen=True, kw_only=True)
 class Coupon:
-    """Two leaves out of one block [mm], low to -x and high to +x, each with a pad and a hole for a weight."""
+    """A leaf of every arm of a housing out of one block [mm], each with a pad and a hole for a weight."""
 
-    low: Flexure
-    high: Flexure
+    arms: tuple[Arm, ...]
     block_width: float = 24.0
     block_height: float = 12.0
     pad_side: float = 7.0
@@ -38,7 +35,7 @@ class Coupon:
 
 def coupon_of(housing: Housing) -> Coupon:
     """Return the coupon whose leaves have the thickness, length, depth and fillets of the housing's."""
-    return Coupon(low=housing.low, high=housing.high)
+    return Coupon(arms=housing.arms)
 
 
 def modulus_factor(flexure: Flexure, beyond: float) -> float:
@@ -49,15 +46,15 @@ def modulus_factor(flexure: Flexure, beyond: float) -> float:
     """
     r, length = flexure.fillet, flexure.length
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
-    total = 0.0
+    factor = 0.0
     for start, end in ((0.0, r), (r, length - r), (length - r, length)):
         s = 0.5 * (end - start) * nodes + 0.5 * (end + start)
-        from_root = np.minimum(s, length - s)
-        rise = r - np.sqrt(np.maximum(r**2 - np.maximum(r - from_root, 0.0) ** 2, 0.0))
+        into_fillet = np.maximum(r - np.minimum(s, length - s), 0.0)
+        rise = r - np.sqrt(np.maximum(r**2 - into_fillet**2, 0.0))
         thickness = flexure.thickness + 2.0 * rise
-        share = 12.0 * (length + beyond - s) ** 2 / (flexure.depth * thickness**3)
-        total += 0.5 * (end - start) * float(weights @ share)
-    return total
+        curvature = 12.0 * (length + beyond - s) ** 2 / (flexure.depth * thickness**3)
+        factor += 0.5 * (end - start) * float(weights @ curvature)
+    return factor
 
 
 def largest_weight(flexure: Flexure, beyond: float, E: float, strain: float) -> float:
@@ -67,40 +64,41 @@ def largest_weight(flexure: Flexure, beyond: float, E: float, strain: float) -> 
 
 def coupon_part(coupon: Coupon) -> Part:
     """Return the coupon as one solid with the faces clamp_holes, low_weight and high_weight."""
-    depth, half = coupon.low.depth, 0.5 * coupon.block_width
-    back = cq.Workplane("XZ", origin=(0.0, 0.5 * depth, 0.0))
-    body = back.rect(coupon.block_width, coupon.block_height).extrude(depth)
-    corners, centres = [], {}
-    for name, sign, flexure in (("low_weight", -1.0, coupon.low), ("high_weight", 1.0, coupon.high)):
-        root, end = sign * half, sign * (half + flexure.length)
-        centre = end + sign * coupon.arm_beyond_leaf
-        leaf = back.center(0.5 * (root + end), 0.0).rect(flexure.length, flexure.thickness).extrude(depth)
-        body = body.union(leaf).union(back.center(centre, 0.0).rect(coupon.pad_side, coupon.pad_side).extrude(depth))
-        corners += [(x, side * 0.5 * flexure.thickness) for x in (root, end) for side in (-1.0, 1.0)]
-        centres[name] = centre
-    clamps = [(side * (half - 6.0), 0.0) for side in (-1.0, 1.0)]
-    body = body.cut(back.pushPoints(clamps).circle(0.5 * coupon.clamp_hole).extrude(depth))
-    holes = back.pushPoints([(x, 0.0) for x in centres.values()]).circle(0.5 * coupon.weight_hole)
-    solid = body.cut(holes.extrude(depth)).findSolid()
-    roots = [edge for edge in solid.Edges() if is_upright_at(edge, corners)]
-    return named_part(
-        "coupon",
-        solid.fillet(coupon.low.fillet, roots).Solids()[0],
-        {
-            "clamp_holes": lambda face: _is_hole(face, clamps),
-            **{name: _hole_at(x) for name, x in centres.items()},
-        },
-    )
+    flexure, half = coupon.arms[0].flexure, 0.5 * coupon.block_width
+    back = cq.Workplane("XZ", origin=(0.0, 0.5 * flexure.depth, 0.0))
+    body = back.rect(coupon.block_width, coupon.block_height).extrude(flexure.depth)
+    roots: list[Point] = []
+    for arm in coupon.arms:
+        body = body.union(_leaf(coupon, arm, back)).union(_pad(coupon, arm, back))
+        ends = (arm.sign * half, arm.sign * (half + arm.flexure.length))
+        roots += [(x, side * 0.5 * arm.flexure.thickness) for x in ends for side in (-1.0, 1.0)]
+    for diameter, places in (
+        (coupon.clamp_hole, [_CLAMP_INSET - half, half - _CLAMP_INSET]),
+        (coupon.weight_hole, [_weight_place(coupon, arm) for arm in coupon.arms]),
+    ):
+        drill = back.pushPoints([(x, 0.0) for x in places]).circle(0.5 * diameter)
+        body = body.cut(drill.extrude(flexure.depth))
+    solid = body.findSolid()
+    rounded = solid.fillet(flexure.fillet, list(upright_edges(solid, roots))).Solids()[0]
+    weights = {f"{arm.name}_weight": _weight_test(coupon, arm) for arm in coupon.arms}
+    return named_part("coupon", rounded, {"clamp_holes": lambda face: is_hole(face, coupon.clamp_hole), **weights})
 
 
-def _hole_at(x: float) -> Callable[[cq.Face], bool]:
-    return lambda face: _is_hole(face, [(x, 0.0)])
+def _weight_place(coupon: Coupon, arm: Arm) -> float:
+    """Return x of the hole for a weight [mm]."""
+    return arm.sign * (0.5 * coupon.block_width + arm.flexure.length) + arm.sign * coupon.arm_beyond_leaf
 
 
-def _is_hole(face: cq.Face, centres: list[tuple[float, float]]) -> bool:
-    """Say whether a face is a round hole about one of the centres (x, z): a cylinder that closes, no fillet."""
-    if face.geomType() != "CYLINDER":
-        return False
-    box = face.BoundingBox()
-    middle, whole = box.center, abs(box.xlen - box.zlen) < _NEAR and len(face.Wires()) >= 1
-    return whole and any(math.hypot(middle.x - x, middle.z - z) < _NEAR for x, z in centres)
+def _leaf(coupon: Coupon, arm: Arm, back: cq.Workplane) -> cq.Workplane:
+    flexure, half = arm.flexure, 0.5 * coupon.block_width
+    middle = 0.5 * (arm.sign * half + arm.sign * (half + flexure.length))
+    return back.center(middle, 0.0).rect(flexure.length, flexure.thickness).extrude(flexure.depth)
+
+
+def _pad(coupon: Coupon, arm: Arm, back: cq.Workplane) -> cq.Workplane:
+    square = back.center(_weight_place(coupon, arm), 0.0).rect(coupon.pad_side, coupon.pad_side)
+    return square.extrude(arm.flexure.depth)
+
+
+def _weight_test(coupon: Coupon, arm: Arm) -> FaceTest:
+    return lambda face: is_hole(face, coupon.weight_hole) and arm.sign * face.Center().x > 0.0

@@ -5,25 +5,18 @@ middle line it is the front one. The rim lies on the frame alone, so nothing tha
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import cadquery as cq
-import numpy as np
 
-from cad.checks.clearance import fruit_finding, moving_parts, steepest
-from cad.design.processes import Process
 from cad.parts.housing import Housing
-from cad.parts.part import Part, named_part
+from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
+from cad.parts.pose import largest_tilt
 from cad.parts.sensor import Sensor
-from cad.parts.tips import PLACE_TOLERANCE_MM
-from cad.verdict import Verdict, at_least, equal, failed
 
 PLATE_MM = 2.0
 RECESS_MM = 1.0  # twice the widest gap that a process must keep open
 SETBACK_MM = 1.0  # of the rim from every edge of the frame beside which something moves
-_STEPS = (0.0, 0.5, 1.0)  # shares of the way to the stops
-_NEAR = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +42,7 @@ class Cover:
 
 def cover_of(sensor: Sensor) -> Cover:
     """Return the cover whose foot stays above the frame's lower edge in every tilt that the frame is made for."""
-    rise = (PLATE_MM + RECESS_MM) * math.tan(math.radians(steepest(sensor.press)))
+    rise = (PLATE_MM + RECESS_MM) * math.tan(math.radians(largest_tilt(sensor.press)))
     return Cover(housing=sensor.housing, foot_level=round(sensor.housing.protrusion + rise, 3))
 
 
@@ -59,76 +52,27 @@ def cover_part(cover: Cover) -> Part:
     width, height = housing.right - housing.left, housing.top_level - cover.foot_level
     outside = cq.Vector(housing.left, inner, cover.foot_level)
     plate = cq.Workplane(obj=cq.Solid.makeBox(width, cover.thickness, height, outside))
-    wall, reach = housing.wall_width - cover.setback, housing.cavity_level + cover.setback - cover.foot_level
-    corner = cq.Vector(housing.left + wall, inner - cover.recess, cover.foot_level - cover.recess)
     if cover.recess > 0.0:
-        inside = cq.Solid.makeBox(width - 2.0 * wall, 2.0 * cover.recess, reach + cover.recess, corner)
-        plate = plate.cut(cq.Workplane(obj=inside))
+        plate = plate.cut(cq.Workplane(obj=_inside_the_rim(cover)))
     back = cq.Workplane("XZ", origin=(0.0, inner + cover.thickness + 1.0, 0.0))
     drill = back.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(cover.thickness + 2.0)
-    return named_part(
-        "cover",
-        plate.cut(drill).findSolid().Solids()[0],
-        {
-            "rim": lambda face: face.geomType() == "PLANE" and face.BoundingBox().ymax < inner + _NEAR,
-            "mounting_holes": lambda face: face.geomType() == "CYLINDER",
-        },
-    )
+    faces: dict[str, FaceTest] = {
+        "rim": on_plane(1, inner),
+        "mounting_holes": lambda face: is_hole(face, housing.hole_diameter),
+    }
+    return named_part("cover", plate.cut(drill).findSolid().Solids()[0], faces)
+
+
+def _inside_the_rim(cover: Cover) -> cq.Solid:
+    """Return what is cut from the plate, so that its rim alone touches the frame; open towards the tips."""
+    housing, beyond = cover.housing, cover.recess
+    wall, top = housing.wall_width - cover.setback, housing.cavity_level + cover.setback
+    width, height = housing.right - housing.left - 2.0 * wall, top - cover.foot_level + beyond
+    corner = cq.Vector(housing.left + wall, 0.5 * housing.depth - beyond, cover.foot_level - beyond)
+    return cq.Solid.makeBox(width, 2.0 * cover.recess, height, corner)
 
 
 def turned(shape: cq.Shape, housing: Housing) -> cq.Shape:
     """Return a cover turned from one side of the housing to the other, about the upright line in its middle [mm]."""
     middle = 0.5 * (housing.left + housing.right)
     return shape.rotate(cq.Vector(middle, 0.0, 0.0), cq.Vector(middle, 0.0, 1.0), 180.0)
-
-
-def cover_findings(sensor: Sensor, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
-    """Return geometry.cover_clearance, _holes and _over_fruit [mm] of a back cover, made or read, and its turned copy.
-
-    Clearance is that of shuttles, necks and leaves at rest, half way and at their stops.
-    """
-    sides = {"back": cover, "front": turned(cover, sensor.housing)}
-    return (
-        _clearance(sensor, sides, process),
-        _holes(sensor, sides),
-        fruit_finding("geometry.cover_over_fruit", sensor, cq.Compound.makeCompound(list(sides.values()))),
-    )
-
-
-def _clearance(sensor: Sensor, sides: dict[str, cq.Shape], process: Process) -> Verdict:
-    name = "geometry.cover_clearance"
-    moved = list(_moved(sensor))
-    found = [(float(shape.distance(arm)), side, way) for way, arm in moved for side, shape in sides.items()]
-    distance, side, way = min(found)
-    reference = f"least distance of what moves from a cover: {side}, {way}; {process.name}"
-    return at_least(name, distance, process.min_gap_mm, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
-
-
-def _moved(sensor: Sensor) -> Iterator[tuple[str, cq.Shape]]:
-    """Yield both arms, moved as a whole towards their stops: that is farther than any leaf of them goes."""
-    housing = sensor.housing
-    stops = (housing.cavity_level - housing.low_top_level, housing.cavity_level - housing.high_top_level)
-    for arm, stop in zip(moving_parts(sensor), stops, strict=True):
-        for share in _STEPS:
-            yield f"{100.0 * share:g} % of the way to the stop", arm.translate(cq.Vector(0.0, 0.0, share * stop))
-
-
-def _holes(sensor: Sensor, sides: dict[str, cq.Shape]) -> Verdict:
-    """Return how far a hole of a cover is off that of the housing: its axis, or its radius."""
-    name, limit = "geometry.cover_holes", len(sensor.housing.holes)
-    wanted = _cylinders(sensor.part.shape.Faces()[index] for index in sensor.part.faces["mounting_holes"])
-    off = 0.0
-    for side, shape in sides.items():
-        found = _cylinders(face for face in shape.Faces() if face.geomType() == "CYLINDER")
-        if not len(found) == len(wanted) == limit:
-            reference = f"{len(found)} holes in the {side} cover, {len(wanted)} in the housing: must be {limit} each"
-            return failed(name, 0.0, unit="mm", reference=reference)
-        off = max(off, float(np.abs(np.subtract(found, wanted)).max()))
-    reference = f"axes and radii of {limit} holes in each cover against the housing's"
-    return equal(name, off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
-
-
-def _cylinders(faces: Iterator[cq.Face]) -> list[tuple[float, float, float]]:
-    """Return x and z of the axis and the radius of upright holes, in order of their places."""
-    boxes = (face.BoundingBox() for face in faces)
-    return sorted((round(box.center.x, 6), round(box.center.z, 6), round(0.5 * box.xlen, 6)) for box in boxes)

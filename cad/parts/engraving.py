@@ -1,22 +1,20 @@
 """Marks on the frame, where nothing bends: L and H beside the springs and the design's name on the bar above.
 
-They are engraved in the face that lies up in print pose, y = -depth / 2, and read from there.
+They are engraved in the face that lies up in print pose, y = -depth / 2, and read from there. Letters are made of
+straight strokes at 0, 45 or 90 degrees, so that no installed font has a say.
 """
-
-from collections.abc import Callable
 
 import cadquery as cq
 import shapely
+from shapely.ops import unary_union
 
 from cad.parts.housing import Housing
-from cad.parts.lettering import letters_that_fit, outlines
-from cad.parts.part import Part, named_part
+from cad.parts.part import NEAR_MM, Part, named_part, same_as
 
 ENGRAVED_MM = 0.3
 PEN_MM = 0.5  # the widest of the least gaps of the processes
 TALLEST_MM, SMALLEST_MM = 4.0, 3.0  # smaller letters would leave walls under 0.8 mm between their strokes
 _EDGE_MM = 1.0  # left free around a text
-_NEAR = 1e-6
 
 
 def marked(part: Part, housing: Housing, name: str) -> Part:
@@ -60,16 +58,55 @@ def _tool(area: shapely.Polygon, centre: tuple[float, float], face: float) -> cq
 def _renamed(part: Part, shape: cq.Shape) -> Part:
     """Return the part with another shape whose named faces are those at the same places with the same areas."""
     every = part.shape.Faces()
+    tests = {name: same_as([every[i] for i in indices], NEAR_MM) for name, indices in part.faces.items()}
+    return named_part(part.name, shape.Solids()[0] if len(shape.Solids()) == 1 else shape, tests)
 
-    def like(indices: tuple[int, ...]) -> Callable[[cq.Face], bool]:
-        known = [(every[i].Center(), every[i].Area()) for i in indices]
 
-        def belongs(face: cq.Face) -> bool:
-            return any(
-                (face.Center() - centre).Length < _NEAR and abs(face.Area() - area) < _NEAR for centre, area in known
-            )
+Stroke = tuple[tuple[float, float], ...]
+_TALL, _STEP, _GAP = 6, 7, 3  # grid units from foot to top; a letter is 4 wide
 
-        return belongs
+# Each stroke is a row of two-digit points, x then y, on a grid 4 wide and 6 tall.
+_STROKES = {
+    "A": "00 04 26 44 40, 02 42", "B": "00 06 36 45 44 33 03, 33 42 41 30 00", "C": "45 36 16 05 01 10 30 41",
+    "D": "00 06 26 44 42 20 00", "E": "46 06 00 40, 03 33", "F": "46 06 00, 03 33",
+    "G": "45 36 16 05 01 10 30 41 43 33", "H": "00 06, 40 46, 03 43", "I": "20 26, 10 30, 16 36",
+    "J": "01 10 30 41 46", "K": "00 06, 46 13 40, 03 13", "L": "06 00 40", "M": "00 06 24 46 40",
+    "N": "00 06, 05 41, 40 46", "O": "10 01 05 16 36 45 41 30 10", "P": "00 06 36 45 44 33 03",
+    "Q": "10 01 05 16 36 45 41 30 10, 31 40", "R": "00 06 36 45 44 33 03, 13 40",
+    "S": "45 36 16 05 04 13 33 42 41 30 10 01", "T": "20 26, 06 46", "U": "06 01 10 30 41 46",
+    "V": "06 02 20 42 46", "W": "06 00 22 40 46", "X": "06 05 41 40, 00 01 45 46", "Y": "06 05 23 45 46, 23 20",
+    "Z": "06 46 45 01 00 40", "0": "00 06 46 40 00", "1": "15 26 20, 10 30", "2": "05 16 36 45 44 00 40",
+    "3": "05 16 36 45 44 33 23, 33 42 41 30 10 01", "4": "30 36 03 02 42", "5": "46 06 03 33 42 41 30 00",
+    "6": "36 16 05 01 10 30 41 42 33 03", "7": "06 46 45 23 20", "8": "13 04 05 16 36 45 44 33 13 02 01 10 30 41 42 33",
+    "9": "10 30 41 45 36 16 05 04 13 43", "-": "13 33", "_": "00 40",
+}  # fmt: skip
 
-    solid = shape.Solids()[0] if len(shape.Solids()) == 1 else shape
-    return named_part(part.name, solid, {name: like(indices) for name, indices in part.faces.items()})
+
+def strokes(text: str, height: float) -> tuple[Stroke, ...]:
+    """Return the strokes [mm] of a text whose letters are so high [mm], the whole centred on the origin.
+
+    Capitals stand for all letters. Raises KeyError for a sign that has no strokes.
+    """
+    unit = height / _TALL
+    left = -0.5 * unit * (_STEP * len(text) - _GAP)
+    found = []
+    for place, letter in enumerate(text.upper()):
+        start = left + place * _STEP * unit
+        for stroke in _STROKES[letter].split(", "):
+            points = [(int(point[0]), int(point[1])) for point in stroke.split(" ")]
+            found.append(tuple((start + unit * x, unit * y - 0.5 * height) for x, y in points))
+    return tuple(found)
+
+
+def outlines(text: str, height: float, width: float) -> tuple[shapely.Polygon, ...]:
+    """Return the areas [mm] that a pen of the given width covers, from left to right."""
+    lines = [shapely.LineString(stroke) for stroke in strokes(text, height)]
+    inked = unary_union([line.buffer(0.5 * width, cap_style="square", join_style="mitre") for line in lines])
+    pieces = [inked] if isinstance(inked, shapely.Polygon) else list(inked.geoms)
+    return tuple(sorted(pieces, key=lambda piece: piece.bounds))
+
+
+def letters_that_fit(text: str, height: float, room: float) -> str:
+    """Return as much of a text as a room [mm] holds."""
+    unit = height / _TALL
+    return text[: max(0, int((room + _GAP * unit) // (_STEP * unit)))]

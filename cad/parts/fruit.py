@@ -1,18 +1,16 @@
-"""The fruit as a block with the footprints of the tips imprinted on its top face; whole, or cut where it is symmetric.
+"""The fruit with the footprints of the tips on its top: a block, whole or cut where it is symmetric, or curved.
 
-x runs along the tips, y across, z along the press; the top face is z = 0, its centre the origin. Units: mm.
+x runs along the tips, y across, z along the press; the apex, or the middle of a block's top, is the origin. Units: mm.
 """
-
-from collections.abc import Callable, Mapping
 
 import cadquery as cq
 
 from cad.design.parameters import Fruit, Tips, check_tips_on_fruit
-from cad.parts.part import Part, named_part
+from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, on_plane, same_as
 from cad.quantity import fault
 
-_TOUCH = 1e-6  # [mm], well under any length of a design, well over the tolerance of the geometry kernel
-_Test = Callable[[cq.Face], bool]
+_CURVED = 1e-4  # relative: areas of curved faces are sums
+_MIRROR_PLANES = {"symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
 
 
 def fruit_block(fruit: Fruit, tips: Tips) -> Part:
@@ -20,9 +18,7 @@ def fruit_block(fruit: Fruit, tips: Tips) -> Part:
 
     Raises InputError when a tip stands beyond the fruit.
     """
-    half_length, half_width = 0.5 * fruit.length_mm, 0.5 * fruit.width_mm
-    faces = {"base": _at(2, -fruit.height_mm), **_top_faces(tips, ("low_tip", "high_tip"))}
-    return _imprinted("fruit block", fruit, tips, (-half_length, -half_width), faces)
+    return _imprinted("fruit block", fruit, tips, ())
 
 
 def fruit_half(fruit: Fruit, tips: Tips) -> Part:
@@ -30,12 +26,7 @@ def fruit_half(fruit: Fruit, tips: Tips) -> Part:
 
     Raises InputError when a tip stands beyond the fruit.
     """
-    faces = {
-        "base": _at(2, -fruit.height_mm),
-        "symmetry_y": _at(1, 0.0),
-        **_top_faces(tips, ("low_tip", "high_tip")),
-    }
-    return _imprinted("fruit half", fruit, tips, (-0.5 * fruit.length_mm, 0.0), faces)
+    return _imprinted("fruit half", fruit, tips, ("symmetry_y",))
 
 
 def fruit_quarter(fruit: Fruit, tips: Tips) -> Part:
@@ -45,29 +36,24 @@ def fruit_quarter(fruit: Fruit, tips: Tips) -> Part:
     """
     if tips.offset_mm != 0.0:
         raise fault("tips.offset_mm", tips.offset_mm, "mm", "0 for a quarter of the fruit", "take fruit_half")
-    faces = {
-        "base": _at(2, -fruit.height_mm),
-        "symmetry_x": _at(0, 0.0),
-        "symmetry_y": _at(1, 0.0),
-        **_top_faces(tips, ("high_tip",)),
-    }
-    return _imprinted("fruit quarter", fruit, tips, (0.0, 0.0), faces)
+    return _imprinted("fruit quarter", fruit, tips, ("symmetry_x", "symmetry_y"))
 
 
 def tip_centres(tips: Tips) -> dict[str, float]:
     """Return x of the centre of each footprint by face name [mm]."""
-    low, high = tips.centres_mm
-    return {"low_tip": low, "high_tip": high}
+    return dict(zip(("low_tip", "high_tip"), tips.centres_mm, strict=True))
 
 
-def _imprinted(name: str, fruit: Fruit, tips: Tips, corner: tuple[float, float], faces: Mapping[str, _Test]) -> Part:
+def _imprinted(name: str, fruit: Fruit, tips: Tips, symmetry: tuple[str, ...]) -> Part:
     check_tips_on_fruit(fruit, tips)
-    x, y = corner
-    block = cq.Solid.makeBox(
-        0.5 * fruit.length_mm - x, 0.5 * fruit.width_mm - y, fruit.height_mm, cq.Vector(x, y, -fruit.height_mm)
-    )
-    footprints = [_footprint(tips, centre) for face, centre in tip_centres(tips).items() if face in faces]
-    return named_part(name, block.split(*footprints).Solids()[0], faces)
+    x = 0.0 if "symmetry_x" in symmetry else -0.5 * fruit.length_mm
+    y = 0.0 if "symmetry_y" in symmetry else -0.5 * fruit.width_mm
+    corner = cq.Vector(x, y, -fruit.height_mm)
+    block = cq.Solid.makeBox(0.5 * fruit.length_mm - x, 0.5 * fruit.width_mm - y, fruit.height_mm, corner)
+    centres = {face: centre for face, centre in tip_centres(tips).items() if centre > x}
+    planes = {"base": on_plane(2, -fruit.height_mm), **{plane: _MIRROR_PLANES[plane] for plane in symmetry}}
+    footprints = [_footprint(tips, centre) for centre in centres.values()]
+    return named_part(name, block.split(*footprints).Solids()[0], {**planes, **_top_faces(tips, centres)})
 
 
 def _footprint(tips: Tips, centre: float) -> cq.Face:
@@ -80,28 +66,59 @@ def _footprint(tips: Tips, centre: float) -> cq.Face:
     return cq.Face.makeFromWires(cq.Wire.assembleEdges(arcs))
 
 
-def _at(axis: int, place: float) -> _Test:
-    """Pick the plane faces that lie at a coordinate."""
-
-    def belongs(face: cq.Face) -> bool:
-        box = face.BoundingBox()
-        low, high = ((box.xmin, box.xmax), (box.ymin, box.ymax), (box.zmin, box.zmax))[axis]
-        return abs(low - place) < _TOUCH and abs(high - place) < _TOUCH
-
-    return belongs
-
-
-def _top_faces(tips: Tips, names: tuple[str, ...]) -> dict[str, _Test]:
+def _top_faces(tips: Tips, centres: dict[str, float]) -> dict[str, FaceTest]:
     """Pick each footprint by its place, and as the top what is left of it."""
-    level = _at(2, 0.0)
+    on_top, reach = on_plane(2, 0.0), tips.side_mm + NEAR_MM
 
-    def footprint(centre: float) -> _Test:
+    def footprint(centre: float) -> FaceTest:
         def belongs(face: cq.Face) -> bool:
             box = face.BoundingBox()
-            inside = abs(0.5 * (box.xmin + box.xmax) - centre) < _TOUCH and box.xmax - box.xmin < tips.side_mm + _TOUCH
-            return level(face) and inside and box.ymax < 0.5 * tips.side_mm + _TOUCH
+            inside = abs(box.center.x - centre) < NEAR_MM and max(box.xlen, 2.0 * box.ymax) < reach
+            return inside and on_top(face)
 
         return belongs
 
-    tests = {name: footprint(tip_centres(tips)[name]) for name in names}
-    return {"top": lambda face: level(face) and not any(test(face) for test in tests.values()), **tests}
+    tests = {name: footprint(centre) for name, centre in centres.items()}
+    return {"top": lambda face: on_top(face) and not any(test(face) for test in tests.values()), **tests}
+
+
+def curved_fruit(fruit: Fruit, tips: Tips | None = None) -> Part:
+    """Return the piece of a sphere or ellipsoid [mm] with the faces base and top; with tips also low_tip and high_tip.
+
+    The tips leave their outlines as seen from above. Raises InputError for a block.
+    """
+    if fruit.radius_mm is None:
+        raise fault("fruit.shape", fruit.shape, "", "sphere or ellipsoid", "take fruit_block")
+    piece = _curved_piece(fruit, fruit.radius_mm)
+    outlines = {} if tips is None else {name: _outline(piece, tips, x) for name, x in tip_centres(tips).items()}
+    if outlines:
+        piece = piece.split(*outlines.values()).Solids()[0]
+    tests = {name: same_as([face], _CURVED) for name, face in outlines.items()}
+
+    def top(face: cq.Face) -> bool:
+        return face.geomType() != "PLANE" and not any(test(face) for test in tests.values())
+
+    return named_part(f"fruit {fruit.shape}", piece, {"base": on_plane(2, -fruit.depth_mm), "top": top, **tests})
+
+
+def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
+    """Return the piece with its apex at the origin; poles and seam of the surface lie away from the top."""
+    length, width, depth = fruit.length_mm, fruit.width_mm, fruit.depth_mm
+    sphere = cq.Solid.makeSphere(radius, angleDegrees1=-90, angleDegrees2=90)
+    whole = sphere.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0), 90.0)
+    if fruit.radius_across_mm is not None:
+        stretch = (fruit.radius_across_mm / radius) ** 0.5
+        whole = whole.transformGeometry(cq.Matrix([[1, 0, 0, 0], [0, stretch, 0, 0], [0, 0, 1, 0]]))
+    box = cq.Solid.makeBox(length, width, 2.0 * depth, cq.Vector(-0.5 * length, -0.5 * width, -depth))
+    return whole.translate(cq.Vector(0.0, 0.0, -radius)).intersect(box).Solids()[0]
+
+
+def _outline(piece: cq.Solid, tips: Tips, centre: float) -> cq.Face:
+    """Return the part of the top that lies under a tip."""
+    side, far = tips.side_mm, piece.BoundingBox().DiagonalLength
+    if tips.shape == "cube":
+        above = cq.Solid.makeBox(side, side, 2.0 * far, cq.Vector(centre - 0.5 * side, -0.5 * side, -far))
+    else:
+        above = cq.Solid.makeCylinder(0.5 * side, 2.0 * far, cq.Vector(centre, 0.0, -far))
+    curved = [face for face in piece.Faces() if face.geomType() != "PLANE"]
+    return curved[0].intersect(above).Faces()[0]

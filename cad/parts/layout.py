@@ -1,52 +1,51 @@
 """The layout rule: from a design and its springs to every dimension of the housing [mm]."""
 
 import math
+from dataclasses import replace
 
 from cad.design.parameters import Design
 from cad.design.processes import Process
-from cad.design.tip_mount import foot_of, plate_depth
+from cad.design.tip_mount import plate_depth, tip_mount
 from cad.parts.housing import Housing
-from cad.theory.flexure import Flexure
+from cad.parts.pose import TILT_DEG
+from cad.theory.leaf_spring import Flexure
 
 SEPARATION = 14.0  # of the two leaves of a flexure: a wide stance keeps the tip from tilting
 SHUTTLE_WIDTH = 6.0
 TOP_BAR = 6.0
 LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest tip that prints without support
 CLEARANCE = 0.5  # frame above the fruit in the worst press
-TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
 STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
 POCKET_SIDES = 3.0  # depth of the pocket of a pin over its side
 _LEAST_PROTRUSION = 0.1
 
 
 def housing_for(
-    design: Design, process: Process, lengths: tuple[float, float], deflections: tuple[float, float]
+    design: Design, process: Process, lengths: tuple[float, ...], deflections: tuple[float, ...]
 ) -> Housing:
     """Return the housing with leaves of the given lengths, low then high, and stops above the given deflections [mm].
 
     The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Raises InputError
     when a leaf is too short for its fillets.
     """
-    tips, foot = design.tips, foot_of(design, process)
-    depth = plate_depth(design, process)
-    low, high = (
+    tips, mount, depth = design.tips, tip_mount(design, process), plate_depth(design, process)
+    leaves = [
         Flexure(thickness=t, length=length, depth=depth, separation=SEPARATION, fillet=process.fillet_mm)
-        for t, length in zip((process.leaf_thickness_low_mm, process.leaf_thickness_high_mm), lengths, strict=True)
-    )
-    shuttle = max(foot.side, min(SHUTTLE_WIDTH, tips.spacing_mm - process.min_gap_mm))
+        for t, length in zip(process.leaf_thicknesses_mm, lengths, strict=True)
+    ]
+    shuttle = max(mount.side, min(SHUTTLE_WIDTH, tips.spacing_mm - process.min_gap_mm))
     standing = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
-    tip_height = LEDGE if foot.pocket else standing
-    neck = tip_height + _taper(depth, shuttle, foot.side)
-    pin_out = standing if foot.pocket else 0.0
+    tip_height, pin_out = (LEDGE, standing) if mount.pocket else (standing, 0.0)
+    neck = tip_height + _taper(depth, shuttle, mount.side)
     protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
-    half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
+    half_leaf = 0.5 * max(process.leaf_thicknesses_mm) + process.fillet_mm
     lower = max(neck, protrusion) + LEDGE + half_leaf
-    stops = tuple(round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections)
+    stops = [round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections]
     cavity = lower + SEPARATION + half_leaf + LEDGE + max(stops)
-    return Housing(
-        low=low,
-        high=high,
-        tip_side=foot.side,
+    housing = Housing(
+        low=leaves[0],
+        high=leaves[1],
+        tip_side=mount.side,
         tip_height=tip_height,
         spacing=tips.spacing_mm,
         shuttle_width=shuttle,
@@ -58,21 +57,26 @@ def housing_for(
         top_level=cavity + TOP_BAR,
         protrusion=protrusion,
         gauges=design.print.gauges,
-        pin_side=tips.side_mm if foot.pocket else 0.0,
-        pin_round=bool(foot.pocket) and tips.shape != "cube",
+    )
+    if not mount.pocket:
+        return housing
+    return replace(
+        housing,
+        pin_side=tips.side_mm,
+        pin_round=tips.shape != "cube",
         pin_out=pin_out,
-        pocket_side=foot.pocket,
-        pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm) if foot.pocket else 0.0,
+        pocket_side=mount.pocket,
+        pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm),
     )
 
 
-def _taper(depth: float, shuttle: float, foot: float) -> float:
-    """Return the height of a neck: 45 degrees over the depth, as it prints; a ledge where there is hardly a step."""
-    step = 0.5 * (depth - foot)
-    return step if 0.5 * LEDGE <= step < LEDGE else max(step, 0.5 * (shuttle - foot), LEDGE)
+def _taper(depth: float, shuttle: float, tip: float) -> float:
+    """Return the height of a neck [mm]: 45 degrees over the depth, as it prints; a ledge where there is little step."""
+    step = 0.5 * (depth - tip)
+    return step if 0.5 * LEDGE <= step < LEDGE else max(step, 0.5 * (shuttle - tip), LEDGE)
 
 
-def _protrusion(design: Design, lengths: tuple[float, float], depth: float) -> float:
+def _protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> float:
     """Return how far the tips stand out of the frame [mm]: full travel, the drop of a tilted edge, a clearance."""
     fruit, press = design.fruit, design.press
     along = min(0.5 * fruit.length_mm + abs(design.tips.offset_mm), 0.5 * design.tips.spacing_mm + max(lengths) + 20.0)

@@ -1,10 +1,13 @@
 """A solid together with the names of the faces that matter."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import cadquery as cq
+
+FaceTest = Callable[[cq.Face], bool]
+NEAR_MM = 1e-6  # well under any length of a design, well over the tolerance of the geometry kernel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +36,7 @@ class Part:
             raise OSError(msg)
 
 
-def named_part(name: str, shape: cq.Shape, faces: Mapping[str, Callable[[cq.Face], bool]]) -> Part:
+def named_part(name: str, shape: cq.Shape, faces: Mapping[str, FaceTest]) -> Part:
     """Return a part whose named faces are those that a test on each face picks.
 
     Raises ValueError when a name matches no face, or when two names match the same face.
@@ -53,3 +56,44 @@ def named_part(name: str, shape: cq.Shape, faces: Mapping[str, Callable[[cq.Face
             owner[i] = face_name
         picked[face_name] = indices
     return Part(name=name, shape=shape, faces=picked)
+
+
+def on_plane(axis: int, place: float) -> FaceTest:
+    """Return the test that picks the plane faces at a coordinate [mm] of the axis x, y or z, 0 to 2."""
+
+    def belongs(face: cq.Face) -> bool:
+        box = face.BoundingBox()
+        start, end = ((box.xmin, box.xmax), (box.ymin, box.ymax), (box.zmin, box.zmax))[axis]
+        return abs(start - place) < NEAR_MM and abs(end - place) < NEAR_MM
+
+    return belongs
+
+
+def same_as(faces: Iterable[cq.Face], tolerance: float) -> FaceTest:
+    """Return the test that picks faces with the middle and the area of one of these, within a share [1] of them."""
+    known = [(face.Center(), face.Area()) for face in faces]
+
+    def belongs(face: cq.Face) -> bool:
+        centre, area = face.Center(), face.Area()
+        return any(
+            (centre - other).Length < tolerance * size**0.5 and abs(area - size) < tolerance * size
+            for other, size in known
+        )
+
+    return belongs
+
+
+def is_hole(face: cq.Face, diameter: float) -> bool:
+    """Say whether a face is a round hole along y of this diameter [mm]: a cylinder that closes, not a fillet."""
+    box = face.BoundingBox()
+    return face.geomType() == "CYLINDER" and max(abs(box.xlen - diameter), abs(box.zlen - diameter)) < NEAR_MM
+
+
+def upright_edges(solid: cq.Shape, corners: Sequence[tuple[float, float]]) -> Iterator[cq.Edge]:
+    """Yield the edges that run straight over the depth at one of the corners (x, z) [mm]."""
+    for edge in solid.Edges():
+        box = edge.BoundingBox()
+        if edge.geomType() == "LINE" and max(box.xlen, box.zlen) <= NEAR_MM:
+            middle = box.center
+            if any(abs(middle.x - x) < NEAR_MM and abs(middle.z - z) < NEAR_MM for x, z in corners):
+                yield edge

@@ -1,21 +1,19 @@
-"""The sensor over its fruit: which part is where, and how the housing moves when it is pressed on.
+"""The sensor over its fruit: which part is where, before it is pressed on.
 
 Sensor frame: x along the tips with their midpoint at 0, z against the press with both tip faces at z = 0,
 y across. The fruit waits below the tips by the gap. Units: mm, degrees.
 """
 
-import functools
-import math
 from dataclasses import dataclass
 
 import cadquery as cq
 
 from cad.design.parameters import Fruit, Press, Tips
 from cad.parts.engraving import marked
-from cad.parts.fruit import fruit_block
+from cad.parts.fruit import curved_fruit, fruit_block
 from cad.parts.housing import Housing
 from cad.parts.part import Part
-from cad.parts.pin_socket import pin_parts
+from cad.parts.pin_socket import pins
 
 Colour = tuple[float, float, float]
 _HOUSING_COLOUR: Colour = (0.22, 0.40, 0.62)
@@ -43,7 +41,6 @@ class Sensor:
     press: Press
     name: str = ""
 
-    @functools.cached_property
     def printed_part(self) -> Part:
         """Return the part as the print files hold it: with L, H and the name engraved in the frame, if there is one.
 
@@ -52,35 +49,24 @@ class Sensor:
         return marked(self.part, self.housing, self.name) if self.name else self.part
 
     def bodies(self) -> tuple[Body, ...]:
-        """Return housing, pins and fruit before the press, the fruit below the tips by the gap."""
+        """Return housing, pins and fruit before the press, the fruit's apex below the tips' midpoint by the gap."""
+        housing = Body(name=self.part.name, shape=self.part.shape, colour=_HOUSING_COLOUR)
         below = cq.Vector(-self.tips.offset_mm, 0.0, -self.tips.gap_mm - self.housing.pin_out)
-        block = fruit_block(self.fruit.equivalent_block, self.tips).shape.translate(below)
-        return (self.housing_body(), *self.pin_bodies(), Body(name="fruit", shape=block, colour=_FRUIT_COLOUR))
+        whole = fruit_block if self.fruit.shape == "block" else curved_fruit
+        fruit = whole(self.fruit, self.tips).shape.translate(below)
+        return (housing, *self.pin_bodies(), Body(name="fruit", shape=fruit, colour=_FRUIT_COLOUR))
 
     def pin_bodies(self) -> tuple[Body, ...]:
-        """Return the two pins in their pockets; none where the tips are printed."""
-        pins = pin_parts(self.housing, self.tips)
-        return tuple(Body(name=pin.name, shape=pin.shape, colour=_STEEL_COLOUR) for pin in pins)
-
-    def housing_body(self) -> Body:
-        """Return the housing in the sensor frame."""
-        return Body(name=self.part.name, shape=self.part.shape, colour=_HOUSING_COLOUR)
+        """Return the pins in their pockets; none where the tips are printed."""
+        return tuple(
+            Body(name=name, shape=shape, colour=_STEEL_COLOUR) for name, shape in pins(self.housing, self.tips).items()
+        )
 
     def fruit_box(self) -> cq.Solid:
         """Return the undeformed fruit as a plain box whose top is z = 0, below the tips of the sensor frame.
 
         A curved fruit lies inside this box: it falls away from its apex.
         """
-        fruit = self.fruit.equivalent_block
-        corner = (-0.5 * fruit.length_mm - self.tips.offset_mm, -0.5 * fruit.width_mm, -fruit.height_mm)
-        return cq.Solid.makeBox(fruit.length_mm, fruit.width_mm, fruit.height_mm, cq.Vector(*corner))
-
-
-def pressed(shape: cq.Shape, travel: float, tilt: float, heading: float) -> cq.Shape:
-    """Return a shape of the sensor frame [mm] lowered by the travel [mm] and tilted [deg] about the tips' midpoint.
-
-    The heading [deg] is the direction in the plane of the tips that goes down: 0 lowers the high tip, 90 the side +y.
-    """
-    turn = math.radians(heading)
-    axis = cq.Vector(-math.sin(turn), math.cos(turn), 0.0)
-    return shape.rotate(cq.Vector(0.0, 0.0, 0.0), axis, tilt).translate(cq.Vector(0.0, 0.0, -travel))
+        fruit = self.fruit
+        corner = (-0.5 * fruit.length_mm - self.tips.offset_mm, -0.5 * fruit.width_mm, -fruit.depth_mm)
+        return cq.Solid.makeBox(fruit.length_mm, fruit.width_mm, fruit.depth_mm, cq.Vector(*corner))

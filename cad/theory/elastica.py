@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from cad.quantity import Bounds, fault
 
-_SHARES = Bounds(at_least=0.0, at_most=0.5)  # of the length, beyond what any leaf is bent to
+_DEFLECTIONS = Bounds(at_least=0.0, at_most=0.5)  # over the length, beyond what any leaf is bent to
+_SINES = Bounds(at_least=0.0, below=1.0)
 _ROUND_OFF = 1e-17
 _STEPS = 40  # each leaves at most a quarter of the distance
 
@@ -22,32 +23,36 @@ class Cantilever:
 
 
 def cantilever(sine: float) -> Cantilever:
-    """Return the cantilever whose end has turned by an angle of the given sine; raises InputError below 0 or from 1.
+    """Return the cantilever whose end has turned by an angle of the given sine [1]; raises InputError below 0, from 1.
 
     With s = sine: force 2 s I^2 and deflection s J / I, I and J the integrals over 0 < v < 1 of 1 and of 1 - v^2, both
     over sqrt(1 - s^2 (1 - v^2)^2), here as series in s^2. They are the elliptic integrals of K. E. Bisshopp and
     D. C. Drucker, Quart. Appl. Math. 3, 1945, with s (1 - v^2) for the sine of the slope.
     """
-    inside = Bounds(at_least=0.0, below=1.0)
-    if not inside.hold(sine):
-        raise fault("sine of the end's slope", sine, "1", str(inside), "press less")
-    square = sine * sine
-    binomial, mean, n = 1.0, 2.0 / 3.0, 0  # of 1 / sqrt(1 - x) in x^n; of (1 - v^2)^(2 n + 1) over v
-    a = b = 0.0  # I - 1 and 1.5 J - 1
-    while True:
-        n += 1
-        binomial *= square * (2 * n - 1) / (2 * n)
-        before = mean * 4 * n / (4 * n + 1)  # of (1 - v^2)^(2 n)
-        mean = before * (4 * n + 2) / (4 * n + 3)
-        a, b = a + binomial * before, b + 1.5 * binomial * mean
-        # Terms fall faster than the powers of s^2, so those left out sum to less than this.
-        if binomial * square / (1.0 - square) <= _ROUND_OFF * a:
-            break
+    if not _SINES.hold(sine):
+        raise fault("sine of the end's slope", sine, "1", str(_SINES), "press less")
+    a, b = _series(sine * sine)
     return Cantilever(
         force=2.0 * sine * (1.0 + a) ** 2,
         deflection=2.0 / 3.0 * sine * (1.0 + b) / (1.0 + a),
         stiffening=(3.0 * a + 3.0 * a * a + a**3 - b) / (1.0 + b),
     )
+
+
+def _series(square: float) -> tuple[float, float]:
+    """Return I - 1 and 1.5 J - 1 from the square of the sine."""
+    a = b = 0.0
+    binomial, odd, n = 1.0, 2.0 / 3.0, 0
+    while True:
+        n += 1
+        binomial *= square * (2 * n - 1) / (2 * n)  # coefficient of 1 / sqrt(1 - x) in x^n
+        even = odd * 4 * n / (4 * n + 1)  # integral of (1 - v^2)^(2 n)
+        odd = even * (4 * n + 2) / (4 * n + 3)  # integral of (1 - v^2)^(2 n + 1)
+        a += binomial * even
+        b += 1.5 * binomial * odd
+        # Terms fall faster than the powers of s^2, so those left out sum to less than this.
+        if binomial * square / (1.0 - square) <= _ROUND_OFF * a:
+            return a, b
 
 
 def large_deflection_stiffening(length: float, deflection: float) -> float:
@@ -57,12 +62,12 @@ def large_deflection_stiffening(length: float, deflection: float) -> float:
     does not turn. Raises InputError beyond d = L / 2.
     """
     share = deflection / length
-    if not _SHARES.hold(share):
-        raise fault("deflection / leaf length", share, "1", str(_SHARES), "take a longer leaf or press less")
+    if not _DEFLECTIONS.hold(share):
+        raise fault("deflection / leaf length", share, "1", str(_DEFLECTIONS), "take a longer leaf or press less")
     sine = 1.5 * share
     for _ in range(_STEPS):
-        found = cantilever(sine)
-        if found.deflection == share:
+        bent = cantilever(sine)
+        if bent.deflection == share:
             break
-        sine *= share / found.deflection
-    return found.stiffening
+        sine *= share / bent.deflection
+    return bent.stiffening

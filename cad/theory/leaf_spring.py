@@ -1,6 +1,33 @@
-"""Guided-beam law of a parallel pair of leaves, both ways: the first guess of every flexure."""
+"""A flexure, two parallel leaves that guide a platform: its dimensions, and its stiffness as guided beams."""
 
 import math
+from dataclasses import dataclass
+
+from cad.quantity import Bounds, check_fields, fault, quantity
+
+_POSITIVE = Bounds(above=0.0)
+_REMEDY = "choose another process or other targets"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flexure:
+    """Two leaves of length L between fillets' outer ends, thickness t, depth w, one separation apart [mm]."""
+
+    thickness: float = quantity("mm", _POSITIVE, remedy=_REMEDY)
+    length: float = quantity("mm", _POSITIVE, remedy=_REMEDY)
+    depth: float = quantity("mm", _POSITIVE, remedy=_REMEDY)
+    separation: float = quantity("mm", _POSITIVE, remedy=_REMEDY)
+    fillet: float = quantity("mm", _POSITIVE, remedy=_REMEDY)
+
+    def __post_init__(self) -> None:
+        """Check each field, and that the fillets leave a straight leaf and a window between the leaves."""
+        check_fields(self, "flexure")
+        if self.length <= 2.0 * self.fillet:
+            bound = f"greater than 2 fillets = {2.0 * self.fillet:g} mm"
+            raise fault("flexure.length", self.length, "mm", bound, _REMEDY)
+        if self.separation <= self.thickness + 2.0 * self.fillet:
+            bound = f"greater than thickness + 2 fillets = {self.thickness + 2.0 * self.fillet:g} mm"
+            raise fault("flexure.separation", self.separation, "mm", bound, _REMEDY)
 
 
 def pair_stiffness(E: float, depth: float, thickness: float, length: float) -> float:
@@ -21,11 +48,6 @@ def root_strain(thickness: float, length: float, deflection: float) -> float:
     return 3.0 * thickness * deflection / length**2
 
 
-def parasitic_shift(length: float, deflection: float) -> float:
-    """Return the shift 0.6 d^2 / L of the platform along its leaves at deflection d [mm]."""
-    return 0.6 * deflection**2 / length
-
-
 def gauge_strain(thickness: float, length: float, deflection: float, grid: float) -> float:
     """Return the mean strain under a gauge that starts at the root and is `grid` long [1 from mm].
 
@@ -38,7 +60,7 @@ def gauge_strain(thickness: float, length: float, deflection: float, grid: float
 
 
 def natural_frequency(stiffness: float, shuttle_mass: float, leaf_mass: float) -> float:
-    """Return the first frequency of a shuttle on a pair of leaves [Hz from N/mm, g; leaf_mass of one leaf].
+    """Return the first natural frequency of a shuttle on a pair of leaves [Hz from N/mm, g; leaf_mass of one leaf].
 
     Rayleigh's quotient with the static shape: each leaf moves as 13/35 of its mass. S. Timoshenko, Vibration
     Problems in Engineering, 1937, art. 16.

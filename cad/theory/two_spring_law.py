@@ -1,10 +1,10 @@
 """The two-spring law of the paper both ways: targets to stiffnesses, stiffnesses to force ratio.
 
 Equation numbers are those of "Design and Simulation of a Tactile Sensor for Fruit Ripeness Detection",
-WCECS 2019, ISBN 978-988-14048-7-9. Every stiffness has the same unit; inside the project [N/mm].
+WCECS 2019, ISBN 978-988-14048-7-9. All stiffnesses have the same unit; inside the project [N/mm].
 
-K_m is the fruit's stiffness under the low tip. Off the middle of a fruit the high tip meets another one, `asymmetry`
-times K_m; the law is then that of K_h / asymmetry, times the asymmetry.
+K_m is the fruit's stiffness under the low tip. Off the middle of a fruit it is another one under the high tip:
+`stiffness_ratio` times K_m. The law is then that of K_h / stiffness_ratio, times the stiffness ratio.
 """
 
 import math
@@ -32,28 +32,41 @@ class Springs:
             )
             raise ValueError(msg)
 
+    @property
+    def stiffnesses(self) -> tuple[float, float]:
+        """Return both stiffnesses, low then high [N/mm]."""
+        return self.K_l, self.K_h
+
+
+PAPER_SPRINGS = Springs(K_l=0.753, K_h=17.3)  # the paper's own, sized by (6), (7) and (10)
+
 
 def series_stiffness(K: float, K_m: float) -> float:
-    """Return the stiffness of a spring in series with the fruit, (1) and (2)."""
+    """Return the stiffness of a spring in series with the fruit, (1) and (2) [same unit]."""
     return K * K_m / (K + K_m)
 
 
-def force_ratio(springs: Springs, K_m: float, asymmetry: float = 1.0) -> float:
-    """Return P = F_h / F_l at fruit stiffness K_m, (3)."""
-    return series_stiffness(springs.K_h, asymmetry * K_m) / series_stiffness(springs.K_l, K_m)
+def force_ratio(springs: Springs, K_m: float, stiffness_ratio: float = 1.0) -> float:
+    """Return P = F_h / F_l at fruit stiffness K_m [1], (3)."""
+    return series_ratio(springs.K_l, springs.K_h, K_m, stiffness_ratio * K_m)
 
 
-def fruit_stiffness(springs: Springs, P: float, asymmetry: float = 1.0) -> float:
-    """Return the fruit stiffness K_m at which the force ratio is P, (4); exact, needs no linearity.
+def series_ratio(K_l: float, K_h: float, K_m_low: float, K_m_high: float) -> float:
+    """Return the force ratio [1] of two springs in series with the fruit under their tips, (3) [all in one unit]."""
+    return series_stiffness(K_h, K_m_high) / series_stiffness(K_l, K_m_low)
 
-    Raises ValueError unless asymmetry < P < K_h / K_l, the range that the springs can show.
+
+def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) -> float:
+    """Return the fruit stiffness K_m at which the force ratio is P, (4), whether P is linear or not [N/mm].
+
+    Raises ValueError unless stiffness_ratio < P < K_h / K_l, the range that the springs can show.
     """
     K_l, K_h = springs.K_l, springs.K_h
-    if not asymmetry < P < K_h / K_l:
-        bound = f"greater than {asymmetry:g} and less than K_h/K_l = {K_h / K_l:g}"
+    if not stiffness_ratio < P < K_h / K_l:
+        bound = f"greater than {stiffness_ratio:g} and less than K_h/K_l = {K_h / K_l:g}"
         msg = f"P = {P:g}: must be {bound}; check the two forces"
         raise ValueError(msg)
-    return K_h * K_l * (asymmetry - P) / (asymmetry * (P * K_l - K_h))
+    return K_h * K_l * (stiffness_ratio - P) / (stiffness_ratio * (P * K_l - K_h))
 
 
 def hayes_stiffness(E: float, poisson: float, radius: float, C_k: float = 1.0) -> float:
@@ -62,36 +75,36 @@ def hayes_stiffness(E: float, poisson: float, radius: float, C_k: float = 1.0) -
 
 
 def stiffness_at_largest_nonlinearity(K_h: float, K_m_max: float) -> float:
-    """Return K_m* = sqrt(K_h (K_h + K_m,max)) - K_h, where P departs most from its straight line."""
+    """Return K_m* = sqrt(K_h (K_h + K_m,max)) - K_h, where P departs most from its straight line [same unit]."""
     return math.sqrt(K_h * (K_h + K_m_max)) - K_h
 
 
 def nonlinearity(
-    springs: Springs, K_m_max: float, definition: Definition = "mid-range", asymmetry: float = 1.0
+    springs: Springs, K_m_max: float, definition: Definition = "mid-range", stiffness_ratio: float = 1.0
 ) -> float:
     """Return NL, the departure of P from its straight line over 0..K_m,max divided by P's rise [1].
 
     "mid-range" takes it at K_m,max / 2 as in (7); "largest" at its maximum.
     """
-    K_h = springs.K_h / asymmetry
+    K_h = springs.K_h / stiffness_ratio
     K_m = 0.5 * K_m_max if definition == "mid-range" else stiffness_at_largest_nonlinearity(K_h, K_m_max)
-    rise = force_ratio(springs, K_m_max, asymmetry) - asymmetry
-    return (force_ratio(springs, K_m, asymmetry) - asymmetry) / rise - K_m / K_m_max
+    rise = force_ratio(springs, K_m_max, stiffness_ratio) - stiffness_ratio
+    return (force_ratio(springs, K_m, stiffness_ratio) - stiffness_ratio) / rise - K_m / K_m_max
 
 
 def size_springs(
-    P_max: float, NL: float, K_m_max: float, definition: Definition = "mid-range", asymmetry: float = 1.0
+    P_max: float, NL: float, K_m_max: float, definition: Definition = "mid-range", stiffness_ratio: float = 1.0
 ) -> Springs:
     """Return the springs with force ratio P_max and nonlinearity NL at fruit stiffness K_m,max [N/mm].
 
-    Solves (7) and (10) in closed form: with r = asymmetry K_m,max / K_h, NL is r / (4 + 2 r) at mid-range and
-    (s - 1) / (s + 1), s = sqrt(1 + r), at its largest; then K_l = K_m,max / (P_max / asymmetry (1 + r) - 1).
-    Raises ValueError outside P_max > asymmetry, 0 < NL < 0.5, K_m_max > 0.
+    Solves (7) and (10) in closed form. With r = K_m,max / K_h for stiffness ratio 1, NL is r / (4 + 2 r) at mid-range
+    and (s - 1) / (s + 1), s = sqrt(1 + r), at its largest; then K_l = K_m,max / (P_max (1 + r) - 1).
+    Raises ValueError outside P_max > stiffness_ratio, 0 < NL < 0.5, K_m_max > 0.
     """
-    ratio = P_max / asymmetry
+    ratio = P_max / stiffness_ratio
     if not (ratio > 1.0 and 0.0 < NL < _NL_LIMIT and 0.0 < K_m_max < math.inf):
-        bound = f"P_max > {asymmetry:g}, 0 < NL < 0.5, K_m_max > 0"
+        bound = f"P_max > {stiffness_ratio:g}, 0 < NL < 0.5, K_m_max > 0"
         msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm: must be {bound}; check the targets"
         raise ValueError(msg)
     r = 4.0 * NL / (1.0 - 2.0 * NL) if definition == "mid-range" else ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
-    return Springs(K_l=K_m_max / (ratio * (1.0 + r) - 1.0), K_h=asymmetry * K_m_max / r)
+    return Springs(K_l=K_m_max / (ratio * (1.0 + r) - 1.0), K_h=stiffness_ratio * K_m_max / r)

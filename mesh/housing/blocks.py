@@ -8,15 +8,10 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
 
-from cad.parts.housing import Housing
-from cad.theory.flexure import Flexure
+from cad.parts.housing import Arm, Housing
 
 Point = tuple[float, float]
-Fan = tuple[float, float, float]
-"""Levels z of the lower edge, the leaf and the upper edge of a fan."""
-Surface = Literal["low_leaves", "high_leaves", "mounting_holes", ""]
 
 _FAN = 1.8  # half height of a fan's box over half the thickness of the leaf with its fillets
 _ROOM = 0.7  # share of the solid beside a fillet that a fan may take
@@ -38,7 +33,7 @@ class Counts:
 
 @dataclass(frozen=True, kw_only=True)
 class Segment:
-    """A line or, with a centre, an arc, with its number of elements.
+    """A line or, with a centre, an arc, with its number of elements; `surface` names the face it lies on.
 
     `growth` is the ratio of one element to the next; `bump` below 1 packs elements towards both ends.
     """
@@ -49,7 +44,7 @@ class Segment:
     centre: Point | None = None
     growth: float = 1.0
     bump: float = 1.0
-    surface: Surface = ""
+    surface: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,26 +55,21 @@ class Block:
     smooth: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
-class Arm:
-    """One flexure with what it is fixed to: x of its roots, the way from wall to shuttle, and its levels."""
+@dataclass(frozen=True)
+class Fan:
+    """The levels z of a fan: that of its leaf, and its height above and below it [mm]."""
 
-    flexure: Flexure
-    leaves: Surface
-    wall: float
-    shuttle: float
-    top: float
-    levels: tuple[float, float]
-    holes: tuple[Point, Point]
+    level: float
+    height: float
 
     @property
-    def inward(self) -> float:
-        """Return the sign of x from the wall to the shuttle."""
-        return math.copysign(1.0, self.shuttle - self.wall)
+    def levels(self) -> tuple[float, float, float]:
+        """Return the levels z of its lower edge, its leaf and its upper edge [mm]."""
+        return self.level - self.height, self.level, self.level + self.height
 
 
 def counts(housing: Housing, scale: float) -> Counts:
-    """Return the numbers of elements; `scale` 1 is the mesh to solve on, 2 the one it is judged by, 0.5 a reference."""
+    """Return the numbers of elements at a relative size [1]: 1 to solve on, 2 to judge that by, 0.5 a reference."""
 
     def scaled(number: int) -> int:
         return max(1, round(number / scale))
@@ -95,111 +85,104 @@ def counts(housing: Housing, scale: float) -> Counts:
     )
 
 
-def arms(housing: Housing) -> tuple[Arm, Arm]:
-    """Return the low and the high arm."""
-
-    def arm(flexure: Flexure, roots: Point, top: float, holes: Sequence[Point]) -> Arm:
-        return Arm(
-            flexure=flexure,
-            leaves="low_leaves" if roots[0] < roots[1] else "high_leaves",
-            wall=roots[0],
-            shuttle=roots[1],
-            top=top,
-            levels=(housing.lower_leaf_level, housing.lower_leaf_level + flexure.separation),
-            holes=(holes[0], holes[1]),
-        )
-
-    low = arm(housing.low, housing.low_root, housing.low_top_level, housing.holes[:2])
-    return low, arm(housing.high, housing.high_root, housing.high_top_level, housing.holes[2:])
-
-
 def pieces(length: float, count: Counts) -> int:
-    """Return the number of elements of the frame's size on a length."""
+    """Return the number of elements of the frame's size on a length [mm]."""
     return max(1, math.ceil(length / count.frame_size - 0.01))
 
 
-def fan_height(flexure: Flexure, room: float) -> float:
-    """Return half the height of a fan's box; `room` is the solid beside the root."""
-    half = 0.5 * flexure.thickness + flexure.fillet
-    return min(_FAN * half, half + _ROOM * (room - half))
+def pieces_between(a: float, b: float, fans: Sequence[Fan], count: Counts) -> int:
+    """Return the number of elements between two levels of a wall or shuttle [mm]; a fan sets it where there is one."""
+    return count.sector if in_fan(a, b, fans) else pieces(b - a, count)
 
 
-def fan(arm: Arm, x: float, level: float, box: Point, count: Counts) -> Block:
-    """Return the fan at a root; its box reaches `box` = (depth along x, signed; half height)."""
-    depth, height = box
-    r, half, out = arm.flexure.fillet, 0.5 * arm.flexure.thickness, -math.copysign(arm.flexure.fillet, depth)
-    n = count.sector
+def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
+    """Say whether two levels [mm] lie in the same fan."""
+    return any(fan.levels[0] <= a and b <= fan.levels[2] for fan in fans)
 
-    def side(sign: float) -> tuple[Segment, Segment]:
-        start, touch = (x + out, level + sign * half), (x, level + sign * (half + r))
-        centre = (x + out, level + sign * (half + r))
-        return (
-            Segment(start=start, end=touch, count=count.along_fillet, centre=centre, surface=arm.leaves),
-            Segment(start=touch, end=(x, level + sign * height), count=count.beside_fillet),
-        )
 
-    corners = [(x, level - height), (x + depth, level - height), (x + depth, level), (x + depth, level + height),
-               (x, level + height)]  # fmt: skip
-    far = tuple(Segment(start=a, end=b, count=n) for a, b in pairwise(corners))
-    leaf_end = Segment(start=(x + out, level - half), end=(x + out, level + half), count=4 * n)
-    return Block(sides=((leaf_end,), side(1.0), far, side(-1.0)), smooth=True)
+def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
+    """Return the fans of both leaves in a solid beside their roots that reaches from bottom to top [mm]."""
+    lower, upper = arm.levels
+    inside, half = 0.5 * arm.flexure.separation, 0.5 * arm.flexure.thickness + arm.flexure.fillet
+    rooms = (min(lower - bottom, inside), min(top - upper, inside))
+    heights = [min(_FAN * half, half + _ROOM * (room - half)) for room in rooms]
+    return tuple(Fan(*pair) for pair in zip(arm.levels, heights, strict=True))
+
+
+def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
+    """Return the fan at a root at x; its box reaches `depth` [mm] along x into the solid, with its sign."""
+    lower, level, upper = fan.levels
+    half, start = 0.5 * arm.flexure.thickness, x - math.copysign(arm.flexure.fillet, depth)
+    corners = [(x, lower), (x + depth, lower), (x + depth, level), (x + depth, upper), (x, upper)]
+    far = tuple(Segment(start=a, end=b, count=count.sector) for a, b in pairwise(corners))
+    leaf = Segment(start=(start, level - half), end=(start, level + half), count=4 * count.sector)
+    sides = [_fan_side(arm, (x, edge), start, level, count) for edge in (upper, lower)]
+    return Block(sides=((leaf,), sides[0], far, sides[1]), smooth=True)
+
+
+def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) -> tuple[Segment, Segment]:
+    """Return the fillet from the leaf's end at x = start to the solid, and the solid's face on to the box's edge."""
+    sign = math.copysign(1.0, edge[1] - level)
+    leaf = level + sign * 0.5 * arm.flexure.thickness
+    root = level + sign * (0.5 * arm.flexure.thickness + arm.flexure.fillet)
+    touch, centre = (edge[0], root), (start, root)
+    n, surface = count.along_fillet, f"{arm.name}_leaves"
+    return (
+        Segment(start=(start, leaf), end=touch, count=n, centre=centre, surface=surface),
+        Segment(start=touch, end=edge, count=count.beside_fillet),
+    )
 
 
 def leaves(arm: Arm, count: Counts) -> Iterator[Block]:
-    """Return the straight parts of the two leaves of an arm."""
-    r, half, n = arm.flexure.fillet * arm.inward, 0.5 * arm.flexure.thickness, count.along_leaf
-    start, end = arm.wall + r, arm.shuttle - r
+    """Yield the straight parts of the two leaves of an arm."""
+    r, half = arm.sign * arm.flexure.fillet, 0.5 * arm.flexure.thickness
+    start, end = arm.wall - r, arm.shuttle + r
     # Bending across the leaf fades within half its depth from a root: long leaves need their elements there.
     bump = min(1.0, arm.flexure.depth / abs(end - start))
     for level in arm.levels:
         rows = [
-            Segment(start=(start, z), end=(end, z), count=n, bump=bump, surface=arm.leaves)
+            Segment(start=(start, z), end=(end, z), count=count.along_leaf, bump=bump, surface=f"{arm.name}_leaves")
             for z in (level - half, level + half)
         ]
         ends = [Segment(start=(x, level - half), end=(x, level + half), count=4 * count.sector) for x in (end, start)]
         yield Block(sides=((rows[0],), (ends[0],), (rows[1],), (ends[1],)))
 
 
-def straight_block(corners: Sequence[Point], number: tuple[int, int]) -> Block:
-    """Return a straight-sided block; sides 0 and 2 have number[0] elements, sides 1 and 3 number[1]."""
+def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
+    """Return a straight-sided block with `along` elements on sides 0 and 2 and `across` on sides 1 and 3."""
     pairs = pairwise([*corners, corners[0]])
-    return Block(sides=tuple((Segment(start=a, end=b, count=number[i % 2]),) for i, (a, b) in enumerate(pairs)))
+    numbers = (along, across, along, across)
+    return Block(sides=tuple((Segment(start=a, end=b, count=n),) for (a, b), n in zip(pairs, numbers, strict=True)))
 
 
-def pieces_between(a: float, b: float, fans: Sequence[Fan], count: Counts) -> int:
-    """Return the number of elements between two lines of a wall or shuttle; a fan sets it where there is one."""
-    in_fan = any(low <= a and b <= high for low, _, high in fans)
-    return count.sector if in_fan else pieces(b - a, count)
+def rectangle(x: Point, z: Point, along: int, across: int) -> Block:
+    """Return the block between two places along x and two levels z [mm]."""
+    (x0, x1), (z0, z1) = x, z
+    return straight_block(((x0, z0), (x1, z0), (x1, z1), (x0, z1)), along, across)
 
 
 def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
-    """Return the blocks of one shuttle with its neck and tip, two columns wide."""
-    lower, upper = arm.levels
-    inside = 0.5 * arm.flexure.separation
-    rooms = (min(lower - housing.neck_level, inside), min(arm.top - upper, inside))
-    heights = [fan_height(arm.flexure, room) for room in rooms]
-    fans = [(z - h, z, z + h) for z, h in zip(arm.levels, heights, strict=True)]
-    middle = arm.shuttle + arm.inward * 0.5 * housing.shuttle_width
-    far = arm.shuttle + arm.inward * housing.shuttle_width
-    for z, h in zip(arm.levels, heights, strict=True):
-        yield fan(arm, arm.shuttle, z, (middle - arm.shuttle, h), count)
-    for a, b in pairwise([housing.neck_level, *fans[0], *fans[1], arm.top]):
-        number = pieces_between(a, b, fans, count)
-        yield straight_block(((middle, a), (far, a), (far, b), (middle, b)), (count.sector, number))
-        if not any(low <= a and b <= high for low, _, high in fans):
-            yield straight_block(((arm.shuttle, a), (middle, a), (middle, b), (arm.shuttle, b)), (count.sector, number))
-    tip = arm.inward * 0.5 * housing.tip_side
-    for top, bottom in (((arm.shuttle, middle), (middle - tip, middle)), ((middle, far), (middle, middle + tip))):
-        yield _neck(housing, top, bottom, count)
-        (a, b), z = bottom, housing.tip_height
-        yield straight_block(((a, 0.0), (b, 0.0), (b, z), (a, z)), (count.sector, count.sector))
+    """Yield the blocks of one shuttle with its neck and tip, two columns wide."""
+    fans = fans_between(arm, housing.neck_level, arm.top_level)
+    width, half_tip = -arm.sign * housing.shuttle_width, -arm.sign * 0.5 * housing.tip_side
+    near, middle, far = arm.shuttle, arm.shuttle + 0.5 * width, arm.shuttle + width
+    for fan in fans:
+        yield fan_block(arm, near, fan, middle - near, count)
+    for a, b in pairwise([housing.neck_level, *fans[0].levels, *fans[1].levels, arm.top_level]):
+        columns = ((middle, far),) if in_fan(a, b, fans) else ((middle, far), (near, middle))
+        for x in columns:
+            yield rectangle(x, (a, b), count.sector, pieces_between(a, b, fans, count))
+    yield from _neck(housing, (near, middle), (middle - half_tip, middle), count)
+    yield from _neck(housing, (middle, far), (middle, middle + half_tip), count)
 
 
-def _neck(housing: Housing, top: tuple[float, float], bottom: tuple[float, float], count: Counts) -> Block:
-    corners = [(x, housing.tip_height) for x in bottom] + [(x, housing.neck_level) for x in reversed(top)]
-    (a, b, c, d) = corners
-    cell = straight_block(corners, (count.sector, count.neck))
-    rise = tuple(
-        (Segment(start=low, end=high, count=count.neck, growth=_NECK_GROWTH),) for low, high in ((b, c), (a, d))
+def _neck(housing: Housing, top: Point, bottom: Point, count: Counts) -> Iterator[Block]:
+    """Yield the block between two places along x at the top of a neck and two at its bottom, and the tip below."""
+    a, b = ((x, housing.tip_height) for x in bottom)
+    d, c = ((x, housing.neck_level) for x in top)
+    cell = straight_block((a, b, c, d), count.sector, count.neck)
+    right, left = (
+        Segment(start=start, end=end, count=count.neck, growth=_NECK_GROWTH) for start, end in ((b, c), (a, d))
     )
-    return Block(sides=(cell.sides[0], rise[0], cell.sides[2], rise[1]))
+    yield Block(sides=(cell.sides[0], (right,), cell.sides[2], (left,)))
+    yield rectangle(bottom, (0.0, housing.tip_height), count.sector, count.sector)

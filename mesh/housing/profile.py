@@ -1,18 +1,14 @@
 """The profile of the housing in quadrilaterals, made by gmsh from four-sided blocks."""
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import gmsh
 import numpy as np
-from numpy.typing import NDArray
 
+from mesh.gmsh_arrays import Floats, Ints, element_nodes, used_nodes
 from mesh.housing.blocks import Block, Point, Segment
 from mesh.session import MeshError, gmsh_session, stage
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _SMOOTHING = 10
 _DIGITS = 9  # points closer than 1e-9 mm are one point
@@ -20,7 +16,7 @@ _DIGITS = 9  # points closer than 1e-9 mm are one point
 
 @dataclass(frozen=True, kw_only=True)
 class Profile:
-    """Points (2, n) [mm] in (x, z), quadrilaterals (4, m) counterclockwise, edges (2, k) on arcs with their midpoints.
+    """Points (2, points) [mm] in (x, z), quadrilaterals (4, m) counterclockwise, edges (2, k) on arcs, their middles.
 
     `surfaces` gives by name the edges (2, k) that lie on a named surface.
     """
@@ -50,21 +46,22 @@ class _Curves:
         """Return the tag of a segment's curve; raises MeshError when its neighbour has another count."""
         key = frozenset((_key(segment.start), _key(segment.end)))
         if key not in self.curves:
-            start, end = self.point(segment.start), self.point(segment.end)
-            geo = gmsh.model.geo
-            tag = (
-                geo.addLine(start, end)
-                if segment.centre is None
-                else geo.addCircleArc(start, self.point(segment.centre), end)
-            )
-            rule = ("Progression", segment.growth) if segment.bump == 1.0 else ("Bump", segment.bump)
-            geo.mesh.setTransfiniteCurve(tag, segment.count + 1, *rule)
-            self.curves[key] = (tag, segment)
-        tag, known = self.curves[key]
-        if known.count != segment.count:
-            reason = f"the side from {segment.start} to {segment.end} has {known.count} and {segment.count} elements"
+            self.curves[key] = (self._drawn(segment), segment)
+        tag, earlier = self.curves[key]
+        if earlier.count != segment.count:
+            reason = f"the side from {segment.start} to {segment.end} has {earlier.count} and {segment.count} elements"
             raise MeshError("blocks", reason, "check the dimensions of the housing")
         return tag
+
+    def _drawn(self, segment: Segment) -> int:
+        geo, start, end = gmsh.model.geo, self.point(segment.start), self.point(segment.end)
+        if segment.centre is None:
+            tag = geo.addLine(start, end)
+        else:
+            tag = geo.addCircleArc(start, self.point(segment.centre), end)
+        rule = ("Progression", segment.growth) if segment.bump == 1.0 else ("Bump", segment.bump)
+        geo.mesh.setTransfiniteCurve(tag, segment.count + 1, *rule)
+        return int(tag)
 
 
 def _key(place: Point) -> Point:
@@ -103,41 +100,29 @@ def _corners(sides: Sequence[Sequence[Segment]]) -> list[Point]:
 
 
 def _read(curves: Sequence[tuple[int, Segment]]) -> Profile:
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    kinds, _, nodes = gmsh.model.mesh.getElements(2)
-    if list(kinds) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
+    if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")
-    quads = np.asarray(nodes[0], dtype=np.int64).reshape(-1, 4).T
-    used = np.unique(quads)
-    place = np.full(int(np.max(tags)) + 1, -1, dtype=np.int64)
-    where = np.empty_like(place)
-    where[np.asarray(tags, dtype=np.int64)] = np.arange(len(tags))
-    place[used] = np.arange(len(used))
-    points = np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[where[used]][:, [0, 2]].T)
-    edges = {tag: place[_edges(tag)] for tag, _ in curves}
-    round_ones = [(edges[tag], segment, segment.centre) for tag, segment in curves if segment.centre is not None]
-    surfaces = {segment.surface for _, segment in curves} - {""}
+    quads = element_nodes("Quadrangle")
+    nodes = used_nodes(quads)
+    points = np.ascontiguousarray(nodes.places[[0, 2]])
+    edges = [(nodes.index[element_nodes("Line", entity=tag)], segment) for tag, segment in curves]
+    arcs = [ends for ends, segment in edges if segment.centre is not None]
+    surfaces = sorted({segment.surface for _, segment in edges} - {""})
     return Profile(
         points=points,
-        quads=_counterclockwise(points, place[quads]),
-        arcs=np.hstack([ends for ends, _, _ in round_ones]),
-        midpoints=np.hstack([_midpoints(points[:, ends], one.start, centre) for ends, one, centre in round_ones]),
-        surfaces={
-            name: np.hstack([edges[tag] for tag, segment in curves if segment.surface == name])
-            for name in sorted(surfaces)
-        },
+        quads=_counterclockwise(points, nodes.index[quads]),
+        arcs=np.hstack(arcs),
+        midpoints=np.hstack([_midpoints(points[:, ends], arc) for ends, arc in edges if arc.centre is not None]),
+        surfaces={name: np.hstack([ends for ends, one in edges if one.surface == name]) for name in surfaces},
     )
 
 
-def _edges(curve: int) -> Ints:
-    return np.asarray(gmsh.model.mesh.getElements(1, curve)[2][0], dtype=np.int64).reshape(-1, 2).T
-
-
-def _midpoints(ends: Floats, start: Point, centre: Point) -> Floats:
+def _midpoints(ends: Floats, arc: Segment) -> Floats:
     """Return the middle of each piece of an arc, shape (2, k), from its ends (2, 2, k)."""
-    middle = np.array(centre).reshape(2, 1)
-    away = ends.mean(axis=1) - middle
-    return np.asarray(middle + math.dist(start, centre) * away / np.linalg.norm(away, axis=0))
+    centre = np.array(arc.centre).reshape(2, 1)
+    away = ends.mean(axis=1) - centre
+    radius = np.linalg.norm(np.array(arc.start) - centre[:, 0])
+    return np.asarray(centre + radius * away / np.linalg.norm(away, axis=0))
 
 
 def _counterclockwise(points: Floats, quads: Ints) -> Ints:

@@ -4,10 +4,8 @@ Boundaries: low_tip, high_tip, mounting_holes, symmetry, and low_leaves, high_le
 """
 
 import dataclasses
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from skfem import MeshHex1, MeshHex2
 from skfem.quadrature import get_quadrature
@@ -15,15 +13,14 @@ from skfem.refdom import RefHex, RefQuad
 
 from cad.parts.housing import Housing
 from cad.parts.part import Part
+from mesh.gmsh_arrays import Floats, Ints, index_by_nodes
 from mesh.housing.blocks import counts
 from mesh.housing.frame import housing_blocks
 from mesh.housing.profile import Profile, meshed_profile
-from mesh.quality import compare
+from mesh.quality import compare, named_facets
 from mesh.session import MeshError
 
 FlexureMesh = MeshHex2
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 LEAST_JACOBIAN = 0.1
 LONGEST_STRETCH = 1.25  # of the straight part of a leaf, either way, before a fresh mesh is due
@@ -46,7 +43,7 @@ def flexure_mesh(housing: Housing, scale: float = 1.0) -> MeshHex2:
     curved = _curved(MeshHex2.from_mesh(straight), profile)
     curved[1] *= _depth_share(housing, curved[0], curved[2])
     mesh = dataclasses.replace(MeshHex2.from_mesh(straight), doflocs=curved)
-    mesh = mesh.with_boundaries(_boundaries(profile, straight))
+    mesh = mesh.with_boundaries(_boundaries(housing, profile, straight))
     check_jacobian(mesh)
     return mesh
 
@@ -56,15 +53,13 @@ def stretched(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | 
 
     None when a leaf changes so much that a fresh mesh is due. Raises MeshError when anything but lengths differs.
     """
-    lengths = {
-        side: dataclasses.replace(getattr(made_for, side), length=getattr(wanted, side).length)
-        for side in ("low", "high")
-    }
-    if dataclasses.replace(made_for, **lengths) != wanted:
+    pairs = zip(made_for.arms, wanted.arms, strict=True)
+    flexures = {old.name: dataclasses.replace(old.flexure, length=new.flexure.length) for old, new in pairs}
+    if made_for.with_flexures(flexures) != wanted:
         raise MeshError("stretch", "the housings differ in more than their leaf lengths", "make a fresh mesh")
     old, new = _knots(made_for), _knots(wanted)
-    ratios = [(new[i + 1] - new[i]) / (old[i + 1] - old[i]) for i in (1, 3)]
-    if not all(1.0 / LONGEST_STRETCH <= ratio <= LONGEST_STRETCH for ratio in ratios):
+    ratios = (np.diff(new) / np.diff(old))[1::2]
+    if ratios.min() < 1.0 / LONGEST_STRETCH or ratios.max() > LONGEST_STRETCH:
         return None
     places = mesh.doflocs.copy()
     places[0] = np.interp(places[0], old, new)
@@ -81,14 +76,11 @@ def check_flexure_mesh(mesh: MeshHex2, part: Part) -> None:
     points, weights = get_quadrature(RefHex, 5)
     volume = 2.0 * float((np.abs(mesh.mapping().detDF(points)) * weights).sum())
     compare(("volume", "mm^3"), volume, float(part.shape.Volume()), _VOLUME_TOLERANCE, _VERY)
-    known = mesh.boundaries or {}
-    skin = np.setdiff1d(mesh.boundary_facets(), known.get("symmetry", []))
+    skin = np.setdiff1d(mesh.boundary_facets(), (mesh.boundaries or {}).get("symmetry", []))
     compare(("surface", "mm^2"), _area(mesh, skin), float(part.shape.Area()), _AREA_TOLERANCE, _VERY)
     for name in part.faces:
-        if name not in known or not len(known[name]):
-            raise MeshError("compare", f"face {name!r} has no facets", f"known names: {', '.join(known) or 'none'}")
-        found = _area(mesh, known[name])
-        compare((f"area of face {name!r}", "mm^2"), found, part.face_area(name), _AREA_TOLERANCE, _VERY)
+        area = _area(mesh, named_facets(mesh, name))
+        compare((f"area of face {name!r}", "mm^2"), area, part.face_area(name), _AREA_TOLERANCE, _VERY)
 
 
 def _area(mesh: MeshHex2, facets: Ints) -> float:
@@ -159,46 +151,35 @@ def _curved(mesh: MeshHex2, profile: Profile) -> Floats:
 
 def _quads_on(profile: Profile) -> tuple[Ints, Ints]:
     """Return pairs (quadrilateral, arc edge) of all quadrilaterals that have an edge on an arc."""
-    where = {tuple(ends): index for index, ends in enumerate(np.sort(profile.arcs, axis=0).T.tolist())}
-    pairs = [
-        (quad, where[ends])
-        for side in range(4)
-        for quad, ends in enumerate(map(tuple, np.sort(profile.quads[[side, (side + 1) % 4]], axis=0).T.tolist()))
-        if ends in where
-    ]
-    return np.array([quad for quad, _ in pairs]), np.array([edge for _, edge in pairs])
+    sides = [index_by_nodes(profile.arcs, profile.quads[[side, (side + 1) % 4]]) for side in range(4)]
+    quads = [np.flatnonzero(edges >= 0) for edges in sides]
+    return np.concatenate(quads), np.concatenate([edges[edges >= 0] for edges in sides])
 
 
-def _boundaries(profile: Profile, mesh: MeshHex1) -> dict[str, Ints]:
+def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str, Ints]:
     """Return the named facets of the swept mesh, found by its nodes: the sweep keeps their order."""
     n = profile.points.shape[1]
     outside = mesh.boundary_facets()
     corners = mesh.facets[:, outside]
     x, _, z = mesh.p[:, corners]
     level = np.abs(z).max(axis=0) < _NEAR
-    centre = x.mean(axis=0)
-    named = {
-        "low_tip": outside[level & (centre < 0.0)],
-        "high_tip": outside[level & (centre > 0.0)],
-        "symmetry": outside[(corners < n).all(axis=0)],
-    }
+    nearest = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
+    named = {f"{arm.name}_tip": outside[level & (nearest == i)] for i, arm in enumerate(housing.arms)}
+    named["symmetry"] = outside[(corners < n).all(axis=0)]
     return {**named, **{name: _facets_over(outside, corners % n, edges) for name, edges in profile.surfaces.items()}}
 
 
-def _facets_over(facets: Ints, feet: Ints, edges: Ints) -> Ints:
-    """Return the facets that stand over edges of the profile; `feet` (4, k) are the profile's points under a facet."""
-    wanted = set(map(tuple, np.sort(edges, axis=0).T.tolist()))
-    low, high = feet.min(axis=0), feet.max(axis=0)
-    hit = [pair in wanted for pair in zip(low.tolist(), high.tolist(), strict=True)]
-    return np.asarray(facets[np.array(hit)])
+def _facets_over(facets: Ints, below: Ints, edges: Ints) -> Ints:
+    """Return the facets that stand over edges of the profile; `below` (4, k) are the profile's points under a facet."""
+    ends = np.stack([below.min(axis=0), below.max(axis=0)])
+    return np.asarray(facets[index_by_nodes(edges, ends) >= 0])
 
 
-def _knots(housing: Housing) -> Sequence[float]:
-    """Return x from left to right: the outer faces, and the ends of the straight leaves between them."""
-    low, high = housing.low, housing.high
-    return (
-        housing.left,
-        housing.low_root[0] + low.fillet, housing.low_root[1] - low.fillet,
-        housing.high_root[1] + high.fillet, housing.high_root[0] - high.fillet,
-        housing.right,
-    )  # fmt: skip
+def _knots(housing: Housing) -> list[float]:
+    """Return x from left to right [mm]: the outer faces, and the ends of the straight leaves between them."""
+    ends = [
+        x
+        for arm in housing.arms
+        for x in (arm.wall - arm.sign * arm.flexure.fillet, arm.shuttle + arm.sign * arm.flexure.fillet)
+    ]
+    return [housing.left, *sorted(ends), housing.right]

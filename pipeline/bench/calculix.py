@@ -1,37 +1,39 @@
-"""Other solvers on the meshes of this one: CalculiX where it is installed, and which others are absent.
+"""CalculiX, another solver, on the meshes and with the elements of this one.
 
-CalculiX ends with exit code 0 on some failures, so its text is read and its reactions must balance.
+It ends with exit code 0 on some failures, so its text is read and its reactions must balance.
 """
 
-import importlib.util
+import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from pipeline.bench.resources import ONE_THREAD, cost_of
-from pipeline.storage.vtu import TETRA_EDGES, VTK_NODES
+from pipeline.bench.resources import ONE_THREAD, resource_usage
+from pipeline.storage.vtu import VTK_NODES
+from solve.arrays import Floats, Ints
+from solve.housing.element_study import boundary_places, element_basis
 from solve.linear import SolveError
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 SkfemMesh = Any
 
-PACKAGES = ("ngsolve", "felupe", "sfepy")
-Z = 3  # components count from 1
+CALCULIX = "CalculiX (ccx)"
+VERTICAL = 3  # components count from 1
 BALANCE_LIMIT = 1e-5  # CalculiX prints seven digits
 SAME_PLACE = 1e-7  # [mm]
-_PER_LINE = 8
-_MIRRORED = [0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17]  # a brick seen in a mirror
-# Corners, then midpoints of edges: CalculiX's order is VTK's; corners in this order span a positive volume.
-_TWENTY = VTK_NODES["hexahedron27"][:20]
+# CalculiX numbers the nodes of an element as VTK does; a 20-node hexahedron leaves out faces and middle.
+_NODES = {
+    "C3D10": VTK_NODES["tetra10"],
+    "C3D20": VTK_NODES["hexahedron27"][:20],
+    "C3D20R": VTK_NODES["hexahedron27"][:20],
+}
+_AXES = {10: (0, 1, 2, 3), 20: (0, 1, 3, 4)}  # a corner, and the ends of its edges
+_TABLE = re.compile(r"^ *(total force|displacements) .*for set (\S+) and time.*$", re.MULTILINE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,77 +44,66 @@ class Elements:
     cells: Ints
     kind: str
 
+    def at(self, places: Floats) -> Ints:
+        """Return the numbers of the nodes at places, shape (3, n) [mm]; raises SolveError where there is none."""
+        distance, index = cKDTree(self.nodes.T).query(places.T)
+        farthest = float(np.max(distance))
+        if not farthest <= SAME_PLACE:
+            msg = f"peer mesh: a node is missing by {farthest:.1e} mm: must be at its place; check the element type"
+            raise SolveError(msg)
+        return np.asarray(index, dtype=np.int64)
+
 
 @dataclass(frozen=True, kw_only=True)
 class LinearStep:
-    """One static step: held components by node set, prescribed u_z by node set [mm], nodal forces along z [N]."""
+    """One static step: held components by node set, prescribed u_z by node set [mm], forces along z (nodes,) [N]."""
 
     held: Mapping[str, Sequence[int]]
-    pressed: Mapping[str, float]
-    loads: Mapping[int, float]
+    pressed: Mapping[str, float] = field(default_factory=dict)
+    loads: Floats = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, kw_only=True)
-class PeerResult:
-    """What CalculiX gave: per step the total of force z by node set [N] and u_z by node of the asked sets [mm]."""
+class StepResult:
+    """Totals of force z by node set [N], and u_z (nodes,) [mm], 0 outside the set that was asked for."""
 
-    forces: tuple[dict[str, float], ...]
-    displacements: tuple[dict[int, float], ...]
-    cpu: float
-
-
-def absent() -> tuple[str, ...]:
-    """Return the names of the peers that are not installed."""
-    missing = [] if shutil.which("ccx") else ["CalculiX (ccx)"]
-    return (*missing, *(name for name in PACKAGES if importlib.util.find_spec(name) is None))
+    forces: dict[str, float]
+    displacements: Floats
 
 
-def tetrahedra(mesh: SkfemMesh) -> Elements:
-    """Return the ten-node tetrahedra of a straight tetrahedral mesh."""
-    corners = np.asarray(mesh.t)
-    p = np.asarray(mesh.p)
-    a, b, c = (p[:, corners[i]] - p[:, corners[0]] for i in (1, 2, 3))
-    corners = np.where(_turned(a, b, c), corners[[0, 2, 1, 3]], corners)
-    edges = np.asarray(mesh.edges)
-    where = {tuple(pair): p.shape[1] + i for i, pair in enumerate(np.sort(edges, axis=0).T.tolist())}
-    middles = [[where[tuple(pair)] for pair in np.sort(corners[[i, j]], axis=0).T.tolist()] for i, j in TETRA_EDGES]
-    nodes = np.hstack([p, 0.5 * (p[:, edges[0]] + p[:, edges[1]])])
-    return Elements(nodes=nodes, cells=np.vstack([corners, np.array(middles)]).T, kind="C3D10")
+def is_installed() -> bool:
+    """Say whether CalculiX can be called."""
+    return shutil.which("ccx") is not None
 
 
-def _turned(a: Floats, b: Floats, c: Floats) -> NDArray[np.bool_]:
-    """Say of each cell with these edges (3, cells) from its first corner whether it is inside out."""
-    return np.asarray(np.einsum("im,im->m", np.cross(a, b, axis=0), c) < 0.0)
+def peer_elements(mesh: SkfemMesh, choice: str, kind: str) -> Elements:
+    """Return the nodes [mm] and cells that a choice of `solve.housing.element_study` has on a mesh, as a peer's kind.
+
+    A cell that is inside out is turned: CalculiX needs a positive volume.
+    """
+    basis = element_basis(mesh, choice)
+    numbers, cells = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
+    cells = cells.reshape(len(_NODES[kind]), -1)
+    nodes = np.asarray(basis.doflocs)[:, numbers]
+    element = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
+    straight, turned = (cells[element.query(_NODES[kind][:, axes])[1]] for axes in ([0, 1, 2], [1, 0, 2]))
+    first, *others = (nodes[:, straight[corner]] for corner in _AXES[len(cells)])
+    inside_out = np.linalg.det(np.stack([(corner - first).T for corner in others], axis=1)) < 0.0
+    return Elements(nodes=nodes, cells=np.where(inside_out, turned, straight).T, kind=kind)
 
 
-def hexahedra(mesh: SkfemMesh, kind: str = "C3D20") -> Elements:
-    """Return the twenty-node hexahedra of a quadratic (27-node) mesh; "C3D20R" integrates at eight points."""
-    known = np.asarray(mesh.elem.doflocs)
-    order = [int(np.argmin(np.abs(known - place).sum(axis=1))) for place in _TWENTY]
-    cells = np.asarray(mesh.dofs.element_dofs)[order]
-    nodes = np.asarray(mesh.doflocs)
-    a, b, c = (nodes[:, cells[i]] - nodes[:, cells[0]] for i in (1, 3, 4))
-    cells = np.where(_turned(a, b, c), cells[_MIRRORED], cells)
-    used, compact = np.unique(cells, return_inverse=True)
-    return Elements(nodes=nodes[:, used], cells=compact.reshape(cells.shape).T, kind=kind)
-
-
-def node_set(elements: Elements, places: Floats) -> Ints:
-    """Return the numbers of the nodes at places (3, n) [mm]; raises SolveError where a place has no node."""
-    distance, index = cKDTree(elements.nodes.T).query(places.T)
-    farthest = float(np.max(distance))
-    if not farthest <= SAME_PLACE:
-        msg = f"peer mesh: a node is missing by {farthest:.1e} mm: must be at its place; check the element type"
-        raise SolveError(msg)
-    return np.asarray(index, dtype=np.int64)
+def boundary_sets(elements: Elements, mesh: SkfemMesh, choice: str, names: Sequence[str]) -> dict[str, Ints]:
+    """Return the node numbers of named boundaries of a mesh, each of shape (nodes,)."""
+    return {name: elements.at(boundary_places(mesh, choice, name)) for name in names}
 
 
 def calculix(
-    elements: Elements, sets: Mapping[str, Ints], material: tuple[float, float], steps: Sequence[LinearStep], ask: str
-) -> PeerResult:
-    """Return CalculiX's answer to linear static steps; `material` is (E [MPa], nu), `ask` the set whose u_z is read.
+    elements: Elements, sets: Mapping[str, Ints], E: float, poisson: float, steps: Sequence[LinearStep], asked: str
+) -> tuple[list[StepResult], float]:
+    """Return CalculiX's answer to linear static steps [N, mm from E in MPa], and its CPU seconds [s].
 
-    Raises SolveError when it is absent, stops, prints an error, or its reactions do not balance.
+    The displacements are those of the set `asked`. Raises SolveError when the program is absent, stops, prints an
+    error, or its reactions do not balance.
     """
     program = shutil.which("ccx")
     if program is None:
@@ -120,101 +111,87 @@ def calculix(
         raise SolveError(msg)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        lines = _input_file(elements, sets, material, steps, ask)
-        (folder / "scene.inp").write_text("\n".join(lines) + "\n", encoding="ascii")
-        cost = cost_of([program, "-i", "scene"], folder, ONE_THREAD)
-        table = folder / "scene.dat"
-        text = table.read_text(encoding="ascii") if table.is_file() else ""
-    if cost.code or "*ERROR" in cost.out or "Job finished" not in cost.out:
-        raise SolveError(_refused(f"exit code {cost.code}, {_reason(cost.out)}"))
-    found = _read(text, len(steps))
-    for step, (forces, _) in zip(steps, found, strict=True):
-        _check_balance(forces, step)
-    return PeerResult(
-        forces=tuple(forces for forces, _ in found), displacements=tuple(u for _, u in found), cpu=cost.cpu
-    )
+        supports = {f"support{number}": _support(step, sets) for number, step in enumerate(steps)}
+        with (folder / "scene.inp").open("w", encoding="ascii") as file:
+            _write_model(file, elements, {**sets, **supports}, E, poisson)
+            for support, step in zip(supports, steps, strict=True):
+                _write_step(file, step, support, asked)
+        (folder / "scene.dat").touch()
+        usage = resource_usage([program, "-i", "scene"], folder, ONE_THREAD)
+        text = (folder / "scene.dat").read_text(encoding="ascii")
+    error = re.search(r"\*ERROR.*", usage.out)
+    if usage.exit_code or error or "Job finished" not in usage.out:
+        reason = error.group() if error else "job not finished"
+        raise SolveError(_refusal(f"exit code {usage.exit_code}, {reason}"))
+    return _checked_results(text, steps, elements.nodes.shape[1]), usage.cpu
 
 
-def _refused(reason: str) -> str:
+def _refusal(reason: str) -> str:
     return f"CalculiX: {reason}: must finish its job with reactions that balance; look at its text"
 
 
-def _reason(text: str) -> str:
-    return next((line.strip() for line in text.splitlines() if "*ERROR" in line), "job not finished")
+def _write_model(file: TextIO, elements: Elements, sets: Mapping[str, Ints], E: float, poisson: float) -> None:
+    """Write nodes, elements, sets and material; CalculiX reads 16 numbers of a line, and 20 characters of a number."""
+    nodes = np.column_stack([np.arange(1, elements.nodes.shape[1] + 1), elements.nodes.T])
+    cells = np.column_stack([np.arange(1, len(elements.cells) + 1), elements.cells + 1])
+    words = np.array_split(["%d"] * cells.shape[1], range(8, cells.shape[1], 8))
+    file.write("*NODE, NSET=EVERY\n")
+    np.savetxt(file, nodes, "%d, %.12e, %.12e, %.12e")
+    file.write(f"*ELEMENT, TYPE={elements.kind}, ELSET=SOLID\n")
+    np.savetxt(file, cells, ",\n".join(", ".join(line) for line in words))
+    for name, numbers in sets.items():
+        file.write(f"*NSET, NSET={name.upper()}\n")
+        np.savetxt(file, numbers + 1, "%d,")
+    file.write(f"*MATERIAL, NAME=ONE\n*ELASTIC\n{E:.12e}, {poisson:.12e}\n")
+    file.write("*SOLID SECTION, ELSET=SOLID, MATERIAL=ONE\n")
 
 
-def _input_file(
-    elements: Elements, sets: Mapping[str, Ints], material: tuple[float, float], steps: Sequence[LinearStep], ask: str
-) -> list[str]:
-    lines = ["*NODE, NSET=EVERY"]
-    lines += [f"{i + 1}, {_real(x)}, {_real(y)}, {_real(z)}" for i, (x, y, z) in enumerate(elements.nodes.T.tolist())]
-    lines.append(f"*ELEMENT, TYPE={elements.kind}, ELSET=SOLID")
-    for i, cell in enumerate(elements.cells.tolist()):
-        lines += _wrapped([i + 1, *(node + 1 for node in cell)])
-    for name, nodes in sets.items():
-        lines += [f"*NSET, NSET={name.upper()}", *(f"{node + 1}," for node in nodes.tolist())]
-    lines += ["*MATERIAL, NAME=ONE", "*ELASTIC", f"{_real(material[0])}, {_real(material[1])}"]
-    lines.append("*SOLID SECTION, ELSET=SOLID, MATERIAL=ONE")
-    for i, step in enumerate(steps):
-        support = _support(step, sets)
-        lines += [f"*NSET, NSET=SUPPORT{i}", *(f"{node + 1}," for node in support.tolist())]
-    for i, step in enumerate(steps):
-        lines += ["*STEP", "*STATIC", "*BOUNDARY, OP=NEW"]
-        lines += [f"{name.upper()}, {k}, {k}" for name, held in step.held.items() for k in held]
-        lines += [f"{name.upper()}, 3, 3, {_real(value)}" for name, value in step.pressed.items()]
-        if step.loads:
-            lines += ["*CLOAD, OP=NEW", *(f"{node + 1}, 3, {_real(force)}" for node, force in step.loads.items())]
-        for name in (f"support{i}", *step.pressed):
-            lines += [f"*NODE PRINT, NSET={name.upper()}, TOTALS=ONLY", "RF"]
-        lines += [f"*NODE PRINT, NSET={ask.upper()}", "U", "*END STEP"]
-    return lines
-
-
-def _real(value: float) -> str:
-    """Return a number in at most 20 characters, of which CalculiX reads no more."""
-    return f"{value:.12e}"
+def _write_step(file: TextIO, step: LinearStep, support: str, asked: str) -> None:
+    file.write("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n")
+    for name, components in step.held.items():
+        file.writelines(f"{name.upper()}, {component}, {component}\n" for component in components)
+    for name, shift in step.pressed.items():
+        file.write(f"{name.upper()}, {VERTICAL}, {VERTICAL}, {shift:.12e}\n")
+    if step.loads.any():
+        loaded = np.flatnonzero(step.loads)
+        file.write("*CLOAD, OP=NEW\n")
+        np.savetxt(file, np.column_stack([loaded + 1, step.loads[loaded]]), f"%d, {VERTICAL}, %.12e")
+    for name in (support, *step.pressed):
+        file.write(f"*NODE PRINT, NSET={name.upper()}, TOTALS=ONLY\nRF\n")
+    file.write(f"*NODE PRINT, NSET={asked.upper()}\nU\n*END STEP\n")
 
 
 def _support(step: LinearStep, sets: Mapping[str, Ints]) -> Ints:
     """Return the nodes whose u_z is held at zero, each once: sets meet along edges."""
-    held = np.concatenate([sets[name] for name, components in step.held.items() if Z in components])
+    held = np.concatenate([sets[name] for name, components in step.held.items() if VERTICAL in components])
     pressed = [sets[name] for name in step.pressed]
     return np.setdiff1d(held, np.concatenate(pressed) if pressed else [])
 
 
-def _wrapped(numbers: Sequence[int]) -> Iterable[str]:
-    """Return numbers on lines of eight; a comma at the end of a line says that the next one goes on."""
-    starts = [*range(0, len(numbers), _PER_LINE), len(numbers)]
-    pieces = [", ".join(map(str, numbers[a:b])) for a, b in pairwise(starts)]
-    return [f"{piece}," for piece in pieces[:-1]] + pieces[-1:]
-
-
-def _read(text: str, steps: int) -> list[tuple[dict[str, float], dict[int, float]]]:
-    """Return per step the totals of force z by set and u_z by node, from the text of a .dat file.
-
-    The displacements are the last table that each step asks for.
-    """
-    found: list[tuple[dict[str, float], dict[int, float]]] = []
-    name, is_force = "", True
-    for line in text.splitlines():
-        words = line.split()
-        if "for set" in line:
-            is_force, name = "force" in line, line.partition("for set")[2].split()[0].lower()
-            if is_force and (not found or found[-1][1]):
-                found.append(({}, {}))
-        elif words and found:
-            if is_force:
-                found[-1][0][name] = float(words[2])
-            else:
-                found[-1][1][int(words[0]) - 1] = float(words[3])
-    if len(found) != steps or not all(shifts for _, shifts in found):
-        raise SolveError(_refused(f"{len(found)} tables of results for {steps} steps"))
-    return found
+def _checked_results(text: str, steps: Sequence[LinearStep], count: int) -> list[StepResult]:
+    """Return the results of each step from the text of a .dat file; displacements are the last table of a step."""
+    results: list[StepResult] = []
+    forces: dict[str, float] = {}
+    pieces = _TABLE.split(text)[1:]
+    for kind, name, body in zip(pieces[::3], pieces[1::3], pieces[2::3], strict=True):
+        numbers = np.array(body.split(), dtype=np.float64)
+        if kind == "total force":
+            forces[name.lower()] = float(numbers[2])
+        else:
+            displacements = np.zeros(count)
+            displacements[numbers[::4].astype(int) - 1] = numbers[3::4]
+            results.append(StepResult(forces=forces, displacements=displacements))
+            forces = {}
+    if len(results) != len(steps):
+        raise SolveError(_refusal(f"{len(results)} tables of results for {len(steps)} steps"))
+    for result, step in zip(results, steps, strict=True):
+        _check_balance(result.forces, step)
+    return results
 
 
 def _check_balance(forces: Mapping[str, float], step: LinearStep) -> None:
     """Raise SolveError unless the support carries what presses."""
     support = sum(value for name, value in forces.items() if name.startswith("support"))
-    pressed = sum(step.loads.values()) + sum(forces[name] for name in step.pressed)
+    pressed = float(step.loads.sum()) + sum(forces[name] for name in step.pressed)
     if not (np.isfinite(pressed) and pressed != 0.0 and abs(pressed + support) <= BALANCE_LIMIT * abs(pressed)):
-        raise SolveError(_refused(f"{pressed:.6g} N pressed, {support:.6g} N carried"))
+        raise SolveError(_refusal(f"{pressed:.6g} N pressed, {support:.6g} N carried"))

@@ -1,205 +1,138 @@
-"""Work and precision of the contact compliance on the paper's block: split, direct FE, peers on the same mesh.
+"""Work and precision of the contact compliance on the paper's block: split, direct FE, a peer on the same mesh.
 
 Run as a program it prints its measurements as JSON: a fresh interpreter on one thread, imports not counted.
 """
 
 import dataclasses
-import json
-import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
+import itertools
+from collections.abc import Iterator
 from functools import partial
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cad.design.parameters import Fruit, Press, Tips
 from cad.parts.fruit import fruit_quarter
-from cad.parts.part import Part
 from mesh.fruit import REFINEMENTS, fruit_mesh, fruit_size
 from mesh.volume import volume_mesh
-from pipeline.bench.calculix import LinearStep, SkfemMesh, absent, calculix, node_set, tetrahedra
-from pipeline.bench.table import Measured
-from solve.contact.linear_response import linear_response, spring_compliance, travels
+from pipeline.bench.calculix import LinearStep, SkfemMesh, boundary_sets, calculix, peer_elements
+from pipeline.bench.harness import Bench, Reference, print_measurements, timed
+from pipeline.bench.table import Measurement
+from solve.arrays import Floats
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
-from solve.fruit.compliance import Compliance
+from solve.fruit.compliance import FruitCompliance
 from solve.fruit.direct import direct_compliance, mesh_compliance
-from solve.fruit.split import (
-    LARGEST_ERROR,
-    LEVELS,
-    ROUGH,
-    Foot,
-    feet_compliance,
-    level_errors,
-    nodes_between,
-    nodes_within,
-    split_compliance,
+from solve.fruit.footprints import Footprint
+from solve.fruit.split import LARGEST_ERROR, LEVELS, footprint_compliance, split_compliance
+
+S11, S12 = 0.766603, 0.010526
+SPLIT, DIRECT, PEER = "split", "direct P2 tets", "CalculiX C3D10"
+JUDGED_SPLIT = "split, with its error pair"
+BENCH = Bench(
+    name="contact",
+    scene="paper's block 20 x 20 x 12 mm, nu 0.3, sides 1 mm, 8 mm apart",
+    values=("s11 - s12", "s11"),
+    unit="/mm",
+    reference=Reference(
+        values=(S11 - S12, S11),
+        errors=(4e-6, 2e-6),
+        source="two independent methods: split with spectral elements, and hp finite elements of order 5 to 7",
+    ),
+    ours=JUDGED_SPLIT,
+    goal=1e-4,
+    families=(SPLIT, DIRECT, PEER),
 )
-from solve.halfspace.punch import square_punch
-from solve.housing.element_study import boundary_places
-from solve.linear import SolveError
-
-Floats = NDArray[np.float64]
-
-# Two independent methods agree to 2e-6: half-space split with graded spectral elements, and hp finite elements of
-# order 5, 6, 7 extrapolated, on the block 20 x 20 x 12 mm, nu 0.3, sides 1 mm, 8 mm apart.
-REFERENCE = {"s11": 0.766603, "s12": 0.010526, "uncertainty": 2e-6}
 FRUIT, TIPS = Fruit(), Tips()
-FEET = (Foot(-4.0, 1.0), Foot(4.0, 1.0))
-MODULI, TRAVELS = 7, 13
-SCENES = (1, 10, 50)
-PEER = "CalculiX C3D10"
-ROUGH_SPLIT = "rough split"  # without a coarser partner: its digits may be luck, so it is no row against a peer
+FOOTPRINTS = (Footprint(-4.0, 0.0, 1.0), Footprint(4.0, 0.0, 1.0))
 TOLERANCES = (0.02, 1e-3, 1e-4, 5e-5)
-# A peer's best at a minute of work: size at the edges [mm], growth, largest size of the finest mesh of the family.
-PEER_MESH = (0.008, 0.26, 0.8)
+SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # compliance [mm/N]
+MODULI, TRAVELS = np.linspace(0.5, 3.5, 7).tolist(), 0.6 * np.arange(1, 14) / 13
 
 
-def errors(S: Floats) -> tuple[float, float]:
-    """Return the relative errors of s11 - s12 and of s11 against the reference."""
-    s11, s12 = REFERENCE["s11"], REFERENCE["s12"]
-    return float((S[0, 0] - S[0, 1]) / (s11 - s12) - 1.0), float(S[0, 0] / s11 - 1.0)
+def pair_and_own(S: Floats) -> tuple[float, float]:
+    """Return the mean compliance of a tip less the mean crosstalk, and s11 [1/mm]; S has shape (tips, tips) [1/mm]."""
+    tips, own = len(S), float(np.trace(S))
+    return own / tips - (float(S.sum()) - own) / (tips * (tips - 1)), float(S[0, 0])
 
 
-def timed(work: Callable[[], Any]) -> tuple[Any, float]:
-    """Return what a piece of work gives and its CPU seconds."""
-    start = time.process_time()
-    found = work()
-    return found, time.process_time() - start
+def relative_errors(compliance: FruitCompliance) -> tuple[float, float]:
+    """Return the error bars that the product states for the values of `pair_and_own`, relative [1]."""
+    return compliance.error_pair, compliance.error_own
 
 
-def punch_tables() -> list[Measured]:
-    """Return what the punch tables of the scene cost, built once and then kept."""
-    orders = sorted({nodes_within(FRUIT, FEET), nodes_between(FEET)})
-    _, cpu = timed(lambda: [square_punch(order) for order in orders])
-    table = square_punch(orders[-1])
-    error = table.flat_stiffness / 1.152302 - 1.0  # electrified square plate, PHYSICS of the rigid square punch
-    return [Measured(method="punch table", mesh="once a process", cpu=cpu, error=error, estimated=table.error)]
-
-
-def split_rows() -> Iterator[Measured]:
-    """Yield the split on each of its meshes with the bar it states, and as the product calls it."""
-    for grading in (ROUGH, *LEVELS):
-        fine, cpu = timed(partial(feet_compliance, FRUIT, FEET, grading))
-        first, second = errors(fine.S)
-        yield Measured(
-            method="split" if grading in LEVELS else ROUGH_SPLIT,
-            mesh=f"step {grading.step:g}",
-            cpu=cpu,
-            dofs=fine.dofs,
-            error=first,
-            second=second,
-            estimated=level_errors(FRUIT, FEET, grading, fine.S)[0],
-        )
+def split_rows() -> Iterator[Measurement]:
+    """Yield the split as the product calls it, with the bar it states, and on each of its meshes alone."""
+    compliance, cpu = timed(partial(split_compliance, FRUIT, TIPS))
+    yield _product_row("split, first call of a process", "to 0.1 %", compliance, cpu)
     for tolerance in TOLERANCES:
-        found, cpu = timed(partial(split_compliance, FRUIT, TIPS, tolerance))
-        method = "split, with its error pair" if tolerance <= LARGEST_ERROR else ROUGH_SPLIT
-        yield _product(method, f"to {100.0 * tolerance:g} %", found, cpu)
+        compliance, cpu = timed(partial(split_compliance, FRUIT, TIPS, tolerance))
+        # One mesh without a coarser partner: its digits may be luck, so it does not stand against a peer.
+        method = JUDGED_SPLIT if tolerance <= LARGEST_ERROR else "rough split"
+        yield _product_row(method, f"to {100.0 * tolerance:g} %", compliance, cpu)
+    for grading in LEVELS:
+        solved, cpu = timed(partial(footprint_compliance, FRUIT, FOOTPRINTS, grading))
+        yield BENCH.row(SPLIT, f"step {grading.step:g}", pair_and_own(solved.S), cpu, solved.dofs)
 
 
-def _product(method: str, mesh: str, found: Compliance, cpu: float) -> Measured:
-    first, second = errors(np.array(found.S))
-    estimated = 0.01 * found.error_percent
-    return Measured(method=method, mesh=mesh, cpu=cpu, dofs=found.dofs, error=first, second=second, estimated=estimated)
+def _product_row(method: str, mesh: str, compliance: FruitCompliance, cpu: float) -> Measurement:
+    values, bar = pair_and_own(compliance.S), relative_errors(compliance)[0]
+    return BENCH.row(method, mesh, values, cpu, compliance.info.dofs, bar)
 
 
-def direct_rows(with_peers: bool) -> Iterator[Measured]:
+def direct_rows() -> Iterator[Measurement]:
     """Yield direct finite elements on each mesh of the family, CalculiX on the same meshes, and the extrapolation."""
     part = fruit_quarter(FRUIT, TIPS)
     meshes, total = [], 0.0
     for scale in REFINEMENTS:
         mesh, meshing = timed(partial(fruit_mesh, part, FRUIT, TIPS, scale))
-        found, cpu = timed(partial(mesh_compliance, mesh, FRUIT.poisson))
-        first, second = errors(found.S)
-        name = f"edge {0.1 * scale:.3g} mm"
-        yield Measured(
-            method="direct P2 tets", mesh=name, cpu=meshing + cpu, dofs=found.dofs, error=first, second=second
-        )
-        if with_peers:
-            yield from _calculix_row(mesh, name, meshing)
+        solved, cpu = timed(partial(mesh_compliance, mesh, FRUIT.poisson))
+        yield BENCH.row(DIRECT, f"edge {0.1 * scale:.3g} mm", pair_and_own(solved.S), meshing + cpu, solved.dofs)
+        yield from _peer_rows(PEER, f"edge {0.1 * scale:.3g} mm", mesh, meshing)
         meshes.append(mesh)
         total += meshing
-    found, cpu = timed(lambda: direct_compliance(meshes, FRUIT, TIPS))
-    yield _product("direct, three meshes extrapolated", "default", found, total + cpu)
-    if with_peers:
-        mesh, meshing = timed(partial(peer_mesh, part))
-        yield from _calculix_row(mesh, f"edge {PEER_MESH[0]:g} mm", meshing, f"{PEER}, finer")
-
-
-def peer_mesh(part: Part) -> SkfemMesh:
-    """Return a mesh [mm] finer than the family, graded for what a peer reaches in about a minute: 150k dofs."""
-    edge, growth, largest = PEER_MESH
+    compliance, cpu = timed(partial(direct_compliance, meshes, FRUIT, TIPS))
+    yield _product_row("direct, three meshes extrapolated", "default", compliance, total + cpu)
+    # Beside the family, a peer's best at a minute of work.
     size = fruit_size(part, FRUIT, TIPS, REFINEMENTS[-1])
-    return volume_mesh(
-        part, dataclasses.replace(size, smallest_mm=edge, growth=growth, largest_mm=largest * size.largest_mm)
-    )
+    size = dataclasses.replace(size, smallest_mm=0.008, growth=0.26, largest_mm=2.26)
+    mesh, meshing = timed(partial(volume_mesh, part, size))
+    yield from _peer_rows(f"{PEER}, finer", "edge 0.008 mm", mesh, meshing)
 
 
-def _calculix_row(mesh: SkfemMesh, name: str, meshing: float, method: str = PEER) -> Iterator[Measured]:
-    elements = tetrahedra(mesh)
-    sets = {
-        one: node_set(elements, boundary_places(mesh, "tet P2", one))
-        for one in ("base", "symmetry_x", "symmetry_y", "high_tip")
-    }
+def _peer_rows(method: str, name: str, mesh: SkfemMesh, meshing: float) -> Iterator[Measurement]:
+    elements = peer_elements(mesh, "tet P2", "C3D10")
+    sets = boundary_sets(elements, mesh, "tet P2", ("base", "symmetry_x", "symmetry_y", "high_tip"))
+    held = {"base": (1, 2, 3), "symmetry_y": (2,)}
+    # On x = 0 when both tips press alike, and when they press against each other.
     steps = [
-        LinearStep(
-            held={"base": (1, 2, 3), "symmetry_y": (2,), "symmetry_x": held}, pressed={"high_tip": 1.0}, loads={}
-        )
-        for held in ((1,), (2, 3))
+        LinearStep(held={**held, "symmetry_x": components}, pressed={"high_tip": 1.0}) for components in ((1,), (2, 3))
     ]
-    try:
-        found = calculix(elements, sets, (1.0, FRUIT.poisson), steps, "high_tip")
-    except SolveError as refused:
-        print(f"{refused}", file=sys.stderr)
-        return
-    alike, against = (0.5 / forces["high_tip"] for forces in found.forces)
-    S = 0.5 * np.array([[alike + against, alike - against], [alike - against, alike + against]])
-    first, second = errors(S)
-    dofs = 3 * elements.nodes.shape[1]
-    yield Measured(method=method, mesh=name, cpu=meshing + found.cpu, dofs=dofs, error=first, second=second)
+
+    def solve() -> tuple[tuple[float, float], float]:
+        results, cpu = calculix(elements, sets, 1.0, FRUIT.poisson, steps, "high_tip")
+        alike, against = (0.5 / result.forces["high_tip"] for result in results)
+        return (against, 0.5 * (alike + against)), cpu
+
+    yield from BENCH.peer_rows(method, name, meshing, 3 * elements.nodes.shape[1], solve)
 
 
-def _compliances(fruits: Sequence[Fruit]) -> list[Compliance]:
-    return [split_compliance(fruit, TIPS) for fruit in fruits]
-
-
-def scene_times() -> dict[str, float]:
-    """Return CPU seconds: compliances of 1, 10, 50 different scenes, and the table of 7 moduli by 13 travels."""
-    seconds = {}
-    for count in SCENES:
+def scene_rows() -> Iterator[Measurement]:
+    """Yield CPU seconds [s]: compliances of 1, 10, 50 different scenes, and tables of forces of three scenes."""
+    for count in (1, 10, 50):
         fruits = [dataclasses.replace(FRUIT, height_mm=12.0 + 0.1 * i) for i in range(count)]
-        seconds[f"split, {count} scenes"] = timed(partial(_compliances, fruits))[1]
+        _, cpu = timed(partial(list, map(split_compliance, fruits, itertools.repeat(TIPS))))
+        yield Measurement(method=f"split, {count} scenes", mesh="-", cpu=cpu, errors=())
     compliance = split_compliance(FRUIT, TIPS)
-    x, E = travels(0.6, TRAVELS), np.linspace(0.5, 3.5, MODULI)
-    C = spring_compliance(0.9057, 20.831)
-    S = np.array(compliance.S)
-    seconds["flat level, 7 x 13 responses"] = timed(lambda: [linear_response(S, C, modulus, x) for modulus in E])[1]
-    curved = dataclasses.replace(FRUIT, shape="sphere", radius_mm=35.0)
+    sphere = dataclasses.replace(FRUIT, shape="sphere", radius_mm=35.0)
     for name, fruit, press in (
-        ("tilted 1 degree, 7 x 13 responses", FRUIT, Press(tilt_deg=1.0)),
-        ("sphere of radius 35 mm, 7 x 13 responses", curved, Press()),
+        ("flat level", FRUIT, Press()),
+        ("tilted 1 degree", FRUIT, Press(tilt_deg=1.0)),
+        ("sphere of radius 35 mm", sphere, Press()),
     ):
         scene = Scene(fruit=fruit, tips=TIPS, press=press)
-        _, seconds[name] = timed(partial(scene_response, scene, compliance, C, E.tolist(), x))
-    return seconds
-
-
-def measure(quick: bool) -> dict[str, Any]:
-    """Return every measurement; `quick` leaves out peers, the finer gradings and the growth with scenes."""
-    rows = punch_tables()
-    if quick:
-        rows += [row for row, _ in zip(split_rows(), range(2), strict=False)]
-        return {"rows": [dataclasses.asdict(row) for row in rows], "scenes": {}}
-    rows += [*split_rows(), *direct_rows("CalculiX (ccx)" not in absent())]
-    return {"rows": [dataclasses.asdict(row) for row in rows], "scenes": scene_times()}
-
-
-def main(arguments: Sequence[str]) -> None:
-    """Print the measurements as JSON."""
-    print(json.dumps(measure("--quick" in arguments), allow_nan=False))
+        _, cpu = timed(partial(scene_response, scene, compliance, SPRINGS, MODULI, TRAVELS))
+        yield Measurement(method=f"{name}, 7 x 13 responses", mesh="-", cpu=cpu, errors=())
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    print_measurements(itertools.chain(split_rows(), direct_rows(), scene_rows()), quick_rows=3)

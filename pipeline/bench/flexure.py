@@ -3,36 +3,41 @@
 Run as a program it prints its measurements as JSON: a fresh interpreter on one thread, imports not counted.
 """
 
-import dataclasses
-import json
-import sys
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Iterator
 from functools import partial
-from typing import Any
 
 import numpy as np
 
-from cad.design.parameters import Design, Print
-from cad.design.printability import check_printable
-from cad.design.processes import PROCESSES
 from cad.parts.housing import Housing
-from cad.parts.housing_half import housing_half
-from cad.parts.layout import housing_for
-from cad.theory.flexure import Flexure
-from cad.theory.leaf_spring import pair_stiffness
+from cad.parts.housing_solid import housing_half
+from cad.theory.leaf_spring import Flexure, pair_stiffness
 from mesh.housing.sweep import flexure_mesh
 from mesh.volume import SizeField, volume_mesh
-from pipeline.bench.calculix import Elements, LinearStep, SkfemMesh, absent, calculix, hexahedra, node_set, tetrahedra
-from pipeline.bench.contact import timed
-from pipeline.bench.hard.reference_check import DeclinedError
-from pipeline.bench.table import Measured
-from pipeline.fit.leaf_lengths import RUNGS, fit_flexures
-from pipeline.stages.contact import contact_compliance
-from pipeline.stages.sizing import size
-from solve.housing.element_study import TIPS, Compared, boundary_places, compared_stiffness, face_load, straightened
-from solve.housing.stiffness import TipCompliance, housing_stiffness, tip_compliance
-from solve.linear import SolveError
+from pipeline.bench.calculix import LinearStep, SkfemMesh, boundary_sets, calculix, peer_elements
+from pipeline.bench.harness import Bench, Reference, print_measurements, timed
+from pipeline.bench.table import Measurement
+from pipeline.fit.leaf_lengths import solve_on
+from pipeline.fit.mesh_pairs import MESH_PAIRS
+from solve.housing.element_study import element_stiffness, face_load, straightened
+from solve.housing.stiffness import SPRINGS, tip_face
 
+OURS = "ours: hex 20, reduced, curved"
+BENCH = Bench(
+    name="flexures",
+    scene="springs of the default sensor in PETG, half of the housing clamped at its holes",
+    values=("K_l", "K_h"),
+    unit="N/mm",
+    # Reduced and full integration agree to 1.1e-4, the latter extrapolated from 111k dofs.
+    reference=Reference(
+        values=(1.55808, 36.4046),
+        errors=(1.6e-4, 3.6e-3),
+        source="20-node hexahedra at 295k dofs, reduced and full integration extrapolated",
+    ),
+    ours=OURS,
+    goal=1e-3,
+    families=("hex 20, reduced, curved",),
+)
 # The default sensor in PETG: thickness, lengths and levels [mm] as its layout gives them, kept here so that the
 # reference stays valid.
 HOUSING = Housing(
@@ -42,190 +47,90 @@ HOUSING = Housing(
     low_top_level=23.7, high_top_level=24.09, cavity_level=24.39, top_level=30.39, protrusion=1.7,
 )  # fmt: skip
 E_MPA, POISSON = 2000.0, 0.38
-# Reduced and full integration of 20-node hexahedra at 295k dofs, the latter extrapolated from 111k, agree to 1.1e-4.
-REFERENCE = {"low": 1.55808, "high": 36.4046, "uncertainty": 1e-4}
-SCALES = {
-    "hex 20, reduced": (4.0, 2.0, 1.0, 0.5),
-    "hex 20, full": (2.0, 1.0),
-    "hex 27, full": (2.0, 1.0),
-    "hex 8": (2.0, 1.0),
-}
+HEXAHEDRA = ("hex 20, reduced", "hex 20, full", "hex 27, full", "hex 8")
+SCALES = (2.0, 1.0)
+FAMILY_ENDS = (4.0, 0.5)  # further scales, of the product's element
+PEER_KINDS = {"hex 20, reduced": "C3D20R", "hex 20, full": "C3D20"}
 TET_SIZES = (0.8, 0.4)  # [mm] at the outline of the leaves
 SHEAR = 5.0 / 6.0  # shear coefficient of a rectangle, S. Timoshenko 1921
 
 
-def errors(K: tuple[float, float]) -> tuple[float, float]:
-    """Return the relative errors of the low and the high stiffness against the reference."""
-    return K[0] / REFERENCE["low"] - 1.0, K[1] / REFERENCE["high"] - 1.0
-
-
-def _row(method: str, mesh: str, K: tuple[float, float], cost: tuple[int | None, float], bar: float | None) -> Measured:
-    first, second = errors(K)
-    return Measured(method=method, mesh=mesh, cpu=cost[1], dofs=cost[0], error=first, second=second, estimated=bar)
-
-
-def beam_rows() -> Iterator[Measured]:
+def beam_rows() -> Iterator[Measurement]:
     """Yield the closed formulas: Euler, Timoshenko, and Timoshenko with the plane-strain modulus of a wide leaf."""
-    for name, modulus, shear in (
-        ("beam, Euler", E_MPA, False),
-        ("beam, Timoshenko", E_MPA, True),
-        ("beam, wide Timoshenko", E_MPA / (1.0 - POISSON**2), True),
-    ):
-        K, cpu = timed(partial(_beams, modulus, shear))
-        yield _row(name, "-", K, (None, cpu), None)
+    wide = E_MPA / (1.0 - POISSON**2)
+    for name, modulus, shear in (("Euler", E_MPA, 0.0), ("Timoshenko", E_MPA, 1.0), ("wide Timoshenko", wide, 1.0)):
+        K = [beam_stiffness(arm.flexure, modulus, shear) for arm in HOUSING.arms]
+        yield BENCH.row(f"beam, {name}", "-", K, 0.0, 0)
 
 
-def _beams(modulus: float, shear: bool) -> tuple[float, float]:
-    return _beam(HOUSING.low, modulus, shear), _beam(HOUSING.high, modulus, shear)
+def beam_stiffness(flexure: Flexure, modulus: float, shear: float) -> float:
+    """Return the stiffness of two guided leaves [N/mm from MPa, mm], with a share of the give of shear [1]."""
+    bending = 1.0 / pair_stiffness(modulus, flexure.depth, flexure.thickness, flexure.length)
+    G = 0.5 * E_MPA / (1.0 + POISSON)
+    return 1.0 / (bending + shear * flexure.length / (2.0 * SHEAR * G * flexure.depth * flexure.thickness))
 
 
-def _beam(flexure: Flexure, modulus: float, shear: bool) -> float:
-    give = 1.0 / pair_stiffness(modulus, flexure.depth, flexure.thickness, flexure.length)
-    if shear:
-        G = 0.5 * E_MPA / (1.0 + POISSON)
-        give += flexure.length / (2.0 * SHEAR * G * flexure.depth * flexure.thickness)
-    return 1.0 / give
+def product_rows() -> Iterator[Measurement]:
+    """Yield the product's solver on its pairs of meshes, with the bar that a pair gives and the cost of both."""
+    for pair in MESH_PAIRS:
+        judged, cpu = timed(partial(solve_on, pair, HOUSING, E_MPA, POISSON))
+        found = judged.stiffness
+        yield BENCH.row(OURS, f"scale {pair.fine:g}", found.K, cpu, found.info.dofs, found.error[0])
 
 
-def product_rows() -> Iterator[Measured]:
-    """Yield the product's own solver from coarse to fine, with its error bar where the ladder has that mesh."""
-    known: dict[float, TipCompliance] = {}
-    for scale in SCALES["hex 20, reduced"]:
-        mesh, meshing = timed(partial(flexure_mesh, HOUSING, scale))
-        found, cpu = timed(partial(tip_compliance, mesh, E_MPA, POISSON))
-        known[scale], bar = found, None
-        for rung in RUNGS:
-            if rung.fine == scale:
-                apart = housing_stiffness(found, known[rung.coarse]).error_percent
-                bar = 0.01 * rung.bars(HOUSING, apart)[0]
-        yield _row("ours: hex 20, reduced, curved", f"scale {scale:g}", found.K, (found.dofs, meshing + cpu), bar)
-
-
-def other_rows(with_peers: bool) -> Iterator[Measured]:
-    """Yield the other elements on the same meshes, straight edges, tetrahedra, and CalculiX."""
-    for choice, scales in SCALES.items():
-        for scale in scales:
+def element_rows() -> Iterator[Measurement]:
+    """Yield elements on one mesh each, without an error bar: hexahedra, straight edges, tetrahedra, and CalculiX."""
+    for choice in HEXAHEDRA:
+        for scale in (*SCALES, *(FAMILY_ENDS if choice == HEXAHEDRA[0] else ())):
             mesh, meshing = timed(partial(flexure_mesh, HOUSING, scale))
-            if choice != "hex 20, reduced":
-                method = choice if choice == "hex 8" else f"{choice}, curved"
-                yield _solved(method, mesh, (choice, f"scale {scale:g}"), meshing)
-            elif scale in (2.0, 1.0):
-                straight = straightened(mesh)
-                yield _solved(f"{choice}, straight", straight, (choice, f"scale {scale:g}"), meshing)
-                if with_peers:
-                    for kind in ("C3D20R", "C3D20"):
-                        yield from _calculix_row(hexahedra(mesh, kind), mesh, (choice, f"scale {scale:g}"), meshing)
+            name = f"scale {scale:g}"
+            yield _element_row(f"{choice}, curved", name, mesh, choice, meshing)
+            if scale in SCALES and choice in PEER_KINDS:
+                yield _element_row(f"{choice}, straight", name, straightened(mesh), choice, meshing)
+                yield from calculix_rows(name, mesh, choice, PEER_KINDS[choice], meshing)
     half = housing_half(HOUSING)
     for finest in TET_SIZES:
         field = SizeField(largest_mm=4.0, smallest_mm=finest, growth=0.4, faces=("low_leaves", "high_leaves"))
         mesh, meshing = timed(partial(volume_mesh, half, field, tolerance=0.05))
+        name = f"leaf {finest:g} mm"
         for choice in ("tet P1", "tet P2"):
-            yield _solved(f"{choice}, straight", mesh, (choice, f"leaf {finest:g} mm"), meshing)
-        if with_peers and finest == TET_SIZES[0]:
-            yield from _calculix_row(tetrahedra(mesh), mesh, ("tet P2", f"leaf {finest:g} mm"), meshing)
+            yield _element_row(f"{choice}, straight", name, mesh, choice, meshing)
+        if finest == TET_SIZES[0]:
+            yield from calculix_rows(name, mesh, "tet P2", "C3D10", meshing)
 
 
-def _solved(method: str, mesh: SkfemMesh, how: tuple[str, str], meshing: float) -> Measured:
-    found: Compared
-    found, cpu = timed(lambda: compared_stiffness(mesh, how[0], E_MPA, POISSON))
-    return _row(method, how[1], found.K, (found.dofs, meshing + cpu), None)
+def _element_row(method: str, name: str, mesh: SkfemMesh, choice: str, meshing: float) -> Measurement:
+    found, cpu = timed(partial(element_stiffness, mesh, choice, E_MPA, POISSON))
+    return BENCH.row(method, name, found.K, meshing + cpu, found.dofs)
 
 
-def _calculix_row(elements: Elements, mesh: SkfemMesh, how: tuple[str, str], meshing: float) -> Iterator[Measured]:
-    choice, name = how
-    try:
-        K, cpu = calculix_stiffness(elements, mesh, choice, (E_MPA, POISSON))
-    except SolveError as refused:
-        print(f"{refused}", file=sys.stderr)
-        return
-    yield _row(f"CalculiX {elements.kind}", name, K, (3 * elements.nodes.shape[1], meshing + cpu), None)
+def calculix_rows(name: str, mesh: SkfemMesh, choice: str, kind: str, meshing: float) -> Iterator[Measurement]:
+    """Yield the row of CalculiX, where it is installed, on a mesh [mm] that took `meshing` CPU seconds [s]."""
+    dofs = 3 * peer_elements(mesh, choice, kind).nodes.shape[1]
+    solve = partial(calculix_stiffness, mesh, choice, kind, E_MPA, POISSON)
+    yield from BENCH.peer_rows(f"CalculiX {kind}", name, meshing, dofs, solve)
 
 
 def calculix_stiffness(
-    elements: Elements, mesh: SkfemMesh, choice: str, material: tuple[float, float]
-) -> tuple[tuple[float, float], float]:
-    """Return both stiffnesses of the half housing [N/mm from E in MPa and nu, mm] by CalculiX, and its CPU seconds.
+    mesh: SkfemMesh, choice: str, kind: str, E: float, poisson: float
+) -> tuple[tuple[float, ...], float]:
+    """Return the stiffness of each spring of the half housing [N/mm from MPa, mm] by CalculiX, and its CPU seconds [s].
 
-    `choice` names the like element of `solve.comparison`, whose nodes and loads are taken. Raises SolveError.
+    `choice` names the like element of `solve.housing.element_study`, whose nodes and loads are taken, `kind` that of
+    CalculiX. Raises SolveError.
     """
-    names = ("mounting_holes", "symmetry")
-    sets = {one: node_set(elements, boundary_places(mesh, choice, one)) for one in names}
-    loads = []
-    for tip in TIPS:
-        load = face_load(mesh, choice, tip)
-        loads.append(dict(zip(node_set(elements, load.places).tolist(), load.forces.tolist(), strict=True)))
-    sets["tips"] = np.unique(np.array([node for load in loads for node in load]))
+    elements = peer_elements(mesh, choice, kind)
+    sets = boundary_sets(elements, mesh, choice, ("mounting_holes", "symmetry"))
+    faces = [face_load(mesh, choice, tip) for tip in map(tip_face, SPRINGS)]
+    count = elements.nodes.shape[1]
+    forces = [np.bincount(elements.at(face.places), face.forces, minlength=count) for face in faces]
+    sets["tips"] = np.flatnonzero(np.any(forces, axis=0))
     held = {"mounting_holes": (1, 2, 3), "symmetry": (2,)}
     # Half the force on half the part.
-    steps = [LinearStep(held=held, pressed={}, loads={node: 0.5 * f for node, f in load.items()}) for load in loads]
-    found = calculix(elements, sets, material, steps, "tips")
-    low, high = (
-        1.0 / sum(u[node] * f for node, f in load.items()) for u, load in zip(found.displacements, loads, strict=True)
-    )
-    return (low, high), found.cpu
-
-
-def beam_guess(design: Design) -> tuple[Housing, tuple[float, float]]:
-    """Return the housing with leaves as long as the beam law has them [mm], and the stiffnesses asked for [N/mm].
-
-    Raises DeclinedError with the reason where the process cannot make a spring, InputError where no housing fits.
-    """
-    process = PROCESSES[design.print.process]
-    sizing = size(design, contact_compliance(design.fruit, design.tips), "contact")
-    printable = check_printable(design, sizing.springs, sizing.K_m_max_contact, process)
-    for one in printable:
-        if one.passed is False:
-            raise DeclinedError(one.reason)
-    lengths = (printable[0].length_mm, printable[1].length_mm)
-    return housing_for(design, process, lengths, sizing.deflections(design.full_travels_mm)), (
-        sizing.springs.K_l,
-        sizing.springs.K_h,
-    )
-
-
-def closed_loops() -> tuple[list[Measured], dict[str, float]]:
-    """Return what fitting both leaf lengths to 0.1 % costs in each process that can be made, and the dearest loop.
-
-    The measure is one mesh, assembly and solve of the final housing [CPU s]; errors are against the targets.
-    """
-    rows, costs = [], []
-    for process in PROCESSES.values():
-        try:
-            guess, targets = beam_guess(Design(print=Print(process=process.name)))
-        except DeclinedError:
-            continue
-        material = (process.E_MPa, process.poisson)
-        fitted, loop = timed(partial(fit_flexures, guess, *targets, *material))
-        mesh, meshing = timed(partial(flexure_mesh, fitted.housing))
-        _, solving = timed(partial(tip_compliance, mesh, *material))
-        once = meshing + solving
-        low, high = (K / target - 1.0 for K, target in zip(fitted.stiffness.K, targets, strict=True))
-        rows.append(
-            Measured(
-                method="closed loop to 0.1 %", mesh=process.name, cpu=loop, error=low, second=high,
-                estimated=0.01 * fitted.stiffness.error_percent[0],
-                remark=f"against targets; {loop / once:.1f} x one mesh + solve",
-            )
-        )  # fmt: skip
-        costs.append({"loop": loop, "once": once, "fine": fitted.solves[0], "coarse": fitted.solves[1]})
-    return rows, max(costs, key=lambda cost: cost["loop"] / cost["once"])
-
-
-def measure(quick: bool) -> dict[str, Any]:
-    """Return every measurement; `quick` keeps the beam formulas and the product's two coarsest meshes."""
-    rows = [*beam_rows()]
-    if quick:
-        rows += [row for row, _ in zip(product_rows(), range(2), strict=False)]
-        return {"rows": [dataclasses.asdict(row) for row in rows], "loop": {}}
-    loops, dearest = closed_loops()
-    rows += [*product_rows(), *other_rows("CalculiX (ccx)" not in absent()), *loops]
-    return {"rows": [dataclasses.asdict(row) for row in rows], "loop": dearest}
-
-
-def main(arguments: Sequence[str]) -> None:
-    """Print the measurements as JSON."""
-    print(json.dumps(measure("--quick" in arguments), allow_nan=False))
+    steps = [LinearStep(held=held, loads=np.asarray(0.5 * force)) for force in forces]
+    results, cpu = calculix(elements, sets, E, poisson, steps, "tips")
+    return tuple(1.0 / float(r.displacements @ force) for r, force in zip(results, forces, strict=True)), cpu
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    print_measurements(itertools.chain(beam_rows(), product_rows(), element_rows()), quick_rows=5)

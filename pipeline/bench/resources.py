@@ -1,5 +1,6 @@
-"""What a program costs: wall and processor seconds and peak memory of a child process, on one thread if asked."""
+"""What a program uses: wall and processor seconds and peak memory of a child process, on one thread if asked."""
 
+import json
 import os
 import subprocess
 import sys
@@ -9,23 +10,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-_KIB_PER_MIB = 1024.0
 _LAUNCHER = """
-import os, sys, time
+import json, os, sys, time
 start = time.perf_counter()
 child = os.posix_spawnp(sys.argv[2], sys.argv[2:], os.environ)
 _, status, used = os.wait4(child, 0)
-wall = time.perf_counter() - start
-with open(sys.argv[1], "w") as told:
-    print(os.waitstatus_to_exitcode(status), wall, used.ru_utime + used.ru_stime, used.ru_maxrss, file=told)
+usage = {"exit_code": os.waitstatus_to_exitcode(status), "wall": time.perf_counter() - start,
+         "cpu": used.ru_utime + used.ru_stime, "peak_MiB": used.ru_maxrss / 1024.0}
+with open(sys.argv[1], "w") as file:
+    json.dump(usage, file)
 """
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cost:
-    """Exit code, wall and CPU seconds of a program and what it waited for, memory [MiB] of its largest process."""
+class ResourceUsage:
+    """Exit code and text of a program; wall and CPU seconds [s] with its children, memory [MiB] of the largest."""
 
-    code: int
+    exit_code: int
     wall: float
     cpu: float
     peak_MiB: float
@@ -33,45 +34,32 @@ class Cost:
     err: str
 
     @property
-    def last_error(self) -> str:
+    def last_line(self) -> str:
         """Return the last line on stderr, or on stdout where that is empty."""
         lines = (self.err.strip() or self.out.strip()).splitlines()
         return lines[-1] if lines else "nothing printed"
 
 
-def cost_of(command: Sequence[str], folder: Path | None = None, environment: Mapping[str, str] | None = None) -> Cost:
-    """Run a program to its end and return its cost; `environment` is added to this process's own.
+def resource_usage(
+    command: Sequence[str], folder: Path | None = None, environment: Mapping[str, str] | None = None
+) -> ResourceUsage:
+    """Run a program to its end and return what it used; `environment` is added to this process's own.
 
-    A child starts with the peak memory of the process that forks it: a small launcher stands between.
+    A small launcher stands between, as a child starts with the peak memory of the process that forks it. Raises
+    OSError when the program does not start.
     """
-    with tempfile.TemporaryDirectory() as aside:
-        told = Path(aside) / "used"
-        done = subprocess.run(
-            [sys.executable, "-I", "-S", "-c", _LAUNCHER, str(told), *command],
+    with tempfile.TemporaryDirectory() as name:
+        record = Path(name) / "usage.json"
+        launcher = subprocess.run(
+            [sys.executable, "-I", "-S", "-c", _LAUNCHER, str(record), *command],
             cwd=folder,
             env={**os.environ, **(environment or {})},
             capture_output=True,
             check=False,
         )
-        words = told.read_text(encoding="ascii").split() if told.is_file() else []
-    if len(words) != 4:  # noqa: PLR2004 - what the launcher tells
-        msg = (
-            f"program {command[0]!r}: must start; it says {done.stderr.decode(errors='replace').strip()!r}; install it"
-        )
-        raise OSError(msg)
-    wall, cpu, peak = (float(word) for word in words[1:])
-    return Cost(
-        code=int(words[0]),
-        wall=wall,
-        cpu=cpu,
-        peak_MiB=peak / _KIB_PER_MIB,
-        out=done.stdout.decode(errors="replace"),
-        err=done.stderr.decode(errors="replace"),
-    )
-
-
-def module_cost(module: str, *arguments: str) -> Cost:
-    """Return the cost of one of our modules run as a program in a fresh interpreter on one thread."""
-    root = str(Path(__file__).parents[2])
-    paths = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH", ""))))
-    return cost_of([sys.executable, "-m", module, *arguments], environment={**ONE_THREAD, "PYTHONPATH": paths})
+        out, err = (text.decode(errors="replace") for text in (launcher.stdout, launcher.stderr))
+        if not record.is_file():
+            msg = f"program {command[0]!r}: must start; it says {err.strip()!r}; install it"
+            raise OSError(msg)
+        usage = json.loads(record.read_text(encoding="ascii"))
+    return ResourceUsage(**usage, out=out, err=err)

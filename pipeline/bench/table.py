@@ -1,34 +1,46 @@
-"""What a bench measured: one row per method and mesh, tables for people, records for machines, files that are whole."""
+"""Tables of measurements: as a page in Markdown, printed too, and for machines; and files that appear whole."""
 
 import dataclasses
-import tempfile
+import math
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
+from rich.markdown import Markdown
 
 from cad.quantity import fault
 
+WIDTH = 200  # of what is printed where there is no terminal
+
 
 @dataclass(frozen=True, kw_only=True)
-class Measured:
-    """One method on one mesh: dofs, CPU seconds after imports, relative errors [1] of a first and a second value.
+class Measurement:
+    """One method on one mesh: CPU seconds [s] after imports, relative errors of its values [1], signed, dofs.
 
-    `estimated` is the error bar that the method itself states for the first value, relative; None where it has none.
+    `error_bar` [1] is what the method itself states for its first value. A method that refused has no errors, and its
+    remark says why.
     """
 
     method: str
     mesh: str
     cpu: float
-    error: float
-    dofs: int | None = None
-    second: float | None = None
-    estimated: float | None = None
+    errors: tuple[float, ...]
+    dofs: int = 0
+    error_bar: float | None = None
     remark: str = ""
+
+    @property
+    def worst(self) -> float:
+        """Return the largest error without its sign [1]; infinite for a method that refused."""
+        return max(map(abs, self.errors), default=math.inf)
+
+    @property
+    def cost(self) -> str:
+        """Return method, worst error and CPU seconds in words."""
+        return f"{self.method} at {percent(self.worst)} in {self.cpu:.2g} CPU s"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,71 +54,65 @@ class Sheet:
     notes: tuple[str, ...] = ()
     records: tuple[dict[str, Any], ...] = ()
 
-    def print_on(self, console: Console) -> None:
-        """Print the table and its notes."""
-        table = Table(*self.heads, title=self.title)
-        for column in table.columns[1:]:
-            column.justify = "right"
-        for row in self.rows:
-            table.add_row(*map(escape, row))
-        console.print(table)
-        for note in self.notes:
-            console.print(f"  {escape(note)}")
-
     def markdown(self) -> str:
-        """Return the table as Markdown."""
-        lines = [f"**{self.title}**", "", _line(self.heads), _line(["---"] + ["---:"] * (len(self.heads) - 1))]
-        lines += [_line(row) for row in self.rows]
-        lines += ["", *(f"- {note}" for note in self.notes)] if self.notes else []
-        return "\n".join(lines) + "\n"
+        """Return the table under its title as Markdown."""
+        rules = ["---", *["---:"] * (len(self.heads) - 1)]
+        notes = [*(f"- {note}" for note in self.notes), ""] if self.notes else []
+        return "\n".join([f"## {self.title}", "", *map(_markdown_row, (self.heads, rules, *self.rows)), "", *notes])
 
 
-def _line(cells: Iterable[str]) -> str:
+def _markdown_row(cells: Iterable[str]) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
-def work_sheet(name: str, title: str, values: tuple[str, str], rows: Sequence[Measured], notes: Sequence[str]) -> Sheet:
-    """Return the work-precision table of some measurements; `values` names the first and the second value."""
-    first, second = values
-    heads = ["method", "mesh", "dofs", "CPU s", f"error {first}"]
-    with_second = any(row.second is not None for row in rows)
-    heads += [f"error {second}"] if with_second else []
-    heads += ["error bar", "remark"]
+def page(title: str, introduction: str, *parts: str) -> str:
+    """Return a whole page of Markdown: title, what it is and how it was made, then its parts."""
+    return "\n".join([f"# {title}", "", introduction, "", *parts])
+
+
+def work_sheet(
+    name: str, title: str, values: Sequence[str], rows: Sequence[Measurement], notes: Sequence[str]
+) -> Sheet:
+    """Return the work-precision table of measurements whose errors are those of the named values."""
+    heads = ("method", "mesh", "dofs", "CPU s", *(f"error {value}" for value in values), "error bar", "remark")
     cells = []
     for row in rows:
-        line = [row.method, row.mesh, "-" if row.dofs is None else str(row.dofs), seconds(row.cpu), percent(row.error)]
-        line += [percent(row.second)] if with_second else []
-        line += ["-" if row.estimated is None else percent(row.estimated).lstrip("+"), row.remark]
-        cells.append(tuple(line))
-    return Sheet(
-        name=name,
-        title=title,
-        heads=tuple(heads),
-        rows=tuple(cells),
-        notes=tuple(notes),
-        records=tuple(dataclasses.asdict(row) for row in rows),
-    )
+        errors = [signed_percent(error) for error in row.errors]
+        errors += ["-"] * (len(values) - len(errors))
+        bar = "-" if row.error_bar is None else percent(row.error_bar)
+        cells.append((row.method, row.mesh, str(row.dofs or "-"), f"{row.cpu:.2g}", *errors, bar, row.remark))
+    records = tuple(dataclasses.asdict(row) for row in rows)
+    return Sheet(name=name, title=title, heads=heads, rows=tuple(cells), notes=tuple(notes), records=records)
 
 
-def percent(value: float | None) -> str:
-    """Return a relative number as a signed percentage with two digits."""
-    return "-" if value is None else f"{100.0 * value:+.2g} %"
+def percent(value: float) -> str:
+    """Return a relative number [1] as a percentage of two digits."""
+    return f"{100.0 * value:.2g} %"
 
 
-def seconds(value: float) -> str:
-    """Return seconds with two digits."""
-    return f"{value:.2g}" if value < 100.0 else f"{value:.0f}"  # noqa: PLR2004 - digits
+def signed_percent(value: float) -> str:
+    """Return a relative number [1] as a percentage of two digits with its sign."""
+    return f"{100.0 * value:+.2g} %"
 
 
-def write_whole(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write files into a folder, each aside and then in its place; raises InputError where that cannot be."""
+def publish(folder: Path, files: Mapping[str, str], *, as_json: bool) -> None:
+    """Write a page and its records into a folder, each aside and then in its place, and print one of the two.
+
+    Raises InputError where the folder cannot be written.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            with tempfile.NamedTemporaryFile("w", dir=folder, delete=False, encoding="utf-8") as aside:
-                aside.write(text)
-            Path(aside.name).chmod(0o644)
-            Path(aside.name).replace(folder / name)
+        for name, text in files.items():
+            aside = folder / f".{name}"
+            aside.write_text(text, encoding="utf-8")
+            aside.replace(folder / name)
     except OSError as error:
         bound = f"a folder that can be written ({error.strerror})"
         raise fault("--out", str(folder), "", bound, "name another folder with --out") from error
+    shown = next(text for name, text in files.items() if name.endswith(".json" if as_json else ".md"))
+    if as_json:
+        print(shown, end="")
+        return
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console.print(Markdown(shown))
+    console.print(f"written: {', '.join(str(folder / name) for name in files)}")

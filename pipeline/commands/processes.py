@@ -11,7 +11,7 @@ from cad.design.processes import PROCESSES
 
 
 def list_processes(*, as_json: bool) -> int:
-    """Print every process with its numbers, one column each, as they stand in cad/materials.py; return 0."""
+    """Print every process with its numbers, one column each, as they stand in cad/design/processes.toml; return 0."""
     records = [dataclasses.asdict(process) for process in PROCESSES.values()]
     if as_json:
         print(json.dumps(records, indent=2, allow_nan=False, ensure_ascii=False))

@@ -1,176 +1,197 @@
-"""The report: what report.json holds."""
+"""What report.json holds: a result as plain data, keys with their unit; docs/report-json.md says what each means."""
 
-import hashlib
-import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cad.design.design_file import design_as_mapping
+from cad.design.processes import Process
+from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
-from pipeline.fit.leaf_lengths import FittedFlexures
-from pipeline.stages.characteristics import behaviour_entry
-from pipeline.stages.springs import PrintedSpring, PrintedSprings
-from pipeline.stages.verdict_rules import PAPER, PAPER_TARGETS
-from pipeline.stages.verdicts import Case, judge_paper, largest_pressure
-from pipeline.uncertainty.budget import makeup
-from solve.contact.response import SceneResponse
-from solve.fruit.compliance import Compliance
+from pipeline.report.notes import notes
+from pipeline.result import SensorResult
+from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
+from pipeline.stages.response import spring_shares
+from pipeline.stages.sizing import SpringSizing
+from pipeline.stages.springs import FittedSpring
+from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
 
 SCHEMA = 1
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
 
-
-def contact_entry(contact: Compliance) -> dict[str, Any]:
-    """Return the contact's part of the report."""
-    entry = asdict(contact)
-    entry["compliance_per_mm"] = [list(row) for row in entry.pop("S")]
-    return {**entry, "K_m_over_E_mm": contact.K_m_over_E_mm}
+Plain = dict[str, Any]
 
 
-def response_entries(case: Case, printed: PrintedSprings, found: SceneResponse) -> list[dict[str, Any]]:
-    """Return the response at each modulus with the errors of contact and springs; null where a tip is off the fruit."""
-    entries = []
-    for one, force_errors, P_errors in zip(found.responses, found.error_percent, found.P_error_percent, strict=True):
-        low, high = case.spring_shares(printed, one.E)
-        entries.append(
-            {
-                "E_MPa": one.E,
-                "x_mm": _numbers(one.x),
-                "F_l_N": _numbers(one.F_l),
-                "F_h_N": _numbers(one.F_h),
-                "P": _numbers(one.P),
-                "slope_ratio": _numbers(one.slope_ratio),
-                "F_error_percent": _numbers(force_errors + max(low, high)),
-                "P_error_percent": _numbers(P_errors + low + high),
+def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()) -> Plain:
+    """Return the whole report; `files` are its entries of path and sha256."""
+    springs = result.springs
+    report = {
+        "schema": SCHEMA,
+        "design": design_as_mapping(result.design),
+        "springs": _sizing(result.sizing),
+        "flexures": {spring.name: _spring(spring, result) for spring in springs.springs},
+        "housing": None if springs.housing is None else asdict(springs.housing),
+        "deflections_mm": list(springs.deflections),
+        "material": _material(springs.process),
+        "behaviour": _behaviour(result.behaviour),
+        "contact": _contact(result),
+        "response": _response(result),
+        "verdicts": _verdicts(result.verdicts),
+        "errors": {name: _budget(budget) for name, budget in vars(result.budgets).items()},
+        "paper": _paper(result.paper),
+        "accuracy": _accuracy(result),
+        "notes": notes(result),
+        "versions": {name: version(name) for name in PACKAGES},
+        "files": list(files),
+        "seconds": result.seconds.wall,
+        "cpu_seconds": result.seconds.cpu,
+    }
+    if result.options.fabrication:
+        report["tolerance"] = None if result.scatter is None else asdict(result.scatter)
+    return report
+
+
+def _sizing(sizing: SpringSizing) -> Plain:
+    return {
+        "K_l_N_per_m": 1e3 * sizing.springs.K_l,
+        "K_h_N_per_m": 1e3 * sizing.springs.K_h,
+        "K_m_max_N_per_m": 1e3 * sizing.K_m_max,
+        "K_m_over_E_mm": sizing.K_m_over_E,
+        "fruit_stiffness": sizing.basis,
+    }
+
+
+def _material(process: Process) -> Plain:
+    return {
+        "name": process.material,
+        "E_MPa": process.E_MPa,
+        "poisson": process.poisson,
+        "process": process.name,
+    }
+
+
+def _spring(spring: FittedSpring, result: SensorResult) -> Plain:
+    """Return one spring; numbers of a spring that cannot be made are null."""
+    K, strain, fitted = spring.K, spring.root_strain, result.springs.fitted
+    return {
+        "target_N_per_m": 1e3 * spring.target,
+        "stiffness_N_per_m": None if K is None else 1e3 * K.value,
+        "error_percent": None if K is None else K.percent,
+        "dimensions_mm": None if spring.flexure is None else asdict(spring.flexure),
+        "root_strain": None if strain is None else strain.value,
+        "root_strain_error_percent": None if strain is None else strain.percent,
+        "safety_factor": spring.safety_factor,
+        "dofs": None if fitted is None else fitted.stiffness.info.dofs,
+        "seconds": None if fitted is None else fitted.stiffness.info.seconds,
+    }
+
+
+def _behaviour(behaviour: SpringBehaviour | None) -> Plain | None:
+    if behaviour is None:
+        return None
+    return {
+        "crosstalk_C12_over_C22": behaviour.crosstalk,
+        "gauge_factor": GAUGE_FACTOR,
+        "gauge_grid_mm": GRID_MM,
+        "gauges": behaviour.gauges,
+        **{
+            name: {
+                "tilt_at_full_force_rad": arm.tilt_at_full_force_rad,
+                "large_deflection_stiffening": arm.large_deflection_stiffening,
+                "natural_frequency_Hz": arm.natural_frequency_Hz,
+                "bridge_mV_per_V": list(arm.bridge_mV_per_V),
+                "bridge_error_percent": None if arm.bridge_error is None else 100.0 * arm.bridge_error,
             }
-        )
-    return entries
+            for name, arm in behaviour.arms.items()
+        },
+    }
+
+
+def _contact(result: SensorResult) -> Plain:
+    contact = result.contact
+    return {
+        "error_percent": 100.0 * contact.error_pair,
+        "s11_error_percent": 100.0 * contact.error_own,
+        **asdict(contact.info),
+        "compliance_per_mm": contact.S.tolist(),
+        "K_m_over_E_mm": contact.K_m_over_E(),
+    }
+
+
+def _response(result: SensorResult) -> list[Plain]:
+    """Return the response at each modulus with the errors of contact and springs; null where a tip is off the fruit."""
+    table, springs = result.press.table, result.springs
+    relative = np.array([spring.error / spring.stiffness for spring in springs.springs])
+    rows = []
+    for i, E in enumerate(table.E):
+        shares = spring_shares(result.contact, springs.C, float(E)) * relative
+        row = {
+            "E_MPa": float(E),
+            "x_mm": _numbers(table.x),
+            "F_l_N": _numbers(table.F[i, :, 0]),
+            "F_h_N": _numbers(table.F[i, :, -1]),
+            "P": _numbers(table.P[i]),
+            "slope_ratio": _numbers(table.slope_ratio[i]),
+            "F_error_percent": _numbers(100.0 * (table.F_error[i] + shares.max())),
+            "P_error_percent": _numbers(100.0 * (table.P_error[i] + shares.sum())),
+        }
+        rows.append(row)
+    return rows
 
 
 def _numbers(values: np.ndarray) -> list[float | None]:
     return [float(value) if math.isfinite(value) else None for value in values]
 
 
-def accuracy_entry(tolerance: float, contact: Compliance, printed: PrintedSprings) -> dict[str, Any]:
+def _verdicts(verdicts: Iterable[Verdict]) -> list[Plain]:
+    return [asdict(verdict) for verdict in verdicts]
+
+
+def _budget(budget: UncertaintyBudget | None) -> Plain | None:
+    if budget is None:
+        return None
+    return {
+        "discretisation_percent": 100.0 * budget.numerical,
+        "model": [_contribution(one) for one in budget.model],
+        "inputs": [_contribution(one) for one in budget.input],
+        "model_percent": 100.0 * budget.model_total,
+        "inputs_percent": 100.0 * budget.input_total,
+    }
+
+
+def _contribution(contribution: Contribution) -> Plain:
+    return {
+        "effect": contribution.effect,
+        "size_percent": 100.0 * contribution.size,
+        "reason": contribution.reason,
+    }
+
+
+def _paper(verdicts: Iterable[Verdict] | None) -> Plain | None:
+    if verdicts is None:
+        return None
+    return {
+        "K_l_N_per_m": 1e3 * PAPER_SPRINGS.K_l,
+        "K_h_N_per_m": 1e3 * PAPER_SPRINGS.K_h,
+        "verdicts": _verdicts(verdicts),
+    }
+
+
+def _accuracy(result: SensorResult) -> Plain:
     """Return what accuracy was asked for [1], what was reached [%], and which model and mesh was chosen for it."""
-    found = None if printed.fitted is None else printed.fitted.stiffness
+    contact, fitted = result.contact, result.springs.fitted
+    springs = None
+    if fitted is not None:
+        springs = {"error_percent": 100.0 * max(fitted.stiffness.error), "choice": fitted.stiffness.info.status}
     return {
-        "tolerance": tolerance,
-        "springs": None if found is None else {"error_percent": max(found.error_percent), "choice": found.status},
-        "contact": {"error_percent": contact.error_percent, "choice": f"{contact.method}: {contact.status}"},
-    }
-
-
-def spring_entry(spring: PrintedSpring, cost: FittedFlexures | None) -> dict[str, Any]:
-    """Return one spring's part of the report; numbers of a spring that cannot be made are null."""
-    return {
-        "target_N_per_m": 1e3 * spring.target,
-        "stiffness_N_per_m": None if spring.stiffness is None else 1e3 * spring.stiffness,
-        "error_percent": spring.error_percent,
-        "dimensions_mm": None if spring.flexure is None else asdict(spring.flexure),
-        "root_strain": spring.root_strain,
-        "root_strain_error_percent": spring.strain_error_percent,
-        "safety_factor": spring.safety_factor,
-        "dofs": None if cost is None else cost.stiffness.dofs,
-        "seconds": None if cost is None else cost.stiffness.seconds,
-    }
-
-
-def compose(case: Case, printed: PrintedSprings, found: SceneResponse, verdicts: Sequence[Verdict]) -> dict[str, Any]:
-    """Return the report but for its files, seconds and notes of other stages."""
-    sizing, process = case.sizing, printed.process
-    return {
-        "schema": SCHEMA,
-        "design": design_as_mapping(case.design),
-        "springs": {
-            "K_l_N_per_m": 1e3 * sizing.springs.K_l,
-            "K_h_N_per_m": 1e3 * sizing.springs.K_h,
-            "K_m_max_N_per_m": 1e3 * sizing.K_m_max,
-            "K_m_over_E_mm": sizing.K_m_over_E,
-            "fruit_stiffness": sizing.fruit_stiffness,
+        "tolerance": result.options.tolerance,
+        "springs": springs,
+        "contact": {
+            "error_percent": 100.0 * contact.error_pair,
+            "choice": f"{contact.info.method}: {contact.info.status}",
         },
-        "flexures": {spring.name: spring_entry(spring, printed.fitted) for spring in (printed.low, printed.high)},
-        "housing": None if printed.housing is None else asdict(printed.housing),
-        "deflections_mm": list(printed.deflections),
-        "material": {
-            "name": process.material,
-            "E_MPa": process.E_MPa,
-            "poisson": process.poisson,
-            "process": process.name,
-        },
-        "behaviour": behaviour_entry(printed, found),
-        "contact": contact_entry(case.contact),
-        "response": response_entries(case, printed, found),
-        "verdicts": [asdict(verdict) for verdict in verdicts],
-        "errors": makeup(case, printed, found),
-        "paper": {
-            "K_l_N_per_m": 1e3 * PAPER.K_l,
-            "K_h_N_per_m": 1e3 * PAPER.K_h,
-            "verdicts": [asdict(verdict) for verdict in judge_paper(case)],
-        },
-        "notes": notes(case, printed, found),
-        "versions": versions(),
     }
-
-
-def notes(case: Case, printed: PrintedSprings, found: SceneResponse) -> list[str]:
-    """Return what a user must know beside the verdicts, each a sentence with its number."""
-    design, paper = case.design, case.judged(PAPER)
-    P, NL = paper.P_max()[0], paper.NL(PAPER_TARGETS)[0]
-    press, process = design.press.travel_mm / design.tips.side_mm, printed.process
-    pressure = largest_pressure(case, printed)
-    leaves = (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm)
-    low, high = (3.0 * process.accuracy_mm / thickness for thickness in leaves)
-    return [
-        f"the paper's own springs reach P_max {P:.3f} and NL {100.0 * NL:.2f} % under this contact "
-        f"(targets {PAPER_TARGETS.P_max:g} and {100.0 * PAPER_TARGETS.NL:g} %)",
-        f"the targets hold for this fruit and these tips, K_m/E = {case.contact.K_m_over_E_mm:.5g} mm (the paper's "
-        "have 1.3226 mm; its tips on a cube of 12 mm 15 % less)",
-        *_beyond_the_law(found),
-        f"response: {found.method}; {found.status}",
-        f"press: {press:.2g} tip sides at most; small strain is assumed, beyond 0.3 sides the force of real flesh "
-        "departs by up to 1 % (Poisson 0.3) or 5 % (0.45)",
-        f"bruise: mean pressure {pressure['pressure']:.2g} MPa at the largest E and full travel",
-        f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {100.0 * low:.0f} % "
-        f"and K_h by {100.0 * high:.0f} %",
-    ]
-
-
-def _beyond_the_law(found: SceneResponse) -> list[str]:
-    """Return that P_max, NL and response.csv are a level sensor's, where this scene's response is another."""
-    if not found.cells:
-        return []
-    P = found.responses[-1].P
-    last = f"{P[-1]:.4g}" if math.isfinite(P[-1]) else "none, a tip is off"
-    return [
-        "P_max, NL and response.csv are those of a level sensor with flat sharp tips on flat fruit; this scene's own "
-        f"response at {found.responses[-1].E:g} MPa and full travel is {last}"
-    ]
-
-
-def file_entries(folder: Path) -> list[dict[str, str]]:
-    """Return path and sha256 of every file in the folder, in order of their names."""
-    paths = sorted(path for path in folder.rglob("*") if path.is_file())
-    return [{"path": path.relative_to(folder).as_posix(), "sha256": file_digest(path)} for path in paths]
-
-
-def file_digest(path: Path) -> str:
-    """Return the sha256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def versions() -> dict[str, str]:
-    """Return the version of each package that makes a number."""
-    return {name: version(name) for name in PACKAGES}
-
-
-def write_report(report: Mapping[str, Any], folder: Path) -> None:
-    """Write report.json; raises ValueError when a number is not finite."""
-    text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / "report.json").write_text(text + "\n", encoding="utf-8")

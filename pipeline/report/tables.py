@@ -1,127 +1,206 @@
-"""The tables that a person reads of a report."""
+"""What a person reads of a result: an answer that fits one screen, and on request every table."""
 
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
+from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
+from pipeline.report.notes import notes
+from pipeline.result import SensorResult
+from pipeline.stages.springs import FittedSpring
+from pipeline.uncertainty.budget import UncertaintyBudget
 
 WIDTH = 132
 _WORD = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
+_TARGETS = ("P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic")
+_ADVICE = 3  # lines of what is wrong before the rest is counted
 
 
-def print_report(report: Mapping[str, Any]) -> None:
-    """Print the verdicts, the springs, the response and the costs as tables."""
+def print_summary(result: SensorResult) -> None:
+    """Print the answer on one screen: the verdict, targets against values, springs, what is wrong, where to look."""
     console = _console()
-    console.print(_verdict_table(f"twintip · {report['design']['name']}", report["verdicts"]))
-    _print_reasons(console, report["verdicts"])
-    console.print(_spring_table(report))
-    console.print(_error_table(report["errors"]))
-    console.print(_response_table(report["response"]))
-    console.print(_paper_table(report["paper"]))
-    console.print(*_closing_lines(report), *_tolerance_lines(report.get("tolerance")), sep="\n")
+    console.print(_headline(result))
+    shown = [verdict for verdict in result.verdicts if verdict.name in _TARGETS]
+    rest = [verdict for verdict in result.verdicts if verdict.name not in _TARGETS]
+    table = _verdict_table("", shown)
+    passed = sum(verdict.passed is True for verdict in rest)
+    table.add_row(f"{len(rest)} on geometry and print", "", "", "", "", f"{passed} passed")
+    console.print(table)
+    for spring in result.springs.springs:
+        console.print(escape(_spring_line(spring, result)))
+    wrong = sorted((v for v in result.verdicts if v.passed is not True), key=lambda verdict: verdict.passed is None)
+    _print_reasons(console, wrong[:_ADVICE])
+    if len(wrong) > _ADVICE:
+        console.print(f"and {len(wrong) - _ADVICE} more: --verbose lists them all")
+    console.print(_next_steps(result))
 
 
-def print_findings(title: str, findings: Sequence[Verdict]) -> None:
-    """Print the findings on a file or folder as a table, and why each that did not pass did not."""
-    rows = [asdict(finding) for finding in findings]
+def print_everything(result: SensorResult) -> None:
+    """Print every verdict, the springs, the make-up of errors, the response, the paper's springs, notes and costs."""
     console = _console()
-    console.print(_verdict_table(title, rows))
-    _print_reasons(console, rows)
+    console.print(_headline(result))
+    console.print(_verdict_table(f"twintip · {result.design.name}", result.verdicts))
+    _print_reasons(console, [verdict for verdict in result.verdicts if verdict.passed is not True])
+    console.print(_spring_table(result))
+    console.print(_error_table(result))
+    console.print(_response_table(result))
+    if result.paper is not None:
+        K_l, K_h = (1e3 * K for K in PAPER_SPRINGS.stiffnesses)
+        title = f"the paper's springs, {K_l:g} and {K_h:g} N/m, under the same contact"
+        console.print(_verdict_table(title, result.paper))
+    for line in (*_method_lines(result), *notes(result), *_scatter_lines(result), _cost_line(result)):
+        console.print(escape(line))
+
+
+def print_verdicts(title: str, verdicts: Sequence[Verdict]) -> None:
+    """Print the verdicts on a file or folder as a table, and why each that did not pass did not."""
+    console = _console()
+    console.print(_verdict_table(escape(title), verdicts))
+    _print_reasons(console, [verdict for verdict in verdicts if verdict.passed is not True])
 
 
 def _console() -> Console:
     return Console(width=None if sys.stdout.isatty() else WIDTH)
 
 
-def _print_reasons(console: Console, verdicts: Sequence[Mapping[str, Any]]) -> None:
-    """Print one line for every verdict that did not pass."""
-    for one in verdicts:
-        if one["passed"] is not True:
-            console.print(f"{_WORD[one['passed']]} {one['name']}: {one['reference']}")
+def _headline(result: SensorResult) -> str:
+    count = len(result.verdicts)
+    failed, open_ = (sum(v.passed is outcome for v in result.verdicts) for outcome in (False, None))
+    words = [f"{failed} failed" if failed else "", f"{open_} undecided" if open_ else ""]
+    outcome = (
+        f"all {count} verdicts passed" if result.passed else f"of {count} verdicts {', '.join(filter(None, words))}"
+    )
+    return f"{_WORD[result.passed]}  twintip · {escape(result.design.name)}: {outcome}"
 
 
-def _verdict_table(title: str, verdicts: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table("verdict", "value", "± error", "target", "tolerance", "", title=title, title_justify="left")
+def _print_reasons(console: Console, verdicts: Iterable[Verdict]) -> None:
+    """Print one line for every verdict."""
+    for verdict in verdicts:
+        console.print(f"{_WORD[verdict.passed]} {verdict.name}: {escape(verdict.reference)}")
+
+
+def _verdict_table(title: str, verdicts: Sequence[Verdict]) -> Table:
+    table = Table("verdict", "value", "± error", "target", "tolerance", "", title=title or None, title_justify="left")
     for verdict in verdicts:
         table.add_row(
-            verdict["name"],
-            _shown(verdict["value"], verdict["unit"]),
-            _shown(verdict.get("error"), ""),
-            _shown(verdict["limit"], ""),
-            _shown(verdict["tolerance"], ""),
-            _WORD[verdict["passed"]],
+            verdict.name,
+            _shown(verdict.value, verdict.unit),
+            _shown(verdict.error),
+            _shown(verdict.limit),
+            _tolerance(verdict),
+            _WORD[verdict.passed],
         )
     return table
 
 
-def _shown(value: object, unit: str) -> str:
-    text = "" if value is None else f"{value:.5g}" if isinstance(value, int | float) else str(value)
+def _shown(value: float | str | None, unit: str = "") -> str:
+    text = "" if value is None else f"{value:.5g}" if isinstance(value, int | float) else value
     return f"{text} {unit}" if text and unit not in ("", "1") else text
 
 
-def _spring_table(report: Mapping[str, Any]) -> Table:
+def _tolerance(verdict: Verdict) -> str:
+    if verdict.relative and isinstance(verdict.tolerance, float):
+        return f"{100.0 * verdict.tolerance:.5g} %"
+    return _shown(verdict.tolerance)
+
+
+def _leaf(spring: FittedSpring) -> str:
+    leaf = spring.flexure
+    return "" if leaf is None else f"{leaf.length:g} x {leaf.thickness:g} x {leaf.depth:g}"
+
+
+def _spring_line(spring: FittedSpring, result: SensorResult) -> str:
+    strain = spring.root_strain
+    if spring.K is None or strain is None:
+        return f"{spring.name} spring: {1e3 * spring.target:.6g} N/m, not made"
+    process = result.springs.process.name
+    stiffness = f"{1e3 * spring.K.value:.5g} N/m ± {spring.K.percent:.2g} % by FE"
+    bent = f"strain {strain.value:.2g} at full travel, limit {spring.printable.strain_limit:.2g}"
+    return f"{spring.name} spring: {stiffness}, leaves {_leaf(spring)} mm in {process}, {bent}"
+
+
+def _next_steps(result: SensorResult) -> str:
+    lines = ["all verdicts, errors and notes: --verbose"]
+    if result.options.out is not None:
+        out = escape(str(result.options.out))
+        lines.insert(0, f"files in {out}: response.csv is the table P -> E, report.json has every number")
+        lines.insert(1, f"look at it: pipeline view {out} --png pictures")
+    return "\n".join(lines)
+
+
+def _spring_table(result: SensorResult) -> Table:
     table = Table("spring", "target N/m", "FE N/m", "± %", "leaf L x t x w mm", "strain", "safety", "dofs", "s")
-    for name, spring in report["flexures"].items():
-        size = spring["dimensions_mm"] or {}
-        leaf = " x ".join(f"{size[key]:g}" for key in ("length", "thickness", "depth") if key in size)
-        numbers = ("stiffness_N_per_m", "error_percent")
-        more = ("root_strain", "safety_factor", "dofs", "seconds")
-        shown = [f"{spring['target_N_per_m']:.6g}", *(_shown(spring[key], "") for key in numbers), leaf]
-        table.add_row(name, *shown, *(_shown(spring[key], "") for key in more))
+    fitted = result.springs.fitted
+    for spring in result.springs.springs:
+        K, strain = spring.K, spring.root_strain
+        table.add_row(
+            spring.name,
+            f"{1e3 * spring.target:.6g}",
+            _shown(None if K is None else 1e3 * K.value),
+            _shown(None if K is None else K.percent),
+            _leaf(spring),
+            _shown(None if strain is None else strain.value),
+            _shown(spring.safety_factor),
+            "" if fitted is None else str(fitted.stiffness.info.dofs),
+            "" if fitted is None else f"{fitted.stiffness.info.seconds:.5g}",
+        )
     return table
 
 
-def _error_table(errors: Mapping[str, Mapping[str, Any] | None]) -> Table:
+def _error_table(result: SensorResult) -> Table:
     """Return what each error is made of; verdicts use the first column, calibration of a print settles the last."""
     heads = ("error of", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
     table = Table(*heads)
-    for name, made in errors.items():
-        if made is not None:
-            shares = sorted((*made["model"], *made["inputs"]), key=lambda one: -abs(one["size_percent"]))
-            largest = ", ".join(f"{one['effect']} {one['size_percent']:+.2g}" for one in shares[:2])
-            numbers = (f"{made[f'{kind}_percent']:.2g}" for kind in ("discretisation", "model", "inputs"))
-            table.add_row(name, *numbers, largest)
+    budgets: dict[str, UncertaintyBudget | None] = vars(result.budgets)
+    for name, budget in budgets.items():
+        if budget is not None:
+            shares = sorted((*budget.model, *budget.input), key=lambda share: -abs(share.size))
+            largest = ", ".join(f"{share.effect} {100.0 * share.size:+.2g}" for share in shares[:2])
+            totals = (budget.numerical, budget.model_total, budget.input_total)
+            table.add_row(name, *(f"{100.0 * total:.2g}" for total in totals), largest)
     return table
 
 
-def _response_table(responses: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table("E MPa", "P first", "P last", "F_l N", "F_h N", "slope ratio")
-    for row in responses:
-        ends = (row["P"][0], row["P"][-1], row["F_l_N"][-1], row["F_h_N"][-1], row["slope_ratio"][-1])
-        table.add_row(f"{row['E_MPa']:g}", *(_shown(value, "") or "off" for value in ends))
+def _response_table(result: SensorResult) -> Table:
+    response = result.press.table
+    forces = [f"F_{tip} N" for tip in result.contact.tips]
+    table = Table("E MPa", "P first", "P last", *forces, "slope ratio")
+    for i, E in enumerate(response.E):
+        ends = (response.P[i, 0], response.P[i, -1], *response.F[i, -1], response.slope_ratio[i, -1])
+        table.add_row(f"{E:g}", *("off" if end != end else f"{end:.5g}" for end in ends))
     return table
 
 
-def _paper_table(paper: Mapping[str, Any]) -> Table:
-    title = f"the paper's springs, {paper['K_l_N_per_m']:g} and {paper['K_h_N_per_m']:g} N/m, under the same contact"
-    return _verdict_table(title, paper["verdicts"])
+def _method_lines(result: SensorResult) -> list[str]:
+    contact, fitted = result.contact, result.springs.fitted
+    info = contact.info
+    lines = [
+        f"contact: K_m/E = {contact.K_m_over_E():.6g} mm ± {100.0 * contact.error_pair:.2g} %, {info.method}, "
+        f"{info.dofs} dofs; {info.status}"
+    ]
+    if fitted is not None:
+        lines.append(f"springs, --tol {result.options.tolerance:g}: {fitted.stiffness.info.status}")
+    return lines
 
 
-def _tolerance_lines(bands_95: Mapping[str, Any] | None) -> list[str]:
-    if bands_95 is None:
+def _scatter_lines(result: SensorResult) -> list[str]:
+    scatter = result.scatter
+    if scatter is None:
         return []
-    ends = {key: value for key, value in bands_95.items() if isinstance(value, list | tuple)}
-    shown = ", ".join(f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in ends.items())
-    calibrated = 100.0 * bands_95["calibrated_modulus_error"]
+    bands = {name: value for name, value in vars(scatter).items() if isinstance(value, tuple)}
+    shown = ", ".join(f"{name} {least:.4g} to {most:.4g}" for name, (least, most) in bands.items())
+    calibrated = 100.0 * scatter.calibrated_modulus_error
     return [
         f"before calibration 95 % of prints have: {shown}",
         f"with both stiffnesses of a unit known to 1 %, the modulus it reads is known to {calibrated:.1f} %",
     ]
 
 
-def _closing_lines(report: Mapping[str, Any]) -> list[str]:
-    contact, seconds, cpu = report["contact"], report["seconds"], report["cpu_seconds"]
-    springs, asked = report["accuracy"]["springs"], report["accuracy"]["tolerance"]
-    stages = ", ".join(f"{name} {value:.2f}/{cpu[name]:.2f}" for name, value in seconds.items())
-    return [
-        f"contact: K_m/E = {contact['K_m_over_E_mm']:.6g} mm ± {contact['error_percent']:.2g} %, "
-        f"{contact['method']}, {contact['dofs']} dofs; {contact['status']}",
-        *([] if springs is None else [f"springs, --tol {asked:g}: {springs['choice']}"]),
-        *report["notes"],
-        f"seconds (wall/processor): {stages}",
-    ]
+def _cost_line(result: SensorResult) -> str:
+    wall, cpu = result.seconds.wall, result.seconds.cpu
+    stages = ", ".join(f"{name} {value:.2f}/{cpu[name]:.2f}" for name, value in wall.items())
+    return f"seconds (wall/processor): {stages}"

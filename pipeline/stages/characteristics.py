@@ -1,61 +1,85 @@
-"""How the printed springs behave beside their stiffness: tilt, crosstalk, frequency, gauge output."""
+"""How the printed springs behave beside their stiffness: tilt, crosstalk, stiffening, frequency, gauge output."""
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from cad.design.processes import Process
-from cad.parts.housing import Housing
+from cad.parts.housing import Arm, Housing
 from cad.theory.elastica import large_deflection_stiffening
-from cad.theory.flexure import Flexure
-from cad.theory.leaf_spring import gauge_strain, natural_frequency
+from cad.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
 from cad.theory.strain_gauge import FOIL
-from pipeline.stages.springs import PrintedSprings
-from solve.contact.response import SceneResponse
+from pipeline.stages.response import ScenePress
+from pipeline.stages.springs import FittedSprings
 
 GAUGE_FACTOR = FOIL.gauge_factor
 GRID_MM = FOIL.grid_length_mm
+LONGEST_SHARE = 0.5  # of a leaf, to which the elastica is given
 
 
-def behaviour_entry(printed: PrintedSprings, found: SceneResponse) -> dict[str, Any] | None:
-    """Return tilt, crosstalk, stiffening, frequency and bridge output at full travel; None where nothing is made.
+@dataclass(frozen=True, kw_only=True)
+class ArmBehaviour:
+    """One spring at full travel: tilt of its tip [rad], stiffening [1], first frequency [Hz], output of its bridge.
+
+    The bridge output [mV/V] is given at each modulus; None where a leaf is too short for the grid.
+    """
+
+    tilt_at_full_force_rad: float
+    large_deflection_stiffening: float
+    natural_frequency_Hz: float
+    bridge_mV_per_V: tuple[float | None, ...]
+    bridge_error: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpringBehaviour:
+    """The behaviour of every spring by its name, and how one tip moves under the force of the other [1]."""
+
+    crosstalk: float
+    gauges: str
+    arms: dict[str, ArmBehaviour]
+
+
+def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
+    """Return the behaviour at full travel; None where nothing is made.
 
     The frequency is Rayleigh's quotient. The bridge is full, of gauges at both roots of one leaf: where they are
     fitted their strain is that of the solve with them; else the beam law's, their own stiffening left out.
     """
-    if printed.fitted is None:
+    if springs.fitted is None:
         return None
-    stiffness, housing = printed.fitted.stiffness, printed.fitted.housing
-    C, tilt, strain = stiffness.C, stiffness.tilt_per_N, stiffness.gauge_strain_per_N
-    errors = stiffness.gauge_error_percent or (None, None)
-    last = [(float(one.F_l[-1]), float(one.F_h[-1])) for one in found.responses]
-    entry: dict[str, Any] = {
-        "crosstalk_C12_over_C22": float(C[0, 1] / C[1, 1]),
-        "gauge_factor": GAUGE_FACTOR,
-        "gauge_grid_mm": GRID_MM,
-        "gauges": housing.gauges,
-    }
-    for index, spring in enumerate((printed.low, printed.high)):
-        flexure, K = spring.flexure, spring.stiffness
-        if flexure is None or K is None:
-            continue
-        entry[spring.name] = {
-            "tilt_at_full_force_rad": float(tilt[index]) * max(forces[index] for forces in last),
-            "large_deflection_stiffening": _stiffening(flexure, printed.deflections[index]),
-            "natural_frequency_Hz": _frequency(housing, flexure, K, printed.process, spring.name),
-            "bridge_mV_per_V": [
-                _bridge(flexure, forces[index] / K) if strain is None else bridge_output(strain[index] * forces[index])
-                for forces in last
-            ],
-            "bridge_error_percent": errors[index],
-        }
-    return entry
+    stiffness, housing = springs.fitted.stiffness, springs.fitted.housing
+    forces = press.table.F[:, -1]
+    arms = {arm.name: _arm_behaviour(springs, i, arm, forces[:, i].tolist()) for i, arm in enumerate(housing.arms)}
+    crosstalk = float(stiffness.C[0, -1] / stiffness.C[-1, -1])
+    return SpringBehaviour(crosstalk=crosstalk, gauges=housing.gauges, arms=arms)
 
 
-def _stiffening(flexure: Flexure, deflection: float) -> float:
-    """Return by how much the spring is stiffer at a deflection [mm] than at first touch, at most that at half L."""
-    return large_deflection_stiffening(flexure.length, min(deflection, 0.5 * flexure.length))
+def _arm_behaviour(springs: FittedSprings, tip: int, arm: Arm, forces: Sequence[float]) -> ArmBehaviour:
+    """Return the behaviour of the spring of a tip under its force [N] at full travel, one for each modulus."""
+    if springs.fitted is None:
+        msg = "behaviour: springs that are not made have none; ask for it after a fit"
+        raise ValueError(msg)
+    stiffness = springs.fitted.stiffness
+    K, strain, errors = stiffness.K[tip], stiffness.gauge_strain_per_N, stiffness.gauge_error
+    if strain is None:
+        outputs = tuple(_beam_bridge(arm.flexure, force / K) for force in forces)
+    else:
+        outputs = tuple(bridge_output(strain[tip] * force) for force in forces)
+    return ArmBehaviour(
+        tilt_at_full_force_rad=float(stiffness.tilt_per_N[tip]) * max(forces),
+        large_deflection_stiffening=stiffening(arm.flexure, springs.deflections[tip]),
+        natural_frequency_Hz=_frequency(springs.fitted.housing, arm, K, springs.process),
+        bridge_mV_per_V=outputs,
+        bridge_error=None if errors is None else errors[tip],
+    )
 
 
-def _bridge(flexure: Flexure, deflection: float) -> float | None:
+def stiffening(flexure: Flexure, deflection: float) -> float:
+    """Return by how much a spring is stiffer at a deflection [mm] than at first touch [1], at most that at half L."""
+    return large_deflection_stiffening(flexure.length, min(deflection, LONGEST_SHARE * flexure.length))
+
+
+def _beam_bridge(flexure: Flexure, deflection: float) -> float | None:
     if flexure.length < 2.0 * GRID_MM:
         return None
     return bridge_output(gauge_strain(flexure.thickness, flexure.length, deflection, GRID_MM))
@@ -66,12 +90,12 @@ def bridge_output(strain: float) -> float:
     return 1e3 * GAUGE_FACTOR * strain
 
 
-def _frequency(housing: Housing, flexure: Flexure, K: float, process: Process, side: str) -> float:
+def _frequency(housing: Housing, arm: Arm, K: float, process: Process) -> float:
+    """Return the first frequency [Hz] of a shuttle of block, tapered neck and tip on its leaves."""
     density = 1e-3 * process.density_g_per_cm3  # g/mm^3
-    top = housing.low_top_level if side == "low" else housing.high_top_level
-    block = housing.shuttle_width * housing.depth * (top - housing.neck_level)
-    area, face = housing.shuttle_width * housing.depth, housing.tip_side**2
-    neck = (housing.neck_level - housing.tip_height) * (area + face + (area * face) ** 0.5) / 3.0
+    section, face = housing.shuttle_width * housing.depth, housing.tip_side**2
+    block = section * (arm.top_level - housing.neck_level)
+    neck = (housing.neck_level - housing.tip_height) * (section + face + (section * face) ** 0.5) / 3.0
     shuttle = density * (block + neck + face * housing.tip_height)
-    leaf = density * flexure.thickness * flexure.length * flexure.depth
+    leaf = density * arm.flexure.thickness * arm.flexure.length * arm.flexure.depth
     return natural_frequency(K, shuttle, leaf)

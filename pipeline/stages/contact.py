@@ -1,25 +1,39 @@
-"""The fruit's answer to both tips by the method that the scene asks for: the split in its domain, else direct FE."""
+"""The fruit's compliance under the tips by the method that fits the scene: the split in its domain, else direct FE."""
 
 import dataclasses
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.parameters import Design, Fruit, Tips
 from cad.parts.fruit import fruit_half, fruit_quarter
 from cad.quantity import InputError, fault
 from mesh.fruit import REFINEMENTS, fruit_meshes, fruit_size
 from mesh.volume import volume_mesh
-from pipeline.accuracy import CONTACT_SHARE, DEFAULT_TOLERANCE
-from pipeline.options import CONTACT_METHODS
-from solve.fruit.compliance import Compliance
+from pipeline.options import CONTACT_METHODS, CONTACT_SHARE, DEFAULT_TOLERANCE, RunOptions
+from pipeline.storage.cache import cached
+from solve.fruit.compliance import FruitCompliance
 from solve.fruit.direct import direct_compliance
 from solve.fruit.split import SplitDomainError, split_compliance
 
 _FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest mesh, 31 edges, misses 0.7 %
+_IRRELEVANT = {"E_max_MPa", "E_MPa", "bruise_limit_MPa", "gap_mm"}  # the compliance times E does not depend on them
+
+
+def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
+    """Return the compliance of the fruit under all tips [1/mm], kept by what it depends on; raises as below."""
+    method, tolerance = options.contact_method, options.contact_tolerance
+    inputs = {"fruit": _relevant(design.fruit), "tips": _relevant(design.tips), "method": method, "tol": tolerance}
+    return cached(
+        "contact", inputs, lambda: contact_compliance(design.fruit, design.tips, method, tolerance), FruitCompliance
+    )
+
+
+def _relevant(record: Fruit | Tips) -> dict[str, object]:
+    return {name: value for name, value in dataclasses.asdict(record).items() if name not in _IRRELEVANT}
 
 
 def contact_compliance(
     fruit: Fruit, tips: Tips, method: str = "auto", tolerance: float = CONTACT_SHARE * DEFAULT_TOLERANCE
-) -> Compliance:
-    """Return the compliance that sizes the springs: of a block under two level tips with sharp flat faces.
+) -> FruitCompliance:
+    """Return the compliance [1/mm] that sizes the springs: of a block under level tips with sharp flat faces.
 
     A curved fruit stands for the block of its plan and thickness, a filleted tip for the sharp one, a spherical tip
     for the cylinder of its diameter; the status says so. "auto" takes the split in its domain, on the coarsest mesh
@@ -29,17 +43,21 @@ def contact_compliance(
     if method not in CONTACT_METHODS:
         raise fault("contact method", method, "", f"one of {', '.join(CONTACT_METHODS)}", "auto fits every scene")
     block, flat = fruit.equivalent_block, tips.flat
-    found = _flat_compliance(block, flat, method, tolerance)
-    stands = []
+    compliance = _flat_compliance(block, flat, method, tolerance)
+    simplified = []
     if block != fruit:
         size = f"{block.length_mm:g} x {block.width_mm:g} x {block.height_mm:g} mm"
-        stands.append(f"the {fruit.shape} counts as a block of {size}")
+        simplified.append(f"the {fruit.shape} counts as a block of {size}")
     if flat != tips:
-        stands.append(f"the tips count as a sharp {flat.shape} of {flat.side_mm:g} mm")
-    return dataclasses.replace(found, status="; ".join([*stands, found.status])) if stands else found
+        simplified.append(f"the tips count as a sharp {flat.shape} of {flat.side_mm:g} mm")
+    return _with_status(compliance, "; ".join([*simplified, compliance.info.status]))
 
 
-def _flat_compliance(block: Fruit, tips: Tips, method: str, tolerance: float) -> Compliance:
+def _with_status(compliance: FruitCompliance, status: str) -> FruitCompliance:
+    return dataclasses.replace(compliance, info=dataclasses.replace(compliance.info, status=status))
+
+
+def _flat_compliance(block: Fruit, tips: Tips, method: str, tolerance: float) -> FruitCompliance:
     if method == "direct":
         return _direct(block, tips)
     try:
@@ -48,12 +66,12 @@ def _flat_compliance(block: Fruit, tips: Tips, method: str, tolerance: float) ->
         reason = str(outside)
         if method == "split":
             raise InputError(reason) from outside
-    found = _direct(block, tips)
+    compliance = _direct(block, tips)
     cause = reason.partition(";")[0]
-    return dataclasses.replace(found, status=f"{found.status}; {cause}, so solved by direct finite elements")
+    return _with_status(compliance, f"{compliance.info.status}; {cause}, so solved by direct finite elements")
 
 
-def _direct(block: Fruit, tips: Tips) -> Compliance:
+def _direct(block: Fruit, tips: Tips) -> FruitCompliance:
     if tips.shape == "cube":
         return direct_compliance(fruit_meshes(block, tips), block, tips)
     part = fruit_quarter(block, tips) if tips.offset_mm == 0.0 else fruit_half(block, tips)

@@ -1,69 +1,70 @@
-"""From targets and the fruit's answer to the two spring stiffnesses, by the law that also judges them."""
+"""From the targets and the fruit's compliance to the two spring stiffnesses, by the law that also judges them."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from cad.design.parameters import Design
 from cad.quantity import fault
 from cad.theory.two_spring_law import Springs, hayes_stiffness, series_stiffness, size_springs
-from solve.fruit.compliance import Compliance
+from pipeline.options import RunOptions
+from solve.fruit.compliance import FruitCompliance
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sizing:
+class SpringSizing:
     """The springs a design asks for and the fruit stiffness that sized them [N/mm; K_m / E in mm].
 
-    `K_m_max` and `sized_asymmetry` sized the springs. `K_m_max_contact` and `asymmetry`, of the two tips, are those of
-    the true contact, which judges whatever sized; `K_m_top` is at the largest modulus shown, which may lie beyond.
+    `K_m_max` and `sizing_stiffness_ratio` sized the springs. `K_m_max_contact` and `stiffness_ratio`, of the high tip
+    over the low one, are those of the true contact, which judges whatever the `basis` of the sizing.
+    `K_m_at_largest_E` is that of the largest modulus shown, which may lie beyond E_max.
     """
 
     springs: Springs
     K_m_over_E: float
     K_m_max: float
     K_m_max_contact: float
-    K_m_top: float
-    asymmetry: float
-    sized_asymmetry: float
-    fruit_stiffness: str
+    K_m_at_largest_E: float
+    stiffness_ratio: float
+    sizing_stiffness_ratio: float
+    basis: Literal["contact", "hayes"]
 
-    def deflections(self, travels_mm: tuple[float, float]) -> tuple[float, float]:
-        """Return how far the low and the high spring give on the stiffest fruit [mm] at the full travel of each tip."""
-        low, high = (
+    def deflections(self, travels: tuple[float, ...]) -> tuple[float, ...]:
+        """Return how far each spring gives on the stiffest fruit [mm] at the full travel [mm] of its tip."""
+        fruit = (self.K_m_at_largest_E, self.stiffness_ratio * self.K_m_at_largest_E)
+        return tuple(
             max(0.0, travel) * series_stiffness(K, K_m) / K
-            for travel, K, K_m in zip(
-                travels_mm,
-                (self.springs.K_l, self.springs.K_h),
-                (self.K_m_top, self.asymmetry * self.K_m_top),
-                strict=True,
-            )
+            for travel, K, K_m in zip(travels, self.springs.stiffnesses, fruit, strict=True)
         )
-        return low, high
 
 
-def size(design: Design, contact: Compliance, fruit_stiffness: str) -> Sizing:
-    """Return the springs that meet the targets, or those that the design gives, with the fruit stiffness used.
+def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions) -> SpringSizing:
+    """Return the springs [N/mm] that meet the targets, or those that the design gives, with the fruit stiffness used.
 
-    "contact" takes K_m = E / (s11 - s12); "hayes" the paper's circular tip, whose radius is half the side.
+    The basis "contact" takes K_m = E / (s11 - s12); "hayes" the paper's circular tip, whose radius is half the side.
+    Raises InputError where no springs meet the targets.
     """
-    fruit, tips, targets = design.fruit, design.tips, design.targets
-    by_hayes = hayes_stiffness(1.0, fruit.poisson, 0.5 * tips.side_mm)
-    K_m_over_E = by_hayes if fruit_stiffness == "hayes" else contact.K_m_over_E_mm
-    sized = 1.0 if fruit_stiffness == "hayes" else contact.asymmetry
+    fruit, tips = design.fruit, design.tips
+    by_hayes = options.fruit_stiffness == "hayes"
+    K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * tips.side_mm) if by_hayes else contact.K_m_over_E()
+    ratio = 1.0 if by_hayes else contact.stiffness_ratio()
     K_m_max = fruit.E_max_MPa * K_m_over_E
-    given = design.springs
-    if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
-        springs = Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
-    else:
-        if targets.P_max <= sized:
-            bound = f"greater than {sized:.4g}, the ratio of the fruit under the two tips"
-            raise fault("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
-        springs = size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, sized)
-    return Sizing(
-        springs=springs,
+    return SpringSizing(
+        springs=_springs(design, K_m_max, ratio),
         K_m_over_E=K_m_over_E,
         K_m_max=K_m_max,
-        K_m_max_contact=fruit.E_max_MPa * contact.K_m_over_E_mm,
-        K_m_top=max(fruit.E_max_MPa, *fruit.E_MPa) * contact.K_m_over_E_mm,
-        asymmetry=contact.asymmetry,
-        sized_asymmetry=sized,
-        fruit_stiffness=fruit_stiffness,
+        K_m_max_contact=fruit.E_max_MPa * contact.K_m_over_E(),
+        K_m_at_largest_E=design.largest_E_MPa * contact.K_m_over_E(),
+        stiffness_ratio=contact.stiffness_ratio(),
+        sizing_stiffness_ratio=ratio,
+        basis=options.fruit_stiffness,
     )
+
+
+def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
+    given, targets = design.springs, design.targets
+    if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
+        return Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
+    if targets.P_max <= ratio:
+        bound = f"greater than {ratio:.4g}, the ratio of the fruit under the two tips"
+        raise fault("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
+    return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio)

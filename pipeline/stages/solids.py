@@ -1,23 +1,31 @@
-"""The solids of a sensor: files for fabrication, and the verdicts on their geometry."""
+"""The solids of a sensor: files of the part and of the part over its fruit, and the verdicts on their geometry."""
 
 import base64
 import os
-from dataclasses import asdict
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from cad.checks.sensor_checks import check_sensor
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
 from cad.files.sensor_files import write_sensor
-from cad.parts.housing import Housing, housing_part
+from cad.parts.housing import Housing
+from cad.parts.housing_solid import housing_part
 from cad.parts.pin_socket import socketed
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict
-from pipeline.stages.springs import PrintedSprings
-from pipeline.storage.cache import remembered
+from pipeline.stages.springs import FittedSprings
+from pipeline.storage.cache import cached
 
 _SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their checks depend on
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solids:
+    """Files by name, as text in base 85, and the verdicts on them."""
+
+    files: dict[str, str]
+    verdicts: tuple[Verdict, ...]
 
 
 def sensor_of(design: Design, housing: Housing) -> Sensor:
@@ -28,31 +36,28 @@ def sensor_of(design: Design, housing: Housing) -> Sensor:
     )
 
 
-def write_solids(design: Design, springs: PrintedSprings, folder: Path) -> tuple[Verdict, ...]:
-    """Write STEP, STL and 3MF into the folder and return the geometry findings; none where no housing can be made.
+def write_solids(design: Design, springs: FittedSprings, folder: Path) -> tuple[Verdict, ...]:
+    """Write STEP, STL and 3MF into the folder and return the geometry verdicts; none where no housing can be made.
 
     Files are the same bytes every time, so those of an earlier run are written again. Raises OSError or ExportError.
     """
     housing = springs.housing
     if housing is None:
         return ()
-
-    def made() -> dict[str, Any]:
-        sensor = sensor_of(design, housing)
-        written = write_sensor(sensor, folder)
-        findings = check_sensor(sensor, springs.deflections, folder)
-        return {
-            "files": {path.name: base64.b85encode(path.read_bytes()).decode() for path in written},
-            "findings": [asdict(finding) for finding in findings],
-        }
-
     inputs = {
         "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
-        "housing": asdict(housing),
+        "housing": housing,
         "deflections": springs.deflections,
         "date": os.environ.get("SOURCE_DATE_EPOCH"),
     }
-    found = remembered("solids", inputs, made)
-    for name, text in found["files"].items():
+    solids = cached("solids", inputs, lambda: _written(design, housing, springs.deflections, folder), Solids)
+    for name, text in solids.files.items():
         (folder / name).write_bytes(base64.b85decode(text))
-    return tuple(Verdict(**finding) for finding in found["findings"])
+    return solids.verdicts
+
+
+def _written(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Solids:
+    sensor = sensor_of(design, housing)
+    paths = write_sensor(sensor, folder)
+    files = {path.name: base64.b85encode(path.read_bytes()).decode() for path in paths}
+    return Solids(files=files, verdicts=check_sensor(sensor, deflections, folder))

@@ -1,6 +1,7 @@
 """The springs as they are printed: leaves that fit the targets, or the reason why the process cannot make them."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +11,15 @@ from cad.design.printability import Printable, check_printable
 from cad.design.processes import PROCESSES, Process
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
-from cad.quantity import InputError
-from cad.theory.flexure import Flexure
+from cad.quantity import Estimate, InputError
+from cad.theory.leaf_spring import Flexure
 from cad.theory.two_spring_law import Springs
 from mesh.session import MeshError
-from pipeline.accuracy import DEFAULT_TOLERANCE
-from pipeline.fit.leaf_lengths import FittedFlexures
-from pipeline.stages.kept import kept_flexures
-from pipeline.stages.sizing import Sizing
+from pipeline.fit.pins import fit_with_pins
+from pipeline.fit.solve_memo import FittedHousing
+from pipeline.options import RunOptions
+from pipeline.stages.sizing import SpringSizing
+from pipeline.storage.cache import cached
 from solve.contact.linear_response import spring_compliance
 from solve.linear import SolveError
 
@@ -25,29 +27,44 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PrintedSpring:
-    """One spring: its target and FE stiffness [N/mm], its leaf [mm], the strain at its root at full travel [1]."""
+class FittedSpring:
+    """One spring: its target stiffness [N/mm], whether it can be printed, and where it is made what FE gives.
+
+    K [N/mm] is its stiffness; `root_strain` [1] is that at the root of its leaves at full travel.
+    """
 
     name: str
     target: float
     printable: Printable
     flexure: Flexure | None = None
-    stiffness: float | None = None
-    error_percent: float | None = None
-    root_strain: float | None = None
-    strain_error_percent: float | None = None
-    safety_factor: float | None = None
+    K: Estimate | None = None
+    root_strain: Estimate | None = None
+
+    @property
+    def stiffness(self) -> float:
+        """Return the stiffness by FE, the target where it is not made [N/mm]."""
+        return self.target if self.K is None else self.K.value
+
+    @property
+    def error(self) -> float:
+        """Return the error of the stiffness [N/mm]; 0 for a target."""
+        return 0.0 if self.K is None else self.K.error
+
+    @property
+    def safety_factor(self) -> float | None:
+        """Return the strain limit over the root strain [1]; None where it is not made or not bent."""
+        strain = self.root_strain
+        return self.printable.strain_limit / strain.value if strain is not None and strain.value > 0.0 else None
 
 
 @dataclass(frozen=True, kw_only=True)
-class PrintedSprings:
-    """Both springs, the process, and where both can be made the housing and its FE result."""
+class FittedSprings:
+    """All springs, low first, their process, how far each gives at full travel [mm], and the housing that has them."""
 
-    low: PrintedSpring
-    high: PrintedSpring
+    springs: tuple[FittedSpring, ...]
     process: Process
-    deflections: tuple[float, float]
-    fitted: FittedFlexures | None
+    deflections: tuple[float, ...]
+    fitted: FittedHousing | None
 
     @property
     def housing(self) -> Housing | None:
@@ -55,73 +72,85 @@ class PrintedSprings:
         return None if self.fitted is None else self.fitted.housing
 
     @property
-    def plain(self) -> bool:
+    def monolithic(self) -> bool:
         """Say whether the springs are of one piece: no gauges glued on, no pins."""
         return self.housing is None or (self.housing.gauges == "none" and not self.housing.pin_side)
 
     @property
     def stiffnesses(self) -> Springs:
         """Return the stiffnesses found by FE, or the targets where nothing was made [N/mm]."""
-        K_l, K_h = (spring.target if spring.stiffness is None else spring.stiffness for spring in (self.low, self.high))
+        K_l, K_h = (spring.stiffness for spring in self.springs)
         return Springs(K_l=K_l, K_h=K_h)
 
     @property
-    def errors(self) -> tuple[float, float]:
+    def errors(self) -> tuple[float, ...]:
         """Return the error of each stiffness [N/mm]; 0 for a target."""
-        K = self.stiffnesses
-        low, high = (0.01 * (spring.error_percent or 0.0) for spring in (self.low, self.high))
-        return low * K.K_l, high * K.K_h
+        return tuple(spring.error for spring in self.springs)
 
     @property
-    def compliance(self) -> Floats:
-        """Return the compliance of both tips by their springs, shape (2, 2) [mm/N]."""
+    def C(self) -> Floats:
+        """Return the compliance of the tips by their springs, shape (tips, tips) [mm/N]."""
         if self.fitted is not None:
             return self.fitted.stiffness.C
-        return spring_compliance(self.stiffnesses.K_l, self.stiffnesses.K_h)
+        return spring_compliance(*(spring.stiffness for spring in self.springs))
 
 
-def print_springs(design: Design, sizing: Sizing, tolerance: float = DEFAULT_TOLERANCE) -> PrintedSprings:
+def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> FittedSprings:
     """Return the springs of a design, fitted by FE to the relative tolerance unless the beam law rules one out.
 
-    A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, both are undecided.
+    A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided.
     """
     process = PROCESSES[design.print.process]
-    springs, K_m_max, asymmetry = sizing.springs, sizing.K_m_max, sizing.sized_asymmetry
+    ratio = sizing.sizing_stiffness_ratio
     deflections = sizing.deflections(design.full_travels_mm)
-    verdicts = check_printable(design, springs, K_m_max, process, asymmetry=asymmetry)
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
     fitted = None
-    if all(verdict.passed is not False for verdict in verdicts):
-        lengths = (verdicts[0].length_mm, verdicts[1].length_mm)
+    if all(verdict.passed is not False for verdict in printable):
+        lengths = tuple(verdict.length_mm for verdict in printable)
         try:
             guess = housing_for(design, process, lengths, deflections)
-            targets, material = (springs.K_l, springs.K_h), (process.E_MPa, process.poisson)
-            fitted = kept_flexures(guess, targets, material, tolerance)
+            fitted = _fitted(guess, sizing.springs.stiffnesses, process, options.tolerance)
         except (InputError, MeshError, SolveError) as error:
-            low_verdict, high_verdict = (replace(one, passed=None, reason=str(error)) for one in verdicts)
-            verdicts = (low_verdict, high_verdict)
+            printable = tuple(replace(verdict, passed=None, reason=str(error)) for verdict in printable)
         else:
-            solved = (fitted.housing.low.length, fitted.housing.high.length)
-            verdicts = check_printable(design, springs, K_m_max, process, solved, asymmetry)
-    low, high = (_spring(index, springs, verdicts[index], fitted, deflections[index]) for index in (0, 1))
-    return PrintedSprings(low=low, high=high, process=process, deflections=deflections, fitted=fitted)
-
-
-def _spring(
-    index: int, springs: Springs, verdict: Printable, fitted: FittedFlexures | None, deflection: float
-) -> PrintedSpring:
-    name, target = (("low", springs.K_l), ("high", springs.K_h))[index]
+            lengths = tuple(arm.flexure.length for arm in fitted.housing.arms)
+            printable = check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
     if fitted is None:
-        return PrintedSpring(name=name, target=target, printable=verdict)
+        springs = _not_made(sizing.springs.stiffnesses, printable)
+    else:
+        springs = _made(sizing.springs.stiffnesses, printable, fitted, deflections)
+    return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted)
+
+
+def _fitted(guess: Housing, targets: tuple[float, ...], process: Process, tolerance: float) -> FittedHousing:
+    """Return the housing fitted to the targets [N/mm], kept by what it depends on."""
+    E, poisson = process.E_MPa, process.poisson
+    inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson, "tolerance": tolerance}
+    return cached("flexures", inputs, lambda: fit_with_pins(guess, targets, E, poisson, tolerance), FittedHousing)
+
+
+NAMES = ("low", "high")
+
+
+def _not_made(targets: Sequence[float], printable: Sequence[Printable]) -> tuple[FittedSpring, ...]:
+    rows = zip(NAMES, targets, printable, strict=True)
+    return tuple(FittedSpring(name=name, target=target, printable=verdict) for name, target, verdict in rows)
+
+
+def _made(
+    targets: Sequence[float], printable: Sequence[Printable], fitted: FittedHousing, deflections: Sequence[float]
+) -> tuple[FittedSpring, ...]:
     result = fitted.stiffness
-    strain = result.K[index] * deflection * result.strain_per_N[index]
-    return PrintedSpring(
-        name=name,
-        target=target,
-        printable=verdict,
-        flexure=(fitted.housing.low, fitted.housing.high)[index],
-        stiffness=result.K[index],
-        error_percent=result.error_percent[index],
-        root_strain=strain,
-        strain_error_percent=result.strain_error_percent[index],
-        safety_factor=verdict.strain_limit / strain if strain > 0.0 else None,
-    )
+    springs = []
+    for i, arm in enumerate(fitted.housing.arms):
+        strain = result.K[i] * deflections[i] * result.strain_per_N[i]
+        spring = FittedSpring(
+            name=arm.name,
+            target=targets[i],
+            printable=printable[i],
+            flexure=arm.flexure,
+            K=Estimate(result.K[i], result.error[i] * result.K[i], "N/mm"),
+            root_strain=Estimate(strain, result.strain_error[i] * strain),
+        )
+        springs.append(spring)
+    return tuple(springs)

@@ -8,10 +8,14 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
+
+from pipeline.storage.plain import from_plain, to_plain
+
+T = TypeVar("T")
 
 _SOURCES = ("cad", "mesh", "solve", "pipeline")
 _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
@@ -44,32 +48,28 @@ def sources_digest(root: Path) -> str:
     return digest.hexdigest()
 
 
-def remembered(stage: str, inputs: object, make: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the stored result of a stage for these inputs, or make it and store it; both are plain JSON.
+def cached(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) -> T:
+    """Return the stored result of a stage for these inputs, or compute it and store it.
 
-    An entry that cannot be read or whose digest is wrong is made again; a cache that cannot be written is no error.
+    Inputs are records or plain data. An entry that cannot be read or whose digest is wrong is computed again; a cache
+    that cannot be written is no error. A fresh result goes through JSON too, so that it equals a stored one to the bit.
     """
-    text = json.dumps([stage, inputs, code_digest()], sort_keys=True, allow_nan=False)
+    text = json.dumps([stage, to_plain(inputs), code_digest()], sort_keys=True, allow_nan=False)
     path = cache_folder() / f"{stage}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
-    found = _read(path)
-    if found is not None:
-        return found
-    # Through JSON also when it is fresh: a stored result and a fresh one are then the same to the last bit.
-    body = json.dumps(make(), allow_nan=False)
-    _write(path, body)
-    made: dict[str, Any] = json.loads(body)
-    return made
+    body = _read(path)
+    if body is None:
+        body = json.dumps(to_plain(compute()), allow_nan=False)
+        _write(path, body)
+    return from_plain(kind, json.loads(body))
 
 
-def _read(path: Path) -> dict[str, Any] | None:
+def _read(path: Path) -> str | None:
+    """Return the text of an entry; None where it is missing or damaged."""
     try:
         digest, _, body = path.read_text(encoding="utf-8").partition("\n")
-        if digest != hashlib.sha256(body.encode()).hexdigest():
-            return None
-        found = json.loads(body)
     except (OSError, ValueError):
         return None
-    return found if isinstance(found, dict) else None
+    return body if digest == hashlib.sha256(body.encode()).hexdigest() else None
 
 
 def _write(path: Path, body: str) -> None:

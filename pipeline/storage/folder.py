@@ -3,15 +3,14 @@
 import fcntl
 import os
 import shutil
-import signal
-import threading
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from fnmatch import fnmatchcase
 from pathlib import Path
-from types import FrameType
 
 from cad.quantity import InputError, fault
+from pipeline.storage.interruption import hold
 
 OURS = (
     "design.toml",
@@ -30,31 +29,24 @@ OURS = (
 FOLDERS = ("pictures",)
 MARK = "report.json"
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
 
 class OutputError(InputError):
     """An output folder that cannot be used; the message is one line: folder, bound, remedy."""
 
 
-class Interrupted(KeyboardInterrupt):
-    """A run that a signal ended; `exit_code` is what the shell expects."""
-
-    def __init__(self, number: int) -> None:
-        """Keep the code of the signal."""
-        super().__init__(signal.Signals(number).name)
-        self.exit_code = 128 + number
-
-
 @contextmanager
-def output_folder(path: Path) -> Iterator[Path]:
+def output_folder(path: Path | None) -> Iterator[Path]:
     """Yield an empty folder that takes the place of `path` when the block ends well, and vanishes when it does not.
 
-    Raises OutputError before the block runs when `path` cannot be written, is in use by another run, or holds files
-    that are not ours; a signal inside the block raises Interrupted.
+    Without a path it vanishes either way. Raises OutputError before the block runs when `path` cannot be written, is in
+    use by another run, or holds files that are not ours.
     """
+    if path is None:
+        with tempfile.TemporaryDirectory(prefix="twintip-") as name:
+            yield Path(name)
+        return
     target = _usable(path)
-    with _signals_raise() as signals, _parents_of(target), _locked(target):
+    with _parents_of(target), _locked(target):
         _recover(target)
         refuse_foreign(target)
         new = _beside(target, "new")
@@ -63,10 +55,10 @@ def output_folder(path: Path) -> Iterator[Path]:
             yield new
             refuse_unknown_names(new)
             refuse_foreign(target)
-            signals.held = True
+            hold()
             _publish(new, target)
         finally:
-            signals.held = True
+            hold()
             shutil.rmtree(new, ignore_errors=True)
 
 
@@ -108,7 +100,7 @@ def refuse_unknown_names(folder: Path) -> None:
     """Raise ValueError when a file was written under a name that the next run would take for foreign."""
     unknown = foreign_files(folder)
     if unknown:
-        msg = f"output {unknown[0]!r}: must have a name in pipeline.outputs.OURS; add it there"
+        msg = f"output {unknown[0]!r}: must have a name in pipeline.storage.folder.OURS; add it there"
         raise ValueError(msg)
 
 
@@ -223,38 +215,3 @@ def _publish(new: Path, target: Path) -> None:
             old.rename(target)
         raise _not_writable(target, error) from error
     shutil.rmtree(old, ignore_errors=True)
-
-
-class _Signals:
-    """The first signal raises; further ones, and those while outputs are moved or removed, wait for the end."""
-
-    def __init__(self) -> None:
-        self.held = False
-        self.waiting = 0
-
-    def __call__(self, number: int, _frame: FrameType | None) -> None:
-        if self.held:
-            self.waiting = number
-        else:
-            self.held = True
-            raise Interrupted(number)
-
-
-@contextmanager
-def _signals_raise() -> Iterator[_Signals]:
-    signals = _Signals()
-    if threading.current_thread() is not threading.main_thread():
-        yield signals
-        return
-    # A signal that is ignored already stays so: nohup and shells in the background count on it.
-    before = {number: signal.getsignal(number) for number in _SIGNALS}
-    taken = {number: handler for number, handler in before.items() if handler not in (signal.SIG_IGN, None)}
-    try:
-        for number in taken:
-            signal.signal(number, signals)
-        yield signals
-    finally:
-        for number, handler in taken.items():
-            signal.signal(number, handler)
-    if signals.waiting:
-        raise Interrupted(signals.waiting)

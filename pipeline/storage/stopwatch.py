@@ -1,8 +1,20 @@
 """What each stage of a run costs: wall and processor seconds."""
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seconds:
+    """Wall and processor seconds of this process by stage, and `total`."""
+
+    wall: dict[str, float]
+    cpu: dict[str, float]
 
 
 class Stopwatch:
@@ -14,23 +26,20 @@ class Stopwatch:
         self._wall: dict[str, float] = {}
         self._cpu: dict[str, float] = {}
 
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Count the seconds spent inside the block to a stage."""
+    def __call__(self, stage: str, work: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
+        """Return what a piece of work returns, its seconds counted to a stage."""
         wall, cpu = time.perf_counter(), time.process_time()
         try:
-            yield
+            return work(*arguments, **keywords)
         finally:
-            self._wall[name] = self._wall.get(name, 0.0) + time.perf_counter() - wall
-            self._cpu[name] = self._cpu.get(name, 0.0) + time.process_time() - cpu
+            self._wall[stage] = self._wall.get(stage, 0.0) + time.perf_counter() - wall
+            self._cpu[stage] = self._cpu.get(stage, 0.0) + time.process_time() - cpu
 
-    def wall_seconds(self) -> dict[str, float]:
-        """Return wall seconds by stage, and `total` since the start."""
-        return _rounded({**self._wall, "total": time.perf_counter() - self._started[0]})
-
-    def cpu_seconds(self) -> dict[str, float]:
-        """Return processor seconds of this process by stage, and `total` since the start."""
-        return _rounded({**self._cpu, "total": time.process_time() - self._started[1]})
+    def seconds(self) -> Seconds:
+        """Return the seconds of every stage so far, to the millisecond, and of the whole since the start."""
+        wall = {**self._wall, "total": time.perf_counter() - self._started[0]}
+        cpu = {**self._cpu, "total": time.process_time() - self._started[1]}
+        return Seconds(wall=_rounded(wall), cpu=_rounded(cpu))
 
 
 def _rounded(seconds: dict[str, float]) -> dict[str, float]:

@@ -55,10 +55,10 @@ _CELL_OF = {len(nodes): name for name, nodes in VTK_NODES.items()}
 
 def write_mesh(path: Path, mesh: Mesh) -> None:
     """Write a mesh [mm] with its named boundaries as a VTU file; raises FieldError for cells that VTK does not have."""
-    write_fields(path, mesh, {}, {})
+    write_vtu(path, mesh, {}, {})
 
 
-def write_fields(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], cell_data: Mapping[str, Floats]) -> None:
+def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], cell_data: Mapping[str, Floats]) -> None:
     """Write a mesh [mm] with arrays, shape (points,) or (points, 3) and (cells,), as a VTU file.
 
     Points are those of `mesh.doflocs`, cells those of `mesh.t`. A named boundary becomes a point array of that name,

@@ -4,35 +4,35 @@ Near by, the Galerkin influence of the half-space on each footprint; from tip to
 size, the smooth rest through the nodal polynomials of the punch tables. One matrix serves all E, travels and gaps.
 """
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from cad.design.parameters import Fruit
-from solve.fruit.box import Grading, block_lines, box_mesh
-from solve.fruit.remainder import Parity, remainder_compliance
-from solve.fruit.split import Foot, nodes_between, nodes_within
+from solve.arrays import Floats, Ints
+from solve.fruit.box import Grading, block_lines
+from solve.fruit.footprints import (
+    Footprint,
+    half_space_between,
+    node_remainder,
+    nodes_between,
+    nodes_within,
+)
 from solve.halfspace.punch import influence, square_punch
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.integer[Any]]
 
 GRADING = Grading(0.7, (0.7, 0.21, 0.09))
 FEWEST_NODES = 3
 GAUSS = 4
 
 
-@dataclass(frozen=True)
-class Footprints:
-    """Cells on all footprints: centres on the fruit (cells, 2) [mm], areas [mm^2], tip of each cell, the tips' centres.
+@dataclass(frozen=True, eq=False)
+class ContactCells:
+    """Cells on all footprints: places on the fruit (cells, 2) [mm], areas [mm^2], tip of each cell.
 
-    `compliance` (cells, cells) is the mean displacement of a cell per force on a cell, times E [1/mm]; `error` is
-    what these cells miss of the flat punch's stiffness, relative.
+    `centres` (tips, 2) [mm] are those of the footprints. `compliance` (cells, cells) is the mean displacement of a cell
+    per force on a cell, times E [1/mm].
     """
 
     places: Floats
@@ -40,100 +40,98 @@ class Footprints:
     owner: Ints
     centres: Floats
     compliance: Floats
-    error: float
 
     @property
     def local(self) -> Floats:
         """Return the places of the cells from the centre of their own tip [mm], shape (cells, 2)."""
-        shifted: Floats = self.places - np.stack([self.centres, np.zeros_like(self.centres)], axis=1)[self.owner]
-        return shifted
+        return self.places - self.centres[self.owner]
+
+    @property
+    def tips(self) -> Floats:
+        """Return 1 where a cell belongs to a tip, else 0, shape (cells, tips)."""
+        return np.eye(len(self.centres))[self.owner]
 
 
-def footprint_compliance(fruit: Fruit, feet: Sequence[Foot], edges: Floats) -> Footprints:
-    """Return the cells and their compliance; `edges` are the lines of cells on (-1/2, 1/2) of each foot's side.
+def contact_cells(
+    fruit: Fruit, footprints: Sequence[Footprint], edges: Floats, smooth: Floats | None = None
+) -> ContactCells:
+    """Return the cells between `edges`, lines on (-1/2, 1/2) of each footprint's side [1], and their compliance.
 
-    The feet are squares that hold every place where a tip may touch. Raises SolveError when a solve is not exact.
+    The footprints are squares that hold every place where a tip may touch. `smooth` is their `smooth_compliance`,
+    where it is known. Raises SolveError when a solve is not exact.
     """
-    per_side = max(FEWEST_NODES, nodes_between(feet))
-    carry = np.kron(_means(edges, per_side), _means(edges, per_side))
-    smooth = _smooth_compliance(fruit, tuple(feet), per_side)
-    width = np.diff(edges)
-    area = np.outer(width, width).ravel()
-    pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
-    unit = pairs / np.outer(area, area)
-    flat = float(np.linalg.solve(unit, np.ones(len(area))).sum())
-    own = (1.0 - fruit.poisson**2) * unit
-    spread = block_diag(*[carry] * len(feet))
-    compliance = block_diag(*(own / foot.side for foot in feet)) + spread @ smooth @ spread.T
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    cells = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
-    return Footprints(
-        places=np.concatenate([foot.side * cells + np.array([foot.x, 0.0]) for foot in feet]),
-        areas=np.concatenate([foot.side**2 * area for foot in feet]),
-        owner=np.repeat(np.arange(len(feet)), len(area)),
-        centres=np.array([foot.x for foot in feet]),
+    smooth = smooth_compliance(fruit, footprints) if smooth is None else smooth
+    unit, area = _unit_compliance(edges)
+    centres, sides = np.array([(one.x, one.y) for one in footprints]), np.array([one.side for one in footprints])
+    own = block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, unit))
+    compliance = own + _averaged(smooth, edges, footprints)
+    return ContactCells(
+        places=(sides[:, None, None] * cell_centres(edges) + centres[:, None]).reshape(-1, 2),
+        areas=np.multiply.outer(sides**2, area).ravel(),
+        owner=np.repeat(np.arange(len(sides)), len(area)),
+        centres=centres,
         compliance=0.5 * (compliance + compliance.T),
-        error=abs(flat / square_punch(1).flat_stiffness - 1.0),
     )
 
 
-def folded(footprints: Footprints) -> Footprints:
+def folded(cells: ContactCells) -> ContactCells:
     """Return cells that stand for themselves and their mirror images at y = 0, for contact alike on both sides.
 
-    The number of lines of cells across a foot must be even; the cells at y > 0 stay, in their order.
+    All centres lie at y = 0 and the number of lines of cells across a footprint is even; the cells at y > 0 stay, in
+    their order.
     """
-    cells = round((len(footprints.owner) / len(footprints.centres)) ** 0.5)
-    kept = footprints.places[:, 1] > 0.0
-    mirrored = np.arange(len(kept)).reshape(-1, cells)[:, ::-1].ravel()
-    pairs = 0.5 * (footprints.compliance + footprints.compliance[:, mirrored])
+    across = round((len(cells.owner) / len(cells.centres)) ** 0.5)
+    kept = cells.places[:, 1] > 0.0
+    mirrored = np.arange(len(kept)).reshape(-1, across)[:, ::-1].ravel()
+    pairs = 0.5 * (cells.compliance + cells.compliance[:, mirrored])
     return replace(
-        footprints,
-        places=footprints.places[kept],
-        areas=2.0 * footprints.areas[kept],
-        owner=footprints.owner[kept],
+        cells,
+        places=cells.places[kept],
+        areas=2.0 * cells.areas[kept],
+        owner=cells.owner[kept],
         compliance=pairs[np.ix_(kept, kept)],
     )
 
 
-def _means(edges: Floats, per_side: int) -> Floats:
-    """Return the mean of each nodal polynomial of a line over each cell, shape (cells, nodes)."""
+def smooth_compliance(fruit: Fruit, footprints: Sequence[Footprint]) -> Floats:
+    """Return the compliance between all nodes but for the half-space under a node's own tip, times E [1/mm].
+
+    Shape (nodes, nodes). Raises SolveError when a solve is not exact.
+    """
+    between, within = _between(footprints), max(FEWEST_NODES, nodes_within(fruit, footprints))
+    mirrored = all(one.x == 0.0 for one in footprints), all(one.y == 0.0 for one in footprints)
+    extent = (fruit.length_mm, fruit.width_mm, fruit.height_mm)
+    places = np.concatenate([footprint.nodes(within) for footprint in footprints])
+    lines = block_lines(extent, places, mirrored, GRADING)
+    at_x, at_y = ((1, -1) if plane else (0,) for plane in mirrored)
+    parities = [(x, y) for x in at_x for y in at_y]
+    remainder, _ = node_remainder(fruit, footprints, lines, parities, within, between)
+    return remainder + half_space_between(footprints, fruit.poisson, between)
+
+
+def _between(footprints: Sequence[Footprint]) -> int:
+    return max(FEWEST_NODES, nodes_between(footprints))
+
+
+def _unit_compliance(edges: Floats) -> tuple[Floats, Floats]:
+    """Return the compliance (cells, cells) of a half-space, E* = 1, and the areas of cells on a unit square."""
+    area = np.outer(np.diff(edges), np.diff(edges)).ravel()
+    pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
+    return pairs / np.outer(area, area), area
+
+
+def cell_centres(edges: Floats) -> Floats:
+    """Return the centres of the cells between lines, shape (cells, 2) [unit of the lines]."""
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    return np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def _averaged(smooth: Floats, edges: Floats, footprints: Sequence[Footprint]) -> Floats:
+    """Return the means over cells of what is known between nodes, shape (cells, cells)."""
     point, weight = np.polynomial.legendre.leggauss(GAUSS)
-    table = square_punch(per_side)
     middle = 0.5 * (edges[1:] + edges[:-1])
     places = middle[:, None] + 0.5 * np.diff(edges)[:, None] * point
-    values = table.along(0, places.ravel()).reshape(*places.shape, per_side)
-    return np.asarray(np.einsum("cgk,g->ck", values, 0.5 * weight))
-
-
-@functools.lru_cache(maxsize=4)
-def _smooth_compliance(fruit: Fruit, feet: tuple[Foot, ...], per_side: int) -> Floats:
-    """Return the answer between all nodes of all feet but for the half-space under one's own foot, times E [1/mm]."""
-    within = max(FEWEST_NODES, nodes_within(fruit, feet))
-    raise_order = square_punch(within).interpolate(square_punch(per_side).nodes)
-    up = block_diag(*[raise_order] * len(feet))
-    places = np.concatenate([foot.nodes(per_side) for foot in feet])
-    owner = np.repeat(np.arange(len(feet)), per_side**2)
-    apart = places[:, None] - places
-    distance = np.where(owner[:, None] == owner, np.inf, np.hypot(apart[..., 0], apart[..., 1]))
-    smooth: Floats = up @ _remainder_of_nodes(fruit, feet, within) @ up.T + (1.0 - fruit.poisson**2) / np.pi / distance
-    return smooth
-
-
-def _remainder_of_nodes(fruit: Fruit, feet: Sequence[Foot], within: int) -> Floats:
-    """Return the remainder's answer between the nodes of all feet, from loads even and odd across the length axis."""
-    half = within // 2
-    kept = within - half
-    places = np.concatenate([foot.nodes(within).reshape(within, within, 2)[:, half:].reshape(-1, 2) for foot in feet])
-    extent = (fruit.length_mm, fruit.width_mm, fruit.height_mm)
-    every = np.concatenate([foot.nodes(within) for foot in feet])
-    mesh = box_mesh(block_lines(extent, every, (False, True), GRADING))
-    parities: tuple[Parity, ...] = ((0, 1), (0, -1))
-    even, odd = remainder_compliance(mesh, fruit.poisson, places, parities).compliances
-    same, across = 0.5 * (even + odd), 0.5 * (even - odd)
-    line = np.arange(within)
-    row = np.maximum(line, within - 1 - line) - half
-    chosen = (np.arange(len(feet) * within)[:, None] * kept + row).ravel()
-    sign = np.tile(np.sign(2 * line - within + 1), len(feet) * within)
-    on_one_side = sign[:, None] * sign >= 0
-    found: Floats = np.where(on_one_side, same[np.ix_(chosen, chosen)], across[np.ix_(chosen, chosen)])
-    return found
+    polynomials = square_punch(_between(footprints)).along(0, places.ravel()).reshape(*places.shape, -1)
+    means = np.einsum("cgk,g->ck", polynomials, 0.5 * weight)
+    every = block_diag(*[np.kron(means, means)] * len(footprints))
+    return np.asarray(every @ smooth @ every.T)

@@ -5,35 +5,41 @@ the fruit); infinity where the tip has no face. Gaps of tip and fruit add up.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from solve.arrays import Floats
 
 
 def cube_gap(x: Floats, y: Floats, side: float, fillet: float = 0.0) -> Floats:
-    """Return the gap of a flat square face, its edges rounded by a quarter circle of radius `fillet`."""
+    """Return the gap [mm] of a flat square face, its edges rounded by a quarter circle of radius `fillet` [mm]."""
     inside = 0.5 * side - np.maximum(np.abs(x), np.abs(y))
     return _rounded(inside, fillet)
 
 
 def cylinder_gap(x: Floats, y: Floats, diameter: float, fillet: float = 0.0) -> Floats:
-    """Return the gap of a flat circular face with a rounded edge."""
+    """Return the gap [mm] of a flat circular face with an edge rounded by `fillet` [mm]."""
     return _rounded(0.5 * diameter - np.hypot(x, y), fillet)
 
 
 def sphere_gap(x: Floats, y: Floats, radius: float) -> Floats:
-    """Return the gap of a sphere above the plane that touches it."""
-    rise = np.maximum(radius**2 - x**2 - y**2, 0.0)
-    return np.where(x**2 + y**2 <= radius**2, radius - np.sqrt(rise), np.inf)
+    """Return the gap [mm] of a sphere above the plane that touches it."""
+    return cap_gap(x, y, radius, radius)
 
 
 def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats:
-    """Return how far a fruit with these radii along and across the tips falls away from the plane at its apex.
+    """Return how far [mm] a fruit with these radii along and across the tips falls below the plane at its apex.
 
     An ellipsoid whose height semi-axis is `radius`: a sphere where both radii are equal. Beyond it, infinity.
     """
     rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
     return np.where(rest >= 0.0, radius * (1.0 - np.sqrt(np.maximum(rest, 0.0))), np.inf)
+
+
+def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[float, float]:
+    """Return how fast [1] such a fruit falls along x and along y; infinite from its rim on."""
+    rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
+    if not rest > 0.0:
+        return float(np.inf), float(np.inf)
+    return float(x / radius / np.sqrt(rest)), float(y / radius_across / np.sqrt(rest))
 
 
 def _rounded(inside: Floats, fillet: float) -> Floats:

@@ -1,38 +1,57 @@
-"""What the sensor reads: forces of both tips and their ratio over travel and modulus, from one compliance.
+"""What the sensor reads where flat level faces touch whole or not at all: exact from one compliance.
 
-Travel x of tip i is the give of its spring plus the indentation of the fruit: x = C F + S F / E, with C the
+Travel x of a tip is the give of its spring plus the indentation of the fruit: x = C F + S F / E, with C the
 compliance of the springs and S that of the fruit times E. Linear, so every E and x comes from the same S.
 """
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import nnls
 
 from cad.quantity import fault
+from solve.arrays import Floats
+from solve.error_estimate import SolveInfo
 
-Floats = NDArray[np.float64]
+
+@dataclass(frozen=True)
+class TipKinds:
+    """The indices of the tips on soft springs and of those on stiff springs; the pair has one of each."""
+
+    soft: tuple[int, ...] = (0,)
+    stiff: tuple[int, ...] = (-1,)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Response:
-    """Forces [N], force ratio and slope ratio (dF_h/dx) / (dF_l/dx) [1] over travel x [mm] at one modulus E [MPa].
+PAIR = TipKinds()
 
-    Arrays of shape (travels,); P and slope_ratio are nan where a tip is off the fruit.
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SensorResponse:
+    """Tip forces F [N], shape (moduli, travels, tips), over the moduli E [MPa] and the travels x [mm] of the housing.
+
+    The force ratio P and the ratio of the force slopes over the travel [1], both of stiff tips over soft ones, have
+    shape (moduli, travels) and are nan where a tip is off the fruit. So do the relative errors [1]: `F_error` of the
+    forces of the tips that touch (nan where none does), `P_error` of P. `cells` counts the contact cells, 0 where the
+    law is linear.
     """
 
-    E: float
+    E: Floats
     x: Floats
-    F_l: Floats
-    F_h: Floats
+    F: Floats
     P: Floats
     slope_ratio: Floats
+    F_error: Floats
+    P_error: Floats
+    cells: int
+    info: SolveInfo
 
 
-def spring_compliance(K_l: float, K_h: float) -> Floats:
-    """Return the compliance of two springs that do not disturb each other, shape (2, 2) [mm/N from N/mm]."""
-    return np.diag([1.0 / K_l, 1.0 / K_h])
+def spring_compliance(*stiffnesses: float) -> Floats:
+    """Return the compliance of springs that do not disturb each other, shape (n, n) [mm/N from N/mm]."""
+    return np.diag([1.0 / K for K in stiffnesses])
 
 
 def travels(travel_mm: float, count: int) -> Floats:
@@ -42,23 +61,78 @@ def travels(travel_mm: float, count: int) -> Floats:
     return travel_mm * np.arange(1, count + 1) / count
 
 
-def linear_response(S: Floats, C: Floats, E: float, x: Floats, ahead: Sequence[float] = (0.0, 0.0)) -> Response:
-    """Return the response of flat tips that either touch with their whole face or not at all.
+def stiff_over_soft(values: Floats, F: Floats, kinds: TipKinds = PAIR) -> Floats:
+    """Return the mean of values over the stiff tips over that over the soft tips [1], shape (...).
 
-    S [1/mm] and C [mm/N] of shape (2, 2), low tip first; `ahead` is what a tilt adds to the travel of each tip [mm].
+    `values` and the forces F have shape (..., tips); nan where any tip is off the fruit.
     """
-    give = np.asarray(C, dtype=np.float64) + np.asarray(S, dtype=np.float64) / E
-    stiffness = np.linalg.inv(give)
-    reach = x[:, None] + np.asarray(ahead, dtype=np.float64)
-    F = reach @ stiffness.T
-    alone = np.maximum(reach, 0.0) / np.diag(give)
-    for tip in (0, 1):
-        other = 1 - tip
-        # The other tip alone sinks the fruit below this one: give_io F_o is where this tip would first touch.
-        off = (reach[:, tip] <= give[tip, other] * alone[:, other]) | (reach[:, tip] <= 0.0)
-        F[off, tip], F[off, other] = 0.0, alone[off, other]
-    both = (F > 0.0).all(axis=1)
-    ratio = np.divide(F[:, 1], F[:, 0], out=np.full(len(x), np.nan), where=both)
-    slope = stiffness.sum(axis=1)
-    slopes = np.where(both, slope[1] / slope[0], np.nan)
-    return Response(E=E, x=np.asarray(x), F_l=F[:, 0], F_h=F[:, 1], P=ratio, slope_ratio=slopes)
+    touching = (F > 0.0).all(axis=-1)
+    stiff, soft = (values[..., list(tips)].mean(axis=-1) for tips in (kinds.stiff, kinds.soft))
+    ratio: Floats = np.divide(stiff, soft, out=np.full(touching.shape, np.nan), where=touching)
+    return ratio
+
+
+def response_of_forces(
+    E: Floats, x: Floats, F: Floats, rates: Floats, kinds: TipKinds, info: SolveInfo
+) -> SensorResponse:
+    """Return the response of forces F [N] and their slopes over the travel [N/mm], both (moduli, travels, tips).
+
+    The errors are 0 where there is a number, to be added to. `info.dofs` is the number of contact cells.
+    """
+    P = stiff_over_soft(F, F, kinds)
+    return SensorResponse(
+        E=E,
+        x=x,
+        F=F,
+        P=P,
+        slope_ratio=stiff_over_soft(rates, F, kinds),
+        F_error=np.where((F > 0.0).any(axis=2), 0.0, np.nan),
+        P_error=np.where(np.isfinite(P), 0.0, np.nan),
+        cells=info.dofs,
+        info=info,
+    )
+
+
+def linear_response(
+    S: Floats,
+    C: Floats,
+    E: Sequence[float] | Floats,
+    x: Sequence[float] | Floats,
+    ahead: Sequence[float] | float = 0.0,
+    kinds: TipKinds = PAIR,
+) -> SensorResponse:
+    """Return the response of flat tips that touch with their whole face or not at all, known but for the error of S.
+
+    S [1/mm] and C [mm/N] have shape (tips, tips); `ahead` is what a tilt adds to the travel of each tip [mm].
+    """
+    start = time.perf_counter()
+    moduli, x = np.asarray(E, dtype=np.float64), np.asarray(x, dtype=np.float64)
+    reach = x[:, None] + np.broadcast_to(np.asarray(ahead, dtype=np.float64), (len(S),))
+    solved = [_touching_forces(np.asarray(C) + np.asarray(S) / modulus, reach) for modulus in moduli]
+    shape = (len(moduli), len(x), len(S))
+    F, rates = (np.array([one[place] for one in solved], dtype=np.float64).reshape(shape) for place in (0, 1))
+    status = "flat level faces: exact from the compliance for every modulus and travel"
+    info = SolveInfo(method="linear", dofs=0, seconds=time.perf_counter() - start, status=status)
+    return response_of_forces(moduli, x, F, rates, kinds, info)
+
+
+def _touching_forces(compliance: Floats, reach: Floats) -> tuple[Floats, Floats]:
+    """Return the forces [N] and their slopes over the travel [N/mm], both (travels, tips).
+
+    Force and gap are never negative, and one of them is 0: compliance F >= reach, F >= 0. Where all tips touch the
+    force is a linear solve; elsewhere non-negative least squares on the Cholesky factor finds the tips that do.
+    """
+    F = reach @ np.linalg.inv(compliance).T
+    touching = F > 0.0
+    partly = ~touching.all(axis=1)
+    lower = cholesky(compliance, lower=True)
+    for row in np.flatnonzero(partly):
+        touching[row] = nnls(lower.T, solve_triangular(lower, reach[row], lower=True))[0] > 0.0
+    rates = np.zeros_like(F)
+    for tips in np.unique(touching, axis=0):
+        rows = (touching == tips).all(axis=1)
+        stiffness = np.linalg.inv(compliance[np.ix_(tips, tips)])
+        F[rows] = 0.0
+        F[np.ix_(rows, tips)] = np.maximum(reach[np.ix_(rows, tips)] @ stiffness.T, 0.0)
+        rates[np.ix_(rows, tips)] = stiffness.sum(axis=1)
+    return F, rates

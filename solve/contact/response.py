@@ -2,124 +2,97 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from solve.contact.linear_response import Response, linear_response
-from solve.contact.scene import Cells, Scene, approach, scene_cells
-from solve.contact.unilateral import Touch, UnilateralContact
-from solve.fruit.compliance import Compliance
-
-Floats = NDArray[np.float64]
+from solve.arrays import Floats
+from solve.contact.linear_response import PAIR, SensorResponse, TipKinds, linear_response, response_of_forces
+from solve.contact.scene import Scene, SceneCells, interference, joined, scene_cells
+from solve.contact.unilateral import ContactState, UnilateralContact
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance
 
 # Times the step from the coarse grid: at order 1.5 the fine grid is 1.4 of that step away from the limit.
+# Both numbers: tests/fits/contact_cells.py
 SAFETY = 1.5
 # Over the number of touching cells: how far the rim of contact, which runs through cells, moves the force of a sphere.
 RIM = 0.15
 
 
-@dataclass(frozen=True, kw_only=True)
-class SceneResponse:
-    """One Response per modulus, how they were found, and their errors of shape (moduli, travels).
-
-    `error_percent` is that of the forces of the tips that touch, `P_error_percent` that of P: of the cells, from a
-    coarser grid, and of the compliance; nan where nothing touches, or one tip is off. What small slopes leave out is
-    not in them: the status states it.
-    """
-
-    responses: tuple[Response, ...]
-    error_percent: Floats
-    P_error_percent: Floats
-    method: str
-    cells: int
-    seconds: float
-    status: str
-
-
 def scene_response(
-    scene: Scene, compliance: Compliance, C: Floats, E: Sequence[float], x: Floats | Sequence[float]
-) -> SceneResponse:
-    """Return forces, P and slope ratio at every modulus E [MPa] and travel x [mm] of the midpoint of the tips.
+    scene: Scene,
+    compliance: FruitCompliance,
+    C: Floats,
+    E: Sequence[float] | Floats,
+    x: Sequence[float] | Floats,
+    kinds: TipKinds = PAIR,
+) -> SensorResponse:
+    """Return forces, P and slope ratio at every modulus E [MPa] and travel x [mm] of the mean of the tips' centres.
 
-    C (2, 2) [mm/N] is the compliance of the springs, low tip first. P is nan where a tip is off. Raises InputError
-    where the scene is too steep or outside the domain of contact, SolveError when a solve is not exact.
+    C (tips, tips) [mm/N] is the compliance of the springs. The errors are those of the cells, from a coarser grid,
+    and of the compliance; what small slopes leave out is not in them: the status states it. Raises InputError where
+    the scene is too steep or outside the domain of contact, SolveError when a solve is not exact.
     """
     start = time.perf_counter()
-    S, C, x = np.array(compliance.S), np.asarray(C, dtype=np.float64), np.asarray(x, dtype=np.float64)
-    known = np.full((len(E), len(x)), compliance.error_percent)
+    C, moduli, x = (np.asarray(values, dtype=np.float64) for values in (C, E, x))
+    known = compliance.error_pair
     if scene.linear:
-        responses = tuple(linear_response(S, C, modulus, x) for modulus in E)
-        touched = np.array([one.F_h + one.F_l > 0.0 for one in responses])
-        status = "flat level faces: exact from the compliance for every modulus and travel"
-        cells = 0
-        errors = np.where(touched, known, np.nan), np.where(np.isfinite([one.P for one in responses]), known, np.nan)
-    else:
-        coarse, fine = scene_cells(scene, S, float(x.max(initial=0.0)))
-        responses, rim = _pressed(scene, fine, C, E, x)
-        errors = _errors(_pressed(scene, coarse, C, E, x)[0], responses, compliance.error_percent + 100.0 * rim)
-        cells = len(fine.gap)
-        status = _status(scene, cells)
-    return SceneResponse(
-        responses=responses,
-        error_percent=errors[0],
-        P_error_percent=errors[1],
-        method="linear" if scene.linear else "unilateral",
-        cells=cells,
-        seconds=time.perf_counter() - start,
-        status=status,
+        exact = linear_response(compliance.S, C, moduli, x, kinds=kinds)
+        return replace(exact, F_error=exact.F_error + known, P_error=exact.P_error + known)
+    grids = scene_cells(scene, compliance.S, float(x.max(initial=0.0)))
+    coarse, fine = (_on_grid(scene, grid, C, moduli, x, kinds) for grid in grids)
+    force_step, P_step = _largest_steps(coarse, fine)
+    return replace(
+        fine,
+        F_error=fine.F_error + SAFETY * force_step + known,
+        P_error=fine.P_error + SAFETY * P_step + known,
+        info=replace(fine.info, seconds=time.perf_counter() - start, status=_status(scene, fine.cells)),
     )
 
 
-def _pressed(
-    scene: Scene, cells: Cells, C: Floats, E: Sequence[float], x: Floats
-) -> tuple[tuple[Response, ...], Floats]:
-    """Return the responses, and the relative error that the rim of contact leaves (moduli, travels)."""
-    contact = UnilateralContact(cells.footprints)
-    entered = [approach(scene, cells, float(travel)) for travel in x]
-    responses, rims = [], []
-    for modulus in E:
-        touches = [contact.press(one, modulus * C + cells.missing) for one in entered]
-        F = modulus * np.array([touch.F for touch in touches]).reshape(len(x), 2)
-        rate = np.array([touch.slope for touch in touches]).reshape(len(x), 2)
-        both = (F > 0.0).all(axis=1)
-        P, slope = (np.divide(f[:, 1], f[:, 0], out=np.full(len(x), np.nan), where=both) for f in (F, rate))
-        responses.append(Response(E=modulus, x=x, F_l=F[:, 0], F_h=F[:, 1], P=P, slope_ratio=slope))
-        rims.append([_rim(cells, touch) for touch in touches])
-    return tuple(responses), np.array(rims).reshape(len(E), len(x))
+def _on_grid(scene: Scene, grid: SceneCells, C: Floats, moduli: Floats, x: Floats, kinds: TipKinds) -> SensorResponse:
+    """Return the response on one grid; its errors [1] are the rim's."""
+    contact = UnilateralContact(grid.cells)
+    entered = [interference(scene, grid, float(travel)) for travel in x]
+    shape = (len(moduli), len(x), len(C))
+    F, rates, rim = np.zeros(shape), np.zeros(shape), np.zeros(shape[:2])
+    for i, modulus in enumerate(moduli):
+        for j, depth in enumerate(entered):
+            state = contact.solve(depth, modulus * C + grid.compliance_correction)
+            F[i, j], rates[i, j], rim[i, j] = modulus * state.F, state.slope, _rim(grid, state)
+    info = SolveInfo(method="unilateral", dofs=len(grid.gap), seconds=0.0, status="one grid")
+    response = response_of_forces(moduli, x, F, rates, kinds, info)
+    return replace(response, F_error=response.F_error + rim, P_error=response.P_error + rim)
 
 
-def _rim(cells: Cells, touch: Touch) -> float:
-    """Return the larger error of a tip that touches with part of its face."""
-    owner, count = cells.footprints.owner, len(cells.footprints.centres)
-    touching = np.bincount(owner, touch.pressure > 0.0, minlength=count)
-    faces = np.bincount(owner, np.isfinite(touch.gap), minlength=count)
+def _rim(grid: SceneCells, state: ContactState) -> float:
+    """Return the largest error of a tip that touches with part of its face [1]."""
+    owner, count = grid.cells.owner, len(grid.cells.centres)
+    touching = np.bincount(owner, state.pressure > 0.0, minlength=count)
+    faces = np.bincount(owner, np.isfinite(state.gap), minlength=count)
     partly = (touching > 0) & (touching < faces)
     return float(np.max(RIM / touching[partly], initial=0.0))
 
 
-def _errors(coarse: Sequence[Response], fine: Sequence[Response], known: Floats) -> tuple[Floats, Floats]:
-    """Return the errors of forces and P [percent], from their step to the coarse grid and that of the compliance."""
-    forces = [np.array([[one.F_l, one.F_h] for one in table]) for table in (coarse, fine)]
-    touching = forces[1] > 0.0
-    step = np.divide(np.abs(forces[1] - forces[0]), forces[1], out=np.full(forces[1].shape, -1.0), where=touching)
-    worst = step.max(axis=1)
-    ratio = [np.array([one.P for one in table]) for table in (coarse, fine)]
+def _largest_steps(coarse: SensorResponse, fine: SensorResponse) -> tuple[Floats, Floats]:
+    """Return the relative steps [1] of forces and of P from a coarse to a fine grid, the largest among neighbours.
+
+    Shape (moduli, travels); steps change sign along the table, so that a step of zero may be an accident.
+    """
+    touching = fine.F > 0.0
+    force = np.divide(np.abs(fine.F - coarse.F), fine.F, out=np.full(fine.F.shape, -1.0), where=touching)
     # a tip that is off on the coarse grid alone has its whole force in doubt
-    other = np.where(np.isnan(ratio[0]), 2.0 * ratio[1], ratio[0])
-    changes = worst, np.nan_to_num(np.abs(ratio[1] / other - 1.0))
-    # steps change sign along the table: the largest among a value's neighbours is no accidental zero
-    force, P = (100.0 * SAFETY * maximum_filter(one, size=3) + known for one in changes)
-    return np.where(touching.any(axis=1), force, np.nan), np.where(np.isnan(ratio[1]), np.nan, P)
+    coarse_P = np.where(np.isnan(coarse.P), 2.0 * fine.P, coarse.P)
+    steps = force.max(axis=2), np.nan_to_num(np.abs(fine.P / coarse_P - 1.0))
+    return maximum_filter(steps[0], size=3), maximum_filter(steps[1], size=3)
 
 
 def _status(scene: Scene, cells: int) -> str:
     parts = [f"unilateral contact on {cells} cells, error from a coarser grid"]
     if scene.fruit.shape != "block":
-        low, high = scene.slopes_deg
-        parts.append(f"the fruit slopes by {low:.3g} and {high:.3g} deg under the tips")
+        parts.append(f"the fruit slopes by {joined(scene.slopes_deg)} deg under the tips")
     omitted = 100.0 * (1.0 / np.cos(np.radians(scene.steepest_deg)) - 1.0)
     if omitted > 0.0:
         parts.append(

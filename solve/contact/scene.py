@@ -9,22 +9,23 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize
 
 from cad.design.parameters import Fruit, Press, Tips
 from cad.quantity import InputError, fault
-from solve.contact.cells import Footprints, folded, footprint_compliance
-from solve.contact.gap import cap_gap, cube_gap, cylinder_gap, sphere_gap
-from solve.contact.unilateral import travels
-from solve.fruit.split import Foot, SplitDomainError, check_domain
+from solve.arrays import Floats
+from solve.contact.cells import ContactCells, contact_cells, folded, smooth_compliance
+from solve.contact.gap import cap_gap, cap_slope, cube_gap, cylinder_gap, sphere_gap
+from solve.contact.unilateral import housing_travel
+from solve.fruit.footprints import Footprint
+from solve.fruit.split import SplitDomainError, check_domain
 from solve.halfspace.punch import graded_edges
 
-Floats = NDArray[np.float64]
+Place = tuple[float, float]
 
 # Beyond, gaps along the press and forces across the tips are no longer a matter of small slopes: 1 / cos - 1 = 6 %.
 STEEPEST_DEG = 20.0
-# Cells a side of the coarse and the fine grid; with roll there is no mirror symmetry and twice as many cells.
+# Cells a side of the coarse and the fine grid; without mirror symmetry there are twice as many cells.
 CELLS = {"mirrored": (18, 26), "rolled": (14, 20)}
 # Pressure is singular at the edge of a face: along the lines of a square, across them under a cylinder.
 GRADINGS = {"cube": 2.5, "cylinder": 1.5, "sphere": 1.0}
@@ -47,38 +48,44 @@ class Scene:
         return level and self.fruit.shape == "block" and self.tips.flat == self.tips
 
     @property
-    def centres(self) -> tuple[float, float]:
-        """Return x of the low and of the high tip from the apex [mm]."""
-        return self.tips.centres_mm
+    def mirrored(self) -> bool:
+        """Say whether the contact is alike on both sides of the plane y = 0 through all tips."""
+        return self.press.roll_deg == 0.0 and all(y == 0.0 for _, y in self.centres)
 
     @property
-    def slopes_deg(self) -> tuple[float, float]:
-        """Return the slope of the fruit along the tips under the low and the high tip; it falls where positive."""
-        low, high = (float(np.degrees(np.arctan(self._fall_rate(x)))) for x in self.centres)
-        return low, high
+    def centres(self) -> tuple[Place, ...]:
+        """Return x and y of the tips from the apex [mm]."""
+        return tuple((x, 0.0) for x in self.tips.centres_mm)
+
+    @property
+    def slopes_deg(self) -> tuple[float, ...]:
+        """Return the slope of the fruit along the tips under each of them [deg]; it falls where positive."""
+        return tuple(float(np.degrees(np.arctan(self._fruit_slope(centre)[0]))) for centre in self.centres)
 
     @property
     def steepest_deg(self) -> float:
-        """Return the largest angle between a tip's face and the fruit's top under its centre."""
-        tilt, roll = np.tan(np.radians([self.press.tilt_deg, self.press.roll_deg]))
-        return max(float(np.degrees(np.arctan(np.hypot(self._fall_rate(x) - tilt, roll)))) for x in self.centres)
+        """Return the largest angle between a tip's face and the fruit's top under its centre [deg]."""
+        slopes = np.array([self._fruit_slope(centre) for centre in self.centres]) - self._turn
+        return float(np.degrees(np.arctan(np.hypot(*slopes.T))).max())
 
-    def _fall_rate(self, x: float) -> float:
-        if self.fruit.radius_mm is None:
-            return 0.0
-        along = x / self.fruit.radius_mm
-        return along / float(np.sqrt(1.0 - along**2)) if abs(along) < 1.0 else float(np.inf)
+    @property
+    def _turn(self) -> Floats:
+        return np.tan(np.radians([self.press.tilt_deg, self.press.roll_deg]))
+
+    @property
+    def _radii(self) -> Place | None:
+        along, across = self.fruit.radius_mm, self.fruit.radius_across_mm
+        return None if along is None else (along, along if across is None else across)
+
+    def _fruit_slope(self, place: Place) -> Place:
+        return (0.0, 0.0) if self._radii is None else cap_slope(*place, *self._radii)
 
     def fruit_gap(self, x: Floats, y: Floats) -> Floats:
         """Return how far the fruit falls away from the plane at its apex [mm]; infinity beyond it."""
-        radius = self.fruit.radius_mm
-        if radius is None:
-            return np.zeros_like(x)
-        across = self.fruit.radius_across_mm
-        return cap_gap(x, y, radius, radius if across is None else across)
+        return np.zeros_like(x) if self._radii is None else cap_gap(x, y, *self._radii)
 
     def tip_gap(self, x: Floats, y: Floats) -> Floats:
-        """Return the gap of a tip's own shape [mm] at places from its centre; infinity where it has no face."""
+        """Return the gap of a tip's own shape [mm] at places from its centre [mm]; infinity where it has no face."""
         side, fillet = self.tips.side_mm, self.tips.fillet_mm
         if self.tips.shape == "cube":
             return cube_gap(x, y, side, fillet)
@@ -86,96 +93,114 @@ class Scene:
             return cylinder_gap(x, y, side, fillet)
         return sphere_gap(x, y, 0.5 * side)
 
+    def gap_under(self, centre: Place, x: Floats, y: Floats) -> Floats:
+        """Return the gap [mm] between the plane at the apex and fruit plus tip, at places from a tip's centre [mm]."""
+        return self.fruit_gap(centre[0] + x, centre[1] + y) + self.tip_gap(x, y)
+
     @property
     def first_touch_mm(self) -> float:
         """Return the gap at which a level sensor first touches, from the plane at the apex [mm]."""
         return min(self._least_gap(centre) for centre in self.centres)
 
-    def _least_gap(self, centre: float) -> float:
-        """Return the least gap under a tip: on its own length axis, where it is a convex function of x."""
+    def _least_gap(self, centre: Place) -> float:
+        """Return the least gap under a tip [mm], a convex function over its face."""
         side = self.tips.side_mm
 
-        def gap(t: float) -> float:
-            x, y = np.array(side * t), np.zeros(())
-            return float(self.fruit_gap(centre + x, y) + self.tip_gap(x, y)) / side
+        def gap(place: Floats) -> float:
+            inside = np.clip(place, -0.5, 0.5)
+            if self.tips.shape != "cube":
+                inside = place / max(1.0, 2.0 * float(np.hypot(*place)))
+            return float(self.gap_under(centre, *(side * inside))) / side
 
-        inside = minimize_scalar(gap, bounds=(-0.5, 0.5), method="bounded", options={"xatol": 1e-10}).fun
-        return side * min(gap(-0.5), gap(0.5), float(inside))
+        towards_apex = -0.1 * np.sign(centre)
+        simplex = np.array([towards_apex, *(towards_apex + 0.2 * np.eye(2))])
+        return side * float(
+            minimize(
+                gap,
+                towards_apex,
+                method="Nelder-Mead",
+                options={"initial_simplex": simplex, "xatol": 1e-9, "fatol": 1e-14},
+            ).fun
+        )
 
 
-@dataclass(frozen=True)
-class Cells:
-    """Cells on the feet of a scene, their gap before the press, and what the grid misses of a level press.
+@dataclass(frozen=True, eq=False)
+class SceneCells:
+    """Cells on the footprints of a scene, their gap before the press, and what the grid misses of a level press.
 
-    `edges` [mm] are the lines of cells from the centre of a foot, alike along and across; `gap` (cells,) [mm] counts
-    from first touch, infinite without a face; `missing` (tips, tips), times E [1/mm], makes the cells answer a level
-    press as the compliance does.
+    `edges` [mm] are the lines of cells from the centre of a tip, alike along and across; `gap` (cells,) [mm] counts
+    from first touch, infinite without a face; `compliance_correction` (tips, tips), times E [1/mm],
+    makes the cells answer a level press as the compliance does.
     """
 
-    footprints: Footprints
+    cells: ContactCells
     edges: Floats
     gap: Floats
-    missing: Floats
+    compliance_correction: Floats
 
 
-def scene_cells(scene: Scene, S: Floats, farthest: float) -> tuple[Cells, Cells]:
-    """Return a coarse and a fine grid of cells for travels up to `farthest` [mm]; S of shape (2, 2) [1/mm].
+def scene_cells(scene: Scene, S: Floats, farthest: float) -> tuple[SceneCells, SceneCells]:
+    """Return a coarse and a fine grid of cells for travels up to `farthest` [mm]; S of shape (tips, tips) [1/mm].
 
     Raises InputError when the scene is too steep, or outside the domain of the split.
     """
     check_scene(scene)
     side = _touched_side(scene, farthest) if scene.tips.shape == "sphere" else scene.tips.side_mm
-    feet = tuple(Foot(x, side) for x in scene.centres)
+    footprints = tuple(Footprint(x, y, side) for x, y in scene.centres)
     block = scene.fruit.equivalent_block
     try:
-        check_domain(block, feet)
+        check_domain(block, footprints)
     except SplitDomainError as outside:
         reason = str(outside).partition(" for the split")[0]
         msg = f"{reason} for contact with tilt, curvature or fillet; change the scene, or make it flat and level"
         raise InputError(msg) from outside
-    mirrored = scene.press.roll_deg == 0.0
-    grading = GRADINGS[scene.tips.shape]
-    coarse, fine = (
-        _cells(scene, _footprints(block, feet, (cells, grading, mirrored)), side * graded_edges(cells, grading), S)
-        for cells in CELLS["mirrored" if mirrored else "rolled"]
-    )
+    counts = CELLS["mirrored" if scene.mirrored else "rolled"]
+    lines = tuple(tuple(graded_edges(count, GRADINGS[scene.tips.shape]).tolist()) for count in counts)
+    grids = _grids(block, footprints, lines, scene.mirrored)
+    coarse, fine = (_gaps(scene, cells, side * np.array(edges), S) for cells, edges in zip(grids, lines, strict=True))
     return coarse, fine
 
 
 def check_scene(scene: Scene) -> None:
-    """Raise InputError when a tip meets the fruit at more than 20 degrees, where gaps are not small-slope gaps."""
+    """Raise InputError when a tip meets the fruit at more than 20 deg, where gaps are not small-slope gaps."""
     if scene.steepest_deg > STEEPEST_DEG:
-        low, high = scene.slopes_deg
         bound = (
             f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {scene.steepest_deg:.3g} deg "
-            f"with slopes of the fruit of {low:.3g} and {high:.3g} deg"
+            f"with slopes of the fruit of {joined(scene.slopes_deg)} deg"
         )
         remedy = "press more level, or nearer to the apex"
         raise fault("press.tilt_deg", scene.press.tilt_deg, "deg", bound, remedy)
 
 
-def approach(scene: Scene, cells: Cells, x: float) -> Floats:
-    """Return how far the undeformed tips would enter the fruit [mm] at travel x, per cell; -inf without a face."""
-    return travels(cells.footprints, x, scene.press.tilt_deg, scene.press.roll_deg) - cells.gap
+def joined(values: tuple[float, ...]) -> str:
+    """Return values with three digits, in words."""
+    return " and ".join(f"{value:.3g}" for value in values)
 
 
-@functools.lru_cache(maxsize=8)
-def _footprints(block: Fruit, feet: tuple[Foot, ...], grid: tuple[int, float, bool]) -> Footprints:
-    cells, grading, mirrored = grid
-    found = footprint_compliance(block, feet, graded_edges(cells, grading))
-    return folded(found) if mirrored else found
+def interference(scene: Scene, grid: SceneCells, x: float) -> Floats:
+    """Return how far the undeformed tips would enter the fruit [mm] at travel x [mm], per cell; -inf without a face."""
+    return housing_travel(grid.cells, x, scene.press.tilt_deg, scene.press.roll_deg) - grid.gap
 
 
-def _cells(scene: Scene, footprints: Footprints, edges: Floats, S: Floats) -> Cells:
-    gap = scene.fruit_gap(*footprints.places.T) + scene.tip_gap(*footprints.local.T) - scene.first_touch_mm
-    count = len(footprints.centres)
-    missing = np.zeros((count, count))
+# One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
+@functools.lru_cache(maxsize=4)
+def _grids(
+    block: Fruit, footprints: tuple[Footprint, ...], lines: tuple[tuple[float, ...], ...], mirrored: bool
+) -> tuple[ContactCells, ...]:
+    smooth = smooth_compliance(block, footprints)
+    grids = (contact_cells(block, footprints, np.array(edges), smooth) for edges in lines)
+    return tuple(folded(cells) if mirrored else cells for cells in grids)
+
+
+def _gaps(scene: Scene, cells: ContactCells, edges: Floats, S: Floats) -> SceneCells:
+    gap = scene.fruit_gap(*cells.places.T) + scene.tip_gap(*cells.local.T) - scene.first_touch_mm
+    correction = np.zeros_like(S)
     if scene.tips.shape != "sphere":
         faces = np.isfinite(gap)
-        tips = np.eye(count)[footprints.owner[faces]]
-        forces = np.linalg.solve(footprints.compliance[np.ix_(faces, faces)], tips)
-        missing = S - np.linalg.inv(tips.T @ forces)
-    return Cells(footprints, edges, gap, missing)
+        tips = cells.tips[faces]
+        forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
+        correction = S - np.linalg.inv(tips.T @ forces)
+    return SceneCells(cells, edges, gap, correction)
 
 
 def _touched_side(scene: Scene, farthest: float) -> float:
@@ -183,11 +208,12 @@ def _touched_side(scene: Scene, farthest: float) -> float:
     side = scene.tips.side_mm
     line = 0.5 * side * np.linspace(-1.0, 1.0, SAMPLES)
     x, y = np.meshgrid(line, line, indexing="ij")
-    tilt, roll = np.tan(np.radians([scene.press.tilt_deg, scene.press.roll_deg]))
+    middle = np.mean(scene.centres, axis=0)
     reach = 0.0
     for centre in scene.centres:
-        lowered = farthest + (centre - scene.tips.offset_mm + x) * tilt + y * roll
-        entered = lowered > scene.fruit_gap(centre + x, y) + scene.tip_gap(x, y) - scene.first_touch_mm
+        along, across = centre[0] - middle[0] + x, centre[1] - middle[1] + y
+        lowered = farthest + along * scene._turn[0] + across * scene._turn[1]
+        entered = lowered > scene.gap_under(centre, x, y) - scene.first_touch_mm
         reach = max(reach, float(np.maximum(np.abs(x), np.abs(y))[entered].max(initial=0.0)))
     step = side / (SAMPLES - 1)
     return min(side, MARGIN * 2.0 * (reach + step))

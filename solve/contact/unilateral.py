@@ -9,41 +9,35 @@ A primal-dual active set finds the touching cells: Hintermueller, Ito, Kunisch, 
 doi:10.1137/S1052623401383558; where it cycles, non-negative least squares on the Cholesky factor (Lawson and Hanson).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.optimize import nnls
 
-from solve.contact.cells import Footprints
+from solve.arrays import Flags, Floats
+from solve.contact.cells import ContactCells
 from solve.linear import SolveError
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 MOST_STEPS = 60
 COMPLEMENTARITY = 1e-8
 
 
-@dataclass(frozen=True)
-class Touch:
-    """State of contact: force of each tip over E (tips,) [mm^2] and what touches under it, `area` (tips,) [mm^2].
+@dataclass(frozen=True, eq=False)
+class ContactState:
+    """State of contact: force of each tip over E, `F` (tips,) [mm^2].
 
     `slope` (tips,) [mm] is dF over E per travel of the housing while the same cells touch. `pressure` over E [1] and
-    `gap` [mm] are per cell; a cell without a face has an infinite gap. `steps` of the active set were taken.
+    `gap` [mm] are per cell; a cell without a face has an infinite gap.
     """
 
     F: Floats
     slope: Floats
     pressure: Floats
     gap: Floats
-    area: Floats
-    steps: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Factor:
     """Cholesky factor of the touching cells and their answer to a unit rigid indentation of each tip."""
 
@@ -53,50 +47,48 @@ class _Factor:
 
 
 class UnilateralContact:
-    """Solves one set of footprints for any springs, travels and gaps; keeps the factor of the last touching cells."""
+    """Solves one set of cells for any springs, travels and gaps; keeps the factor of the last touching cells."""
 
-    def __init__(self, footprints: Footprints) -> None:
+    def __init__(self, cells: ContactCells) -> None:
         """Take the cells and their compliance."""
-        self._cells = footprints
-        self._tips = np.eye(len(footprints.centres))[footprints.owner]
+        self._cells = cells
+        self._tips = cells.tips
         self._factor: _Factor | None = None
 
-    def press(self, approach: Floats, give: Floats | Sequence[float]) -> Touch:
-        """Return the contact for approach = travel of the tip - gap (cells,) [mm] and give = E C [1/mm].
+    def solve(self, interference: Floats, compliance: Floats) -> ContactState:
+        """Return the contact for interference = travel of the tip - gap (cells,) [mm]; -inf marks no face there.
 
-        `give` has shape (tips, tips), or (tips,) where no spring disturbs another; -inf marks a cell without a face.
-        Raises SolveError when pressure and gap miss complementarity by 1e-8.
+        `compliance` (tips, tips) [1/mm] is E times that of the springs. Raises SolveError when pressure and gap miss
+        complementarity by 1e-8.
         """
-        slack = np.asarray(give, dtype=np.float64)
-        slack = np.diag(slack) if slack.ndim == 1 else slack
-        faces = np.isfinite(approach)
-        b = np.where(faces, approach, -1.0)
-        active = faces & (b > 0.0) if self._factor is None else self._factor.active & faces & (b > 0.0)
-        active = active if active.any() else faces & (b > 0.0)
-        steps = 0
-        while steps < MOST_STEPS:
-            steps += 1
-            f = self._forces(active, b, slack)
-            gap = self._gap(f, b, slack)
-            following = faces & np.where(active, f > 0.0, gap < -COMPLEMENTARITY * np.abs(b))
-            if np.array_equal(following, active):
-                break
-            active = following
-        else:
-            f = self._least_squares(faces, b, slack)
-            gap = self._gap(f, b, slack)
+        faces = np.isfinite(interference)
+        b = np.where(faces, interference, -1.0)
+        f = self._active_set(faces, b, compliance)
+        f = self._least_squares(faces, b, compliance) if f is None else f
+        gap = self._gap(f, b, compliance)
         self._check(f, np.where(faces, gap, 0.0), b)
-        touching = f > 0.0
-        return Touch(
+        return ContactState(
             F=self._tips.T @ f,
-            slope=self._tips.T @ self._forces(touching, np.ones(len(f)), slack),
+            slope=self._tips.T @ self._forces(f > 0.0, np.ones(len(f)), compliance),
             pressure=f / self._cells.areas,
             gap=np.where(faces, gap, np.inf),
-            area=self._tips.T @ (touching * self._cells.areas),
-            steps=steps,
         )
 
-    def _forces(self, active: Flags, b: Floats, slack: Floats) -> Floats:
+    def _active_set(self, faces: Flags, b: Floats, compliance: Floats) -> Floats | None:
+        """Return the forces of the cells, from the cells that touched last; None where the active set cycles."""
+        entered = faces & (b > 0.0)
+        active = entered if self._factor is None else self._factor.active & entered
+        active = active if active.any() else entered
+        for _ in range(MOST_STEPS):
+            f = self._forces(active, b, compliance)
+            gap = self._gap(f, b, compliance)
+            following = faces & np.where(active, f > 0.0, gap < -COMPLEMENTARITY * np.abs(b))
+            if np.array_equal(following, active):
+                return f
+            active = following
+        return None
+
+    def _forces(self, active: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return the forces that close the gap of the active cells: A_SS f = b - 1 give F, by Woodbury's formula."""
         f = np.zeros(len(b))
         if not active.any():
@@ -104,9 +96,9 @@ class UnilateralContact:
         factor = self._factored(active)
         free = cho_solve(factor.cholesky, b[active])
         tips = self._tips[active]
-        system = np.eye(tips.shape[1]) + (tips.T @ factor.unit) @ slack
+        system = np.eye(tips.shape[1]) + (tips.T @ factor.unit) @ compliance
         F = np.linalg.solve(system, tips.T @ free)
-        f[active] = free - factor.unit @ (slack @ F)
+        f[active] = free - factor.unit @ (compliance @ F)
         return f
 
     def _factored(self, active: Flags) -> _Factor:
@@ -115,14 +107,14 @@ class UnilateralContact:
             self._factor = _Factor(active.copy(), lower, cho_solve(lower, self._tips[active]))
         return self._factor
 
-    def _gap(self, f: Floats, b: Floats, slack: Floats) -> Floats:
-        gap: Floats = self._cells.compliance @ f + self._tips @ (slack @ (self._tips.T @ f)) - b
+    def _gap(self, f: Floats, b: Floats, compliance: Floats) -> Floats:
+        gap: Floats = self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b
         return gap
 
-    def _least_squares(self, faces: Flags, b: Floats, slack: Floats) -> Floats:
+    def _least_squares(self, faces: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return argmin f.M f / 2 - b.f over f >= 0 as the least-squares problem |L^T f - L^-1 b|, M = L L^T."""
         tips = self._tips[faces]
-        matrix = self._cells.compliance[np.ix_(faces, faces)] + tips @ slack @ tips.T
+        matrix = self._cells.compliance[np.ix_(faces, faces)] + tips @ compliance @ tips.T
         lower = cholesky(matrix, lower=True)
         f = np.zeros(len(b))
         f[faces] = nnls(lower.T, solve_triangular(lower, b[faces], lower=True), maxiter=50 * len(matrix))[0]
@@ -142,12 +134,11 @@ class UnilateralContact:
             raise SolveError(msg)
 
 
-def travels(footprints: Footprints, x: float, tilt_deg: float = 0.0, roll_deg: float = 0.0) -> Floats:
-    """Return the travel of a rigid housing over every cell [mm], x of the midpoint of the tips.
+def housing_travel(cells: ContactCells, x: float, tilt_deg: float = 0.0, roll_deg: float = 0.0) -> Floats:
+    """Return the travel of a rigid housing over every cell [mm], x that of the mean of the tips' centres.
 
-    Positive tilt lowers the tips at +x, positive roll what lies at +y.
+    Positive tilt lowers the tips at +x, positive roll those at +y.
     """
-    middle = 0.5 * (footprints.centres[0] + footprints.centres[-1])
-    along, across = footprints.places[:, 0] - middle, footprints.places[:, 1]
+    along, across = (cells.places - cells.centres.mean(axis=0)).T
     lowered: Floats = x + along * np.tan(np.radians(tilt_deg)) + across * np.tan(np.radians(roll_deg))
     return lowered

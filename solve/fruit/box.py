@@ -10,13 +10,15 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshHex
 
-Floats = NDArray[np.float64]
+from solve.arrays import Flags, Floats
+
+Lines = tuple[Floats, Floats, Floats]  # rising coordinates along x, y and z [mm]
 
 SAMPLES = 2000
 UP = 2
+# Watched by tests/fits/block_mesh.py.
 # Found by halving steps: reach of the clamp of a slender column [widths], of a low block's loads [heights], and
 # the share of the distance to the image below the base that a step along z may take account of.
 SLENDER = 0.4
@@ -40,7 +42,7 @@ def graded_line(start: float, end: float, size: Callable[[Floats], Floats], shar
     return line
 
 
-def box_mesh(lines: tuple[Floats, Floats, Floats]) -> MeshHex:
+def box_mesh(lines: Lines) -> MeshHex:
     """Return the box over three rising lines [mm], z down: faces x_low, x_high, y_low, y_high, top (low z) and base."""
     mesh = MeshHex.init_tensor(*lines)
     names = (("x_low", "x_high"), ("y_low", "y_high"), ("top", "base"))
@@ -52,9 +54,9 @@ def box_mesh(lines: tuple[Floats, Floats, Floats]) -> MeshHex:
     return mesh.with_boundaries(faces)
 
 
-def _on_plane(x: Floats, *, axis: int, place: float, reach: float) -> NDArray[np.bool_]:
-    found: NDArray[np.bool_] = np.abs(x[axis] - place) <= reach
-    return found
+def _on_plane(x: Floats, *, axis: int, place: float, reach: float) -> Flags:
+    near: Flags = np.abs(x[axis] - place) <= reach
+    return near
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ class Grading:
 
 def block_lines(
     extent: tuple[float, float, float], points: Floats, mirrored: tuple[bool, bool], grading: Grading
-) -> tuple[Floats, Floats, Floats]:
+) -> Lines:
     """Return lines [mm] along x, y and z for the smooth remainder of loads on a block's top.
 
     `extent` is length, width and height, the block lies at |x| <= length/2, |y| <= width/2, 0 <= z <= height;
@@ -105,20 +107,16 @@ def _near_side(axis: int, end: float, extent: tuple[float, float, float], points
 def _step(s: Floats, *, axis: int, extent: tuple[float, float, float], points: Floats, step: float) -> Floats:
     """Return the step [mm] at coordinates s of one axis: the part `step` of the distance to the nearest image."""
     height = extent[UP]
-    distance = DEPTH * (2.0 * height - s) if axis == UP else np.full_like(s, np.inf)
+    along = s[:, None] - (points[:, axis] if axis != UP else 0.0)
     if axis == UP:
         # a slender column is clamped at its foot over its width, however high it is
-        distance = np.minimum(distance, SLENDER * min(extent[:UP]) + height - s)
-    for place in points:
-        if axis != UP:
-            distance = np.minimum(distance, np.hypot(s - place[axis], height))
-        for across, end in itertools.product(range(UP), (-1.0, 1.0)):
-            gap = 0.5 * extent[across] - end * place[across]
-            if axis == across:
-                reach = np.abs(s - end * (extent[across] - end * place[across]))
-            else:
-                reach = np.hypot(s - place[axis] if axis != UP else s, gap)
-            distance = np.minimum(distance, reach)
+        distance = np.minimum(DEPTH * (2.0 * height - s), SLENDER * min(extent[:UP]) + height - s)
+    else:
+        distance = np.hypot(along, height).min(axis=1)
+    for across, end in itertools.product(range(UP), (-1.0, 1.0)):
+        gap = 0.5 * extent[across] - end * points[:, across]
+        reach = np.abs(2.0 * gap - end * along) if axis == across else np.hypot(along, gap)
+        distance = np.minimum(distance, reach.min(axis=1))
     return step * distance
 
 

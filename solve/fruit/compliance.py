@@ -1,36 +1,58 @@
-"""What the fruit answers to both tips: a 2 x 2 compliance with its error and its cost."""
+"""The compliance of the fruit: how far it is indented under each tip per force on each tip."""
 
 from dataclasses import dataclass
 
-Matrix = tuple[tuple[float, float], tuple[float, float]]
+import numpy as np
+
+from solve.arrays import Floats
+from solve.error_estimate import SolveInfo
+
+TIPS = ("low", "high")  # names of the paper's two tips, from -x to +x
 
 
-@dataclass(frozen=True, kw_only=True)
-class Compliance:
-    """Indentation of tip i per force on tip j, times E [1/mm]; index 1 is the low tip at -x, 2 the high tip at +x.
+@dataclass(frozen=True, eq=False)
+class MeshCompliance:
+    """Indentation of tip i per force on tip j on one mesh, times E: S [1/mm], shape (tips, tips), and its dofs."""
 
-    `error_percent` bounds s11 - s12 (the number that sizes the springs), `s11_error_percent` bounds s11,
-    both relative to the value. `status` is a sentence on how the number was found.
+    S: Floats
+    dofs: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FruitCompliance:
+    """Indentation of tip i per force on tip j, times the modulus E: S [1/mm], shape (tips, tips), read-only.
+
+    `tips` names the tips in the order of S, from -x to +x. `error_pair` bounds s11 - s12 (the number that sizes the
+    springs) and `error_own` bounds s11, both relative to the value [1].
     """
 
-    S: Matrix
-    error_percent: float
-    s11_error_percent: float
-    method: str
-    dofs: int
-    seconds: float
-    status: str
+    tips: tuple[str, ...] = TIPS
+    S: Floats
+    error_pair: float
+    error_own: float
+    info: SolveInfo
+
+    def __post_init__(self) -> None:
+        """Take a read-only copy of S; raise ValueError unless it has a row and a column for each tip."""
+        S = np.array(self.S, dtype=np.float64)
+        if S.shape != (len(self.tips), len(self.tips)):
+            msg = f"S has shape {S.shape}: must have a row and a column for each of {len(self.tips)} tips; name them"
+            raise ValueError(msg)
+        S.flags.writeable = False
+        object.__setattr__(self, "S", S)
 
     @property
-    def K_m_over_E_mm(self) -> float:
-        """Return K_m / E = 1 / (s11 - s12) of the low tip [mm]."""
-        return 1.0 / (self.S[0][0] - self._crosstalk)
+    def crosstalk(self) -> float:
+        """Return the mean indentation of one tip per force on another, times E [1/mm]; 0 for a single tip."""
+        count = len(self.tips)
+        others = self.S[~np.eye(count, dtype=bool)]
+        return float(others.sum()) / (count * (count - 1)) if count > 1 else 0.0
 
-    @property
-    def asymmetry(self) -> float:
-        """Return the fruit's stiffness under the high tip over that under the low one [1]; 1 in the middle."""
-        return (self.S[0][0] - self._crosstalk) / (self.S[1][1] - self._crosstalk)
+    def K_m_over_E(self, tip: int = 0) -> float:
+        """Return the stiffness of the fruit under a tip over its modulus [mm]: K_m / E = 1 / (s_ii - crosstalk)."""
+        return 1.0 / (float(self.S[tip, tip]) - self.crosstalk)
 
-    @property
-    def _crosstalk(self) -> float:
-        return 0.5 * (self.S[0][1] + self.S[1][0])
+    def stiffness_ratio(self, tip: int = -1) -> float:
+        """Return the fruit's stiffness under a tip over that under the first tip [1]; 1 in the middle of the fruit."""
+        crosstalk = self.crosstalk
+        return (float(self.S[0, 0]) - crosstalk) / (float(self.S[tip, tip]) - crosstalk)

@@ -14,9 +14,8 @@ doi:10.1098/rsta.1929.0009; Johnson, Contact Mechanics (1985), sections 3.2 to 3
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from solve.arrays import Floats
 
 SURFACE = 1e-150
 
@@ -73,27 +72,27 @@ def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
 
     At the origin itself the fields are infinite.
     """
-    R2 = x * x + y * y + z * z
-    R = np.sqrt(R2)
+    R = np.sqrt(x * x + y * y + z * z)
     S = R + z
-    R3 = R * R2
-    R5 = R3 * R2
-    bend = (R + S) / (R3 * S * S)
+    flat = 1.0 / (R * S)
+    cube = flat * S / R**2
+    bend = (R + S) * cube / S**2
+    fifth = 3.0 / R**5
     return Potentials(
         z=z,
-        phi_x=x / (R * S),
-        phi_y=y / (R * S),
+        phi_x=x * flat,
+        phi_y=y * flat,
         psi=1.0 / R,
-        phi_xx=1.0 / (R * S) - x * x * bend,
+        phi_xx=flat - x * x * bend,
         phi_xy=-x * y * bend,
-        phi_yy=1.0 / (R * S) - y * y * bend,
-        psi_x=-x / R3,
-        psi_y=-y / R3,
-        psi_xx=3.0 * x * x / R5 - 1.0 / R3,
-        psi_xy=3.0 * x * y / R5,
-        psi_yy=3.0 * y * y / R5 - 1.0 / R3,
-        psi_xz=3.0 * x * z / R5,
-        psi_yz=3.0 * y * z / R5,
+        phi_yy=flat - y * y * bend,
+        psi_x=-x * cube,
+        psi_y=-y * cube,
+        psi_xx=x * x * fifth - cube,
+        psi_xy=x * y * fifth,
+        psi_yy=y * y * fifth - cube,
+        psi_xz=x * z * fifth,
+        psi_yz=y * z * fifth,
     )
 
 
@@ -110,28 +109,26 @@ def rectangle_load(x: Floats, y: Floats, z: Floats, sides: tuple[float, float]) 
 
 def _corner(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
     """Return F with F,XY = f for every derivative f of `Potentials`, less what depends on X or on Y alone."""
-    R = np.sqrt(X * X + Y * Y + z * z)
+    R = np.sqrt(X**2 + Y**2 + z**2)
     # SURFACE keeps the line X = z = 0 finite; there each term tends to zero or drops out of the corner sum.
-    qx = X * X + z * z + SURFACE
-    qy = Y * Y + z * z + SURFACE
-    log_x = np.arcsinh(Y / np.sqrt(qx))
-    log_y = np.arcsinh(X / np.sqrt(qy))
+    log_x = np.arcsinh(Y / np.sqrt(X**2 + z**2 + SURFACE))
+    log_y = np.arcsinh(X / np.sqrt(Y**2 + z**2 + SURFACE))
     log_z = np.log(R + z + SURFACE)
-    phi_xx = np.arctan2(X * Y * (R - z), X * X * R + z * Y * Y)
-    phi_yy = np.arctan2(X * Y * (R - z), Y * Y * R + z * X * X)
-    R = R + SURFACE
+    phi_xx, phi_yy = _angle(X, Y, z, R), _angle(Y, X, z, R)
     return [
         Y * log_z + z * log_x + X * phi_xx,
         X * log_z + z * log_y + Y * phi_yy,
         X * log_x + Y * log_y - z * (phi_xx + phi_yy),
-        phi_xx,
-        log_z,
-        phi_yy,
-        log_x,
-        log_y,
-        -X * Y / (R * qx),
-        1.0 / R,
-        -X * Y / (R * qy),
-        -z * Y / (R * qx),
-        -z * X / (R * qy),
+        *(phi_xx, log_z, phi_yy, log_x, log_y),
+        *_bends(X, Y, z, 1.0 / (R + SURFACE)),
     ]
+
+
+def _bends(X: Floats, Y: Floats, z: Floats, over: Floats) -> list[Floats]:
+    """Return F for psi,xx psi,xy psi,yy psi,xz psi,yz, given 1 / R."""
+    over_x, over_y = -Y * over / (X**2 + z**2 + SURFACE), -X * over / (Y**2 + z**2 + SURFACE)
+    return [X * over_x, over, Y * over_y, z * over_x, z * over_y]
+
+
+def _angle(X: Floats, Y: Floats, z: Floats, R: Floats) -> Floats:
+    return np.arctan2(X * Y * (R - z), X * X * R + z * Y * Y)

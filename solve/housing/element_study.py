@@ -3,11 +3,9 @@
 It shares assembly and solver with `solve/flexure.py`, not the element, the integration or the loads.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import (
     CellBasis,
     ElementHex1,
@@ -22,12 +20,11 @@ from skfem import (
 )
 
 from cad.quantity import fault
+from solve.arrays import Floats
 from solve.elasticity import stiffness_matrix, vector_basis
+from solve.housing.stiffness import SPRINGS, tip_face, tip_stiffnesses
 from solve.linear import factorised
 
-Floats = NDArray[np.float64]
-
-TIPS = ("low_tip", "high_tip")
 VERTICAL = "u^3"
 # Element, and the degree that its quadrature integrates: in a hexahedron 3 means 2^3, 5 means 3^3 Gauss points.
 CHOICES = {
@@ -41,10 +38,10 @@ CHOICES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class Compared:
-    """Stiffness of the low and the high tip [N/mm] on one mesh with one element, and its dofs."""
+class ElementStiffness:
+    """Stiffness of each tip [N/mm] on one mesh with one element, and its dofs."""
 
-    K: tuple[float, float]
+    K: tuple[float, ...]
     dofs: int
 
 
@@ -56,19 +53,19 @@ class FaceLoad:
     forces: Floats
 
 
-def compared_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> Compared:
+def element_stiffness(mesh: Mesh, choice: str, E: float, poisson: float) -> ElementStiffness:
     """Return the stiffnesses of the housing, or of its half where a boundary `symmetry` says so [N/mm from MPa, mm].
 
     Raises InputError for an unknown choice of element, SolveError when a solve is not exact.
     """
     basis = element_basis(mesh, choice)
     half = "symmetry" in (mesh.boundaries or {})
-    clamp: Sequence[NDArray[np.int64]] = [basis.get_dofs("mounting_holes").all()]
-    held = [*clamp, basis.get_dofs("symmetry").all("u^2")] if half else clamp
-    factor = factorised(stiffness_matrix(basis, E, poisson), np.concatenate(held))
-    mean = np.column_stack([_mean(basis, tip) for tip in TIPS])
-    low, high = np.diag(mean.T @ factor.solve(mean)) * (0.5 if half else 1.0)
-    return Compared(K=(1.0 / float(low), 1.0 / float(high)), dofs=int(basis.N))
+    held = basis.get_dofs("mounting_holes").all()
+    held = np.union1d(held, basis.get_dofs("symmetry").all("u^2")) if half else held
+    factor = factorised(stiffness_matrix(basis, E, poisson), held)
+    mean = np.column_stack([_mean(basis, tip_face(spring)) for spring in SPRINGS])
+    C = (0.5 if half else 1.0) * (mean.T @ factor.solve(mean))
+    return ElementStiffness(K=tip_stiffnesses(C), dofs=int(basis.N))
 
 
 def face_load(mesh: Mesh, choice: str, name: str) -> FaceLoad:

@@ -4,14 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import CellBasis, ElementHex2, ElementHexS2, ElementVector, Mesh
 
+from solve.arrays import Floats
 from solve.elasticity import stress, vector_basis, von_mises
 from solve.housing.bonded_foil import BondedFoil
 from solve.housing.stiffness import displacements
-
-Floats = NDArray[np.float64]
 
 _GAUSS = 3  # polynomial degree: 2^3 points, where the strain of these elements is most accurate
 
@@ -25,9 +23,9 @@ class FlexureFields:
 
 
 def flexure_fields(
-    mesh: Mesh, E: float, poisson: float, forces: tuple[float, float], foils: Sequence[BondedFoil] = ()
+    mesh: Mesh, E: float, poisson: float, forces: Sequence[float], foils: Sequence[BondedFoil] = ()
 ) -> FlexureFields:
-    """Return the fields under a force [N] along the press on the low and on the high tip, mesh of the half [mm].
+    """Return the fields under a force [N] along the press on each tip, mesh of the half [mm].
 
     The stress of a cell is the mean over its Gauss points. Raises SolveError as `tip_compliance` does.
     """

@@ -1,15 +1,14 @@
-"""Contact, speed against error: paper's block, twelve scenes two ways, random scenes, tables of travel and modulus.
+"""Contact by other methods: twelve scenes by split and direct elements, partial contact, and a curved solid itself.
 
 Run as a script from the root of the repository, one thread: `OMP_NUM_THREADS=1 python tests/bench/bench_contact.py`;
-`--scenes N` sets the number of random scenes, `--only NAME` picks one table. CPU seconds after imports.
+`--only NAME` picks one table. `pipeline bench` has the paper's block and the cost of tables, coverage.py random scenes.
 """
 
 import argparse
 import dataclasses
 import importlib.util
 import sys
-import time
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -19,55 +18,18 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from cad.design.parameters import Fruit, Press, Tips  # noqa: E402
-from cad.parts.curved_fruit import curved_fruit  # noqa: E402
+from cad.parts.fruit import curved_fruit  # noqa: E402
 from mesh.fruit import fruit_size  # noqa: E402
 from mesh.volume import volume_mesh  # noqa: E402
+from pipeline.bench.contact import pair_and_own, relative_errors  # noqa: E402
+from pipeline.bench.harness import timed  # noqa: E402
 from pipeline.stages.contact import contact_compliance  # noqa: E402
 from solve.contact.response import scene_response  # noqa: E402
 from solve.contact.scene import Scene  # noqa: E402
-from solve.fruit.split import LEVELS, Foot, feet_compliance, split_compliance  # noqa: E402
-from solve.halfspace.punch import square_punch  # noqa: E402
+from solve.fruit.split import split_compliance  # noqa: E402
 
-REFERENCE = (0.766603, 0.010526)  # two independent methods to 2e-6, see tests/solve/test_split.py
-FINEST = LEVELS[1]  # 3 to 4 times closer than the first level on the paper's block
-SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])
-E = 0.5 * np.arange(1, 8)
-SEED = 5
 BLOCK, TIPS = Fruit(), Tips()
 SPHERE = Fruit(shape="sphere", radius_mm=35.0)
-
-
-def paired(S):
-    """Return the mean of s11 and s22 less s12."""
-    return 0.5 * (S[0][0] + S[1][1]) - 0.5 * (S[0][1] + S[1][0])
-
-
-def timed(job: Callable[[], object]):
-    """Return the result of a job and its CPU seconds."""
-    start = time.process_time()
-    found = job()
-    return found, time.process_time() - start
-
-
-def paper_block() -> None:
-    """Print error against CPU of the split on the paper's block; the cached punch tables are made beforehand."""
-    print("\nPaper's block, 20 x 20 x 12 mm, nu 0.3, 1 mm squares 8 mm apart")
-    print(f"{'mesh':>22} {'dofs':>6} {'s11 error':>10} {'s11-s12':>10} {'CPU s':>6}")
-    for nodes in (2, 3, 4, 5, 9):
-        square_punch(nodes)
-    feet = (Foot(-4.0, 1.0), Foot(4.0, 1.0))
-    s11, s12 = REFERENCE
-    for name, grading in (("coarser partner", LEVELS[0].coarser()), *((f"level {k}", g) for k, g in enumerate(LEVELS))):
-        found, seconds = min(
-            (timed(lambda g=grading: feet_compliance(BLOCK, feet, g)) for _ in range(3)), key=lambda r: r[1]
-        )
-        S = found.S
-        print(
-            f"{name:>22} {found.dofs:6d} {S[0, 0] / s11 - 1:10.1e} {paired(S) / (s11 - s12) - 1:10.1e} {seconds:6.2f}"
-        )
-    found, seconds = timed(lambda: split_compliance(BLOCK, TIPS))
-    bars = found.error_percent, found.s11_error_percent
-    print(f"with its error bar: s11 - s12 to {bars[0]:.3f} %, s11 to {bars[1]:.3f} %, {seconds:.2f} s")
 
 
 TWELVE = {
@@ -92,85 +54,16 @@ def twelve_scenes() -> None:
     print(f"{'scene':>28} {'split':>10} {'direct':>10} {'difference %':>12} {'sum of bars %':>13} {'CPU s':>13}")
     worst = 0.0
     for name, (fruit, tips) in TWELVE.items():
-        split, one = timed(lambda f=fruit, t=tips: contact_compliance(f, t, "split"))
-        direct, other = timed(lambda f=fruit, t=tips: contact_compliance(f, t, "direct"))
-        change = 100.0 * (paired(direct.S) / paired(split.S) - 1.0)
-        bars = split.error_percent + direct.error_percent
+        (split, one), (direct, other) = (
+            timed(partial(contact_compliance, fruit, tips, method)) for method in ("split", "direct")
+        )
+        values = [pair_and_own(np.array(found.S))[0] for found in (split, direct)]
+        change = 100.0 * (values[1] / values[0] - 1.0)
+        bars = 100.0 * sum(relative_errors(found)[0] for found in (split, direct))
         worst = max(worst, abs(change) / bars)
-        values = f"{paired(split.S):10.6f} {paired(direct.S):10.6f}"
-        print(f"{name:>28} {values} {change:12.3f} {bars:13.3f} {one:6.2f}/{other:5.1f}")
+        shown = f"{values[0]:10.6f} {values[1]:10.6f}"
+        print(f"{name:>28} {shown} {change:12.3f} {bars:13.3f} {one:6.2f}/{other:5.1f}")
     print(f"largest difference over sum of bars: {worst:.2f}")
-
-
-def random_scene(rng: np.random.Generator) -> tuple[Fruit, Tips]:
-    """Return a scene in the domain of the split: sides 0.5 to 8 mm, heights 3 to 80 mm, nu to 0.4999."""
-    while True:
-        side = float(np.exp(rng.uniform(np.log(0.5), np.log(8.0))))
-        spacing = side * float(np.exp(rng.uniform(np.log(1.2), np.log(12.0))))
-        height = float(np.exp(rng.uniform(np.log(max(3.0, side)), np.log(80.0))))
-        poisson = float(rng.choice([rng.uniform(0.0, 0.45), rng.uniform(0.45, 0.4999)]))
-        offset = float(rng.choice([0.0, rng.normal(0.0, side)]))
-        gaps = side * np.exp(rng.uniform(np.log(1.5), np.log(10.0), 2))
-        length, width = spacing + side + 2.0 * abs(offset) + 2.0 * gaps[0], side + 2.0 * gaps[1]
-        if max(length, width, height) < 25.0 * side and max(length, width) < 1000.0:
-            fruit = Fruit(length_mm=length, width_mm=width, height_mm=height, poisson=poisson)
-            return fruit, Tips(side_mm=side, spacing_mm=spacing, offset_mm=offset)
-
-
-def random_scenes(count: int) -> None:
-    """Print how often the error bar covers the difference to the next level, and the costs."""
-    rng = np.random.default_rng(SEED)
-    ratios, errors, bars, costs = [], [], [], []
-    for _ in range(count):
-        fruit, tips = random_scene(rng)
-        found, seconds = timed(lambda f=fruit, t=tips: split_compliance(f, t))
-        feet = tuple(Foot(tips.offset_mm + sign * 0.5 * tips.spacing_mm, tips.side_mm) for sign in (-1.0, 1.0))
-        true = paired(feet_compliance(fruit, feet, FINEST).S)
-        errors.append(100.0 * abs(paired(found.S) / true - 1.0))
-        bars.append(found.error_percent)
-        ratios.append(errors[-1] / bars[-1])
-        costs.append(seconds)
-    ratio = np.array(ratios)
-    print(f"\n{count} random scenes in the domain of the split (seed {SEED}), against the next level")
-    print(f"covered {np.mean(ratio <= 1.0):.3f}, largest error over bar {ratio.max():.2f}")
-    print(f"error %: median {np.median(errors):.4f}, 95 % {np.quantile(errors, 0.95):.4f}, largest {max(errors):.4f}")
-    print(f"bar %:   median {np.median(bars):.4f}, 95 % {np.quantile(bars, 0.95):.4f}, largest {max(bars):.4f}")
-    most = f"95 % {np.quantile(costs, 0.95):.2f}, largest {max(costs):.2f}"
-    print(f"CPU s with the bar: median {np.median(costs):.2f}, {most}")
-
-
-TABLES = {
-    "flat": Scene(fruit=BLOCK, tips=TIPS, press=Press()),
-    "tilt 1": Scene(fruit=BLOCK, tips=TIPS, press=Press(tilt_deg=1.0)),
-    "tilt 5": Scene(fruit=BLOCK, tips=TIPS, press=Press(tilt_deg=5.0)),
-    "roll 3": Scene(fruit=BLOCK, tips=TIPS, press=Press(roll_deg=3.0)),
-    "sphere 35 mm": Scene(fruit=SPHERE, tips=TIPS, press=Press()),
-    "sphere, tilt 2, roll 1": Scene(fruit=SPHERE, tips=TIPS, press=Press(tilt_deg=2.0, roll_deg=1.0)),
-    "fillet 0.1": Scene(fruit=BLOCK, tips=Tips(fillet_mm=0.1), press=Press()),
-    "cylinder, tilt 2": Scene(fruit=BLOCK, tips=Tips(shape="cylinder"), press=Press(tilt_deg=2.0)),
-    "spherical tips": Scene(fruit=BLOCK, tips=Tips(shape="sphere"), press=Press()),
-}
-
-
-def tables() -> None:
-    """Print CPU and error bars of a table of 7 moduli and 13 travels, after the compliance; no cells are kept."""
-    import solve.contact.cells
-    import solve.contact.scene
-
-    print("\n7 moduli x 13 travels after the compliance")
-    print(
-        f"{'scene':>24} {'cells':>6} {'CPU s':>8} {'P at 3.5 MPa: first, half, full':>34} {'bar % median, largest':>22}"
-    )
-    x = 0.6 * np.arange(1, 14) / 13
-    for name, scene in TABLES.items():
-        compliance = contact_compliance(scene.fruit, scene.tips)
-        solve.contact.scene._footprints.cache_clear()
-        solve.contact.cells._smooth_compliance.cache_clear()
-        found, seconds = timed(lambda s=scene, c=compliance: scene_response(s, c, SPRINGS, tuple(E), x))
-        P = found.responses[-1].P[[0, 6, 12]]
-        bar = found.P_error_percent[np.isfinite(found.P_error_percent)]
-        shown = " ".join(f"{value:10.4f}" for value in P)
-        print(f"{name:>24} {found.cells:6d} {seconds:8.3f} {shown:>34} {np.median(bar):11.3f} {bar.max():10.3f}")
 
 
 def independent() -> ModuleType:
@@ -253,18 +146,10 @@ def curved_nodes(check: ModuleType, scale: float):
 
 def main() -> None:
     """Print the tables asked for."""
+    jobs = {"twelve": twelve_scenes, "partial": partial_contact, "curved": curved_solid}
     reader = argparse.ArgumentParser(description=__doc__)
-    reader.add_argument("--scenes", type=int, default=200)
-    reader.add_argument("--only", choices=("paper", "twelve", "random", "tables", "partial", "curved"))
+    reader.add_argument("--only", choices=tuple(jobs))
     chosen = reader.parse_args()
-    jobs = {
-        "paper": paper_block,
-        "tables": tables,
-        "random": lambda: random_scenes(chosen.scenes),
-        "twelve": twelve_scenes,
-        "partial": partial_contact,
-        "curved": curved_solid,
-    }
     np.set_printoptions(precision=4, linewidth=160)
     for name, job in jobs.items():
         if chosen.only in (None, name):

@@ -1,15 +1,18 @@
-"""The table of processes: its columns by formulas, and a spring, a peer or tetrahedra that disagree are seen."""
+"""The page of processes: its columns by formulas, and a spring, a peer or tetrahedra that disagree are seen."""
 
 import importlib.util
+import itertools
 import sys
 import types
 from pathlib import Path
 
 import pytest
 
+from cad.design.parameters import Design, Print
 from cad.design.processes import PROCESSES
+from cad.quantity import InputError
+from cad.theory.leaf_spring import pair_stiffness
 from pipeline.bench.flexure import HOUSING
-from pipeline.bench.hard.reference_check import DeclinedError
 
 SCRIPT = Path(__file__).with_name("processes.py")
 TARGETS = (0.9, 20.0)
@@ -21,41 +24,58 @@ def processes(monkeypatch):
     module = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, spec.name, module)
     spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def planted(processes, monkeypatch, tmp_path):
+    """Return a run with planted relative errors of the low spring: ours to its target, CalculiX and tetrahedra to ours.
+
+    CPU seconds are planted too: a fit costs 6, a mesh 1, a solve 2.
+    """
 
     def guess(design):
         if not PROCESSES[design.print.process].one_piece:
             msg = "clamped, must be one piece"
-            raise DeclinedError(msg)
+            raise InputError(msg)
         return HOUSING, TARGETS
 
-    monkeypatch.setattr(module, "beam_guess", guess)
-    monkeypatch.setattr(module, "flexure_mesh", lambda _: None)
-    monkeypatch.setattr(module, "hexahedra", lambda *_: None)
-    monkeypatch.setattr(module, "absent", lambda: ())
-    return module
+    def run(low, peer, tets, fit=6.0):
+        K = (TARGETS[0] * (1.0 + low), TARGETS[1])
+        fitted = types.SimpleNamespace(stiffness=types.SimpleNamespace(K=K, error=(4e-4, 6e-4)), housing=HOUSING)
+        costs = itertools.cycle([(fitted, fit), (None, 1.0), (None, 2.0)])
+        reference = types.SimpleNamespace(K=(K[0] * (1.0 + tets), K[1]), spread_percent=(0.1, 0.2))
+        monkeypatch.setattr(processes, "timed", lambda _: next(costs))
+        monkeypatch.setattr(processes, "calculix_stiffness", lambda *_: ((K[0] * (1.0 + peer), K[1]), 1.0))
+        monkeypatch.setattr(processes, "checked", lambda *_: reference)
+        code = processes.main(["--tets", "--out", str(tmp_path)])
+        return code, (tmp_path / "process-springs.md").read_text(encoding="utf-8").splitlines()
+
+    monkeypatch.setattr(processes, "beam_guess", guess)
+    monkeypatch.setattr(processes, "is_installed", lambda: True)
+    return run
 
 
-def found(module, monkeypatch, low, peer, tets):
-    """Plant relative errors of the low spring: ours to its target, CalculiX to ours, tetrahedra to ours."""
-    K = (TARGETS[0] * (1.0 + low), TARGETS[1])
-    stiffness = types.SimpleNamespace(K=K, error_percent=(0.04, 0.06))
-    fitted = types.SimpleNamespace(stiffness=stiffness, housing=HOUSING)
-    monkeypatch.setattr(module, "fit_flexures", lambda *_: fitted)
-    monkeypatch.setattr(module, "calculix_stiffness", lambda *_: ((K[0] * (1.0 + peer), K[1]), 1.0))
-    check = types.SimpleNamespace(K=(K[0] * (1.0 + tets), K[1]), spread_percent=(0.1, 0.2))
-    monkeypatch.setattr(module, "checked", lambda *_: check)
-    return module.main(["--tets", "2", "1.5"])
+def test_each_process_has_two_rows_and_a_clamped_one_says_why_not(planted):
+    code, lines = planted(5e-4, -2e-5, 1e-3)
+    assert code == 0
+    rows = [line for line in lines if " low | " in line or " high | " in line]
+    assert len(rows) == 2 * sum(process.one_piece for process in PROCESSES.values())
+    words = "fdm-petg low | 900 | 24.200 | 900.45 | +0.05 % | 0.04 % | -0.002 % | +0.1 %, 0.1 % | 6 | 2"
+    assert rows[0] == f"| {words} |"
+    assert "- strip-steel: clamped, must be one piece" in lines
+    assert any(line.startswith("`tests/bench/processes.py --tets` writes this table") for line in lines)
 
 
-def test_each_process_has_two_lines_and_a_clamped_one_says_why_not(processes, monkeypatch, capsys):
-    assert found(processes, monkeypatch, 5e-4, -2e-5, 1e-3) == 0
-    told = capsys.readouterr()
-    lines = told.out.splitlines()[2:]
-    assert len(lines) == 2 * sum(process.one_piece for process in PROCESSES.values())
-    assert lines[0] == ("| fdm-petg low | 900 | 24.200 | 900.45 | +0.05 % | 0.04 % | -0.002 % | +0.1 %, 0.1 % |")
-    assert told.err == "strip-steel: clamped, must be one piece\n"
+@pytest.mark.parametrize("wrong", [(2e-3, 0.0, 0.0), (0.0, 2e-4, 0.0), (0.0, 0.0, 4e-3), (0.0, 0.0, 0.0, 19.0)])
+def test_planted_disagreement_or_a_dear_fit_fails(wrong, planted):
+    assert planted(*wrong)[0] == 1
 
 
-@pytest.mark.parametrize("planted", [(2e-3, 0.0, 0.0), (0.0, 2e-4, 0.0), (0.0, 0.0, 4e-3)])
-def test_planted_disagreement_fails(planted, processes, monkeypatch):
-    assert found(processes, monkeypatch, *planted) == 1
+def test_beam_guess_has_the_lengths_of_the_beam_law_or_the_reason_why_not(processes):
+    housing, targets = processes.beam_guess(Design())
+    for arm, K in zip(housing.arms, targets, strict=True):
+        leaf = arm.flexure
+        assert pair_stiffness(2000.0, leaf.depth, leaf.thickness, leaf.length) == pytest.approx(K, rel=1e-9)
+    with pytest.raises(InputError, match="the strip is clamped in a body of another material"):
+        processes.beam_guess(Design(print=Print(process="strip-steel")))

@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from cad.design.parameters import Fruit, Press, Tips
-from cad.parts.housing import Housing, housing_part
+from cad.parts.housing import Housing
+from cad.parts.housing_solid import housing_part
 from cad.parts.sensor import Sensor
-from cad.theory.flexure import Flexure
+from cad.theory.leaf_spring import Flexure
 
 
 @pytest.fixture(scope="session")

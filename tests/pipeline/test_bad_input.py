@@ -1,20 +1,17 @@
 """Every wrong input ends with exit code 2 and one line: name, value, unit, bound, remedy; none writes."""
 
+import json
 import re
 import subprocess
 import sys
-import types
 from pathlib import Path
 
 import pytest
 
-import pipeline
+import pipeline.commands.run
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
-from pipeline import cli
-from pipeline import options as load
 from pipeline.cli import main
-from pipeline.storage.folder import output_folder
 
 ROOT = Path(__file__).parents[2]
 NL = "must be {}greater than 0 and less than 0.5; give a fraction, for 5 % write 0.05"
@@ -109,122 +106,96 @@ FILES = [
 ]
 
 
-class Stages:
-    """Stands for pipeline.run: takes a design, writes it where it is told, and keeps count."""
-
-    def __init__(self) -> None:
-        self.calls: list[Design] = []
-
-    def run(self, design, options):
-        with output_folder(options.out) as folder:
-            self.calls.append(design)
-            (folder / "report.json").write_text("{}", encoding="utf-8")
-        return types.SimpleNamespace(report={}, passed=True)
-
-    fabricate = run
-
-
-@pytest.fixture
-def stages(tmp_path, monkeypatch) -> Stages:
-    """Put light stages and a light report in the place of the real ones, in an empty current folder."""
-    found = Stages()
-    for name, stand_in in (
-        ("run", found),
-        ("fabrication", found),
-        ("report_tables", types.SimpleNamespace(print_report=lambda _: None)),
-    ):
-        monkeypatch.setitem(sys.modules, f"pipeline.{name}", stand_in)
-        monkeypatch.setattr(pipeline, name, stand_in, raising=False)
-    monkeypatch.chdir(tmp_path)
-    return found
-
-
 def pattern(message: str) -> str:
     """Return the regular expression of a message in which only `.*` is open, and so is its end."""
     return "pipeline: " + ".*".join(re.escape(part) for part in message.split(".*"))
 
 
-def refused(arguments, message, capsys, stages) -> None:
+def refused(arguments, message, capsys, stand_in_run) -> None:
     before = sorted(Path.cwd().rglob("*"))
     assert main(arguments) == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert err.count("\n") == 1
     assert re.match(pattern(message), err), err
-    assert stages.calls == []
+    assert stand_in_run.asked == []
     assert sorted(Path.cwd().rglob("*")) == before
 
 
 @pytest.mark.parametrize(("flags", "message"), VALUES)
 @pytest.mark.parametrize("command", ["run", "design"])
-def test_bad_value_is_named_with_its_bound(command, flags, message, capsys, stages):
-    refused([command, *flags], message, capsys, stages)
+def test_bad_value_is_named_with_its_bound(command, flags, message, capsys, stand_in_run):
+    refused([command, *flags], message, capsys, stand_in_run)
 
 
 @pytest.mark.parametrize(("flags", "message"), NAMES)
-def test_bad_name_is_answered_with_the_nearest(flags, message, capsys, stages, tmp_path):
+def test_bad_name_is_answered_with_the_nearest(flags, message, capsys, stand_in_run, tmp_path):
     (tmp_path / "folder.toml").mkdir()
-    refused(["run", *flags], message, capsys, stages)
+    refused(["run", *flags], message, capsys, stand_in_run)
 
 
 @pytest.mark.parametrize(("text", "message"), FILES)
-def test_bad_design_file_is_refused(text, message, capsys, stages, tmp_path):
+def test_bad_design_file_is_refused(text, message, capsys, stand_in_run, tmp_path):
     (tmp_path / "mine.toml").write_text(text, encoding="latin-1")
-    refused(["run", "--design", "mine.toml"], message, capsys, stages)
+    refused(["run", "--design", "mine.toml"], message, capsys, stand_in_run)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["rnu"], "rnu: unknown command; must be one of run, design, check, view, bench, doctor; did you mean run?"),
-        (["--fields", "run"], "--fields: unknown flag; must be one of --help; did you mean --help?"),
+        (["--fields", "run"], "--fields: unknown flag; must be one of --help, --version; did you mean --.*"),
+        (["--versoin"], "--versoin: unknown flag; must be one of --help, --version; did you mean --version?"),
         (["check"], "the following arguments are required: PATH; must be as in the example of pipeline check -h"),
-        (["view", "."], "DIR = '.': must be an output folder, one that holds a report.json of pipeline run; check"),
+        (
+            ["view", "."],
+            "PATH = '.': must hold a report.json that can be read (FileNotFoundError); name an output folder",
+        ),
+        (["check", "a.stl"], "PATH = 'a.stl': must be an existing file or folder; name an output folder, or a STEP or"),
+        (
+            ["check", ".", "--process", "sla-resin"],
+            "--process = 'sla-resin': must be left out for a folder; its design",
+        ),
+        (["run", "--tol"], "--tol: expected one argument; must be as in the example of pipeline run -h"),
         (["view", ".", "--pgn", "x"], "--pgn: unknown flag; must be one of --help, --png; did you mean --png?"),
         (["doctor", "--json"], "--json: unknown flag; must be one of --help; did you mean --help?"),
     ],
 )
-def test_bad_command_is_refused(arguments, message, capsys, stages):
-    refused(arguments, message, capsys, stages)
+def test_bad_command_is_refused(arguments, message, capsys, stand_in_run):
+    refused(arguments, message, capsys, stand_in_run)
 
 
-def test_output_folder_with_foreign_files_is_refused(capsys, stages, tmp_path):
+def test_output_folder_with_foreign_files_is_refused(capsys, stand_in_run, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("precious", encoding="utf-8")
     message = (
         "--out = '.*mine': must be a new or empty folder or one that this program wrote, and it holds 'thesis.tex'; "
     )
-    refused(["run", "--out", "mine"], message + "name another folder with --out", capsys, stages)
+    refused(["run", "--out", "mine"], message + "name another folder with --out", capsys, stand_in_run)
 
 
-def test_output_folder_that_cannot_be_written_is_refused(capsys, stages, tmp_path):
+def test_output_folder_that_cannot_be_written_is_refused(capsys, stand_in_run, tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     message = "--out = '.*out': must be a folder, and '.*file' is a file; name another folder with --out"
-    refused(["run", "--out", "file/out"], message, capsys, stages)
+    refused(["run", "--out", "file/out"], message, capsys, stand_in_run)
     message = "--out = '/proc.*': must be in a folder that can be written.*; name another folder with --out"
-    refused(["run", "--out", "/proc/out"], message, capsys, stages)
+    refused(["run", "--out", "/proc/out"], message, capsys, stand_in_run)
 
 
-def test_good_input_reaches_the_stages(capsys, stages, tmp_path):
+def test_good_input_reaches_the_stages(capsys, stand_in_run, tmp_path):
     """The refusals above are not those of a command that refuses everything."""
     assert main(["run", "--nl", "0.08", "--set", "tips.spacing_mm=6", "--json"]) == 0
-    assert capsys.readouterr().out == "{}\n"
-    (design,) = stages.calls
+    assert json.loads(capsys.readouterr().out)["schema"] == 1
+    (design,) = stand_in_run.designs
     assert (design.targets.NL, design.tips.spacing_mm, design.targets.P_max) == (0.08, 6.0, 5.0)
     assert [path.name for path in (tmp_path / "outputs" / "paper").iterdir()] == ["report.json"]
 
 
-def test_unchecked_value_would_be_seen(capsys, stages, monkeypatch):
+def test_unchecked_value_would_be_seen(capsys, stand_in_run, monkeypatch):
     """Without its check a bad value reaches the stages, and the test above would say so."""
-    monkeypatch.setattr(cli, "load_design", lambda *_: Design())
+    monkeypatch.setattr(pipeline.commands.run, "load_design", lambda *_: Design())
     with pytest.raises(AssertionError):
-        refused(["run", "--nl", "five"], VALUES[5][1], capsys, stages)
-
-
-def test_presets_beside_the_checkout_are_found_from_anywhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert load.design_path("paper") == ROOT / "designs" / "paper.toml"
-    assert load.load_design("paper", {}) == Design()
+        refused(["run", "--nl", "five"], VALUES[5][1], capsys, stand_in_run)
 
 
 @pytest.mark.parametrize("flags", [["--nl", "five"], ["--out", str(ROOT)]])

@@ -5,57 +5,29 @@ import json
 import signal
 import subprocess
 import sys
-import types
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
-import pipeline
+import pipeline.bench.bench
+import pipeline.bench.hard.suite
+import pipeline.commands.check
+import pipeline.commands.machine
+import pipeline.commands.pictures
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from mesh.session import MeshError
 from pipeline import cli
-from pipeline import options as load
 from pipeline.cli import main
-from pipeline.options import RunOptions, load_design
-from pipeline.storage.folder import Interrupted, output_folder
+from pipeline.options import RunOptions
+from pipeline.report.mapping import report_mapping
+from pipeline.storage.interruption import Interrupted
 from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
 
 ROOT = Path(__file__).parents[2]
 COMMANDS = ("run", "design", "check", "view", "bench", "doctor")
-
-
-@pytest.fixture
-def stand_in(tmp_path, monkeypatch):
-    """Return a function that puts stand-ins for modules of pipeline in their place, in an empty current folder."""
-    monkeypatch.chdir(tmp_path)
-
-    def put(**modules):
-        if "run" in modules:
-            modules["fabrication"] = modules["run"]
-        tables = types.SimpleNamespace(print_report=lambda report: print("table of", report))
-        modules.setdefault("report_tables", tables)
-        for name, module in modules.items():
-            monkeypatch.setitem(sys.modules, f"pipeline.{name}", module)
-            monkeypatch.setattr(pipeline, name, module, raising=False)
-
-    return put
-
-
-def stages(*, passed=True, error=None, seen=None):
-    """Return a stand-in for pipeline.run that writes a report, or raises inside its output folder."""
-
-    def work(design, options):
-        with output_folder(options.out) as folder:
-            (folder / "report.json").write_text("{}", encoding="utf-8")
-            if error is not None:
-                raise error
-        if seen is not None:
-            seen.append((design, options))
-        return types.SimpleNamespace(report={"schema": 1}, passed=passed)
-
-    return types.SimpleNamespace(run=work, fabricate=work)
 
 
 def settle(arguments, capsys):
@@ -89,50 +61,48 @@ def test_help_says_units_and_bounds(capsys):
 
 @pytest.mark.parametrize(("passed", "code"), [(True, 0), (False, 1), (None, 1)])
 @pytest.mark.parametrize("command", ["run", "design"])
-def test_verdict_decides_the_exit_code_and_outputs_stay(command, passed, code, stand_in, capsys):
-    stand_in(run=stages(passed=passed))
-    assert settle([command], capsys) == (code, "table of {'schema': 1}\n", "")
+def test_verdict_decides_the_exit_code_and_outputs_stay(command, passed, code, stand_in_run, capsys):
+    stand_in_run.passed = passed
+    word = {True: "passed", False: "failed", None: "undecided"}[passed]
+    found, out, err = settle([command], capsys)
+    assert (found, err) == (code, "")
+    assert out.startswith(f"{word}  twintip · paper: ")
     assert Path("outputs/paper/report.json").is_file()
 
 
-def test_flags_become_design_and_options(stand_in, capsys):
-    seen = []
-    stand_in(run=stages(seen=seen))
+def test_flags_become_design_and_options(stand_in_run, capsys):
     words = "run --nl 0.1 --p-max 4 --process sla-resin --set fruit.E_MPa=[1,2] --set name=mine --fields"
     words += (
         " --fruit-stiffness hayes --contact-method direct --tol 0.02 --out here --set targets.NL_definition=largest"
     )
     assert settle(words.split(), capsys)[0] == 0
-    ((design, options),) = seen
+    ((design, options),) = stand_in_run.asked
     assert (design.targets.NL, design.targets.P_max, design.targets.NL_definition) == (0.1, 4.0, "largest")
     assert (design.print.process, design.fruit.E_MPa, design.name) == ("sla-resin", (1.0, 2.0), "mine")
     asked = {"fruit_stiffness": "hayes", "contact_method": "direct", "fields": True, "tolerance": 0.02}
     assert options == RunOptions(out=Path("here"), **asked)
 
 
-def test_defaults_are_the_papers_sensor_in_a_folder_of_its_name(stand_in, capsys):
-    seen = []
-    stand_in(run=stages(seen=seen))
-    assert settle(["run"], capsys)[0] == 0
-    assert seen == [(Design(), RunOptions(out=Path("outputs/paper")))]
+@pytest.mark.parametrize(("command", "fabrication"), [("run", False), ("design", True)])
+def test_defaults_are_the_papers_sensor_in_a_folder_of_its_name(command, fabrication, stand_in_run, capsys):
+    assert settle([command], capsys)[0] == 0
+    assert stand_in_run.asked == [(Design(), RunOptions(out=Path("outputs/paper"), fabrication=fabrication))]
 
 
-def test_design_file_without_a_name_is_named_for_itself(tmp_path):
-    (tmp_path / "kiwi.toml").write_text("[targets]\nNL = 0.1\n", encoding="utf-8")
-    design = load_design(str(tmp_path / "kiwi.toml"), {"targets.P_max": "3"})
-    assert (design.name, design.targets.NL, design.targets.P_max) == ("kiwi", 0.1, 3.0)
+def test_answer_is_one_screen_and_on_request_everything(stand_in_run, capsys):
+    _, short, _ = settle(["run"], capsys)
+    _, long, _ = settle(["run", "--verbose"], capsys)
+    assert "seconds (wall/processor)" not in short
+    assert "seconds (wall/processor)" in long
+    names = [verdict.name for verdict in stand_in_run.result.verdicts]
+    assert [name for name in names if f" {name} " not in long] == []
 
 
-def test_without_presets_a_path_is_asked_for(tmp_path, monkeypatch):
-    monkeypatch.setattr(load, "DESIGNS", tmp_path)
-    with pytest.raises(ValueError, match=r"--design = 'paper': must be one of , or a path .*; give a path"):
-        load.design_path("paper")
-
-
-def test_json_is_the_report_and_nothing_else(stand_in, capsys):
-    stand_in(run=stages())
+def test_json_is_the_report_and_nothing_else(stand_in_run, capsys):
     code, out, err = settle(["run", "--json"], capsys)
-    assert (code, json.loads(out), err) == (0, {"schema": 1}, "")
+    assert (code, err) == (0, "")
+    expected = {**report_mapping(stand_in_run.result), "files": []}
+    assert json.loads(out) == json.loads(json.dumps(expected))
 
 
 @pytest.mark.parametrize(
@@ -144,8 +114,8 @@ def test_json_is_the_report_and_nothing_else(stand_in, capsys):
     ],
     ids=["solve", "mesh", "split"],
 )
-def test_scene_that_cannot_be_solved_is_one_line_and_no_output(error, stand_in, capsys):
-    stand_in(run=stages(error=error))
+def test_scene_that_cannot_be_solved_is_one_line_and_no_output(error, stand_in_run, capsys):
+    stand_in_run.error = error
     assert settle(["run"], capsys) == (2, "", f"pipeline: {error}\n")
     assert list(Path().iterdir()) == []
 
@@ -155,14 +125,14 @@ def test_scene_that_cannot_be_solved_is_one_line_and_no_output(error, stand_in, 
     [(KeyboardInterrupt(), 130), (Interrupted(signal.SIGINT), 130), (Interrupted(signal.SIGTERM), 143)],
     ids=["ctrl-c", "sigint", "sigterm"],
 )
-def test_interruption_leaves_no_output(error, code, stand_in, capsys):
-    stand_in(run=stages(error=error))
+def test_interruption_leaves_no_output(error, code, stand_in_run, capsys):
+    stand_in_run.error = error
     assert settle(["run"], capsys) == (code, "", "pipeline: interrupted\n")
     assert list(Path().iterdir()) == []
 
 
-def test_full_disk_is_one_line(stand_in, capsys):
-    stand_in(run=stages(error=OSError(errno.ENOSPC, "No space left on device", "housing.stl")))
+def test_full_disk_is_one_line(stand_in_run, capsys):
+    stand_in_run.error = OSError(errno.ENOSPC, "No space left on device", "housing.stl")
     assert settle(["run"], capsys) == (
         2, "", "pipeline: housing.stl: No space left on device; must have room; free some space\n",
     )  # fmt: skip
@@ -170,23 +140,22 @@ def test_full_disk_is_one_line(stand_in, capsys):
 
 
 @pytest.mark.parametrize("error", [TypeError("a bug"), FileNotFoundError(errno.ENOENT, "a bug"), ValueError("a bug")])
-def test_bug_is_not_hidden(error, stand_in):
-    stand_in(run=stages(error=error))
+def test_bug_is_not_hidden(error, stand_in_run):
+    stand_in_run.error = error
     with pytest.raises(type(error), match="a bug"):
         main(["run"])
     assert list(Path().iterdir()) == []
 
 
-def test_closed_pipe_keeps_the_verdicts_code():
+def test_closed_pipe_keeps_the_verdicts_code(tmp_path):
     """As in `pipeline run | head -1`: the reader leaves, the outputs and the verdict stand, no traceback."""
-    program = """if True:
+    program = f"""if True:
         import sys, types, pipeline
+        import pipeline.report.tables
         from pipeline.cli import main
-        tables = types.SimpleNamespace(print_report=lambda _: [print("x" * 99) for _ in range(9999)])
-        work = lambda design, options: types.SimpleNamespace(report={}, passed=False)
-        pipeline.report_tables, pipeline.run = tables, types.SimpleNamespace(run=work)
-        sys.modules |= {"pipeline.report.tables": pipeline.report_tables, "pipeline.run": pipeline.run}
-        sys.exit(main(["run"]) + 40)
+        pipeline.report.tables.print_summary = lambda _: [print("x" * 99) for _ in range(9999)]
+        pipeline.run = lambda design, options: types.SimpleNamespace(passed=False)
+        sys.exit(main(["run", "--out", {str(tmp_path / "out")!r}]) + 40)
     """
     with subprocess.Popen(
         [sys.executable, "-c", program], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -198,26 +167,44 @@ def test_closed_pipe_keeps_the_verdicts_code():
 
 
 @pytest.mark.parametrize(
-    ("words", "module", "answer"),
+    ("words", "module", "function", "seen"),
     [
-        ("check housing.step --json", "check", (Path("housing.step"), {"as_json": True})),
-        ("check outputs/paper", "check", (Path("outputs/paper"), {"as_json": False})),
-        ("view outputs/paper", "view", (Path("outputs/paper"), None, {})),
-        ("view outputs/paper --png p", "view", (Path("outputs/paper"), Path("p"), {})),
-        ("bench --json", "bench", ({"as_json": True},)),
-        ("doctor", "doctor", ({},)),
+        ("bench --json", pipeline.bench.bench, "bench", ((), {"as_json": True})),
+        ("bench --out there", pipeline.bench.bench, "bench", ((), {"as_json": False, "out": Path("there")})),
+        ("bench --hard", pipeline.bench.hard.suite, "hard", ((), {"as_json": False})),
+        ("doctor", pipeline.commands.machine, "print_examination", ((), {})),
     ],
 )
-def test_other_commands_hand_their_arguments_on_and_the_code_back(words, module, answer, stand_in):
-    seen = []
-
-    def work(*arguments, **keywords):
-        seen.append((*arguments, keywords))
-        return 1
-
-    stand_in(**{module: types.SimpleNamespace(**{module: work})})
+def test_other_commands_hand_their_arguments_on_and_the_code_back(words, module, function, seen, monkeypatch):
+    calls = []
+    monkeypatch.setattr(module, function, lambda *each, **named: calls.append((each, named)) or 1)
     assert main(words.split()) == 1
-    assert seen == [answer]
+    assert calls == [seen]
+
+
+@pytest.mark.parametrize(("words", "process"), [("", "fdm-petg"), ("--process sla-resin", "sla-resin")])
+def test_check_hands_a_file_to_the_rules_of_its_process(words, process, tmp_path, monkeypatch, capsys):
+    part = tmp_path / "part.step"
+    part.touch()
+    calls = []
+    monkeypatch.setattr(pipeline.commands.check, "check_one_file", lambda *each: calls.append(each) or ())
+    assert settle(["check", str(part), "--json", *words.split()], capsys) == (0, "[]\n", "")
+    assert calls == [(part, PROCESSES[process])]
+
+
+def test_view_shows_a_window_or_writes_the_pictures_that_it_names(monkeypatch, capsys):
+    calls = []
+    stand_ins = {
+        "pictures": lambda folder: ["picture", folder],
+        "show_pictures": lambda *each: calls.append(each),
+        "write_pictures": lambda shown, folder: calls.append((shown, folder)) or [folder / "housing.png"],
+    }
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(pipeline.commands.pictures, name, stand_in)
+    folder = Path("outputs/paper")
+    assert settle(["view", str(folder)], capsys) == (0, "", "")
+    assert settle(["view", str(folder), "--png", "p"], capsys) == (0, "p/housing.png\n", "")
+    assert calls == [(["picture", folder], "paper"), (["picture", folder], Path("p"))]
 
 
 def test_processes_are_listed_with_every_number(capsys):
@@ -229,10 +216,18 @@ def test_processes_are_listed_with_every_number(capsys):
     assert [record["name"] for record in json.loads(out)] == list(PROCESSES)
 
 
-def test_console_script_is_this_function():
-    done = subprocess.run(
-        [sys.executable, "-c", "import sys; from pipeline.cli import main; sys.exit(main())", "rnu"],
-        cwd=ROOT, capture_output=True, text=True, check=False, timeout=60,
-    )  # fmt: skip
-    assert done.returncode == cli.WRONG_INPUT
-    assert done.stderr.startswith("pipeline: rnu: unknown command")
+def python(*words, **options):
+    return subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True, timeout=60, **options)
+
+
+def test_console_scripts_and_the_module_are_this_function():
+    for words in (("-c", "import sys; from pipeline.cli import main; sys.exit(main())"), ("-m", "pipeline")):
+        done = python(*words, "rnu", check=False)
+        assert done.returncode == cli.WRONG_INPUT
+        assert done.stderr.startswith("pipeline: rnu: unknown command")
+
+
+def test_version_is_that_of_the_package(capsys):
+    expected = f"twintip {version('twintip')}\n"
+    assert settle(["--version"], capsys) == (0, expected, "")
+    assert python("-m", "pipeline", "--version", check=True).stdout == expected

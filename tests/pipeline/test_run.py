@@ -40,27 +40,19 @@ def numbers_of(report) -> dict:
 
 
 @pytest.fixture(scope="module")
-def default(tmp_path_factory):
-    """Run the main job once; return its exit code and folder."""
-    folder = tmp_path_factory.mktemp("runs") / "default"
-    return main(["run", "--nl", "0.05", "--out", str(folder)]), folder
-
-
-@pytest.fixture(scope="module")
 def hayes(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "hayes"
     return main(["run", "--nl", "0.05", "--fruit-stiffness", "hayes", "--out", str(folder)]), folder
 
 
-def test_default_run_passes_every_verdict(default):
-    code, folder = default
-    report = report_of(folder)
+def test_default_run_passes_every_verdict(default_run):
+    report = report_of(default_run.folder)
     assert {v["name"]: v["reference"] for v in report["verdicts"] if v["passed"] is not True} == {}
-    assert code == 0
+    assert (default_run.code, default_run.result.passed) == (0, True)
 
 
-def test_default_run_keeps_the_contract(default):
-    report = report_of(default[1])
+def test_default_run_keeps_the_contract(default_run):
+    report = report_of(default_run.folder)
     assert set(report) >= MAIN_KEYS
     assert set(verdicts_of(report)) >= ALWAYS
     assert any(name.startswith("geometry.") for name in verdicts_of(report))
@@ -70,9 +62,16 @@ def test_default_run_keeps_the_contract(default):
         assert {len(row[key]) for key in ("x_mm", "F_l_N", "F_h_N", "P", "slope_ratio")} == {len(row["x_mm"])}
 
 
-def test_default_run_finds_the_right_springs(default):
+def test_printed_report_is_the_one_in_the_folder(default_run, tmp_path, capsys):
+    assert main(["run", "--json", "--out", str(tmp_path / "again")]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == report_of(tmp_path / "again")
+    assert numbers_of(printed) == numbers_of(report_of(default_run.folder))
+
+
+def test_default_run_finds_the_right_springs(default_run):
     """K_l 905.7 and K_h 20831 N/m follow from the reference K_m/E of 1.322617 mm."""
-    report = report_of(default[1])
+    report = report_of(default_run.folder)
     assert report["springs"]["K_l_N_per_m"] == pytest.approx(905.7, rel=5e-4)
     assert report["springs"]["K_h_N_per_m"] == pytest.approx(20831.0, rel=5e-4)
     assert report["contact"]["K_m_over_E_mm"] == pytest.approx(
@@ -83,14 +82,14 @@ def test_default_run_finds_the_right_springs(default):
         assert 0.0 < spring["error_percent"] < 0.5
 
 
-def test_default_run_meets_its_targets_within_the_stated_errors(default):
-    found = verdicts_of(report_of(default[1]))
+def test_default_run_meets_its_targets_within_the_stated_errors(default_run):
+    found = verdicts_of(report_of(default_run.folder))
     for name, target in (("P_max", 5.0), ("NL", 0.05)):
         assert abs(found[name]["value"] - target) <= found[name]["error"]
 
 
-def test_loose_tolerance_takes_coarser_meshes_and_says_which_would_decide(default, tmp_path):
-    fine = report_of(default[1])
+def test_loose_tolerance_takes_coarser_meshes_and_says_which_would_decide(default_run, tmp_path):
+    fine = report_of(default_run.folder)
     assert main(["run", "--tol", "0.02", "--out", str(tmp_path / "rough")]) == 1
     rough = report_of(tmp_path / "rough")
     assert (fine["accuracy"]["tolerance"], rough["accuracy"]["tolerance"]) == (1e-3, 0.02)
@@ -107,21 +106,21 @@ def test_loose_tolerance_takes_coarser_meshes_and_says_which_would_decide(defaul
     assert rough["errors"]["K_l"]["discretisation_percent"] == rough["flexures"]["low"]["error_percent"]
 
 
-def test_response_ends_at_the_largest_force_ratio(default):
-    report = report_of(default[1])
+def test_response_ends_at_the_largest_force_ratio(default_run):
+    report = report_of(default_run.folder)
     assert report["response"][-1]["P"][-1] == pytest.approx(verdicts_of(report)["P_max"]["value"], rel=1e-4)
 
 
-def test_paper_springs_stand_beside_and_fail(default):
-    paper = report_of(default[1])["paper"]
+def test_paper_springs_stand_beside_and_fail(default_run):
+    paper = report_of(default_run.folder)["paper"]
     found = {verdict["name"]: verdict for verdict in paper["verdicts"]}
     assert found["P_max"]["value"] == pytest.approx(5.64, rel=0.02)
     assert found["NL"]["value"] == pytest.approx(0.059, abs=5e-4)
     assert (found["P_max"]["passed"], found["NL"]["passed"]) == (False, False)
 
 
-def test_files_are_listed_with_their_digest(default):
-    folder = default[1]
+def test_files_are_listed_with_their_digest(default_run):
+    folder = default_run.folder
     listed = {entry["path"]: entry["sha256"] for entry in report_of(folder)["files"]}
     assert {"design.toml", "response.csv", "housing.step", "housing.stl", "assembly.step"} <= set(listed)
     assert set(listed) == {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()} - {"report.json"}
@@ -129,17 +128,17 @@ def test_files_are_listed_with_their_digest(default):
         assert hashlib.sha256((folder / path).read_bytes()).hexdigest() == digest
 
 
-def test_housing_is_one_solid_that_ends_in_two_tips(default):
-    solid = read_step(default[1] / "housing.step")
+def test_housing_is_one_solid_that_ends_in_two_tips(default_run):
+    solid = read_step(default_run.folder / "housing.step")
     tips = [face for face in solid.Faces() if abs(face.Center().z) < 1e-9]
     assert len(solid.Solids()) == 1
     assert sorted(round(face.Center().x, 6) for face in tips) == [-4.0, 4.0]
     assert [face.Area() for face in tips] == pytest.approx([1.0, 1.0], rel=1e-9)
 
 
-def test_design_file_repeats_the_run_without_its_cache(default, tmp_path, monkeypatch):
+def test_design_file_repeats_the_run_without_its_cache(default_run, tmp_path, monkeypatch):
     """The numbers and the bytes of every file are the same; only the seconds differ."""
-    first = default[1]
+    first = default_run.folder
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     again = tmp_path / "again"
     assert main(["run", "--design", str(first / "design.toml"), "--out", str(again)]) == 0
@@ -158,7 +157,7 @@ def test_hayes_designs_the_paper_sensor_and_fails_it(hayes):
     assert (found["P_max"]["passed"], found["K_l"]["passed"], found["K_h"]["passed"]) == (False, True, True)
 
 
-@pytest.mark.usefixtures("default")
+@pytest.mark.usefixtures("default_run")
 def test_planted_tilt_of_one_degree_fails_displacement_independence(tmp_path):
     """The flexures are the default run's, so only the response is new."""
     code = main(["run", "--nl", "0.05", "--set", "press.tilt_deg=1", "--out", str(tmp_path / "tilted")])
@@ -168,30 +167,21 @@ def test_planted_tilt_of_one_degree_fails_displacement_independence(tmp_path):
     assert found["P_displacement_independent"]["value"] > 0.1
 
 
-def test_given_springs_are_judged_and_made(tmp_path):
-    """The paper's own numbers as a design: made to 0.1 %, and off the targets."""
-    springs = [f"--set=springs.K_{side}_N_per_m={K}" for side, K in (("l", 752.5), ("h", 17308.0))]
-    assert main(["run", *springs, "--out", str(tmp_path / "given")]) == 1
-    found = verdicts_of(report_of(tmp_path / "given"))
-    assert (found["K_l"]["limit"], found["K_h"]["limit"]) == pytest.approx((752.5, 17308.0))
-    assert (found["K_l"]["passed"], found["K_h"]["passed"]) == (True, True)
-    assert (found["P_max"]["passed"], found["NL"]["passed"]) == (False, False)
-
-
-def test_bruise_limit_makes_a_verdict_at_the_largest_modulus(default, tmp_path):
+def test_bruise_limit_makes_a_verdict_at_the_largest_modulus(default_run, tmp_path):
     """2.24 N on 1 mm^2 of the high tip at 3.5 MPa, whichever moduli are shown: over the 0.29 MPa of apple flesh."""
     settings = ["--set", "fruit.bruise_limit_MPa=0.29", "--set", "fruit.E_MPa=[0.5]"]
     code = main(["run", "--nl", "0.05", *settings, "--out", str(tmp_path / "bruise")])
     found = verdicts_of(report_of(tmp_path / "bruise"))
-    assert "bruise" not in verdicts_of(report_of(default[1]))
+    assert "bruise" not in verdicts_of(report_of(default_run.folder))
     assert (code, found["bruise"]["passed"]) == (1, False)
     assert found["bruise"]["value"] == pytest.approx(2.24, abs=0.01)
 
 
-def test_tip_that_the_housing_does_not_carry_fails(tmp_path):
+def test_tip_that_the_housing_does_not_carry_fails_and_is_not_the_papers(tmp_path):
     code = main(["run", "--nl", "0.05", "--set", "tips.fillet_mm=0.1", "--out", str(tmp_path / "fillet")])
-    found = verdicts_of(report_of(tmp_path / "fillet"))
-    assert (code, found["geometry.tip_shape"]["passed"]) == (1, False)
+    report = report_of(tmp_path / "fillet")
+    assert (code, verdicts_of(report)["geometry.tip_shape"]["passed"]) == (1, False)
+    assert report["paper"] is None
 
 
 def test_spring_that_cannot_be_printed_is_a_verdict_and_leaves_the_rest(tmp_path, capsys):
@@ -212,6 +202,6 @@ def test_spring_that_cannot_be_printed_is_a_verdict_and_leaves_the_rest(tmp_path
     assert "printable.low" in capsys.readouterr().out
 
 
-def test_design_file_is_a_design(default):
-    design = design_from_mapping(read_design(default[1] / "design.toml"))
+def test_design_file_is_a_design(default_run):
+    design = design_from_mapping(read_design(default_run.folder / "design.toml"))
     assert design.targets.NL == 0.05

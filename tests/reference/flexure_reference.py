@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from skfem import Mesh
 
 from solve.error_estimate import richardson
-from solve.housing.element_study import compared_stiffness
+from solve.housing.element_study import element_stiffness
 
 Pair = tuple[float, float]
 
@@ -31,7 +31,7 @@ def reference_stiffness(meshes: Sequence[Mesh], sizes: Sequence[float], E: float
     Raises SolveError when a solve fails.
     """
     start = time.perf_counter()
-    found = tuple(compared_stiffness(mesh, "tet P2", E, poisson).K for mesh in meshes)
+    found = tuple(element_stiffness(mesh, "tet P2", E, poisson).K for mesh in meshes)
     low, high = (richardson([K[i] for K in found], sizes, RATE) for i in (0, 1))
     return ReferenceStiffness(
         K=(low.value, high.value),

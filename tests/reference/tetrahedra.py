@@ -10,18 +10,15 @@ from pathlib import Path
 
 import gmsh
 import numpy as np
-from numpy.typing import NDArray
 from skfem import MeshTet1, MeshTet2
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
 from cad.parts.housing import Housing
 from cad.parts.part import Part
+from mesh.gmsh_arrays import Ints, element_nodes, index_by_nodes, used_nodes
 from mesh.quality import compare
 from mesh.session import MeshError, gmsh_session, stage
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _NEAR = 1e-5  # [mm]
 _VOLUME = 1e-4  # relative
@@ -46,11 +43,11 @@ class Box:
 def fine_boxes(housing: Housing, size: float) -> list[Box]:
     """Return boxes around leaves, their roots and the tips; `size` is in leaf thicknesses."""
     boxes = []
-    for _, flexure, roots in housing.arms:
-        t, r = flexure.thickness, flexure.fillet
-        for level in (housing.lower_leaf_level, housing.lower_leaf_level + flexure.separation):
+    for arm in housing.arms:
+        t, r, roots = arm.flexure.thickness, arm.flexure.fillet, arm.roots
+        for level in arm.levels:
             low, high = level - 0.5 * t, level + 0.5 * t
-            boxes.append(Box(corners=(min(roots), low, max(roots), high), size=_LEAF * size * t))
+            boxes.append(Box(corners=(roots[0], low, roots[1], high), size=_LEAF * size * t))
             boxes += [Box(corners=(x - r, low - r, x + r, high + r), size=_ROOT * size * r) for x in roots]
     half = 0.5 * housing.tip_side
     for x in (-0.5 * housing.spacing, 0.5 * housing.spacing):
@@ -136,27 +133,21 @@ def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
 
 
 def _read(names: dict[str, list[int]]) -> MeshTet2:
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    nodes = np.asarray(gmsh.model.mesh.getElementsByType(11)[1], dtype=np.int64).reshape(-1, 10).T
-    where = np.zeros(int(np.max(tags)) + 1, dtype=np.int64)
-    where[np.asarray(tags, dtype=np.int64)] = np.arange(len(tags))
-    places = np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[where].T) * np.array([[1.0], [_STRETCH], [1.0]])
-    corners = np.unique(nodes[:4])
-    point = np.full(len(where), -1, dtype=np.int64)
-    point[corners] = np.arange(len(corners))
-    straight = MeshTet1(np.ascontiguousarray(places[:, corners]), np.ascontiguousarray(point[nodes[:4]]))
+    tags = element_nodes("Tetrahedron", 2)
+    corners, edges = used_nodes(tags[:4]), used_nodes(tags[4:])
+    stretch = np.array([[1.0], [_STRETCH], [1.0]])
+    straight = MeshTet1(corners.places * stretch, np.ascontiguousarray(corners.index[tags[:4]]))
     mesh = MeshTet2.from_mesh(straight)
+    ends = np.concatenate([corners.index[tags[list(pair)]] for pair in _PAIRS], axis=1)
+    place = index_by_nodes(straight.edges, ends).reshape(len(_PAIRS), -1)
     curved = mesh.doflocs.copy()
-    curved[:, len(corners) + _edge_index(straight, point[nodes[:4]])] = places[:, nodes[4:]]
+    curved[:, corners.places.shape[1] + place] = (edges.places * stretch)[:, edges.index[tags[4:]]]
     triangles = {
-        name: np.hstack([
-            point[np.asarray(gmsh.model.mesh.getElementsByType(9, tag)[1], dtype=np.int64).reshape(-1, 6)[:, :3]].T
-            for tag in surfaces
-        ])
+        name: np.hstack([corners.index[element_nodes("Triangle", 2, tag)[:3]] for tag in surfaces])
         for name, surfaces in names.items()
-    }  # fmt: skip
+    }
     moved = _unfolded(MeshTet2(curved, mesh.t), mesh)
-    return moved.with_boundaries({name: _facet_index(straight, corners) for name, corners in triangles.items()})
+    return moved.with_boundaries({name: index_by_nodes(straight.facets, nodes) for name, nodes in triangles.items()})
 
 
 def _unfolded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:
@@ -176,34 +167,6 @@ def _unfolded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:
 def _folded(mesh: MeshTet2) -> Ints:
     jacobian = mesh.mapping().detDF(np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]]))
     return np.flatnonzero(jacobian.min(axis=1) * jacobian.max(axis=1) <= 0.0)
-
-
-def _edge_index(mesh: MeshTet1, tets: Ints) -> Ints:
-    """Return the edge of the mesh at each of gmsh's edge nodes, shape (6, tets)."""
-    ends = np.sort(np.stack([tets[list(pair)] for pair in _PAIRS]), axis=1)
-    return _index(np.sort(mesh.edges, axis=0), ends.transpose(1, 0, 2).reshape(2, -1)).reshape(len(_PAIRS), -1)
-
-
-def _facet_index(mesh: MeshTet1, triangles: Ints) -> Ints:
-    return _index(np.sort(mesh.facets, axis=0), np.sort(triangles, axis=0))
-
-
-def _index(known: Ints, wanted: Ints) -> Ints:
-    """Return where the columns of `wanted` stand among those of `known`."""
-    base = int(known.max()) + 1
-
-    def key(columns: Ints) -> Ints:
-        total = np.zeros(columns.shape[1], dtype=np.int64)
-        for row in columns:
-            total = total * base + row
-        return total
-
-    order = np.argsort(key(known))
-    keys = key(known)[order]
-    place = np.minimum(np.searchsorted(keys, key(wanted)), len(keys) - 1)
-    if not np.array_equal(keys[place], key(wanted)):
-        raise MeshError("read", "an edge or triangle of gmsh is none of the mesh", "check the solid")
-    return np.asarray(order[place])
 
 
 def _check(mesh: MeshTet2, part: Part) -> None:

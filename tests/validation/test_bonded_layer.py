@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from cad.design.parameters import Fruit
-from solve.fruit.split import LEVELS, Foot, feet_compliance
+from solve.fruit.footprints import Footprint
+from solve.fruit.split import LEVELS, footprint_compliance
 from solve.halfspace.punch import circle_punch
 
 A_OVER_H = (0.2, 0.4, 0.6, 0.8, 1.0)
@@ -45,6 +46,6 @@ def test_wide_block_is_the_layer(poisson, ratio):
     """The split on a block 16 heights wide, sides up to its bound, the height; the mesh error goal is 5e-4."""
     height = 5.0
     block = Fruit(length_mm=16.0 * height, width_mm=16.0 * height, height_mm=height, poisson=poisson)
-    found = feet_compliance(block, [Foot(0.0, 2.0 * ratio * height, circle_punch)], LEVELS[0]).S[0, 0]
+    found = footprint_compliance(block, [Footprint(0.0, 0.0, 2.0 * ratio * height, circle_punch)], LEVELS[0]).S[0, 0]
     expected = (1.0 - poisson**2) / (2.0 * ratio * height * kappa(poisson, ratio))
     np.testing.assert_allclose(found, expected, rtol=5e-4)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from solve.error_estimate import richardson
-from solve.fruit.split import CLOSE, CLOSE_ERROR, NODE_ERROR, Foot, level_compliance, nodes_between
+from solve.fruit.footprints import Footprint, level_compliance, nodes_between
+from solve.fruit.split import CLOSE, CLOSE_ERROR, NODE_ERROR
 from solve.halfspace.punch import graded_edges, influence
 
 GRIDS = (16, 22, 30)
@@ -30,9 +31,9 @@ def cells_pressed_against_each_other(spacing: float, cells: int) -> float:
 def test_close_tips_agree_with_boundary_elements(spacing):
     values = [cells_pressed_against_each_other(spacing, cells) for cells in GRIDS]
     reference = richardson(values, [1.0 / cells for cells in GRIDS], expected_rate=2.0)
-    feet = [Foot(-0.5 * spacing, 1.0), Foot(0.5 * spacing, 1.0)]
+    feet = [Footprint(-0.5 * spacing, 0.0, 1.0), Footprint(0.5 * spacing, 0.0, 1.0)]
     nodes = nodes_between(feet)
-    S = level_compliance(feet, 0.0, np.zeros((2 * nodes**2, 2 * nodes**2)), (0, nodes))
+    S = level_compliance(feet, 0.0, np.zeros((2 * nodes**2, 2 * nodes**2)), nodes)
     allowed = NODE_ERROR + (CLOSE_ERROR if spacing < CLOSE else 0.0)
     assert abs((S[0, 0] - S[0, 1]) / reference.value - 1.0) <= allowed + 2.0 * reference.error / reference.value
     assert reference.error / reference.value < 2e-4
@@ -42,5 +43,5 @@ def test_too_few_nodes_are_seen():
     """Nine nodes a side at 1.05 sides are off by 6e-3, four times what is allowed."""
     values = [cells_pressed_against_each_other(1.05, cells) for cells in GRIDS]
     reference = richardson(values, [1.0 / cells for cells in GRIDS], expected_rate=2.0).value
-    S = level_compliance([Foot(-0.525, 1.0), Foot(0.525, 1.0)], 0.0, np.zeros((162, 162)), (0, 9))
+    S = level_compliance([Footprint(-0.525, 0.0, 1.0), Footprint(0.525, 0.0, 1.0)], 0.0, np.zeros((162, 162)), 9)
     assert abs((S[0, 0] - S[0, 1]) / reference - 1.0) > 3.0 * CLOSE_ERROR

@@ -8,7 +8,8 @@ import numpy as np
 
 from cad.design.parameters import Fruit
 from solve.fruit.box import Grading
-from solve.fruit.split import Foot, feet_compliance
+from solve.fruit.footprints import Footprint
+from solve.fruit.split import footprint_compliance
 from solve.halfspace.punch import square_punch
 
 STIFFNESS = np.pi * 0.366789
@@ -28,7 +29,7 @@ def test_block_grows_into_the_half_space():
     found = []
     for size in sizes:
         block = Fruit(length_mm=size, width_mm=size, height_mm=0.5 * size, poisson=nu)
-        found.append(feet_compliance(block, [Foot(0.0, 1.0)], GRADING).S[0, 0])
+        found.append(footprint_compliance(block, [Footprint(0.0, 0.0, 1.0)], GRADING).S[0, 0])
     limit = (sizes[1] * found[1] - sizes[0] * found[0]) / (sizes[1] - sizes[0])
     # the next term is (side / H)^3, 1e-6 here
     np.testing.assert_allclose(limit, (1.0 - nu**2) / STIFFNESS, rtol=TOLERANCE)

@@ -6,11 +6,13 @@ from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
 from OCP.TopoDS import TopoDS_Shell
 
-from cad.checks.sensor_checks import check_sensor, check_solid
-from cad.files.sensor_files import print_pose, write_sensor
+from cad.checks.part_checks import check_solid
+from cad.checks.sensor_checks import check_sensor
+from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
 from cad.files.stl import read_stl, write_stl
-from cad.parts.housing import housing_part
+from cad.parts.housing_solid import housing_part
+from cad.parts.pose import print_pose
 
 DEFLECTIONS = (0.55, 0.2)
 
@@ -73,7 +75,7 @@ def thicker(sensor):
 
 def test_step_file_of_another_housing_fails(sensor, folder, tmp_path):
     (tmp_path / "housing.stl").write_bytes((folder / "housing.stl").read_bytes())
-    write_step((replace(sensor.housing_body(), shape=thicker(sensor).shape),), tmp_path / "housing.step", "housing")
+    write_step((replace(sensor.bodies()[0], shape=thicker(sensor).shape),), tmp_path / "housing.step", "housing")
     findings = check_sensor(sensor, DEFLECTIONS, tmp_path)
     assert failures(findings) == {"geometry.step_round_trip", "geometry.leaf_thickness_low"}
     (leaf,) = (finding for finding in findings if finding.name == "geometry.leaf_thickness_low")
@@ -99,7 +101,7 @@ def test_missing_leaf_fails_with_its_place(sensor, folder):
 
 def test_missing_fillet_fails_with_its_place(sensor, folder):
     housing = sensor.housing
-    x, z = housing.low_root[0], housing.lower_leaf_level + 0.4
+    x, z = housing.arms[0].wall, housing.lower_leaf_level + 0.4
     filled = sensor.part.shape.cut(cq.Solid.makeBox(1.0, 8.0, 1.0, cq.Vector(x, -4.0, z)))
     findings = check_sensor(replace(sensor, part=replace(sensor.part, shape=filled)), DEFLECTIONS, folder)
     (fillet,) = (finding for finding in findings if finding.name == "geometry.fillets")

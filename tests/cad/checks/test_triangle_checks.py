@@ -4,9 +4,9 @@ import pytest
 import trimesh
 
 from cad.checks.overhang import widest_ledge
+from cad.checks.part_checks import check_file, check_mesh
 from cad.checks.self_intersection import crossing_pairs
-from cad.checks.sensor_checks import check_file, check_mesh
-from cad.checks.triangle_checks import closed_findings
+from cad.checks.triangle_checks import closed_verdicts
 from cad.checks.wall_thickness import least_gap, least_wall
 from cad.design.processes import PROCESSES
 from cad.files.stl import triangles, write_stl
@@ -63,7 +63,7 @@ def test_open_mesh_fails_and_names_its_edge(tmp_path):
 def test_turned_triangle_fails():
     mesh = box()
     mesh.faces[0] = mesh.faces[0][::-1]
-    watertight, manifold = closed_findings(mesh)
+    watertight, manifold = closed_verdicts(mesh)
     assert (watertight.passed, manifold.passed) == (False, True)
 
 

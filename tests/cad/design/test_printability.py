@@ -182,12 +182,12 @@ def test_nearest_target_is_what_would_be_sized_and_not_moved_by_moduli_beyond_th
 @pytest.mark.parametrize("q", [0.9, 1.2])
 def test_nearest_target_off_the_middle_is_one_that_can_be_made_there(q):
     K_m, design = 4.629, Design(print=Print(max_length_mm=20.0))
-    found = check_printable(design, size_springs(5.0, 0.05, K_m, "mid-range", q), K_m, PETG, asymmetry=q)[0]
+    found = check_printable(design, size_springs(5.0, 0.05, K_m, "mid-range", q), K_m, PETG, stiffness_ratio=q)[0]
     assert found.passed is False
     made = size_springs(found.nearest, 0.05, K_m, "mid-range", q)
     assert pair_length(PETG.E_MPa, PETG.depth_mm, PETG.leaf_thickness_low_mm, made.K_l) * (1.0 + LENGTH_MARGIN) <= 20.0
     other = dataclasses.replace(design, targets=Targets(P_max=found.nearest, NL=0.05))
-    assert check_printable(other, made, K_m, PETG, asymmetry=q)[0].passed is True
+    assert check_printable(other, made, K_m, PETG, stiffness_ratio=q)[0].passed is True
 
 
 def test_leaf_clamped_in_another_material_is_no_sensor_yet():

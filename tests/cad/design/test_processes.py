@@ -1,11 +1,14 @@
 import dataclasses
 import math
 import pickle
+from pathlib import Path
 
 import pytest
+from hatchling.builders.wheel import WheelBuilder
 
+import cad.design.processes
 from cad.design.processes import PROCESSES, Process
-from cad.quantity import InputError
+from cad.quantity import InputError, sourced_records
 from cad.theory.leaf_spring import pair_length, root_strain
 
 K_L, K_H = 0.906, 20.831  # [N/mm], the springs of the paper's targets under the true contact
@@ -26,7 +29,7 @@ def test_every_number_has_one_source(process):
     assert {field for field, _ in process.sources} == given
     assert len(process.sources) == len(given)
     for name in given:
-        assert len(process.source_of(name)) > len("typical"), name
+        assert len(dict(process.sources)[name]) > len("typical"), name
 
 
 @each_process
@@ -80,8 +83,40 @@ def test_number_without_a_source_is_refused():
         dataclasses.replace(petg, sources=without)
     with pytest.raises(InputError, match=r"^process fdm-petg\.colour = None: must be a number with one source"):
         dataclasses.replace(petg, sources=(*petg.sources, ("colour", "a guess")))
-    with pytest.raises(KeyError, match="colour"):
-        petg.source_of("colour")
+
+
+TABLE = Path(cad.design.processes.__file__).with_name("processes.toml")
+
+
+@pytest.mark.parametrize(
+    ("line", "planted", "message"),
+    [
+        (
+            "E_MPa = 2000.0\n",
+            "",
+            r"process fdm-petg\.E_MPa = None MPa: must be a number greater than 0; correct",
+        ),
+        (
+            "poisson = 0.38\n",
+            "poisson = 0.5\n",
+            r"process fdm-petg\.poisson = 0\.5: must be .* less than 0\.5; correct",
+        ),
+        ("layer_mm = 0.2\n", "", r"process fdm-petg\.layer_mm = None: must be a number with one source"),
+        ("poisson = ", "poison = ", r"process fdm-petg\.poison = 0\.38: must be left out; did you mean poisson\?"),
+        ('poisson = "typical of PETG"\n', "", r"process fdm-petg\.poisson = 0\.38: must be a number with one source"),
+    ],
+)
+def test_planted_fault_in_the_process_file_is_refused(line, planted, message, tmp_path):
+    text = TABLE.read_text(encoding="utf-8")
+    assert line in text
+    (tmp_path / "bad.toml").write_text(text.replace(line, planted, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        sourced_records(tmp_path / "bad.toml", Process, "process", "correct it")
+
+
+def test_data_files_ship_in_the_wheel():
+    shipped = {file.distribution_path for file in WheelBuilder(str(TABLE.parents[2])).recurse_included_files()}
+    assert {"cad/design/processes.toml", "cad/theory/gauges.toml", "cad/files/fabrication_sheet.toml"} <= shipped
 
 
 def test_process_travels_between_processes_and_is_frozen():

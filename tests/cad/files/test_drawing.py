@@ -6,9 +6,10 @@ import ezdxf
 import pytest
 
 from cad.design.processes import PROCESSES
-from cad.files.drafting import Arc, Line, Words, across, write_dxf, write_svg
-from cad.files.drawing import Title, housing_drawing, section
+from cad.files.drafting import Arc, Line, Words, horizontal_dimension, write_dxf, write_svg
+from cad.files.drawing import Title, gauge_marks, housing_drawing, section
 from cad.parts.housing import fillet_corners
+from cad.quantity import InputError
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 SVG = "{http://www.w3.org/2000/svg}"
@@ -96,6 +97,38 @@ def test_arc_of_the_svg_bends_the_right_way(tmp_path):
 
 
 def test_dimension_spans_what_it_measures():
-    lines = [item for item in across((1.0, 4.0), 2.0, "3") if isinstance(item, Line)]
+    lines = [item for item in horizontal_dimension((1.0, 4.0), 2.0, "3") if isinstance(item, Line)]
     line = max(lines, key=lambda item: item.end[0] - item.start[0])
     assert (line.start, line.end) == ((1.0, 2.0), (4.0, 2.0))
+
+
+def test_marks_are_drawn_only_where_gauges_are_fitted(housing):
+    assert list(gauge_marks(housing)) == []
+
+
+def test_marks_stand_where_the_gauges_lie(housing):
+    """Each gauge as a box 6 long on the faces of the upper leaf, 0.5 from a root, and 6 x 4 seen from above."""
+    long = replace(housing, gauges="foil", high=replace(housing.high, length=14.0))
+    items = list(gauge_marks(long))
+    level = long.lower_leaf_level + 14.0
+    wall, shuttle = long.arms[0].roots
+    lines = [item for item in items if isinstance(item, Line) and item.layer == "NOTES"]
+    drawn = [(*line.start, *line.end) for line in lines]
+    for x0, x1 in ((wall + 0.5, wall + 6.5), (shuttle - 0.5, shuttle - 6.5)):
+        for face in (level - 0.4, level + 0.4):
+            assert any(found == pytest.approx((x0, face, x1, face)) for found in drawn)
+    above = [line for line in lines if line.start[1] > long.top_level]
+    wide = {round(abs(line.end[1] - line.start[1]), 6) for line in above} - {0.0}
+    assert wide == {4.0, 3.0}
+    words = [item.text for item in items if isinstance(item, Words)]
+    assert "6 x 4" in words
+    assert "grid 3 x 3" in words
+    assert sum("GAUGE AT EACH ROOT" in text for text in words) == 2
+    # In the middle of the depth of 6: from 1 to 5 of it.
+    levels = {round(line.start[1] - long.top_level - 20.0, 6) for line in above}
+    assert levels == {1.0, 1.5, 4.5, 5.0}
+
+
+def test_marks_on_a_leaf_without_room_are_refused(housing):
+    with pytest.raises(InputError, match=r"flexure\.length = 12\.5 mm: must be at least 13 mm"):
+        list(gauge_marks(replace(housing, gauges="foil", high=replace(housing.high, length=12.5))))

@@ -5,7 +5,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from cad.checks.sensor_checks import check_file
+from cad.checks.cover_checks import cover_verdicts
+from cad.checks.part_checks import check_file
+from cad.design.parameters import Fruit
 from cad.design.processes import PROCESSES
 from cad.files.drawing import Title
 from cad.files.maker_files import fabrication_sheet, write_fabrication
@@ -23,18 +25,18 @@ AGAIN = """
 import sys
 from dataclasses import replace
 from pathlib import Path
-from cad.drawing import Title
-from cad.export import write_sensor
-from cad.fabrication import write_fabrication
-from cad.flexure import Flexure
-from cad.housing import Housing, housing_part
-from cad.materials import PROCESSES
-from cad.parameters import Fruit, Press, Tips
-from cad.sensor import Sensor
+from cad.design.parameters import Fruit, Press, Tips
+from cad.design.processes import PROCESSES
+from cad.files.drawing import Title
+from cad.files.maker_files import write_fabrication
+from cad.files.sensor_files import write_sensor
+from cad.parts.housing import Housing
+from cad.parts.housing_solid import housing_part
+from cad.parts.sensor import Sensor
+from cad.theory.leaf_spring import Flexure
 sensor_housing = eval(sys.argv[2])
-sensor = Sensor(
-    housing=sensor_housing, part=housing_part(sensor_housing), fruit=Fruit(), tips=Tips(), press=Press(), name="paper"
-)
+fruit, part = Fruit(shape="sphere", radius_mm=35.0), housing_part(sensor_housing)
+sensor = Sensor(housing=sensor_housing, part=part, fruit=fruit, tips=Tips(), press=Press(), name="paper")
 write_sensor(sensor, Path(sys.argv[1]))
 write_fabrication(sensor, Title(name="paper", process=PROCESSES["fdm-petg"]), Path(sys.argv[1]))
 """
@@ -48,7 +50,7 @@ def test_same_bytes_in_another_process_and_folder(sensor, tmp_path):
     here, there = tmp_path / "here", tmp_path / "over there"
     here.mkdir()
     there.mkdir()
-    named = replace(sensor, name="paper")
+    named = replace(sensor, name="paper", fruit=Fruit(shape="sphere", radius_mm=35.0))
     written = (*write_sensor(named, here), *write_fabrication(named, TITLE, here)[0])
     assert [path.name for path in written] == [*FILES, *SHEETS]
     environment = {**os.environ, "PYTHONHASHSEED": "11", "PYTHONPATH": str(ROOT)}
@@ -60,7 +62,8 @@ def test_same_bytes_in_another_process_and_folder(sensor, tmp_path):
 def test_coupon_cover_and_3mf_pass_their_own_check(sensor, tmp_path, monkeypatch):
     monkeypatch.setattr("cad.checks.slicer.NAME", "a-slicer-that-nobody-has")
     write_sensor(sensor, tmp_path)
-    _, findings = write_fabrication(sensor, TITLE, tmp_path)
+    _, cover = write_fabrication(sensor, TITLE, tmp_path)
+    findings = cover_verdicts(sensor, cover, TITLE.process)
     assert [finding.name for finding in findings if finding.passed is not True] == []
     for name in ("housing.3mf", "coupon.stl", "coupon.step", "cover.stl", "cover.step"):
         assert [finding.name for finding in check_file(tmp_path / name) if finding.passed is not True] == []

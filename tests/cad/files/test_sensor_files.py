@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 import cad.files.sensor_files
-from cad.files.sensor_files import ExportError, print_pose, sensor_pose, write_sensor
+from cad.design.parameters import Fruit
+from cad.files.sensor_files import ExportError, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
+from cad.parts.fruit import curved_fruit
+from cad.parts.pose import print_pose, sensor_pose
 
 NAMES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf"]
 
@@ -23,10 +26,19 @@ def test_files_hold_the_solids(sensor, tmp_path):
     assert float(read_3mf(model).mesh.volume) == pytest.approx(volume, abs=CHORD_MM * 300.0)
 
 
+def test_assembly_shows_a_curved_fruit_curved(sensor, tmp_path):
+    fruit = Fruit(shape="sphere", radius_mm=35.0)
+    _, assembly, *_ = write_sensor(replace(sensor, fruit=fruit), tmp_path)
+    found, volume = read_step(assembly), sensor.part.shape.Volume() + curved_fruit(fruit).shape.Volume()
+    assert found.Volume() == pytest.approx(volume, rel=1e-6)  # the top is one face here and three there
+    assert "SPHERE" in {face.geomType() for face in found.Faces()}
+    assert "SPHERE" not in {face.geomType() for face in sensor.part.shape.Faces()}
+
+
 def test_print_files_of_a_named_sensor_carry_its_marks_and_step_does_not(sensor, tmp_path):
     named = replace(sensor, name="paper")
     step, _, stl, model = write_sensor(named, tmp_path)
-    volume, engraved = sensor.part.shape.Volume(), named.printed_part.shape.Volume()
+    volume, engraved = sensor.part.shape.Volume(), named.printed_part().shape.Volume()
     assert volume - engraved > 1.0
     assert read_step(step).Volume() == pytest.approx(volume, rel=1e-9)
     for found in (read_stl(stl), read_3mf(model).mesh):

@@ -15,8 +15,8 @@ WRITE = """
 import sys
 from pathlib import Path
 import cadquery as cq
-from cad.sensor import Body
-from cad.step import write_step
+from cad.files.step import write_step
+from cad.parts.sensor import Body
 held = [object() for _ in range(int(sys.argv[2]))]
 box, dome = cq.Solid.makeBox(1, 2, 3), cq.Solid.makeSphere(1)
 bodies = (Body(name="box", shape=box, colour=(1, 0, 0)), Body(name="dome", shape=dome, colour=(0, 1, 0.5)))
@@ -62,7 +62,7 @@ def test_header_holds_the_given_time_and_millimetres(tmp_path, monkeypatch):
 
 
 def test_order_of_the_faces_survives(tmp_path, sensor):
-    write_step((sensor.housing_body(),), tmp_path / "housing.step", "housing")
+    write_step((sensor.bodies()[0],), tmp_path / "housing.step", "housing")
     written = [face.Center().toTuple() for face in sensor.part.shape.Faces()]
     read = [face.Center().toTuple() for face in read_step(tmp_path / "housing.step").Faces()]
     assert len(read) == len(written)

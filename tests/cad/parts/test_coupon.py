@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from cad.checks.line_probe import SolidLines
-from cad.checks.triangle_checks import print_findings
+from cad.checks.triangle_checks import printability_verdicts
 from cad.design.processes import PROCESSES
-from cad.files.sensor_files import print_pose
 from cad.files.stl import triangles
 from cad.parts.coupon import coupon_of, coupon_part, largest_weight, modulus_factor
+from cad.parts.pose import print_pose
 
 
 def test_factor_without_fillets_is_that_of_the_cantilever(housing):
@@ -54,6 +54,6 @@ def test_coupon_has_the_leaves_of_the_housing(housing):
 
 def test_coupon_can_be_printed(housing):
     mesh = triangles(print_pose(coupon_part(coupon_of(housing)).shape))
-    findings = print_findings(mesh, PROCESSES["fdm-petg"], ("as it stands",))
+    findings = printability_verdicts(mesh, PROCESSES["fdm-petg"], ("as it stands",))
     assert [finding.passed for finding in findings] == [True, True, True]
     assert mesh.body_count == 1

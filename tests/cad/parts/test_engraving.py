@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from cad.checks.triangle_checks import print_findings
+from cad.checks.triangle_checks import printability_verdicts
 from cad.design.processes import PROCESSES
-from cad.files.sensor_files import print_pose
 from cad.files.stl import triangles
-from cad.parts.engraving import ENGRAVED_MM, PEN_MM, marked
-from cad.parts.housing import housing_part
-from cad.parts.lettering import _STROKES, letters_that_fit, outlines, strokes
+from cad.parts.engraving import _STROKES, ENGRAVED_MM, PEN_MM, letters_that_fit, marked, outlines, strokes
+from cad.parts.housing_solid import housing_part
+from cad.parts.pose import print_pose
 
 NAME_LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_"
 
@@ -60,7 +59,7 @@ def test_marks_lie_on_the_frame_only(sensor):
     """What is cut away lies beside or above the cavity, where nothing bends, and clear of the holes."""
     housing = sensor.housing
     gone = sensor.part.shape.cut(marked(sensor.part, housing, "paper").shape)
-    wall, shuttle = housing.low_root[0], housing.high_root[0]
+    wall, shuttle = (arm.wall for arm in housing.arms)
     for solid in gone.Solids():
         box = solid.BoundingBox()
         assert box.xmax < wall or box.xmin > shuttle or box.zmin > housing.cavity_level
@@ -74,8 +73,8 @@ def test_low_mark_reads_beside_the_low_spring(sensor):
     """The foot of the L points away from its stem, to +x, seen from the marked face with x to the right."""
     gone = sensor.part.shape.cut(marked(sensor.part, sensor.housing, "").shape)
     low, high = sorted((solid.BoundingBox() for solid in gone.Solids()), key=lambda box: box.xmin)
-    assert low.xmax < sensor.housing.low_root[0]
-    assert high.xmin > sensor.housing.high_root[0]
+    assert low.xmax < sensor.housing.arms[0].wall
+    assert high.xmin > sensor.housing.arms[1].wall
     letter = min(gone.Solids(), key=lambda solid: solid.BoundingBox().xmin)
     assert letter.Center().x < low.center.x
     assert letter.Center().z < low.center.z
@@ -84,7 +83,7 @@ def test_low_mark_reads_beside_the_low_spring(sensor):
 @pytest.mark.parametrize("name", [NAME_LETTERS[:13], NAME_LETTERS[13:26], NAME_LETTERS[26:]])
 def test_marked_housing_can_be_printed(sensor, name):
     part = marked(sensor.part, sensor.housing, name)
-    findings = print_findings(triangles(print_pose(part.shape)), PROCESSES["sls-pa12"], ("as it stands",))
+    findings = printability_verdicts(triangles(print_pose(part.shape)), PROCESSES["sls-pa12"], ("as it stands",))
     wall, gap, overhang = findings
     assert (wall.passed, overhang.passed) == (True, True)
     assert gap.value == pytest.approx(0.3, abs=1e-4)  # the stop of this housing, not a letter

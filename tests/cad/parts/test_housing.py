@@ -6,9 +6,10 @@ from typing import Any
 import cadquery as cq
 import pytest
 
-from cad.parts.housing import Housing, fillet_corners, housing_part
+from cad.parts.housing import Housing, fillet_corners
+from cad.parts.housing_solid import housing_part
 from cad.quantity import InputError
-from cad.theory.flexure import Flexure
+from cad.theory.leaf_spring import Flexure
 
 ROUND_OFF = 1e-9
 LOW = Flexure(thickness=0.8, length=28.3, depth=10.0, separation=14.0, fillet=0.5)
@@ -55,7 +56,7 @@ def _prismatoid(bottom: tuple[float, float], top: tuple[float, float], height: f
 
 def _volume(h: Housing) -> float:
     """Return frame - cavity + shuttles + leaves + fillets - holes, times depth, + necks + tips."""
-    cavity = (h.high_root[0] - h.low_root[0]) * (h.cavity_level - h.protrusion)
+    cavity = (h.arms[1].wall - h.arms[0].wall) * (h.cavity_level - h.protrusion)
     frame = (h.right - h.left) * (h.top_level - h.protrusion)
     shuttles = h.shuttle_width * (h.low_top_level + h.high_top_level - 2.0 * h.neck_level)
     leaves = 2.0 * (h.low.length * h.low.thickness + h.high.length * h.high.thickness)
@@ -111,7 +112,8 @@ def _solid_along(shape: cq.Shape, start: tuple[float, float, float], end: tuple[
 @each_housing
 def test_leaves_have_their_thickness_and_their_separation(housing):
     shape = _part(housing).shape
-    for flexure, roots in ((housing.low, housing.low_root), (housing.high, housing.high_root)):
+    for arm in housing.arms:
+        flexure, roots = arm.flexure, arm.roots
         x, top = 0.5 * sum(roots), housing.top_level + 1.0
         inside = _solid_along(shape, (x, 0.0, 0.0), (x, 0.0, top))
         bar = housing.top_level - housing.cavity_level
@@ -125,7 +127,7 @@ def test_leaves_have_their_thickness_and_their_separation(housing):
 
 def test_leaf_is_thicker_at_its_fillets():
     shape = _part(HOUSING).shape
-    x = max(HOUSING.low_root) - 0.1
+    x = max(HOUSING.arms[0].roots) - 0.1
     rise = HOUSING.low.fillet - math.sqrt(HOUSING.low.fillet**2 - (HOUSING.low.fillet - 0.1) ** 2)
     inside = _solid_along(shape, (x, 0.0, 0.0), (x, 0.0, 10.0))
     assert inside[-1] == pytest.approx(LOW.thickness + 2.0 * rise, abs=1e-6)

@@ -8,7 +8,7 @@ import pytest
 from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design, Fruit, Press, Tips
 from cad.design.processes import PROCESSES
-from cad.parts.housing import housing_part
+from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
 
 PETG = PROCESSES["fdm-petg"]

@@ -6,8 +6,9 @@ from dataclasses import replace
 import cadquery as cq
 import pytest
 
-from cad.checks.clearance import clearance_findings
-from cad.checks.sensor_checks import check_file
+from cad.checks.clearance import clearance_verdicts
+from cad.checks.part_checks import check_file
+from cad.checks.tip_checks import socket_verdicts
 from cad.design.parameters import Design, Fruit, Press, Tips
 from cad.design.processes import PROCESSES
 from cad.files.drafting import Words
@@ -17,9 +18,9 @@ from cad.files.sensor_files import write_sensor
 from cad.files.step import read_step
 from cad.parts.coupon import coupon_of
 from cad.parts.cover import cover_of
-from cad.parts.housing import housing_part
+from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
-from cad.parts.pin_socket import STEEL_MPA, pin_give, pin_parts, socket_findings, socketed
+from cad.parts.pin_socket import STEEL_MPA, pin_compliance, pins, socketed, tip_solid
 from cad.parts.sensor import Sensor
 from cad.quantity import InputError
 
@@ -42,9 +43,9 @@ def pinned(foot):
 def test_printed_tips_are_as_they_were(housing):
     part = housing_part(housing)
     assert socketed(part, housing) is part
-    assert pin_parts(housing, Tips()) == ()
-    assert socket_findings(part, housing, Tips()) == ()
-    assert (pin_give(housing, 2000.0, 0.38).compliance, pin_give(housing, 2000.0, 0.38).error) == (0.0, 0.0)
+    assert pins(housing, Tips()) == {}
+    assert socket_verdicts(part, housing, Tips()) == ()
+    assert (pin_compliance(housing, 2000.0, 0.38).compliance, pin_compliance(housing, 2000.0, 0.38).error) == (0.0, 0.0)
 
 
 def test_layout_holds_the_pin_with_the_walls_of_the_process(foot):
@@ -67,32 +68,32 @@ def test_faces_keep_their_names(foot):
 
 
 def test_pins_fill_the_pockets_but_for_the_fit_and_stand_out(pinned, foot):
-    low, high = pin_parts(foot, PINS.tips)
-    assert (low.name, high.name) == ("low pin", "high pin")
-    for pin, x in ((low, -4.0), (high, 4.0)):
-        box = pin.shape.BoundingBox()
+    placed = pins(foot, PINS.tips)
+    assert list(placed) == ["low pin", "high pin"]
+    for pin, x in zip(placed.values(), (-4.0, 4.0), strict=True):
+        box = pin.BoundingBox()
         assert (box.zmin, box.zmax, box.center.x, box.xlen) == pytest.approx((-1.0, 3.0, x, 1.0), abs=1e-6)
-        assert not pin.shape.intersect(pinned.part.shape).Solids()
+        assert not pin.intersect(pinned.part.shape).Solids()
 
 
 def test_finding_passes_on_its_own_pockets_and_fails_on_others(pinned, foot):
-    (found,) = socket_findings(pinned.part, foot, PINS.tips)
+    (found,) = socket_verdicts(pinned.part, foot, PINS.tips)
     assert found.passed is True
-    (none,) = socket_findings(housing_part(foot), foot, PINS.tips)
+    (none,) = socket_verdicts(housing_part(foot), foot, PINS.tips)
     assert (none.passed, none.value, none.reference) == (False, None, "no pocket that holds the low pin")
-    (wide,) = socket_findings(socketed(housing_part(foot), replace(foot, pocket_side=1.3)), foot, PINS.tips)
+    (wide,) = socket_verdicts(socketed(housing_part(foot), replace(foot, pocket_side=1.3)), foot, PINS.tips)
     assert (wide.passed, wide.value) == (False, pytest.approx(0.2))  # of the gable's height
-    (shallow,) = socket_findings(socketed(housing_part(foot), replace(foot, pocket_depth=2.9)), foot, PINS.tips)
+    (shallow,) = socket_verdicts(socketed(housing_part(foot), replace(foot, pocket_depth=2.9)), foot, PINS.tips)
     assert (shallow.passed, shallow.value) == (False, None)  # the pin cuts into the end
 
 
 def test_fruit_is_as_far_from_the_feet_as_the_pins_stand_out(pinned):
     """The foot counts as neck: 1 mm out at a travel of 0.6 mm leaves 0.4; at 1.1 mm it would be pressed on."""
-    (found,) = (one for one in clearance_findings(pinned) if one.name == "geometry.neck_clearance")
+    (found,) = (one for one in clearance_verdicts(pinned) if one.name == "geometry.neck_clearance")
     assert (found.passed, found.value) == (True, pytest.approx(0.4, abs=1e-6))
     (deep,) = (
         one
-        for one in clearance_findings(replace(pinned, press=Press(travel_mm=1.1)))
+        for one in clearance_verdicts(replace(pinned, press=Press(travel_mm=1.1)))
         if one.name == "geometry.neck_clearance"
     )
     assert (deep.passed, deep.value) == (False, pytest.approx(-0.1, abs=1e-6))
@@ -141,7 +142,7 @@ def test_pocket_without_a_gable_would_hang_over(foot, tmp_path):
 @pytest.mark.parametrize(("E", "nu"), [(2000.0, 0.38), (110000.0, 0.34)])
 def test_give_lies_in_the_middle_of_its_bounds(foot, E, nu):
     """Rigid foot: the steel that stands out alone. Soft foot: a square punch, F = 1.1523 E / (1 - nu^2) side d."""
-    found = pin_give(foot, E, nu)
+    found = pin_compliance(foot, E, nu)
     bar, punch = 1.0 / STEEL_MPA, (1.0 - nu**2) / (1.1523 * E * 1.0)
     assert found.compliance - found.error == pytest.approx(bar)
     assert found.compliance + found.error == pytest.approx(bar + punch)
@@ -183,10 +184,10 @@ def test_round_pin_sinks_as_a_round_punch():
     )
     assert (square.pin_round, round_one.pin_round) == (False, True)
     punch = (1.0 - nu**2) / E
-    give = pin_give(round_one, E, nu)
+    give = pin_compliance(round_one, E, nu)
     assert give.error == pytest.approx(0.5 * punch)
     assert give.compliance == pytest.approx(0.5 * punch + 4.0 / (math.pi * STEEL_MPA))
-    assert give.error > pin_give(square, E, nu).error
+    assert give.error > pin_compliance(square, E, nu).error
 
 
 def test_neck_above_a_wide_foot_prints_without_support(tmp_path):
@@ -201,3 +202,28 @@ def test_neck_above_a_wide_foot_prints_without_support(tmp_path):
     write_sensor(whole, tmp_path)
     (found,) = (one for one in check_file(tmp_path / "housing.3mf", process) if one.name == "geometry.overhang")
     assert found.passed, found.value
+
+
+@pytest.mark.parametrize(
+    ("tips", "volume", "touch"),
+    [
+        (Tips(side_mm=1.5), 1.5**2 * 3.0, 1.5**2),
+        (Tips(shape="cylinder", side_mm=2.0), math.pi * 3.0, math.pi),
+        (Tips(shape="sphere", side_mm=2.0), math.pi * 2.0 + 2.0 / 3.0 * math.pi, 2.0 * math.pi),
+    ],
+)
+def test_tip_has_the_volume_and_the_face_of_its_shape(tips, volume, touch):
+    solid = tip_solid(tips, 3.0)
+    assert solid.isValid()
+    assert solid.Volume() == pytest.approx(volume, rel=1e-9)
+    down = [face for face in solid.Faces() if face.geomType() == "SPHERE" or face.normalAt().z < -0.5]
+    assert [face.Area() for face in down] == [pytest.approx(touch, rel=1e-9)]
+    box = solid.BoundingBox()
+    assert (box.zmin, box.zmax, box.center.x) == pytest.approx((0.0, 3.0, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(("shape", "flat"), [("cube", (1.0 - 2 * 0.1) ** 2), ("cylinder", math.pi * (0.5 - 0.1) ** 2)])
+def test_fillet_leaves_the_flat_inside_it(shape, flat):
+    solid = tip_solid(Tips(shape=shape, fillet_mm=0.1), 2.0)
+    faces = [face for face in solid.Faces() if face.geomType() == "PLANE" and abs(face.Center().z) < 1e-6]
+    assert [face.Area() for face in faces] == [pytest.approx(flat, rel=1e-9)]

@@ -4,7 +4,7 @@ import cadquery as cq
 import pytest
 
 from cad.design.parameters import Fruit, Tips
-from cad.parts.sensor import pressed
+from cad.parts.pose import pressed
 
 KERNEL = 1e-6  # the kernel pads its boxes
 
@@ -17,6 +17,15 @@ def test_fruit_waits_below_the_tips_by_the_gap(sensor):
     box = fruit.shape.BoundingBox()
     # The midpoint of the tips is x = 0 of the sensor and 1.25 mm from the fruit's apex.
     assert (box.xmin, box.xmax) == pytest.approx((-15.0 - 1.25, 15.0 - 1.25), abs=KERNEL)
+
+
+def test_apex_of_a_curved_fruit_waits_below_the_tips(sensor):
+    """Its top falls away from the apex, 1.25 mm beside the midpoint of the tips, as a sphere of its radius."""
+    sphere = Fruit(shape="sphere", radius_mm=35.0)
+    fruit = replace(sensor, fruit=sphere, tips=Tips(gap_mm=0.7, offset_mm=1.25)).bodies()[-1].shape
+    for x in (-9.0, 0.0, 5.0):
+        line = cq.Edge.makeLine(cq.Vector(x - 1.25, 0.0, 10.0), cq.Vector(x - 1.25, 0.0, -20.0))
+        assert line.intersect(fruit).BoundingBox().zmax == pytest.approx(-0.7 - sphere.fall_mm(x, 0.0), abs=KERNEL)
 
 
 def test_fruit_box_has_its_top_at_the_tips(sensor):

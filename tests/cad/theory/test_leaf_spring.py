@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import numpy as np
@@ -5,12 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cad.quantity import InputError
 from cad.theory.leaf_spring import (
+    Flexure,
     gauge_strain,
     natural_frequency,
     pair_length,
     pair_stiffness,
-    parasitic_shift,
     root_strain,
 )
 
@@ -40,14 +42,6 @@ def test_root_strain_is_that_of_the_moment_at_the_clamp():
     assert strain == pytest.approx(moment / section_modulus / E, rel=ROUND_OFF)
 
 
-def test_parasitic_shift_is_half_the_integral_of_the_slope_squared():
-    deflection, steps = 0.6, 1000
-    places = [(i + 0.5) / steps for i in range(steps)]
-    slopes = [deflection / LENGTH * 6.0 * (s - s * s) for s in places]  # w = d (3 s^2 - 2 s^3)
-    shift = 0.5 * sum(slope**2 for slope in slopes) * LENGTH / steps
-    assert parasitic_shift(LENGTH, deflection) == pytest.approx(shift, rel=1e-5)  # midpoint rule of 1000 steps
-
-
 def test_gauge_averages_a_strain_that_falls_linearly_to_mid_length():
     """Trapezoid between the root's strain and that at the end of the grid."""
     t, L, d, grid = 0.8, 28.0, 0.5, 3.0
@@ -72,3 +66,33 @@ def test_leaf_alone_counts_with_the_quotient_of_its_shape():
     s = (np.arange(2000) + 0.5) / 2000
     share = float(((3.0 * s**2 - 2.0 * s**3) ** 2).mean())
     assert natural_frequency(1.0, 0.0, 500.0) == pytest.approx(natural_frequency(1.0, 1000.0 * share, 0.0), rel=1e-6)
+
+
+SIZES = {"thickness": 0.8, "length": 28.3, "depth": 10.0, "separation": 14.0, "fillet": 0.5}
+
+
+@pytest.mark.parametrize("field", list(SIZES))
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, "1"])
+def test_each_size_must_be_a_positive_number(field, value):
+    with pytest.raises(InputError, match=rf"^flexure\.{field} = \S+ mm: must be .*greater than 0; choose another"):
+        Flexure(**{**SIZES, field: value})
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("length", 1.0, "flexure.length = 1 mm: must be greater than 2 fillets = 1 mm; choose another process"),
+        ("separation", 1.8, "flexure.separation = 1.8 mm: must be greater than thickness + 2 fillets = 1.8 mm; choose"),
+    ],
+)
+def test_fillets_must_leave_a_straight_leaf_and_a_window(field, value, message):
+    with pytest.raises(InputError) as caught:
+        Flexure(**{**SIZES, field: value})
+    assert str(caught.value).startswith(message)
+    assert len(str(caught.value).splitlines()) == 1
+    assert getattr(Flexure(**{**SIZES, field: value + 0.01}), field) == value + 0.01
+
+
+def test_flexure_is_frozen():
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'length'"):
+        Flexure(**SIZES).length = 3.0

@@ -8,12 +8,9 @@ import pytest
 from cad.design.parameters import Design, Print
 from cad.design.printability import check_printable
 from cad.design.processes import PROCESSES
-from cad.files.drafting import Line, Words
-from cad.files.gauge_marks import gauge_marks
 from cad.quantity import InputError
-from cad.theory.flexure import Flexure
-from cad.theory.leaf_spring import pair_stiffness
-from cad.theory.strain_gauge import FOIL, GAUGES, gauge_spans, gauged_length, sandwich_gain, shortest_gauged
+from cad.theory.leaf_spring import Flexure, pair_stiffness
+from cad.theory.strain_gauge import FOIL, GAUGES, GaugeSpans, gauge_spans, gauged_length, sandwich_gain, shortest_gauged
 from cad.theory.two_spring_law import Springs
 
 LEAF = Flexure(thickness=0.8, length=28.0, depth=10.0, separation=14.0, fillet=0.5)
@@ -41,14 +38,14 @@ def test_gauge_that_cannot_be_is_refused(change, message):
 
 
 def test_gauges_lie_mirrored_between_the_fillets_grid_towards_the_root():
-    (backing, metal, grid), shuttle = gauge_spans(LEAF, FOIL)
-    assert (backing, metal, grid) == ((0.5, 6.5), (1.0, 6.0), (1.0, 4.0))
-    assert shuttle == ((27.5, 21.5), (27.0, 22.0), (27.0, 24.0))
+    wall, shuttle = gauge_spans(LEAF, FOIL)
+    assert wall == GaugeSpans(backing=(0.5, 6.5), metal=(1.0, 6.0), grid=(1.0, 4.0))
+    assert shuttle == GaugeSpans(backing=(27.5, 21.5), metal=(27.0, 22.0), grid=(27.0, 24.0))
 
 
 def test_shortest_leaf_is_the_shortest_that_has_room():
     least = shortest_gauged(0.5, FOIL)
-    assert gauge_spans(replace(LEAF, length=least), FOIL)[0][0][1] == pytest.approx(0.5 * least)
+    assert gauge_spans(replace(LEAF, length=least), FOIL)[0].backing[1] == pytest.approx(0.5 * least)
     with pytest.raises(InputError, match=r"flexure\.length = 12\.9 mm: must be at least 13 mm, the room for gauges; "):
         gauge_spans(replace(LEAF, length=least - 0.1), FOIL)
     with pytest.raises(InputError, match=r"flexure\.depth = 3 mm: must be at least 4 mm, the room for gauges; choose"):
@@ -57,7 +54,7 @@ def test_shortest_leaf_is_the_shortest_that_has_room():
 
 def test_gauges_that_weigh_nothing_leave_the_pair_as_it_is():
     ghost = replace(FOIL, foil_mm=1e-12, backing_mm=1e-12)
-    assert sandwich_gain(2000.0, SECTION, 28.0, 0.5, ghost) == pytest.approx(1.0, abs=1e-8)
+    assert sandwich_gain(2000.0, *SECTION, 28.0, 0.5, ghost) == pytest.approx(1.0, abs=1e-8)
 
 
 def test_rigid_gauges_leave_the_free_middle_of_one_leaf():
@@ -67,7 +64,7 @@ def test_rigid_gauges_leave_the_free_middle_of_one_leaf():
     # Each end adds its own bare piece: a beam of pieces about its middle, J1 = 0 there and K = 1 / J2.
     J2 = (free / 2) ** 3 * 2 / 3 + 2 * ((bare / 2) ** 3 - (bare / 2 - end) ** 3) / 3
     leaf = bare**3 / 12.0 / J2
-    assert sandwich_gain(2000.0, SECTION, bare, end, rigid) == pytest.approx(0.5 * (1.0 + leaf), rel=1e-6)
+    assert sandwich_gain(2000.0, *SECTION, bare, end, rigid) == pytest.approx(0.5 * (1.0 + leaf), rel=1e-6)
 
 
 def test_gain_is_that_of_the_integral_of_moment_squared_over_stiffness():
@@ -80,13 +77,13 @@ def test_gain_is_that_of_the_integral_of_moment_squared_over_stiffness():
     EI += 0.5 * t**2 * 3.0 * 162000.0 * 0.005 * 0.6 * ((from_end > 1.0) & (from_end < 6.0))
     leaf = 1.0 / float(((s - L / 2) ** 2 / EI).mean() * L)
     bare = 0.5 * pair_stiffness(E, w, t, L)
-    assert sandwich_gain(E, SECTION, L, 0.5, FOIL) == pytest.approx(0.5 * (1.0 + leaf / bare), rel=1e-4)
+    assert sandwich_gain(E, *SECTION, L, 0.5, FOIL) == pytest.approx(0.5 * (1.0 + leaf / bare), rel=1e-4)
 
 
 @pytest.mark.parametrize(("E", "K"), [(2000.0, 0.906), (110000.0, 0.906), (2000.0, 20.8)])
 def test_length_for_a_stiffness_has_that_stiffness(E, K):
-    length = gauged_length(E, SECTION, 0.5, K, FOIL)
-    assert pair_stiffness(E, *SECTION, length) * sandwich_gain(E, SECTION, length, 0.5, FOIL) == pytest.approx(K)
+    length = gauged_length(E, *SECTION, 0.5, K, FOIL)
+    assert pair_stiffness(E, *SECTION, length) * sandwich_gain(E, *SECTION, length, 0.5, FOIL) == pytest.approx(K)
 
 
 def test_printable_lengths_have_the_gauges_on():
@@ -94,10 +91,10 @@ def test_printable_lengths_have_the_gauges_on():
     bare = check_printable(Design(), springs, 4.63, PETG)
     fitted = check_printable(Design(print=Print(gauges="foil")), springs, 4.63, PETG)
     for one, two, t in zip(bare, fitted, (0.8, 1.2), strict=True):
-        assert one.length_mm < two.length_mm == gauged_length(2000.0, (10.0, t), 0.5, two.stiffness_N_per_mm, FOIL)
+        assert one.length_mm < two.length_mm == gauged_length(2000.0, 10.0, t, 0.5, two.stiffness_N_per_mm, FOIL)
         assert (one.shortest_mm, two.shortest_mm) == (5.0 * t, 13.0)
         assert two.passed is True
-        gain = sandwich_gain(2000.0, (10.0, t), two.length_mm, 0.5, FOIL)
+        gain = sandwich_gain(2000.0, 10.0, t, two.length_mm, 0.5, FOIL)
         strain = one.root_strain * (one.length_mm / two.length_mm) ** 2 * (2.0 * gain - 1.0)
         assert two.root_strain == pytest.approx(strain)
 
@@ -117,35 +114,3 @@ def test_unknown_gauges_are_refused_with_the_nearest():
     assert set(GAUGES) == {"none", "foil"}
     with pytest.raises(InputError, match=r"print\.gauges = 'foils': must be one of none, foil; .* did you mean foil\?"):
         Print(gauges="foils")
-
-
-def test_marks_are_drawn_only_where_gauges_are_fitted(housing):
-    assert list(gauge_marks(housing)) == []
-
-
-def test_marks_stand_where_the_gauges_lie(housing):
-    """Each gauge as a box 6 long on the faces of the upper leaf, 0.5 from a root, and 6 x 4 seen from above."""
-    long = replace(housing, gauges="foil", high=replace(housing.high, length=14.0))
-    items = list(gauge_marks(long))
-    level = long.lower_leaf_level + 14.0
-    wall, shuttle = long.low_root
-    lines = [item for item in items if isinstance(item, Line) and item.layer == "NOTES"]
-    drawn = [(*line.start, *line.end) for line in lines]
-    for x0, x1 in ((wall + 0.5, wall + 6.5), (shuttle - 0.5, shuttle - 6.5)):
-        for face in (level - 0.4, level + 0.4):
-            assert any(found == pytest.approx((x0, face, x1, face)) for found in drawn)
-    above = [line for line in lines if line.start[1] > long.top_level]
-    wide = {round(abs(line.end[1] - line.start[1]), 6) for line in above} - {0.0}
-    assert wide == {4.0, 3.0}
-    words = [item.text for item in items if isinstance(item, Words)]
-    assert "6 x 4" in words
-    assert "grid 3 x 3" in words
-    assert sum("GAUGE AT EACH ROOT" in text for text in words) == 2
-    # In the middle of the depth of 6: from 1 to 5 of it.
-    levels = {round(line.start[1] - long.top_level - 20.0, 6) for line in above}
-    assert levels == {1.0, 1.5, 4.5, 5.0}
-
-
-def test_marks_on_a_leaf_without_room_are_refused(housing):
-    with pytest.raises(InputError, match=r"flexure\.length = 12\.5 mm: must be at least 13 mm"):
-        list(gauge_marks(replace(housing, gauges="foil", high=replace(housing.high, length=12.5))))

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from skfem import MeshHex1, MeshHex2
 
-from cad.parts.housing import Housing, housing_part
-from cad.theory.flexure import Flexure
+from cad.parts.housing import Housing
+from cad.parts.housing_solid import housing_part
+from cad.theory.leaf_spring import Flexure
 from mesh.housing.blocks import Block, Segment, counts, straight_block
 from mesh.housing.frame import housing_blocks
 from mesh.housing.profile import meshed_profile
@@ -64,13 +65,13 @@ def test_named_facets_lie_where_their_faces_lie(mesh):
     away = np.min([np.hypot(x - hole[0], z - hole[1]) for hole in HOUSING.holes], axis=0)
     assert away == pytest.approx(1.7)
     x, _, z = nodes("low_leaves")
-    assert (x.min(), x.max()) == pytest.approx(HOUSING.low_root)
+    assert (x.min(), x.max()) == pytest.approx(HOUSING.arms[0].roots)
     assert np.abs(np.abs(z - 14.6) - 7.0).max() == pytest.approx(0.4 + 0.5)
 
 
 def test_nodes_of_fillets_lie_on_their_arcs(mesh):
     nodes = mesh.doflocs
-    left, r = HOUSING.low_root[0], 0.5
+    left, r = HOUSING.arms[0].wall, 0.5
     top = 7.6 + 0.4
     near = (nodes[0] > left - ON_PLANE) & (nodes[0] < left + r + ON_PLANE) & (np.abs(nodes[2] - top) < r)
     away = np.hypot(nodes[0] - left - r, nodes[2] - top - r)
@@ -143,8 +144,8 @@ def test_holes_without_a_wall_between_them_are_refused():
 
 
 def test_neighbours_with_different_counts_are_refused():
-    left = straight_block([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], (2, 3))
-    right = straight_block([(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)], (2, 4))
+    left = straight_block([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], 2, 3)
+    right = straight_block([(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)], 2, 4)
     with pytest.raises(MeshError, match="has 3 and 4 elements"):
         meshed_profile([left, right])
     assert not gmsh.isInitialized()

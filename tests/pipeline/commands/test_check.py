@@ -7,64 +7,49 @@ import re
 import shutil
 
 import pytest
+from stand_ins import result_of
 
-from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
 from cad.parts.cover import cover_of, cover_part
-from cad.parts.layout import housing_for
 from cad.parts.sensor import Body
 from pipeline.cli import main
 from pipeline.commands.check import check_folder
-from pipeline.report.mapping import file_entries
+from pipeline.report.outputs import write_outputs
 from pipeline.stages.solids import sensor_of
-
-DEFLECTIONS = (0.5, 0.11)
-
-
-def write(folder, design, housing):
-    write_sensor(sensor_of(design, housing), folder)
-    report = {
-        "design": {"name": design.name},
-        "housing": dataclasses.asdict(housing),
-        "deflections_mm": list(DEFLECTIONS),
-        "files": file_entries(folder),
-    }
-    (folder / "report.json").write_text(json.dumps(report), encoding="utf-8")
 
 
 def failed(folder):
-    return [finding.name for finding in check_folder(folder) if finding.passed is not True]
+    return [verdict.name for verdict in check_folder(folder) if verdict.passed is not True]
 
 
-@pytest.fixture(scope="module")
-def housing():
-    return housing_for(Design(), PROCESSES["fdm-petg"], (28.9, 14.8), DEFLECTIONS)
-
-
-@pytest.fixture(scope="module")
-def written(tmp_path_factory, housing):
-    folder = tmp_path_factory.mktemp("check")
-    write(folder, Design(), housing)
-    return folder
+def change_report(folder, **changes):
+    path = folder / "report.json"
+    report = json.loads(path.read_text(encoding="utf-8"))
+    path.write_text(json.dumps({**report, **changes}), encoding="utf-8")
 
 
 @pytest.fixture
-def folder(written, tmp_path):
-    """Return a copy that a test may damage."""
-    return shutil.copytree(written, tmp_path / "paper")
+def folder(default_run, tmp_path):
+    """Return a copy of the default run's folder that a test may damage."""
+    return shutil.copytree(default_run.folder, tmp_path / "paper")
 
 
-def test_folder_as_it_was_written_passes(written, capsys):
-    assert main(["check", str(written)]) == 0
+@pytest.fixture
+def sensor(default_run):
+    return sensor_of(default_run.result.design, default_run.result.springs.housing)
+
+
+def test_folder_as_it_was_written_passes(default_run, capsys):
+    assert main(["check", str(default_run.folder)]) == 0
     assert "geometry.leaf_thickness_low" in capsys.readouterr().out
 
 
-def test_json_is_a_list_of_findings(written, capsys):
-    assert main(["check", str(written), "--json"]) == 0
-    findings = json.loads(capsys.readouterr().out)
-    assert {"geometry.valid", "geometry.watertight", "files.unchanged"} <= {finding["name"] for finding in findings}
+def test_json_is_a_list_of_verdicts(default_run, capsys):
+    assert main(["check", str(default_run.folder), "--json"]) == 0
+    verdicts = json.loads(capsys.readouterr().out)
+    assert {"geometry.valid", "geometry.watertight", "files.unchanged"} <= {verdict["name"] for verdict in verdicts}
 
 
 def test_file_changed_since_the_run_fails(folder):
@@ -73,27 +58,45 @@ def test_file_changed_since_the_run_fails(folder):
     assert failed(folder) == ["files.unchanged"]
 
 
-def test_missing_file_that_the_report_lists_fails(folder):
-    (folder / "assembly.step").unlink()
+@pytest.mark.parametrize("name", ["assembly.step", "flexure.vtu"])
+def test_missing_file_that_the_report_lists_fails(name, folder):
+    (folder / name).unlink()
     assert failed(folder) == ["files.unchanged"]
 
 
-def test_step_of_another_housing_fails_by_the_leaf_that_differs(folder, housing, tmp_path):
-    low = dataclasses.replace(housing.low, thickness=1.2)
-    high = dataclasses.replace(housing.high, thickness=0.8)
+@pytest.mark.parametrize("name", ["housing.step", "housing.stl", "housing.3mf"])
+def test_missing_or_unreadable_housing_fails_and_is_no_error(name, folder):
+    (folder / name).write_text("rubbish", encoding="utf-8")
+    assert {"files.unchanged", "geometry.readable"} <= set(failed(folder))
+    (folder / name).unlink()
+    assert failed(folder) == ["files.unchanged", "geometry.readable"]
+    assert f"{name} cannot be measured, there is no such file" in check_folder(folder)[-1].reference
+
+
+def test_step_of_another_housing_fails_by_the_leaf_that_differs(folder, sensor, tmp_path):
+    """The leaves have each other's thickness."""
+    flexures = {arm.name: arm.flexure for arm in sensor.housing.arms}
+    thicknesses = [leaf.thickness for leaf in flexures.values()]
+    swapped = zip(flexures.items(), reversed(thicknesses), strict=True)
+    changed = {name: dataclasses.replace(leaf, thickness=thickness) for (name, leaf), thickness in swapped}
     other = tmp_path / "other"
     other.mkdir()
-    write(other, Design(), dataclasses.replace(housing, low=low, high=high))
+    write_sensor(sensor_of(result_of().design, sensor.housing.with_flexures(changed)), other)
     shutil.copy(other / "housing.step", folder / "housing.step")
-    found = failed(folder)
-    assert {"files.unchanged", "geometry.leaf_thickness_low", "geometry.leaf_thickness_high"} <= set(found)
+    expected = {"files.unchanged", "geometry.leaf_thickness_low", "geometry.leaf_thickness_high"}
+    assert expected <= set(failed(folder))
 
 
 @pytest.mark.parametrize(("recess", "names"), [(1.0, []), (0.1, ["geometry.cover_clearance"])])
-def test_cover_that_touches_what_moves_fails(folder, housing, recess, names):
-    cover = dataclasses.replace(cover_of(sensor_of(Design(), housing)), recess=recess)
+def test_cover_that_touches_what_moves_fails(folder, sensor, recess, names):
+    cover = dataclasses.replace(cover_of(sensor), recess=recess)
     write_step((Body(name="cover", shape=cover_part(cover).shape, colour=(0.5, 0.5, 0.5)),), folder / "cover.step", "c")
     assert failed(folder) == names
+
+
+def test_cover_that_cannot_be_read_fails_and_is_no_error(folder):
+    (folder / "cover.step").write_text("rubbish", encoding="utf-8")
+    assert failed(folder) == ["geometry.readable"]
 
 
 def test_open_stl_fails_watertight(folder):
@@ -104,34 +107,53 @@ def test_open_stl_fails_watertight(folder):
     assert {"files.unchanged", "geometry.watertight"} <= set(failed(folder))
 
 
-@pytest.mark.parametrize(
-    "report",
-    [
-        {"files": [], "design": {}, "housing": {"a": 1}, "deflections_mm": [0, 0]},
-        {"files": 5, "design": {}, "housing": None, "deflections_mm": [0, 0]},
-        3,
-    ],
-)
-def test_report_that_is_not_ours_is_one_line_and_exit_2(tmp_path, capsys, report):
-    (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
-    assert main(["check", str(tmp_path)]) == 2
+def test_folder_without_a_housing_fails_by_that(tmp_path, capsys):
+    write_outputs(result_of(made=False), tmp_path)
+    assert main(["check", str(tmp_path)]) == 1
+    assert "failed geometry.made: no housing: see printable.*" in capsys.readouterr().out
+
+
+def test_report_that_is_not_ours_is_one_line_and_exit_2(folder, capsys):
+    change_report(folder, housing={"a": 1})
+    assert main(["check", str(folder)]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert "its report.json must be" in error
+    assert "its report.json must be as it was written (required field missing @ housing." in error
 
 
 def test_file_outside_the_folder_is_not_taken_for_one_inside(folder):
     outside = folder.parent / "secret"
     outside.write_text("x", encoding="utf-8")
-    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-    report["files"] = [{"path": "../secret", "sha256": hashlib.sha256(b"x").hexdigest()}]
-    (folder / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    change_report(folder, files=[{"path": "../secret", "sha256": hashlib.sha256(b"x").hexdigest()}])
     assert failed(folder) == ["files.unchanged"]
 
 
-def test_one_file_is_judged_too(written, capsys):
-    assert main(["check", str(written / "housing.stl")]) == 0
-    assert "geometry.min_wall" in capsys.readouterr().out
+@pytest.mark.parametrize("process", ["fdm-petg", "dmls-17-4ph"])
+def test_one_file_is_judged_by_the_rules_of_its_process(process, default_run, capsys):
+    path = str(default_run.folder / "housing.stl")
+    main(["check", path, "--process", process, "--json"])
+    verdicts = {verdict["name"]: verdict for verdict in json.loads(capsys.readouterr().out)}
+    assert verdicts["geometry.min_wall"]["limit"] == PROCESSES[process].min_wall_mm
+    assert verdicts["geometry.min_wall"]["passed"] is True
+
+
+def test_one_file_is_judged_by_the_default_process_without_a_flag(default_run, capsys):
+    assert main(["check", str(default_run.folder / "housing.stl")]) == 0
+    (row,) = (line for line in capsys.readouterr().out.splitlines() if "geometry.min_wall" in line)
+    assert f"{PROCESSES['fdm-petg'].min_wall_mm:g}" in row
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("housing.stl", "--process", "fdm-abs"), r"--process = 'fdm-abs': must be one of fdm-petg, .*; did you mean "),
+        ((".", "--process", "fdm-pla"), r"--process = 'fdm-pla': must be left out for a folder; its design names the"),
+    ],
+)
+def test_process_that_is_unknown_or_of_a_folder_is_refused(words, message, default_run, monkeypatch, capsys):
+    monkeypatch.chdir(default_run.folder)
+    assert main(["check", *words]) == 2
+    assert re.match(f"pipeline: {message}", capsys.readouterr().err)
 
 
 @pytest.mark.parametrize(

@@ -7,17 +7,19 @@ import numpy as np
 import pytest
 import pyvista as pv
 from skfem import MeshHex1
+from stand_ins import result_of
 
-from pipeline.commands import view as viewer
-from pipeline.commands.view import deformation_factor, force_ratios, pictures, tip_points, view
-from pipeline.storage.vtu import write_fields, write_mesh
+from cad.design.parameters import Tips
+from cad.quantity import InputError
+from pipeline.cli import main
+from pipeline.commands import pictures as viewer
+from pipeline.commands.pictures import deformation_factor, pictures, show_pictures, tip_points, write_pictures
+from pipeline.commands.response_chart import force_ratios
+from pipeline.report.outputs import write_outputs
+from pipeline.report.stored import read_report
+from pipeline.storage.vtu import write_mesh, write_vtu
 
-SPACING, SIDE = 8.0, 1.0
-REPORT = {
-    "schema": 1,
-    "design": {"name": "paper", "tips": {"side_mm": SIDE, "spacing_mm": SPACING}, "targets": {"P_max": 5.0}},
-    "response": [{"E_MPa": E, "x_mm": [0.3, 0.6], "P": [1.0 + E, None]} for E in (1.0, 2.0, 4.0)],
-}
+NAMES = ["housing", "flexure", "fruit", "response"]
 
 
 def plate() -> pv.PolyData:
@@ -27,17 +29,29 @@ def plate() -> pv.PolyData:
     return body.merge(tips)
 
 
-def write_output_folder(folder: Path) -> Path:
+def write_output_folder(folder: Path, **changes: object) -> Path:
+    """Write a folder with a picture of each kind, its report with other entries."""
     folder.mkdir(parents=True)
-    (folder / "report.json").write_text(json.dumps(REPORT), encoding="utf-8")
+    write_outputs(result_of(), folder)
+    change_report(folder, **changes)
     plate().save(folder / "housing.stl")
     mesh = MeshHex1.init_tensor(np.linspace(0, 10, 11), np.linspace(0, 2, 3), np.linspace(0, 1, 3))
     mesh = mesh.with_boundaries({"clamp": lambda x: x[0] == 0.0, "high_tip": lambda x: x[0] == 10.0})
     bent = np.zeros((mesh.p.shape[1], 3))
     bent[:, 2] = 1e-3 * mesh.p[0] ** 2
-    write_fields(folder / "flexure.vtu", mesh, {"displacement_mm": bent, "von_mises_MPa": mesh.p[0]}, {})
+    write_vtu(folder / "flexure.vtu", mesh, {"displacement_mm": bent, "von_mises_MPa": mesh.p[0]}, {})
     write_mesh(folder / "fruit.vtu", mesh)
     return folder
+
+
+def change_report(folder: Path, **changes: object) -> None:
+    path = folder / "report.json"
+    report = json.loads(path.read_text(encoding="utf-8"))
+    path.write_text(json.dumps({**report, **changes}), encoding="utf-8")
+
+
+def view(folder: Path, png: Path) -> int:
+    return main(["view", str(folder), "--png", str(png)])
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +73,7 @@ def share_like(picture: np.ndarray, wanted) -> float:
     return float(np.mean(wanted(red, green, blue)))
 
 
-@pytest.mark.parametrize("name", ["housing", "flexure", "fruit", "response"])
+@pytest.mark.parametrize("name", NAMES)
 def test_picture_has_the_asked_size_and_something_on_white(name, drawn):
     assert drawn[name].shape[0] == 480 * 320
     white = share_like(drawn[name], lambda r, g, b: (r > 250) & (g > 250) & (b > 250))
@@ -87,22 +101,24 @@ def test_response_has_its_blue_curve(drawn):
 
 
 def test_same_folder_same_names_in_order(tmp_path):
-    found = pictures(write_output_folder(tmp_path / "out"))
-    assert [picture.name for picture in found] == ["housing", "flexure", "fruit", "response"]
+    assert [picture.name for picture in pictures(write_output_folder(tmp_path / "out"))] == NAMES
+
+
+def test_folder_of_a_run_has_its_housing_mesh_and_response(default_run):
+    assert [picture.name for picture in pictures(default_run.folder)] == ["housing", "flexure", "response"]
 
 
 @pytest.mark.parametrize("turned", [0.0, 180.0])
 def test_tips_are_found_from_the_solid_in_either_pose(turned):
     part = plate().rotate_x(turned)
-    tips = tip_points(np.asarray(part.points), REPORT)
+    tips = tip_points(np.asarray(part.points), Tips())
     expected = pv.PolyData([(-4.0, 0.0, 2.5), (4.0, 0.0, 2.5)]).rotate_x(turned).points
     assert tips == pytest.approx(np.asarray(expected), abs=1e-5)  # single precision of STL
 
 
 def test_part_without_such_tips_gets_no_labels():
-    other = {"design": {"tips": {"side_mm": 2.0, "spacing_mm": SPACING}}}
-    assert tip_points(np.asarray(plate().points), other) is None
-    assert tip_points(np.asarray(plate().points), {}) is None
+    assert tip_points(np.asarray(plate().points), Tips(side_mm=2.0)) is None
+    assert tip_points(np.asarray(pv.Sphere().points), Tips()) is None
 
 
 @pytest.mark.parametrize(
@@ -113,63 +129,66 @@ def test_deformation_is_drawn_at_eight_percent_of_the_part_or_the_next_round_fac
     assert deformation_factor(largest, length) == pytest.approx(factor, rel=1e-12)
 
 
-def test_force_ratio_is_that_of_the_deepest_travel_with_both_tips_down():
-    assert force_ratios(REPORT) == ([1.0, 2.0, 4.0], [2.0, 3.0, 5.0])
-    lifted = {"response": [{"E_MPa": 1.0, "P": [None, None]}, {"E_MPa": 2.0, "P": [None, 3.0]}]}
-    assert force_ratios(lifted) == ([2.0], [3.0])
+def rows(*P):
+    return [{"E_MPa": 1.0 + place, "x_mm": [0.3, 0.6], "P": list(each)} for place, each in enumerate(P)]
 
 
 @pytest.mark.parametrize(
-    ("response", "message"),
+    ("response", "ratios"),
     [
-        ([{"E_MPa": 1.0, "P": [None]}], r"must be a P at one modulus at least; press deeper"),
-        ([{"P": [1.0]}], r"must be rows of E_MPa and P; write it again"),
-        ([3], r"must be rows of E_MPa and P"),
+        (rows((1.5, 2.0), (2.5, 3.0), (4.5, None)), ([1.0, 2.0, 3.0], [2.0, 3.0, 4.5])),
+        (rows((None, None), (None, 3.0)), ([2.0], [3.0])),
     ],
+    ids=["touching", "lifted"],
 )
-def test_response_without_a_ratio_is_refused(response, message):
-    with pytest.raises(ValueError, match=message):
-        force_ratios({"response": response})
+def test_force_ratio_is_that_of_the_deepest_travel_with_both_tips_down(response, ratios, tmp_path):
+    assert force_ratios(read_report(write_output_folder(tmp_path / "out", response=response))) == ratios
+
+
+def test_response_without_a_ratio_is_refused(tmp_path, capsys):
+    folder = write_output_folder(tmp_path / "out", response=rows((None, None)))
+    assert view(folder, tmp_path / "png") == 2
+    assert "must be a P at one modulus at least; press deeper or level" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("text", [None, "", "[]", "{}", '{"schema": 1'])
-def test_folder_that_is_no_output_folder_is_refused(text, tmp_path):
+def test_folder_that_is_no_output_folder_is_refused(text, tmp_path, capsys):
     if text is not None:
         (tmp_path / "report.json").write_text(text, encoding="utf-8")
     before = list(tmp_path.iterdir())
-    with pytest.raises(ValueError, match=r"^DIR = '.*': must be an output folder, .*; check the path, or .*--out DIR$"):
-        view(tmp_path, tmp_path / "png")
+    assert view(tmp_path, tmp_path / "png") == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"pipeline: PATH = {str(tmp_path)!r}: ")
+    assert error.endswith("; name an output folder, or run the design again\n")
     assert list(tmp_path.iterdir()) == before
 
 
-def test_folder_with_nothing_to_show_is_refused(tmp_path):
-    (tmp_path / "report.json").write_text('{"schema": 1}', encoding="utf-8")
-    with pytest.raises(
-        ValueError, match=r"must be an output folder with a housing.stl, .*; write one with pipeline run"
-    ):
-        view(tmp_path, tmp_path / "png")
+def test_folder_with_nothing_to_show_is_refused(tmp_path, capsys):
+    write_outputs(result_of(), tmp_path)
+    change_report(tmp_path, response=[])
+    assert view(tmp_path, tmp_path / "png") == 2
+    assert "must be an output folder with a housing.stl, a .vtu file or a response to show" in capsys.readouterr().err
 
 
-def test_empty_solid_is_refused_and_leaves_no_picture(tmp_path):
+def test_empty_solid_is_refused_and_leaves_no_picture(tmp_path, capsys):
     folder = write_output_folder(tmp_path / "out")
     (folder / "housing.stl").write_bytes(bytes(84))
-    with pytest.raises(ValueError, match=r"housing.stl'*: must be a mesh with at least one cell; write it again"):
-        view(folder, tmp_path / "png")
+    assert view(folder, tmp_path / "png") == 2
+    assert "housing.stl': must be a mesh with at least one cell; write it again" in capsys.readouterr().err
     assert list((tmp_path / "png").iterdir()) == []
 
 
 def test_picture_folder_that_is_a_file_is_refused(tmp_path):
-    folder = write_output_folder(tmp_path / "out")
     (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"^--png = '.*file': must be a folder that can be written .*; name another"):
-        view(folder, tmp_path / "file")
+    with pytest.raises(InputError, match=r"^--png = '.*file': must be a folder that can be written .*; name another"):
+        write_pictures([], tmp_path / "file")
 
 
-def test_without_a_display_a_window_is_refused(tmp_path, monkeypatch):
+def test_without_a_display_a_window_is_refused(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    with pytest.raises(ValueError, match=r"^display = None: must be one that can open a window; .*--png DIR$"):
-        view(write_output_folder(tmp_path / "out"), None)
+    with pytest.raises(InputError, match=r"^display = None: must be one that can open a window; .*--png DIR$"):
+        show_pictures([], "paper")
 
 
 def test_window_holds_every_picture(tmp_path, monkeypatch):
@@ -185,7 +204,7 @@ def test_window_holds_every_picture(tmp_path, monkeypatch):
             self.close()
 
     monkeypatch.setattr(viewer.pv, "Plotter", Window)
-    assert view(write_output_folder(tmp_path / "out"), None) == 0
+    assert main(["view", str(write_output_folder(tmp_path / "out"))]) == 0
     assert len(shown[0]) == 4
     assert min(shown[0]) > 0
 
@@ -196,6 +215,6 @@ def test_planted_flat_field_would_show_no_dark_red(tmp_path, monkeypatch):
     monkeypatch.setattr(viewer, "_SIZE", (480, 320))
     monkeypatch.setattr(viewer, "_COLOURS", ["#ffffcc", "#fed976"])
     (flexure,) = (picture for picture in pictures(folder) if picture.name == "flexure")
-    (path,) = viewer.write_pictures([flexure], tmp_path / "png")
+    (path,) = write_pictures([flexure], tmp_path / "png")
     found = np.asarray(pv.read(path)["PNGImage"])
     assert share_like(found, lambda r, g, b: (r > 100) & (g < 30) & (b < 60)) < 1e-4

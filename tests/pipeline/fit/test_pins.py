@@ -2,49 +2,46 @@
 
 import numpy as np
 import pytest
+from stand_ins import PETG, default_housing, housing_stiffness
 
 from cad.design.parameters import Design, Tips
-from cad.design.processes import PROCESSES
-from cad.parts.layout import housing_for
-from cad.parts.pin_socket import pin_give
+from cad.parts.pin_socket import pin_compliance
 from cad.quantity import InputError
-from pipeline.fit.pins import feet_targets, with_pins
-from solve.housing.stiffness import HousingStiffness
+from pipeline.fit.pins import add_pin_compliance, targets_without_pins
 
-PETG = PROCESSES["fdm-petg"]
 MATERIAL = (PETG.E_MPa, PETG.poisson)
-PRINTED = housing_for(Design(), PETG, (28.9, 14.8), (0.5, 0.11))
-PINNED = housing_for(Design(tips=Tips(socket="pin")), PETG, (28.9, 14.8), (0.5, 0.11))
+TARGETS = (0.906, 20.83)
+PRINTED = default_housing()
+PINNED = default_housing(Design(tips=Tips(socket="pin")))
 
 
-def stiffness(K, error=0.05):
-    return HousingStiffness(
-        C=np.array([[1.0 / K[0], 1e-6], [1e-6, 1.0 / K[1]]]), K=K, error_percent=(error, error),
-        strain_per_N=(1e-3, 1e-3), strain_error_percent=(1.0, 1.0), tilt_per_N=(0.0, 0.0), dofs=1, seconds=0.0,
-        status="",
-    )  # fmt: skip
+def stiffness(K, error=5e-4):
+    C = np.array([[1.0 / K[0], 1e-6], [1e-6, 1.0 / K[1]]])
+    return housing_stiffness(K, C=C, error=(error, error))
 
 
 def test_pins_add_their_give_to_the_compliance_and_half_its_span_to_the_error():
-    give = pin_give(PINNED, *MATERIAL)
-    found = with_pins(stiffness((0.906, 20.83)), PINNED, MATERIAL)
-    for K, foot, error in zip(found.K, (0.906, 20.83), found.error_percent, strict=True):
+    give = pin_compliance(PINNED, *MATERIAL)
+    pinned = add_pin_compliance(stiffness(TARGETS), PINNED, *MATERIAL)
+    for K, foot, error in zip(pinned.K, TARGETS, pinned.error, strict=True):
         assert pytest.approx(1.0 / foot + give.compliance) == 1.0 / K
-        assert error == pytest.approx(0.05 * K / foot + 100.0 * K * give.error)
+        assert error == pytest.approx(5e-4 * K / foot + K * give.error)
         soft, hard = 1.0 / (1.0 / K + give.error), 1.0 / (1.0 / K - give.error)
-        assert max(1.0 - soft / K, hard / K - 1.0) < 0.01 * error
-    assert found.C[0, 1] == 1e-6
-    printed = stiffness((0.906, 20.83))
-    assert with_pins(printed, PRINTED, MATERIAL) is printed
+        assert max(1.0 - soft / K, hard / K - 1.0) < error
+    assert pinned.C[0, 1] == 1e-6
+    assert "with what pins give in their feet" in pinned.info.status
+    printed = stiffness(TARGETS)
+    assert add_pin_compliance(printed, PRINTED, *MATERIAL) is printed
 
 
 def test_feet_are_stiffer_than_the_targets_by_what_the_pins_give():
-    targets = (0.906, 20.83)
-    feet = feet_targets(PINNED, targets, MATERIAL)
-    assert pytest.approx(targets) == with_pins(stiffness(feet), PINNED, MATERIAL).K
-    assert feet_targets(PRINTED, targets, MATERIAL) == targets
+    feet = targets_without_pins(PINNED, TARGETS, *MATERIAL)
+    assert pytest.approx(TARGETS) == add_pin_compliance(stiffness(feet), PINNED, *MATERIAL).K
+    assert targets_without_pins(PRINTED, TARGETS, *MATERIAL) == TARGETS
 
 
 def test_target_that_pins_alone_cannot_carry_is_refused():
-    with pytest.raises(InputError, match=r"flexures\.high\.stiffness = 9000 N/mm: must be less than 5250 N/mm"):
-        feet_targets(PINNED, (1.0, 9000.0), MATERIAL)
+    stiffest = 1.0 / pin_compliance(PINNED, *MATERIAL).compliance
+    message = rf"flexures\.high\.stiffness = 9000 N/mm: must be less than {stiffest:.4g} N/mm"
+    with pytest.raises(InputError, match=message):
+        targets_without_pins(PINNED, (1.0, 9000.0), *MATERIAL)

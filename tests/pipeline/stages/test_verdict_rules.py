@@ -1,34 +1,36 @@
 """Verdicts: the tolerances of the contract, undecided only for a wide error bar, and a wrong design for each kind."""
 
 import dataclasses
-import types
 
 import numpy as np
 import pytest
+from stand_ins import CONTACT, K_M_OVER_E, springs_of
 
-from cad.design.parameters import Targets
+from cad.design.parameters import PAPER_SPRINGS, PAPER_TARGETS, Design, Targets
+from cad.quantity import Estimate
 from cad.theory.two_spring_law import Springs, size_springs
 from cad.verdict import Verdict, all_passed
+from pipeline.stages.springs import FittedSpring
 from pipeline.stages.verdict_rules import (
     FITTED_TOLERANCE,
-    PAPER,
-    PAPER_TARGETS,
     STIFFNESS_TOLERANCE,
-    Judged,
-    advised,
-    decided,
+    Characteristic,
+    bruise_verdict,
     displacement_verdict,
+    margin_verdict,
     monotonic_verdict,
+    printable_verdict,
     stiffness_verdict,
+    target_verdict,
     target_verdicts,
+    with_tolerance_advice,
 )
 from solve.contact.linear_response import linear_response, spring_compliance, travels
 
-K_M_OVER_E = 1.32263  # mm, reference of the paper's block
 K_M = 3.5 * K_M_OVER_E
-S = np.array([[0.766603, 0.010526], [0.010526, 0.766603]])
 X = travels(0.6, 12)
 MODULI = (0.5, 1.0, 2.0, 3.5)
+LOW, _ = springs_of(Design()).springs
 
 
 def verdict(passed):
@@ -36,8 +38,7 @@ def verdict(passed):
 
 
 def responses(springs, moduli=MODULI, ahead=(0.0, 0.0)):
-    C = spring_compliance(springs.K_l, springs.K_h)
-    return [linear_response(S, C, E, X, ahead) for E in moduli]
+    return linear_response(CONTACT.S, spring_compliance(*springs.stiffnesses), moduli, X, ahead)
 
 
 @pytest.mark.parametrize(
@@ -54,7 +55,20 @@ def responses(springs, moduli=MODULI, ahead=(0.0, 0.0)):
     ],
 )
 def test_value_is_undecided_only_where_its_error_bar_exceeds_the_tolerance(value, error, passed):
-    assert decided(value, 5.0, 0.05, error) is passed
+    absolute = target_verdict("P", Estimate(value, error), 5.0, 0.05, "r")
+    relative = target_verdict("P", Estimate(value, error), 5.0, 0.01, "r", relative=True)
+    assert (absolute.passed, relative.passed) == (passed, passed)
+    assert (absolute.value, absolute.error, absolute.limit) == (value, error, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "passed"), [(1.2, 0.1, True), (0.8, 0.1, False), (1.05, 0.1, None), (1.0, 0.0, None)]
+)
+def test_margin_is_undecided_where_its_error_bar_reaches_across(value, error, passed):
+    """A value above its least is as good as one as far under its largest."""
+    reached = margin_verdict("K", Estimate(value, error), 1.0, "r")
+    kept = margin_verdict("K", Estimate(2.0 - value, error), 1.0, "r", at_most=True)
+    assert (reached.passed, kept.passed) == (passed, passed)
 
 
 @pytest.mark.parametrize(
@@ -68,15 +82,15 @@ def test_value_is_undecided_only_where_its_error_bar_exceeds_the_tolerance(value
 )
 def test_an_undecided_verdict_says_which_tolerance_would_decide(error, asked, words):
     P_max = dataclasses.replace(verdict(None), limit=5.0, tolerance=0.01, relative=True, error=error)
-    assert advised(P_max, asked).reference == f"r; {words}"
+    assert with_tolerance_advice(P_max, asked).reference == f"r; {words}"
 
 
 def test_a_decided_verdict_needs_no_advice():
     for passed in (True, False):
-        decided_one = dataclasses.replace(verdict(passed), error=1.0)
-        assert advised(decided_one, 0.02) == decided_one
+        decided = dataclasses.replace(verdict(passed), error=1.0)
+        assert with_tolerance_advice(decided, 0.02) == decided
     of_springs_not_made = dataclasses.replace(verdict(None), error=1e-4)
-    assert advised(of_springs_not_made, 0.02) == of_springs_not_made
+    assert with_tolerance_advice(of_springs_not_made, 0.02) == of_springs_not_made
 
 
 @pytest.mark.parametrize(
@@ -89,15 +103,23 @@ def test_one_failed_verdict_fails_the_run(each, whole):
 @pytest.mark.parametrize("definition", ["mid-range", "largest"])
 def test_sized_springs_meet_their_targets(definition):
     targets = Targets(P_max=7.0, NL=0.03, NL_definition=definition)
-    judged = Judged(springs=size_springs(7.0, 0.03, K_M, definition), K_m_max=K_M)
-    P_max, NL = target_verdicts(judged, targets)
+    own = Characteristic(springs=size_springs(7.0, 0.03, K_M, definition), K_m_max=K_M)
+    P_max, NL = target_verdicts(own, targets)
     assert P_max.value == pytest.approx(7.0, rel=1e-12)
     assert NL.value == pytest.approx(0.03, rel=1e-10)
     assert (P_max.passed, NL.passed) == (True, True)
 
 
+def test_targets_of_springs_that_were_not_made_are_undecided():
+    own = Characteristic(springs=size_springs(5.0, 0.05, K_M), K_m_max=K_M)
+    P_max, NL = target_verdicts(own, Targets(), manufactured=False)
+    assert (P_max.passed, NL.passed) == (None, None)
+    assert P_max.value == pytest.approx(5.0, rel=1e-12)
+    assert "of the target stiffnesses, which were not made" in NL.reference
+
+
 def test_paper_springs_fail_their_own_targets_under_the_true_contact():
-    P_max, NL = target_verdicts(Judged(springs=PAPER, K_m_max=K_M), PAPER_TARGETS)
+    P_max, NL = target_verdicts(Characteristic(springs=PAPER_SPRINGS, K_m_max=K_M), PAPER_TARGETS)
     assert P_max.value == pytest.approx(5.6388, abs=5e-5)
     assert NL.value == pytest.approx(0.059, abs=5e-4)
     assert (P_max.passed, NL.passed) == (False, False)
@@ -107,69 +129,104 @@ def test_paper_springs_fail_their_own_targets_under_the_true_contact():
     ("K_l", "K_h", "failed"), [(0.93, 20.83, "P_max"), (K_M / (5.0 * (1.0 + K_M / 18.5) - 1.0), 18.5, "NL")]
 )
 def test_spring_off_its_target_fails_the_verdict_that_it_moves(K_l, K_h, failed):
-    judged = Judged(springs=Springs(K_l=K_l, K_h=K_h), K_m_max=K_M)
-    assert [v.name for v in target_verdicts(judged, PAPER_TARGETS) if not v.passed] == [failed]
+    own = Characteristic(springs=Springs(K_l=K_l, K_h=K_h), K_m_max=K_M)
+    assert [each.name for each in target_verdicts(own, PAPER_TARGETS) if not each.passed] == [failed]
 
 
 def test_error_of_P_max_is_what_the_worst_springs_do():
     """K_l 1 % low, K_h 1 % high and K_m 1 % high each raise P."""
     springs = size_springs(5.0, 0.05, K_M)
-    judged = Judged(springs=springs, K_m_max=K_M, spring_errors=(0.01 * springs.K_l, 0.01 * springs.K_h))
-    worst = Judged(springs=Springs(K_l=0.99 * springs.K_l, K_h=1.01 * springs.K_h), K_m_max=K_M)
-    assert judged.P_max()[1] == pytest.approx(worst.P_max()[0] - 5.0, rel=0.03)
-    wider = dataclasses.replace(judged, K_m_error=0.01 * K_M)
-    assert wider.P_max()[1] > judged.P_max()[1]
+    own = Characteristic(springs=springs, K_m_max=K_M, spring_errors=(0.01 * springs.K_l, 0.01 * springs.K_h))
+    worst = Characteristic(springs=Springs(K_l=0.99 * springs.K_l, K_h=1.01 * springs.K_h), K_m_max=K_M)
+    assert own.P_max().error == pytest.approx(worst.P_max().value - 5.0, rel=0.03)
+    wider = dataclasses.replace(own, K_m_error=0.01 * K_M)
+    assert wider.P_max().error > own.P_max().error
+
+
+def test_spring_on_a_softer_fruit_is_known_to_the_same_share():
+    own = Characteristic(springs=size_springs(5.0, 0.05, K_M), K_m_max=K_M, K_m_error=0.01 * K_M)
+    assert own.at(0.5 * K_M).K_m_error == pytest.approx(0.01 * 0.5 * K_M, rel=1e-12)
+
+
+def spring(K, error=0.0):
+    """Return a spring of a target of 0.906 N/mm that was made to K [N/mm] or not made."""
+    return FittedSpring(
+        name="low", target=0.906, printable=LOW.printable, K=None if K is None else Estimate(K, error, "N/mm")
+    )
 
 
 @pytest.mark.parametrize(
-    ("found", "passed"), [(0.906, True), (0.9068, True), (0.9071, False), (0.9050, False), (None, None)]
+    ("K", "passed"), [(0.906, True), (0.9068, True), (0.9071, False), (0.9050, False), (None, None)]
 )
-def test_stiffness_is_held_to_a_tenth_of_a_percent(found, passed):
-    spring = types.SimpleNamespace(target=0.906, stiffness=found)
-    assert stiffness_verdict("K_l", spring, 0.0).passed is passed
+def test_stiffness_is_held_to_a_tenth_of_a_percent(K, passed):
+    found = stiffness_verdict("K_l", spring(K))
+    assert found.passed is passed
+    assert found.limit == pytest.approx(906.0, rel=1e-12)
+    assert found.value == (None if K is None else pytest.approx(1e3 * K, rel=1e-12))
 
 
 def test_wide_error_of_a_stiffness_leaves_it_undecided():
-    spring = types.SimpleNamespace(target=0.906, stiffness=0.906)
-    assert stiffness_verdict("K_l", spring, 0.001).passed is None
+    assert stiffness_verdict("K_l", spring(0.906, 0.001)).passed is None
 
 
 def test_glued_springs_have_the_wide_tolerance_only_where_they_are_not_known_better():
-    spring = types.SimpleNamespace(target=0.906, stiffness=0.906)
-    unknown, known = (stiffness_verdict("K_l", spring, error, plain=False) for error in (0.001, 0.0005))
+    unknown, known = (stiffness_verdict("K_l", spring(0.906, error), monolithic=False) for error in (0.001, 0.0005))
     assert (unknown.passed, unknown.tolerance) == (True, FITTED_TOLERANCE)
     assert (known.passed, known.tolerance) == (True, STIFFNESS_TOLERANCE)
 
 
+@pytest.mark.parametrize(
+    ("share", "error", "passed"), [(0.5, 0.1, True), (0.95, 0.1, None), (1.05, 0.1, False)], ids=str
+)
+def test_root_strain_of_the_solve_is_held_to_the_limit_of_the_process(share, error, passed):
+    limit = LOW.printable.strain_limit
+    strained = dataclasses.replace(LOW, root_strain=Estimate(share * limit, error * limit))
+    found = printable_verdict(strained)
+    assert found.passed is passed
+    assert ("FE root strain" in found.reference) == (passed is not True)
+
+
+def test_spring_that_cannot_be_made_keeps_its_reason():
+    refused, _ = springs_of(Design(), made=False).springs
+    assert (printable_verdict(refused).passed, printable_verdict(refused).reference) == (False, "leaf too long")
+
+
+@pytest.mark.parametrize(("limit", "passed"), [(2.5, True), (2.0, False), (2.25, None)])
+def test_bruise_is_undecided_where_the_limit_lies_inside_the_error_bar(limit, passed):
+    found = bruise_verdict(Estimate(2.24, 0.02, "MPa"), limit)
+    assert (found.passed, found.unit) == (passed, "MPa")
+
+
 def test_force_ratio_of_a_level_sensor_does_not_depend_on_travel():
-    found = displacement_verdict(responses(PAPER))
+    found = displacement_verdict(responses(PAPER_SPRINGS))
     assert found.value == pytest.approx(0.0, abs=1e-12)
     assert found.passed is True
 
 
 def test_planted_tilt_of_one_degree_fails_displacement_independence():
     step = 4.0 * np.tan(np.radians(1.0))
-    found = displacement_verdict(responses(PAPER, ahead=(-step, step)))
+    found = displacement_verdict(responses(PAPER_SPRINGS, ahead=(-step, step)))
     assert found.passed is False
     assert found.value > 0.1
 
 
 def test_tip_off_the_fruit_fails_displacement_independence_without_a_number():
-    found = displacement_verdict(responses(PAPER, ahead=(-0.7, 0.7)))
-    assert (found.value, found.passed) == (None, False)
+    found = displacement_verdict(responses(PAPER_SPRINGS, ahead=(-0.7, 0.7)))
+    assert (found.value, found.error, found.passed) == (None, None, False)
+    assert found.reference.startswith("a tip is off the fruit")
 
 
 def test_force_ratio_rises_with_the_modulus():
-    found = monotonic_verdict(responses(PAPER))
+    found = monotonic_verdict(responses(PAPER_SPRINGS))
     assert found.passed is True
     assert found.value == pytest.approx(2.5607 / 1.8091 - 1.0, rel=2e-4)
 
 
 def test_springs_in_the_wrong_order_fall_with_the_modulus():
-    swapped = [linear_response(S, spring_compliance(17.3, 0.753), E, X) for E in MODULI]
+    swapped = linear_response(CONTACT.S, spring_compliance(17.3, 0.753), MODULI, X)
     assert monotonic_verdict(swapped).passed is False
 
 
 def test_tip_off_at_full_travel_fails_monotonic_without_a_number():
-    found = monotonic_verdict(responses(PAPER, ahead=(-0.7, 0.7)))
+    found = monotonic_verdict(responses(PAPER_SPRINGS, ahead=(-0.7, 0.7)))
     assert (found.value, found.passed) == (None, False)

@@ -7,7 +7,7 @@ import pytest
 
 from cad.design import parameters
 from pipeline.storage import cache
-from pipeline.storage.cache import cache_folder, code_digest, remembered, sources_digest
+from pipeline.storage.cache import cache_folder, cached, code_digest, sources_digest
 
 
 @pytest.fixture(autouse=True)
@@ -25,6 +25,10 @@ class Counted:
     def __call__(self):
         self.times += 1
         return {"value": self.value}
+
+
+def remembered(stage, inputs, make):
+    return cached(stage, inputs, make, dict[str, float])
 
 
 def test_second_time_is_not_made_and_is_the_same_to_the_last_bit():

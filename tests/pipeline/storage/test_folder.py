@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from pipeline.storage import folder as outputs
-from pipeline.storage.folder import Interrupted, OutputError, output_folder
+from pipeline.storage.folder import OutputError, output_folder
+from pipeline.storage.interruption import Interrupted, interruptible
 
 ROOT = Path(__file__).parents[3]
 WAIT = 30.0  # seconds until a child process is given up
@@ -69,8 +70,9 @@ def child():
             import signal, sys, time
             from pathlib import Path
             {before}
-            from pipeline.outputs import output_folder
-            with output_folder(Path({str(target)!r})) as folder:
+            from pipeline.storage.folder import output_folder
+            from pipeline.storage.interruption import interruptible
+            with interruptible(), output_folder(Path({str(target)!r})) as folder:
                 (folder / "report.json").write_text("half")
                 print("inside", flush=True)
                 time.sleep({WAIT})
@@ -192,7 +194,7 @@ def test_file_that_comes_during_the_work_is_not_lost(tmp_path):
 
 
 def test_name_that_the_next_run_would_refuse_is_found_at_once(tmp_path):
-    with pytest.raises(ValueError, match=r"'scratch.dat': must have a name in pipeline.outputs.OURS"):
+    with pytest.raises(ValueError, match=r"'scratch.dat': must have a name in pipeline.storage.folder.OURS"):
         attempt(tmp_path / "out", lambda folder: (folder / "scratch.dat").touch())
     assert everything_in(tmp_path) == []
 
@@ -329,7 +331,7 @@ def test_signal_during_the_exchange_waits_for_its_end(tmp_path, monkeypatch):
         return rename(self, to)
 
     monkeypatch.setattr(Path, "rename", interrupted)
-    with pytest.raises(Interrupted) as caught, output_folder(target) as folder:
+    with pytest.raises(Interrupted) as caught, interruptible(), output_folder(target) as folder:
         fill(folder)
     assert caught.value.exit_code == 128 + signal.SIGTERM
     assert text_of(target) == "new"
@@ -348,7 +350,7 @@ def test_second_signal_does_not_stop_the_tidying(tmp_path, monkeypatch):
         monkeypatch.setattr(outputs.shutil, "rmtree", interrupted)
         signal.raise_signal(signal.SIGINT)
 
-    with pytest.raises(Interrupted):
+    with pytest.raises(Interrupted), interruptible():
         attempt(tmp_path / "out", work)
     assert everything_in(tmp_path) == []
 
@@ -357,13 +359,27 @@ def test_handlers_are_given_back_and_ignored_signals_stay_ignored(tmp_path):
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
-        with output_folder(tmp_path / "out") as folder:
+        with interruptible(), output_folder(tmp_path / "out") as folder:
             signal.raise_signal(signal.SIGHUP)
             fill(folder)
         assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == handlers
     finally:
         signal.signal(signal.SIGHUP, before)
     assert text_of(tmp_path / "out") == "new"
+
+
+def test_without_signals_taken_the_process_keeps_its_own(tmp_path):
+    """From Python a run touches no handler: a notebook's Ctrl-C stays what it is."""
+    handlers = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
+    with output_folder(tmp_path / "out") as folder:
+        assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == handlers
+        fill(folder)
+
+
+def test_without_a_path_the_folder_vanishes():
+    with output_folder(None) as folder:
+        fill(folder)
+    assert not folder.exists()
 
 
 def test_two_runs_at_once_end_with_one_whole_result_each_time(tmp_path):

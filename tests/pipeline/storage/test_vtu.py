@@ -10,7 +10,7 @@ import pyvista as pv
 from skfem import MeshHex1, MeshHex2, MeshTet1, MeshTet2, MeshTri1
 
 from pipeline.storage import vtu as fields
-from pipeline.storage.vtu import FieldError, write_fields, write_mesh
+from pipeline.storage.vtu import FieldError, write_mesh, write_vtu
 
 BOX = (3.0, 2.0, 1.0)
 LINEAR = {"tet4": MeshTet1, "hex8": MeshHex1}
@@ -91,7 +91,7 @@ def test_vtk_interpolates_a_polynomial_of_the_elements_order_exactly(kind, tmp_p
         product = x * y - 2.0 * y * z + z * z + 0.3 * x * x if kind == "tet10" else 0.0
         return 1.0 + x - 2.0 * y + 3.0 * z + product
 
-    write_fields(tmp_path / "box.vtu", mesh, {"u_mm": u(*mesh.doflocs)}, {})
+    write_vtu(tmp_path / "box.vtu", mesh, {"u_mm": u(*mesh.doflocs)}, {})
     places = rng.uniform((0.05, 0.05, 0.05), (2.95, 1.95, 0.95), (200, 3))
     sampled = pv.PolyData(places).sample(read(tmp_path / "box.vtu"))
     assert sampled["vtkValidPointMask"].all()
@@ -106,7 +106,7 @@ def test_vtk_interpolates_squares_in_27_node_bricks_exactly(tmp_path, rng):
     def u(x, y, z):
         return (1.0 + x - x * x) * (2.0 - y * y) * (1.0 + 3.0 * z * z - z)
 
-    write_fields(tmp_path / "box.vtu", mesh, {"u_mm": u(*mesh.doflocs)}, {})
+    write_vtu(tmp_path / "box.vtu", mesh, {"u_mm": u(*mesh.doflocs)}, {})
     places = rng.uniform((0.05, 0.05, 0.05), (2.95, 1.95, 0.95), (200, 3))
     sampled = pv.PolyData(places).sample(read(tmp_path / "box.vtu"))
     assert sampled["u_mm"] == pytest.approx(u(*places.T), rel=1e-6)
@@ -126,7 +126,7 @@ def test_curved_cells_keep_their_map(kind, tmp_path):
 def test_cells_that_are_inside_out_are_turned(kind, tmp_path):
     mesh = box(kind)
     mirrored = dataclasses.replace(mesh, doflocs=mesh.doflocs * np.array([[-1.0], [1.0], [1.0]]))
-    write_fields(tmp_path / "mirrored.vtu", mirrored, {"x_mm": mirrored.doflocs[0]}, {})
+    write_vtu(tmp_path / "mirrored.vtu", mirrored, {"x_mm": mirrored.doflocs[0]}, {})
     grid = read(tmp_path / "mirrored.vtu")
     assert grid.n_cells == mesh.t.shape[1]
     assert min(jacobians(grid, (0.3, 0.3, 0.3))) > 0.0
@@ -160,7 +160,7 @@ def test_arrays_arrive_under_their_names(tmp_path):
     mesh = box("hex8")
     u = 1e-3 * mesh.doflocs.T
     stress = np.arange(mesh.t.shape[1], dtype=float)
-    write_fields(tmp_path / "box.vtu", mesh, {"displacement_mm": u}, {"von_mises_MPa": stress})
+    write_vtu(tmp_path / "box.vtu", mesh, {"displacement_mm": u}, {"von_mises_MPa": stress})
     grid = read(tmp_path / "box.vtu")
     assert np.array_equal(grid.point_data["displacement_mm"], u)
     assert np.array_equal(grid.cell_data["von_mises_MPa"], stress)
@@ -171,7 +171,7 @@ def test_same_mesh_same_bytes(kind, tmp_path):
     digests = set()
     for name in ("a.vtu", "b.vtu"):
         mesh = box(kind)
-        write_fields(tmp_path / name, mesh, {"u_mm": mesh.doflocs.T}, {})
+        write_vtu(tmp_path / name, mesh, {"u_mm": mesh.doflocs.T}, {})
         digests.add(hashlib.sha256((tmp_path / name).read_bytes()).hexdigest())
     assert len(digests) == 1
 
@@ -188,7 +188,7 @@ def test_same_mesh_same_bytes(kind, tmp_path):
 )
 def test_bad_array_is_refused_and_no_file_written(point_data, cell_data, message, tmp_path):
     with pytest.raises(FieldError, match=message):
-        write_fields(tmp_path / "box.vtu", box("hex8"), point_data, cell_data)
+        write_vtu(tmp_path / "box.vtu", box("hex8"), point_data, cell_data)
     assert list(tmp_path.iterdir()) == []
 
 

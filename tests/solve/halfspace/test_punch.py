@@ -18,11 +18,17 @@ def test_table_is_symmetric_positive_and_mirror_symmetric(shape, nodes):
     np.testing.assert_allclose(Y, Y[::-1, ::-1], atol=1e-12)
 
 
+def tilt_stiffness(punch):
+    """Return M / (E* theta side^3) of a punch turned about its y axis."""
+    x = punch.nodes[:, 0]
+    return x @ punch.stiffness @ x
+
+
 @pytest.mark.parametrize("shape", PUNCHES)
 def test_stiffness_does_not_depend_on_the_number_of_nodes(shape):
     flat = [PUNCHES[shape](nodes).flat_stiffness for nodes in (1, 3, 5, 9)]
     np.testing.assert_allclose(flat, flat[0], rtol=1e-11)
-    tilt = [PUNCHES[shape](nodes).tilt_stiffness for nodes in (2, 3, 5, 9)]
+    tilt = [tilt_stiffness(PUNCHES[shape](nodes)) for nodes in (2, 3, 5, 9)]
     np.testing.assert_allclose(tilt, tilt[0], rtol=1e-11)
 
 

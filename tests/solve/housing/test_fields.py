@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cad.parts.housing import Housing
-from cad.theory.flexure import Flexure
+from cad.theory.leaf_spring import Flexure
 from mesh.housing.sweep import flexure_mesh
 from solve.elasticity import stress, von_mises
 from solve.housing.fields import flexure_fields

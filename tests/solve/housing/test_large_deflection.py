@@ -12,10 +12,10 @@ from skfem import CellBasis, ElementHexS2, ElementQuad2, MeshQuad, MeshQuad2
 
 from cad.parts.housing import Housing
 from cad.theory.elastica import large_deflection_stiffening
-from cad.theory.flexure import Flexure
+from cad.theory.leaf_spring import Flexure
 from mesh.housing.sweep import flexure_mesh
 from solve.elasticity import lame_parameters, stiffness_matrix, vector_basis
-from solve.housing.stiffness import REDUCED, TIPS
+from solve.housing.stiffness import REDUCED, SPRINGS, tip_face
 from solve.linear import factorised
 
 E, NU = 2000.0, 0.38
@@ -172,7 +172,7 @@ def test_shuttle_held_along_the_leaves_is_no_elastica():
 def test_housing_gains_at_most_what_the_elastica_says():
     """Both tips at full travel: frame and shuttle give, and forces run along the leaves, so that less is gained."""
     basis = vector_basis(flexure_mesh(HOUSING, 3.0), ElementHexS2(), order=REDUCED)
-    tips = [np.isin(np.arange(basis.N), basis.get_dofs(tip).all("u^3")) for tip in TIPS]
+    tips = [np.isin(np.arange(basis.N), basis.get_dofs(tip_face(name)).all("u^3")) for name in SPRINGS]
     low, high = (tip / tip.sum() for tip in tips)
     fixed = np.union1d(basis.get_dofs("mounting_holes").all(), basis.get_dofs("symmetry").all("u^2"))
     lam, mu = (np.full(basis.mesh.nelements, one) for one in lame_parameters(E, NU))

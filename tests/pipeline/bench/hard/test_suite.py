@@ -16,31 +16,33 @@ import solve.fruit.remainder
 from cad.design.parameters import Fruit, Tips
 from cad.quantity import InputError
 from mesh.housing.sweep import flexure_mesh
+from mesh.session import MeshError
+from pipeline.bench.contact import pair_and_own
 from pipeline.bench.flexure import HOUSING
 from pipeline.bench.hard import contact as hard_contact
 from pipeline.bench.hard import flexure as hard_flexure
 from pipeline.bench.hard import press as hard_press
-from pipeline.bench.hard import reference_check as ends
-from pipeline.bench.hard.reference_check import Claim, HardCase, settle
+from pipeline.bench.hard import reference_check
+from pipeline.bench.hard.reference_check import HardCase, ReferenceCheck, attempted, checks, evaluate
 from pipeline.bench.hard.suite import every_case, hard
+from pipeline.bench.harness import Reference
 from pipeline.stages.contact import contact_compliance
 from solve.housing.stiffness import tip_compliance
 from solve.linear import SolveError
 
 QUICK = (
-    "law: ", "press: E ", "press: travel ", "press: springs ", "press: tilt 5 deg", "press: tilt 21 deg",
-    "press: tilt 31", "contact: paper's block, split", "contact: tip 10 mm on the paper's block", "design: E_max",
-    "leaf: L/t 1.2", "clamp: ", "mesh: node of a leaf moved by 2 mm",
+    "level press: ", "press: tilt 5 deg", "press: tilt 21 deg", "paper: split", "contact: tip 10 mm on the paper",
+    "design: E_max", "leaf: L/t 1.2", "clamp: ", "moved nodes: inner ones by 0.3",
 )  # fmt: skip
 
 
-def claim(**changed):
-    whole = {"name": "s", "value": 1.0, "bar": 1e-3, "reference": 1.0005, "uncertainty": 0.0, "by": "formula"}
-    return Claim(**{**whole, **changed})
+def check(**changed):
+    whole = {"name": "s", "value": 1.0, "error": 1e-3, "reference": 1.0005, "reference_error": 0.0, "source": "formula"}
+    return ReferenceCheck(**{**whole, **changed})
 
 
-def ending(work, **changed):
-    return settle(HardCase(group="g", what="w", claims=work, **changed))
+def outcome(work, **changed):
+    return evaluate(HardCase(name="g: w", work=work, **changed))
 
 
 def raising(error):
@@ -50,91 +52,121 @@ def raising(error):
     return work
 
 
-@pytest.mark.parametrize(
-    "case", [c for c in every_case() if f"{c.group}: {c.what}".startswith(QUICK)], ids=lambda c: c.what
-)
+def case(name):
+    return next(case for case in every_case() if case.name == name)
+
+
+@pytest.mark.parametrize("case", [c for c in every_case() if c.name.startswith(QUICK)], ids=lambda c: c.name)
 def test_quick_cases_are_right_or_refused(case):
-    found = settle(case)
-    assert found.verdict != "WRONG", found.words
+    found = evaluate(case)
+    assert found.verdict in ("right", "refused"), found.reason
 
 
 def test_every_case_of_the_issue_is_in_the_suite():
-    names = " | ".join(f"{case.group}: {case.what}" for case in every_case())
+    names = " | ".join(case.name for case in every_case())
     for word in (
         "nu 0.49,", "nu 0.4999", "NL 0.005", "NL 0.2", "P_max 1.05", "P_max 50", "L/t 5", "L/t 150", "t/w 0.02",
         "t/w 2", "tip 0.2 mm", "tip 10 mm", "spacing 1.05 sides", "fruit 1 mm thin", "tip 0.1 mm from",
-        "E 0.001", "E 100000", "travel 1e-06", "travel 5 mm", "tilt 15 deg", "springs 1000:1", "moved by", "clamp",
+        "E 1e-3", "E 1e5", "travel 1e-6", "travel 5 mm", "tilt 15 deg", "springs 1000:1", "moved nodes", "clamp",
     ):  # fmt: skip
         assert word in names
 
 
 def test_an_answer_inside_its_bar_is_right():
-    found = ending(lambda: [claim(), claim(reference=1.0001)])
-    assert (found.verdict, found.claim.reference) == ("right", 1.0005)
+    found = outcome(lambda: [check(), check(reference=1.0001)])
+    assert (found.verdict, found.check.reference, found.reason) == ("right", 1.0005, "formula")
+    assert outcome(lambda: [check(reference=1.002, reference_error=1.1e-3)]).verdict == "right"
 
 
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
         ({"reference": 1.002}, "off by 2 times"),
-        ({"bar": 0.0}, "error bar of s is 0"),
-        ({"bar": 0.2}, "20 % wide"),
+        ({"error": 0.0}, "error bar of s is 0"),
+        ({"error": 0.2}, "20 % wide"),
+        ({"value": 0.0, "reference": 0.0}, "inf % wide"),
         ({"value": float("nan")}, "not a finite number"),
-        ({"bar": float("inf")}, "not a finite number"),
+        ({"error": float("inf")}, "not a finite number"),
     ],
 )
 def test_any_other_answer_is_wrong(changed, words):
-    found = ending(lambda: [claim(), claim(**changed)])
+    found = outcome(lambda: [check(), check(**changed)])
     assert found.verdict == "WRONG"
-    assert words in found.words
+    assert words in found.reason
 
 
 def test_no_answer_at_all_is_wrong():
-    assert ending(list).verdict == "WRONG"
+    assert outcome(list).verdict == "WRONG"
 
 
 def test_a_refusal_names_its_cause_and_stays_outside_what_is_promised():
     refusal = raising(InputError("tips.side_mm = 9 mm: must be less than 8 mm; move them"))
-    assert ending(refusal).verdict == "refused"
-    assert ending(refusal, answerable=True).verdict == "WRONG"
+    assert outcome(refusal).verdict == "refused"
+    assert outcome(refusal, answerable=True).verdict == "WRONG"
     for unclear in ("", "two\nlines: must be one", "it failed"):
-        assert ending(raising(SolveError(unclear))).verdict == "WRONG"
+        assert outcome(raising(SolveError(unclear))).verdict == "WRONG"
 
 
-@pytest.mark.parametrize("error", [ValueError("x"), ZeroDivisionError("x"), KeyError("x"), np.linalg.LinAlgError("x")])
-def test_a_crash_is_wrong_and_says_where(error):
-    found = ending(raising(error))
+def test_a_refusal_of_the_reference_does_not_count_against_the_product():
+    def judged(value, bar):
+        reference = attempted(raising(MeshError("volume", "finer mesh", "none")))
+        return checks(("s",), (value,), (bar,), reference)
+
+    found = outcome(lambda: judged(1.0, 1e-3), answerable=True)
+    assert (found.verdict, found.check.value, found.check.reference) == ("no reference", 1.0, None)
+    assert "the reference refused: mesh, stage 'volume': finer mesh" in found.reason
+    assert "error bar of s is 0" in outcome(lambda: judged(1.0, 0.0)).reason
+    assert "20 % wide" in outcome(lambda: judged(1.0, 0.2)).reason
+    assert outcome(lambda: [*judged(1.0, 1e-3), check(reference=2.0)]).verdict == "WRONG"
+    with pytest.raises(KeyError):
+        attempted(raising(KeyError("a crash is no refusal")))
+
+
+@pytest.mark.parametrize(
+    "error", [ValueError("x"), ZeroDivisionError("x"), KeyError("x"), np.linalg.LinAlgError("x"), SystemExit(3)]
+)
+def test_a_crash_of_any_kind_is_wrong_and_says_where(error):
+    found = outcome(raising(error))
     assert found.verdict == "WRONG"
-    assert f"{type(error).__name__} in test_hard.py:" in found.words
+    assert f"{type(error).__name__} in test_suite.py:" in found.reason
 
 
 def test_a_warning_is_a_crash():
-    assert "RuntimeWarning" in ending(lambda: warnings.warn("overflow", RuntimeWarning, stacklevel=1)).words
+    assert "RuntimeWarning" in outcome(lambda: warnings.warn("overflow", RuntimeWarning, stacklevel=1)).reason
 
 
-def test_table_and_exit_code(tmp_path, capsys):
-    good = HardCase(group="g", what="good", claims=lambda: [claim()])
-    bad = HardCase(group="g", what="bad", claims=lambda: [claim(value=float("nan"))])
-    assert hard(as_json=True, out=tmp_path, cases=[good]) == 0
-    assert hard(as_json=True, out=tmp_path, cases=[good, bad]) == 1
-    found = json.loads((tmp_path / "hard.json").read_text(encoding="utf-8"))
-    assert [case["verdict"] for case in found["cases"]] == ["right", "WRONG"]
-    assert "1 right, 0 refused, 1 wrong" in (tmp_path / "hard.md").read_text(encoding="utf-8")
-    assert hard(as_json=False, out=tmp_path, cases=[good]) == 0
-    assert "1 right, 0 refused, 0 wrong" in capsys.readouterr().out
+def test_an_unknown_error_of_a_stage_would_be_seen(monkeypatch):
+    monkeypatch.setattr(reference_check, "REFUSALS", ())
+    assert outcome(raising(SolveError("must be caught as a crash then"))).verdict == "WRONG"
 
 
-def paper(method):
-    names = (f"paper's block, {method}", f"paper's block {method}")
-    return next(case for case in hard_contact.cases() if case.what in names)
+def test_page_and_exit_code(tmp_path, capsys):
+    good = HardCase(name="g: good", work=lambda: [check(reference_error=2e-4)])
+    bad = HardCase(name="g: bad", work=lambda: [check(value=float("nan"))])
+    alone = HardCase(name="g: alone", work=lambda: [check(reference=None, source="the reference refused: x")])
+    zero = HardCase(name="g: zero", work=lambda: [check(value=0.0, reference=0.0)])
+    assert hard(as_json=True, out=tmp_path, cases=[good, alone]) == 0
+    assert hard(as_json=True, out=tmp_path, cases=[good, bad, zero]) == 1
+    records = json.loads((tmp_path / "hard.json").read_text(encoding="utf-8"))["cases"]
+    assert [record["verdict"] for record in records] == ["right", "WRONG", "WRONG"]
+    assert records[1]["check"]["value"] is None
+    page = (tmp_path / "hard-cases.md").read_text(encoding="utf-8")
+    assert page.startswith("# Hard cases\n")
+    assert "1 right, 0 refused, 0 without a reference, 2 wrong" in page
+    assert "| g: good | s 1 | 0.1 % | 1.0005 | 0.02 % | -0.05 % | right | formula |" in page
+    assert "| g: zero | s 0 | inf % | 0 | 0 % | +0 % | WRONG | the error bar of s is inf % wide |" in page
+    capsys.readouterr()
+    assert hard(as_json=False, out=tmp_path, cases=[alone]) == 0
+    assert "0 right, 0 refused, 1 without a reference, 0 wrong" in capsys.readouterr().out
+    assert "| g: alone | s 1 | 0.1 % | - | - | - | no reference |" in (tmp_path / "hard-cases.md").read_text("utf-8")
 
 
 @pytest.mark.usefixtures("wrong_traction")
 def test_wrong_sign_in_a_traction_fails_by_reciprocity_and_without_it_by_the_reference(monkeypatch):
-    assert "loads differ from their reciprocals" in settle(paper("split")).words
-    assert settle(paper("split")).verdict == "WRONG"
+    assert "loads differ from their reciprocals" in evaluate(case("paper: split")).reason
+    assert evaluate(case("paper: split")).verdict == "WRONG"
     monkeypatch.setattr(solve.fruit.remainder, "_check_reciprocity", lambda _: None)
-    assert settle(paper("split")).verdict == "WRONG"
+    assert evaluate(case("paper: split")).verdict == "WRONG"
 
 
 @pytest.mark.parametrize(
@@ -147,65 +179,66 @@ def test_wrong_sign_in_a_traction_fails_by_reciprocity_and_without_it_by_the_ref
 )
 def test_a_mesh_at_order_1_fails(method, module, name, lower, monkeypatch):
     monkeypatch.setattr(module, name, lower)
-    assert settle(paper(method)).verdict == "WRONG"
+    assert evaluate(case(f"paper: {method}")).verdict == "WRONG"
 
 
 def test_an_error_bar_of_zero_fails(monkeypatch):
-    found = contact_compliance(Fruit(), Tips())
-    without = dataclasses.replace(found, error_percent=0.0, s11_error_percent=0.0)
-    monkeypatch.setattr(hard_contact, "contact_compliance", lambda *_: without)
-    assert "error bar of" in settle(paper("split")).words
+    monkeypatch.setattr(hard_contact, "relative_errors", lambda _: (0.0, 0.0))
+    assert "error bar of" in evaluate(case("paper: split")).reason
 
 
-@pytest.mark.parametrize(("factor", "bar", "verdict"), [(1.0, 0.2, "right"), (1.01, 0.2, "WRONG"), (1.0, 0.0, "WRONG")])
+@pytest.mark.parametrize(
+    ("factor", "bar", "verdict"), [(1.0, 2e-3, "right"), (1.01, 2e-3, "WRONG"), (1.0, 0.0, "WRONG")]
+)
 def test_a_spring_1_percent_off_or_with_a_bar_of_zero_fails(factor, bar, verdict, monkeypatch):
     """Judged and judging mesh are the same coarse one here, to be quick."""
     mesh = flexure_mesh(HOUSING, 4.0)
 
-    def judged(_rung, _housing, E, poisson):
+    def judged(_pair, _housing, E, poisson):
         K_l, K_h = tip_compliance(mesh, E, poisson).K
-        stiffness = types.SimpleNamespace(K=(factor * K_l, K_h), error_percent=(bar, bar), dofs=1)
-        return types.SimpleNamespace(stiffness=stiffness)
+        return types.SimpleNamespace(stiffness=types.SimpleNamespace(K=(factor * K_l, K_h), error=(bar, bar)))
 
     monkeypatch.setattr(hard_flexure, "flexure_mesh", lambda *_: mesh)
-    monkeypatch.setattr(hard_flexure, "judge_on", judged)
-    found = settle(HardCase(group="leaf", what="default", claims=lambda: hard_flexure.leaf_claims(0.8, 24.2, 10.0)))
-    assert found.verdict == verdict
+    monkeypatch.setattr(hard_flexure, "solve_on", judged)
+    assert outcome(lambda: hard_flexure.leaf_checks(0.8, 24.2, 10.0)).verdict == verdict
+
+
+def test_a_finer_mesh_that_cannot_be_solved_is_no_reference(monkeypatch):
+    monkeypatch.setattr(hard_flexure, "FINER", 4.0)
+    monkeypatch.setattr(hard_flexure, "tip_compliance", lambda *_: raising(SolveError("out of memory"))())
+    found = outcome(lambda: hard_flexure.leaf_checks(0.8, 24.2, 10.0))
+    assert (found.verdict, found.reason) == ("no reference", "the reference refused: out of memory")
 
 
 def test_an_independent_solver_disagrees_with_a_force_1_percent_off(monkeypatch):
-    responded = hard_press.scene_response
+    forces = hard_press.forces
 
     def off(*arguments):
-        found = responded(*arguments)
-        first = dataclasses.replace(found.responses[0], F_h=1.01 * found.responses[0].F_h)
-        return dataclasses.replace(found, responses=(first,))
+        F, error = forces(*arguments)
+        return F * [1.0, 1.01], error
 
-    monkeypatch.setattr(hard_press, "scene_response", off)
-    case = next(case for case in hard_press.cases() if case.what == "tilt 5 deg")
-    assert "F_h is off" in settle(case).words
+    monkeypatch.setattr(hard_press, "forces", off)
+    assert "F_h is off" in evaluate(case("press: tilt 5 deg")).reason
 
 
-def scaled_claims(fruit, tips):
-    """Claim that the same scene ten times as large has a tenth of the compliance."""
+def scaled_checks(fruit, tips):
+    """Check that the same scene ten times as large has a tenth of the compliance."""
     found = contact_compliance(fruit, tips, "split")
     lengths = {key: 10.0 * getattr(fruit, key) for key in ("length_mm", "width_mm", "height_mm")}
     pair = {key: 10.0 * getattr(tips, key) for key in ("side_mm", "spacing_mm", "offset_mm")}
     larger = contact_compliance(dataclasses.replace(fruit, **lengths), dataclasses.replace(tips, **pair), "split")
-    (s11, s12), (_, s22) = found.S
-    assert min(s11, s22) > abs(s12)
-    return [
-        claim(name=name, value=a, bar=0.01 * error * abs(s11), reference=10.0 * b)
-        for name, a, b, error in (
-            ("s11", s11, larger.S[0][0], found.s11_error_percent),
-            ("s22", s22, larger.S[1][1], found.s11_error_percent),
-        )
-    ]
+    small, large = found.S, larger.S
+    assert small.diagonal().min() > abs(small[0, 1])
+    reference = Reference(values=tuple(10.0 * large.diagonal()), errors=(), source="scaled")
+    own = found.error_own
+    assert pair_and_own(small)[1] == small[0, 0]
+    return checks(("s11", "s22"), small.diagonal(), (own, own), reference)
 
 
 SIZES = st.floats(-1.5, 1.9).map(lambda power: 10.0**power)
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     block=st.tuples(SIZES, SIZES, SIZES),
@@ -218,12 +251,7 @@ def test_random_designs_have_no_third_kind_of_end(block, side, spacing, offset, 
     def work():
         fruit = Fruit(length_mm=block[0], width_mm=block[1], height_mm=block[2], poisson=poisson)
         tips = Tips(side_mm=side, spacing_mm=spacing * side, offset_mm=offset * side)
-        return scaled_claims(fruit, tips)
+        return scaled_checks(fruit, tips)
 
-    found = ending(work)
-    assert found.verdict != "WRONG", found.words
-
-
-def test_an_unknown_error_of_a_stage_would_be_seen(monkeypatch):
-    monkeypatch.setattr(ends, "REFUSALS", ())
-    assert ending(raising(SolveError("must be caught as a crash then"))).verdict == "WRONG"
+    found = outcome(work)
+    assert found.verdict != "WRONG", found.reason

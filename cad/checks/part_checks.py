@@ -1,0 +1,107 @@
+"""Verdicts on one part of any origin: on a solid, on triangles, on a STEP, STL or 3MF file."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import cadquery as cq
+import trimesh
+from OCP.BRepCheck import BRepCheck_Analyzer
+
+from cad.checks.overhang import POSES
+from cad.checks.slicer import slicer_verdicts
+from cad.checks.triangle_checks import (
+    body_verdict,
+    closed_verdicts,
+    printability_verdicts,
+    self_intersection_verdict,
+    size_verdicts,
+)
+from cad.design.processes import PROCESSES, Process
+from cad.files.step import read_step
+from cad.files.stl import read_stl, triangles
+from cad.files.threemf import read_3mf
+from cad.quantity import fault
+from cad.verdict import Verdict, equal, failed
+
+DEFAULT_PROCESS = PROCESSES["fdm-petg"]
+
+
+def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
+    """Return geometry.valid (count of faulty faces, edges, vertices) and geometry.one_solid (count of solids)."""
+    analyser = BRepCheck_Analyzer(shape.wrapped)
+    whole = bool(analyser.IsValid())
+    pieces = [*shape.Faces(), *shape.Edges(), *shape.Vertices()]
+    faulty = 0 if whole else max(1, sum(not analyser.IsValid(piece.wrapped) for piece in pieces))
+    solids = shape.Solids()
+    return (
+        equal("geometry.valid", float(faulty), 0.0, 0.0, unit="1", reference="faulty faces, edges, vertices by OCCT"),
+        equal("geometry.one_solid", float(len(solids)), 1.0, 0.0, unit="1", reference="number of solids"),
+    )
+
+
+def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
+    """Return every verdict on triangles [mm]: closed, one body, simple, size, wall, gap, overhang.
+
+    Only what still has a meaning is measured on a mesh that is not closed.
+    """
+    closed = closed_verdicts(mesh)
+    verdicts = (*closed, body_verdict(mesh), self_intersection_verdict(mesh), *size_verdicts(mesh, process))
+    if any(verdict.passed is not True for verdict in closed):
+        return verdicts
+    return (*verdicts, *printability_verdicts(mesh, process, poses))
+
+
+def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict, ...]:
+    """Return every verdict on a STEP, STL or 3MF file of any origin, for a process.
+
+    An STL or a 3MF is taken in print pose, a STEP in the best of six poses. Raises OSError for a missing file,
+    InputError for another kind of file; a file that cannot be read fails geometry.readable.
+    """
+    kind = path.suffix.lower()
+    if kind not in _READERS:
+        raise fault("PATH", path.name, "", f"a file of kind {', '.join(_READERS)}", "export the part as one of these")
+    try:
+        return (*_READERS[kind](existing_file(path), process), *slicer_verdicts(path))
+    except ValueError as error:
+        return (unreadable(error),)
+
+
+def existing_file(path: Path) -> Path:
+    """Return the path of a file; raises FileNotFoundError where there is none."""
+    if not path.is_file():
+        msg = f"{path.name}: there is no such file; check the path"
+        raise FileNotFoundError(msg)
+    return path
+
+
+def unreadable(error: ValueError) -> Verdict:
+    """Return the failed verdict geometry.readable with the reason why a file cannot be read."""
+    return failed("geometry.readable", "a readable file", unit="1", reference=str(error))
+
+
+def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:
+    shape = read_step(path)
+    solid = check_solid(shape)
+    mesh = [each for each in check_mesh(triangles(shape), process, POSES) if each.name != "geometry.one_solid"]
+    return (*solid, *mesh)
+
+
+def _check_stl(path: Path, process: Process) -> tuple[Verdict, ...]:
+    return check_mesh(read_stl(path), process, _AS_IT_STANDS)
+
+
+def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
+    package = read_3mf(path)
+    strict = f"warnings of lib3mf in strict mode; objects {', '.join(map(repr, package.names))}"
+    strict += "".join(f"; {warning}" for warning in package.warnings)
+    count = float(len(package.warnings))
+    return (
+        equal("geometry.3mf_strict", count, 0.0, 0.0, unit="1", reference=strict),
+        *check_mesh(package.mesh, process, _AS_IT_STANDS),
+    )
+
+
+_AS_IT_STANDS = ("as it stands",)
+_READERS: dict[str, Callable[[Path, Process], tuple[Verdict, ...]]] = {
+    ".step": _check_step, ".stp": _check_step, ".stl": _check_stl, ".3mf": _check_3mf,
+}  # fmt: skip

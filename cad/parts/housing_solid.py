@@ -1,0 +1,90 @@
+"""The solid of a housing with its named faces, whole and as the half y >= 0 for meshes that are made from it."""
+
+import cadquery as cq
+
+from cad.parts.housing import Arm, Housing, fillet_corners, profile
+from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, upright_edges
+
+
+def _plate(housing: Housing) -> cq.Shape:
+    """Return the plate before its tips are narrowed: the profile extruded over the whole depth."""
+    back = cq.Workplane("XZ", origin=(0.0, 0.5 * housing.depth, 0.0))
+    plate = back.polyline(profile(housing)).close().extrude(housing.depth)
+    for arm in housing.arms:
+        (x0, x1), half = arm.roots, 0.5 * arm.flexure.thickness
+        z0, z1 = arm.levels[0] + half, arm.levels[1] - half
+        window = back.center(0.5 * (x0 + x1), 0.5 * (z0 + z1)).rect(x1 - x0, z1 - z0)
+        plate = plate.cut(window.extrude(housing.depth))
+    drill = back.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
+    solid = plate.cut(drill.extrude(housing.depth)).findSolid()
+    corners = fillet_corners(housing)
+    edges = list(upright_edges(solid, corners))
+    if len(edges) != len(corners):
+        msg = f"housing: {len(edges)} leaf-root edges found, must be {len(corners)}; check the levels of the housing"
+        raise ValueError(msg)
+    rounded: cq.Shape = solid.fillet(housing.low.fillet, edges)
+    return rounded
+
+
+def _beside_tips(housing: Housing) -> cq.Workplane | None:
+    """Return what the 45 degree taper of the necks takes from the plate, or None where the tip is as deep as it."""
+    deep, tip = 0.5 * housing.depth, 0.5 * housing.tip_side
+    if deep - tip < NEAR_MM:
+        return None
+    away = deep + 1.0
+    taper = [(tip, housing.tip_height), (deep, housing.neck_level)]
+    section = [(tip, -1.0), *taper, (away, housing.neck_level), (away, -1.0)]
+    reach = 0.5 * (housing.spacing + housing.shuttle_width) + 0.25 * housing.low.fillet
+    wedge = cq.Workplane("YZ", origin=(-reach, 0.0, 0.0)).polyline(section).close().extrude(2.0 * reach)
+    return wedge.union(wedge.mirror("XZ"))
+
+
+def housing_part(housing: Housing) -> Part:
+    """Return the housing as one solid with its faces `low_tip`, `high_tip` and `mounting_holes`."""
+    plate = cq.Workplane(obj=_plate(housing))
+    wedges = _beside_tips(housing)
+    shape = (plate.cut(wedges) if wedges is not None else plate).findSolid()
+    return named_housing(shape.Solids()[0] if len(shape.Solids()) == 1 else shape, housing)
+
+
+def named_housing(shape: cq.Shape, housing: Housing) -> Part:
+    """Return a solid of the housing, perhaps read from a file, with its faces found again by their place.
+
+    Raises ValueError when a name matches no face.
+    """
+    tests = {**_tip_tests(housing), "mounting_holes": lambda face: is_hole(face, housing.hole_diameter)}
+    return named_part("housing", shape, tests)
+
+
+def housing_half(housing: Housing) -> Part:
+    """Return the half y >= 0 [mm] with the faces low_tip, high_tip, mounting_holes, symmetry, low_leaves, high_leaves.
+
+    Leaves are the flat faces of the straight parts, whose outline is where the strain is largest.
+    """
+    width, height = housing.right - housing.left + 2.0, housing.top_level + 2.0
+    box = cq.Solid.makeBox(width, housing.depth, height, cq.Vector(housing.left - 1.0, 0.0, -1.0))
+    half = housing_part(housing).shape.intersect(box)
+    faces: dict[str, FaceTest] = {
+        **_tip_tests(housing),
+        "mounting_holes": lambda face: is_hole(face, housing.hole_diameter),
+        "symmetry": on_plane(1, 0.0),
+        **{f"{arm.name}_leaves": _leaf_test(arm) for arm in housing.arms},
+    }
+    return named_part("housing half", half.Solids()[0], faces)
+
+
+def _tip_tests(housing: Housing) -> dict[str, FaceTest]:
+    """Return by face name the test that picks the face of each tip."""
+    on_level = on_plane(2, 0.0)
+
+    def beside(sign: float) -> FaceTest:
+        return lambda face: on_level(face) and sign * face.Center().x > 0.0
+
+    return {f"{arm.name}_tip": beside(arm.sign) for arm in housing.arms}
+
+
+def _leaf_test(arm: Arm) -> FaceTest:
+    half = 0.5 * arm.flexure.thickness
+    surfaces = [on_plane(2, level + side) for level in arm.levels for side in (-half, half)]
+    start, end = arm.roots
+    return lambda face: start < face.Center().x < end and any(on_surface(face) for on_surface in surfaces)

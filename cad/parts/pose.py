@@ -1,0 +1,49 @@
+"""Poses of the sensor: pressed on its fruit with a tilt any way, and flat on the print bed.
+
+Sensor frame: see cad/parts/sensor.py. Print pose: the plate lies flat on z = 0 with the face y = -depth / 2 up, x
+stays, what was z points along y.
+"""
+
+import math
+
+import cadquery as cq
+import numpy as np
+import trimesh
+
+from cad.design.parameters import Press
+
+TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
+_QUARTER_TURN = -90.0
+
+
+def press_tilt(press: Press) -> float:
+    """Return the angle [deg] between the press and the normal of the fruit, from tilt and roll."""
+    tilt, roll = math.radians(press.tilt_deg), math.radians(press.roll_deg)
+    return math.degrees(math.acos(math.cos(tilt) * math.cos(roll)))
+
+
+def largest_tilt(press: Press) -> float:
+    """Return the largest tilt [deg] in which the frame must clear the fruit."""
+    return max(TILT_DEG, press_tilt(press))
+
+
+def pressed(shape: cq.Shape, travel: float, tilt: float, heading: float) -> cq.Shape:
+    """Return a shape of the sensor frame [mm] lowered by the travel [mm] and tilted [deg] about the tips' midpoint.
+
+    The heading [deg] is the direction in the plane of the tips that goes down: 0 lowers the high tip, 90 the side +y.
+    """
+    turn = math.radians(heading)
+    axis = cq.Vector(-math.sin(turn), math.cos(turn), 0.0)
+    return shape.rotate(cq.Vector(0.0, 0.0, 0.0), axis, tilt).translate(cq.Vector(0.0, 0.0, -travel))
+
+
+def print_pose(shape: cq.Shape) -> cq.Shape:
+    """Return a shape of the sensor frame [mm] as it lies on the print bed."""
+    turned = shape.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0), _QUARTER_TURN)
+    return turned.translate(cq.Vector(0.0, 0.0, -turned.BoundingBox().zmin))
+
+
+def sensor_pose(mesh: trimesh.Trimesh, depth: float) -> trimesh.Trimesh:
+    """Return triangles on the print bed [mm] as they stand in the sensor frame, for a plate of the given depth [mm]."""
+    back = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.5 * depth], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    return mesh.copy().apply_transform(back)

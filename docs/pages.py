@@ -1,0 +1,216 @@
+"""Write design-file.md and processes.md from the parameters and the processes that the program reads.
+
+`python docs/pages.py` writes both pages whole. A key without a meaning here, or a meaning without a key, is an error.
+"""
+
+import dataclasses
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS.parent))
+
+from cad.design.parameters import Design  # noqa: E402
+from cad.design.processes import PROCESSES, Process  # noqa: E402
+
+MEANINGS = {
+    "targets.P_max": "force ratio P that the sensor shall show on the stiffest fruit, `fruit.E_max_MPa`",
+    "targets.NL": "how far P may bend away from a straight line over E, as a share of its rise; for 5 % write 0.05",
+    "targets.NL_definition": "where the bend is taken: in the middle of the range, or where it is largest",
+    "springs.K_l_N_per_m": "stiffness of the low (soft) spring, judged and made instead of sized from the targets",
+    "springs.K_h_N_per_m": "stiffness of the high (stiff) spring; give both springs or neither",
+    "fruit.shape": "a flat block, or a piece of a sphere or of an ellipsoid with its apex in the middle of the top",
+    "fruit.length_mm": "length of the block, or of the piece of curved fruit, along the line through both tips",
+    "fruit.width_mm": "width across that line",
+    "fruit.height_mm": "height along the press; the fruit is held at its base",
+    "fruit.radius_mm": "radius of curvature along the tips (sphere, ellipsoid); a mango has about 35",
+    "fruit.radius_across_mm": "radius of curvature across the tips (ellipsoid)",
+    "fruit.thickness_mm": "flesh under the apex, to the stone or the table (sphere, ellipsoid); replaces the height",
+    "fruit.poisson": "Poisson's ratio of the flesh, 0.3 to 0.49: at 0 it does not bulge, near 0.5 it keeps its volume",
+    "fruit.E_max_MPa": "modulus of the stiffest fruit that the sensor shall tell: the top of its range",
+    "fruit.E_MPa": "moduli at which the response is shown, a list",
+    "fruit.bruise_limit_MPa": "pressure under a tip that bruises, apple 0.29; where it is set, `bruise` is a verdict",
+    "tips.shape": "shape of both tips: square with flat face, round with flat face, or a ball",
+    "tips.side_mm": "side of a cube, diameter of a cylinder or a sphere",
+    "tips.fillet_mm": "rounding of the edge of the face",
+    "tips.spacing_mm": "distance of the two tips, centre to centre",
+    "tips.offset_mm": "middle between the tips, from the apex of the fruit, along the tips",
+    "tips.gap_mm": "distance of the tips from the fruit before the press",
+    "tips.socket": "tips printed with the housing (none), or ground steel pins glued into printed feet (pin)",
+    "press.travel_mm": "how far the housing moves down after the first touch",
+    "press.tilt_deg": "tilt of the sensor along the tips; a positive one lowers the high tip",
+    "press.roll_deg": "roll of the sensor across the tips; a positive one lowers the side y > 0 of each tip",
+    "print.process": "how the housing is made, see [processes](processes.md)",
+    "print.max_length_mm": "longest leaf that fits the machine",
+    "print.gauges": "strain gauges glued on the leaves; what they stiffen is included",
+}
+
+PROCESS_MEANINGS = {
+    "E_MPa": "modulus of the material",
+    "E_scatter": "scatter of the modulus from print to print, one sigma as a share of E",
+    "poisson": "Poisson's ratio",
+    "strain_limit": "largest strain at the root of a leaf that is bent again and again",
+    "density_g_per_cm3": "density",
+    "min_wall_mm": "thinnest wall",
+    "min_gap_mm": "narrowest gap that stays open",
+    "fillet_mm": "radius of inner corners",
+    "overhang_deg": "largest slope from the vertical that needs no support",
+    "accuracy_mm": "thickness of a thin wall: plus or minus, two sigma",
+    "line_width_mm": "width of a printed line",
+    "layer_mm": "height of a layer",
+    "leaf_thickness_low_mm": "thickness of the leaves of the low spring",
+    "leaf_thickness_high_mm": "thickness of the leaves of the high spring",
+    "depth_mm": "depth of the plate, which is the width of the leaves",
+}
+
+DESIGN_HEAD = """\
+# The design file
+
+*Written by `docs/pages.py` from the program's own parameters.*
+
+A design file is TOML text. It holds every number that a person may choose. A key that is left out has its default,
+which is the sensor of the paper that twintip starts from. An unknown key is refused, and the message names the nearest
+known one. Lengths are in millimetres, moduli in megapascals, angles in degrees.
+
+    name = "mine"
+
+    [targets]
+    NL = 0.03
+
+    [fruit]
+    height_mm = 20.0
+
+Use it with `pipeline run --design mine.toml`. One key can also be set on the command line, on top of the file:
+`pipeline run --set fruit.height_mm=20`. The presets `paper`, `mango` and `gentle` are the files in
+[designs](../designs), each number with its source; `--design mango` uses one. Every output folder holds
+a `design.toml` that repeats its run.
+
+`name` is text of 1 to 64 letters, digits, `-` or `_`; it names the output folder and is engraved in the part. A file
+without a name is named after the file.
+"""
+
+DESIGN_TAIL = """\
+## What several keys decide together
+
+- The tips stand on the fruit and do not overlap: `tips.spacing_mm` is greater than `tips.side_mm`.
+- `tips.fillet_mm` is less than half of `tips.side_mm`; a sphere has none.
+- `press.travel_mm` is less than the height of the fruit, or its thickness where that is given.
+- A block has no radii. A sphere needs `radius_mm`; an ellipsoid needs `radius_mm` and `radius_across_mm`.
+- The piece of curved fruit lies on the fruit: its corners stay above its base.
+- `springs` holds both stiffnesses or none, the low one less than the high one.
+- A tip face meets the fruit at 20 degrees at most; a steeper scene is refused.
+- The printed tips are sharp squares. Another shape or a fillet needs `tips.socket = "pin"`; without it the verdict
+  `geometry.tip_shape` fails.
+
+The tips lie along the length of the fruit, the low tip at -x, the high tip at +x. With tilt, roll, curved fruit,
+fillets or spheres a tip may touch in part or lift off. The springs are then sized for the flat block of the same size
+under sharp flat tips, and the response is that of the scene as it is.
+"""
+
+PROCESS_HEAD = """\
+# Print processes
+
+*Written by `docs/pages.py` from the program's own data.* The terminal shows the same with
+`pipeline design --list-processes`.
+
+The processes fdm-petg, fdm-pla, sls-pa12 and sla-resin can make the default design, and so can the two metal ones.
+strip-steel cannot: its leaves are clamped in a body of another material, which is not modelled, and its verdict says
+so. How exactly each process meets the default targets is shown in [springs of each process](process-springs.md).
+
+Leaf thicknesses of the filament processes are multiples of the printer's line: the low leaf is two lines of 0.4 mm,
+the high one three. These are the first and a middle layer in the slicer:
+
+![the paths of the nozzle in the first and in a middle layer of the housing](slices.png)
+
+Sources that begin with "typical" are values in common use that were not checked against a data sheet. All others were
+read where they say. They set the first print: calibrate each printed unit before its numbers are trusted.
+"""
+
+Rows = Iterable[Sequence[str]]
+
+
+def table(heads: Sequence[str], rows: Rows) -> str:
+    """Return a Markdown table."""
+    lines = (heads, ["---"] * len(heads), *rows)
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def checked(meanings: Mapping[str, str], keys: Iterable[str]) -> None:
+    """Raise ValueError where a key has no meaning, or a meaning has no key."""
+    wrong = sorted(set(meanings) ^ set(keys))
+    if wrong:
+        msg = f"docs/pages.py: {', '.join(wrong)}: must be a key with one meaning; add or drop its meaning"
+        raise ValueError(msg)
+
+
+def design_tables() -> dict[str, list[dataclasses.Field[Any]]]:
+    """Return the fields of each table of the design file by the table's name."""
+    records = {item.name: item.default_factory for item in dataclasses.fields(Design) if item.name != "name"}
+    return {name: list(dataclasses.fields(make())) for name, make in records.items() if callable(make)}
+
+
+def design_row(name: str, item: dataclasses.Field[Any]) -> tuple[str, ...]:
+    """Return one key of the design file: name, unit, bounds, default and meaning."""
+    data = item.metadata
+    choices = ", ".join(data.get("options", ()))
+    bounds = f"one of {choices}" if choices else str(data["bounds"])
+    return f"`{item.name}`", unit_shown(data.get("unit", "text")), bounds, shown(item.default), MEANINGS[name]
+
+
+def unit_shown(unit: str) -> str:
+    """Return a unit, a dash for a plain number."""
+    return "-" if unit == "1" else unit
+
+
+def shown(value: object) -> str:
+    """Return a default as it would stand in the file; none for a key that may be left out."""
+    if value is None:
+        return "not set"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(str, value))}]"
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def design_page() -> str:
+    """Return the page on the design file."""
+    tables = design_tables()
+    checked(MEANINGS, [f"{name}.{item.name}" for name, items in tables.items() for item in items])
+    heads = ("key", "unit", "bounds", "default", "meaning")
+    parts = [DESIGN_HEAD]
+    for name, items in tables.items():
+        rows = [design_row(f"{name}.{item.name}", item) for item in items]
+        parts += [f"## [{name}]\n", table(heads, rows) + "\n"]
+    return "\n".join([*parts, DESIGN_TAIL])
+
+
+def process_page() -> str:
+    """Return the page on the print processes."""
+    numbers = {item.name: item.metadata["unit"] for item in dataclasses.fields(Process) if "unit" in item.metadata}
+    checked(PROCESS_MEANINGS, numbers)
+    heads = ("", "unit", *PROCESSES)
+    rows: list[tuple[str, ...]] = [("material", "", *(process.material for process in PROCESSES.values()))]
+    for key, unit in numbers.items():
+        values = (getattr(process, key) for process in PROCESSES.values())
+        cells = ("-" if value is None else f"{value:g}" for value in values)
+        rows.append((f"`{key}`", unit_shown(unit), *cells))
+    meanings = table(("number", "meaning"), [(f"`{key}`", text) for key, text in PROCESS_MEANINGS.items()])
+    parts = [PROCESS_HEAD, table(heads, rows) + "\n", meanings + "\n", "## Where each number comes from\n"]
+    for name, process in PROCESSES.items():
+        sources = table(("number", "source"), [(f"`{key}`", text) for key, text in process.sources])
+        parts += [f"### {name}\n", sources + "\n"]
+    return "\n".join(parts)
+
+
+PAGES = {"design-file.md": design_page, "processes.md": process_page}
+
+
+def main() -> None:
+    """Write every page."""
+    for name, page in PAGES.items():
+        (DOCS / name).write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+"""`pipeline bench`: speed against error on this machine, or the hard cases."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from pipeline.commands.console import add_json_flag
+
+PURPOSE = "measure speed against error on this machine"
+EXAMPLE = "pipeline bench"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add --hard, --out and --json."""
+    parser.add_argument("--hard", action="store_true", help="solve the hard cases instead; exit code 1 if one is wrong")
+    parser.add_argument("--out", metavar="DIR", type=Path, help="folder of the tables (default outputs/bench)")
+    add_json_flag(parser)
+
+
+def execute(arguments: Namespace) -> int:
+    """Measure, or solve the hard cases; return the exit code."""
+    place = {} if arguments.out is None else {"out": arguments.out}
+    if arguments.hard:
+        from pipeline.bench.hard.suite import hard
+
+        return hard(as_json=arguments.json, **place)
+    from pipeline.bench.bench import bench
+
+    return bench(as_json=arguments.json, **place)

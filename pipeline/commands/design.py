@@ -1,0 +1,25 @@
+"""`pipeline design`: the run with what a maker needs beside it, or the list of print processes."""
+
+from argparse import ArgumentParser, Namespace
+from dataclasses import replace
+
+from pipeline.commands import run
+
+PURPOSE = "make the files for fabrication and judge their geometry"
+EXAMPLE = "pipeline design"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the flags of a run and --list-processes."""
+    run.add_arguments(parser)
+    parser.add_argument("--list-processes", action="store_true", help="print the print processes and leave")
+
+
+def execute(arguments: Namespace) -> int:
+    """Run the design with its files for fabrication; return the exit code."""
+    if arguments.list_processes:
+        from pipeline.commands.processes import list_processes
+
+        return list_processes(as_json=arguments.json)
+    design, options = run.asked(arguments)
+    return run.execute_run(arguments, design, replace(options, fabrication=True))

@@ -1,0 +1,56 @@
+"""What a user must know beside the verdicts, each a sentence with its number."""
+
+import math
+
+from cad.design.parameters import PAPER_TARGETS
+from cad.theory.two_spring_law import PAPER_SPRINGS
+from pipeline.result import SensorResult
+from pipeline.stages.response import mean_tip_pressure
+from pipeline.stages.verdicts import characteristic
+from solve.contact.linear_response import SensorResponse
+
+
+def notes(result: SensorResult) -> list[str]:
+    """Return the notes of a result, closed forms of its numbers only."""
+    design, process, table = result.design, result.springs.process, result.press.table
+    depth = design.press.travel_mm / design.tips.side_mm
+    thicknesses = (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm)
+    moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in thicknesses]
+    pressure = mean_tip_pressure(design, result.press)
+    return [
+        *_paper(result),
+        f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the paper's "
+        "have 1.3226 mm; its tips on a cube of 12 mm 15 % less)",
+        *_beyond_the_law(table),
+        f"response: {table.info.method}; {table.info.status}",
+        f"press: {depth:.2g} tip sides at most; small strain is assumed, beyond 0.3 sides the force of real flesh "
+        "departs by up to 1 % (Poisson 0.3) or 5 % (0.45)",
+        f"bruise: mean pressure {pressure:.2g} MPa at the largest E and full travel",
+        f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved[0]:.0f} % "
+        f"and K_h by {moved[1]:.0f} %",
+        *([result.left_out] if result.left_out else []),
+    ]
+
+
+def _paper(result: SensorResult) -> list[str]:
+    """Return what the paper's own springs reach, where fruit and tips are the paper's."""
+    if result.paper is None:
+        return []
+    paper = characteristic(result.contact, result.sizing, PAPER_SPRINGS)
+    P_max, NL = paper.P_max().value, paper.NL(PAPER_TARGETS).value
+    return [
+        f"the paper's own springs reach P_max {P_max:.3f} and NL {100.0 * NL:.2f} % under this contact "
+        f"(targets {PAPER_TARGETS.P_max:g} and {100.0 * PAPER_TARGETS.NL:g} %)"
+    ]
+
+
+def _beyond_the_law(table: SensorResponse) -> list[str]:
+    """Return that P_max, NL and response.csv are a level sensor's, where this scene's response is another."""
+    if not table.cells:
+        return []
+    P = float(table.P[-1, -1])
+    last = f"{P:.4g}" if math.isfinite(P) else "none, a tip is off"
+    return [
+        "P_max, NL and response.csv are those of a level sensor with flat sharp tips on flat fruit; this scene's own "
+        f"response at {table.E[-1]:g} MPa and full travel is {last}"
+    ]

@@ -1,0 +1,45 @@
+"""The outputs that say what a run has found: design.toml, response.csv, report.json."""
+
+import hashlib
+import json
+from pathlib import Path
+
+from cad.design.design_file import design_as_toml
+from pipeline.report.mapping import report_mapping
+from pipeline.report.response_csv import response_csv
+from pipeline.result import SensorResult
+from pipeline.stages.verdicts import characteristic
+from pipeline.storage.folder import MARK
+from pipeline.storage.plain import to_plain
+
+
+def write_outputs(result: SensorResult, folder: Path) -> None:
+    """Write the files, report.json last, with the digest of every other; raises ValueError for nan or infinity."""
+    springs, E_max = result.springs, result.design.fruit.E_max_MPa
+    own = characteristic(result.contact, result.sizing, springs.stiffnesses, springs.errors)
+    (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
+    (folder / "response.csv").write_text(response_csv(own, E_max), encoding="utf-8")
+    report = to_plain(report_mapping(result, file_entries(folder)))
+    text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
+    (folder / MARK).write_text(text + "\n", encoding="utf-8")
+
+
+def reproducing(result: SensorResult) -> str:
+    """Return the design file with the command that repeats the run as its first line."""
+    options = result.options
+    flags = (
+        f"--fruit-stiffness {options.fruit_stiffness} --contact-method {options.contact_method} "
+        f"--tol {options.tolerance:g}"
+    )
+    return f"# pipeline run --design design.toml {flags}\n{design_as_toml(result.design)}"
+
+
+def file_entries(folder: Path) -> list[dict[str, str]]:
+    """Return path and sha256 of every file in the folder but its report.json, in order of their names."""
+    paths = sorted(path for path in folder.rglob("*") if path.is_file() and path != folder / MARK)
+    return [{"path": path.relative_to(folder).as_posix(), "sha256": file_digest(path)} for path in paths]
+
+
+def file_digest(path: Path) -> str:
+    """Return the sha256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,113 @@
+"""The one reader of report.json: what the commands that start from an output folder take of it, typed."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from cad.design.design_file import design_from_mapping
+from cad.design.parameters import Design
+from cad.parts.housing import Housing
+from cad.quantity import InputError
+from pipeline.report.mapping import SCHEMA, Plain
+from pipeline.report.outputs import file_digest
+from pipeline.storage.plain import from_plain
+
+T = TypeVar("T")
+_READ_OF_RESPONSE = ("E_MPa", "x_mm", "P")
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredFile:
+    """A file of an output folder and its digest when it was written."""
+
+    path: str
+    sha256: str
+
+    def is_unchanged_in(self, folder: Path) -> bool:
+        """Say whether the file still lies inside the folder as it was written; a path that no file has does not."""
+        path = folder / self.path
+        try:
+            inside = path.resolve().is_relative_to(folder.resolve())
+            return inside and path.is_file() and file_digest(path) == self.sha256
+        except (OSError, ValueError):
+            return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredResponse:
+    """The response at one modulus E [MPa]: P [1] over the travel [mm]; None where a tip was off the fruit."""
+
+    E_MPa: float
+    x_mm: tuple[float, ...]
+    P: tuple[float | None, ...]
+
+    @property
+    def last_P(self) -> float | None:
+        """Return P at the deepest travel where all tips are on the fruit [1]."""
+        touching = [P for P in self.P if P is not None]
+        return touching[-1] if touching else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredReport:
+    """What commands take of a report: design, housing [mm] or None, deflections [mm], response, files."""
+
+    design: Design
+    housing: Housing | None
+    deflections_mm: tuple[float, ...]
+    response: tuple[StoredResponse, ...]
+    files: tuple[StoredFile, ...]
+
+
+def read_report(folder: Path) -> StoredReport:
+    """Return the report of an output folder; raises InputError, in one line, where it holds none as it was written."""
+    try:
+        data = json.loads((folder / "report.json").read_text(encoding="utf-8"), parse_constant=_refuse_constant)
+    except (OSError, ValueError) as error:
+        raise _refused(folder, f"must hold a report.json that can be read ({type(error).__name__})") from error
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        raise _refused(folder, f"its report.json must be one of pipeline run, schema {SCHEMA}")
+    try:
+        return _report(data)
+    except ValueError as error:
+        raise _refused(folder, f"its report.json must be as it was written ({error})") from error
+
+
+def _refuse_constant(name: str) -> float:
+    msg = f"{name} is no number of JSON"
+    raise ValueError(msg)
+
+
+def _report(data: Plain) -> StoredReport:
+    """Return the report of its JSON data; raises ValueError that names the first key that does not fit."""
+    housing = None if data.get("housing", "") is None else _part(Housing, data, "housing")
+    deflections = _part(tuple[float, ...], data, "deflections_mm")
+    if housing is not None and len(deflections) != len(housing.arms):
+        msg = f"deflections_mm has {len(deflections)} numbers; must be one for each of {len(housing.arms)} springs"
+        raise ValueError(msg)
+    rows = _part(tuple[Plain, ...], data, "response")
+    return StoredReport(
+        design=design_from_mapping(_part(Plain, data, "design")),
+        housing=housing,
+        deflections_mm=deflections,
+        response=tuple(_response(row, f"response[{place}]") for place, row in enumerate(rows)),
+        files=_part(tuple[StoredFile, ...], data, "files"),
+    )
+
+
+def _part(kind: type[T], data: Plain, key: str) -> T:
+    if key not in data:
+        msg = f"{key} is missing"
+        raise ValueError(msg)
+    return from_plain(kind, data[key], key)
+
+
+def _response(row: Plain, name: str) -> StoredResponse:
+    """Return what is read of a row; its other keys stay where they are."""
+    return from_plain(StoredResponse, {key: row[key] for key in _READ_OF_RESPONSE if key in row}, name)
+
+
+def _refused(folder: Path, bound: str) -> InputError:
+    reason = " ".join(bound.split())
+    return InputError(f"PATH = {str(folder)!r}: {reason}; name an output folder, or run the design again")

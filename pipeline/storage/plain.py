@@ -1,0 +1,78 @@
+"""Frozen records as plain JSON data and back, by the hints of their fields: what the cache and a report hold."""
+
+from dataclasses import is_dataclass
+from typing import Any, TypeVar, get_origin
+
+import cattrs
+import numpy as np
+from cattrs.strategies import configure_union_passthrough
+
+from cad.quantity import InputError
+
+T = TypeVar("T")
+
+_CONVERTER = cattrs.Converter(forbid_extra_keys=True, unstruct_collection_overrides={tuple: list})
+
+
+def to_plain(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
+    """Return a record as nested objects and lists that JSON holds."""
+    return _CONVERTER.unstructure(record)
+
+
+def from_plain(kind: type[T], data: object, name: str = "") -> T:
+    """Return the record of a type that plain data describe; errors call the data by the name, else by the type's.
+
+    Raises ValueError that names the place where the data do not fit: a missing or unknown key, a value of another kind.
+    """
+    try:
+        _check_container(kind, data)
+        return _CONVERTER.structure(data, kind)
+    except (cattrs.BaseValidationError, ValueError, TypeError) as error:
+        reason = cattrs.transform_error(error, path=name or kind.__name__, format_exception=_reason)[0]
+        msg = f"{reason}; it must be as it was written"
+        raise ValueError(msg) from error
+
+
+def _check_container(kind: type, data: object) -> None:
+    """Raise TypeError unless records and mappings are objects of JSON and tuples are lists."""
+    of_objects = is_dataclass(kind) or get_origin(kind) is dict
+    if of_objects and not isinstance(data, dict):
+        msg = "expected a JSON object"
+        raise TypeError(msg)
+    if get_origin(kind) is tuple and not isinstance(data, list):
+        msg = "expected a JSON list"
+        raise TypeError(msg)
+
+
+def _reason(error: BaseException, kind: type | None) -> str:
+    if isinstance(error, InputError):
+        return str(error)
+    return "expected a JSON object" if isinstance(error, AttributeError) else cattrs.v.format_exception(error, kind)
+
+
+def _is_array(kind: object) -> bool:
+    return getattr(kind, "__origin__", kind) is np.ndarray
+
+
+def _number(value: object, _kind: type) -> float:
+    """Return a number as a float; text and truth values are none, though Python would turn them into one."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        msg = f"expected a number, got {value!r}"
+        raise TypeError(msg)
+    return float(value)
+
+
+def _itself(value: object, kind: type) -> object:
+    """Return a text, whole number or truth value that is one: Python would make one of nearly anything."""
+    if type(value) is not kind:
+        msg = f"expected {kind.__name__}, got {value!r}"
+        raise TypeError(msg)
+    return value
+
+
+configure_union_passthrough(float | int | str | bool | None, _CONVERTER)
+_CONVERTER.register_structure_hook(float, _number)
+for _scalar in (str, int, bool):
+    _CONVERTER.register_structure_hook(_scalar, _itself)
+_CONVERTER.register_structure_hook_func(_is_array, lambda data, _: np.array(data, dtype=np.float64))
+_CONVERTER.register_unstructure_hook_func(_is_array, lambda array: array.tolist())

@@ -1,0 +1,139 @@
+"""Footprints of tips on a block of fruit, and what forces on the nodes of one do to the nodes of all.
+
+Nodal forces F and nodal displacements U of a footprint are tied by its punch table, F = Y U
+(`solve/halfspace/punch.py`). U is what the tip prescribes less what the other tips and the block's finite size add
+there: U = d - G F, with G the half-space between different tips plus the remainder v everywhere. So
+(I + Y G) F = Y d holds the forces of all tips at once, however close they are.
+"""
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from cad.design.parameters import Fruit
+from solve.arrays import Floats, Ints
+from solve.fruit.box import Lines, box_mesh
+from solve.fruit.remainder import Parity, remainder_compliance
+from solve.halfspace.punch import Punch, square_punch
+from solve.linear import SolveError
+
+# Nodes a side for the tips' action on each other, from this spacing [sides] up, and on the remainder, from this
+# height and distance to a side face [sides] up: each keeps its error below 5e-6 of s11.
+NODES_BETWEEN = ((4.0, 3), (2.0, 5), (1.2, 9), (1.1, 17), (0.0, 25))
+NODES_WITHIN = ((2.5, 2), (1.5, 3), (0.0, 4))
+RESIDUAL_LIMIT = 1e-10
+SAME_PLACE = 9  # digits, of a side
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """The footprint of one tip: its centre on the fruit and its side [mm], and the punch table of its shape."""
+
+    x: float
+    y: float
+    side: float
+    punch: Callable[[int], Punch] = square_punch
+
+    def nodes(self, per_side: int) -> Floats:
+        """Return the places of the nodes on the top of the block [mm], shape (nodes, 2)."""
+        places: Floats = self.side * self.punch(per_side).nodes + np.array([self.x, self.y])
+        return places
+
+    def room(self, fruit: Fruit) -> float:
+        """Return the distance from the centre to the nearest side face of a block [mm]."""
+        return min(0.5 * fruit.length_mm - abs(self.x), 0.5 * fruit.width_mm - abs(self.y))
+
+
+def closest_spacing(footprints: Sequence[Footprint]) -> float:
+    """Return the smallest spacing over side, along x or y, of two footprints [1]; infinite for a single one."""
+    pairs = itertools.combinations(footprints, 2)
+    return min((max(abs(a.x - b.x), abs(a.y - b.y)) / max(a.side, b.side) for a, b in pairs), default=np.inf)
+
+
+def nodes_between(footprints: Sequence[Footprint]) -> int:
+    """Return the nodes a side that carry the tips' action on each other."""
+    closest = closest_spacing(footprints)
+    return next(nodes for spacing, nodes in NODES_BETWEEN if closest >= spacing)
+
+
+def nodes_within(fruit: Fruit, footprints: Sequence[Footprint]) -> int:
+    """Return the nodes a side that carry the tips' action on the remainder."""
+    room = min(min(footprint.room(fruit), fruit.height_mm) / footprint.side for footprint in footprints)
+    return next(nodes for least, nodes in NODES_WITHIN if room >= least)
+
+
+def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]]:
+    """Return the index of each footprint's mirror image at x = 0 and at y = 0; none where one has no image."""
+    places = {footprint: index for index, footprint in enumerate(footprints)}
+    at_x = [places.get(replace(one, x=-one.x)) for one in footprints]
+    at_y = [places.get(replace(one, y=-one.y)) for one in footprints]
+    x, y = ([] if None in images else [index for index in images if index is not None] for images in (at_x, at_y))
+    return x, y
+
+
+def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
+    """Return the parities that level footprints excite: even alone at a plane through the centres of all of them."""
+    centres = np.array([(one.x, one.y) for one in footprints]).T
+    axes = zip(mirror_images(footprints), centres, strict=True)
+    signs = [(0,) if not images else (1, -1) if along.any() else (1,) for images, along in axes]
+    return [(x, y) for x in signs[0] for y in signs[1]]
+
+
+def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side: int) -> Floats:
+    """Return displacements at all nodes per force on the nodes of other footprints of a half-space, E = 1 [1/mm]."""
+    places = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
+    owner = np.repeat(np.arange(len(footprints)), per_side**2)
+    offset = places[:, None] - places
+    distance = np.where(owner[:, None] == owner, np.inf, np.hypot(offset[..., 0], offset[..., 1]))
+    between: Floats = (1.0 - poisson**2) / np.pi / distance
+    return between
+
+
+def node_remainder(
+    fruit: Fruit, footprints: Sequence[Footprint], lines: Lines, parities: Sequence[Parity], within: int, between: int
+) -> tuple[Floats, int]:
+    """Return what the finite block adds to the displacement of node i per force on node j, E = 1 [1/mm], and the dofs.
+
+    The compliance has shape (nodes, nodes), `between` nodes a side; its loads stand on fewer nodes, `within` a side.
+    The mesh is the box over `lines` [mm], which begin at mirror planes. A load there is the mean of loads even and odd
+    (`parities`); a parity that is left out counts as zero. Raises SolveError when a solve is not exact.
+    """
+    places = np.concatenate([footprint.nodes(within) for footprint in footprints])
+    mirrored = np.abs(parities[0])
+    image = np.where(mirrored * places < 0.0, -1, 1)
+    loads, load = _distinct(places * image, max(footprint.side for footprint in footprints))
+    remainder = remainder_compliance(box_mesh(lines), fruit.poisson, loads, parities)
+    signs = [np.where(image < 0, parity, 1).prod(axis=1) for parity in parities]
+    pairs = zip(signs, remainder.compliances, strict=True)
+    compliance = sum(np.outer(sign, sign) * answer[np.ix_(load, load)] for sign, answer in pairs)
+    raised = block_diag(*(one.punch(within).interpolate(one.punch(between).nodes) for one in footprints))
+    return raised @ compliance @ raised.T / 2 ** mirrored.sum(), remainder.dofs
+
+
+def _distinct(places: Floats, side: float) -> tuple[Floats, Ints]:
+    """Return the distinct places (n, 2) and the index of each place's own; equal are those within digits of a side."""
+    digits = np.round(places / side, SAME_PLACE) + 0.0
+    _, first, index = np.unique(digits, axis=0, return_index=True, return_inverse=True)
+    return places[first], index
+
+
+def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder: Floats, per_side: int) -> Floats:
+    """Return the compliance of footprints that stay level, times E [1/mm], shape (footprints, footprints).
+
+    `remainder` (nodes, nodes) [1/mm] is that between all nodes, `per_side` a side; 0 for a half-space. Raises
+    SolveError on a large residual.
+    """
+    G = remainder + half_space_between(footprints, poisson, per_side)
+    Y = block_diag(*(one.side * one.punch(per_side).stiffness for one in footprints)) / (1.0 - poisson**2)
+    level = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
+    system, right = np.eye(len(G)) + Y @ G, Y @ level
+    forces = np.linalg.solve(system, right)
+    residual = float(np.abs(system @ forces - right).max() / np.abs(right).max())
+    if not residual <= RESIDUAL_LIMIT:
+        msg = f"tip forces: relative residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the scene"
+        raise SolveError(msg)
+    S = np.linalg.inv(level.T @ forces)
+    return np.asarray(0.5 * (S + S.T))

@@ -1,0 +1,116 @@
+"""Every command that the README and the documents show is known to the command line, and is run: here or elsewhere."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pipeline.cli import main
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+LINE = re.compile(r"^    (?:\.venv/bin/)?((?:pipeline|make) [a-z].+)$", flags=re.MULTILINE)
+FENCE = re.compile(r"^```(?:sh|bash|shell|console)\n(.+?)^```", flags=re.MULTILINE | re.DOTALL)
+INLINE = re.compile(r"`(?:\.venv/bin/)?((?:pipeline|make) [a-z][^`\n]+)`")
+SCRIPT = re.compile(r"python ((?:docs|tests)/[\w/]+\.py)")
+
+RUN_HERE = {
+    "pipeline run --nl 0.05": 0,
+    "pipeline run --nl 0.03 --p-max 6 --out outputs/mine": 0,
+    "pipeline run --set fruit.height_mm=20 --set tips.side_mm=1.5": 0,
+    "pipeline check outputs/mine": 0,
+    "pipeline run --design mine.toml --process sla-resin": 0,
+    "pipeline design --design mine.toml --process sla-resin --out outputs/mine": 0,
+    "pipeline design": 0,
+    "pipeline design --list-processes": 0,
+    "pipeline design --design gentle --set tips.socket=pin --out outputs/gentle": 0,
+    "pipeline design --set print.gauges=foil --out outputs/gauged": 0,
+    "pipeline run --set springs.K_l_N_per_m=880 --set springs.K_h_N_per_m=20100 --out outputs/unit": 1,
+    "pipeline view outputs/paper --png pictures": 0,
+    "pipeline doctor": 0,
+}
+"""What is run below in one folder, in this order, with its exit code."""
+
+ELSEWHERE = {
+    "make run": ("Makefile", "$(BIN)/pipeline run --nl 0.05"),
+    "make setup": ("Makefile", "lint: setup"),
+    "make test": (".ci/run", "make test"),
+    "pipeline run --fruit-stiffness hayes": ("tests/pipeline/test_run.py", '"--fruit-stiffness", "hayes"'),
+    "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
+    "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),
+    "pipeline bench": ("tests/pipeline/bench/test_bench.py", "quick=True"),
+    "pipeline bench --hard": ("tests/pipeline/bench/hard/test_suite.py", "hard("),
+}
+"""The file that runs a command, and words by which one finds the place."""
+
+
+def commands(text: str) -> set[str]:
+    """Return the commands that a text shows in indented lines, in shell blocks and in its sentences."""
+    fenced = (line for block in FENCE.findall(text) for line in block.splitlines())
+    shown = [*LINE.findall(text), *INLINE.findall(text), *LINE.findall("\n".join(f"    {line}" for line in fenced))]
+    return {re.split(r"\s+#", command)[0].strip() for command in shown}
+
+
+def shown() -> list[str]:
+    return sorted(set().union(*(commands(page.read_text(encoding="utf-8")) for page in PAGES)))
+
+
+def is_run(command: str) -> bool:
+    """Say whether a command is run, or is part of one that is."""
+    words = command.split()
+    wholes = (whole.split() for whole in (*RUN_HERE, *ELSEWHERE))
+    return any(words[:2] == whole[:2] and set(words) <= set(whole) for whole in wholes)
+
+
+def test_commands_are_found() -> None:
+    text = "x\n    .venv/bin/pipeline run --nl 1   # why\n    pipeline  IN\n\n```sh\nmake test\n```\n"
+    assert commands(text + "and `pipeline doctor`, not `apt make`.\n") == {
+        "pipeline run --nl 1",
+        "make test",
+        "pipeline doctor",
+    }
+    assert {"make run", "make test", "pipeline design"} <= set(shown())
+
+
+@pytest.mark.parametrize("command", [command for command in shown() if command.startswith("pipeline")])
+def test_shown_command_is_known(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    _, name, *words = command.split()
+    assert main([name, "-h"]) == 0
+    text = capsys.readouterr().out
+    assert [word for word in words if word.startswith("-") and not re.search(rf"{word}\b", text)] == []
+
+
+@pytest.mark.parametrize("command", shown())
+def test_shown_command_is_run(command: str) -> None:
+    assert is_run(command)
+
+
+def test_command_that_nobody_runs_is_seen() -> None:
+    assert not is_run("pipeline run --design nobody")
+    assert is_run("pipeline run --nl 0.03")
+
+
+@pytest.mark.parametrize("command", ELSEWHERE)
+def test_place_that_runs_a_command_exists(command: str) -> None:
+    path, words = ELSEWHERE[command]
+    assert words in (ROOT / path).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_shown_script_exists(page: Path) -> None:
+    assert [path for path in SCRIPT.findall(page.read_text(encoding="utf-8")) if not (ROOT / path).is_file()] == []
+
+
+def test_commands_end_as_they_should(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`mine.toml` is the example of docs/design-file.md."""
+    example = re.search(r"(?:^    .*\n|^\n)*^    name = (?:.*\n)(?:    .*\n|\n)*", design_page(), flags=re.MULTILINE)
+    assert example is not None
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(re.sub(r"^    ", "", example[0], flags=re.MULTILINE), encoding="utf-8")
+    codes = {command: main(command.split()[1:]) for command in RUN_HERE}
+    assert codes == RUN_HERE
+    assert {path.name for path in (tmp_path / "pictures").iterdir()} >= {"housing.png", "response.png"}
+
+
+def design_page() -> str:
+    return (ROOT / "docs" / "design-file.md").read_text(encoding="utf-8")

@@ -1,0 +1,113 @@
+"""The documents are true of the tree: links lead somewhere, generated pages are up to date, rooms and types exist."""
+
+import importlib.util
+import re
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+PACKAGES = ("cad", "mesh", "solve", "pipeline")
+MOST_BYTES = 8000
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+HEADING = re.compile(r"^#+ (.+)$", flags=re.MULTILINE)
+SOURCE = re.compile(r"`((?:cad|mesh|solve|pipeline|tests|docs|designs)/[\w/.-]+)`")
+TYPED = re.compile(r"^\| `([A-Z]\w+)` \| `([\w/]+\.py)` \|", flags=re.MULTILINE)
+ROOM = re.compile(r"^\| `([a-z/]+)` \|", flags=re.MULTILINE)
+MACHINE = re.compile(r"(?<![\w.:/-])/(?:work|tmp|home|root|usr|opt|var|mnt|media|Users)\b|[A-Z]:\\")
+ARCHITECTURE = ROOT / "docs" / "architecture.md"
+
+
+def text_of(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of a page's headings: lower case, punctuation dropped, spaces as hyphens."""
+    titles = (re.sub(r"[^\w\- ]", "", title.lower()) for title in HEADING.findall(text_of(page)))
+    return {title.replace(" ", "-") for title in titles}
+
+
+def broken_links(page: Path) -> list[str]:
+    """Return the relative links of a page that lead to no file, or to no heading of it."""
+    broken = []
+    for link in LINK.findall(text_of(page)):
+        path, _, anchor = link.partition("#")
+        target = page.parent / path if path else page
+        if "://" not in link and (not target.exists() or (anchor and anchor not in anchors(target))):
+            broken.append(link)
+    return broken
+
+
+def machine_paths(text: str) -> list[str]:
+    return MACHINE.findall(text)
+
+
+def missing_sources(text: str) -> list[str]:
+    """Return the paths of the tree that a text names and that do not exist; types have a test of their own."""
+    return [path for path in SOURCE.findall(TYPED.sub("", text)) if not (ROOT / path).exists()]
+
+
+def generator() -> ModuleType:
+    """Return docs/pages.py as a module."""
+    spec = importlib.util.spec_from_file_location("docs_pages", ROOT / "docs" / "pages.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_readme_is_short() -> None:
+    assert len((ROOT / "README.md").read_bytes()) <= MOST_BYTES
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_page_is_true_of_the_tree(page: Path) -> None:
+    assert broken_links(page) == []
+    assert machine_paths(text_of(page)) == []
+    assert missing_sources(text_of(page)) == []
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page.parent.name == "docs"], ids=lambda page: page.name)
+def test_page_is_reached_from_the_readme(page: Path) -> None:
+    """Directly, or by one page that the README links."""
+    linked = {link.partition("#")[0] for link in LINK.findall(text_of(ROOT / "README.md"))}
+    beyond = {f"docs/{link.partition('#')[0]}" for near in linked if near.startswith("docs/") and near.endswith(".md")
+              for link in LINK.findall(text_of(ROOT / near))}  # fmt: skip
+    assert f"docs/{page.name}" in linked | beyond
+
+
+def test_planted_faults_are_found(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("# A title\n[a](none.md) [b](#a-title) [c](#another) [d](page.md)\n", encoding="utf-8")
+    assert broken_links(page) == ["none.md", "#another"]
+    assert machine_paths("see /home/someone/x, but not https://a.org/home or outputs/tmp") != []
+    assert machine_paths("https://a.org/home and outputs/tmp") == []
+    assert missing_sources("`cad/nowhere.py` and `cad/verdict.py`") == ["cad/nowhere.py"]
+
+
+@pytest.mark.parametrize("name", ["design-file.md", "processes.md"])
+def test_generated_page_is_up_to_date(name: str) -> None:
+    """Else run `python docs/pages.py`."""
+    assert text_of(ROOT / "docs" / name) == generator().PAGES[name]()
+
+
+def test_key_without_meaning_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"fruit\.colour: must be a key with one meaning"):
+        generator().checked({"fruit.shape": "x"}, ["fruit.shape", "fruit.colour"])
+
+
+def test_rooms_of_the_architecture_are_the_folders() -> None:
+    first, _, _ = text_of(ARCHITECTURE).partition("## The import rule")
+    folders = {path.parent.relative_to(ROOT).as_posix() for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
+    assert set(ROOM.findall(first)) == folders
+
+
+@pytest.mark.skipif(not (ROOT / "pipeline" / "result.py").exists(), reason="the typed results are not there yet")
+def test_types_of_the_architecture_are_in_their_files() -> None:
+    types = TYPED.findall(text_of(ARCHITECTURE))
+    assert len(types) > 10
+    assert [name for name, path in types if f"class {name}" not in text_of(ROOT / path)] == []

@@ -1,0 +1,89 @@
+"""docs/report-json.md explains every key of a report, every verdict and every column, and none that is not there."""
+
+import json
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pipeline.cli import main
+
+PAGE = (Path(__file__).parents[2] / "docs" / "report-json.md").read_text(encoding="utf-8")
+WORDS = {
+    "SPRING": "(low|high)",
+    "NUMBER": "(K_l|K_h|P_max|NL|contact)",
+    "TABLE": "[a-z]+",
+    "KEY": r"\w+(\[\])?",
+    "STAGE": r"\w+",
+    "PACKAGE": r"[\w-]+",
+}
+"""What the words in capitals stand for."""
+
+
+def leaves(value: object, path: str = "") -> Iterator[str]:
+    """Yield the path of every value in nested tables and lists, `[]` for the elements of a list."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from leaves(item, f"{path}.{key}" if path else key)
+    elif isinstance(value, list):
+        for item in value:
+            yield from leaves(item, path if path.endswith("[]") else f"{path}[]")
+    else:
+        yield path
+
+
+def pattern(key: str) -> re.Pattern[str]:
+    return re.compile(re.sub(r"[A-Z]{3,}", lambda word: WORDS[word[0]], re.escape(key)))
+
+
+def explained(kind: str) -> list[str]:
+    """Return the names in the first column of every table of the page whose first column is of a kind."""
+    names: list[str] = []
+    for table in re.findall(rf"^\| {kind} \|.*\n\|.*\n((?:\|.*\n)+)", PAGE, flags=re.MULTILINE):
+        for row in table.splitlines():
+            names += re.findall(r"`([^`]+)`", row.split("|")[1])
+    return names
+
+
+def unexplained(names: set[str], kind: str) -> set[str]:
+    patterns = [pattern(name) for name in explained(kind)]
+    return {name for name in names if not any(each.fullmatch(name) for each in patterns)}
+
+
+@pytest.fixture(scope="module")
+def report(designed: Path) -> dict[str, object]:
+    data: dict[str, object] = json.loads((designed / "report.json").read_text(encoding="utf-8"))
+    return data
+
+
+def test_every_key_is_explained(report: dict[str, object]) -> None:
+    assert unexplained(set(leaves(report)), "key") == set()
+
+
+def test_no_explained_key_is_missing(report: dict[str, object]) -> None:
+    found = set(leaves(report))
+    assert [key for key in explained("key") if not any(pattern(key).fullmatch(path) for path in found)] == []
+    assert {key.split(".")[0].split("[")[0] for key in explained("key")} == set(report)
+
+
+def test_every_verdict_is_explained(
+    report: dict[str, list[dict[str, str]]], designed: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert main(["check", os.fspath(designed), "--json"]) == 0
+    checked = json.loads(capsys.readouterr().out)
+    names = {verdict["name"] for verdict in (*report["verdicts"], *checked)}
+    assert {"P_max", "sideways.low", "files.unchanged"} <= names
+    assert unexplained(names, "verdict") == set()
+
+
+def test_columns_of_the_table_are_explained(designed: Path) -> None:
+    heads = (designed / "response.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
+    assert explained("column") == heads
+
+
+def test_planted_key_is_seen() -> None:
+    assert unexplained({"flexures.low.colour", "flexures.low.dofs"}, "key") == {"flexures.low.colour"}
+    assert set(leaves({"a": [{"b": 1.0}, {"b": None}], "c": [[1.0], [2.0]]})) == {"a[].b", "c[]"}

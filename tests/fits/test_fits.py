@@ -1,0 +1,61 @@
+"""Each fitted constant against the script that recomputes it, on few designs and moderate meshes."""
+
+from functools import partial
+
+import pytest
+from fits import (
+    block_mesh,
+    coarse_mesh,
+    contact_cells,
+    frame_share,
+    gauge_edges,
+    locking,
+    mesh_pairs,
+    root_strain,
+    rounded_edge,
+    split_errors,
+)
+from fits.comparison import covering, fitted
+from fits.springs import EVERY, ODD, TITANIUM
+
+from pipeline.uncertainty import causes
+
+FAMILY = (2.0, 1.0, 0.5)  # one mesh coarser than the product's: locks more
+TO_SCALE_1 = 1.0  # good enough a reference for the mesh of scale 2
+BLOCKS = (split_errors.BLOCKS["paper"], split_errors.BLOCKS["low"])
+
+REDUCED = {
+    "frame": frame_share.compared,
+    "rounded edge": rounded_edge.compared,
+    "coarse mesh": coarse_mesh.compared,
+    "cheapest pair": partial(mesh_pairs.compared, mesh_pairs.CHEAPEST, EVERY, TO_SCALE_1),
+    "odd shapes": partial(mesh_pairs.compared, mesh_pairs.CHEAPEST, ODD, TO_SCALE_1),
+    "default pair": partial(mesh_pairs.compared, mesh_pairs.DEFAULT, (TITANIUM,)),
+    "root strain": partial(root_strain.compared, (TITANIUM,)),
+    "gauge edges": gauge_edges.compared,
+    "locking": partial(locking.compared, (0.4999,), FAMILY),
+    "block mesh": block_mesh.compared,
+    "split": partial(split_errors.compared, BLOCKS, 8),
+    "contact cells": partial(contact_cells.compared, contact_cells.PARTLY[::2], contact_cells.SPHERES[:1]),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compared", REDUCED.values(), ids=REDUCED)
+def test_constant_is_what_its_script_recomputes(compared):
+    rows = compared()
+    assert rows
+    assert [str(row) for row in rows if not row.holds] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wrong", [0.9, 3.6])
+def test_wrong_constant_is_caught(wrong, monkeypatch):
+    monkeypatch.setattr(causes, "ROUNDING", wrong)
+    assert not any(row.holds for row in rounded_edge.compared())
+
+
+def test_share_that_covers_too_little_or_far_too_much_does_not_hold():
+    seen = (0.1, 0.2)
+    assert [covering("share", share, seen).holds for share in (0.19, 0.2, 0.6, 0.61)] == [False, True, True, False]
+    assert [fitted("number", value, 2.0, 0.1).holds for value in (1.8, 1.95, 2.2)] == [False, True, False]

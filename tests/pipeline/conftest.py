@@ -1,0 +1,78 @@
+"""The default run, once for all tests of the session, and a stand-in for it where a test is of what is around it."""
+
+import contextlib
+import io
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+from stand_ins import result_of
+
+import pipeline
+from cad.design.parameters import Design
+from pipeline.cli import main
+from pipeline.options import RunOptions
+from pipeline.result import SensorResult
+from pipeline.storage.folder import output_folder
+
+
+@dataclass(frozen=True, kw_only=True)
+class DefaultRun:
+    """The exit code of `pipeline run --nl 0.05`, its folder, what it returned to the command and what it printed."""
+
+    code: int
+    folder: Path
+    result: SensorResult
+    printed: str
+
+
+@pytest.fixture(scope="session")
+def default_run(tmp_path_factory: pytest.TempPathFactory) -> DefaultRun:
+    folder = tmp_path_factory.mktemp("runs") / "default"
+    results: list[SensorResult] = []
+    work = pipeline.run
+
+    def kept(design: Design, options: RunOptions) -> SensorResult:
+        results.append(work(design, options))
+        return results[-1]
+
+    printed = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(printed):
+        patch.setattr(pipeline, "run", kept)
+        code = main(["run", "--nl", "0.05", "--out", str(folder)])
+    return DefaultRun(code=code, folder=folder, result=results[0], printed=printed.getvalue())
+
+
+class StandInRun:
+    """Stands for `pipeline.run`: writes a report where it is told, keeps what it was asked for, returns a result."""
+
+    def __init__(self) -> None:
+        """Pass every verdict, until told otherwise."""
+        self.asked: list[tuple[Design, RunOptions]] = []
+        self.passed: bool | None = True
+        self.error: BaseException | None = None
+        self.result = result_of()
+
+    @property
+    def designs(self) -> list[Design]:
+        """Return the designs that were run."""
+        return [design for design, _ in self.asked]
+
+    def __call__(self, design: Design, options: RunOptions) -> SensorResult:
+        """Run nothing, or raise inside the output folder."""
+        with output_folder(options.out) as folder:
+            (folder / "report.json").write_text("{}", encoding="utf-8")
+            if self.error is not None:
+                raise self.error
+        self.asked.append((design, options))
+        verdicts = tuple(replace(verdict, passed=self.passed) for verdict in self.result.verdicts)
+        return replace(self.result, design=design, options=options, verdicts=verdicts)
+
+
+@pytest.fixture
+def stand_in_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> StandInRun:
+    """Put a light run in the place of the real one, in an empty current folder."""
+    run = StandInRun()
+    monkeypatch.setattr(pipeline, "run", run)
+    monkeypatch.chdir(tmp_path)
+    return run

@@ -1,0 +1,63 @@
+"""Notes beside the verdicts: each with its number, the paper's only for its own scene."""
+
+import dataclasses
+import re
+
+import pytest
+from stand_ins import CONTACT, result_of
+
+from cad.design.parameters import Design, Fruit, Press
+from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
+from pipeline.report.notes import notes
+
+
+def note(result, start):
+    (line,) = (line for line in notes(result) if line.startswith(start))
+    return line
+
+
+def test_paper_s_springs_are_noted_with_what_they_reach():
+    K_m = 3.5 * CONTACT.K_m_over_E()
+    springs = Springs(K_l=0.753, K_h=17.3)
+    P_max, NL = force_ratio(springs, K_m), 100.0 * nonlinearity(springs, K_m, "mid-range")
+    line = f"the paper's own springs reach P_max {P_max:.3f} and NL {NL:.2f} % under this contact (targets 5 and 5 %)"
+    assert line in notes(result_of())
+
+
+@pytest.mark.parametrize("fruit", [Fruit(height_mm=20.0), Fruit(poisson=0.45)])
+def test_another_fruit_has_no_note_on_the_papers_springs(fruit):
+    assert [line for line in notes(result_of(Design(fruit=fruit))) if "own springs reach" in line] == []
+
+
+def test_fruit_stiffness_pressure_and_depth_are_given():
+    result = result_of()
+    assert note(result, "the targets hold").startswith(
+        f"the targets hold for this fruit and these tips, K_m/E = {CONTACT.K_m_over_E():.5g} mm"
+    )
+    force = result.press.table.F[-1, -1].max()
+    assert note(result, "bruise") == f"bruise: mean pressure {force:.2g} MPa at the largest E and full travel"
+    deep = result_of(Design(press=Press(travel_mm=0.3)))
+    assert note(deep, "press").startswith("press: 0.3 tip sides at most")
+
+
+def test_calibration_note_is_three_times_the_relative_error_of_a_leaf():
+    """K goes with the cube of the thickness: 0.05 mm on 0.8 and 1.2 mm."""
+    words = r"calibrate each printed unit: leaves 0\.05 mm off move K_l by (\d+) % and K_h by (\d+) %"
+    percent = [float(text) for text in re.fullmatch(words, note(result_of(), "calibrate")).groups()]
+    assert percent == pytest.approx([100.0 * 3.0 * 0.05 / t for t in (0.8, 1.2)], abs=0.51)  # whole per cent
+
+
+@pytest.mark.parametrize(("P", "words"), [(4.25, "full travel is 4.25"), (float("nan"), "none, a tip is off")])
+def test_scene_beyond_the_law_is_noted_with_its_own_response(P, words):
+    result = result_of()
+    ratios = result.press.table.P.copy()
+    ratios[-1, -1] = P
+    curved = dataclasses.replace(result.press.table, cells=80, P=ratios)
+    beyond = dataclasses.replace(result, press=dataclasses.replace(result.press, table=curved))
+    assert words in note(beyond, "P_max, NL and response.csv are those of a level sensor")
+    assert [line for line in notes(result) if line.startswith("P_max, NL")] == []
+
+
+def test_file_that_is_left_out_is_noted_last():
+    left_out = dataclasses.replace(result_of(), left_out="fruit.vtu is left out: too steep")
+    assert notes(left_out)[-1] == "fruit.vtu is left out: too steep"

@@ -1,0 +1,30 @@
+"""The files that say what a run has found: a design that repeats it, and every file with its digest."""
+
+import hashlib
+
+from stand_ins import result_of
+
+from cad.design.design_file import design_from_mapping, read_design
+from cad.design.parameters import Design, Fruit
+from pipeline.options import RunOptions
+from pipeline.report.outputs import file_entries, write_outputs
+
+
+def test_design_file_is_the_design_and_says_how_it_was_run(tmp_path):
+    design = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)))
+    options = RunOptions(fruit_stiffness="hayes", contact_method="direct", tolerance=0.02)
+    write_outputs(result_of(design, options), tmp_path)
+    path = tmp_path / "design.toml"
+    assert design_from_mapping(read_design(path)) == design
+    first = path.read_text(encoding="utf-8").splitlines()[0]
+    flags = "--fruit-stiffness hayes --contact-method direct --tol 0.02"
+    assert first == f"# pipeline run --design design.toml {flags}"
+
+
+def test_entries_are_every_file_but_the_report_in_order_with_its_digest(tmp_path):
+    (tmp_path / "pictures").mkdir()
+    for name in ("b.stl", "a.step", "pictures/c.png"):
+        (tmp_path / name).write_text(name, encoding="utf-8")
+    (tmp_path / "report.json").write_text("{}", encoding="utf-8")
+    digests = {name: hashlib.sha256(name.encode()).hexdigest() for name in ("a.step", "b.stl", "pictures/c.png")}
+    assert file_entries(tmp_path) == [{"path": name, "sha256": digest} for name, digest in digests.items()]

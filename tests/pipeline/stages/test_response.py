@@ -1,0 +1,84 @@
+"""Each press of a scene is solved once, by the stage that owns it; the closed forms of its forces."""
+
+import numpy as np
+import pytest
+from stand_ins import CONTACT, result_of, sizing_of, springs_of
+
+import pipeline.stages.response
+from cad.design.parameters import Design, Fruit
+from pipeline.report.mapping import report_mapping
+from pipeline.report.outputs import write_outputs
+from pipeline.report.tables import print_everything, print_summary
+from pipeline.stages.response import TRAVELS, mean_tip_pressure, press_scene, spring_shares
+from pipeline.stages.verdicts import paper_verdicts
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """Return a list that every solve of a scene adds its springs, moduli and travels to."""
+    presses = []
+    solve = pipeline.stages.response.scene_response
+
+    def counted(scene, contact, C, E, x):
+        presses.append((tuple(np.diag(C)), tuple(E), tuple(x)))
+        return solve(scene, contact, C, E, x)
+
+    monkeypatch.setattr(pipeline.stages.response, "scene_response", counted)
+    return presses
+
+
+def test_every_press_of_a_run_is_solved_once(solved):
+    """Own springs: table, scan and hardest press; the paper's: table and scan."""
+    result_of()
+    assert len(solved) == len(set(solved)) == 5
+
+
+def test_reports_solve_nothing(solved, tmp_path, capsys):
+    result = result_of()
+    solved.clear()
+    report_mapping(result)
+    print_summary(result)
+    print_everything(result)
+    write_outputs(result, tmp_path)
+    assert solved == []
+    assert capsys.readouterr().out
+
+
+def test_a_press_that_is_solved_twice_would_be_seen(solved):
+    springs = springs_of(Design())
+    for _ in range(2):
+        press_scene(Design(), CONTACT, springs.C)
+    assert len(solved) == 2 * len(set(solved))
+
+
+def test_another_fruit_leaves_the_papers_springs_unsolved(solved):
+    kiwi = Design(fruit=Fruit(height_mm=20.0))
+    assert paper_verdicts(kiwi, CONTACT, sizing_of(kiwi)) is None
+    assert solved == []
+
+
+def test_presses_end_where_the_design_says():
+    """The table at full travel and each modulus shown, the scan at E_max, the hardest at the largest of all."""
+    design = Design(fruit=Fruit(E_MPa=(1.0, 10.0), E_max_MPa=3.5))
+    press = press_scene(design, CONTACT, springs_of(design).C)
+    assert press.table.E.tolist() == [1.0, 10.0]
+    assert (len(press.table.x), press.table.x[-1]) == (TRAVELS, design.press.travel_mm)
+    assert (press.scan.E[0], press.scan.E[-1]) == (1.0, 3.5)
+    assert (np.diff(press.scan.E) > 0.0).all()
+    assert (press.hardest.E.tolist(), press.hardest.x.tolist()) == ([10.0], [design.press.travel_mm])
+
+
+def test_share_of_a_spring_is_its_share_of_the_compliance():
+    """F = x / (1/K + 1/K_m): dF/F = dK/K x (1/K) / (1/K + 1/K_m), with 1/K_m = (s11 - s12) / E."""
+    C = np.diag([1.0 / 0.9, 1.0 / 20.0])
+    shares = spring_shares(CONTACT, C, 2.0)
+    soft_fruit = (0.766603 - 0.010526) / 2.0
+    assert shares == pytest.approx([(1.0 / K) / (1.0 / K + soft_fruit) for K in (0.9, 20.0)], rel=1e-12)
+
+
+def test_mean_pressure_is_the_larger_force_over_the_face_of_its_tip():
+    """2.24 N of the high tip on 1 mm^2 at 3.5 MPa and full travel."""
+    result = result_of()
+    force = result.press.table.F[-1, -1].max()
+    assert mean_tip_pressure(result.design, result.press) == pytest.approx(force / 1.0, rel=1e-12)
+    assert force == pytest.approx(2.24, abs=0.01)

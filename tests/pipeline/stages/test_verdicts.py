@@ -1,0 +1,80 @@
+"""Which verdicts a run gives, whose numbers they are, and where the paper's own springs stand beside."""
+
+import dataclasses
+
+import pytest
+from stand_ins import CONTACT, GOOD, default_housing, result_of, sizing_of, springs_of
+
+from cad.design.parameters import Design, Fruit, Targets, Tips
+from pipeline.options import RunOptions
+from pipeline.stages.response import press_scene
+from pipeline.stages.verdicts import advised, characteristic, paper_verdicts, sensor_verdicts, tip_pressure
+
+ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high"]
+
+
+def verdicts_of(design, *, made=True):
+    springs = springs_of(design, made=made)
+    press = press_scene(design, CONTACT, springs.C)
+    return sensor_verdicts(design, CONTACT, sizing_of(design), springs, (GOOD,) if made else (), press)
+
+
+def test_every_run_has_the_same_verdicts_then_those_on_its_solid():
+    assert [verdict.name for verdict in verdicts_of(Design())] == [*ALWAYS, "geometry.valid"]
+    assert [verdict.name for verdict in verdicts_of(Design(), made=False)] == [*ALWAYS, "geometry.made"]
+
+
+def test_bruise_is_a_verdict_only_where_the_fruit_has_a_limit():
+    design = Design(fruit=Fruit(bruise_limit_MPa=0.29))
+    (bruise,) = (verdict for verdict in verdicts_of(design) if verdict.name == "bruise")
+    assert (bruise.passed, bruise.limit) == (False, 0.29)
+    assert "bruise" not in [verdict.name for verdict in verdicts_of(Design())]
+
+
+@pytest.mark.parametrize(
+    ("tips", "failed"),
+    [(Tips(socket="pin", shape="cylinder"), []), (Tips(), []), (Tips(shape="cylinder"), ["geometry.tip_shape"])],
+    ids=["pins", "printed cubes", "printed cylinders"],
+)
+def test_tips_that_the_housing_does_not_carry_fail(tips, failed):
+    """A cylinder is asked for with pins, or not made."""
+    names = [verdict.name for verdict in verdicts_of(Design(tips=tips)) if verdict.name.startswith("geometry.tip")]
+    assert names == failed
+
+
+def test_characteristic_is_judged_by_the_true_contact():
+    own = characteristic(CONTACT, sizing_of(Design()), springs_of(Design()).stiffnesses, (0.01, 0.02))
+    assert own.K_m_max == pytest.approx(3.5 * CONTACT.K_m_over_E(), rel=1e-12)
+    assert own.K_m_error == pytest.approx(CONTACT.error_pair * own.K_m_max, rel=1e-12)
+    assert own.spring_errors == (0.01, 0.02)
+
+
+@pytest.mark.parametrize(("solved", "added"), [(0.03, 0.03), (float("nan"), 0.0)])
+def test_error_of_the_pressure_is_that_of_the_worst_spring_and_of_the_contact(solved, added):
+    """A spring's relative error moves its force by the spring's share (1/K) / (1/K + 1/K_m) of the compliance."""
+    design, springs = Design(), springs_of(Design())
+    press = press_scene(design, CONTACT, springs.C)
+    hardest = press.hardest
+    known = dataclasses.replace(press, hardest=dataclasses.replace(hardest, F_error=hardest.F_error * 0.0 + solved))
+    pressure = tip_pressure(design, CONTACT, springs, known)
+    K_m = 3.5 * CONTACT.K_m_over_E()
+    shares = [K_m / (K_m + spring.stiffness) * spring.K.relative for spring in springs.springs]
+    assert pressure.relative == pytest.approx(max(shares) + added, rel=1e-9)
+    assert pressure.unit == "MPa"
+
+
+def test_advice_is_for_springs_of_one_piece():
+    """Gauges and pins have bars of their own, which no tolerance brings down."""
+    springs, options = springs_of(Design()), RunOptions(tolerance=0.02)
+    open_ = dataclasses.replace(GOOD, name="K_l", limit=900.0, tolerance=0.001, relative=True, error=9.0, passed=None)
+    (whole,) = advised([open_], springs, options)
+    assert whole.reference.endswith("--tol 0.0005 would decide")
+    gauged = dataclasses.replace(springs.fitted, housing=dataclasses.replace(default_housing(), gauges="foil"))
+    assert advised([open_], dataclasses.replace(springs, fitted=gauged), options) == (open_,)
+
+
+def test_papers_springs_are_judged_by_the_papers_targets_whatever_the_design_asks():
+    design = Design(targets=Targets(P_max=7.0, NL=0.03))
+    paper = paper_verdicts(design, CONTACT, sizing_of(design))
+    assert paper == result_of().paper
+    assert {verdict.name: verdict.limit for verdict in paper[:2]} == {"P_max": 5.0, "NL": 0.05}

@@ -1,0 +1,105 @@
+"""A design from a preset or a file with changes on top, numbers or text; options that name what there is."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from cad.design.parameters import Design, Fruit
+from cad.quantity import InputError
+from pipeline import RunOptions, load_design, options
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_design_file_without_a_name_is_named_for_itself(tmp_path):
+    (tmp_path / "kiwi.toml").write_text("[targets]\nNL = 0.1\n", encoding="utf-8")
+    for path in (tmp_path / "kiwi.toml", str(tmp_path / "kiwi.toml")):
+        design = load_design(path, {"targets.P_max": "3"})
+        assert (design.name, design.targets.NL, design.targets.P_max) == ("kiwi", 0.1, 3.0)
+
+
+def test_path_needs_no_ending_and_a_name_no_path(tmp_path, monkeypatch):
+    """A Path is a file whatever its name; text is a preset unless it looks like a file."""
+    monkeypatch.chdir(tmp_path)
+    Path("paper").write_text("[targets]\nNL = 0.1\n", encoding="utf-8")
+    assert load_design(Path("paper")).targets.NL == 0.1
+    assert load_design("./paper").targets.NL == 0.1
+    assert load_design("paper").targets.NL == 0.05
+
+
+def test_presets_beside_the_checkout_are_found_from_anywhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert options.design_path("paper") == ROOT / "designs" / "paper.toml"
+    assert load_design() == load_design("paper", {}) == Design()
+
+
+def test_without_presets_a_path_is_asked_for(tmp_path, monkeypatch):
+    monkeypatch.setattr(options, "DESIGNS", tmp_path)
+    with pytest.raises(ValueError, match=r"--design = 'paper': must be one of , or a path .*; give a path"):
+        options.design_path("paper")
+
+
+def test_changes_are_numbers_lists_or_their_text():
+    given = load_design("paper", {"targets.NL": 0.06, "fruit.E_MPa": [1, 2], "name": "mine", "tips.shape": "cylinder"})
+    assert (given.targets.NL, given.fruit.E_MPa, given.name, given.tips.shape) == (0.06, (1.0, 2.0), "mine", "cylinder")
+    texts = {"targets.NL": "0.06", "fruit.E_MPa": "[1, 2]", "name": "mine", "tips.shape": "cylinder"}
+    assert load_design("paper", texts) == given
+    assert load_design("paper", {"fruit.E_MPa": (1.0, 2.0)}).fruit == Fruit(E_MPa=(1.0, 2.0))
+
+
+@pytest.mark.parametrize("number", [0.1, 1e-05, 0.1 + 0.2, 1 / 3, 5e-324])
+def test_number_arrives_to_the_last_bit(number):
+    """Small ones are refused as travels only by their bound; each is the one that was given."""
+    assert load_design("paper", {"press.travel_mm": number}).press.travel_mm == number
+
+
+BAD = [
+    ("targets.NL", float("nan"), "targets.NL = 'nan': must be a finite number, a list of them or text"),
+    ("targets.NL", float("inf"), "targets.NL = 'inf': must be a finite number"),
+    ("fruit.E_MPa", [1.0, float("nan")], "fruit.E_MPa = '[1.0, nan]': must be a finite number"),
+    pytest.param("targets.NL", object(), "targets.NL = '<object object at .*>': must be a finite number", id="object"),
+    ("targets.NL", {1, 2}, "targets.NL = '{1, 2}': must be a finite number"),
+    ("targets.NL", 1 + 2j, r"targets.NL = '(1+2j)': must be a finite number"),
+    ("targets.NL", None, "targets.NL = 'null': must be a number greater than 0 and less than 0.5"),
+    ("targets.NL", True, "targets.NL = True: must be a number greater than 0 and less than 0.5"),
+    ("targets.NL", {"a": 1}, "targets.NL = '{\"a\": 1}': must be a number greater than 0 and less than 0.5"),
+    ("targets.NL", [0.05], "targets.NL = (0.05,): must be a number greater than 0"),
+    ("targets.NL", 0.7, "targets.NL = 0.7: must be greater than 0 and less than 0.5"),
+    ("fruit.E_MPa", [], "fruit.E_MPa = () MPa: must be a list of at least one number"),
+    ("fruit.E_MPa", [1, "2"], "fruit.E_MPa = '2' MPa: must be a number greater than 0"),
+    ("fruit.E_MPa", [[1.0]], "fruit.E_MPa = (1.0,) MPa: must be a number greater than 0"),
+    ("fruit.E_MPa", 10**400, "fruit.E_MPa = .*: must be a list of at least one number"),
+    ("targets.N", 1, "targets.N: unknown key; must be one of"),
+    ("target.NL", 0.1, "target.NL: unknown setting; must be one of"),
+    ("NL", 0.1, "NL: unknown setting; must be one of"),
+]
+
+
+@pytest.mark.parametrize(("key", "value", "message"), BAD, ids=str)
+def test_bad_value_is_one_line(key, value, message):
+    with pytest.raises(InputError) as caught:
+        load_design("paper", {key: value})
+    assert "\n" not in str(caught.value)
+    assert re.match(".*".join(map(re.escape, message.split(".*"))), str(caught.value)), str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"tolerance": 0.0}, r"^--tol = 0: must be at least 0.0001 and at most 0.1; the default is 0.001$"),
+        ({"tolerance": float("nan")}, r"^--tol = nan: must be at least"),
+        (
+            {"fruit_stiffness": "hays"},
+            r"^--fruit-stiffness = 'hays': must be one of contact, hayes; did you mean hayes",
+        ),
+        ({"contact_method": ""}, r"^--contact-method = '': must be one of auto, split, direct; did you mean"),
+    ],
+)
+def test_option_that_names_nothing_is_refused(changes, message):
+    with pytest.raises(InputError, match=message):
+        RunOptions(**changes)
+
+
+def test_contact_takes_a_quarter_of_the_tolerance():
+    assert RunOptions(tolerance=0.02).contact_tolerance == pytest.approx(0.005)

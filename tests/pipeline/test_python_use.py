@@ -1,0 +1,141 @@
+"""The run as a function: nothing is written, printed or switched, and its name stays a function."""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from inspect import isfunction
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import pipeline
+from pipeline import load_design
+
+ROOT = Path(__file__).parents[2]
+
+
+def python(folder, *words, **changes):
+    """Run Python on words as a user does who has the project installed, in a folder of his own."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), **changes}
+    return subprocess.run(
+        [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False, timeout=120
+    )
+
+
+PROGRAM = """
+import json, os, signal, sys, threading
+
+def switches():
+    return {
+        "environment": dict(os.environ),
+        "signals": [str(signal.getsignal(number)) for number in sorted(signal.valid_signals())],
+        "folder": os.getcwd(),
+        "hooks": [str(hook) for hook in (sys.excepthook, sys.displayhook, threading.excepthook)],
+        "threads": threading.active_count(),
+    }
+
+before = switches()
+from pipeline import load_design, run
+result = run(load_design("paper"))
+changed = {key: [before[key], value] for key, value in switches().items() if value != before[key]}
+verdicts = [[verdict.name, verdict.value, verdict.passed] for verdict in result.verdicts]
+open(sys.argv[1], "w").write(json.dumps({"changed": changed, "verdicts": verdicts, "out": result.options.out}))
+"""
+
+
+@pytest.mark.parametrize("cache", ["kept", pytest.param("empty", marks=pytest.mark.slow)])
+def test_run_without_a_folder_leaves_no_trace(cache, default_run, tmp_path):
+    """The same result as that of the command; its files stood in a temporary folder that is gone."""
+    for name in ("here", "temporary", "cache"):
+        (tmp_path / name).mkdir()
+    changes = {"TMPDIR": str(tmp_path / "temporary")}
+    if cache == "empty":
+        changes["XDG_CACHE_HOME"] = str(tmp_path / "cache")
+    done = python(tmp_path / "here", "-c", PROGRAM, str(tmp_path / "seen.json"), **changes)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert [list((tmp_path / name).iterdir()) for name in ("here", "temporary")] == [[], []]
+    expected = [[verdict.name, verdict.value, verdict.passed] for verdict in default_run.result.verdicts]
+    seen = json.loads((tmp_path / "seen.json").read_text(encoding="utf-8"))
+    assert seen == {"changed": {}, "verdicts": expected, "out": None}
+
+
+@pytest.mark.usefixtures("default_run")
+def test_run_works_in_a_thread():
+    """Where no signal can be caught."""
+    with ThreadPoolExecutor(1) as pool:
+        assert pool.submit(pipeline.run, load_design("paper")).result().passed is True
+
+
+def test_what_the_package_gives_is_there():
+    assert set(pipeline.__all__) == {"RunOptions", "load_design", "run"}
+    assert all(hasattr(pipeline, name) for name in pipeline.__all__)
+    with pytest.raises(AttributeError, match=r"^module 'pipeline' has no attribute 'rnu'$"):
+        _ = pipeline.rnu
+    with pytest.raises(ImportError, match="cannot import name 'rnu' from 'pipeline'"):
+        exec("from pipeline import rnu")
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "import pipeline.run",
+        "from pipeline.run import run as direct",
+        "from pipeline import run\nimport pipeline.run",
+        "import pipeline.cli\nimport pipeline.run\nfrom pipeline.commands import run",
+    ],
+)
+def test_run_is_the_function_whatever_was_imported_before(lines, monkeypatch):
+    """As in a fresh process: the module is imported anew, which binds its name in the package."""
+    monkeypatch.delitem(sys.modules, "pipeline.run")
+    monkeypatch.delitem(vars(pipeline), "run", raising=False)
+    names: dict[str, object] = {}
+    exec(lines, names)
+    exec("from pipeline import run", names)
+    assert isfunction(names["run"])
+    assert isfunction(pipeline.run)
+    assert isinstance(sys.modules["pipeline.run"], ModuleType)
+
+
+def test_name_of_the_module_would_hide_the_function(monkeypatch):
+    """A package of the plain kind binds the module that was imported last."""
+    monkeypatch.delitem(sys.modules, "pipeline.run")
+    monkeypatch.setattr(pipeline, "__class__", ModuleType)
+    importlib.import_module("pipeline.run")
+    assert not isfunction(pipeline.run)
+    monkeypatch.undo()
+    vars(pipeline).pop("run")
+    assert isfunction(pipeline.run)
+
+
+@pytest.mark.parametrize("name", ["cad", "mesh", "solve"])
+@pytest.mark.parametrize("place", ["{}.py", "{}/__init__.py"])
+@pytest.mark.parametrize("words", [("script.py",), ("-m", "pipeline", "--version")], ids=["script", "module"])
+def test_foreign_file_of_the_name_of_a_package_is_one_clear_line(name, place, words, tmp_path):
+    foreign = tmp_path / place.format(name)
+    foreign.parent.mkdir(exist_ok=True)
+    foreign.write_text("print('executed')\n", encoding="utf-8")
+    (tmp_path / "script.py").write_text("from pipeline import load_design\n", encoding="utf-8")
+    done = python(tmp_path, *words)
+    assert (done.returncode, done.stdout) == (1, "")
+    remedy = "rename that file or start in another folder"
+    assert done.stderr.splitlines()[-1] == f"ImportError: {foreign} hides the package {name!r} of twintip; {remedy}"
+
+
+def test_script_that_is_itself_called_mesh_is_told_so(tmp_path):
+    (tmp_path / "mesh.py").write_text("from pipeline import load_design\n", encoding="utf-8")
+    done = python(tmp_path, "mesh.py")
+    assert done.stderr.splitlines()[-1].startswith(f"ImportError: {tmp_path / 'mesh.py'} hides the package 'mesh'")
+
+
+def test_folder_without_code_hides_nothing(tmp_path):
+    """`cad/` with drawings in it is no package."""
+    (tmp_path / "cad").mkdir()
+    (tmp_path / "script.py").write_text(
+        "from pipeline import load_design\nprint(load_design('paper').name)\n", encoding="utf-8"
+    )
+    done = python(tmp_path, "script.py")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "paper\n", "")

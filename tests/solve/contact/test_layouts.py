@@ -1,0 +1,90 @@
+"""Contact of tips anywhere: a layout turned with its press reads the same, and tilt turns about the mean centre."""
+
+import numpy as np
+import pytest
+
+from cad.design.parameters import Fruit, Press, Tips
+from solve.contact.cells import contact_cells
+from solve.contact.linear_response import TipKinds, spring_compliance
+from solve.contact.response import scene_response
+from solve.contact.scene import Scene
+from solve.contact.unilateral import UnilateralContact, housing_travel
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance
+from solve.fruit.footprints import Footprint
+from solve.fruit.split import LEVELS, footprint_compliance
+from solve.halfspace.punch import graded_edges
+
+BLOCK = Fruit()
+SPHERE = Fruit(shape="sphere", radius_mm=35.0)
+SQUARE = ((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0))  # low, high, low, high springs
+C = spring_compliance(0.9, 20.0, 0.9, 20.0)
+KINDS = TipKinds(soft=(0, 2), stiff=(1, 3))
+SYMMETRY = 1e-7  # of forces: the meshes are turned with the layout, the active set is the same
+
+
+class Square(Scene):
+    """A scene whose tips stand on a square."""
+
+    @property
+    def centres(self):
+        return SQUARE
+
+
+def pressed(fruit=BLOCK, tilt=0.0, roll=0.0, springs=C):
+    S = footprint_compliance(BLOCK, [Footprint(x, y, 1.0) for x, y in SQUARE], LEVELS[0]).S
+    info = SolveInfo(method="", dofs=0, seconds=0.0, status="")
+    compliance = FruitCompliance(tips=tuple("abcd"), S=S, error_pair=1e-4, error_own=1e-4, info=info)
+    scene = Square(fruit=fruit, tips=Tips(), press=Press(tilt_deg=tilt, roll_deg=roll))
+    return scene_response(scene, compliance, springs, (1.0,), (0.2, 0.6), KINDS)
+
+
+def test_level_square_reads_one_ratio():
+    found = pressed()
+    assert found.info.method == "linear"
+    np.testing.assert_allclose(found.F[..., 0], found.F[..., 2], rtol=1e-12)
+    np.testing.assert_allclose(found.P, found.F[..., 1] / found.F[..., 0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("fruit", [BLOCK, SPHERE])
+def test_tilt_and_roll_of_a_square_are_the_same_seen_from_its_sides(fruit):
+    """Mirrored at x = y, tips 0 and 2 stay, 1 and 3 change places, and tilt becomes roll."""
+    tilted, rolled = pressed(fruit, tilt=2.0), pressed(fruit, roll=2.0)
+    np.testing.assert_allclose(rolled.F[..., [0, 3, 2, 1]], tilted.F, rtol=SYMMETRY)
+    assert tilted.info.method == "unilateral"
+
+
+def test_tilted_square_in_full_contact_follows_the_linear_law():
+    """Each tip travels by its own lever about the mean of the centres."""
+    found = pressed(tilt=0.5, roll=-0.3)
+    S = footprint_compliance(BLOCK, [Footprint(x, y, 1.0) for x, y in SQUARE], LEVELS[0]).S
+    lever = np.array(SQUARE) @ np.tan(np.radians([0.5, -0.3]))
+    np.testing.assert_allclose(found.F[0, -1], np.linalg.solve(C + S, 0.6 + lever), rtol=1e-3)
+
+
+def test_one_tip_of_the_square_lifts():
+    found = pressed(tilt=4.0, roll=4.0)
+    assert found.F[0, 0, 0] == 0.0
+    assert np.all(found.F[0, 0, 1:] > 0.0)
+    assert np.isnan(found.P[0, 0])
+
+
+def test_pair_along_y_is_rolled_as_the_pair_along_x_is_tilted():
+    edges, springs = graded_edges(12), np.diag([1.0, 0.1])
+    along_x, along_y = (
+        contact_cells(BLOCK, [Footprint(*place, 1.0) for place in places], edges)
+        for places in (((-4.0, 0.0), (4.0, 0.0)), ((0.0, -4.0), (0.0, 4.0)))
+    )
+    for turn in (0.0, 2.0, -6.0):
+        tilted = UnilateralContact(along_x).solve(housing_travel(along_x, 0.3, turn), springs)
+        rolled = UnilateralContact(along_y).solve(housing_travel(along_y, 0.3, 0.0, turn), springs)
+        np.testing.assert_allclose(rolled.F, tilted.F, rtol=SYMMETRY, atol=1e-12)
+
+
+def test_first_touch_off_the_axis_is_under_the_inner_corner():
+    inner = 1.5**2 + 1.5**2
+    scene = Square(fruit=SPHERE, tips=Tips(), press=Press())
+    assert scene.first_touch_mm == pytest.approx(35.0 - np.sqrt(35.0**2 - inner), rel=1e-9)
+    # a sphere of radius 0.5 touches where the tangents agree: (R + r) less the rest, from the centres' distance
+    round_tips = Square(fruit=SPHERE, tips=Tips(shape="sphere"), press=Press())
+    assert round_tips.first_touch_mm == pytest.approx(35.5 - np.sqrt(35.5**2 - 8.0), rel=1e-9)

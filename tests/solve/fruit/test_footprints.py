@@ -1,0 +1,108 @@
+"""Footprints anywhere on the fruit: what the symmetry of a layout says of their compliance, and superposition."""
+
+import numpy as np
+import pytest
+
+from cad.design.parameters import Fruit
+from solve.fruit.footprints import Footprint, closest_spacing, level_parities, mirror_images
+from solve.fruit.split import LEVELS, SplitDomainError, block_compliance, check_domain, footprint_compliance
+
+BLOCK = Fruit(length_mm=20.0, width_mm=20.0, height_mm=12.0, poisson=0.3)
+SQUARE = tuple(Footprint(x, y, 1.0) for x, y in ((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)))
+QUICK = LEVELS[0].coarser()
+SYMMETRY = 1e-9
+
+
+def turned(footprint):
+    """Return the footprint mirrored at x = y."""
+    return Footprint(footprint.y, footprint.x, footprint.side)
+
+
+def test_square_of_four_has_the_symmetries_of_the_square():
+    S = footprint_compliance(BLOCK, SQUARE, QUICK).S
+    own, beside, across = S[0, 0], S[0, 1], S[0, 2]
+    expected = [own, beside, across, beside]
+    for i in range(4):
+        np.testing.assert_allclose(S[i], np.roll(expected, i), rtol=SYMMETRY)
+    assert own > 5.0 * beside > 5.0 * across > 0.0
+
+
+def test_square_takes_a_quarter_of_the_block_with_all_parities():
+    assert mirror_images(SQUARE) == ([1, 0, 3, 2], [3, 2, 1, 0])
+    assert level_parities(SQUARE) == [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+    on_axis = tuple(Footprint(x, 0.0, 1.0) for x in (-3.0, 0.0, 3.0))
+    assert level_parities(on_axis) == [(1, 1), (-1, 1)]
+    assert level_parities(on_axis[1:]) == [(0, 1)]
+    assert level_parities((Footprint(1.0, 2.0, 1.0),)) == [(0, 0)]
+
+
+def test_line_of_three_is_its_own_mirror_image():
+    S = footprint_compliance(BLOCK, [Footprint(x, 0.0, 1.0) for x in (-3.0, 0.0, 3.0)], QUICK).S
+    np.testing.assert_array_equal(S[::-1, ::-1], S)
+    np.testing.assert_array_equal(S.T, S)
+    assert S[0, 1] > S[0, 2] > 0.0
+    # in the middle of the block the clamp is nearer than the free sides are
+    assert S[1, 1] != pytest.approx(S[0, 0], rel=1e-5)
+
+
+@pytest.mark.parametrize(("i", "j"), [(0, 1), (0, 2)])
+def test_tips_without_force_only_resist_the_slope_under_them(i, j):
+    """Superposition: s_ij of two tips is that of the pair, but for what level faces of others near by hold back.
+
+    A force slopes a half-space by 1 / (pi E* p^2) at a distance p; a square that stays level answers with the moment
+    0.08277 pi E* a^3 per slope (test_tilted_punch.py), and lowers s_ii by their product times the slope again.
+    """
+    whole = footprint_compliance(BLOCK, SQUARE, LEVELS[0]).S
+    pair = footprint_compliance(BLOCK, (SQUARE[i], SQUARE[j]), LEVELS[0]).S
+    held = np.zeros((2, 2))
+    for other in (SQUARE[k] for k in range(4) if k not in (i, j)):
+        away = np.array([(other.x - one.x, other.y - one.y) for one in (SQUARE[i], SQUARE[j])])
+        slope = away / np.linalg.norm(away, axis=1)[:, None] ** 3 / np.pi
+        held += (1.0 - BLOCK.poisson**2) * np.pi * 0.08277 * slope @ slope.T
+    # what the slope of the block differs from the half-space's, and the meshes from each other
+    np.testing.assert_allclose(pair - whole[np.ix_([i, j], [i, j])], held, rtol=0.0, atol=3e-5)
+    assert held.min() >= 0.0
+    assert held.max() > 1e-4
+
+
+def test_pair_along_y_is_the_pair_along_x():
+    along_x = (Footprint(-4.0, 0.0, 1.0), Footprint(4.0, 0.0, 1.0))
+    S = footprint_compliance(BLOCK, along_x, LEVELS[0]).S
+    np.testing.assert_allclose(footprint_compliance(BLOCK, [*map(turned, along_x)], LEVELS[0]).S, S, rtol=SYMMETRY)
+
+
+def test_layout_off_both_axes_turns_with_its_block():
+    block = Fruit(length_mm=20.0, width_mm=16.0, height_mm=12.0, poisson=0.45)
+    across = Fruit(length_mm=16.0, width_mm=20.0, height_mm=12.0, poisson=0.45)
+    footprints = (Footprint(-3.0, 1.0, 1.0), Footprint(4.0, -0.5, 1.3), Footprint(1.0, 3.0, 1.0))
+    S = footprint_compliance(block, footprints, QUICK).S
+    np.testing.assert_allclose(footprint_compliance(across, [*map(turned, footprints)], QUICK).S, S, rtol=SYMMETRY)
+    np.testing.assert_allclose(footprint_compliance(block, footprints[::-1], QUICK).S, S[::-1, ::-1], rtol=SYMMETRY)
+
+
+def test_mirrored_mesh_and_whole_mesh_agree():
+    """A shift of 1e-9 mm breaks the symmetry: the whole block on a mesh of its own, 1e-4 apart."""
+    shifted = tuple(Footprint(one.x + 1e-9, one.y + 1e-9, 1.0) for one in SQUARE)
+    assert mirror_images(shifted) == ([], [])
+    S = footprint_compliance(BLOCK, SQUARE, LEVELS[0]).S
+    np.testing.assert_allclose(footprint_compliance(BLOCK, shifted, LEVELS[0]).S, S, rtol=0.0, atol=1e-4 * S[0, 0])
+
+
+def test_compliance_of_four_tips_carries_their_names_and_errors():
+    names = ("a", "b", "c", "d")
+    found = block_compliance(BLOCK, SQUARE, 0.02, names)
+    finer = footprint_compliance(BLOCK, SQUARE, LEVELS[0]).S
+    assert found.tips == names
+    assert abs(found.S[0, 0] / finer[0, 0] - 1.0) < found.error_own
+    pair, finer_pair = found.S[0, 0] - found.S[0, 2], finer[0, 0] - finer[0, 2]
+    assert abs(pair / finer_pair - 1.0) < found.error_pair <= 0.02
+    others = (finer.sum() - np.trace(finer)) / 12.0
+    assert found.K_m_over_E() == pytest.approx(1.0 / (finer[0, 0] - others), rel=found.error_pair)
+
+
+def test_spacing_and_domain_count_both_axes():
+    assert closest_spacing((Footprint(0.0, 0.0, 1.0), Footprint(0.9, 1.2, 1.0))) == pytest.approx(1.2)
+    with pytest.raises(SplitDomainError, match=r"spacing_mm / side_mm = 0.9: must be at least 1.05"):
+        check_domain(BLOCK, (Footprint(0.0, 0.0, 1.0), Footprint(0.9, 0.9, 1.0)))
+    with pytest.raises(SplitDomainError, match=r"gap from tip to side face = 1.4 mm: must be at least 1.5 sides"):
+        check_domain(BLOCK, (Footprint(0.0, 8.1, 1.0),))

@@ -1,0 +1,121 @@
+"""Results of solves as the tests of the pipeline take them: reference numbers in the place of a solve."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cad.design.parameters import Design
+from cad.design.printability import check_printable
+from cad.design.processes import PROCESSES
+from cad.parts.housing import Housing
+from cad.parts.layout import housing_for
+from cad.quantity import Estimate
+from cad.verdict import Verdict
+from pipeline.fit.leaf_lengths import FittedHousing
+from pipeline.options import RunOptions
+from pipeline.result import SensorResult
+from pipeline.stages.characteristics import spring_behaviour
+from pipeline.stages.response import press_scene
+from pipeline.stages.sizing import SpringSizing, spring_sizing
+from pipeline.stages.springs import FittedSpring, FittedSprings
+from pipeline.stages.verdicts import paper_verdicts, sensor_verdicts
+from pipeline.storage.stopwatch import Seconds
+from pipeline.uncertainty.budget import uncertainty_budgets
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance
+from solve.housing.stiffness import HousingStiffness
+
+PETG = PROCESSES["fdm-petg"]
+LENGTHS = (28.935, 14.76)  # [mm] leaves of the default design, low then high
+DEFLECTIONS = (0.5, 0.11)  # [mm] of its springs at full travel
+ERRORS = (4.5e-4, 7.4e-4)  # [1] of its stiffnesses
+INFO = SolveInfo(method="reference", dofs=1, seconds=0.0, status="given")
+
+# The paper's block, by two independent methods to 2e-5: tests/solve/fruit/test_split.py.
+CONTACT = FruitCompliance(
+    S=np.array([[0.766603, 0.010526], [0.010526, 0.766603]]), error_pair=1e-4, error_own=1e-4, info=INFO
+)
+K_M_OVER_E = 1.0 / (0.766603 - 0.010526)  # [mm]
+GOOD = Verdict(name="geometry.valid", value=1.0, unit="1", limit=1.0, tolerance=0.0, passed=True, reference="a solid")
+
+
+def default_housing(design: Design | None = None, lengths: tuple[float, float] = LENGTHS) -> Housing:
+    """Return the housing of a design with leaves of the lengths [mm]."""
+    design = design or Design()
+    return housing_for(design, PROCESSES[design.print.process], lengths, DEFLECTIONS)
+
+
+def housing_stiffness(K: tuple[float, ...], **changes: object) -> HousingStiffness:
+    """Return springs of the stiffnesses [N/mm] that do not disturb each other."""
+    of_each = len(K)
+    given = HousingStiffness(
+        C=np.diag([1.0 / stiffness for stiffness in K]),
+        K=K,
+        error=ERRORS,
+        strain_per_N=(1e-3,) * of_each,
+        strain_error=(0.01,) * of_each,
+        tilt_per_N=(0.0,) * of_each,
+        info=INFO,
+    )
+    return replace(given, **changes)
+
+
+def fitted_housing(housing: Housing, stiffness: HousingStiffness) -> FittedHousing:
+    """Return a housing that a fit would have ended with."""
+    return FittedHousing(housing=housing, stiffness=stiffness, solves=(1, 1), seconds={})
+
+
+def sizing_of(design: Design, contact: FruitCompliance = CONTACT) -> SpringSizing:
+    """Return the sizing of a design under the reference contact."""
+    return spring_sizing(design, contact, RunOptions())
+
+
+def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float] = LENGTHS) -> FittedSprings:
+    """Return the springs of a design as if FE had found just their targets, or as if none could be made."""
+    sizing, process = sizing_of(design), PROCESSES[design.print.process]
+    targets = sizing.springs.stiffnesses
+    deflections = sizing.deflections(design.full_travels_mm)
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, process)
+    names = ("low", "high")
+    if not made:
+        refused = [replace(verdict, passed=False, reason="leaf too long") for verdict in printable]
+        rows = zip(names, targets, refused, strict=True)
+        bare = tuple(FittedSpring(name=name, target=target, printable=verdict) for name, target, verdict in rows)
+        return FittedSprings(springs=bare, process=process, deflections=deflections, fitted=None)
+    housing = housing_for(design, process, lengths, deflections)
+    fitted = fitted_housing(housing, housing_stiffness(targets))
+    springs = tuple(
+        FittedSpring(
+            name=name,
+            target=targets[i],
+            printable=printable[i],
+            flexure=housing.arms[i].flexure,
+            K=Estimate(targets[i], ERRORS[i] * targets[i], "N/mm"),
+            root_strain=Estimate(2e-3, 2e-5),
+        )
+        for i, name in enumerate(names)
+    )
+    return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted)
+
+
+def result_of(design: Design | None = None, options: RunOptions | None = None, *, made: bool = True) -> SensorResult:
+    """Return the result of a run whose contact and springs were not solved and whose solid was not looked at."""
+    design, options = design or Design(), options or RunOptions()
+    sizing, springs = sizing_of(design), springs_of(design, made=made)
+    press = press_scene(design, CONTACT, springs.C)
+    geometry = (GOOD,) if made else ()
+    return SensorResult(
+        design=design,
+        options=options,
+        contact=CONTACT,
+        sizing=sizing,
+        springs=springs,
+        press=press,
+        behaviour=spring_behaviour(springs, press),
+        verdicts=sensor_verdicts(design, CONTACT, sizing, springs, geometry, press),
+        paper=paper_verdicts(design, CONTACT, sizing),
+        budgets=uncertainty_budgets(design, CONTACT, sizing, springs, press.table),
+        scatter=None,
+        left_out=None,
+        seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),
+    )
