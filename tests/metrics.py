@@ -14,7 +14,11 @@ from pathlib import Path
 PACKAGES = ("cad", "mesh", "solve", "pipeline")
 NUMERIC = re.compile(r"\b(float|Floats|Ints|ndarray|NDArray|Estimate)\b")
 UNIT_OR_SHAPE = re.compile(r"\[[^\]]+\]|\bshape\b|\bunit\b|\bsame unit\b")
-PAIR = re.compile(r"\blow, high\b|\bPair\b|\(2, 2\)|\(2, n|for tip in \(0, 1\)|\b1 - tip\b|K_low\b|K_high\b")
+PAIR = re.compile(
+    r"\blow, high\b|\bPair\b|\(2, 2\)|\(2, n|for tip in \(0, 1\)|\b1 - tip\b|K_low\b|K_high\b"
+    r"|\bK_l\b|\.low\b|\"low\"|low_tip|\bF_l\b|leaf_thickness_low"
+)
+"""What a file says that takes the number of tips or springs for two, or names the low one."""
 
 
 @dataclass(frozen=True, kw_only=True)
