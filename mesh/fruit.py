@@ -2,7 +2,8 @@
 
 from skfem import MeshTet1
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.parts.fruit import fruit_half, fruit_quarter
 from cad.parts.part import Part
 from mesh.volume import SizeField, volume_mesh

@@ -5,7 +5,7 @@ import math
 import cadquery as cq
 
 from cad.checks.line_probe import SolidLines, Vector
-from cad.design.parameters import Tips
+from cad.design.tips import Tips
 from cad.parts.housing import Housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import pins

@@ -5,7 +5,8 @@ x runs along the tips, y across, z along the press; the apex, or the middle of a
 
 import cadquery as cq
 
-from cad.design.parameters import Fruit, Tips, check_tips_on_fruit
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips, check_tips_on_fruit
 from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, on_plane, same_as
 from cad.quantity import fault
 

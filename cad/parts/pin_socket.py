@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import cadquery as cq
 
-from cad.design.parameters import Tips
+from cad.design.tips import Tips
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import named_housing
 from cad.parts.part import NEAR_MM, Part

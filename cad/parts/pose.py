@@ -10,7 +10,7 @@ import cadquery as cq
 import numpy as np
 import trimesh
 
-from cad.design.parameters import Press
+from cad.design.tips import Press
 
 TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
 _QUARTER_TURN = -90.0

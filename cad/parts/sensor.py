@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import cadquery as cq
 
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from cad.parts.engraving import marked
 from cad.parts.fruit import curved_fruit, fruit_block
 from cad.parts.housing import Housing

@@ -10,7 +10,8 @@ from functools import partial
 
 import numpy as np
 
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from cad.parts.fruit import fruit_quarter
 from mesh.fruit import REFINEMENTS, fruit_mesh, fruit_size
 from mesh.volume import volume_mesh

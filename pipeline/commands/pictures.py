@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from cad.design.parameters import Design, Tips
+from cad.design.parameters import Design
+from cad.design.tips import Tips
 from cad.quantity import fault
 from pipeline.commands.response_chart import response_chart
 from pipeline.report.stored import read_report

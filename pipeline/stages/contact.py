@@ -2,7 +2,9 @@
 
 import dataclasses
 
-from cad.design.parameters import Design, Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Tips
 from cad.parts.fruit import fruit_half, fruit_quarter
 from cad.quantity import InputError, fault
 from mesh.fruit import REFINEMENTS, fruit_meshes, fruit_size

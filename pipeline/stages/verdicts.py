@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from cad.design.parameters import PAPER_TARGETS, Design, Tips
+from cad.design.parameters import PAPER_TARGETS, Design
+from cad.design.tips import Tips
 from cad.quantity import Estimate
 from cad.theory.two_spring_law import PAPER_SPRINGS, Springs
 from cad.verdict import Verdict, failed

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from skfem import CellBasis, MeshHex
 
-from cad.design.parameters import Fruit
+from cad.design.fruit import Fruit
 from solve.arrays import Floats, Ints
 from solve.contact.cells import GRADING
 from solve.contact.pressure import FootprintPressure

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError, fault
 from solve.arrays import Floats
 from solve.contact.cells import ContactCells, contact_cells, folded, smooth_compliance

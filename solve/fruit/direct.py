@@ -10,7 +10,8 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, ElementTetP2, Mesh
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from solve.arrays import Floats, Ints
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.error_estimate import Extrapolated, SolveInfo, richardson

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from cad.design.parameters import Fruit
+from cad.design.fruit import Fruit
 from solve.arrays import Floats, Ints
 from solve.fruit.box import Lines, box_mesh
 from solve.fruit.remainder import Parity, remainder_compliance

@@ -13,7 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.quantity import fault
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo

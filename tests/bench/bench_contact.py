@@ -29,7 +29,7 @@ from solve.contact.scene import Scene  # noqa: E402
 from solve.fruit.split import split_compliance  # noqa: E402
 
 BLOCK, TIPS = Fruit(), Tips()
-SPHERE = Fruit(shape="sphere", radius_mm=35.0)
+SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
 
 
 TWELVE = {

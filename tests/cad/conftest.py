@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from cad.parts.sensor import Sensor

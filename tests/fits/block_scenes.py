@@ -5,7 +5,8 @@ from unittest.mock import patch
 
 import numpy as np
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from solve.fruit.box import Grading
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.split import split_compliance

@@ -3,7 +3,8 @@ import itertools
 import numpy as np
 import pytest
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.parts.fruit import fruit_block, fruit_half, fruit_quarter
 from mesh.fruit import REFINEMENTS, edge_size, fruit_mesh, fruit_meshes, fruit_size
 

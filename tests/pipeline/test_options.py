@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from cad.design.parameters import Design, Fruit
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
 from cad.quantity import InputError
 from pipeline import RunOptions, load_design, options
 

@@ -7,7 +7,7 @@ doi:10.1017/CBO9781139171731.
 import numpy as np
 import pytest
 
-from cad.design.parameters import Fruit
+from cad.design.fruit import Fruit
 from solve.contact.cells import contact_cells
 from solve.contact.gap import sphere_gap
 from solve.contact.unilateral import UnilateralContact

@@ -16,7 +16,8 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 from skfem import ElementTetP2, FacetBasis, LinearForm
 
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from cad.parts.fruit import fruit_half
 from mesh.fruit import fruit_mesh
 from solve.contact.pressure import footprint_pressure
@@ -27,7 +28,7 @@ from solve.fruit.split import split_compliance
 from solve.linear import factorised
 
 BLOCK = Fruit()
-SPHERE = Fruit(shape="sphere", radius_mm=35.0)
+SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
 TIPS = Tips()
 SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # mm/N
 E = 2.0

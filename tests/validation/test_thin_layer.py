@@ -6,7 +6,8 @@ Solved by direct finite elements, the method that takes over from the split wher
 
 import numpy as np
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.parts.fruit import fruit_quarter
 from mesh.fruit import fruit_mesh
 from solve.fruit.direct import mesh_compliance

@@ -3,7 +3,8 @@
 import dataclasses
 from functools import partial
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.parts.fruit import fruit_half, fruit_quarter
 from mesh.fruit import REFINEMENTS, fruit_mesh
 from pipeline.bench.contact import BENCH, pair_and_own, relative_errors

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from cad.design.parameters import Design, Fruit, Targets, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, Targets
+from cad.design.tips import Tips
 from cad.parts.fruit import fruit_quarter
 from cad.parts.housing import Housing
 from cad.quantity import InputError

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.bench.hard.reference_check import ReferenceCheck, attempted, checks
 from pipeline.bench.harness import Reference

@@ -11,7 +11,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from cad.design.parameters import Fruit, Press, Targets, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Targets
+from cad.design.tips import Press, Tips
 from pipeline.bench.hard.contact import compliance_checks, paper_checks
 from pipeline.bench.hard.flexure import design_checks, grounded_checks, jittered_checks, leaf_checks
 from pipeline.bench.hard.press import level_checks, press_checks

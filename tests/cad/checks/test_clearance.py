@@ -5,7 +5,8 @@ import cadquery as cq
 import pytest
 
 from cad.checks.clearance import clearance_verdicts, stop_verdicts
-from cad.design.parameters import Fruit, Press
+from cad.design.fruit import Fruit
+from cad.design.tips import Press
 from cad.parts.housing_solid import housing_part
 
 KERNEL = 1e-6

@@ -7,8 +7,9 @@ import cadquery as cq
 import pytest
 
 from cad.checks.cover_checks import cover_verdicts
-from cad.design.parameters import Fruit, Press
+from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
+from cad.design.tips import Press
 from cad.parts.cover import RECESS_MM, SETBACK_MM, cover_of, cover_part
 from cad.parts.housing_solid import housing_part
 

@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cad.design.design_file import design_as_mapping, design_as_toml, design_from_mapping, overridden, read_design
-from cad.design.parameters import TABLES, Design, Fruit, GivenSprings, Press, Print, Targets, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import TABLES, Design, GivenSprings, Print, Targets
 from cad.design.processes import PROCESSES
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from cad.theory.two_spring_law import Springs, size_springs
 

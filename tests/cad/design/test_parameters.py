@@ -7,8 +7,10 @@ from typing import Any
 import pytest
 
 from cad.design import parameters
-from cad.design.parameters import TABLES, Design, Fruit, GivenSprings, Press, Print, Targets, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import TABLES, Design, GivenSprings, Print, Targets
 from cad.design.processes import PROCESSES
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 
 KINDS = dict(

@@ -5,9 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cad.design.parameters import Design, Fruit, GivenSprings, Press, Print, Targets, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, GivenSprings, Print, Targets
 from cad.design.printability import LENGTH_MARGIN, SHORTEST, STRAIN_FACTOR, Printable, check_printable
 from cad.design.processes import PROCESSES
+from cad.design.tips import Press, Tips
 from cad.theory.leaf_spring import pair_length, pair_stiffness
 from cad.theory.two_spring_law import Springs, size_springs
 

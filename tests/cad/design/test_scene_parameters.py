@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from cad.design.design_file import design_as_toml, design_from_mapping, read_design
-from cad.design.parameters import Design, Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 
 DESIGNS = Path(__file__).parents[3] / "designs"
@@ -51,13 +53,28 @@ def test_defaults_are_the_papers_flat_scene():
         # the corner of the piece lies sqrt(2) 25 = 35.4 mm from the axis, beyond the fruit
         ({**SPHERE, "length_mm": 50.0, "width_mm": 50.0}, "fruit.length_mm = 50 mm: must be so small that the corners"),
         # it lies 2.98 mm below the apex, under the base
-        ({**SPHERE, "thickness_mm": 2.9}, "fruit.length_mm = 20 mm: must be so small that the corners"),
+        (
+            {**SPHERE, "length_mm": 20.0, "width_mm": 20.0, "thickness_mm": 2.9},
+            "fruit.length_mm = 20 mm: must be so small that the corners",
+        ),
     ],
 )
 def test_bad_fruit_is_refused(keys, fault):
     with refused(fault.partition(": must")[0]) as raised:
         Fruit(**keys)
     assert fault in str(raised.value)
+
+
+def test_the_plan_of_a_curved_fruit_follows_from_its_radius_and_thickness():
+    cap = Fruit(**SPHERE, thickness_mm=12.0)  # its base is a circle of half width sqrt(35^2 - 23^2)
+    assert cap.length_mm == cap.width_mm == pytest.approx(2.0 * math.sqrt(35.0**2 - 23.0**2))
+    assert cap.whole
+    assert Fruit(**SPHERE, thickness_mm=65.0).length_mm == 70.0
+    ellipsoid = Fruit(shape="ellipsoid", radius_mm=35.0, radius_across_mm=20.0, thickness_mm=65.0)
+    assert (ellipsoid.length_mm, ellipsoid.width_mm) == (70.0, pytest.approx(2.0 * math.sqrt(35.0 * 20.0)))
+    piece = Fruit(**SPHERE, length_mm=20.0, width_mm=20.0)
+    assert (piece.length_mm, piece.width_mm, piece.whole) == (20.0, 20.0, False)
+    assert (Fruit().length_mm, Fruit().width_mm, Fruit().whole) == (20.0, 20.0, False)
 
 
 @pytest.mark.parametrize(
@@ -109,9 +126,9 @@ def test_fall_is_that_of_the_circle_and_of_the_ellipse():
 
 
 def test_equivalent_block_has_the_plan_and_the_thickness():
-    block = Fruit(**ELLIPSOID, width_mm=18.0, poisson=0.45).equivalent_block
+    block = Fruit(**ELLIPSOID, length_mm=20.0, width_mm=18.0, poisson=0.45).equivalent_block
     assert block == Fruit(width_mm=18.0, height_mm=10.0, poisson=0.45)
-    assert Fruit(**SPHERE).equivalent_block == Fruit()
+    assert Fruit(**SPHERE, length_mm=20.0, width_mm=20.0).equivalent_block == Fruit()
 
 
 @pytest.mark.parametrize(("shape", "flat"), [("cube", "cube"), ("cylinder", "cylinder"), ("sphere", "cylinder")])

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cad.checks.cover_checks import cover_verdicts
 from cad.checks.part_checks import check_file
-from cad.design.parameters import Fruit
+from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
 from cad.files.drawing import Title
 from cad.files.maker_files import fabrication_sheet, write_fabrication
@@ -25,7 +25,8 @@ AGAIN = """
 import sys
 from dataclasses import replace
 from pathlib import Path
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from cad.design.processes import PROCESSES
 from cad.files.drawing import Title
 from cad.files.maker_files import write_fabrication
@@ -35,7 +36,7 @@ from cad.parts.housing_solid import housing_part
 from cad.parts.sensor import Sensor
 from cad.theory.leaf_spring import Flexure
 sensor_housing = eval(sys.argv[2])
-fruit, part = Fruit(shape="sphere", radius_mm=35.0), housing_part(sensor_housing)
+fruit, part = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0), housing_part(sensor_housing)
 sensor = Sensor(housing=sensor_housing, part=part, fruit=fruit, tips=Tips(), press=Press(), name="paper")
 write_sensor(sensor, Path(sys.argv[1]))
 write_fabrication(sensor, Title(name="paper", process=PROCESSES["fdm-petg"]), Path(sys.argv[1]))
@@ -50,7 +51,7 @@ def test_same_bytes_in_another_process_and_folder(sensor, tmp_path):
     here, there = tmp_path / "here", tmp_path / "over there"
     here.mkdir()
     there.mkdir()
-    named = replace(sensor, name="paper", fruit=Fruit(shape="sphere", radius_mm=35.0))
+    named = replace(sensor, name="paper", fruit=Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0))
     written = (*write_sensor(named, here), *write_fabrication(named, TITLE, here)[0])
     assert [path.name for path in written] == [*FILES, *SHEETS]
     environment = {**os.environ, "PYTHONHASHSEED": "11", "PYTHONPATH": str(ROOT)}

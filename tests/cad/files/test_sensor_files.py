@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import cad.files.sensor_files
-from cad.design.parameters import Fruit
+from cad.design.fruit import Fruit
 from cad.files.sensor_files import ExportError, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
@@ -27,7 +27,7 @@ def test_files_hold_the_solids(sensor, tmp_path):
 
 
 def test_assembly_shows_a_curved_fruit_curved(sensor, tmp_path):
-    fruit = Fruit(shape="sphere", radius_mm=35.0)
+    fruit = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
     _, assembly, *_ = write_sensor(replace(sensor, fruit=fruit), tmp_path)
     found, volume = read_step(assembly), sensor.part.shape.Volume() + curved_fruit(fruit).shape.Volume()
     assert found.Volume() == pytest.approx(volume, rel=1e-6)  # the top is one face here and three there

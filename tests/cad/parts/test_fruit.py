@@ -3,7 +3,8 @@ import math
 import pytest
 from scipy.integrate import dblquad
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.parts.fruit import curved_fruit, fruit_block, fruit_half, fruit_quarter, tip_centres
 from cad.quantity import InputError
 
@@ -102,7 +103,7 @@ def test_cylinders_leave_circles_with_their_extreme_points(make, share):
 
 
 SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=16.0, thickness_mm=10.0)
-ELLIPSOID = Fruit(shape="ellipsoid", radius_mm=40.0, radius_across_mm=30.0)
+ELLIPSOID = Fruit(shape="ellipsoid", radius_mm=40.0, radius_across_mm=30.0, length_mm=20.0, width_mm=20.0)
 SPLINE = 1e-5  # relative, of areas and volumes of spline surfaces
 
 

@@ -6,8 +6,10 @@ import math
 import pytest
 
 from cad.design.design_file import design_from_mapping
-from cad.design.parameters import Design, Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
+from cad.design.tips import Press, Tips
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
 

@@ -9,8 +9,10 @@ import pytest
 from cad.checks.clearance import clearance_verdicts
 from cad.checks.part_checks import check_file
 from cad.checks.tip_checks import socket_verdicts
-from cad.design.parameters import Design, Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
+from cad.design.tips import Press, Tips
 from cad.files.drafting import Words
 from cad.files.drawing import Title, housing_drawing
 from cad.files.maker_files import fabrication_sheet

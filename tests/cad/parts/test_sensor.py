@@ -3,7 +3,8 @@ from dataclasses import replace
 import cadquery as cq
 import pytest
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.parts.pose import pressed
 
 KERNEL = 1e-6  # the kernel pads its boxes
@@ -21,7 +22,7 @@ def test_fruit_waits_below_the_tips_by_the_gap(sensor):
 
 def test_apex_of_a_curved_fruit_waits_below_the_tips(sensor):
     """Its top falls away from the apex, 1.25 mm beside the midpoint of the tips, as a sphere of its radius."""
-    sphere = Fruit(shape="sphere", radius_mm=35.0)
+    sphere = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
     fruit = replace(sensor, fruit=sphere, tips=Tips(gap_mm=0.7, offset_mm=1.25)).bodies()[-1].shape
     for x in (-9.0, 0.0, 5.0):
         line = cq.Edge.makeLine(cq.Vector(x - 1.25, 0.0, 10.0), cq.Vector(x - 1.25, 0.0, -20.0))

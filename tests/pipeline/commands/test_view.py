@@ -9,7 +9,7 @@ import pyvista as pv
 from skfem import MeshHex1
 from stand_ins import result_of
 
-from cad.design.parameters import Tips
+from cad.design.tips import Tips
 from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.commands import pictures as viewer

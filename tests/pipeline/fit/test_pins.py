@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from stand_ins import PETG, default_housing, housing_stiffness
 
-from cad.design.parameters import Design, Tips
+from cad.design.parameters import Design
+from cad.design.tips import Tips
 from cad.parts.pin_socket import pin_compliance
 from cad.quantity import InputError
 from pipeline.fit.pins import add_pin_compliance, targets_without_pins

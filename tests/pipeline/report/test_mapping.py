@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, result_of
 
-from cad.design.parameters import Design, Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Press, Tips
 from pipeline.options import RunOptions
 from pipeline.report.mapping import report_mapping
 from pipeline.report.outputs import write_outputs

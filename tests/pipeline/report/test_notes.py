@@ -6,7 +6,9 @@ import re
 import pytest
 from stand_ins import CONTACT, result_of
 
-from cad.design.parameters import Design, Fruit, Press
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Press
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from pipeline.report.notes import notes
 

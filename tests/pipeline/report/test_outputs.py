@@ -5,7 +5,8 @@ import hashlib
 from stand_ins import result_of
 
 from cad.design.design_file import design_from_mapping, read_design
-from cad.design.parameters import Design, Fruit
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
 from pipeline.options import RunOptions
 from pipeline.report.outputs import file_entries, write_outputs
 

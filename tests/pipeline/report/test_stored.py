@@ -8,7 +8,9 @@ import re
 import pytest
 from stand_ins import result_of
 
-from cad.design.parameters import Design, Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.report.outputs import file_digest, write_outputs
 from pipeline.report.stored import StoredFile, StoredResponse, read_report

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from stand_ins import GOOD, result_of
 
-from cad.design.parameters import Design, Fruit, GivenSprings
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, GivenSprings
 from pipeline.options import RunOptions
 from pipeline.report.tables import WIDTH, print_everything, print_summary, print_verdicts
 

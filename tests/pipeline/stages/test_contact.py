@@ -7,7 +7,9 @@ import pytest
 from stand_ins import CONTACT, K_M_OVER_E
 
 import pipeline.stages.contact
-from cad.design.parameters import Design, Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Tips
 from cad.quantity import InputError
 from pipeline.options import RunOptions
 from pipeline.stages.contact import contact_compliance, fruit_compliance
@@ -65,7 +67,11 @@ def test_paper_block_takes_the_split_by_default():
 @pytest.mark.parametrize(
     ("fruit", "tips", "says"),
     [
-        (Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0, height_mm=20.0), TIPS, "block of 20 x 20 x 12 mm"),
+        (
+            Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0, thickness_mm=12.0),
+            TIPS,
+            "block of 20 x 20 x 12 mm",
+        ),
         (BLOCK, Tips(fillet_mm=0.1), "the tips count as a sharp cube of 1 mm"),
     ],
 )

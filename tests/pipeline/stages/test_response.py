@@ -5,7 +5,8 @@ import pytest
 from stand_ins import CONTACT, result_of, sizing_of, springs_of
 
 import pipeline.stages.response
-from cad.design.parameters import Design, Fruit
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
 from pipeline.report.mapping import report_mapping
 from pipeline.report.outputs import write_outputs
 from pipeline.report.tables import print_everything, print_summary

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, K_M_OVER_E, sizing_of
 
-from cad.design.parameters import Design, Fruit, GivenSprings, Targets
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, GivenSprings, Targets
 from cad.quantity import InputError
 from cad.theory.two_spring_law import size_springs
 from pipeline.options import RunOptions

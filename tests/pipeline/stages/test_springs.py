@@ -5,7 +5,8 @@ import pytest
 from stand_ins import PETG, housing_stiffness, sizing_of
 
 import pipeline.stages.springs
-from cad.design.parameters import Design, Print, Tips
+from cad.design.parameters import Design, Print
+from cad.design.tips import Tips
 from cad.quantity import InputError
 from mesh.session import MeshError
 from pipeline.fit.leaf_lengths import FittedHousing

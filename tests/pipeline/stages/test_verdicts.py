@@ -5,7 +5,9 @@ import dataclasses
 import pytest
 from stand_ins import CONTACT, GOOD, default_housing, result_of, sizing_of, springs_of
 
-from cad.design.parameters import Design, Fruit, Targets, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, Targets
+from cad.design.tips import Tips
 from pipeline.options import RunOptions
 from pipeline.stages.response import press_scene
 from pipeline.stages.verdicts import advised, characteristic, paper_verdicts, sensor_verdicts, tip_pressure

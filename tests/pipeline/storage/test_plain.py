@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cad.design.parameters import Design, Fruit
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
 from pipeline.storage.plain import from_plain, to_plain
 
 

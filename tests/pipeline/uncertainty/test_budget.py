@@ -9,7 +9,9 @@ import pytest
 from scipy.optimize import brentq
 from stand_ins import CONTACT, ERRORS, K_M_OVER_E, LENGTHS, sizing_of, springs_of
 
-from cad.design.parameters import Design, Fruit, Press, Print, Targets, Tips
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, Print, Targets
+from cad.design.tips import Press, Tips
 from cad.theory.soft_tissue import no_slip
 from cad.theory.strain_gauge import FOIL, sandwich_gain
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity

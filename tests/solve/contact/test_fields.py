@@ -3,7 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import FootprintPressure, footprint_pressure
 from solve.contact.scene import Scene

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from solve.contact.cells import contact_cells
 from solve.contact.linear_response import TipKinds, spring_compliance
 from solve.contact.response import scene_response
@@ -16,7 +17,7 @@ from solve.fruit.split import LEVELS, footprint_compliance
 from solve.halfspace.punch import graded_edges
 
 BLOCK = Fruit()
-SPHERE = Fruit(shape="sphere", radius_mm=35.0)
+SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
 SQUARE = ((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0))  # low, high, low, high springs
 C = spring_compliance(0.9, 20.0, 0.9, 20.0)
 KINDS = TipKinds(soft=(0, 2), stiff=(1, 3))

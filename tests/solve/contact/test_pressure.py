@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from solve.contact.pressure import footprint_pressure
 from solve.contact.response import scene_response
@@ -12,7 +13,7 @@ from solve.fruit.compliance import FruitCompliance
 from solve.fruit.split import split_compliance
 
 BLOCK = Fruit()
-SPHERE = Fruit(shape="sphere", radius_mm=35.0)
+SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
 C = np.diag([1.0 / 0.9057, 1.0 / 20.831])
 E, X = 2.0, 0.6
 PATCH = 0.25  # width of the square over which a largest pressure is averaged: at a sharp edge a cell's has no limit

@@ -5,7 +5,8 @@ import pytest
 
 import solve.contact.response
 import solve.contact.scene
-from cad.design.parameters import Fruit, Press, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from solve.contact.linear_response import linear_response
 from solve.contact.response import scene_response
@@ -16,7 +17,7 @@ from solve.fruit.split import split_compliance
 from solve.halfspace.punch import graded_edges
 
 BLOCK = Fruit()
-SPHERE = Fruit(shape="sphere", radius_mm=35.0)
+SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
 C = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # mm/N, springs of the paper's targets
 E = (0.5, 3.5)
 X = 0.1 * np.arange(1, 7)

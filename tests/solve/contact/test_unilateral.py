@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from cad.design.parameters import Fruit
+from cad.design.fruit import Fruit
 from solve.contact.cells import contact_cells, folded
 from solve.contact.gap import cap_gap, cube_gap
 from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact, housing_travel

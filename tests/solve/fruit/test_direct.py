@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from skfem import ElementTetP1, ElementTetP2, MeshTet
 
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.parts.fruit import fruit_block, fruit_half, fruit_quarter
 from mesh.fruit import REFINEMENTS, edge_size, fruit_mesh, fruit_meshes
 from solve.elasticity import stiffness_matrix, vector_basis

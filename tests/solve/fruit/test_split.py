@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import solve.fruit.remainder
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.quantity import InputError
 from solve.fruit.footprints import Footprint, level_compliance
 from solve.fruit.split import (

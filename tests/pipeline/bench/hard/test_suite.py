@@ -13,7 +13,8 @@ from skfem import ElementHex1, ElementTetP1
 
 import solve.fruit.direct
 import solve.fruit.remainder
-from cad.design.parameters import Fruit, Tips
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
 from cad.quantity import InputError
 from mesh.housing.sweep import flexure_mesh
 from mesh.session import MeshError

@@ -1,0 +1,116 @@
+"""The fruit as a person describes it: its shape, its flesh, the moduli that the sensor shall tell.
+
+Units: mm, MPa.
+"""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, fault, quantity
+
+_SPREAD = Bounds(at_least=0.0, at_most=0.5)
+_BLOCK_PLAN_MM = 20.0  # of the paper's block, along and across the tips
+
+FruitShape = Literal["block", "sphere", "ellipsoid"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fruit:
+    """The fruit fixed at its base, tips on its top; length along the tips, width across, height along the press.
+
+    A sphere or an ellipsoid has its apex in the middle of the top and is whole down to its base; a length and a width
+    that are given cut a piece out of it. `thickness_mm` is what lies under the apex, down to the stone or the table,
+    and stands for the height, which serves where no thickness is given. `radius_mm` is the radius of curvature along
+    the tips and half the height of the whole fruit, `radius_across_mm` the radius of curvature across (an ellipsoid's
+    only).
+    """
+
+    shape: FruitShape = choice(("block", "sphere", "ellipsoid"), default="block")
+    length_mm: float = quantity("mm", LENGTH, default=None, remedy="the paper's block has 20")
+    width_mm: float = quantity("mm", LENGTH, default=None, remedy="the paper's block has 20")
+    height_mm: float = quantity("mm", LENGTH, default=12.0, remedy="the paper's block has 12")
+    radius_mm: float | None = quantity("mm", LENGTH, default=None, remedy="a mango has about 35")
+    radius_across_mm: float | None = quantity("mm", LENGTH, default=None, remedy="a mango has about 35")
+    thickness_mm: float | None = quantity("mm", LENGTH, default=None, remedy="flesh over a mango's stone has about 12")
+    poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), default=0.3, remedy="fruit flesh has 0.3 to 0.49")
+    poisson_spread: float = quantity("1", _SPREAD, default=0.05, remedy="0.05 where it was not measured")
+    E_max_MPa: float = quantity("MPa", MODULUS, default=3.5, remedy="give the top of the range, 3.5 for mango")
+    E_MPa: tuple[float, ...] = quantity(
+        "MPa", MODULUS, default=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5), remedy="list the moduli to be shown"
+    )
+    bruise_limit_MPa: float | None = quantity("MPa", MODULUS, default=None, remedy="apple flesh fails at 0.29")
+
+    def __post_init__(self) -> None:
+        """Check each field, that the radii belong to the shape, and that the piece lies on the curved fruit."""
+        check_fields(self, "fruit")
+        wanted = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
+        for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
+            name, value = f"fruit.{key}", getattr(self, key)
+            if value is None and key in wanted:
+                raise fault(name, None, "", f"given for fruit.shape = {self.shape!r}", "give it in mm")
+            if value is not None and key not in wanted and (key != "thickness_mm" or self.shape == "block"):
+                bound = f"left out for fruit.shape = {self.shape!r}"
+                raise fault(name, value, "mm", bound, "drop it, or choose the shape it is for")
+        for key, size in zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True):
+            if getattr(self, key) is None:
+                object.__setattr__(self, key, size)
+        if self.radius_mm is not None:
+            self._check_piece(self.radius_mm)
+
+    def _check_piece(self, radius: float) -> None:
+        if self.depth_mm > 2.0 * radius:
+            bound = f"at most 2 fruit.radius_mm = {2.0 * radius:g} mm"
+            raise fault(self.depth_key, self.depth_mm, "mm", bound, "the piece is thicker than the fruit")
+        if self.whole:
+            return
+        half_length, half_width = 0.5 * self.length_mm, 0.5 * self.width_mm
+        if self.fall_mm(half_length, half_width) >= self.depth_mm:
+            bound = "so small that the corners of the piece lie on the fruit, above its base"
+            remedy = "take a smaller length and width, or leave both out for the whole fruit"
+            raise fault("fruit.length_mm", self.length_mm, "mm", bound, remedy)
+
+    @property
+    def _whole_plan_mm(self) -> tuple[float, float]:
+        """Return length and width of all that lies above the base [mm]; the paper's block where nothing is curved."""
+        if self.radius_mm is None:
+            return _BLOCK_PLAN_MM, _BLOCK_PLAN_MM
+        below = max(0.0, 1.0 - self.depth_mm / self.radius_mm)
+        widest = 2.0 * math.sqrt(1.0 - below**2) if below < 1.0 else 2.0
+        return self.radius_mm * widest, math.sqrt(self.radius_mm * self._across) * widest
+
+    @property
+    def _across(self) -> float:
+        """Return the radius of curvature across the tips [mm] of a curved fruit."""
+        return self.radius_across_mm or self.radius_mm or math.inf
+
+    @property
+    def whole(self) -> bool:
+        """Say whether a curved fruit is whole down to its base: no side of its plan cuts it."""
+        length, width = self._whole_plan_mm
+        return self.radius_mm is not None and self.length_mm >= length and self.width_mm >= width
+
+    @property
+    def depth_key(self) -> str:
+        """Return the name of the key that `depth_mm` comes from."""
+        return "fruit.height_mm" if self.thickness_mm is None else "fruit.thickness_mm"
+
+    @property
+    def depth_mm(self) -> float:
+        """Return what lies under the apex: the height of a block, the thickness of a curved fruit [mm]."""
+        return self.height_mm if self.thickness_mm is None else self.thickness_mm
+
+    @property
+    def equivalent_block(self) -> "Fruit":
+        """Return the block of the same plan and thickness: the flat fruit that sizes the springs."""
+        return dataclasses.replace(
+            self, shape="block", height_mm=self.depth_mm, radius_mm=None, radius_across_mm=None, thickness_mm=None
+        )
+
+    def fall_mm(self, x: float, y: float) -> float:
+        """Return how far the top of an ellipsoid lies below its apex at a place [mm]; infinity beyond the fruit."""
+        if self.radius_mm is None:
+            return 0.0
+        level = 1.0 - (x / self.radius_mm) ** 2 - y * y / (self.radius_mm * self._across)
+        return self.radius_mm * (1.0 - math.sqrt(level)) if level >= 0.0 else math.inf
