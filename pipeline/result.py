@@ -10,17 +10,17 @@ from pipeline.stages.response import ScenePress
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings
 from pipeline.storage.stopwatch import Seconds
-from pipeline.uncertainty.budget import Budgets
-from pipeline.uncertainty.print_scatter import ScatterBands
+from pipeline.uncertainty.sensor_errors import SensorErrors
+from pipeline.verdicts.sensor import Judgement
 from solve.fruit.compliance import FruitCompliance
 
 
 @dataclass(frozen=True, kw_only=True)
 class SensorResult:
-    """A design with what each stage of its run has found; `scatter` only where fabrication was asked for.
+    """A design with what each stage of its run has found.
 
-    `paper` are the verdicts on the paper's own springs, None where fruit or tips are not the paper's. `seconds` are
-    wall and processor seconds by stage. `left_out` says why a file of fields is not there.
+    `verdicts` are those of the judgement, with advice, and those on what fabrication has made. `seconds` are wall and
+    processor seconds by stage. `left_out` says why a file of fields is not there.
     """
 
     design: Design
@@ -30,10 +30,9 @@ class SensorResult:
     springs: FittedSprings
     press: ScenePress
     behaviour: SpringBehaviour | None
+    judgement: Judgement
     verdicts: tuple[Verdict, ...]
-    paper: tuple[Verdict, ...] | None
-    budgets: Budgets
-    scatter: ScatterBands | None
+    errors: SensorErrors
     left_out: str | None
     seconds: Seconds
 

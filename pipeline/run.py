@@ -14,11 +14,11 @@ from pipeline.stages.response import press_scene
 from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.solids import write_solids
 from pipeline.stages.springs import fit_springs
-from pipeline.stages.verdicts import advised, paper_verdicts, sensor_verdicts
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch
-from pipeline.uncertainty.budget import uncertainty_budgets
-from pipeline.uncertainty.print_scatter import print_scatter
+from pipeline.uncertainty.causes import assessed_sensor
+from pipeline.uncertainty.sensor_errors import sensor_errors
+from pipeline.verdicts.sensor import advised, judge
 
 
 def run(design: Design, options: RunOptions | None = None) -> SensorResult:
@@ -41,7 +41,9 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
     springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
     geometry = timed("solids", write_solids, design, springs, folder)
     press = timed("response", press_scene, design, contact, springs.C)  # tips on the fruit
-    verdicts = timed("verdicts", sensor_verdicts, design, contact, sizing, springs, geometry, press)
+    judged = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
+    sensor = assessed_sensor(design, contact, sizing, springs)
+    errors = timed("errors", sensor_errors, sensor, judged.reached, press, with_scatter=options.fabrication)
     making = timed("fabrication", make_fabrication, design, springs, options, folder)
     return SensorResult(
         design=design,
@@ -51,10 +53,9 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
         springs=springs,
         press=press,
         behaviour=timed("behaviour", spring_behaviour, springs, press),
-        verdicts=(*advised(verdicts, springs, options), *making),
-        paper=timed("paper", paper_verdicts, design, contact, sizing),
-        budgets=timed("errors", uncertainty_budgets, design, contact, sizing, springs, press.table),
-        scatter=timed("scatter", print_scatter, design, contact, sizing, springs) if options.fabrication else None,
+        judgement=judged,
+        verdicts=(*advised(judged.verdicts, springs, options), *making),
+        errors=errors,
         left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),
         seconds=timed.seconds(),
     )

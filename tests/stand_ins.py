@@ -18,9 +18,10 @@ from pipeline.stages.characteristics import spring_behaviour
 from pipeline.stages.response import press_scene
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.stages.springs import FittedSpring, FittedSprings
-from pipeline.stages.verdicts import paper_verdicts, sensor_verdicts
 from pipeline.storage.stopwatch import Seconds
-from pipeline.uncertainty.budget import uncertainty_budgets
+from pipeline.uncertainty.causes import assessed_sensor
+from pipeline.uncertainty.sensor_errors import sensor_errors
+from pipeline.verdicts.sensor import judge
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import HousingStiffness
@@ -104,6 +105,8 @@ def result_of(design: Design | None = None, options: RunOptions | None = None, *
     sizing, springs = sizing_of(design), springs_of(design, made=made)
     press = press_scene(design, CONTACT, springs.C)
     geometry = (GOOD,) if made else ()
+    judged = judge(design, CONTACT, sizing, springs, geometry, press)
+    sensor = assessed_sensor(design, CONTACT, sizing, springs)
     return SensorResult(
         design=design,
         options=options,
@@ -112,10 +115,9 @@ def result_of(design: Design | None = None, options: RunOptions | None = None, *
         springs=springs,
         press=press,
         behaviour=spring_behaviour(springs, press),
-        verdicts=sensor_verdicts(design, CONTACT, sizing, springs, geometry, press),
-        paper=paper_verdicts(design, CONTACT, sizing),
-        budgets=uncertainty_budgets(design, CONTACT, sizing, springs, press.table),
-        scatter=None,
+        judgement=judged,
+        verdicts=judged.verdicts,
+        errors=sensor_errors(sensor, judged.reached, press, with_scatter=False),
         left_out=None,
         seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),
     )

@@ -24,7 +24,8 @@ SHAPES = (*LAWS, "cad.parts")
 ELASTIC = ("solve.arrays", "solve.elasticity", "solve.linear", "solve.error_estimate", "solve.surface")
 BELOW = ("cad", "mesh", "solve")
 STAGES = (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit", "pipeline.stages")
-SENTENCES = (*STAGES, "pipeline.uncertainty", "pipeline.result", "pipeline.report")
+JUDGED = (*STAGES, "pipeline.verdicts")
+SENTENCES = (*JUDGED, "pipeline.uncertainty", "pipeline.result", "pipeline.report")
 
 MAY_SEE: dict[str, tuple[str, ...]] = {
     "cad.quantity": (),
@@ -53,9 +54,11 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.storage": LAWS,
     "pipeline.fit": (*BELOW, "pipeline.options", "pipeline.storage"),
     "pipeline.stages": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit"),
-    "pipeline.uncertainty": STAGES,
-    "pipeline.result": (*STAGES, "pipeline.uncertainty"),
-    "pipeline.report": (*STAGES, "pipeline.uncertainty", "pipeline.result"),
+    "pipeline.stages.fabrication": JUDGED,
+    "pipeline.verdicts": STAGES,
+    "pipeline.uncertainty": JUDGED,
+    "pipeline.result": (*JUDGED, "pipeline.uncertainty"),
+    "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),
     "pipeline.run": SENTENCES,
     "pipeline.bench": STAGES,
     "pipeline.commands": (*SENTENCES, "pipeline.run", "pipeline.bench"),

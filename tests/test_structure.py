@@ -34,7 +34,7 @@ TWO_TIPS: dict[str, str] = {
     "solve/housing/stiffness.py": "the default names of two springs, in one place",
     "pipeline/stages/sizing.py": "two targets size two springs",
     "pipeline/stages/springs.py": "K_l and K_h are handed to the law",
-    "pipeline/stages/verdict_rules.py": "P and NL are those of two springs",
+    "pipeline/verdicts/characteristic.py": "P and NL are those of two springs",
     "pipeline/report/mapping.py": "keys of report.json: K_l, K_h, F_l, F_h",
     "pipeline/uncertainty/causes.py": "what moves P and NL moves two springs",
 }

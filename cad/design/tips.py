@@ -75,7 +75,7 @@ class Press:
     tilt_deg: float = quantity("deg", _WIDEST_TILT, default=0.0, remedy="positive lowers the high tip")
     tilt_spread_deg: float = quantity("deg", _SPREAD, default=1.0, remedy="a steady hand keeps 1")
     roll_deg: float = quantity("deg", _WIDEST_TILT, default=0.0, remedy="positive lowers the side y > 0 of each tip")
-    attitude: Attitude = choice(("down", "side", "up"), default="down")
+    attitude: Attitude = choice(("down", "side", "up"), default="side")
 
     def __post_init__(self) -> None:
         """Check each field."""

@@ -19,6 +19,7 @@ from pipeline.stages.response import spring_shares
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSpring
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
+from pipeline.verdicts.scene_targets import SceneTargets
 
 SCHEMA = 1
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
@@ -40,9 +41,11 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "behaviour": _behaviour(result.behaviour),
         "contact": _contact(result),
         "response": _response(result),
+        "level": _level(result.judgement.reached),
         "verdicts": _verdicts(result.verdicts),
-        "errors": {name: _budget(budget) for name, budget in vars(result.budgets).items()},
-        "paper": _paper(result.paper),
+        "remedy": result.judgement.remedy,
+        "errors": {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()},
+        "paper": _paper(result.judgement.paper),
         "accuracy": _accuracy(result),
         "notes": notes(result),
         "versions": {name: version(name) for name in PACKAGES},
@@ -51,7 +54,7 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "cpu_seconds": result.seconds.cpu,
     }
     if result.options.fabrication:
-        report["tolerance"] = None if result.scatter is None else asdict(result.scatter)
+        report["tolerance"] = None if result.errors.scatter is None else asdict(result.errors.scatter)
     return report
 
 
@@ -141,6 +144,12 @@ def _response(result: SensorResult) -> list[Plain]:
         }
         rows.append(row)
     return rows
+
+
+def _level(reached: SceneTargets) -> Plain:
+    """Return P_max and NL of a level sensor with flat sharp tips on flat fruit, whatever scene was asked for."""
+    P_max, NL = reached.level
+    return {"P_max": P_max.value, "P_max_error": P_max.error, "NL": NL.value, "NL_error": NL.error}
 
 
 def _numbers(values: np.ndarray) -> list[float | None]:

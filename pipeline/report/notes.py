@@ -1,13 +1,10 @@
 """What a user must know beside the verdicts, each a sentence with its number."""
 
-import math
-
 from cad.design.parameters import PAPER_TARGETS
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.result import SensorResult
 from pipeline.stages.response import mean_tip_pressure
-from pipeline.stages.verdicts import characteristic
-from solve.contact.linear_response import SensorResponse
+from pipeline.verdicts.characteristic import characteristic
 
 
 def notes(result: SensorResult) -> list[str]:
@@ -21,7 +18,7 @@ def notes(result: SensorResult) -> list[str]:
         *_paper(result),
         f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the paper's "
         "have 1.3226 mm; its tips on a cube of 12 mm 15 % less)",
-        *_beyond_the_law(table),
+        *_beyond_the_law(result),
         f"response: {table.info.method}; {table.info.status}",
         f"press: {depth:.2g} tip sides at most; small strain is assumed, beyond 0.3 sides the force of real flesh "
         "departs by up to 1 % (Poisson 0.3) or 5 % (0.45)",
@@ -34,7 +31,7 @@ def notes(result: SensorResult) -> list[str]:
 
 def _paper(result: SensorResult) -> list[str]:
     """Return what the paper's own springs reach, where fruit and tips are the paper's."""
-    if result.paper is None:
+    if result.judgement.paper is None:
         return []
     paper = characteristic(result.contact, result.sizing, PAPER_SPRINGS)
     P_max, NL = paper.P_max().value, paper.NL(PAPER_TARGETS).value
@@ -44,13 +41,12 @@ def _paper(result: SensorResult) -> list[str]:
     ]
 
 
-def _beyond_the_law(table: SensorResponse) -> list[str]:
-    """Return that P_max, NL and response.csv are a level sensor's, where this scene's response is another."""
-    if not table.cells:
+def _beyond_the_law(result: SensorResult) -> list[str]:
+    """Return what a level sensor would reach, where this scene's response is another."""
+    if result.press.level:
         return []
-    P = float(table.P[-1, -1])
-    last = f"{P:.4g}" if math.isfinite(P) else "none, a tip is off"
+    P_max, NL = result.judgement.reached.level
     return [
-        "P_max, NL and response.csv are those of a level sensor with flat sharp tips on flat fruit; this scene's own "
-        f"response at {table.E[-1]:g} MPa and full travel is {last}"
+        "P_max, NL and response.csv are those of this scene at full travel; a level sensor with flat sharp tips on "
+        f"flat fruit has P_max {P_max.value:.4g} and NL {100.0 * NL.value:.3g} %"
     ]

@@ -8,17 +8,14 @@ from cad.design.design_file import design_as_toml
 from pipeline.report.mapping import report_mapping
 from pipeline.report.response_csv import response_csv
 from pipeline.result import SensorResult
-from pipeline.stages.verdicts import characteristic
 from pipeline.storage.folder import MARK
 from pipeline.storage.plain import to_plain
 
 
 def write_outputs(result: SensorResult, folder: Path) -> None:
     """Write the files, report.json last, with the digest of every other; raises ValueError for nan or infinity."""
-    springs, E_max = result.springs, result.design.fruit.E_max_MPa
-    own = characteristic(result.contact, result.sizing, springs.stiffnesses, springs.errors)
     (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
-    (folder / "response.csv").write_text(response_csv(own, E_max), encoding="utf-8")
+    (folder / "response.csv").write_text(response_csv(result.errors.reading), encoding="utf-8")
     report = to_plain(report_mapping(result, file_entries(folder)))
     text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / MARK).write_text(text + "\n", encoding="utf-8")

@@ -1,35 +1,48 @@
-"""The table a user of the sensor reads: force ratio to modulus, with the band that the errors leave."""
+"""response.csv: the scene's own table of forces, P and the modulus over the travel, with two bands."""
 
 import csv
 import io
+import math
+from collections.abc import Iterator
 
-from cad.theory.two_spring_law import fruit_stiffness
-from pipeline.stages.verdict_rules import Characteristic
+from pipeline.uncertainty.reading_table import ReadingTable
 
-ROWS = 70
-COLUMNS = ("E_MPa", "K_m_N_per_m", "P", "P_error", "E_lower_MPa", "E_upper_MPa")
+COLUMNS = (
+    "E_MPa",
+    "x_mm",
+    "F_l_N",
+    "F_h_N",
+    "P",
+    "P_mesh_error_percent",
+    "E_lower_as_printed_MPa",
+    "E_upper_as_printed_MPa",
+    "E_lower_calibrated_MPa",
+    "E_upper_calibrated_MPa",
+)
 
 
-def response_csv(own: Characteristic, E_max: float) -> str:
-    """Return CSV text with one row per modulus, in 70 equal steps to E_max [MPa]; P of a level sensor.
-
-    E_lower and E_upper bound the modulus at which the sensor may show this P.
-    """
+def response_csv(table: ReadingTable) -> str:
+    """Return CSV text with one row for each modulus and travel; a cell is empty where a tip is off or no bound is."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
-    K_m_over_E = own.K_m_max / E_max
-    for step in range(1, ROWS + 1):
-        E = E_max * step / ROWS
-        P = own.at(K_m_over_E * E).P_max()
-        band = (_fruit_stiffness(own, P.value + side * P.error) / K_m_over_E for side in (-1.0, 1.0))
-        # Three digits of an error: more differ from solver to solver, and the file would with them.
-        limits = [f"{value:.6g}" for value in band]
-        writer.writerow([f"{E:.6g}", f"{1e3 * K_m_over_E * E:.6g}", f"{P.value:.6g}", f"{P.error:.3g}", *limits])
+    writer.writerows(_rows(table))
     return out.getvalue()
 
 
-def _fruit_stiffness(own: Characteristic, P: float) -> float:
-    """Return K_m at P [N/mm], kept inside what the springs can show."""
-    most, ratio = own.springs.K_h / own.springs.K_l, own.stiffness_ratio
-    return 0.0 if ratio >= P else fruit_stiffness(own.springs, min(P, most * (1.0 - 1e-9)), ratio)
+def _rows(table: ReadingTable) -> Iterator[list[str]]:
+    response = table.response
+    for i, E in enumerate(response.E.tolist()):
+        for j, x in enumerate(response.x.tolist()):
+            if i == 0:
+                continue  # stands for the softest fruit, a limit and no fruit
+            forces = response.F[i, j]
+            numbers = (E, x, forces[0], forces[-1], response.P[i, j])
+            # Three digits of an error: more differ from solver to solver, and the file would with them.
+            error = _digits(100.0 * response.P_error[i, j], 3)
+            bounds = (*table.printed[i, j], *table.calibrated[i, j])
+            yield [*(_digits(one, 6) for one in numbers), error, *(_digits(one, 4) for one in bounds)]
+
+
+def _digits(value: float, count: int) -> str:
+    return f"{value:.{count}g}" if math.isfinite(value) else ""

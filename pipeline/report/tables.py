@@ -32,11 +32,18 @@ def print_summary(result: SensorResult) -> None:
     console.print(table)
     for spring in result.springs.springs:
         console.print(escape(_spring_line(spring, result)))
+    _print_advice(console, result)
+    console.print(_next_steps(result))
+
+
+def _print_advice(console: Console, result: SensorResult) -> None:
+    """Print why the first verdicts did not pass, and what would make the scene pass."""
     wrong = sorted((v for v in result.verdicts if v.passed is not True), key=lambda verdict: verdict.passed is None)
     _print_reasons(console, wrong[:_ADVICE])
     if len(wrong) > _ADVICE:
         console.print(f"and {len(wrong) - _ADVICE} more: --verbose lists them all")
-    console.print(_next_steps(result))
+    if result.judgement.remedy is not None:
+        console.print(escape(result.judgement.remedy))
 
 
 def print_everything(result: SensorResult) -> None:
@@ -45,13 +52,15 @@ def print_everything(result: SensorResult) -> None:
     console.print(_headline(result))
     console.print(_verdict_table(f"twintip · {result.design.name}", result.verdicts))
     _print_reasons(console, [verdict for verdict in result.verdicts if verdict.passed is not True])
+    if result.judgement.remedy is not None:
+        console.print(escape(result.judgement.remedy))
     console.print(_spring_table(result))
     console.print(_error_table(result))
     console.print(_response_table(result))
-    if result.paper is not None:
+    if result.judgement.paper is not None:
         K_l, K_h = (1e3 * K for K in PAPER_SPRINGS.stiffnesses)
         title = f"the paper's springs, {K_l:g} and {K_h:g} N/m, under the same contact"
-        console.print(_verdict_table(title, result.paper))
+        console.print(_verdict_table(title, result.judgement.paper))
     for line in (*_method_lines(result), *notes(result), *_scatter_lines(result), _cost_line(result)):
         console.print(escape(line))
 
@@ -155,7 +164,7 @@ def _error_table(result: SensorResult) -> Table:
     """Return what each error is made of; verdicts use the first column, calibration of a print settles the last."""
     heads = ("error of", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
     table = Table(*heads)
-    budgets: dict[str, UncertaintyBudget | None] = vars(result.budgets)
+    budgets: dict[str, UncertaintyBudget | None] = vars(result.errors.budgets)
     for name, budget in budgets.items():
         if budget is not None:
             shares = sorted((*budget.model, *budget.input), key=lambda share: -abs(share.size))
@@ -188,7 +197,7 @@ def _method_lines(result: SensorResult) -> list[str]:
 
 
 def _scatter_lines(result: SensorResult) -> list[str]:
-    scatter = result.scatter
+    scatter = result.errors.scatter
     if scatter is None:
         return []
     bands = {name: value for name, value in vars(scatter).items() if isinstance(value, tuple)}

@@ -15,8 +15,8 @@ from pipeline.fit.mesh_pairs import COARSE
 from pipeline.options import RunOptions
 from pipeline.stages.solids import sensor_of
 from pipeline.stages.springs import FittedSpring, FittedSprings
-from pipeline.stages.verdict_rules import margin_verdict
 from pipeline.storage.cache import cached
+from pipeline.verdicts.rules import margin_verdict
 from solve.housing.stiffness import sideways_stiffness
 
 SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness

@@ -1,7 +1,7 @@
 """What the sensor reads in the scene that was asked for, solved once for everything that judges or draws it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ Floats = NDArray[np.float64]
 
 TRAVELS = 12
 _SCAN = 20  # moduli, from the least asked for to E_max, at which P must rise
+CURVE_TRAVELS = 6
+_CURVE = {True: 72, False: 24}  # moduli; an even number, so that half of E_max is one of them
+SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,45 +26,66 @@ class ScenePress:
     """The presses of one set of springs on the fruit of a design.
 
     `table` is over travel at each modulus shown, `scan` over 20 moduli up to E_max at full travel, `hardest` at the
-    largest modulus of all and full travel.
+    largest modulus of all and full travel. `curve` is over equal steps of the modulus up to E_max at six travels; its
+    first modulus stands for the softest fruit there may be. `tilted` are the presses at full travel of the curve's
+    first, middle and last modulus with the tilt off by its spread to either side, where contact is solved on cells.
+    `level` says that flat sharp tips touch a flat fruit all at once, so that P is one number over the travel.
     """
 
     table: SensorResponse
     scan: SensorResponse
     hardest: SensorResponse
+    curve: SensorResponse
+    tilted: tuple[SensorResponse, ...]
+    level: bool
 
 
-def scene_of(design: Design) -> Scene:
-    """Return the scene of contact of a design."""
-    return Scene(fruit=design.fruit, tips=design.tips, press=design.press)
+def scene_of(design: Design, ahead: Sequence[float] = ()) -> Scene:
+    """Return the scene of contact of a design; `ahead` is how far each tip stands before the others [mm]."""
+    return Scene(fruit=design.fruit, tips=design.tips, press=design.press, ahead_mm=tuple(ahead))
 
 
-def press_scene(design: Design, contact: FruitCompliance, C: Floats) -> ScenePress:
-    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `_pressed`."""
+def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> ScenePress:
+    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `_pressed`.
+
+    `ahead` is how far each tip stands before the others [mm], none where all are level.
+    """
+    scene, E_max = scene_of(design, ahead), design.fruit.E_max_MPa
+    count = _CURVE[scene.linear]
+    moduli = E_max * np.array([SOFTEST, *(np.arange(1, count + 1) / count)])
     return ScenePress(
-        table=press_table(design, contact, C),
-        scan=press_scan(design, contact, C),
-        hardest=_pressed(design, contact, C, [design.largest_E_MPa], 1),
+        table=_pressed(scene, contact, C, design.fruit.E_MPa, TRAVELS),
+        scan=press_scan(design, contact, C, ahead),
+        hardest=_pressed(scene, contact, C, [design.largest_E_MPa], 1),
+        curve=_pressed(scene, contact, C, moduli, CURVE_TRAVELS),
+        tilted=() if scene.linear else _tilted(scene, contact, C, moduli[[0, count // 2, count]]),
+        level=scene.linear and not any(scene.ahead_mm),
     )
 
 
-def press_table(design: Design, contact: FruitCompliance, C: Floats) -> SensorResponse:
-    """Return the response over 12 travels at each modulus shown; C (tips, tips) [mm/N]."""
-    return _pressed(design, contact, C, design.fruit.E_MPa, TRAVELS)
-
-
-def press_scan(design: Design, contact: FruitCompliance, C: Floats) -> SensorResponse:
+def press_scan(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> SensorResponse:
     """Return the response at full travel over 20 moduli up to E_max; C (tips, tips) [mm/N]."""
     fruit = design.fruit
     least = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
-    return _pressed(design, contact, C, np.linspace(least, fruit.E_max_MPa, _SCAN), 1)
+    moduli = np.linspace(least, fruit.E_max_MPa, _SCAN)
+    return _pressed(scene_of(design, ahead), contact, C, moduli, 1)
+
+
+def _tilted(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
+    """Return the presses with the tilt off by its spread to either side; none where that leaves the domain."""
+    press = scene.press
+    spread = press.tilt_spread_deg
+    if spread == 0.0:
+        return ()
+    presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
+    return tuple(_pressed(replace(scene, press=each), contact, C, moduli, 1) for each in presses)
 
 
 def _pressed(
-    design: Design, contact: FruitCompliance, C: Floats, moduli: Sequence[float] | Floats, count: int
+    scene: Scene, contact: FruitCompliance, C: Floats, moduli: Sequence[float] | Floats, count: int
 ) -> SensorResponse:
     """Press; raises InputError where the scene is too steep or outside the domain of contact, SolveError."""
-    return scene_response(scene_of(design), contact, C, moduli, travels(design.press.travel_mm, count))
+    return scene_response(scene, contact, C, moduli, travels(scene.press.travel_mm, count))
 
 
 def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:

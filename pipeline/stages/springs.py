@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from cad.design.parameters import Design
 from cad.design.printability import Printable, check_printable
 from cad.design.processes import PROCESSES, Process
+from cad.design.tips import Tips
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.quantity import Estimate, InputError
@@ -24,6 +25,8 @@ from solve.contact.linear_response import spring_compliance
 from solve.linear import SolveError
 
 Floats = NDArray[np.float64]
+
+GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +78,10 @@ class FittedSprings:
     def monolithic(self) -> bool:
         """Say whether the springs are of one piece: no gauges glued on, no pins."""
         return self.housing is None or (self.housing.gauges == "none" and not self.housing.pin_side)
+
+    def edge_radius(self, tips: Tips) -> float:
+        """Return how far the edge of a tip may be rounded [mm]: by what the process is off, or that of a ground pin."""
+        return GROUND_MM if tips.socket == "pin" else self.process.accuracy_mm
 
     @property
     def stiffnesses(self) -> Springs:

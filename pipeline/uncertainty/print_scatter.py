@@ -21,10 +21,9 @@ from pipeline.fit.foils import bonded_foils
 from pipeline.fit.mesh_pairs import COARSE
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings
-from pipeline.stages.verdict_rules import Characteristic
-from pipeline.stages.verdicts import characteristic
 from pipeline.storage.cache import cached
-from pipeline.uncertainty.causes import SIGMAS
+from pipeline.uncertainty.causes import CALIBRATED, SIGMAS
+from pipeline.verdicts.characteristic import Characteristic, characteristic
 from solve.error_estimate import propagated
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import tip_compliance
@@ -35,7 +34,6 @@ Stiffnesses = Callable[[Housing], tuple[float, ...]]
 
 SAMPLES = 1024
 LEVEL = 0.95
-CALIBRATED = 0.01  # of each stiffness: what weighing a printed unit reaches
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -35,7 +35,8 @@ class SensorResponse:
     The force ratio P and the ratio of the force slopes over the travel [1], both of stiff tips over soft ones, have
     shape (moduli, travels) and are nan where a tip is off the fruit. So do the relative errors [1]: `F_error` of the
     forces of the tips that touch (nan where none does), `P_error` of P. `cells` counts the contact cells, 0 where the
-    law is linear.
+    law is linear. `P_step` [1], (moduli, travels), is by how much P lies above that on a coarser grid of cells, as a
+    share of P; 0 where the law is linear.
     """
 
     E: Floats
@@ -45,6 +46,7 @@ class SensorResponse:
     slope_ratio: Floats
     F_error: Floats
     P_error: Floats
+    P_step: Floats
     cells: int
     info: SolveInfo
 
@@ -88,6 +90,7 @@ def response_of_forces(
         slope_ratio=stiff_over_soft(rates, F, kinds),
         F_error=np.where((F > 0.0).any(axis=2), 0.0, np.nan),
         P_error=np.where(np.isfinite(P), 0.0, np.nan),
+        P_step=np.zeros_like(P),
         cells=info.dofs,
         info=info,
     )

@@ -39,15 +39,16 @@ def scene_response(
     C, moduli, x = (np.asarray(values, dtype=np.float64) for values in (C, E, x))
     known = compliance.error_pair
     if scene.linear:
-        exact = linear_response(compliance.S, C, moduli, x, kinds=kinds)
+        exact = linear_response(compliance.S, C, moduli, x, scene.ahead_mm or 0.0, kinds=kinds)
         return replace(exact, F_error=exact.F_error + known, P_error=exact.P_error + known)
     grids = scene_cells(scene, compliance.S, float(x.max(initial=0.0)))
     coarse, fine = (_on_grid(scene, grid, C, moduli, x, kinds) for grid in grids)
-    force_step, P_step = _largest_steps(coarse, fine)
+    force_step, largest_P_step = _largest_steps(coarse, fine)
     return replace(
         fine,
         F_error=fine.F_error + SAFETY * force_step + known,
-        P_error=fine.P_error + SAFETY * P_step + known,
+        P_error=fine.P_error + SAFETY * largest_P_step + known,
+        P_step=1.0 - coarse.P / fine.P,
         info=replace(fine.info, seconds=time.perf_counter() - start, status=_status(scene, fine.cells)),
     )
 

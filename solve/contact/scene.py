@@ -36,11 +36,16 @@ MARGIN = 1.02
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """The fruit, the tips on it and how they are pressed."""
+    """The fruit, the tips on it and how they are pressed.
+
+    `ahead_mm` is how far each tip stands before the level plane of the sensor, at most 0: the foremost tip touches
+    first. No entries stand for tips that are level.
+    """
 
     fruit: Fruit
     tips: Tips
     press: Press
+    ahead_mm: tuple[float, ...] = ()
 
     @property
     def linear(self) -> bool:
@@ -180,7 +185,8 @@ def joined(values: tuple[float, ...]) -> str:
 
 def interference(scene: Scene, grid: SceneCells, x: float) -> Floats:
     """Return how far the undeformed tips would enter the fruit [mm] at travel x [mm], per cell; -inf without a face."""
-    return housing_travel(grid.cells, x, scene.press.tilt_deg, scene.press.roll_deg) - grid.gap
+    lowered = housing_travel(grid.cells, x, scene.press.tilt_deg, scene.press.roll_deg) - grid.gap
+    return lowered + np.array(scene.ahead_mm)[grid.cells.owner] if scene.ahead_mm else lowered
 
 
 # One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.

@@ -12,7 +12,6 @@ from fits import (
     locking,
     mesh_pairs,
     root_strain,
-    rounded_edge,
     split_errors,
 )
 from fits.comparison import covering, fitted
@@ -26,7 +25,6 @@ BLOCKS = (split_errors.BLOCKS["paper"], split_errors.BLOCKS["low"])
 
 REDUCED = {
     "frame": frame_share.compared,
-    "rounded edge": rounded_edge.compared,
     "coarse mesh": coarse_mesh.compared,
     "cheapest pair": partial(mesh_pairs.compared, mesh_pairs.CHEAPEST, EVERY, TO_SCALE_1),
     "odd shapes": partial(mesh_pairs.compared, mesh_pairs.CHEAPEST, ODD, TO_SCALE_1),
@@ -49,10 +47,10 @@ def test_constant_is_what_its_script_recomputes(compared):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("wrong", [0.9, 3.6])
-def test_wrong_constant_is_caught(wrong, monkeypatch):
-    monkeypatch.setattr(causes, "ROUNDING", wrong)
-    assert not any(row.holds for row in rounded_edge.compared())
+@pytest.mark.parametrize("times", [0.25, 4.0])
+def test_wrong_constant_is_caught(times, monkeypatch):
+    monkeypatch.setattr(causes, "FRAME_SHARES", tuple(times * share for share in causes.FRAME_SHARES))
+    assert not all(row.holds for row in frame_share.compared())
 
 
 def test_share_that_covers_too_little_or_far_too_much_does_not_hold():

@@ -10,7 +10,7 @@ from cad.quantity import InputError
 from pipeline.fit import solve_memo
 from pipeline.fit.leaf_lengths import MOST_FINE_SOLVES, TOLERANCE, SecantModel, fit_lengths, solve_housing, solve_on
 from pipeline.fit.mesh_pairs import DEFAULT, MESH_PAIRS, mesh_pairs_for
-from pipeline.stages.verdict_rules import STIFFNESS_TOLERANCE, deciding_tolerance
+from pipeline.verdicts.rules import STIFFNESS_TOLERANCE, deciding_tolerance
 from solve.housing.stiffness import TipCompliance
 from solve.linear import SolveError
 

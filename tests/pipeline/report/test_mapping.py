@@ -50,7 +50,7 @@ def test_stiffnesses_are_in_newtons_per_metre_and_errors_in_per_cent():
 
 def test_budgets_are_in_per_cent_with_the_totals_of_their_shares():
     result = result_of()
-    entry, budget = report_mapping(result)["errors"]["K_l"], result.budgets.K_l
+    entry, budget = report_mapping(result)["errors"]["K_l"], result.errors.budgets.K_l
     assert entry["discretisation_percent"] == pytest.approx(100.0 * budget.numerical)
     sizes = [one["size_percent"] for one in entry["model"]]
     assert entry["model_percent"] == pytest.approx(sum(map(abs, sizes)), rel=1e-12)

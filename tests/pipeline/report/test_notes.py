@@ -49,14 +49,10 @@ def test_calibration_note_is_three_times_the_relative_error_of_a_leaf():
     assert percent == pytest.approx([100.0 * 3.0 * 0.05 / t for t in (0.8, 1.2)], abs=0.51)  # whole per cent
 
 
-@pytest.mark.parametrize(("P", "words"), [(4.25, "full travel is 4.25"), (float("nan"), "none, a tip is off")])
-def test_scene_beyond_the_law_is_noted_with_its_own_response(P, words):
+def test_scene_that_is_not_level_says_what_a_level_sensor_has():
     result = result_of()
-    ratios = result.press.table.P.copy()
-    ratios[-1, -1] = P
-    curved = dataclasses.replace(result.press.table, cells=80, P=ratios)
-    beyond = dataclasses.replace(result, press=dataclasses.replace(result.press, table=curved))
-    assert words in note(beyond, "P_max, NL and response.csv are those of a level sensor")
+    beyond = dataclasses.replace(result, press=dataclasses.replace(result.press, level=False))
+    assert "a level sensor with flat sharp tips on flat fruit has P_max 5 and NL 5 %" in note(beyond, "P_max, NL")
     assert [line for line in notes(result) if line.startswith("P_max, NL")] == []
 
 

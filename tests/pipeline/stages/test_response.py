@@ -11,7 +11,7 @@ from pipeline.report.mapping import report_mapping
 from pipeline.report.outputs import write_outputs
 from pipeline.report.tables import print_everything, print_summary
 from pipeline.stages.response import TRAVELS, mean_tip_pressure, press_scene, spring_shares
-from pipeline.stages.verdicts import paper_verdicts
+from pipeline.verdicts.sensor import paper_verdicts
 
 
 @pytest.fixture
@@ -29,9 +29,9 @@ def solved(monkeypatch):
 
 
 def test_every_press_of_a_run_is_solved_once(solved):
-    """Own springs: table, scan and hardest press; the paper's: table and scan."""
+    """Table, scan, hardest press and curve of its own springs and of the paper's."""
     result_of()
-    assert len(solved) == len(set(solved)) == 5
+    assert len(solved) == len(set(solved)) == 8
 
 
 def test_reports_solve_nothing(solved, tmp_path, capsys):
@@ -66,6 +66,9 @@ def test_presses_end_where_the_design_says():
     assert (len(press.table.x), press.table.x[-1]) == (TRAVELS, design.press.travel_mm)
     assert (press.scan.E[0], press.scan.E[-1]) == (1.0, 3.5)
     assert (np.diff(press.scan.E) > 0.0).all()
+    curve = press.curve
+    assert (curve.E[-1], curve.x[-1], curve.P.shape) == (3.5, design.press.travel_mm, (73, 6))
+    assert curve.E[36] == 0.5 * 3.5
     assert (press.hardest.E.tolist(), press.hardest.x.tolist()) == ([10.0], [design.press.travel_mm])
 
 

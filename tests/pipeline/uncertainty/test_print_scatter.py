@@ -9,7 +9,6 @@ from stand_ins import K_M_OVER_E, PETG, default_housing, result_of, springs_of
 from cad.design.parameters import Design, Targets
 from cad.theory.leaf_spring import pair_stiffness
 from cad.theory.two_spring_law import Springs, force_ratio, size_springs
-from pipeline.stages.verdict_rules import Characteristic
 from pipeline.uncertainty.print_scatter import (
     CALIBRATED,
     StiffnessSurrogate,
@@ -19,6 +18,7 @@ from pipeline.uncertainty.print_scatter import (
     scatter_bands,
     thickened,
 )
+from pipeline.verdicts.characteristic import Characteristic
 
 HOUSING = default_housing()
 THICKNESSES = (0.8, 1.2)

@@ -11,10 +11,10 @@ from cad.quantity import Estimate
 from cad.theory.two_spring_law import Springs, size_springs
 from cad.verdict import Verdict, all_passed
 from pipeline.stages.springs import FittedSpring
-from pipeline.stages.verdict_rules import (
+from pipeline.verdicts.characteristic import Characteristic
+from pipeline.verdicts.rules import (
     FITTED_TOLERANCE,
     STIFFNESS_TOLERANCE,
-    Characteristic,
     bruise_verdict,
     displacement_verdict,
     margin_verdict,
@@ -35,6 +35,11 @@ LOW, _ = springs_of(Design()).springs
 
 def verdict(passed):
     return Verdict(name="n", value=1.0, unit="1", limit=1.0, tolerance=0.1, passed=passed, reference="r")
+
+
+def judged(own, targets, *, manufactured=True):
+    """Return the verdicts on P_max and NL of the two-spring law."""
+    return target_verdicts(own.P_max(), own.NL(targets), targets, "of it", manufactured=manufactured)
 
 
 def responses(springs, moduli=MODULI, ahead=(0.0, 0.0)):
@@ -104,7 +109,7 @@ def test_one_failed_verdict_fails_the_run(each, whole):
 def test_sized_springs_meet_their_targets(definition):
     targets = Targets(P_max=7.0, NL=0.03, NL_definition=definition)
     own = Characteristic(springs=size_springs(7.0, 0.03, K_M, definition), K_m_max=K_M)
-    P_max, NL = target_verdicts(own, targets)
+    P_max, NL = judged(own, targets)
     assert P_max.value == pytest.approx(7.0, rel=1e-12)
     assert NL.value == pytest.approx(0.03, rel=1e-10)
     assert (P_max.passed, NL.passed) == (True, True)
@@ -112,14 +117,20 @@ def test_sized_springs_meet_their_targets(definition):
 
 def test_targets_of_springs_that_were_not_made_are_undecided():
     own = Characteristic(springs=size_springs(5.0, 0.05, K_M), K_m_max=K_M)
-    P_max, NL = target_verdicts(own, Targets(), manufactured=False)
+    P_max, NL = judged(own, Targets(), manufactured=False)
     assert (P_max.passed, NL.passed) == (None, None)
     assert P_max.value == pytest.approx(5.0, rel=1e-12)
-    assert "of the target stiffnesses, which were not made" in NL.reference
+    assert "of it" in NL.reference
+
+
+def test_scene_in_which_a_tip_is_off_fails_its_targets_without_a_value():
+    for one in target_verdicts(None, None, Targets()):
+        assert (one.passed, one.value, one.error) == (False, None, None)
+        assert "a tip is off the fruit" in one.reference
 
 
 def test_paper_springs_fail_their_own_targets_under_the_true_contact():
-    P_max, NL = target_verdicts(Characteristic(springs=PAPER_SPRINGS, K_m_max=K_M), PAPER_TARGETS)
+    P_max, NL = judged(Characteristic(springs=PAPER_SPRINGS, K_m_max=K_M), PAPER_TARGETS)
     assert P_max.value == pytest.approx(5.6388, abs=5e-5)
     assert NL.value == pytest.approx(0.059, abs=5e-4)
     assert (P_max.passed, NL.passed) == (False, False)
@@ -130,7 +141,7 @@ def test_paper_springs_fail_their_own_targets_under_the_true_contact():
 )
 def test_spring_off_its_target_fails_the_verdict_that_it_moves(K_l, K_h, failed):
     own = Characteristic(springs=Springs(K_l=K_l, K_h=K_h), K_m_max=K_M)
-    assert [each.name for each in target_verdicts(own, PAPER_TARGETS) if not each.passed] == [failed]
+    assert [each.name for each in judged(own, PAPER_TARGETS) if not each.passed] == [failed]
 
 
 def test_error_of_P_max_is_what_the_worst_springs_do():

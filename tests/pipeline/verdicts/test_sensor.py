@@ -10,7 +10,8 @@ from cad.design.parameters import Design, Targets
 from cad.design.tips import Tips
 from pipeline.options import RunOptions
 from pipeline.stages.response import press_scene
-from pipeline.stages.verdicts import advised, characteristic, paper_verdicts, sensor_verdicts, tip_pressure
+from pipeline.verdicts.characteristic import characteristic
+from pipeline.verdicts.sensor import advised, judge, paper_verdicts, tip_pressure
 
 ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high"]
 
@@ -18,7 +19,7 @@ ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotoni
 def verdicts_of(design, *, made=True):
     springs = springs_of(design, made=made)
     press = press_scene(design, CONTACT, springs.C)
-    return sensor_verdicts(design, CONTACT, sizing_of(design), springs, (GOOD,) if made else (), press)
+    return judge(design, CONTACT, sizing_of(design), springs, (GOOD,) if made else (), press).verdicts
 
 
 def test_every_run_has_the_same_verdicts_then_those_on_its_solid():
@@ -78,5 +79,5 @@ def test_advice_is_for_springs_of_one_piece():
 def test_papers_springs_are_judged_by_the_papers_targets_whatever_the_design_asks():
     design = Design(targets=Targets(P_max=7.0, NL=0.03))
     paper = paper_verdicts(design, CONTACT, sizing_of(design))
-    assert paper == result_of().paper
+    assert paper == result_of().judgement.paper
     assert {verdict.name: verdict.limit for verdict in paper[:2]} == {"P_max": 5.0, "NL": 0.05}

@@ -1,25 +1,16 @@
 """Is it good enough: one rule for each kind of target, against its value with its error bar and its tolerance."""
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from cad.design.parameters import Targets
 from cad.quantity import Estimate
-from cad.theory.two_spring_law import (
-    Springs,
-    force_ratio,
-    nonlinearity,
-    series_ratio,
-    stiffness_at_largest_nonlinearity,
-)
 from cad.verdict import Verdict
 from pipeline.options import TOLERANCES
 from pipeline.stages.springs import FittedSpring
 from solve.contact.linear_response import SensorResponse
-from solve.error_estimate import propagated
 
 P_MAX_TOLERANCE = 0.01  # of the target
 NL_TOLERANCE = 0.001
@@ -28,55 +19,7 @@ FITTED_TOLERANCE = 0.005  # with gauges or pins glued on, where no mesh knows th
 SPREAD_TOLERANCE = 0.01
 _PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
 
-Law = Callable[[Springs, float, float], float]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Characteristic:
-    """P over the fruit's stiffness: the springs and the largest fruit stiffness they meet [N/mm], each with its error.
-
-    `stiffness_ratio` [1] is the fruit's stiffness under the high tip over that under the low one.
-    """
-
-    springs: Springs
-    K_m_max: float
-    spring_errors: tuple[float, ...] = (0.0, 0.0)
-    K_m_error: float = 0.0
-    stiffness_ratio: float = 1.0
-
-    def at(self, K_m: float) -> "Characteristic":
-        """Return that of the same springs up to another fruit stiffness [N/mm], known to the same share."""
-        return replace(self, K_m_max=K_m, K_m_error=self.K_m_error * K_m / self.K_m_max)
-
-    def P_max(self) -> Estimate:
-        """Return the largest force ratio [1]."""
-        return self._estimate(force_ratio)
-
-    def NL(self, targets: Targets) -> Estimate:
-        """Return the nonlinearity [1] by the definition of the targets."""
-        return self._estimate(lambda springs, K_m, ratio: nonlinearity(springs, K_m, targets.NL_definition, ratio))
-
-    def K_m_of_NL(self, targets: Targets) -> float:
-        """Return the fruit stiffness at which the definition of the targets takes the nonlinearity [N/mm]."""
-        if targets.NL_definition == "mid-range":
-            return 0.5 * self.K_m_max
-        return stiffness_at_largest_nonlinearity(self.springs.K_h / self.stiffness_ratio, self.K_m_max)
-
-    def force_ratio_with(self, K_m: float, springs: Sequence[float], fruit: Sequence[float]) -> float:
-        """Return P at a fruit stiffness [N/mm] with the springs and the fruit under each tip changed by factors [1]."""
-        K_l, K_h = springs[0] * self.springs.K_l, springs[1] * self.springs.K_h
-        return series_ratio(K_l, K_h, K_m * fruit[0], self.stiffness_ratio * K_m * fruit[1])
-
-    def _estimate(self, law: Law) -> Estimate:
-        values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
-        # In the middle of the fruit both tips meet the same stiffness, and no error of a solve parts them.
-        share = 0.0 if self.stiffness_ratio == 1.0 else self.K_m_error / self.K_m_max
-        errors = (*self.spring_errors, self.K_m_error, share * self.stiffness_ratio)
-
-        def value(K_l: float, K_h: float, K_m: float, ratio: float) -> float:
-            return law(Springs(K_l=K_l, K_h=K_h), K_m, ratio)
-
-        return Estimate(value(*values), propagated(value, values, errors))
+_ZERO = Estimate(0.0, 0.0)
 
 
 def target_verdict(
@@ -170,14 +113,31 @@ def printable_verdict(spring: FittedSpring) -> Verdict:
     )
 
 
-def target_verdicts(own: Characteristic, targets: Targets, *, manufactured: bool = True) -> tuple[Verdict, ...]:
-    """Return the verdicts on P_max and NL [1]; undecided for springs that were not made."""
-    of_what = "of a level sensor on flat fruit" if manufactured else "of the target stiffnesses, which were not made"
+def target_verdicts(
+    P_max: Estimate | None, NL: Estimate | None, targets: Targets, of_what: str = "", *, manufactured: bool = True
+) -> tuple[Verdict, ...]:
+    """Return the verdicts on P_max and NL [1], `of_what` in words.
+
+    A value that is missing, because a tip is off the fruit, fails; springs that were not made leave both undecided.
+    """
     P_words = f"force ratio at E_max {of_what}; tolerance relative to the target"
     NL_words = f"departure of P from its straight line, {targets.NL_definition}, {of_what}; tolerance absolute"
-    P_max = target_verdict("P_max", own.P_max(), targets.P_max, P_MAX_TOLERANCE, P_words, relative=True)
-    NL = target_verdict("NL", own.NL(targets), targets.NL, NL_TOLERANCE, NL_words)
-    return (P_max, NL) if manufactured else (replace(P_max, passed=None), replace(NL, passed=None))
+    verdicts = (
+        target_verdict("P_max", P_max or _ZERO, targets.P_max, P_MAX_TOLERANCE, P_words, relative=True),
+        target_verdict("NL", NL or _ZERO, targets.NL, NL_TOLERANCE, NL_words),
+    )
+    if not manufactured:
+        return tuple(replace(verdict, passed=None) for verdict in verdicts)
+    return tuple(
+        _lifted(verdict) if estimate is None else verdict
+        for verdict, estimate in zip(verdicts, (P_max, NL), strict=True)
+    )
+
+
+def _lifted(verdict: Verdict) -> Verdict:
+    """Return a verdict that fails without a value, because a tip is off the fruit."""
+    reference = "a tip is off the fruit at full travel, so that there is no force ratio"
+    return replace(verdict, value=None, error=None, passed=False, reference=reference)
 
 
 def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool = True) -> Verdict:
@@ -195,8 +155,8 @@ def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool = Tru
     return target_verdict(name, K.times(1e3, "N/m"), limit, tolerance, words, relative=True)
 
 
-def displacement_verdict(table: SensorResponse) -> Verdict:
-    """Return the verdict on the spread of P over the travel [1], the worst of all moduli.
+def displacement_verdict(table: SensorResponse, drift: str = "") -> Verdict:
+    """Return the verdict on the spread of P over the travel [1], the worst of all moduli; `drift` is said beside it.
 
     The spread may be off by twice the error of P where cells are solved; where P is one number it is exact.
     """
@@ -209,7 +169,7 @@ def displacement_verdict(table: SensorResponse) -> Verdict:
         return replace(verdict, value=None, error=None, passed=False)
     errors = table.P_error[np.isfinite(table.P_error)]
     error = 2.0 * float(errors.max()) if table.cells and errors.size else 0.0
-    words = "(max P - min P) / mean P over the travel, the worst of all E"
+    words = "(max P - min P) / mean P over the travel, the worst of all E" + drift
     return target_verdict(name, Estimate(max(measured), error), 0.0, SPREAD_TOLERANCE, words)
 
 

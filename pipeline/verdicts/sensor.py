@@ -1,18 +1,21 @@
 """Every verdict of a run: on the sensor as designed, and beside it on the paper's own springs."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from cad.design.parameters import PAPER_TARGETS, Design
 from cad.design.tips import Tips
 from cad.quantity import Estimate
-from cad.theory.two_spring_law import PAPER_SPRINGS, Springs
+from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict, failed
 from pipeline.options import RunOptions
-from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scan, press_table, spring_shares
+from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, spring_shares
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings
-from pipeline.stages.verdict_rules import (
-    Characteristic,
+from pipeline.verdicts.characteristic import characteristic
+from pipeline.verdicts.edge_drift import edge_drift
+from pipeline.verdicts.remedies import remedy
+from pipeline.verdicts.rules import (
     bruise_verdict,
     displacement_verdict,
     monotonic_verdict,
@@ -21,25 +24,12 @@ from pipeline.stages.verdict_rules import (
     target_verdicts,
     with_tolerance_advice,
 )
+from pipeline.verdicts.scene_targets import SceneTargets, scene_targets
 from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
 
 _NOT_MADE = failed("geometry.made", "a housing", unit="1", reference="no housing was made, see printable.low and .high")
 _STIFFNESS_NAMES = ("K_l", "K_h")
-
-
-def characteristic(
-    contact: FruitCompliance, sizing: SpringSizing, springs: Springs, errors: tuple[float, ...] = (0.0, 0.0)
-) -> Characteristic:
-    """Return springs with their errors [N/mm] against the stiffest fruit under the true contact."""
-    K_m = sizing.K_m_max_contact
-    return Characteristic(
-        springs=springs,
-        K_m_max=K_m,
-        spring_errors=errors,
-        K_m_error=contact.error_pair * K_m,
-        stiffness_ratio=sizing.stiffness_ratio,
-    )
 
 
 def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress) -> Estimate:
@@ -52,29 +42,79 @@ def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSpring
     return Estimate(pressure, (of_springs + (error if error > 0.0 else 0.0)) * pressure, "MPa")
 
 
-def sensor_verdicts(
+@dataclass(frozen=True, kw_only=True)
+class Judgement:
+    """The verdicts on a sensor, the P_max and NL that its scene reaches, and what would make a failed scene pass.
+
+    `paper` are the verdicts on the paper's own springs, None where fruit or tips are not the paper's.
+    """
+
+    verdicts: tuple[Verdict, ...]
+    reached: SceneTargets
+    remedy: str | None
+    paper: tuple[Verdict, ...] | None
+
+
+def judge(
     design: Design,
     contact: FruitCompliance,
     sizing: SpringSizing,
     springs: FittedSprings,
     geometry: Sequence[Verdict],
     press: ScenePress,
+) -> Judgement:
+    """Return the judgement on a design in its own scene; raises InputError or SolveError where a press fails."""
+    own = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
+    reached = scene_targets(own, design.targets, contact, springs.C, press)
+    verdicts = sensor_verdicts(design, contact, springs, geometry, press, reached)
+    return Judgement(
+        verdicts=verdicts,
+        reached=reached,
+        remedy=remedy(design, verdicts, press),
+        paper=paper_verdicts(design, contact, sizing),
+    )
+
+
+def sensor_verdicts(
+    design: Design,
+    contact: FruitCompliance,
+    springs: FittedSprings,
+    geometry: Sequence[Verdict],
+    press: ScenePress,
+    reached: SceneTargets,
 ) -> tuple[Verdict, ...]:
     """Return the verdicts on a design's own springs, on what they read and on the part that carries them."""
-    own = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
     manufactured = springs.housing is not None
+    of_what = _of_what(press, reached) if manufactured else "of the target stiffnesses, which were not made"
     limit = design.fruit.bruise_limit_MPa
     named = zip(_STIFFNESS_NAMES, springs.springs, strict=True)
     return (
-        *target_verdicts(own, design.targets, manufactured=manufactured),
+        *target_verdicts(reached.P_max, reached.NL, design.targets, of_what, manufactured=manufactured),
         *(stiffness_verdict(name, spring, monolithic=springs.monolithic) for name, spring in named),
-        displacement_verdict(press.table),
+        displacement_verdict(press.table, _drift(design, contact, springs)),
         monotonic_verdict(press.scan),
         *(printable_verdict(spring) for spring in springs.springs),
         *(geometry or (_NOT_MADE,)),
         *_tip_shape(design.tips),
         *(() if limit is None else (bruise_verdict(tip_pressure(design, contact, springs, press), limit),)),
     )
+
+
+def _of_what(press: ScenePress, reached: SceneTargets) -> str:
+    """Return in words whose P_max and NL are judged."""
+    if press.level:
+        return "of a level sensor on flat fruit"
+    P_max, NL = reached.level
+    return f"at full travel in this scene; a level sensor on flat fruit has P_max {P_max.value:.4g}, NL {NL.value:.3g}"
+
+
+def _drift(design: Design, contact: FruitCompliance, springs: FittedSprings) -> str:
+    """Return in words how far an edge as round as the process makes it lets P drift over the travel."""
+    if springs.housing is None or design.tips.flat != design.tips:
+        return ""
+    radius = springs.edge_radius(design.tips)
+    drift = edge_drift(design, contact, springs.stiffnesses, radius)
+    return f"; edges rounded by {radius:g} mm, as the process makes them, let P drift by {100.0 * drift:.2g} %"
 
 
 def advised(verdicts: Sequence[Verdict], springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
@@ -109,8 +149,10 @@ def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizin
     if not design.has_paper_scene:
         return None
     C = spring_compliance(*PAPER_SPRINGS.stiffnesses)
+    press = press_scene(design, contact, C)
+    reached = scene_targets(characteristic(contact, sizing, PAPER_SPRINGS), PAPER_TARGETS, contact, C, press)
     return (
-        *target_verdicts(characteristic(contact, sizing, PAPER_SPRINGS), PAPER_TARGETS),
-        displacement_verdict(press_table(design, contact, C)),
-        monotonic_verdict(press_scan(design, contact, C)),
+        *target_verdicts(reached.P_max, reached.NL, PAPER_TARGETS, _of_what(press, reached)),
+        displacement_verdict(press.table),
+        monotonic_verdict(press.scan),
     )

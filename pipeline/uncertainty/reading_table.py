@@ -1,0 +1,77 @@
+"""The table that a user of the sensor reads: forces and P over modulus and travel, and the modulus each P may mean."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.stages.response import ScenePress
+from pipeline.uncertainty.budget import ratio_budget
+from pipeline.uncertainty.causes import Sensor
+from pipeline.uncertainty.force_ratio import Pressed
+from solve.contact.linear_response import SensorResponse
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReadingTable:
+    """The response of the scene, and two bands of the modulus that may show each P [MPa].
+
+    `printed` and `calibrated` have shape (moduli, travels, 2), lower and upper; nan where a tip is off or the springs
+    show no such P. The band as printed holds the errors of mesh, model and inputs; after calibrating the unit each
+    stiffness is known to 1 %, and what calibration takes away is left out. The response has no row for a fruit that
+    is softer than all.
+    """
+
+    response: SensorResponse
+    printed: Floats
+    calibrated: Floats
+
+
+def reading_table(sensor: Sensor, press: ScenePress) -> ReadingTable:
+    """Return the table of the scene; errors of P beyond its mesh's are those of a level sensor at the same press."""
+    curve = press.curve
+    bands = [_bands(sensor, curve, calibrated=calibrated) for calibrated in (False, True)]
+    return ReadingTable(response=curve, printed=bands[0], calibrated=bands[1])
+
+
+def _bands(sensor: Sensor, curve: SensorResponse, *, calibrated: bool) -> Floats:
+    """Return the band of the modulus [MPa], shape (moduli, travels, 2)."""
+    bands = np.full((*curve.P.shape, 2), np.nan)
+    relative = np.divide(sensor.own.spring_errors, sensor.own.springs.stiffnesses).sum()
+    for j, travel in enumerate(curve.x.tolist()):
+        scale = _Scale(sensor, curve.P[:, j], curve.E)
+        for i, E in enumerate(curve.E.tolist()):
+            P = float(curve.P[i, j])
+            if math.isfinite(P) and scale.rises and i > 0:
+                numerical = float(curve.P_error[i, j]) + float(relative)
+                at = Pressed(E=E, travel=travel)
+                error = ratio_budget(sensor, at, numerical, calibrated=calibrated).total
+                bands[i, j] = scale.modulus(P * (1.0 - error)), scale.modulus(P * (1.0 + error))
+    return bands
+
+
+class _Scale:
+    """The modulus over P at one travel, through the two-spring law, under which it is nearly a straight line."""
+
+    def __init__(self, sensor: Sensor, P: Floats, E: Floats) -> None:
+        """Take P [1] of the scene at the moduli [MPa], the softest first."""
+        self._own, self._softest, self._E = sensor.own, float(P[0]), E
+        self._lengths = np.array([self._stiffness(float(one)) for one in P])
+        self.rises = bool((np.diff(self._lengths) > 0.0).all())
+
+    def _stiffness(self, P: float) -> float:
+        """Return the fruit stiffness that a level sensor has at P, were it 1 on the softest fruit [N/mm]."""
+        return self._own.fruit_stiffness(P / self._softest * self._own.stiffness_ratio)
+
+    def modulus(self, P: float) -> float:
+        """Return the modulus at P [MPa], on the line through the last two beyond the table; nan where there is none."""
+        stiffness, known = self._stiffness(P), self._lengths
+        if not math.isfinite(stiffness):
+            return math.nan
+        if stiffness <= known[-1]:
+            return float(np.interp(stiffness, known, self._E)) if stiffness > known[0] else 0.0
+        slope = (self._E[-1] - self._E[-2]) / (known[-1] - known[-2])
+        return float(self._E[-1] + slope * (stiffness - known[-1]))

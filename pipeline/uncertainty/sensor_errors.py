@@ -1,0 +1,29 @@
+"""All that is said of a sensor's errors: the budget of each number, the table with its bands, the scatter of prints."""
+
+from dataclasses import dataclass
+
+from pipeline.stages.response import ScenePress
+from pipeline.uncertainty.budget import Budgets, uncertainty_budgets
+from pipeline.uncertainty.causes import Sensor
+from pipeline.uncertainty.print_scatter import ScatterBands, print_scatter
+from pipeline.uncertainty.reading_table import ReadingTable, reading_table
+from pipeline.verdicts.scene_targets import SceneTargets
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorErrors:
+    """The budgets, the table that a user reads, and how far prints scatter where that was asked for."""
+
+    budgets: Budgets
+    reading: ReadingTable
+    scatter: ScatterBands | None
+
+
+def sensor_errors(sensor: Sensor, reached: SceneTargets, press: ScenePress, *, with_scatter: bool) -> SensorErrors:
+    """Return all errors of a sensor that reaches P_max and NL in its scene; raises as the solves of the scatter do."""
+    scatter = None
+    if with_scatter:
+        scatter = print_scatter(sensor.design, sensor.contact, sensor.sizing, sensor.springs)
+    return SensorErrors(
+        budgets=uncertainty_budgets(sensor, reached, press), reading=reading_table(sensor, press), scatter=scatter
+    )

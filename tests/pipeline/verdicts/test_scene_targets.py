@@ -1,0 +1,129 @@
+"""P_max and NL of the scene that was asked for, and what would make it pass: by the balance of springs and fruit."""
+
+import math
+
+import numpy as np
+import pytest
+from stand_ins import CONTACT, sizing_of, springs_of
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, Targets
+from cad.design.tips import Press, Tips
+from cad.theory.two_spring_law import fruit_stiffness
+from pipeline.stages.response import press_scene
+from pipeline.verdicts.edge_drift import edge_drift
+from pipeline.verdicts.remedies import remedy
+from pipeline.verdicts.sensor import judge
+
+SPRINGS = sizing_of(Design()).springs
+C = np.diag([1.0 / K for K in SPRINGS.stiffnesses])
+TILTED = Design(press=Press(tilt_deg=1.0))
+STEP = 4.0 * math.tan(math.radians(1.0))
+
+
+def judged(design, ahead=()):
+    springs = springs_of(design)
+    press = press_scene(design, CONTACT, springs.C, ahead)
+    return judge(design, CONTACT, sizing_of(design), springs, (), press), press
+
+
+def balance(E, travels):
+    """Return P of flat tips at their own travels [mm] on fruit of modulus E [MPa]."""
+    forces = np.linalg.solve(C * E + CONTACT.S, travels)
+    return forces[1] / forces[0]
+
+
+@pytest.fixture(scope="module")
+def tilted():
+    return judged(TILTED)[0]
+
+
+def verdict(judgement, name):
+    (one,) = (one for one in judgement.verdicts if one.name == name)
+    return one
+
+
+def test_tilted_sensor_is_judged_by_what_it_reads(tilted):
+    """At 1 deg all faces touch whole at full travel: the balance with travels of 0.6 -+ 4 mm tan(1 deg)."""
+    travels = (0.6 - STEP, 0.6 + STEP)
+    P_max = verdict(tilted, "P_max")
+    assert P_max.passed is False
+    assert P_max.value == pytest.approx(balance(3.5, travels), abs=P_max.error)
+    softest, middle, top = (balance(E, travels) for E in (0.0, 1.75, 3.5))
+    NL = verdict(tilted, "NL")
+    assert NL.value == pytest.approx((middle - softest) / (top - softest) - 0.5, abs=NL.error)
+
+
+def test_flat_level_scene_is_the_two_spring_law():
+    reached = judged(Design())[0].reached
+    assert (reached.P_max, reached.NL) == reached.level
+    assert reached.P_max.value == pytest.approx(5.0, rel=1e-9)
+
+
+def test_level_values_stay_as_facts(tilted):
+    P_max, NL = tilted.reached.level
+    assert (P_max.value, NL.value) == (pytest.approx(5.0, rel=1e-9), pytest.approx(0.05, rel=1e-9))
+    assert "a level sensor on flat fruit has P_max 5" in verdict(tilted, "P_max").reference
+
+
+def test_reading_of_a_tilted_sensor_by_the_level_law_is_wrong_and_no_longer_offered():
+    """E 0.5 would read 0.85."""
+    _, press = judged(TILTED)
+    P = press.table.P[list(press.table.E).index(0.5), -1]
+    read = fruit_stiffness(SPRINGS, float(P)) / CONTACT.K_m_over_E()
+    assert read == pytest.approx(0.85, abs=0.01)
+    assert press.curve.P[-1, -1] == pytest.approx(press.table.P[-1, -1], rel=1e-12)
+
+
+def test_largest_departure_is_at_least_that_of_mid_range():
+    largest, middle = (
+        judged(Design(press=Press(tilt_deg=1.0), targets=Targets(NL_definition=definition)))[0].reached.NL.value
+        for definition in ("largest", "mid-range")
+    )
+    assert middle < largest < 1.02 * middle
+
+
+def test_tip_that_hangs_lower_by_its_weight_is_ahead_in_the_scene():
+    """0.019 mm of the low tip: the balance with the high one as much behind."""
+    reached = judged(Design(), (0.0, -0.019))[0].reached
+    assert reached.P_max.value == pytest.approx(balance(3.5, (0.6, 0.581)), rel=1e-9)
+
+
+def test_tip_off_the_fruit_leaves_no_ratio():
+    off = judged(Design(press=Press(travel_mm=0.3, tilt_deg=5.0)))[0]
+    assert verdict(off, "P_max").passed is False
+    assert verdict(off, "P_max").value is None
+
+
+def test_edge_as_round_as_the_process_makes_it_lets_P_drift():
+    """Independent: unilateral contact of cubes with that fillet, P over the same travels."""
+    design = Design(fruit=Fruit(E_MPa=(3.5,)))
+    rounded = Design(fruit=design.fruit, tips=Tips(fillet_mm=0.05))
+    P = press_scene(rounded, CONTACT, springs_of(design).C).table.P[0]
+    drift = edge_drift(design, CONTACT, SPRINGS, 0.05)
+    assert drift == pytest.approx(np.ptp(P) / P.mean(), abs=0.012)
+    assert 0.03 < drift < 0.05
+    assert edge_drift(design, CONTACT, SPRINGS, 0.0) < 1e-12
+
+
+def test_remedy_of_a_tilted_sensor_is_to_press_level(tilted):
+    assert "pressed level" in tilted.remedy
+
+
+def test_remedy_of_a_bruise_is_a_travel_that_passes():
+    design = Design(fruit=Fruit(bruise_limit_MPa=0.29))
+    words, _, travel = judged(design)[0].remedy.rpartition(" ")
+    assert words == "would pass: press.travel_mm at most"
+    shorter = Design(fruit=design.fruit, press=Press(travel_mm=float(travel)))
+    assert judged(shorter)[0].remedy is None
+    assert verdict(judged(shorter)[0], "bruise").passed is True
+
+
+def test_scene_that_nothing_mends_says_so_with_the_nearest():
+    """A fruit so small that its skin falls away under the tips."""
+    fruit = Fruit(shape="sphere", radius_mm=20.0, length_mm=20.0, width_mm=20.0)
+    design = Design(fruit=fruit)
+    judgement, press = judged(design)
+    assert judgement.remedy.startswith("no change of travel, side or spacing passes")
+    assert "nearest: " in judgement.remedy
+    assert remedy(Design(), judged(Design())[0].verdicts, press) is None
