@@ -40,7 +40,7 @@ class Contribution:
 
     def __post_init__(self) -> None:
         """Refuse a contribution without a name, a size or a reason: something would be left out unsaid."""
-        if not (math.isfinite(self.size) and self.effect and self.reason):
+        if not (math.isfinite(self.size) and self.size != 0.0 and self.effect and self.reason):
             msg = (
                 f"effect {self.effect!r} = {100.0 * self.size:g} %, reason {self.reason!r}: must have a name, a finite "
                 "size other than 0 and a reason; compute it"

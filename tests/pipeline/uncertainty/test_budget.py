@@ -256,10 +256,12 @@ def test_ground_pins_have_the_edges_and_sides_of_ground_bar():
 
 def test_edge_acts_at_the_depth_that_each_tip_has_reached(budgets):
     """At full travel the high tip stands deep, where its edge costs little: P_max loses 0.5 %, not the 6 of a touch."""
-    K_m = [K_M * (1.0 - edge_loss(0.6 * K / (K + K_M), 1.0, 0.05)) for K in SPRINGS.stiffnesses]
-    P = series_ratio(*SPRINGS.stiffnesses, *K_m)
+    losses = [edge_loss(0.6 * K / (K + K_M), 1.0, 0.05) for K in SPRINGS.stiffnesses]
+    rounder, sharper = (
+        series_ratio(*SPRINGS.stiffnesses, *(K_M * (1.0 - sign * loss) for loss in losses)) for sign in (1.0, -1.0)
+    )
     size = size_of(budgets.P_max, "tip edge", "input")
-    assert size == pytest.approx(1.0 - P / 5.0, rel=0.01)  # half of the range of a rounder and a sharper edge
+    assert size == pytest.approx(0.5 * abs(sharper - rounder) / 5.0, rel=1e-6)
     assert 0.003 < size < 0.007
 
 
