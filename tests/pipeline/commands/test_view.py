@@ -39,7 +39,7 @@ def write_output_folder(folder: Path, **changes: object) -> Path:
     mesh = mesh.with_boundaries({"clamp": lambda x: x[0] == 0.0, "high_tip": lambda x: x[0] == 10.0})
     bent = np.zeros((mesh.p.shape[1], 3))
     bent[:, 2] = 1e-3 * mesh.p[0] ** 2
-    write_vtu(folder / "flexure.vtu", mesh, {"displacement_mm": bent, "von_mises_MPa": mesh.p[0]}, {})
+    write_vtu(folder / "flexure.vtu", mesh, {"displacement_mm": bent, "von_mises_MPa": mesh.p[0]})
     write_mesh(folder / "fruit.vtu", mesh)
     return folder
 
