@@ -174,7 +174,8 @@ def _draw_deformed(plotter: Scene, mesh: Scene, name: str) -> None:
     bar = {"title": "von Mises stress [MPa]\n", "color": "black", "fmt": "%.3g", "n_labels": 5, "vertical": False}
     bar |= {"position_x": 0.25, "position_y": 0.04, "width": 0.5, "height": 0.08}
     plotter.add_mesh(_sharp_edges(surface), color=_EDGE, line_width=1, opacity=0.5)
-    plotter.add_mesh(moved, scalars=STRESS, cmap=_COLOURS, ambient=0.35, scalar_bar_args=bar)
+    limits = [0.0, float(moved.point_data[STRESS].max())]  # between nodes a quadratic cell may dip below zero
+    plotter.add_mesh(moved, scalars=STRESS, clim=limits, cmap=_COLOURS, ambient=0.35, scalar_bar_args=bar)
     plotter.add_mesh(_sharp_edges(moved), color=_EDGE, line_width=2)
     _label_strains(plotter, mesh, factor)
     _title(plotter, f"{name}: deformation drawn {factor:g} times; largest displacement {largest:.3g} mm")
