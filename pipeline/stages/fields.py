@@ -13,7 +13,7 @@ from pipeline.fit.foils import bonded_foils
 from pipeline.options import RunOptions
 from pipeline.stages.response import ScenePress, scene_of
 from pipeline.stages.springs import FittedSprings
-from pipeline.storage.vtu import write_mesh, write_vtu
+from pipeline.storage.vtu import write_vtu
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
 from solve.fruit.compliance import FruitCompliance
@@ -38,7 +38,7 @@ def write_fields(
     """
     if not options.fields:
         if springs.housing is not None:
-            write_mesh(folder / "flexure.vtu", flexure_mesh(springs.housing))
+            write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {})
         return None
     hardest = press.hardest
     _write_flexure(springs, hardest.F[-1, -1].tolist(), folder)

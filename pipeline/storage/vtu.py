@@ -31,10 +31,8 @@ class Mesh(Protocol):
     """What is read of a scikit-fem mesh."""
 
     doflocs: Floats
-    facets: Any
     boundaries: Any
     dofs: Any
-    edges: Any
     elem: Any
 
 
@@ -51,11 +49,6 @@ VTK_NODES: dict[str, Floats] = {
 """Reference coordinates of each cell's nodes in VTK's order, from the figures of its file format."""
 
 _CELL_OF = {4: "tetra", 10: "tetra10", 8: "hexahedron", 27: "hexahedron20"}
-
-
-def write_mesh(path: Path, mesh: Mesh) -> None:
-    """Write a mesh [mm] with its named boundaries as a VTU file; raises FieldError for cells that VTK does not have."""
-    write_vtu(path, mesh, {})
 
 
 def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats]) -> None:
@@ -121,24 +114,8 @@ def _checked(path: Path, name: str, values: Floats, count: int) -> Floats:
 
 def _on_boundary(mesh: Mesh, facets: Any, count: int) -> NDArray[np.int8]:  # noqa: ANN401 - indices of some int type
     """Return 1 at the nodes that lie on the facets, those on their edges included."""
-    index = np.asarray(facets)
+    dofs = mesh.dofs.get_facet_dofs(facets)
     marks = np.zeros(count, dtype=np.int8)
-    marks[np.asarray(mesh.dofs.nodal_dofs)[:, np.unique(mesh.facets[:, index])]] = 1
-    if len(mesh.dofs.edge_dofs):
-        marks[_edge_nodes(mesh, index)] = 1
+    for nodes in (*dofs.nodal.values(), *dofs.edge.values()):
+        marks[nodes] = 1
     return marks
-
-
-def _edge_nodes(mesh: Mesh, index: Ints) -> Ints:
-    """Return the nodes on those edges whose two ends belong to one of the facets."""
-    ends: Ints = np.sort(mesh.edges, axis=0)
-    place = {pair: edge for edge, pair in enumerate(map(tuple, ends.T.tolist()))}
-    corners = np.sort(mesh.facets[:, index], axis=0)
-    found = {
-        place[pair]
-        for a in range(len(corners))
-        for b in range(a + 1, len(corners))
-        for pair in map(tuple, corners[[a, b]].T.tolist())
-        if pair in place
-    }
-    return np.asarray(mesh.dofs.edge_dofs)[:, sorted(found)]

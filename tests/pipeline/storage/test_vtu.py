@@ -10,7 +10,7 @@ import pyvista as pv
 from skfem import MeshHex1, MeshHex2, MeshTet1, MeshTet2, MeshTri1
 
 from pipeline.storage import vtu as fields
-from pipeline.storage.vtu import FieldError, write_mesh, write_vtu
+from pipeline.storage.vtu import FieldError, write_vtu
 
 BOX = (3.0, 2.0, 1.0)
 LINEAR = {"tet4": MeshTet1, "hex8": MeshHex1}
@@ -71,7 +71,7 @@ def jacobians(grid: pv.UnstructuredGrid, at: tuple[float, float, float]) -> list
 
 @pytest.mark.parametrize("kind", ["tet4", "tet10"])
 def test_tetrahedra_fill_the_volume_of_the_box(kind, tmp_path):
-    write_mesh(tmp_path / "box.vtu", box(kind))
+    write_vtu(tmp_path / "box.vtu", box(kind), {})
     volumes = read(tmp_path / "box.vtu").compute_cell_sizes()["Volume"]
     assert (volumes > 0.0).all()
     assert volumes.sum() == pytest.approx(3.0 * 2.0 * 1.0, rel=ROUND_OFF)
@@ -80,7 +80,7 @@ def test_tetrahedra_fill_the_volume_of_the_box(kind, tmp_path):
 @pytest.mark.parametrize("kind", ["hex8", "hex27"])
 def test_hexahedra_fill_the_volume_of_the_box(kind, tmp_path):
     """By two-point Gauss quadrature of VTK's map, exact here: VTK's own cell sizes are those of flat pieces."""
-    write_mesh(tmp_path / "box.vtu", box(kind))
+    write_vtu(tmp_path / "box.vtu", box(kind), {})
     ends = 0.5 + 0.5 / np.sqrt(3.0) * np.array([-1.0, 1.0])
     grid = read(tmp_path / "box.vtu")
     found = np.array([jacobians(grid, (r, s, t)) for r in ends for s in ends for t in ends])
@@ -126,7 +126,7 @@ def test_curved_cells_keep_their_map(kind, tmp_path):
     Of bricks: the bent ones are then held by 20 nodes as well as by 27.
     """
     mesh = bent(box(kind, pushed=0.0))
-    write_mesh(tmp_path / "bent.vtu", mesh)
+    write_vtu(tmp_path / "bent.vtu", mesh, {})
     at = (0.25, 0.25, 0.25) if kind == "tet10" else (0.5, 0.5, 0.5)  # the one place that turned axes leave alone
     expected = np.abs(mesh.mapping().detDF(np.array(at)[:, None]))[:, 0]
     assert jacobians(read(tmp_path / "bent.vtu"), at) == pytest.approx(expected, rel=1e-6)
@@ -150,16 +150,16 @@ def test_two_exchanged_nodes_would_be_seen(kind, wrong, tmp_path, monkeypatch):
     order = np.arange(len(fields.VTK_NODES[name]))
     order[list(wrong)] = order[list(reversed(wrong))]
     mesh, at = box(kind) if kind in LINEAR else bent(box(kind)), (0.2, 0.3, 0.3)
-    write_mesh(tmp_path / "right.vtu", mesh)
+    write_vtu(tmp_path / "right.vtu", mesh, {})
     monkeypatch.setitem(fields.VTK_NODES, name, fields.VTK_NODES[name][order])
-    write_mesh(tmp_path / "wrong.vtu", mesh)
+    write_vtu(tmp_path / "wrong.vtu", mesh, {})
     right, wrong = (jacobians(read(tmp_path / f"{name}.vtu"), at) for name in ("right", "wrong"))
     assert right != pytest.approx(wrong, rel=1e-2)
 
 
 @pytest.mark.parametrize("kind", [*LINEAR, *QUADRATIC])
 def test_named_boundary_marks_the_nodes_in_its_plane_and_no_others(kind, tmp_path):
-    write_mesh(tmp_path / "box.vtu", box(kind))
+    write_vtu(tmp_path / "box.vtu", box(kind), {})
     grid = read(tmp_path / "box.vtu")
     assert sorted(grid.point_data) == ["base", "high_tip"]
     assert np.array_equal(grid["base"] == 1, grid.points[:, 2] == 0.0)
@@ -205,4 +205,4 @@ def test_bad_array_is_refused_and_no_file_written(point_data, message, tmp_path)
 
 def test_cells_that_are_no_solids_are_refused(tmp_path):
     with pytest.raises(FieldError, match=r"3 nodes a cell; must be one of 4, 10, 8, 27"):
-        write_mesh(tmp_path / "flat.vtu", MeshTri1())
+        write_vtu(tmp_path / "flat.vtu", MeshTri1(), {})
