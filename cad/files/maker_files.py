@@ -54,7 +54,6 @@ def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float)
     process, housing, gauge = title.process, cover.housing, GAUGES[cover.housing.gauges]
     asked = {"nozzle": process.line_width_mm, "layer": process.layer_mm, "tips": housing.pin_side, "gauges": gauge}
     sections = [text for name, text in _TEXT.items() if asked.get(name, True)]
-    screw = next((f"M3 x {length}" for length in _SCREWS_MM if length >= cover.grip + _NUT_MM), "threaded rod")
     side = housing.pin_side
     return "".join(sections).format(
         title=title,
@@ -71,8 +70,13 @@ def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float)
         pin_section=f"diameter {side:g} mm" if housing.pin_round else f"{side:g} x {side:g} mm",
         pin_length=housing.pin_out + housing.pocket_depth,
         nut_mm=_NUT_MM,
-        screw=screw,
+        screw=_screw(cover),
     )
+
+
+def _screw(cover: Cover) -> str:
+    """Return the shortest screw that holds the cover and its nut."""
+    return next((f"M3 x {length}" for length in _SCREWS_MM if length >= cover.grip + _NUT_MM), "threaded rod")
 
 
 def _coupon_rows(coupon: Coupon, process: Process) -> str:
