@@ -19,6 +19,12 @@ def stress(gradient: Floats, E: float, poisson: float) -> Floats:
     return np.asarray(mu * (gradient + gradient.swapaxes(0, 1)) + lam * dilatation, dtype=np.float64)
 
 
+def strain(sigma: Floats, E: float, poisson: float) -> Floats:
+    """Return the strain [1] that Hooke's law gives for sigma [unit of E], shape (3, 3, ...)."""
+    dilatation = np.multiply.outer(np.eye(3), np.trace(sigma))
+    return np.asarray(((1.0 + poisson) * sigma - poisson * dilatation) / E, dtype=np.float64)
+
+
 def von_mises(sigma: Floats) -> Floats:
     """Return the equivalent stress of sigma (3, 3, ...) [unit of sigma]."""
     deviator = sigma - np.multiply.outer(np.eye(3), np.trace(sigma)) / 3.0

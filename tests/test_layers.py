@@ -21,7 +21,14 @@ PACKAGES = ("cad", "mesh", "solve", "pipeline")
 NUMBERS = ("cad.quantity", "cad.verdict")
 LAWS = (*NUMBERS, "cad.theory", "cad.design")
 SHAPES = (*LAWS, "cad.parts")
-ELASTIC = ("solve.arrays", "solve.elasticity", "solve.linear", "solve.error_estimate", "solve.surface")
+ELASTIC = (
+    "solve.arrays",
+    "solve.elasticity",
+    "solve.linear",
+    "solve.error_estimate",
+    "solve.surface",
+    "solve.nodal_fields",
+)
 BELOW = ("cad", "mesh", "solve")
 STAGES = (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit", "pipeline.stages")
 JUDGED = (*STAGES, "pipeline.verdicts")
@@ -46,6 +53,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "solve.linear": (*LAWS, "solve.arrays"),
     "solve.surface": (*LAWS, "solve.arrays"),
     "solve.error_estimate": LAWS,
+    "solve.nodal_fields": (*LAWS, "solve.arrays", "solve.elasticity"),
     "solve.halfspace": (*LAWS, *ELASTIC),
     "solve.fruit": (*LAWS, *ELASTIC, "solve.halfspace"),
     "solve.contact": (*LAWS, *ELASTIC, "solve.halfspace", "solve.fruit"),

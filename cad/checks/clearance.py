@@ -97,15 +97,18 @@ def stop_verdicts(sensor: Sensor, deflections: tuple[float, ...]) -> tuple[Verdi
 
 
 def _arm_stop_verdicts(lines: SolidLines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
-    stops, gap = f"geometry.stops_{arm.name}", f"geometry.deflected_gap_{arm.name}"
+    stops = f"geometry.stops_{arm.name}"
+    gap = f"geometry.deflected_gap_{arm.name}"
     limit = STOP_SAFETY * deflection
-    stop, leaf = _shuttle_stop(lines, housing, arm), _leaf_stops(lines, arm)
-    blocked = "shuttle" if not math.isfinite(stop) else "leaf" if not all(map(math.isfinite, leaf.values())) else ""
+    stop = _shuttle_stop(lines, housing, arm)
+    leaf = _leaf_stops(lines, arm)
+    blocked = "shuttle" if math.isinf(stop) else "leaf" if math.isinf(max(leaf.values())) else ""
     if blocked:
         none = f"no stop: the {blocked} touches it already, or nothing is above"
         return failed(stops, limit, unit="mm", reference=none), failed(gap, LEAF_GAP_MM, unit="mm", reference=none)
     touch = min(leaf.values())
-    first, least = "shuttle" if stop <= touch else "leaf", f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
+    first = "shuttle" if stop <= touch else "leaf"
+    least = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
     stopped = f"lines from shuttle and leaf to the frame; limit is {least}; the {first} touches first"
     left = min((way - stop) * moved for moved, way in leaf.items())
     free = f"least distance between leaf and frame with the shuttle at its stop, {stop:.4g} mm up"

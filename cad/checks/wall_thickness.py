@@ -56,15 +56,20 @@ def _first_hits(mesh: trimesh.Trimesh, starts: Floats, rays: Floats, reach: floa
     lengths, targets = np.full(len(starts), np.inf), np.zeros(len(starts), dtype=np.int64)
     triangles, ends = np.asarray(mesh.triangles), starts + reach * rays
     for rows in np.array_split(np.arange(len(starts)), math.ceil(len(starts) / _CHUNK)):
-        least, most = np.minimum(starts[rows], ends[rows]), np.maximum(starts[rows], ends[rows])
-        near, counts = mesh.triangles_tree.intersection_v(least, most)
-        near, source = near.astype(np.int64), np.repeat(rows, counts.astype(np.int64))
+        near, counts = _triangles_near(mesh, starts[rows], ends[rows])
+        source = np.repeat(rows, counts)
         distances = _distances(starts[source], rays[source], triangles[near])
         np.minimum.at(lengths, source, distances)
         nearest = np.flatnonzero(distances == lengths[source])[::-1]  # of equally near ones the first
         targets[source[nearest]] = near[nearest]
     lengths[lengths > reach] = np.inf
     return lengths, targets
+
+
+def _triangles_near(mesh: trimesh.Trimesh, starts: Floats, ends: Floats) -> tuple[Indices, Indices]:
+    """Return the triangles whose boxes meet those of segments, segment by segment, and how many each has."""
+    near, counts = mesh.triangles_tree.intersection_v(np.minimum(starts, ends), np.maximum(starts, ends))
+    return near.astype(np.int64), counts.astype(np.int64)
 
 
 def _distances(starts: Floats, rays: Floats, triangles: Floats) -> Floats:
@@ -90,8 +95,13 @@ def surface_points(mesh: trimesh.Trimesh) -> tuple[Floats, Indices]:
     even = np.searchsorted(np.cumsum(areas), steps).clip(max=len(areas) - 1)
     planes = [facet[np.argmax(areas[facet])] for facet in mesh.facets]
     faces = np.concatenate([even, np.array(planes, dtype=np.int64)])
-    shares = np.arange(1, len(faces) + 1) / np.array([[_PLASTIC], [_PLASTIC**2]]) % 1.0
-    shares[:, _SAMPLES:] = 1.0 / 3.0
-    u, v = np.where(shares.sum(axis=0) > 1.0, 1.0 - shares, shares)[:, :, None]
+    u, v = _shares(len(faces))[:, :, None]
     a, b, c = np.asarray(mesh.triangles)[faces].transpose(1, 0, 2)
     return a + u * (b - a) + v * (c - a), faces
+
+
+def _shares(count: int) -> Floats:
+    """Return for each point its shares of two sides of its triangle, shape (2, count): evenly, then in the middle."""
+    shares = np.arange(1, count + 1) / np.array([[_PLASTIC], [_PLASTIC**2]]) % 1.0
+    shares[:, _SAMPLES:] = 1.0 / 3.0
+    return np.asarray(np.where(shares.sum(axis=0) > 1.0, 1.0 - shares, shares))

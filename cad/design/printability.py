@@ -61,6 +61,11 @@ class _Leaf:
         room = 0.0 if self.gauge is None else shortest_gauged(self.process.fillet_mm, self.gauge)
         return max(SHORTEST * self.thickness, room)
 
+    @property
+    def least_depth(self) -> float:
+        """Return the depth that a gauge on the leaf needs [mm]; 0 without gauges."""
+        return 0.0 if self.gauge is None else self.gauge.backing_width_mm
+
     def length(self, K: float) -> float:
         """Return the length [mm] at which the pair has a stiffness [N/mm] by the beam law."""
         E, fillet = self.process.E_MPa, self.process.fillet_mm
@@ -79,10 +84,10 @@ class _Leaf:
 
     def faults(self, K: float, length: float, margin: float) -> list[str]:
         """Return what stands against a length [mm] that may yet be wrong by the relative margin."""
-        process, t, shortest, gauge = self.process, self.thickness, self.shortest, self.gauge
+        process, t, shortest, width = self.process, self.thickness, self.shortest, self.least_depth
         strain, limit = self.strain(K, length / (1.0 + margin)), process.strain_limit
         reason = f"{SHORTEST:g} thicknesses" if shortest <= SHORTEST * t else "room for a gauge at each root"
-        width, long = gauge.backing_width_mm if gauge else 0.0, f"a leaf {length:.1f} mm long, must be at"
+        long = f"a leaf {length:.1f} mm long, must be at"
         checks = (
             (
                 t < process.min_wall_mm,

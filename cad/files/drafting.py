@@ -137,6 +137,10 @@ def _svg(item: Item) -> str:
     if isinstance(item, Line):
         (x1, y1), (x2, y2) = item.start, item.end
         return f'<path d="M{x1:.4f} {-y1:.4f}L{x2:.4f} {-y2:.4f}" {look}/>'
+    return _svg_arc(item, look)
+
+
+def _svg_arc(item: Arc, look: str) -> str:
     (x, y), r = item.centre, item.radius
     if item.closed:
         return f'<circle cx="{x:.4f}" cy="{-y:.4f}" r="{r:.4f}" {look}/>'

@@ -106,14 +106,19 @@ def _leaf_dimensions(arm: Arm, process: Process) -> Iterator[Item]:
 
 def _frame_dimensions(housing: Housing) -> Iterator[Item]:
     left, right, top, bottom = housing.left, housing.right, housing.top_level, housing.protrusion
-    (x0, z0), (x1, z1) = housing.holes[0], housing.holes[-1]
     yield from horizontal_dimension((left, right), top + 2.0 * _STEP, f"{right - left:.3f}", (top, top))
-    yield from horizontal_dimension((x0, x1), top + _STEP, f"{x1 - x0:.3f}", (z1, z1))
-    yield from vertical_dimension((z0, z1), left - _STEP, f"{z1 - z0:.2f}", (x0, x0))
+    yield from _hole_spacings(housing)
     yield from vertical_dimension((bottom, top), left - 2.0 * _STEP, f"{top - bottom:.2f}", (left, left))
     yield from vertical_dimension((0.0, bottom), left - _STEP, f"{bottom:.2f}", (housing.arms[0].shuttle, left))
     beside = 0.35 * housing.hole_diameter
-    yield from leader((x1 + beside, z0 - beside), (right + 2.0, bottom - 4.0), f"dia {housing.hole_diameter:g} 4x")
+    edge = (housing.holes[-1][0] + beside, housing.holes[0][1] - beside)
+    yield from leader(edge, (right + 2.0, bottom - 4.0), f"dia {housing.hole_diameter:g} 4x")
+
+
+def _hole_spacings(housing: Housing) -> Iterator[Item]:
+    (x0, z0), (x1, z1) = housing.holes[0], housing.holes[-1]
+    yield from horizontal_dimension((x0, x1), housing.top_level + _STEP, f"{x1 - x0:.3f}", (z1, z1))
+    yield from vertical_dimension((z0, z1), housing.left - _STEP, f"{z1 - z0:.2f}", (x0, x0))
 
 
 def _fillet_note(housing: Housing) -> tuple[Item, ...]:
@@ -190,10 +195,15 @@ def gauge_marks(housing: Housing) -> Iterator[Item]:
 def _gauges_from_above(arm: Arm, gauge: FoilGauge, middle: float) -> Iterator[Item]:
     """Yield the gauges of an upper leaf and their sizes, about a line at a height of the drawing."""
     wide, grid_wide = 0.5 * gauge.backing_width_mm, 0.5 * gauge.grid_width_mm
-    under, edge = middle - wide, middle - 0.5 * arm.flexure.depth
     for spans in gauge_spans(arm.flexure, gauge):
-        yield from _rectangle(arm.along(spans.backing), (under, middle + wide), "NOTES")
+        yield from _rectangle(arm.along(spans.backing), (middle - wide, middle + wide), "NOTES")
         yield from _rectangle(arm.along(spans.grid), (middle - grid_wide, middle + grid_wide), "NOTES")
+    yield from _gauge_sizes(arm, gauge, middle)
+
+
+def _gauge_sizes(arm: Arm, gauge: FoilGauge, middle: float) -> Iterator[Item]:
+    wide, edge = 0.5 * gauge.backing_width_mm, middle - 0.5 * arm.flexure.depth
+    under = middle - wide
     spans, backing_mm = gauge_spans(arm.flexure, gauge)[0], f"{gauge.backing_length_mm:g} x {gauge.backing_width_mm:g}"
     start, grid_mm = spans.backing[0], f"grid {gauge.grid_length_mm:g} x {gauge.grid_width_mm:g}"
     rows = ((7.0, (0.0, start), f"{start:g}"), (2.0, spans.backing, backing_mm), (4.5, spans.grid, grid_mm))

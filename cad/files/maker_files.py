@@ -11,6 +11,7 @@ from cad.files.drawing import Title, housing_drawing
 from cad.files.sensor_files import export_step, export_stl
 from cad.parts.coupon import Coupon, coupon_of, coupon_part, largest_weight, modulus_factor
 from cad.parts.cover import Cover, cover_of, cover_part
+from cad.parts.housing import Housing
 from cad.parts.pose import print_pose
 from cad.parts.sensor import Body, Colour, Sensor
 from cad.theory.strain_gauge import GAUGES
@@ -52,11 +53,8 @@ def _write_solid(solid: cq.Shape, path: Path, colour: Colour) -> tuple[tuple[Pat
 def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float) -> str:
     """Return the sheet in Markdown for a housing of the given volume [mm^3]."""
     process, housing, gauge = title.process, cover.housing, GAUGES[cover.housing.gauges]
-    asked = {"nozzle": process.line_width_mm, "layer": process.layer_mm, "tips": housing.pin_side, "gauges": gauge}
-    sections = [text for name, text in _TEXT.items() if asked.get(name, True)]
-    screw = next((f"M3 x {length}" for length in _SCREWS_MM if length >= cover.grip + _NUT_MM), "threaded rod")
     side = housing.pin_side
-    return "".join(sections).format(
+    return _template(process, housing).format(
         title=title,
         process=process,
         housing=housing,
@@ -71,8 +69,20 @@ def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float)
         pin_section=f"diameter {side:g} mm" if housing.pin_round else f"{side:g} x {side:g} mm",
         pin_length=housing.pin_out + housing.pocket_depth,
         nut_mm=_NUT_MM,
-        screw=screw,
+        screw=_screw(cover),
     )
+
+
+def _template(process: Process, housing: Housing) -> str:
+    """Return the sections of the sheet that this process and this housing ask for."""
+    gauges = housing.gauges != "none"
+    asked = {"nozzle": process.line_width_mm, "layer": process.layer_mm, "tips": housing.pin_side, "gauges": gauges}
+    return "".join(text for name, text in _TEXT.items() if asked.get(name, True))
+
+
+def _screw(cover: Cover) -> str:
+    """Return the shortest screw that holds the cover and its nut."""
+    return next((f"M3 x {length}" for length in _SCREWS_MM if length >= cover.grip + _NUT_MM), "threaded rod")
 
 
 def _coupon_rows(coupon: Coupon, process: Process) -> str:

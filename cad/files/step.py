@@ -111,7 +111,12 @@ def canonical(text: str) -> str:
     if not (mark and end):
         msg = "STEP: the text has no DATA section; write the file again"
         raise ValueError(msg)
-    entities = {int(number): _plain(body) for number, body in _ENTITY.findall(data)}
+    lines = _canonical_lines({int(number): _plain(body) for number, body in _ENTITY.findall(data)})
+    return f"{head}{mark}\n" + "\n".join(lines) + f"\n{end}{tail}"
+
+
+def _canonical_lines(entities: dict[int, str]) -> list[str]:
+    """Return the entities, their unordered items sorted, in the order and with the numbers of their content."""
     digest: dict[int, str] = {}
     for number in TopologicalSorter(_references(entities)).static_order():
         entities[number] = _sorted_items(entities[number], digest)
@@ -120,8 +125,7 @@ def canonical(text: str) -> str:
     used = {number for numbers in uses.values() for number in numbers}
     roots = sorted(entities.keys() - used, key=digest.__getitem__)
     place = {number: count for count, number in enumerate(_from_roots(roots, uses), start=1)}
-    lines = [_lines(count, _renamed(entities[number], place)) for number, count in place.items()]
-    return f"{head}{mark}\n" + "\n".join(lines) + f"\n{end}{tail}"
+    return [_lines(count, _renamed(entities[number], place)) for number, count in place.items()]
 
 
 def _plain(body: str) -> str:

@@ -26,11 +26,11 @@ CALCULIX = "CalculiX (ccx)"
 VERTICAL = 3  # components count from 1
 BALANCE_LIMIT = 1e-5  # CalculiX prints seven digits
 SAME_PLACE = 1e-7  # [mm]
-# CalculiX numbers the nodes of an element as VTK does; a 20-node hexahedron leaves out faces and middle.
+# CalculiX numbers the nodes of an element as VTK does.
 _NODES = {
     "C3D10": VTK_NODES["tetra10"],
-    "C3D20": VTK_NODES["hexahedron27"][:20],
-    "C3D20R": VTK_NODES["hexahedron27"][:20],
+    "C3D20": VTK_NODES["hexahedron20"],
+    "C3D20R": VTK_NODES["hexahedron20"],
 }
 _AXES = {10: (0, 1, 2, 3), 20: (0, 1, 3, 4)}  # a corner, and the ends of its edges
 _TABLE = re.compile(r"^ *(total force|displacements) .*for set (\S+) and time.*$", re.MULTILINE)

@@ -20,12 +20,14 @@ from pipeline.report.stored import read_report
 Scene = Any  # a PyVista plotter, or what it draws: its decorated methods have no types that strict mode takes
 Draw = Callable[[Scene], None]
 
-DISPLACEMENT, STRESS = "displacement_mm", "von_mises_MPa"
+DISPLACEMENT, STRESS, STRAIN = "displacement_mm", "von_mises_MPa", "largest_principal_strain"
+_PLACE = "_largest_strain_place"
 _SIZE = (1600, 1000)
 _BODY, _EDGE, _ACCENT = "#c8ccd2", "#30343a", "#c0392b"
 _IN_FRONT = (-2.0, -2.0)  # of the body that a named boundary lies on: factor and units of the depth
 _COLOURS = "YlOrRd"  # pale where there is little stress: the shape stays readable
 _DRAWN = 0.08  # largest displacement as drawn, as a share of the part's diagonal
+_FACETS = 3  # how often the facet of a quadratic cell is halved
 _SHARP = 25.0  # degrees between two facets that make an edge worth a line
 _NEAR = 1e-4  # mm, the digits of an STL file
 
@@ -155,8 +157,7 @@ def _field(path: Path) -> Draw:
     def draw(plotter: Scene) -> None:
         mesh = _read(path)
         _light(plotter)
-        fields = {*mesh.point_data.keys(), *mesh.cell_data.keys()}
-        if {DISPLACEMENT, STRESS} <= fields:
+        if {DISPLACEMENT, STRESS} <= set(mesh.point_data.keys()):
             _draw_deformed(plotter, mesh, path.stem)
         else:
             _draw_mesh(plotter, mesh, path.stem)
@@ -168,14 +169,28 @@ def _field(path: Path) -> Draw:
 def _draw_deformed(plotter: Scene, mesh: Scene, name: str) -> None:
     largest = float(np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1).max())
     factor = deformation_factor(largest, float(mesh.length))
-    surface = mesh.extract_surface(algorithm="dataset_surface")
+    surface = mesh.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=_FACETS)
     moved = surface.warp_by_vector(DISPLACEMENT, factor=factor)
     bar = {"title": "von Mises stress [MPa]\n", "color": "black", "fmt": "%.3g", "n_labels": 5, "vertical": False}
     bar |= {"position_x": 0.25, "position_y": 0.04, "width": 0.5, "height": 0.08}
     plotter.add_mesh(_sharp_edges(surface), color=_EDGE, line_width=1, opacity=0.5)
-    plotter.add_mesh(moved, scalars=STRESS, cmap=_COLOURS, ambient=0.35, scalar_bar_args=bar)
+    limits = [0.0, float(moved.point_data[STRESS].max())]  # between nodes a quadratic cell may dip below zero
+    plotter.add_mesh(moved, scalars=STRESS, clim=limits, cmap=_COLOURS, ambient=0.35, scalar_bar_args=bar)
     plotter.add_mesh(_sharp_edges(moved), color=_EDGE, line_width=2)
+    _label_strains(plotter, mesh, factor)
     _title(plotter, f"{name}: deformation drawn {factor:g} times; largest displacement {largest:.3g} mm")
+
+
+def _label_strains(plotter: Scene, mesh: Scene, factor: float) -> None:
+    """Write the largest strain of each spring's leaves where it is."""
+    names = [key for key in mesh.point_data if key.endswith(_PLACE)]
+    if names:
+        nodes = [int(np.argmax(mesh.point_data[key])) for key in names]
+        places = np.asarray(mesh.points)[nodes] + factor * mesh.point_data[DISPLACEMENT][nodes]
+        labels = [f"strain {mesh.point_data[STRAIN][node]:.2%}" for node in nodes]
+        plotter.add_point_labels(
+            places, labels, font_size=20, text_color=_ACCENT, point_color=_ACCENT, shape=None, always_visible=True
+        )
 
 
 def _sharp_edges(surface: Scene) -> Scene:

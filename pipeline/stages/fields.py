@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cad.design.parameters import Design
 from cad.quantity import InputError
 from mesh.housing.sweep import flexure_mesh
@@ -10,11 +13,13 @@ from pipeline.fit.foils import bonded_foils
 from pipeline.options import RunOptions
 from pipeline.stages.response import ScenePress, scene_of
 from pipeline.stages.springs import FittedSprings
-from pipeline.storage.vtu import write_mesh, write_vtu
+from pipeline.storage.vtu import write_vtu
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
 from solve.fruit.compliance import FruitCompliance
-from solve.housing.fields import flexure_fields
+from solve.housing.fields import flexure_fields, most_strained_node
+from solve.housing.stiffness import leaf_faces
+from solve.nodal_fields import NodalFields
 
 
 def write_fields(
@@ -27,12 +32,13 @@ def write_fields(
 ) -> str | None:
     """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; with `options.fields` its fields, and fruit.vtu.
 
-    Fields are displacement [mm] and stress [MPa] of the hardest press. Returns why fruit.vtu is left out, if it is.
-    Raises SolveError.
+    Fields are those of the hardest press at the nodes: displacement [mm], stress and its von Mises value [MPa], and the
+    largest principal strain [1], with a mark where it is largest on the leaves of each spring. Returns why fruit.vtu is
+    left out, if it is. Raises SolveError.
     """
     if not options.fields:
         if springs.housing is not None:
-            write_mesh(folder / "flexure.vtu", flexure_mesh(springs.housing))
+            write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {})
         return None
     hardest = press.hardest
     _write_flexure(springs, hardest.F[-1, -1].tolist(), folder)
@@ -41,13 +47,8 @@ def write_fields(
         pressure = footprint_pressure(scene_of(design), contact, springs.C, E, design.press.travel_mm)
     except InputError as error:
         return f"fruit.vtu is left out: {error}"
-    fruit = fruit_fields(design.fruit, pressure)
-    write_vtu(
-        folder / "fruit.vtu",
-        fruit.mesh,
-        {"displacement_mm": fruit.displacement},
-        {"von_mises_MPa": fruit.von_mises},
-    )
+    mesh, fields = fruit_fields(design.fruit, pressure)
+    write_vtu(folder / "fruit.vtu", mesh, _arrays(fields))
     return None
 
 
@@ -55,10 +56,20 @@ def _write_flexure(springs: FittedSprings, forces: Sequence[float], folder: Path
     if springs.housing is None:
         return
     mesh, process = flexure_mesh(springs.housing), springs.process
-    loaded = flexure_fields(mesh, process.E_MPa, process.poisson, forces, bonded_foils(springs.housing))
-    write_vtu(
-        folder / "flexure.vtu",
-        mesh,
-        {"displacement_mm": loaded.displacement},
-        {"von_mises_MPa": loaded.von_mises},
-    )
+    fields = flexure_fields(mesh, process.E_MPa, process.poisson, forces, bonded_foils(springs.housing))
+    marks = {}
+    for spring in springs.springs:
+        mark = np.zeros(len(fields.displacement))
+        mark[most_strained_node(mesh, leaf_faces(spring.name), fields)] = 1.0
+        marks[f"{spring.name}_largest_strain_place"] = mark
+    write_vtu(folder / "flexure.vtu", mesh, {**_arrays(fields), **marks})
+
+
+def _arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:
+    """Return the arrays of a VTU file, their names with units; a tensor's components are xx, yy, zz, xy, yz, xz."""
+    return {
+        "displacement_mm": fields.displacement,
+        "von_mises_MPa": fields.von_mises,
+        "largest_principal_strain": fields.largest_principal_strain,
+        "stress_MPa": fields.stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]].T,
+    }

@@ -1,6 +1,7 @@
 """Meshes and fields as VTU files for ParaView and PyVista; array names carry units, node order is VTK's.
 
-A scikit-fem mesh of four- or ten-node tetrahedra, or of eight- or 27-node hexahedra, becomes cells of the same kind.
+A scikit-fem mesh of four- or ten-node tetrahedra or of eight-node hexahedra becomes cells of the same kind, one of
+27-node hexahedra the 20-node cells that are solved on it.
 """
 
 from collections.abc import Mapping
@@ -20,7 +21,6 @@ _HEXA = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1
 _HEXA_EDGES = (
     (0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7),
 )  # fmt: skip
-_HEXA_FACES = ((0.0, 0.5, 0.5), (1.0, 0.5, 0.5), (0.5, 0.0, 0.5), (0.5, 1.0, 0.5), (0.5, 0.5, 0.0), (0.5, 0.5, 1.0))
 
 
 class FieldError(ValueError):
@@ -31,10 +31,8 @@ class Mesh(Protocol):
     """What is read of a scikit-fem mesh."""
 
     doflocs: Floats
-    facets: Any
     boundaries: Any
     dofs: Any
-    edges: Any
     elem: Any
 
 
@@ -46,38 +44,33 @@ VTK_NODES: dict[str, Floats] = {
     "tetra": np.array(_TETRA, dtype=np.float64),
     "tetra10": np.array([*_TETRA, *_between(_TETRA, TETRA_EDGES)]),
     "hexahedron": np.array(_HEXA, dtype=np.float64),
-    "hexahedron27": np.array([*_HEXA, *_between(_HEXA, _HEXA_EDGES), *_HEXA_FACES, (0.5, 0.5, 0.5)]),
+    "hexahedron20": np.array([*_HEXA, *_between(_HEXA, _HEXA_EDGES)]),
 }
 """Reference coordinates of each cell's nodes in VTK's order, from the figures of its file format."""
 
-_CELL_OF = {len(nodes): name for name, nodes in VTK_NODES.items()}
+_CELL_OF = {4: "tetra", 10: "tetra10", 8: "hexahedron", 27: "hexahedron20"}
 
 
-def write_mesh(path: Path, mesh: Mesh) -> None:
-    """Write a mesh [mm] with its named boundaries as a VTU file; raises FieldError for cells that VTK does not have."""
-    write_vtu(path, mesh, {}, {})
+def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats]) -> None:
+    """Write a mesh [mm] with arrays, shape (points,), (points, 3) or (points, 6), as a VTU file.
 
-
-def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats], cell_data: Mapping[str, Floats]) -> None:
-    """Write a mesh [mm] with arrays, shape (points,) or (points, 3) and (cells,), as a VTU file.
-
-    Points are those of `mesh.doflocs`, cells those of `mesh.t`. A named boundary becomes a point array of that name,
-    1 on its nodes. Raises FieldError for an array of another size, with a value that is not finite or with the name
-    of a boundary, and for cells that VTK does not have.
+    Points are those of `mesh.doflocs`, without the middles of facets and cells; cells are those of `mesh.t`. Six
+    components are a symmetric tensor's xx, yy, zz, xy, yz, xz, as ParaView names them. A named boundary becomes a point
+    array of that name, 1 on its nodes. Raises FieldError for an array of another size, with a value that is not finite
+    or with the name of a boundary, and for cells that VTK does not have.
     """
-    points = np.ascontiguousarray(mesh.doflocs.T)
-    kind, cells = _vtk_cells(mesh, points)
+    kind, cells = _vtk_cells(mesh)
+    points = np.ascontiguousarray(mesh.doflocs.T[: 1 + int(cells.max())])
     arrays = {name: _checked(path, name, values, len(points)) for name, values in point_data.items()}
     marks = {name: _on_boundary(mesh, facets, len(points)) for name, facets in sorted((mesh.boundaries or {}).items())}
     taken = sorted(arrays.keys() & marks.keys())
     if taken:
         msg = f"{path.name}: array {taken[0]!r} has the name of a boundary; give it another name, with its unit"
         raise FieldError(msg)
-    in_cells = {name: [_checked(path, name, values, len(cells))] for name, values in cell_data.items()}
-    meshio.Mesh(points, [(kind, cells)], point_data={**arrays, **marks}, cell_data=in_cells).write(path)
+    meshio.Mesh(points, [(kind, cells)], point_data={**arrays, **marks}).write(path)
 
 
-def _vtk_cells(mesh: Mesh, points: Floats) -> tuple[str, Ints]:
+def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
     """Return the kind of the cells and their nodes in VTK's order, shape (cells, nodes).
 
     The order follows from where the nodes lie in the reference cell; a cell that is turned inside out, which
@@ -92,7 +85,7 @@ def _vtk_cells(mesh: Mesh, points: Floats) -> tuple[str, Ints]:
     straight, turned = (_same_places(VTK_NODES[kind][:, axes], here) for axes in ([0, 1, 2], [1, 0, 2]))
     cells = nodes[straight].T
     axes_ends = [0, 1, 3, 4] if kind.startswith("hexa") else [0, 1, 2, 3]
-    corners = points[cells[:, axes_ends]]
+    corners = mesh.doflocs.T[cells[:, axes_ends]]
     inside_out = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0.0
     cells[inside_out] = nodes[turned].T[inside_out]
     return kind, np.ascontiguousarray(cells)
@@ -102,7 +95,7 @@ def _same_places(wanted: Floats, there: Floats) -> Ints:
     """Return for each wanted place which of the others it is."""
     distance = np.linalg.norm(wanted[:, None, :] - there[None, :, :], axis=2)
     found: Ints = distance.argmin(axis=1)
-    if distance.min(axis=1).max() > 0.0 or len(set(found.tolist())) != len(wanted):
+    if distance.min(axis=1).max() > 0.0:
         msg = "mesh: its nodes do not lie where VTK's cell has them; write its linear mesh"
         raise FieldError(msg)
     return found
@@ -110,8 +103,8 @@ def _same_places(wanted: Floats, there: Floats) -> Ints:
 
 def _checked(path: Path, name: str, values: Floats, count: int) -> Floats:
     array = np.ascontiguousarray(values, dtype=np.float64)
-    if array.shape not in ((count,), (count, 3)):
-        msg = f"{path.name}: array {name!r} has shape {array.shape}; must be ({count},) or ({count}, 3)"
+    if array.shape not in ((count,), (count, 3), (count, 6)):
+        msg = f"{path.name}: array {name!r} has shape {array.shape}; must be ({count},), ({count}, 3) or ({count}, 6)"
         raise FieldError(msg)
     if not np.isfinite(array).all():
         msg = f"{path.name}: array {name!r} has values that are not finite; check the solution"
@@ -120,30 +113,9 @@ def _checked(path: Path, name: str, values: Floats, count: int) -> Floats:
 
 
 def _on_boundary(mesh: Mesh, facets: Any, count: int) -> NDArray[np.int8]:  # noqa: ANN401 - indices of some int type
-    """Return 1 at the nodes that lie on the facets, those on their edges and faces included."""
-    dofs = mesh.dofs
-    index = np.asarray(facets)
-    parts = [np.asarray(dofs.nodal_dofs)[:, np.unique(mesh.facets[:, index])]]
-    if len(dofs.facet_dofs):
-        parts.append(np.asarray(dofs.facet_dofs)[:, index])
-    if len(dofs.edge_dofs):
-        parts.append(_edge_nodes(mesh, index))
+    """Return 1 at the nodes that lie on the facets, those on their edges included."""
+    dofs = mesh.dofs.get_facet_dofs(facets)
     marks = np.zeros(count, dtype=np.int8)
-    for nodes in parts:
-        marks[nodes.ravel()] = 1
+    for nodes in (*dofs.nodal.values(), *dofs.edge.values()):
+        marks[nodes] = 1
     return marks
-
-
-def _edge_nodes(mesh: Mesh, index: Ints) -> Ints:
-    """Return the nodes on those edges whose two ends belong to one of the facets."""
-    ends: Ints = np.sort(mesh.edges, axis=0)
-    place = {pair: edge for edge, pair in enumerate(map(tuple, ends.T.tolist()))}
-    corners = np.sort(mesh.facets[:, index], axis=0)
-    found = {
-        place[pair]
-        for a in range(len(corners))
-        for b in range(a + 1, len(corners))
-        for pair in map(tuple, corners[[a, b]].T.tolist())
-        if pair in place
-    }
-    return np.asarray(mesh.dofs.edge_dofs)[:, sorted(found)]

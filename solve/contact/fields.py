@@ -1,6 +1,7 @@
-"""Displacement and von Mises stress in the fruit under given pressures, for viewing: half-space part plus remainder.
+"""Displacement and stress in the fruit under given pressures, for viewing: half-space part plus remainder.
 
-Drawn on the block that the fruit counts as, in the axes of cad: z up, top face at 0.
+Drawn on the block that the fruit counts as, in the axes of cad: z up, top face at 0. The half-space part is in closed
+form at every node, the remainder is smooth.
 """
 
 from collections.abc import Sequence
@@ -14,11 +15,12 @@ from cad.design.fruit import Fruit
 from solve.arrays import Floats, Ints
 from solve.contact.cells import GRADING
 from solve.contact.pressure import FootprintPressure
-from solve.elasticity import stress, von_mises
+from solve.elasticity import strain, stress
 from solve.fruit.box import UP, Lines, block_lines, box_mesh, graded_line
 from solve.fruit.remainder import remainder_field
 from solve.halfspace import potentials as halfspace
 from solve.halfspace.punch import square_punch
+from solve.nodal_fields import NodalFields
 from solve.surface import patch_inside
 
 FINEST = 0.125  # step under a tip [sides of what touches]
@@ -27,15 +29,8 @@ COARSEST = 0.1  # [lengths of the block]
 NEAR = 1.5  # within these sides of a tip its patches of pressure are seen, beyond only their moments
 PATCHES = 12
 NODES = 3
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FruitFields:
-    """Hexahedra of the fruit [mm], displacement (points, 3) [mm] in the order of `mesh.p`, von Mises (cells,) [MPa]."""
-
-    mesh: MeshHex
-    displacement: Floats
-    von_mises: Floats
+SKIN = 1e-6  # depth [cells] at which stress of the surface is taken: at the corners of patches it is infinite
+UPWARD = np.array([1.0, 1.0, -1.0])  # turns a vector from z down to z up
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,23 +50,31 @@ class _Patches:
         return np.asarray((self.centres + 0.5 * self.sides).max(axis=0))
 
 
-def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> FruitFields:
-    """Return the fields under the pressures of all tips; stress at the centres of cells, where it is finite.
+def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, NodalFields]:
+    """Return hexahedra of the fruit [mm] and the fields under the pressures of all tips, in the order of `mesh.p`.
 
-    Displacement [mm] and stress [MPa]. Raises SolveError when the solve of the remainder is not exact.
+    Raises SolveError when the solve of the remainder is not exact.
     """
     block = fruit.equivalent_block
     extent = (block.length_mm, block.width_mm, block.height_mm)
     every = [_patches(pressure, tip) for tip in range(len(pressure.forces))]
     tips = [patches for patches in every if len(patches.forces)]
+    lines = _view_lines(extent, tips)
+    u, sigma = _unit_fields(block, tips, lines)
+    mesh, nodes = _view_mesh(lines)
+    sigma = sigma.reshape(3, 3, -1)[:, :, nodes] * np.multiply.outer(UPWARD, UPWARD)[:, :, None]
+    displacement = u.reshape(3, -1)[:, nodes].T * UPWARD / pressure.E
+    return mesh, NodalFields(displacement=displacement, stress=sigma, strain=strain(sigma, pressure.E, block.poisson))
+
+
+def _unit_fields(block: Fruit, tips: Sequence[_Patches], lines: Lines) -> tuple[Floats, Floats]:
+    """Return displacement times E (3, nx, ny, nz) [N/mm] and stress (3, 3, nx, ny, nz) [MPa] on crossings of lines."""
     points = [_as_points(patches) for patches in tips]
     basis, v = _remainder(block, points)
-    lines = _view_lines(extent, tips)
-    middles = _middles(lines)
-    near = halfspace.displacement(_half_space(lines, tips, points), 1.0, block.poisson)
-    smooth = stress(_evaluated(basis, v, middles)[1], 1.0, block.poisson)
-    sigma = halfspace.stress(_half_space(middles, tips, points), block.poisson) + smooth
-    return _fields(lines, (near + _evaluated(basis, v, lines)[0]) / pressure.E, von_mises(sigma))
+    near = _half_space((*lines[:2], np.maximum(lines[2], SKIN * lines[2][1])), tips, points)
+    smooth, gradient = _evaluated(basis, v, lines)
+    u = halfspace.displacement(near, 1.0, block.poisson) + smooth
+    return u, halfspace.stress(near, block.poisson) + stress(gradient, 1.0, block.poisson)
 
 
 def _remainder(block: Fruit, points: Sequence[_Patches]) -> tuple[CellBasis, Floats]:
@@ -115,11 +118,6 @@ def _view_lines(extent: tuple[float, float, float], tips: Sequence[_Patches]) ->
         size = partial(_view_size, spans=spans, finest=finest, largest=COARSEST * max(extent))
         lines.append(graded_line(start, start + extent[axis], size))
     return lines[0], lines[1], lines[2]
-
-
-def _middles(lines: Lines) -> Lines:
-    x, y, z = (0.5 * (line[1:] + line[:-1]) for line in lines)
-    return x, y, z
 
 
 def _view_size(s: Floats, *, spans: Sequence[tuple[float, float]], finest: float, largest: float) -> Floats:
@@ -190,19 +188,13 @@ def _potentials(places: Lines, loads: _Patches) -> Floats:
     return summed
 
 
-def _fields(lines: Lines, u: Floats, equivalent: Floats) -> FruitFields:
-    """Return displacement [mm] and stress [MPa] on a mesh with z up, from those on the lines with z down."""
+def _view_mesh(lines: Lines) -> tuple[MeshHex, Ints]:
+    """Return the mesh [mm] with z up on lines with z down, and for each of its nodes which crossing of lines it is."""
     mesh = MeshHex.init_tensor(lines[0], lines[1], -lines[2][::-1])
     height = lines[2][-1]
     mesh = mesh.with_boundaries(
         {"top": lambda place: place[2] > -1e-9 * height, "base": lambda place: place[2] < (1e-9 - 1.0) * height}
     )
-    down = np.array([1.0, 1.0, -1.0])
-    pairs = zip(_middles(lines), mesh.p * down[:, None], strict=True)
-    nodes = tuple(np.searchsorted(middle, at) for middle, at in pairs)
-    centres = mesh.p[:, mesh.t].mean(axis=1) * down[:, None]
-    return FruitFields(
-        mesh=mesh,
-        displacement=u[(slice(None), *nodes)].T * down,
-        von_mises=equivalent[_below(lines, centres)],
-    )
+    pairs = zip(lines, mesh.p * UPWARD[:, None], strict=True)
+    along = tuple(np.searchsorted(0.5 * (line[1:] + line[:-1]), at) for line, at in pairs)
+    return mesh, np.ravel_multi_index(along, tuple(map(len, lines)))

@@ -1,51 +1,52 @@
-"""Fields of the loaded housing for viewing: displacement at the nodes of its mesh, von Mises stress in its cells."""
+"""Fields of the loaded housing for viewing, at the nodes of its 20-node hexahedra."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from skfem import CellBasis, ElementHex2, ElementHexS2, ElementVector, Mesh
+from skfem import ElementHexS2, Mesh
 
-from solve.arrays import Floats
-from solve.elasticity import stress, vector_basis, von_mises
+from solve.arrays import Floats, Ints
+from solve.elasticity import stress, vector_basis
 from solve.housing.bonded_foil import BondedFoil
-from solve.housing.stiffness import displacements
+from solve.housing.nodal_strain import nodal_strain
+from solve.housing.stiffness import REDUCED, SPRINGS, displacements, leaf_faces
+from solve.nodal_fields import NodalFields
 
-_GAUSS = 3  # polynomial degree: 2^3 points, where the strain of these elements is most accurate
-
-
-@dataclass(frozen=True, kw_only=True)
-class FlexureFields:
-    """Displacement [mm] at `mesh.doflocs`, shape (points, 3), and von Mises stress [MPa], shape (cells,)."""
-
-    displacement: Floats
-    von_mises: Floats
+_FREE = "free"
 
 
 def flexure_fields(
     mesh: Mesh, E: float, poisson: float, forces: Sequence[float], foils: Sequence[BondedFoil] = ()
-) -> FlexureFields:
-    """Return the fields under a force [N] along the press on each tip, mesh of the half [mm].
+) -> NodalFields:
+    """Return the fields under a force [N] along the press on each tip, mesh of the half y >= 0 [mm], E [MPa].
 
-    The stress of a cell is the mean over its Gauss points. Raises SolveError as `tip_compliance` does.
+    Raises SolveError as `tip_compliance` does.
     """
-    u = displacements(mesh, E, poisson, foils) @ np.array(forces)
-    return FlexureFields(displacement=_at_nodes(mesh, u), von_mises=_von_mises(mesh, u, E, poisson))
+    return fields_of(mesh, E, poisson, displacements(mesh, E, poisson, foils) @ np.array(forces))
 
 
-def _at_nodes(mesh: Mesh, u: Floats) -> Floats:
-    """Evaluate 20-node displacements at the 27 nodes a cell of the mesh."""
-    places = np.asarray(ElementHex2().doflocs, dtype=np.float64).T
-    weights = np.full(places.shape[1], 1.0 / places.shape[1])
-    basis = CellBasis(mesh, ElementVector(ElementHexS2()), quadrature=(places, weights))
-    values = np.asarray(basis.interpolate(u))  # (3, cells, 27)
-    found = np.empty((mesh.doflocs.shape[1], 3))
-    found[mesh.dofs.element_dofs] = values.transpose(2, 1, 0)
+def fields_of(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
+    """Return the fields of displacements u [mm] of 20-node cells, shape (dofs,), E [MPa].
+
+    The nodes are the first of `mesh.doflocs`: corners, then the middles of edges. Named boundaries other than leaves
+    carry a load or a support; the surface of the rest is taken to carry none, where foils are glued on too.
+    """
+    basis = vector_basis(mesh.with_boundaries({_FREE: _free_facets(mesh)}), ElementHexS2(), order=REDUCED)
+    strain = nodal_strain(basis, u, poisson, _FREE)
+    displacement = u[np.hstack([basis.nodal_dofs, basis.edge_dofs]).T]
+    # `stress` takes a gradient; of a strain, its own symmetric part, it is the same
+    return NodalFields(displacement=displacement, stress=stress(strain, E, poisson), strain=strain)
+
+
+def _free_facets(mesh: Mesh) -> Ints:
+    leaves = [leaf_faces(spring) for spring in SPRINGS]
+    loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
+    found: Ints = np.setdiff1d(mesh.boundary_facets(), np.concatenate(loaded))
     return found
 
 
-def _von_mises(mesh: Mesh, u: Floats, E: float, poisson: float) -> Floats:
-    basis = vector_basis(mesh, ElementHexS2(), order=_GAUSS)
-    gradient = np.asarray(basis.interpolate(u).grad)
-    found: Floats = von_mises(stress(gradient, E, poisson)).mean(axis=1)
-    return found
+def most_strained_node(mesh: Mesh, surface: str, fields: NodalFields) -> int:
+    """Return the node on a named surface at which the principal strain is largest in size."""
+    dofs = mesh.dofs.get_facet_dofs((mesh.boundaries or {})[surface])
+    nodes: Ints = np.unique(np.concatenate([dofs.nodal["u"], dofs.edge["u"]]))
+    return int(nodes[fields.largest_principal_strain[nodes].argmax()])

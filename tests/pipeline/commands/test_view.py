@@ -17,7 +17,7 @@ from pipeline.commands.pictures import deformation_factor, pictures, show_pictur
 from pipeline.commands.response_chart import force_ratios
 from pipeline.report.outputs import write_outputs
 from pipeline.report.stored import read_report
-from pipeline.storage.vtu import write_mesh, write_vtu
+from pipeline.storage.vtu import write_vtu
 
 NAMES = ["housing", "flexure", "fruit", "response"]
 
@@ -39,8 +39,8 @@ def write_output_folder(folder: Path, **changes: object) -> Path:
     mesh = mesh.with_boundaries({"clamp": lambda x: x[0] == 0.0, "high_tip": lambda x: x[0] == 10.0})
     bent = np.zeros((mesh.p.shape[1], 3))
     bent[:, 2] = 1e-3 * mesh.p[0] ** 2
-    write_vtu(folder / "flexure.vtu", mesh, {"displacement_mm": bent, "von_mises_MPa": mesh.p[0]}, {})
-    write_mesh(folder / "fruit.vtu", mesh)
+    write_vtu(folder / "flexure.vtu", mesh, {"displacement_mm": bent, "von_mises_MPa": mesh.p[0]})
+    write_vtu(folder / "fruit.vtu", mesh, {})
     return folder
 
 
