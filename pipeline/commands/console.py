@@ -14,6 +14,12 @@ def add_json_flag(parser: ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
 
 
+def add_force_flag(parser: ArgumentParser) -> None:
+    """Add --force."""
+    words = "write where files are not of the last run or were changed since; they are kept as NAME.bak"
+    parser.add_argument("--force", action="store_true", help=words)
+
+
 def print_json(data: object) -> None:
     """Print data as JSON; raises ValueError when a number is not finite."""
     print(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False))

@@ -18,6 +18,7 @@ from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehavio
 from pipeline.stages.response import spring_shares
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSpring
+from pipeline.storage.seal import sealed_mapping
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
 
 SCHEMA = 1
@@ -27,7 +28,7 @@ Plain = dict[str, Any]
 
 
 def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()) -> Plain:
-    """Return the whole report; `files` are its entries of path and sha256."""
+    """Return the whole report with its own digest; `files` are its entries of path and sha256."""
     springs = result.springs
     report = {
         "schema": SCHEMA,
@@ -52,7 +53,7 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
     }
     if result.options.fabrication:
         report["tolerance"] = None if result.scatter is None else asdict(result.scatter)
-    return report
+    return sealed_mapping(report)
 
 
 def _sizing(sizing: SpringSizing) -> Plain:

@@ -10,8 +10,8 @@ from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
 from pipeline.report.mapping import SCHEMA, Plain
-from pipeline.report.outputs import file_digest
 from pipeline.storage.plain import from_plain
+from pipeline.storage.seal import file_digest
 
 T = TypeVar("T")
 _READ_OF_RESPONSE = ("E_MPa", "x_mm", "P")
