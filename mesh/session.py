@@ -53,8 +53,8 @@ def gmsh_session() -> Iterator[None]:
 
 @contextmanager
 def _signals_kept() -> Iterator[None]:
-    """Set the handlers of ending signals again after the block: gmsh takes them away below Python."""
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
+    """Set the handlers of signals again after the block that gmsh takes away below Python."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)}
     yield
     if threading.current_thread() is threading.main_thread():  # elsewhere Python sets none
         for number, handler in handlers.items():

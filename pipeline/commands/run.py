@@ -1,12 +1,12 @@
 """`pipeline run`: flags to a design and options, the run, its answer on one screen."""
 
-import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from cad.design.parameters import Design
+from cad.files.file_date import file_date
 from cad.quantity import InputError, fault
-from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, drop_output, print_json
+from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 from pipeline.options import (
     CONTACT_METHODS,
     DEFAULT_DESIGN,
@@ -66,6 +66,8 @@ def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> in
     """Run, print the answer, return the exit code; a scene that cannot be solved is wrong input."""
     if options.out is not None:
         refuse_unusable(options.out, force=options.force)
+    file_date()
+    from cad.files.sensor_files import ExportError
     from mesh.session import MeshError
     from pipeline import run
     from pipeline.report.mapping import report_mapping
@@ -77,19 +79,16 @@ def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> in
     try:
         with interruptible():
             result = run(design, options)
-    except (MeshError, SolveError, SplitDomainError) as error:
+    except (ExportError, MeshError, SolveError, SplitDomainError) as error:
         raise InputError(str(error)) from error
     code = PASSED if result.passed else FAILED
-    try:
+    with answering():
         if arguments.json:
             print_json(report_mapping(result, () if options.out is None else written_entries(options.out)))
         elif arguments.verbose:
             print_everything(result)
         else:
             print_summary(result)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        drop_output()  # the reader had enough; the verdict stands
     return code
 
 

@@ -22,6 +22,9 @@ from pipeline.storage.seal import sealed_mapping
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
 
 SCHEMA = 1
+SIZED_KEYS = ("K_l_N_per_m", "K_h_N_per_m")
+FORCE_KEYS = ("F_l_N", "F_h_N")
+STIFFNESS_VERDICTS = ("K_l", "K_h")
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
 
 Plain = dict[str, Any]

@@ -151,7 +151,10 @@ def test_bad_design_file_is_refused(text, message, capsys, stand_in_run, tmp_pat
             ["view", "."],
             "PATH = '.': must hold a report.json that can be read (FileNotFoundError); name an output folder",
         ),
-        (["check", "a.stl"], "PATH = 'a.stl': must be an existing file or folder; name an output folder, or a STEP or"),
+        (
+            ["check", "a.stl"],
+            "PATH = 'a.stl': must be an existing file or folder; name an output folder, or a STEP, STL or",
+        ),
         (
             ["check", ".", "--process", "sla-resin"],
             "--process = 'sla-resin': must be left out for a folder; its design",

@@ -12,7 +12,7 @@ import pytest
 
 import pipeline.bench.bench
 import pipeline.bench.hard.suite
-import pipeline.commands.check
+import pipeline.commands.limited_check
 import pipeline.commands.machine
 import pipeline.commands.pictures
 from cad.design.parameters import Design
@@ -192,9 +192,9 @@ def test_check_hands_a_file_to_the_rules_of_its_process(words, process, tmp_path
     part = tmp_path / "part.step"
     part.touch()
     calls = []
-    monkeypatch.setattr(pipeline.commands.check, "check_one_file", lambda *each: calls.append(each) or ())
+    monkeypatch.setattr(pipeline.commands.limited_check, "verdicts_apart", lambda *each: calls.append(each) or ())
     assert settle(["check", str(part), "--json", *words.split()], capsys) == (0, "[]\n", "")
-    assert calls == [(part, PROCESSES[process])]
+    assert calls == [(part, process)]
 
 
 def test_view_shows_a_window_or_writes_the_pictures_that_it_names(monkeypatch, capsys):
