@@ -1,5 +1,7 @@
 """The one gmsh session of a process: opened with explicit options, always closed, its errors in one form."""
 
+import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -38,7 +40,8 @@ def gmsh_session() -> Iterator[None]:
     if gmsh.isInitialized():
         raise MeshError("session", "gmsh is open already", "close the other session first, gmsh is one per process")
     # Not interruptible: gmsh would replace the signal handler of Ctrl-C. No config files: a mesh must repeat anywhere.
-    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    with _signals_kept():
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         with stage("session", "check the option names against the installed gmsh"):
             for name, value in OPTIONS.items():
@@ -46,6 +49,17 @@ def gmsh_session() -> Iterator[None]:
         yield
     finally:
         gmsh.finalize()
+
+
+@contextmanager
+def _signals_kept() -> Iterator[None]:
+    """Set the handlers of signals again after the block that gmsh takes away below Python."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE)}
+    yield
+    if threading.current_thread() is threading.main_thread():  # elsewhere Python sets none
+        for number, handler in handlers.items():
+            if handler is not None:
+                signal.signal(number, handler)
 
 
 @contextmanager

@@ -6,25 +6,40 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
-from cad.quantity import InputError, nearest
+from cad.quantity import InputError, fault, nearest
 from pipeline.commands import bench, check, design, doctor, run, view
-from pipeline.commands.console import EXIT_CODES, FAILED, INTERRUPTED, PASSED, WRONG_INPUT, drop_output
+from pipeline.commands.console import (
+    EXIT_CODES,
+    FAILED,
+    INTERRUPTED,
+    PASSED,
+    WRONG_INPUT,
+    complain,
+    drop_output,
+    ready_streams,
+)
+from pipeline.limits import LEAST_MEMORY_GIB, refuse_small_memory
 from pipeline.storage.interruption import Interrupted
+
+_NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.ENOMEM}
+_REFUSED = {errno.EACCES, errno.EPERM, errno.EMFILE, errno.ENFILE, errno.EIO, errno.ELOOP, errno.ENAMETOOLONG}
 
 COMMANDS: dict[str, Any] = {
     "run": run, "design": design, "check": check, "view": view, "bench": bench, "doctor": doctor,
 }  # fmt: skip
 """Modules with PURPOSE, EXAMPLE, `add_arguments` and `execute`."""
 
-_NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG}
-
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code."""
+    """Run one command and return its exit code; without words take those of the process, and make it fit to run."""
+    if argv is None:
+        ready_streams()
+        warnings.simplefilter("ignore")  # those of libraries are for us, not for who calls a command
     try:
         with _leaving_at_once():
             code = _execute(sys.argv[1:] if argv is None else list(argv))
@@ -35,11 +50,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         drop_output()
         return FAILED
     except OSError as error:
-        if error.errno not in _NO_ROOM:
+        reason = _machine_s_fault(error)
+        if reason is None:
             raise
-        return _refuse(f"{error.filename or 'output'}: {error.strerror}; must have room; free some space")
+        with suppress(OSError, ValueError):
+            drop_output()
+        return _refuse(reason)
+    except MemoryError:
+        return _refuse(f"memory: too little; must be about {LEAST_MEMORY_GIB:g} GiB; free some, or lift its limit")
     except KeyboardInterrupt as error:
-        print("pipeline: interrupted", file=sys.stderr)
+        complain("interrupted")
         return error.exit_code if isinstance(error, Interrupted) else INTERRUPTED
     return code
 
@@ -62,8 +82,20 @@ def _leaving_at_once() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
+def _machine_s_fault(error: OSError) -> str | None:
+    """Return in one line what the machine lacks; None for an error that is rather one of the program."""
+    if error.errno is None:
+        return str(error)  # one of our own messages
+    place = error.filename or "output"
+    if error.errno in _NO_ROOM:
+        return f"{place}: {error.strerror}; must have room; free some space"
+    if error.errno in _REFUSED:
+        return f"{place}: {error.strerror}; must be what this user may read and write; change that, or choose another"
+    return None
+
+
 def _refuse(message: str) -> int:
-    print("pipeline: " + " ".join(message.split()), file=sys.stderr)
+    complain(message)
     return WRONG_INPUT
 
 
@@ -91,8 +123,19 @@ def _execute(words: list[str]) -> int:
             msg = f"{rest[0]!r}: must be a flag or its value; remove it, or see {chosen.prog} -h"
             raise InputError(msg)
         raise _unknown("flag", rest[0], chosen.flags)
+    _refuse_unfit_machine(words[0])
     code: int = COMMANDS[words[0]].execute(arguments)
     return code
+
+
+def _refuse_unfit_machine(command: str) -> None:
+    """Raise InputError where the current folder was removed, which libraries need, or memory is limited too much."""
+    if command != "doctor":
+        refuse_small_memory()
+    try:
+        os.getcwd()  # noqa: PTH109 - asked for its error only
+    except OSError as error:
+        raise fault("current folder", error.strerror, "", "one that exists", "change into another folder") from error
 
 
 def _unknown(kind: str, word: str, known: Sequence[str]) -> InputError:

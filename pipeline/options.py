@@ -29,6 +29,7 @@ class RunOptions:
 
     `out` is the folder of the outputs; None writes nothing. `tolerance` is the relative error [1] allowed to the
     stiffness of both springs. `fields` adds displacement and stress to the VTU files, `fabrication` what a maker needs.
+    `force` keeps files that are not of the last run as NAME.bak, where they else refuse the folder.
     """
 
     out: Path | None = None
@@ -37,6 +38,7 @@ class RunOptions:
     fields: bool = False
     fabrication: bool = False
     tolerance: float = DEFAULT_TOLERANCE
+    force: bool = False
 
     def __post_init__(self) -> None:
         """Refuse words that name no stiffness or method, and a tolerance that no mesh or no verdict is made for."""

@@ -28,7 +28,7 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     believed.
     """
     options = options or RunOptions()
-    with output_folder(options.out) as folder:
+    with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder)
         write_outputs(result, folder)
     return result

@@ -83,6 +83,8 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
         rows = zip(names, targets, refused, strict=True)
         bare = tuple(FittedSpring(name=name, target=target, printable=verdict) for name, target, verdict in rows)
         return FittedSprings(springs=bare, process=process, deflections=deflections, fitted=None)
+    ratio = sizing.sizing_stiffness_ratio
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
     housing = housing_for(design, process, lengths, deflections)
     fitted = fitted_housing(housing, housing_stiffness(targets))
     springs = tuple(

@@ -59,6 +59,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "solve.contact": (*LAWS, *ELASTIC, "solve.halfspace", "solve.fruit"),
     "solve.housing": (*LAWS, *ELASTIC),
     "pipeline.options": LAWS,
+    "pipeline.limits": ("cad.quantity",),
     "pipeline.storage": LAWS,
     "pipeline.fit": (*BELOW, "pipeline.options", "pipeline.storage"),
     "pipeline.stages": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit"),
@@ -69,8 +70,8 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),
     "pipeline.run": SENTENCES,
     "pipeline.bench": STAGES,
-    "pipeline.commands": (*SENTENCES, "pipeline.run", "pipeline.bench"),
-    "pipeline.cli": ("cad.quantity", "pipeline.options", "pipeline.storage", "pipeline.commands"),
+    "pipeline.commands": (*SENTENCES, "pipeline.limits", "pipeline.run", "pipeline.bench"),
+    "pipeline.cli": ("cad.quantity", "pipeline.limits", "pipeline.options", "pipeline.storage", "pipeline.commands"),
     "pipeline.__main__": ("pipeline.cli",),
 }
 """What each room imports of the project, beside itself; the longest name that fits decides."""

@@ -18,11 +18,12 @@ _FACES_OF_AN_EDGE = 2
 
 
 def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
-    """Return geometry.watertight (count of open edges or turned pairs) and geometry.manifold (edges of 3 faces)."""
+    """Return geometry.watertight (count of open edges; 1 inside out) and geometry.manifold (edges of 3 faces)."""
     edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
     loose, shared = edges[counts < _FACES_OF_AN_EDGE], edges[counts > _FACES_OF_AN_EDGE]
-    turned = 0 if len(loose) or len(shared) or mesh.is_winding_consistent else 1
-    open_edges = f"edges with one triangle, or triangles turned over, of {len(edges)} edges{_first(mesh, loose)}"
+    whole = not len(loose) and not len(shared)
+    turned = int(whole and (not mesh.is_winding_consistent or _volume(mesh) < 0.0))
+    open_edges = f"edges with one triangle, or triangles that face inward, of {len(edges)} edges{_first(mesh, loose)}"
     joined = f"edges that join more than two triangles, of {len(edges)}{_first(mesh, shared)}"
     return (
         equal("geometry.watertight", float(len(loose) + turned), 0.0, 0.0, unit="1", reference=open_edges),

@@ -5,10 +5,8 @@ the header is set, counts are taken again, and the entities are put in an order 
 """
 
 import hashlib
-import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -27,9 +25,9 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.TopLoc import TopLoc_Location
 from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
+from cad.files.file_date import file_date
 from cad.parts.sensor import Body
 
-FIRST_DAY = 1577836800  # 2020-01-01, the header's time where SOURCE_DATE_EPOCH is not set
 _LINE = 78
 _YES, _NO = True, False
 _ENTITY = re.compile(r"#(\d+)\s*=\s*((?:[^';]|'(?:[^']|'')*')*);")
@@ -46,7 +44,7 @@ _UNORDERED = re.compile(r"^(MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTAT
 def write_step(bodies: Sequence[Body], path: Path, name: str) -> None:
     """Write bodies [mm] to a STEP file; several become an assembly of the given name; raises OSError.
 
-    The header's time is SOURCE_DATE_EPOCH [s], or a fixed day.
+    The header's time is `file_date`.
     """
     writer = STEPCAFControl_Writer()
     for key, value in (("write.step.schema", "AP214IS"), ("write.step.unit", "MM"), ("xstep.cascade.unit", "MM")):
@@ -96,9 +94,8 @@ def _name(label: TDF_Label, name: str) -> None:
 
 def _set_header(writer: STEPCAFControl_Writer, name: str) -> None:
     header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
-    when = datetime.fromtimestamp(int(os.environ.get("SOURCE_DATE_EPOCH", FIRST_DAY)), tz=UTC)
     header.SetName(TCollection_HAsciiString(name))
-    header.SetTimeStamp(TCollection_HAsciiString(when.strftime("%Y-%m-%dT%H:%M:%S")))
+    header.SetTimeStamp(TCollection_HAsciiString(file_date().strftime("%Y-%m-%dT%H:%M:%S")))
     header.SetAuthorValue(1, TCollection_HAsciiString("twintip"))
     header.SetOrganizationValue(1, TCollection_HAsciiString(""))
     header.SetOriginatingSystem(TCollection_HAsciiString("twintip"))

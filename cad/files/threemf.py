@@ -2,7 +2,9 @@
 
 import functools
 import operator
+import re
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +30,7 @@ _HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">
  <resources>
 """
+_SIGNED_INDEX = re.compile(rb"""<(?:\w+:)?triangle\b[^>]*\bv[123]\s*=\s*["']\s*[^0-9\s]""")
 _START_OF_ZIP = (1980, 1, 1, 0, 0, 0)
 _MILLIMETRES = {
     lib3mf.ModelUnit.MicroMeter: 1e-3, lib3mf.ModelUnit.MilliMeter: 1.0, lib3mf.ModelUnit.CentiMeter: 10.0,
@@ -67,6 +70,7 @@ def _object(place: int, name: str, mesh: trimesh.Trimesh) -> str:
 
 def read_3mf(path: Path) -> Package:
     """Return the content of a 3MF file as lib3mf reads it in strict mode; raises ValueError when it refuses."""
+    _refuse_signed_indices(path)
     model = get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")
     reader.SetStrictModeActive(True)  # noqa: FBT003 - the reader takes it in place
@@ -84,6 +88,19 @@ def read_3mf(path: Path) -> Package:
     mesh = functools.reduce(operator.add, pieces)
     mesh.vertices *= _MILLIMETRES[model.GetUnit()]
     return Package(mesh=mesh, names=names, warnings=warnings)
+
+
+def _refuse_signed_indices(path: Path) -> None:
+    """Raise ValueError where a triangle has an index with a sign: lib3mf reads -4294967295 as 1."""
+    try:
+        with zipfile.ZipFile(path) as package:
+            models = [package.read(name) for name in package.namelist() if name.lower().endswith(".model")]
+    except (OSError, ValueError, RuntimeError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
+        msg = f"3MF: {path.name} cannot be unpacked ({error}); export it again"
+        raise ValueError(msg) from error
+    if any(_SIGNED_INDEX.search(model) for model in models):
+        msg = f"3MF: {path.name} has a triangle with an index that is no whole number from 0; export it again"
+        raise ValueError(msg)
 
 
 def _meshes(model: lib3mf.Model) -> list[lib3mf.MeshObject]:

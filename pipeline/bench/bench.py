@@ -10,8 +10,10 @@ from pipeline.bench.command import command_sheet
 from pipeline.bench.harness import measurements_of
 from pipeline.bench.plot import error_over_cost
 from pipeline.bench.table import page, publish
+from pipeline.storage.placed_files import refuse_taken
 
 OUT = Path("outputs") / "bench"
+FILES = ("benchmarks.md", "benchmarks.svg", "bench.json")
 INTRODUCTION = """\
 This page is written by `pipeline bench`, never typed. Each method solves the same task; the tables say how far its
 answer is from a reference and what it cost. CPU seconds are on one thread, imports not counted. A peer that is not
@@ -20,22 +22,25 @@ installed is named. Measured on {cores} cores, Python {python}.
 ![error against CPU seconds](benchmarks.svg)"""
 
 
-def bench(*, as_json: bool, out: Path = OUT, quick: bool = False) -> int:
+def bench(*, as_json: bool, out: Path = OUT, quick: bool = False, force: bool = False) -> int:
     """Measure, print the page or JSON, write benchmarks.md, benchmarks.svg and bench.json into a folder; return 0.
 
     `quick` leaves out the peer, fine meshes and the command. Raises InputError when a measurement does not end well or
-    the folder cannot be written.
+    the folder cannot be written; with `force` other files of these names are kept as NAME.bak.
     """
+    if not force:
+        refuse_taken(out, FILES, "--out")
     measured = {module.BENCH: measurements_of(module.__name__, quick=quick) for module in (contact, flexure)}
     sheets = [kind.sheet(rows) for kind, rows in measured.items()]
     sheets += [] if quick else [command_sheet()]
     machine = {"cores": os.cpu_count(), "processor": platform.machine(), "python": platform.python_version()}
     records = {sheet.name: {"records": list(sheet.records), "notes": list(sheet.notes)} for sheet in sheets}
     tables = [sheet.markdown() for sheet in sheets]
-    files = {
-        "benchmarks.md": page("Speed against error", INTRODUCTION.format(**machine), *tables),
-        "benchmarks.svg": error_over_cost({kind.name: rows for kind, rows in measured.items()}),
-        "bench.json": json.dumps({"schema": 1, "machine": machine, **records}, indent=2, allow_nan=False) + "\n",
-    }
-    publish(out, files, as_json=as_json)
+    texts = (
+        page("Speed against error", INTRODUCTION.format(**machine), *tables),
+        error_over_cost({kind.name: rows for kind, rows in measured.items()}),
+        json.dumps({"schema": 1, "machine": machine, **records}, indent=2, allow_nan=False) + "\n",
+    )
+    files = dict(zip(FILES, texts, strict=True))
+    publish(out, files, as_json=as_json, force=force)
     return 0

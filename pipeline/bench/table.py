@@ -11,7 +11,8 @@ from typing import Any
 from rich.console import Console
 from rich.markdown import Markdown
 
-from cad.quantity import fault
+from pipeline.storage.placed_files import place_files
+from pipeline.storage.seal import without_seal
 
 WIDTH = 200  # of what is printed where there is no terminal
 
@@ -95,24 +96,17 @@ def signed_percent(value: float) -> str:
     return f"{100.0 * value:+.2g} %"
 
 
-def publish(folder: Path, files: Mapping[str, str], *, as_json: bool) -> None:
-    """Write a page and its records into a folder, each aside and then in its place, and print one of the two.
+def publish(folder: Path, files: Mapping[str, str], *, as_json: bool, force: bool = False) -> None:
+    """Write a page and its records into a folder and print one of the two.
 
-    Raises InputError where the folder cannot be written.
+    Raises InputError where the folder cannot be written, or has other files of these names and `force` does not keep
+    them as NAME.bak.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name, text in files.items():
-            aside = folder / f".{name}"
-            aside.write_text(text, encoding="utf-8")
-            aside.replace(folder / name)
-    except OSError as error:
-        bound = f"a folder that can be written ({error.strerror})"
-        raise fault("--out", str(folder), "", bound, "name another folder with --out") from error
-    shown = next(text for name, text in files.items() if name.endswith(".json" if as_json else ".md"))
+    paths = place_files(folder, {name: text.encode() for name, text in files.items()}, "--out", force=force)
+    shown = next(path for path in paths if path.suffix == (".json" if as_json else ".md")).read_text(encoding="utf-8")
     if as_json:
         print(shown, end="")
         return
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
-    console.print(Markdown(shown))
-    console.print(f"written: {', '.join(str(folder / name) for name in files)}")
+    console.print(Markdown(without_seal(shown)))
+    console.print(f"written: {', '.join(map(str, paths))}", markup=False, highlight=False)

@@ -3,16 +3,17 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from pipeline.commands.console import add_json_flag
+from pipeline.commands.console import add_force_flag, add_json_flag
 
 PURPOSE = "measure speed against error on this machine"
 EXAMPLE = "pipeline bench"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add --hard, --out and --json."""
+    """Add --hard, --out, --force and --json."""
     parser.add_argument("--hard", action="store_true", help="solve the hard cases instead; exit code 1 if one is wrong")
     parser.add_argument("--out", metavar="DIR", type=Path, help="folder of the tables (default outputs/bench)")
+    add_force_flag(parser)
     add_json_flag(parser)
 
 
@@ -22,7 +23,7 @@ def execute(arguments: Namespace) -> int:
     if arguments.hard:
         from pipeline.bench.hard.suite import hard
 
-        return hard(as_json=arguments.json, **place)
+        return hard(as_json=arguments.json, force=arguments.force, **place)
     from pipeline.bench.bench import bench
 
-    return bench(as_json=arguments.json, **place)
+    return bench(as_json=arguments.json, force=arguments.force, **place)

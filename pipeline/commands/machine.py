@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from pipeline.limits import LEAST_MEMORY_GIB
 from pipeline.storage.cache import cache_folder
 
 Status = Literal["ok", "note", "wrong"]
@@ -27,7 +28,6 @@ OPTIONAL_PROGRAMS = {
     "ccx": "CalculiX, a second solver for comparison",
     "prusa-slicer": "PrusaSlicer, slices the part as a check",
 }
-LEAST_MEMORY_GIB = 2.0
 _IMPORT_SECONDS = 120
 _PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[^\s;]+)")
 _NAME = re.compile(r"[A-Za-z0-9._-]+")
@@ -124,7 +124,7 @@ def _imports() -> Iterator[Row]:
         "    else:\n        print(name, 'ok', sep='\\t')\n"
         "    sys.stdout.flush()\n"
     )
-    command = [sys.executable, "-c", program, *IMPORTS]
+    command = [sys.executable, "-W", "ignore", "-c", program, *IMPORTS]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_IMPORT_SECONDS)
         printed = done.stdout
@@ -170,7 +170,13 @@ def _memory() -> Row:
 
 
 def _places() -> Iterator[Row]:
-    yield place_row("cache", cache_folder())
+    cache = cache_folder()
+    if cache is None:
+        yield Row(
+            name="cache", found="none", status="note", remark="no home; set XDG_CACHE_HOME, or each run solves anew"
+        )
+    else:
+        yield place_row("cache", cache)
     yield place_row("outputs", Path.cwd() / "outputs")
 
 

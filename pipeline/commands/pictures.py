@@ -16,12 +16,14 @@ from cad.design.tips import Tips
 from cad.quantity import fault
 from pipeline.commands.response_chart import response_chart
 from pipeline.report.stored import read_report
+from pipeline.storage.placed_files import place_files, refuse_taken
 
 Scene = Any  # a PyVista plotter, or what it draws: its decorated methods have no types that strict mode takes
 Draw = Callable[[Scene], None]
 
 DISPLACEMENT, STRESS, STRAIN = "displacement_mm", "von_mises_MPa", "largest_principal_strain"
 _PLACE = "_largest_strain_place"
+_FLAG = "--png"
 _SIZE = (1600, 1000)
 _BODY, _EDGE, _ACCENT = "#c8ccd2", "#30343a", "#c0392b"
 _IN_FRONT = (-2.0, -2.0)  # of the body that a named boundary lies on: factor and units of the depth
@@ -55,21 +57,23 @@ def pictures(folder: Path) -> list[Picture]:
     return shown
 
 
-def write_pictures(shown: list[Picture], folder: Path) -> list[Path]:
-    """Write each picture as NAME.png into a folder, whole or not at all; return the paths; raises InputError."""
+def write_pictures(shown: list[Picture], folder: Path, *, force: bool = False) -> list[Path]:
+    """Write each picture as NAME.png into a folder, whole or not at all; return the paths.
+
+    Raises InputError where the folder cannot be written, or has other files of these names and `force` does not keep
+    them as NAME.bak.
+    """
+    if not force:
+        refuse_taken(folder, [f"{picture.name}.png" for picture in shown], _FLAG)
     if not os.environ.get("DISPLAY") and not os.environ.get("WAYLAND_DISPLAY"):
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".twintip-") as unfinished:
-            written = [_write(picture, Path(unfinished)) for picture in shown]
-            return [path.replace(folder / path.name) for path in written]
-    except OSError as error:
-        bound = f"a folder that can be written ({error.strerror})"
-        raise fault("--png", str(folder), "", bound, "name another folder") from error
+    with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
+        files = {f"{picture.name}.png": _drawn(picture, Path(unfinished)) for picture in shown}
+    return place_files(folder, files, _FLAG, force=force)
 
 
-def _write(picture: Picture, folder: Path) -> Path:
+def _drawn(picture: Picture, folder: Path) -> bytes:
+    """Return a picture as the bytes of a PNG file, for which a folder is used."""
     plotter: Scene = pv.Plotter(off_screen=True, window_size=list(_SIZE))
     try:
         plotter.set_background("white")
@@ -78,7 +82,7 @@ def _write(picture: Picture, folder: Path) -> Path:
         plotter.screenshot(path)
     finally:
         plotter.close()
-    return path
+    return path.read_bytes()
 
 
 def show_pictures(shown: list[Picture], name: str) -> None:

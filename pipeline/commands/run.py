@@ -1,12 +1,12 @@
 """`pipeline run`: flags to a design and options, the run, its answer on one screen."""
 
-import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from cad.design.parameters import Design
+from cad.files.file_date import file_date
 from cad.quantity import InputError, fault
-from pipeline.commands.console import FAILED, PASSED, add_json_flag, drop_output, print_json
+from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 from pipeline.options import (
     CONTACT_METHODS,
     DEFAULT_DESIGN,
@@ -34,6 +34,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--set", metavar="TABLE.KEY=VALUE", action="append", default=[], help="any key of the design file; repeatable")
     add("--out", metavar="DIR", type=Path, help="the output folder itself (default outputs/NAME)")
     stiffnesses, methods = "|".join(FRUIT_STIFFNESSES), "|".join(CONTACT_METHODS)
+    add_force_flag(parser)
     add("--fruit-stiffness", metavar=stiffnesses, default="contact", help="true contact, or the paper's (6)")
     add("--contact-method", metavar=methods, default="auto", help="how the contact is solved (default auto)")
     add("--tol", metavar="TOL", help=f"relative error allowed to both stiffnesses (default {DEFAULT_TOLERANCE:g})")
@@ -56,6 +57,7 @@ def asked(arguments: Namespace) -> tuple[Design, RunOptions]:
         contact_method=arguments.contact_method,
         fields=arguments.fields,
         tolerance=_tolerance(arguments.tol),
+        force=arguments.force,
     )
     return design, options
 
@@ -63,11 +65,13 @@ def asked(arguments: Namespace) -> tuple[Design, RunOptions]:
 def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> int:
     """Run, print the answer, return the exit code; a scene that cannot be solved is wrong input."""
     if options.out is not None:
-        refuse_unusable(options.out)
+        refuse_unusable(options.out, force=options.force)
+    file_date()
+    from cad.files.sensor_files import ExportError
     from mesh.session import MeshError
     from pipeline import run
     from pipeline.report.mapping import report_mapping
-    from pipeline.report.outputs import file_entries
+    from pipeline.report.outputs import written_entries
     from pipeline.report.tables import print_everything, print_summary
     from solve.fruit.split import SplitDomainError
     from solve.linear import SolveError
@@ -75,19 +79,16 @@ def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> in
     try:
         with interruptible():
             result = run(design, options)
-    except (MeshError, SolveError, SplitDomainError) as error:
+    except (ExportError, MeshError, SolveError, SplitDomainError) as error:
         raise InputError(str(error)) from error
     code = PASSED if result.passed else FAILED
-    try:
+    with answering():
         if arguments.json:
-            print_json(report_mapping(result, () if options.out is None else file_entries(options.out)))
+            print_json(report_mapping(result, () if options.out is None else written_entries(options.out)))
         elif arguments.verbose:
             print_everything(result)
         else:
             print_summary(result)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        drop_output()  # the reader had enough; the verdict stands
     return code
 
 

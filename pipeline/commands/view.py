@@ -3,14 +3,17 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from pipeline.commands.console import add_force_flag
+
 PURPOSE = "show the parts, fields and response"
 EXAMPLE = "pipeline view outputs/paper --png pictures"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add DIR and --png."""
+    """Add DIR, --png and --force."""
     parser.add_argument("folder", metavar="DIR", type=Path, help="an output folder")
     parser.add_argument("--png", metavar="DIR", type=Path, help="write pictures there instead of opening a window")
+    add_force_flag(parser)
 
 
 def execute(arguments: Namespace) -> int:
@@ -21,6 +24,6 @@ def execute(arguments: Namespace) -> int:
     if arguments.png is None:
         show_pictures(shown, arguments.folder.name)
         return 0
-    for path in write_pictures(shown, arguments.png):
+    for path in write_pictures(shown, arguments.png, force=arguments.force):
         print(path)
     return 0

@@ -18,17 +18,21 @@ from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehavio
 from pipeline.stages.response import spring_shares
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSpring
+from pipeline.storage.seal import sealed_mapping
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.scene_targets import SceneTargets
 
 SCHEMA = 1
+SIZED_KEYS = ("K_l_N_per_m", "K_h_N_per_m")
+FORCE_KEYS = ("F_l_N", "F_h_N")
+STIFFNESS_VERDICTS = ("K_l", "K_h")
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
 
 Plain = dict[str, Any]
 
 
 def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()) -> Plain:
-    """Return the whole report; `files` are its entries of path and sha256."""
+    """Return the whole report with its own digest; `files` are its entries of path and sha256."""
     springs = result.springs
     report = {
         "schema": SCHEMA,
@@ -55,7 +59,7 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
     }
     if result.options.fabrication:
         report["tolerance"] = None if result.errors.scatter is None else asdict(result.errors.scatter)
-    return report
+    return sealed_mapping(report)
 
 
 def _sizing(sizing: SpringSizing) -> Plain:

@@ -1,6 +1,5 @@
 """The outputs that say what a run has found: design.toml, response.csv, report.json."""
 
-import hashlib
 import json
 from pathlib import Path
 
@@ -8,8 +7,9 @@ from cad.design.design_file import design_as_toml
 from pipeline.report.mapping import report_mapping
 from pipeline.report.response_csv import response_csv
 from pipeline.result import SensorResult
-from pipeline.storage.folder import MARK
+from pipeline.storage.belongings import REPORT, own_files
 from pipeline.storage.plain import to_plain
+from pipeline.storage.seal import file_digest
 
 
 def write_outputs(result: SensorResult, folder: Path) -> None:
@@ -18,7 +18,7 @@ def write_outputs(result: SensorResult, folder: Path) -> None:
     (folder / "response.csv").write_text(response_csv(result.errors.reading), encoding="utf-8")
     report = to_plain(report_mapping(result, file_entries(folder)))
     text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / MARK).write_text(text + "\n", encoding="utf-8")
+    (folder / REPORT).write_text(text + "\n", encoding="utf-8")
 
 
 def reproducing(result: SensorResult) -> str:
@@ -31,12 +31,13 @@ def reproducing(result: SensorResult) -> str:
     return f"# pipeline run --design design.toml {flags}\n{design_as_toml(result.design)}"
 
 
+def written_entries(folder: Path) -> list[dict[str, str]]:
+    """Return path and sha256 of the files that the last run wrote into an output folder, its report.json left out."""
+    own = own_files(folder)
+    return [entry for entry in file_entries(folder) if entry["path"] in own]
+
+
 def file_entries(folder: Path) -> list[dict[str, str]]:
     """Return path and sha256 of every file in the folder but its report.json, in order of their names."""
-    paths = sorted(path for path in folder.rglob("*") if path.is_file() and path != folder / MARK)
+    paths = sorted(path for path in folder.rglob("*") if path.is_file() and path != folder / REPORT)
     return [{"path": path.relative_to(folder).as_posix(), "sha256": file_digest(path)} for path in paths]
-
-
-def file_digest(path: Path) -> str:
-    """Return the sha256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()

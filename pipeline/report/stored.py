@@ -1,6 +1,7 @@
 """The one reader of report.json: what the commands that start from an output folder take of it, typed."""
 
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -10,8 +11,8 @@ from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
 from pipeline.report.mapping import SCHEMA, Plain
-from pipeline.report.outputs import file_digest
 from pipeline.storage.plain import from_plain
+from pipeline.storage.seal import file_digest, is_regular
 
 T = TypeVar("T")
 _READ_OF_RESPONSE = ("E_MPa", "x_mm", "P")
@@ -29,8 +30,8 @@ class StoredFile:
         path = folder / self.path
         try:
             inside = path.resolve().is_relative_to(folder.resolve())
-            return inside and path.is_file() and file_digest(path) == self.sha256
-        except (OSError, ValueError):
+            return inside and is_regular(path) and file_digest(path) == self.sha256
+        except (OSError, ValueError, RuntimeError):  # a loop of links is the last one
             return False
 
 
@@ -62,21 +63,38 @@ class StoredReport:
 
 def read_report(folder: Path) -> StoredReport:
     """Return the report of an output folder; raises InputError, in one line, where it holds none as it was written."""
+    return report_of(folder, read_data(folder))
+
+
+def read_data(folder: Path) -> Plain:
+    """Return the JSON data of a folder's report, whose numbers are finite; raises InputError, in one line."""
+    path = folder / "report.json"
     try:
-        data = json.loads((folder / "report.json").read_text(encoding="utf-8"), parse_constant=_refuse_constant)
-    except (OSError, ValueError) as error:
-        raise _refused(folder, f"must hold a report.json that can be read ({type(error).__name__})") from error
+        if path.exists() and not is_regular(path):
+            raise IsADirectoryError(path)
+        text = path.read_text(encoding="utf-8")
+        data = json.loads(text, parse_constant=_finite, parse_float=_finite)
+    except (OSError, ValueError, RecursionError) as error:
+        raise refused(folder, f"must hold a report.json that can be read ({type(error).__name__})") from error
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        raise _refused(folder, f"its report.json must be one of pipeline run, schema {SCHEMA}")
+        raise refused(folder, f"its report.json must be one of pipeline run, schema {SCHEMA}")
+    return data
+
+
+def report_of(folder: Path, data: Plain) -> StoredReport:
+    """Return the report of a folder's JSON data; raises InputError, in one line, where it is not as it was written."""
     try:
         return _report(data)
     except ValueError as error:
-        raise _refused(folder, f"its report.json must be as it was written ({error})") from error
+        raise refused(folder, f"its report.json must be as it was written ({error})") from error
 
 
-def _refuse_constant(name: str) -> float:
-    msg = f"{name} is no number of JSON"
-    raise ValueError(msg)
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        msg = f"{text} is no number of JSON"
+        raise ValueError(msg)
+    return value
 
 
 def _report(data: Plain) -> StoredReport:
@@ -108,6 +126,7 @@ def _response(row: Plain, name: str) -> StoredResponse:
     return from_plain(StoredResponse, {key: row[key] for key in _READ_OF_RESPONSE if key in row}, name)
 
 
-def _refused(folder: Path, bound: str) -> InputError:
+def refused(folder: Path, bound: str) -> InputError:
+    """Return the error for a folder whose report cannot be used, in one line."""
     reason = " ".join(bound.split())
     return InputError(f"PATH = {str(folder)!r}: {reason}; name an output folder, or run the design again")

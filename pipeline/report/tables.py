@@ -1,32 +1,27 @@
 """What a person reads of a result: an answer that fits one screen, and on request every table."""
 
-import sys
-from collections.abc import Iterable, Sequence
-
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from cad.theory.two_spring_law import PAPER_SPRINGS
-from cad.verdict import Verdict
 from pipeline.report.notes import notes
+from pipeline.report.verdict_table import OUTCOME, print_reasons, shown, verdict_table, wide_console
 from pipeline.result import SensorResult
 from pipeline.stages.springs import FittedSpring
 from pipeline.uncertainty.budget import UncertaintyBudget
 
-WIDTH = 132
-_WORD = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
 _TARGETS = ("P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic")
 _ADVICE = 3  # lines of what is wrong before the rest is counted
 
 
 def print_summary(result: SensorResult) -> None:
     """Print the answer on one screen: the verdict, targets against values, springs, what is wrong, where to look."""
-    console = _console()
+    console = wide_console()
     console.print(_headline(result))
     shown = [verdict for verdict in result.verdicts if verdict.name in _TARGETS]
     rest = [verdict for verdict in result.verdicts if verdict.name not in _TARGETS]
-    table = _verdict_table("", shown)
+    table = verdict_table("", shown)
     passed = sum(verdict.passed is True for verdict in rest)
     table.add_row(f"{len(rest)} on geometry and print", "", "", "", "", f"{passed} passed")
     console.print(table)
@@ -39,7 +34,7 @@ def print_summary(result: SensorResult) -> None:
 def _print_advice(console: Console, result: SensorResult) -> None:
     """Print why the first verdicts did not pass, and what would make the scene pass."""
     wrong = sorted((v for v in result.verdicts if v.passed is not True), key=lambda verdict: verdict.passed is None)
-    _print_reasons(console, wrong[:_ADVICE])
+    print_reasons(console, wrong[:_ADVICE])
     if len(wrong) > _ADVICE:
         console.print(f"and {len(wrong) - _ADVICE} more: --verbose lists them all")
     if result.judgement.remedy is not None:
@@ -48,10 +43,10 @@ def _print_advice(console: Console, result: SensorResult) -> None:
 
 def print_everything(result: SensorResult) -> None:
     """Print every verdict, the springs, the make-up of errors, the response, the paper's springs, notes and costs."""
-    console = _console()
+    console = wide_console()
     console.print(_headline(result))
-    console.print(_verdict_table(f"twintip · {result.design.name}", result.verdicts))
-    _print_reasons(console, [verdict for verdict in result.verdicts if verdict.passed is not True])
+    console.print(verdict_table(f"twintip · {result.design.name}", result.verdicts))
+    print_reasons(console, [verdict for verdict in result.verdicts if verdict.passed is not True])
     if result.judgement.remedy is not None:
         console.print(escape(result.judgement.remedy))
     console.print(_spring_table(result))
@@ -60,20 +55,9 @@ def print_everything(result: SensorResult) -> None:
     if result.judgement.paper is not None:
         K_l, K_h = (1e3 * K for K in PAPER_SPRINGS.stiffnesses)
         title = f"the paper's springs, {K_l:g} and {K_h:g} N/m, under the same contact"
-        console.print(_verdict_table(title, result.judgement.paper))
+        console.print(verdict_table(title, result.judgement.paper))
     for line in (*_method_lines(result), *notes(result), *_scatter_lines(result), _cost_line(result)):
         console.print(escape(line))
-
-
-def print_verdicts(title: str, verdicts: Sequence[Verdict]) -> None:
-    """Print the verdicts on a file or folder as a table, and why each that did not pass did not."""
-    console = _console()
-    console.print(_verdict_table(escape(title), verdicts))
-    _print_reasons(console, [verdict for verdict in verdicts if verdict.passed is not True])
-
-
-def _console() -> Console:
-    return Console(width=None if sys.stdout.isatty() else WIDTH)
 
 
 def _headline(result: SensorResult) -> str:
@@ -83,38 +67,7 @@ def _headline(result: SensorResult) -> str:
     outcome = (
         f"all {count} verdicts passed" if result.passed else f"of {count} verdicts {', '.join(filter(None, words))}"
     )
-    return f"{_WORD[result.passed]}  twintip · {escape(result.design.name)}: {outcome}"
-
-
-def _print_reasons(console: Console, verdicts: Iterable[Verdict]) -> None:
-    """Print one line for every verdict."""
-    for verdict in verdicts:
-        console.print(f"{_WORD[verdict.passed]} {verdict.name}: {escape(verdict.reference)}")
-
-
-def _verdict_table(title: str, verdicts: Sequence[Verdict]) -> Table:
-    table = Table("verdict", "value", "± error", "target", "tolerance", "", title=title or None, title_justify="left")
-    for verdict in verdicts:
-        table.add_row(
-            verdict.name,
-            _shown(verdict.value, verdict.unit),
-            _shown(verdict.error),
-            _shown(verdict.limit),
-            _tolerance(verdict),
-            _WORD[verdict.passed],
-        )
-    return table
-
-
-def _shown(value: float | str | None, unit: str = "") -> str:
-    text = "" if value is None else f"{value:.5g}" if isinstance(value, int | float) else value
-    return f"{text} {unit}" if text and unit not in ("", "1") else text
-
-
-def _tolerance(verdict: Verdict) -> str:
-    if verdict.relative and isinstance(verdict.tolerance, float):
-        return f"{100.0 * verdict.tolerance:.5g} %"
-    return _shown(verdict.tolerance)
+    return f"{OUTCOME[result.passed]}  twintip · {escape(result.design.name)}: {outcome}"
 
 
 def _leaf(spring: FittedSpring) -> str:
@@ -149,11 +102,11 @@ def _spring_table(result: SensorResult) -> Table:
         table.add_row(
             spring.name,
             f"{1e3 * spring.target:.6g}",
-            _shown(None if K is None else 1e3 * K.value),
-            _shown(None if K is None else K.percent),
+            shown(None if K is None else 1e3 * K.value),
+            shown(None if K is None else K.percent),
             _leaf(spring),
-            _shown(None if strain is None else strain.value),
-            _shown(spring.safety_factor),
+            shown(None if strain is None else strain.value),
+            shown(spring.safety_factor),
             "" if fitted is None else str(fitted.stiffness.info.dofs),
             "" if fitted is None else f"{fitted.stiffness.info.seconds:.5g}",
         )

@@ -21,10 +21,16 @@ _SOURCES = ("cad", "mesh", "solve", "pipeline")
 _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
 
 
-def cache_folder() -> Path:
-    """Return the one folder of the cache; it need not exist."""
-    home = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(home) if Path(home).is_absolute() else Path.home() / ".cache") / "twintip"
+def cache_folder() -> Path | None:
+    """Return the one folder of the cache, which need not exist; None for a user who has no home."""
+    given = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if given.is_absolute():
+        return given / "twintip"
+    try:
+        home = Path.home()
+    except RuntimeError:
+        return None
+    return home / ".cache" / "twintip" if home.is_absolute() else None
 
 
 @functools.cache
@@ -55,11 +61,13 @@ def cached(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) 
     that cannot be written is no error. A fresh result goes through JSON too, so that it equals a stored one to the bit.
     """
     text = json.dumps([stage, to_plain(inputs), code_digest()], sort_keys=True, allow_nan=False)
-    path = cache_folder() / f"{stage}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
-    body = _read(path)
+    folder = cache_folder()
+    path = None if folder is None else folder / f"{stage}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
+    body = None if path is None else _read(path)
     if body is None:
         body = json.dumps(to_plain(compute()), allow_nan=False)
-        _write(path, body)
+        if path is not None:
+            _write(path, body)
     return from_plain(kind, json.loads(body))
 
 

@@ -3,31 +3,15 @@
 import fcntl
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 from cad.quantity import InputError, fault
+from pipeline.storage.belongings import foreign_files, keep_aside, own_files
 from pipeline.storage.interruption import hold
-
-OURS = (
-    "design.toml",
-    "report.json",
-    "report.html",
-    "response.csv",
-    "fabrication.md",
-    *(f"{part}.{kind}" for part in ("housing", "assembly", "coupon", "cover") for kind in ("step", "stl", "3mf")),
-    "pin.step",
-    *(f"drawing.{kind}" for kind in ("dxf", "svg")),
-    *(f"{part}{kind}" for part in ("housing", "flexure*", "fruit*", "sensor*") for kind in (".vtu", ".png")),
-    "response.png",
-    "pictures/*.png",
-)
-"""Every file that a command writes into an output folder; `*` stands for the rest of a name."""
-FOLDERS = ("pictures",)
-MARK = "report.json"
 
 
 class OutputError(InputError):
@@ -35,11 +19,12 @@ class OutputError(InputError):
 
 
 @contextmanager
-def output_folder(path: Path | None) -> Iterator[Path]:
+def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     """Yield an empty folder that takes the place of `path` when the block ends well, and vanishes when it does not.
 
-    Without a path it vanishes either way. Raises OutputError before the block runs when `path` cannot be written, is in
-    use by another run, or holds files that are not ours.
+    Without a path it vanishes either way. Of the folder before it only files as its report.json lists them are
+    dropped. Raises OutputError before the block runs when `path` cannot be written, is in use by another run, or holds
+    anything else; with `force` that is kept as NAME.bak instead.
     """
     if path is None:
         with tempfile.TemporaryDirectory(prefix="twintip-") as name:
@@ -48,59 +33,42 @@ def output_folder(path: Path | None) -> Iterator[Path]:
     target = _usable(path)
     with _parents_of(target), _locked(target):
         _recover(target)
-        refuse_foreign(target)
+        if not force:
+            refuse_foreign(target)
         new = _beside(target, "new")
         try:
             _make(new)
             yield new
-            refuse_unknown_names(new)
-            refuse_foreign(target)
+            _refuse_unlisted(new)
             hold()
-            _publish(new, target)
+            _publish(new, target, force=force)
         finally:
             hold()
             shutil.rmtree(new, ignore_errors=True)
 
 
-def refuse_unusable(path: Path) -> None:
+def refuse_unusable(path: Path, *, force: bool = False) -> None:
     """Raise OutputError when `output_folder` would refuse this place; makes nothing and takes no lock."""
-    refuse_foreign(_usable(path))
-
-
-def foreign_files(folder: Path) -> list[str]:
-    """Return the names inside a folder that no command of ours writes, sorted."""
-    found = []
-    for path in sorted(folder.rglob("*")):
-        name = path.relative_to(folder).as_posix()
-        ours = name in FOLDERS if path.is_dir() and not path.is_symlink() else _is_ours(name)
-        if not ours:
-            found.append(name)
-    return found
-
-
-def _is_ours(name: str) -> bool:
-    return any(fnmatchcase(name, known) and name.count("/") == known.count("/") for known in OURS)
+    target = _usable(path)
+    if not force:
+        refuse_foreign(target)
 
 
 def refuse_foreign(folder: Path) -> None:
-    """Raise OutputError when a folder exists and is neither empty nor an output folder of ours."""
-    if not folder.exists():
-        return
-    foreign = foreign_files(folder)
-    if not foreign and any(folder.iterdir()) and not (folder / MARK).is_file():
-        # A lone design.toml may be somebody's own; a folder of ours has its report.
-        foreign = sorted(path.name for path in folder.iterdir())
+    """Raise OutputError when a folder holds anything but the files of its report.json as they were written."""
+    foreign = foreign_files(folder) if folder.exists() else []
     if foreign:
         more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
-        bound = f"a new or empty folder or one that this program wrote, and it holds {foreign[0]!r}{more}"
-        raise _refused(folder, bound, "name another folder with --out, or move these files away")
+        bound = f"a new or empty folder, or one with the unchanged files of its last run, and it holds {foreign[0]!r}"
+        remedy = "name another folder with --out, move these files away, or keep them as NAME.bak with --force"
+        raise _refused(folder, f"{bound}{more}", remedy)
 
 
-def refuse_unknown_names(folder: Path) -> None:
-    """Raise ValueError when a file was written under a name that the next run would take for foreign."""
-    unknown = foreign_files(folder)
-    if unknown:
-        msg = f"output {unknown[0]!r}: must have a name in pipeline.storage.folder.OURS; add it there"
+def _refuse_unlisted(folder: Path) -> None:
+    """Raise ValueError when the new folder holds a file that the next run would take for somebody else's."""
+    unlisted = foreign_files(folder)
+    if unlisted:
+        msg = f"output {unlisted[0]!r}: must be listed in report.json; write it before the report"
         raise ValueError(msg)
 
 
@@ -179,7 +147,7 @@ def _locked(target: Path) -> Iterator[None]:
 def _lock(path: Path, target: Path) -> int:
     while True:
         try:
-            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o644)
         except OSError as error:
             raise _not_writable(target, error) from error
         try:
@@ -188,6 +156,9 @@ def _lock(path: Path, target: Path) -> int:
             os.close(handle)
             bound = "a folder that no other run is writing"
             raise _refused(target, bound, "wait for that run, or name another folder with --out") from error
+        if os.fstat(handle).st_size:
+            os.close(handle)
+            raise _refused(target, f"one whose lock {path.name!r} is empty, as ours are", "move that file away")
         if path.exists() and os.path.samestat(os.fstat(handle), path.stat()):
             return handle
         os.close(handle)  # its last owner removed this file between the two calls
@@ -199,19 +170,35 @@ def _recover(target: Path) -> None:
     shutil.rmtree(new, ignore_errors=True)
     if old.exists():
         if target.exists():
-            shutil.rmtree(old, ignore_errors=True)
+            _drop(old, target)
         else:
             old.rename(target)
 
 
-def _publish(new: Path, target: Path) -> None:
+def _publish(new: Path, target: Path, *, force: bool) -> None:
+    """Move the folder before it aside, look at it once more where nobody writes any longer, and take its place."""
     old = _beside(target, "old")
     try:
         if target.exists():
+            new.chmod(stat.S_IMODE(target.stat().st_mode))
             target.rename(old)
+            if not force and foreign_files(old):
+                old.rename(target)
+                refuse_foreign(target)
         new.rename(target)
     except OSError as error:
         if old.exists() and not target.exists():
             old.rename(target)
         raise _not_writable(target, error) from error
-    shutil.rmtree(old, ignore_errors=True)
+    if old.exists():
+        _drop(old, target)
+
+
+def _drop(old: Path, target: Path) -> None:
+    """Remove what a run had written into a folder that was moved aside; what else it holds goes to the target."""
+    with suppress(OSError):  # what stays is found by the next run
+        for name in own_files(old):
+            (old / name).unlink()
+        for left in sorted(old.iterdir()):
+            keep_aside(left, target)
+        old.rmdir()

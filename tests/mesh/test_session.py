@@ -1,10 +1,15 @@
 import os
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import gmsh
 import pytest
 
 from mesh.session import OPTIONS, MeshError, gmsh_session, stage
+
+ROOT = Path(__file__).parents[2]
 
 
 class PlantedError(Exception):
@@ -67,3 +72,18 @@ def test_stage_tells_where_why_and_what_to_do():
 def test_stage_leaves_errors_of_others_alone():
     with pytest.raises(KeyError, match="mine"), stage("generate", "refine"):
         raise KeyError("mine")
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_signal_reaches_its_handler_after_gmsh_was_open(name):
+    """In a process of its own: without the handler the signal ends it."""
+    program = f"""if True:
+        import os, signal
+        from mesh.session import gmsh_session
+        signal.signal(signal.{name}, lambda *_: print("reached"))
+        with gmsh_session():
+            os.kill(os.getpid(), signal.{name})
+        os.kill(os.getpid(), signal.{name})
+    """
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout == "reached\n" * 2

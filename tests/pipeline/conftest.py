@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from pipeline.cli import main
 from pipeline.options import RunOptions
 from pipeline.result import SensorResult
 from pipeline.storage.folder import output_folder
+from pipeline.storage.seal import sealed_mapping
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,8 +62,8 @@ class StandInRun:
 
     def __call__(self, design: Design, options: RunOptions) -> SensorResult:
         """Run nothing, or raise inside the output folder."""
-        with output_folder(options.out) as folder:
-            (folder / "report.json").write_text("{}", encoding="utf-8")
+        with output_folder(options.out, force=options.force) as folder:
+            (folder / "report.json").write_text(json.dumps(sealed_mapping({})), encoding="utf-8")
             if self.error is not None:
                 raise self.error
         self.asked.append((design, options))

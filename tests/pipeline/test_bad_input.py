@@ -151,13 +151,19 @@ def test_bad_design_file_is_refused(text, message, capsys, stand_in_run, tmp_pat
             ["view", "."],
             "PATH = '.': must hold a report.json that can be read (FileNotFoundError); name an output folder",
         ),
-        (["check", "a.stl"], "PATH = 'a.stl': must be an existing file or folder; name an output folder, or a STEP or"),
+        (
+            ["check", "a.stl"],
+            "PATH = 'a.stl': must be an existing file or folder; name an output folder, or a STEP, STL or",
+        ),
         (
             ["check", ".", "--process", "sla-resin"],
             "--process = 'sla-resin': must be left out for a folder; its design",
         ),
         (["run", "--tol"], "--tol: expected one argument; must be as in the example of pipeline run -h"),
-        (["view", ".", "--pgn", "x"], "--pgn: unknown flag; must be one of --help, --png; did you mean --png?"),
+        (
+            ["view", ".", "--pgn", "x"],
+            "--pgn: unknown flag; must be one of --help, --png, --force; did you mean --png?",
+        ),
         (["doctor", "--json"], "--json: unknown flag; must be one of --help; did you mean --help?"),
     ],
 )
@@ -169,7 +175,8 @@ def test_output_folder_with_foreign_files_is_refused(capsys, stand_in_run, tmp_p
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("precious", encoding="utf-8")
     message = (
-        "--out = '.*mine': must be a new or empty folder or one that this program wrote, and it holds 'thesis.tex'; "
+        "--out = '.*mine': must be a new or empty folder, or one with the unchanged files of its last run, "
+        "and it holds 'thesis.tex'; "
     )
     refused(["run", "--out", "mine"], message + "name another folder with --out", capsys, stand_in_run)
 

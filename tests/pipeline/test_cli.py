@@ -12,7 +12,7 @@ import pytest
 
 import pipeline.bench.bench
 import pipeline.bench.hard.suite
-import pipeline.commands.check
+import pipeline.commands.limited_check
 import pipeline.commands.machine
 import pipeline.commands.pictures
 from cad.design.parameters import Design
@@ -169,9 +169,14 @@ def test_closed_pipe_keeps_the_verdicts_code(tmp_path):
 @pytest.mark.parametrize(
     ("words", "module", "function", "seen"),
     [
-        ("bench --json", pipeline.bench.bench, "bench", ((), {"as_json": True})),
-        ("bench --out there", pipeline.bench.bench, "bench", ((), {"as_json": False, "out": Path("there")})),
-        ("bench --hard", pipeline.bench.hard.suite, "hard", ((), {"as_json": False})),
+        ("bench --json", pipeline.bench.bench, "bench", ((), {"as_json": True, "force": False})),
+        (
+            "bench --out there",
+            pipeline.bench.bench,
+            "bench",
+            ((), {"as_json": False, "force": False, "out": Path("there")}),
+        ),
+        ("bench --hard --force", pipeline.bench.hard.suite, "hard", ((), {"as_json": False, "force": True})),
         ("doctor", pipeline.commands.machine, "print_examination", ((), {})),
     ],
 )
@@ -187,9 +192,9 @@ def test_check_hands_a_file_to_the_rules_of_its_process(words, process, tmp_path
     part = tmp_path / "part.step"
     part.touch()
     calls = []
-    monkeypatch.setattr(pipeline.commands.check, "check_one_file", lambda *each: calls.append(each) or ())
+    monkeypatch.setattr(pipeline.commands.limited_check, "verdicts_apart", lambda *each: calls.append(each) or ())
     assert settle(["check", str(part), "--json", *words.split()], capsys) == (0, "[]\n", "")
-    assert calls == [(part, PROCESSES[process])]
+    assert calls == [(part, process)]
 
 
 def test_view_shows_a_window_or_writes_the_pictures_that_it_names(monkeypatch, capsys):
@@ -197,14 +202,14 @@ def test_view_shows_a_window_or_writes_the_pictures_that_it_names(monkeypatch, c
     stand_ins = {
         "pictures": lambda folder: ["picture", folder],
         "show_pictures": lambda *each: calls.append(each),
-        "write_pictures": lambda shown, folder: calls.append((shown, folder)) or [folder / "housing.png"],
+        "write_pictures": lambda shown, folder, force: calls.append((shown, folder, force)) or [folder / "housing.png"],
     }
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(pipeline.commands.pictures, name, stand_in)
     folder = Path("outputs/paper")
     assert settle(["view", str(folder)], capsys) == (0, "", "")
     assert settle(["view", str(folder), "--png", "p"], capsys) == (0, "p/housing.png\n", "")
-    assert calls == [(["picture", folder], "paper"), (["picture", folder], Path("p"))]
+    assert calls == [(["picture", folder], "paper"), (["picture", folder], Path("p"), False)]
 
 
 def test_processes_are_listed_with_every_number(capsys):

@@ -19,8 +19,10 @@ from pipeline.bench.hard.flexure import design_checks, grounded_checks, jittered
 from pipeline.bench.hard.press import level_checks, press_checks
 from pipeline.bench.hard.reference_check import HardCase, Outcome, ReferenceCheck, evaluate
 from pipeline.bench.table import Sheet, page, percent, publish, signed_percent
+from pipeline.storage.placed_files import refuse_taken
 
 OUT = Path("outputs") / "bench"
+FILES = ("hard-cases.md", "hard.json")
 CASES = Path(__file__).with_name("cases.toml")
 CHECKS: Mapping[str, Callable[..., Sequence[ReferenceCheck]]] = {
     "paper": paper_checks,
@@ -47,16 +49,21 @@ NOTES = (
 )
 
 
-def hard(*, as_json: bool, out: Path = OUT, cases: Iterable[HardCase] | None = None) -> int:
-    """Evaluate every case, print them or JSON, write hard-cases.md and hard.json; return 0, or 1 where one is wrong."""
+def hard(*, as_json: bool, out: Path = OUT, cases: Iterable[HardCase] | None = None, force: bool = False) -> int:
+    """Evaluate every case, print them or JSON, write hard-cases.md and hard.json; return 0, or 1 where one is wrong.
+
+    Raises InputError where the folder has other files of these names and `force` does not keep them as NAME.bak.
+    """
+    if not force:
+        refuse_taken(out, FILES, "--out")
     outcomes = []
     for case in every_case() if cases is None else cases:
         outcomes.append(evaluate(case))
         print(f"  {outcomes[-1].verdict:12} {case.name}", file=sys.stderr, flush=True)
     sheet = hard_sheet(outcomes)
     text = json.dumps({"schema": 1, "cases": list(sheet.records)}, indent=2, allow_nan=False)
-    files = {"hard-cases.md": page("Hard cases", INTRODUCTION, sheet.markdown()), "hard.json": text + "\n"}
-    publish(out, files, as_json=as_json)
+    files = dict(zip(FILES, (page("Hard cases", INTRODUCTION, sheet.markdown()), text + "\n"), strict=True))
+    publish(out, files, as_json=as_json, force=force)
     return 1 if any(outcome.verdict == "WRONG" for outcome in outcomes) else 0
 
 

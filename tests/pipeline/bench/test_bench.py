@@ -105,7 +105,9 @@ def test_peer_that_refuses_says_why_in_its_row(monkeypatch):
 def test_files_appear_whole_or_are_refused(tmp_path, capsys):
     publish(tmp_path / "a" / "b", {"x.md": "# text\n", "x.json": "{}\n"}, as_json=True)
     assert sorted(path.name for path in (tmp_path / "a" / "b").iterdir()) == ["x.json", "x.md"]
-    assert capsys.readouterr().out == "{}\n"
+    assert list(json.loads(capsys.readouterr().out)) == ["digest"]
+    publish(tmp_path / "a" / "b", {"x.md": "# text\n", "x.json": "{}\n"}, as_json=False)
+    assert "sha256" not in capsys.readouterr().out
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(InputError, match=r"--out = .*: must be a folder that can be written"):
         publish(tmp_path / "file", {"x.md": "text\n"}, as_json=False)

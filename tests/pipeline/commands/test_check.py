@@ -15,7 +15,7 @@ from cad.files.step import write_step
 from cad.parts.cover import cover_of, cover_part
 from cad.parts.sensor import Body
 from pipeline.cli import main
-from pipeline.commands.check import check_folder
+from pipeline.report.folder_check import check_folder
 from pipeline.report.outputs import write_outputs
 from pipeline.stages.solids import sensor_of
 
@@ -70,7 +70,8 @@ def test_missing_or_unreadable_housing_fails_and_is_no_error(name, folder):
     assert {"files.unchanged", "geometry.readable"} <= set(failed(folder))
     (folder / name).unlink()
     assert failed(folder) == ["files.unchanged", "geometry.readable"]
-    assert f"{name} cannot be measured, there is no such file" in check_folder(folder)[-1].reference
+    (unreadable,) = (verdict for verdict in check_folder(folder) if verdict.name == "geometry.readable")
+    assert f"{name} cannot be measured, there is no such file" in unreadable.reference
 
 
 def test_step_of_another_housing_fails_by_the_leaf_that_differs(folder, sensor, tmp_path):
@@ -125,7 +126,7 @@ def test_file_outside_the_folder_is_not_taken_for_one_inside(folder):
     outside = folder.parent / "secret"
     outside.write_text("x", encoding="utf-8")
     change_report(folder, files=[{"path": "../secret", "sha256": hashlib.sha256(b"x").hexdigest()}])
-    assert failed(folder) == ["files.unchanged"]
+    assert failed(folder) == ["files.unchanged", "report.digest"]
 
 
 @pytest.mark.parametrize("process", ["fdm-petg", "dmls-17-4ph"])

@@ -14,6 +14,7 @@ from cad.design.tips import Press, Tips
 from pipeline.options import RunOptions
 from pipeline.report.mapping import report_mapping
 from pipeline.report.outputs import write_outputs
+from pipeline.storage.seal import content_digest
 
 
 def written(result, folder):
@@ -32,7 +33,10 @@ def test_report_is_what_the_mapping_says_with_the_files_listed(made, tmp_path):
     assert [entry["path"] for entry in report.pop("files")] == ["design.toml", "response.csv"]
     plain = json.loads(json.dumps(report_mapping(result)))
     assert plain.pop("files") == []
+    digests = (report.pop("digest"), plain.pop("digest"))
     assert report == plain
+    assert digests[0] != digests[1]
+    assert digests[1] == content_digest({**plain, "files": []})
 
 
 def test_stiffnesses_are_in_newtons_per_metre_and_errors_in_per_cent():

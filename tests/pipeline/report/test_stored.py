@@ -12,8 +12,9 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
-from pipeline.report.outputs import file_digest, write_outputs
+from pipeline.report.outputs import write_outputs
 from pipeline.report.stored import StoredFile, StoredResponse, read_report
+from pipeline.storage.seal import file_digest
 
 GONE = "(left out)"
 

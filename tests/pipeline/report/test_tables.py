@@ -9,7 +9,8 @@ from stand_ins import GOOD, result_of
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings
 from pipeline.options import RunOptions
-from pipeline.report.tables import WIDTH, print_everything, print_summary, print_verdicts
+from pipeline.report.tables import print_everything, print_summary
+from pipeline.report.verdict_table import WIDTH, print_verdicts
 
 MOST_LINES = 24  # of a terminal as it opens
 PAPER_SPRINGS = Design(springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0))

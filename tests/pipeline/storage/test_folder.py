@@ -1,5 +1,6 @@
 """Outputs appear whole or not at all: refusals before the work, replacement after it, nothing left when it fails."""
 
+import json
 import os
 import signal
 import subprocess
@@ -11,17 +12,22 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.report.outputs import file_entries
 from pipeline.storage import folder as outputs
 from pipeline.storage.folder import OutputError, output_folder
 from pipeline.storage.interruption import Interrupted, interruptible
+from pipeline.storage.seal import sealed_mapping
 
 ROOT = Path(__file__).parents[3]
 WAIT = 30.0  # seconds until a child process is given up
 
 
-def fill(folder: Path, text: str = "new") -> None:
-    (folder / "report.json").write_text(text, encoding="utf-8")
-    (folder / "housing.stl").write_text(text, encoding="utf-8")
+def fill(folder: Path, text: str = "new", *more: str) -> None:
+    """Write files and a report that lists them, as a run does."""
+    for name in ("housing.stl", *more):
+        (folder / name).write_text(text, encoding="utf-8")
+    report = sealed_mapping({"text": text, "files": file_entries(folder)})
+    (folder / "report.json").write_text(json.dumps(report), encoding="utf-8")
 
 
 def ours(place: Path, text: str = "old") -> Path:
@@ -31,7 +37,7 @@ def ours(place: Path, text: str = "old") -> Path:
 
 
 def text_of(place: Path) -> str:
-    return (place / "report.json").read_text(encoding="utf-8")
+    return (place / "housing.stl").read_text(encoding="utf-8")
 
 
 def everything_in(folder: Path) -> list[str]:
@@ -112,8 +118,9 @@ def test_empty_folder_is_filled(tmp_path):
 
 
 def test_old_outputs_are_replaced_and_not_mixed(tmp_path):
-    target = ours(tmp_path / "out")
-    (target / "response.csv").write_text("old", encoding="utf-8")
+    target = tmp_path / "out"
+    target.mkdir()
+    fill(target, "old", "response.csv")
     with output_folder(target) as folder:
         assert text_of(target) == "old"
         fill(folder)
@@ -153,16 +160,26 @@ def test_failure_leaves_nothing_where_nothing_was(tmp_path):
     assert everything_in(tmp_path) == []
 
 
-FOREIGN = ["notes.txt", "housing.f3d", ".hidden", "pictures/holiday.jpg", "sub/report.json", "report.json/inner"]
+FOREIGN = [
+    "notes.txt",
+    "housing.f3d",
+    ".hidden",
+    "pictures/holiday.jpg",
+    "sub/report.json",
+    "report.json/inner",
+    "housing.step",
+]
 
 
 @pytest.mark.parametrize("name", FOREIGN)
 def test_folder_with_a_foreign_file_is_refused_before_the_work(name, tmp_path):
     target = tmp_path / "out"
-    (target / name).parent.mkdir(parents=True)
+    target.mkdir()
+    fill(target, "old")
+    if name.startswith("report.json"):
+        (target / "report.json").unlink()
+    (target / name).parent.mkdir(exist_ok=True)
     (target / name).write_text("precious", encoding="utf-8")
-    if not name.startswith("report.json"):
-        fill(target, "old")
     before = everything_in(tmp_path)
     with pytest.raises(OutputError, match=r"--out = '.*out': must be .*holds '.*'.*; name another folder") as caught:
         attempt(target)
@@ -194,8 +211,8 @@ def test_file_that_comes_during_the_work_is_not_lost(tmp_path):
 
 
 def test_name_that_the_next_run_would_refuse_is_found_at_once(tmp_path):
-    with pytest.raises(ValueError, match=r"'scratch.dat': must have a name in pipeline.storage.folder.OURS"):
-        attempt(tmp_path / "out", lambda folder: (folder / "scratch.dat").touch())
+    with pytest.raises(ValueError, match=r"'scratch.dat': must be listed in report.json; write it before the report"):
+        attempt(tmp_path / "out", lambda folder: (fill(folder), (folder / "scratch.dat").touch()))
     assert everything_in(tmp_path) == []
 
 
@@ -403,5 +420,6 @@ def test_two_runs_at_once_end_with_one_whole_result_each_time(tmp_path):
         thread.join()
     assert len(written) + len(refused) == 40
     assert written
-    assert text_of(target) == (target / "housing.stl").read_text(encoding="utf-8")
+    report = json.loads((target / "report.json").read_text(encoding="utf-8"))
+    assert text_of(target) == report["text"]
     assert everything_in(tmp_path) == ["out", "out/housing.stl", "out/report.json"]

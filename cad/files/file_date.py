@@ -1,0 +1,19 @@
+"""The date that a file carries: one that only its environment decides, so that the same part gives the same bytes."""
+
+import os
+from datetime import UTC, datetime
+
+from cad.quantity import fault
+
+NAME = "SOURCE_DATE_EPOCH"  # https://reproducible-builds.org/specs/source-date-epoch/
+FIRST_DAY = 1577836800  # 2020-01-01, where it is not set
+_LAST_SECOND = 253402300799  # of the year 9999
+
+
+def file_date() -> datetime:
+    """Return the date of files: SOURCE_DATE_EPOCH [s since 1970], or a fixed day; raises InputError for no time."""
+    text = os.environ.get(NAME, str(FIRST_DAY))
+    digits = text.strip()
+    if not (digits.isascii() and digits.isdecimal() and int(digits[:20]) <= _LAST_SECOND):
+        raise fault(NAME, text, "s", f"a whole number from 0 to {_LAST_SECOND}", "unset it, or give seconds since 1970")
+    return datetime.fromtimestamp(int(digits), tz=UTC)
