@@ -44,19 +44,25 @@ def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: tuple[
 
 
 def _lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: tuple[bool, bool], steps: BodySteps) -> Lines:
-    fruit, least = shape.fruit, min(load.deviation for load in loads)
+    least = min(load.deviation for load in loads)
+    extents = shape.fruit.length_mm, shape.fruit.width_mm, shape.fruit.depth_mm
+    size = partial(_step, least=least, steps=steps)
     lines = []
-    for axis, extent in enumerate((fruit.length_mm, fruit.width_mm)):
-        places = [(load.x, load.y)[axis] for load in loads]
-        through = [-0.5 * extent, 0.5 * extent, *places]
-        if fruit.whole:
-            through += [-shape.core[axis], shape.core[axis]]
-        if mirrored[axis]:
-            through = [0.0, *(place for place in through if place > 0.0)]
-        size = partial(_step, places=np.array(places), extent=extent, least=least, steps=steps)
-        lines.append(_through(_apart(sorted(through), LEAST_STEP * least), size, steps.share))
-    size = partial(_step, places=np.zeros(1), extent=fruit.depth_mm, least=least, steps=steps)
-    return lines[0], lines[1], graded_line(0.0, fruit.depth_mm, size, steps.share)
+    for axis, half in enumerate(mirrored):
+        places = np.array([(load.x, load.y)[axis] for load in loads])
+        through = _apart(_marks(shape, axis, places, half), LEAST_STEP * least)
+        lines.append(_line(through, partial(size, places=places, extent=extents[axis]), steps.share))
+    down = partial(size, places=np.zeros(1), extent=extents[2])
+    return lines[0], lines[1], graded_line(0.0, extents[2], down, steps.share)
+
+
+def _marks(shape: CurvedShape, axis: int, places: Floats, half: bool) -> list[float]:
+    """Return the rising coordinates [mm] of one axis that lines should run through; from 0 on if `half`."""
+    end = 0.5 * (shape.fruit.length_mm, shape.fruit.width_mm)[axis]
+    marks = [-end, *places.tolist(), end]
+    if shape.fruit.whole:
+        marks += [-shape.core[axis], shape.core[axis]]
+    return sorted([0.0, *(mark for mark in marks if mark > 0.0)] if half else marks)
 
 
 def _apart(places: Sequence[float], least: float) -> list[float]:
@@ -68,7 +74,7 @@ def _apart(places: Sequence[float], least: float) -> list[float]:
     return [*kept, places[-1]]
 
 
-def _through(places: Sequence[float], size: Callable[[Floats], Floats], share: float) -> Floats:
+def _line(places: Sequence[float], size: Callable[[Floats], Floats], share: float) -> Floats:
     parts = [graded_line(start, end, size, share) for start, end in pairwise(places)]
     return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
 

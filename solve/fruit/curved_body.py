@@ -43,7 +43,8 @@ LOG_OFFSET = 0.06
 STEEPEST = math.tan(math.radians(30.0))
 LEAST_RADIUS = 4.0  # sides
 THICKEST = 1.9  # radii: beyond, a whole fruit stands on so small a base that it rocks on its rim
-OUTERMOST = 0.95  # of the cap of a whole fruit
+OUTERMOST = 0.68  # of the cap of a whole fruit: beyond, its mesh folds
+NEARER = "move the tips to the apex, or take a thicker fruit"
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,25 +72,28 @@ def curved_compliance(block: FruitCompliance, fruit: Fruit, footprints: Sequence
     S = block.S + found.change
     errors = SAFETY * relative_changes(found.step, S) + relative_changes(found.bound, S)
     pair, own = largest_errors(errors, len(S))
-    moved = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)
-    size = f"{fruit.length_mm:.4g} x {fruit.width_mm:.4g} x {fruit.depth_mm:.4g} mm"
-    status = (
-        f"a block of {size} ({block.info.status}), to which the shape of the {fruit.shape} adds {moved:+.2f} % of "
-        f"s11 - s12, known to {100.0 * pair:.2g} %, by bending a mesh of {found.dofs} dofs"
-    )
     info = SolveInfo(
         method=f"{block.info.method}, bent to the shape of the fruit",
         dofs=max(block.info.dofs, found.dofs),
         seconds=block.info.seconds + time.perf_counter() - start,
-        status=status,
+        status=_status(block, fruit, found, pair),
     )
-    return FruitCompliance(
-        tips=block.tips,
+    return replace(
+        block,
         S=S,
         error_pair=block.error_pair + pair,
         error_own=block.error_own + own,
         info=info,
         shape_change=found.change,
+    )
+
+
+def _status(block: FruitCompliance, fruit: Fruit, found: ShapeChange, error: float) -> str:
+    added = 100.0 * (block.K_m_over_E() / replace(block, S=block.S + found.change).K_m_over_E() - 1.0)
+    size = f"{fruit.length_mm:.4g} x {fruit.width_mm:.4g} x {fruit.depth_mm:.4g} mm"
+    return (
+        f"a block of {size} ({block.info.status}), to which the shape of the {fruit.shape} adds {added:+.2f} % of "
+        f"s11 - s12, known to {100.0 * error:.2g} %, by bending a mesh of {found.dofs} dofs"
     )
 
 
@@ -116,16 +120,20 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     if fruit.whole and fruit.depth_mm > THICKEST * radius:
         bound = f"at most {THICKEST:g} fruit.radius_mm = {THICKEST * radius:g} mm for a whole fruit"
         raise fault(fruit.depth_key, fruit.depth_mm, "mm", bound, "let it stand on a wider base")
-    shape = CurvedShape(fruit, (0.0, 0.0))
+    shape = CurvedShape(fruit, core_of(smooth_loads(fruit, footprints)))
     for footprint in footprints:
         if not shape.slope(footprint.x, footprint.y) <= STEEPEST:
             bound = f"where the skin falls by at most {math.degrees(math.atan(STEEPEST)):.0f} deg"
-            raise fault("centre of a tip, x", footprint.x, "mm", bound, "move the tips to the apex")
-    core = core_of(smooth_loads(fruit, footprints))
-    for name, reach, cap in zip(("x", "y"), core, shape.cap, strict=True):
-        if fruit.whole and reach > OUTERMOST * cap:
-            bound, place = f"at most {OUTERMOST * cap:.3g} mm on this whole fruit", f"reach of the tips along {name}"
-            raise fault(place, reach, "mm", bound, "move the tips to the apex")
+            raise fault("centre of a tip, x", footprint.x, "mm", bound, NEARER)
+    if fruit.whole:
+        _check_cap(shape)
+
+
+def _check_cap(shape: CurvedShape) -> None:
+    for axis, core, cap in zip(("x", "y"), shape.core, shape.cap, strict=True):
+        if core > OUTERMOST * cap:
+            bound, name = f"at most {OUTERMOST * cap:.3g} mm on this whole fruit", f"reach of the tips along {axis}"
+            raise fault(name, core, "mm", bound, NEARER)
 
 
 def core_of(loads: Sequence[SmoothLoad]) -> tuple[float, float]:
@@ -140,18 +148,19 @@ def _sharper(fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[Smoo
 
     Both have shape (tips, tips); the action of one tip on another does not depend on how sharp it is.
     """
-    shape, half_space = CurvedShape(fruit, (0.0, 0.0)), (1.0 - fruit.poisson**2) / math.pi
-    changes, bounds = [], []
-    for one, load in zip(footprints, loads, strict=True):
-        least, slope = least_deviation(one), shape.slope(one.x, one.y)
-        inverse = 0.5 * math.sqrt(math.pi) * (1.0 / least - 1.0 / load.deviation)
-        curvature = shape.mean_curvature(one.x, one.y)
-        logarithm = curvature * (math.log(load.deviation / least) - LOG_OFFSET)
-        sloped = half_space * inverse * (slope_factor(fruit.poisson, slope) - 1.0)
-        changes.append(sloped + log_coefficient(fruit.poisson, slope) * logarithm)
-        level = 0.5 * math.sqrt(math.pi) * half_space / least
-        bounds.append(level * (FLOOR + SECOND_ORDER * (one.side * curvature) ** 2))
-    return np.diag(changes), np.diag(bounds)
+    each = [_sharper_tip(fruit, one, load) for one, load in zip(footprints, loads, strict=True)]
+    return np.diag([change for change, _ in each]), np.diag([bound for _, bound in each])
+
+
+def _sharper_tip(fruit: Fruit, tip: Footprint, load: SmoothLoad) -> tuple[float, float]:
+    shape = CurvedShape(fruit, (0.0, 0.0))
+    slope, curvature = shape.slope(tip.x, tip.y), shape.mean_curvature(tip.x, tip.y)
+    least = least_deviation(tip)
+    level = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least  # compliance of the half-space
+    sloped = level * (1.0 - least / load.deviation) * (slope_factor(fruit.poisson, slope) - 1.0)
+    logarithm = math.log(load.deviation / least) - LOG_OFFSET
+    bound = level * (FLOOR + SECOND_ORDER * (tip.side * curvature) ** 2)
+    return sloped + log_coefficient(fruit.poisson, slope) * curvature * logarithm, bound
 
 
 def bent_change(

@@ -15,6 +15,9 @@ from solve.arrays import Floats
 
 Plan = tuple[float, float]
 
+CORE_OF_CAP = 0.65  # the core of a cap that is as large as it should be for its core
+CAP_OF_SKIN = 0.85  # the largest cap, in arc from the apex to the base
+
 
 @dataclass(frozen=True)
 class CurvedShape:
@@ -40,8 +43,13 @@ class CurvedShape:
 
     @property
     def cap_angle(self) -> float:
-        """Return the angle from the apex to the rim of the cap [rad]: skin and sides of the block are about as long."""
-        return self.base_angle / (1.0 + 2.0 * self.base_angle / math.pi)
+        """Return the angle from the apex to the rim of the cap [rad]: skin and sides of the block are about as long.
+
+        The cap is larger where the core asks for it, as long as sides are left.
+        """
+        even = self.base_angle / (1.0 + 2.0 * self.base_angle / math.pi)
+        held = max(core / (CORE_OF_CAP * axis) for core, axis in zip(self.core, self.semi_axes[:2], strict=True))
+        return min(CAP_OF_SKIN * self.base_angle, max(even, math.asin(min(1.0, held))))
 
     @property
     def cap(self) -> Plan:
@@ -79,19 +87,32 @@ class CurvedShape:
         sizes = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
         u, v = _disc(points[:2], sizes, np.array(self.core), np.array(self.cap))
         share, down = u**2 + v**2, points[2] / self.fruit.depth_mm
-        a, b, c = self.semi_axes
-        cap, base = self.cap_angle, self.base_angle
-        angle = cap + (base - cap) * down
-        near_axis = math.sin(cap) + (math.sin(base) - math.sin(cap)) * down**2
-        reach = (1.0 - share) * near_axis + share * np.sin(angle)
-        top = self._fall(a * math.sin(cap) * u, b * math.sin(cap) * v)
-        straight = (1.0 - down) * (1.0 - math.cos(cap)) + down * (1.0 - math.cos(base))
-        z = (1.0 - down) * top + down * self.fruit.depth_mm + share * c * (1.0 - np.cos(angle) - straight)
-        return np.stack([a * reach * u, b * reach * v, z])
+        a, b, _ = self.semi_axes
+        reach = self._reach(share, down)
+        top = self._fall(self.cap[0] * u, self.cap[1] * v)
+        depth = (1.0 - down) * top + down * self.fruit.depth_mm + share * self._bulge(down)
+        return np.stack([a * reach * u, b * reach * v, depth])
+
+    def _reach(self, share: Floats, down: Floats) -> Floats:
+        """Return the radius of discs [1 of the ellipsoid]: that of the skin at its rim, rising slowly at its axis."""
+        cap, base = math.sin(self.cap_angle), math.sin(self.base_angle)
+        reach: Floats = (1.0 - share) * (cap + (base - cap) * down**2) + share * np.sin(self._angle(down))
+        return reach
+
+    def _bulge(self, down: Floats) -> Floats:
+        """Return how much lower the skin beside the cap lies than a straight line from its rim to the base [mm]."""
+        rim, base = 1.0 - math.cos(self.cap_angle), 1.0 - math.cos(self.base_angle)
+        straight = (1.0 - down) * rim + down * base
+        bulge: Floats = self.semi_axes[2] * (1.0 - np.cos(self._angle(down)) - straight)
+        return bulge
+
+    def _angle(self, down: Floats) -> Floats:
+        angle: Floats = self.cap_angle + (self.base_angle - self.cap_angle) * down
+        return angle
 
 
 def _disc(plan: Floats, sizes: Floats, core: Floats, cap: Floats) -> Floats:
-    """Return where points of a rectangle lie on the unit disc [1], shape (2, n): the core keeps its place times 1/cap.
+    """Return where points of a rectangle lie on the unit disc [1], shape (2, points): the core keeps its place times 1/cap.
 
     Outside the core this is the elliptical map of a square on a disc.
     """

@@ -52,11 +52,16 @@ def line_shares(line: Floats, place: float, deviation: float, sign: int) -> tupl
     t, steps = 0.5 * (points + 1.0), np.diff(line)[:, None]
     s = line[:-1, None] + steps * t
     density = _normal(s - place, deviation) + sign * _normal(s + place, deviation)
-    weighted = 0.5 * steps * weights * density
+    local = (0.5 * steps * weights * density) @ _shapes(t).T
     shares = np.zeros(len(nodes))
-    for node, shape in enumerate(((1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0))):
-        shares[node : node + 2 * len(steps) : 2] += weighted @ shape
+    for node in range(3):
+        shares[node : node + 2 * len(steps) : 2] += local[:, node]
     return nodes, shares
+
+
+def _shapes(t: Floats) -> Floats:
+    """Return the shape functions of a quadratic element at places t on (0, 1), shape (3, places)."""
+    return np.stack([(1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0)])
 
 
 def _normal(distance: Floats, deviation: float) -> Floats:
