@@ -12,8 +12,9 @@ from mesh.volume import volume_mesh
 from pipeline.options import CONTACT_METHODS, CONTACT_SHARE, DEFAULT_TOLERANCE, RunOptions
 from pipeline.storage.cache import cached
 from solve.fruit.compliance import FruitCompliance
+from solve.fruit.curved_body import curved_compliance
 from solve.fruit.direct import direct_compliance
-from solve.fruit.split import SplitDomainError, split_compliance
+from solve.fruit.split import SplitDomainError, split_compliance, tip_footprints
 
 _FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest mesh, 31 edges, misses 0.7 %
 _IRRELEVANT = {"E_max_MPa", "E_MPa", "bruise_limit_MPa", "gap_mm"}  # the compliance times E does not depend on them
@@ -35,24 +36,24 @@ def _relevant(record: Fruit | Tips) -> dict[str, object]:
 def contact_compliance(
     fruit: Fruit, tips: Tips, method: str = "auto", tolerance: float = CONTACT_SHARE * DEFAULT_TOLERANCE
 ) -> FruitCompliance:
-    """Return the compliance [1/mm] that sizes the springs: of a block under level tips with sharp flat faces.
+    """Return the compliance [1/mm] that sizes the springs: under level tips with sharp flat faces, pressed vertically.
 
-    A curved fruit stands for the block of its plan and thickness, a filleted tip for the sharp one, a spherical tip
-    for the cylinder of its diameter; the status says so. "auto" takes the split in its domain, on the coarsest mesh
-    whose error meets the relative tolerance, else direct finite elements. Raises InputError for an unknown method, or
-    where "split" is asked for outside its domain.
+    A curved fruit is the block of its plan and thickness plus what its shape changes, a filleted tip stands for the
+    sharp one, a spherical tip for the cylinder of its diameter; the status says so. "auto" takes the split in its
+    domain, on the coarsest mesh whose error meets the relative tolerance, else direct finite elements. Raises
+    InputError for an unknown method, where "split" is asked for outside its domain, or for a curved fruit outside that
+    of its own (`solve/fruit/curved_body.py`).
     """
     if method not in CONTACT_METHODS:
         raise fault("contact method", method, "", f"one of {', '.join(CONTACT_METHODS)}", "auto fits every scene")
     block, flat = fruit.equivalent_block, tips.flat
     compliance = _flat_compliance(block, flat, method, tolerance)
-    simplified = []
     if block != fruit:
-        size = f"{block.length_mm:g} x {block.width_mm:g} x {block.height_mm:g} mm"
-        simplified.append(f"the {fruit.shape} counts as a block of {size}")
+        compliance = curved_compliance(compliance, fruit, tip_footprints(flat))
     if flat != tips:
-        simplified.append(f"the tips count as a sharp {flat.shape} of {flat.side_mm:g} mm")
-    return _with_status(compliance, "; ".join([*simplified, compliance.info.status]))
+        said = f"the tips count as a sharp {flat.shape} of {flat.side_mm:g} mm; {compliance.info.status}"
+        compliance = _with_status(compliance, said)
+    return compliance
 
 
 def _with_status(compliance: FruitCompliance, status: str) -> FruitCompliance:

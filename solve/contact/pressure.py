@@ -37,7 +37,7 @@ def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: 
     """
     if not E > 0.0:
         raise fault("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
-    _, grid = scene_cells(scene, compliance.S, x)
+    _, grid = scene_cells(scene, compliance, x)
     springs = E * np.asarray(C, dtype=np.float64)
     state = UnilateralContact(grid.cells).solve(interference(scene, grid, x), springs + grid.compliance_correction)
     across = len(grid.edges) - 1

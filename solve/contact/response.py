@@ -41,7 +41,7 @@ def scene_response(
     if scene.linear:
         exact = linear_response(compliance.S, C, moduli, x, scene.ahead_mm or 0.0, kinds=kinds)
         return replace(exact, F_error=exact.F_error + known, P_error=exact.P_error + known)
-    grids = scene_cells(scene, compliance.S, float(x.max(initial=0.0)))
+    grids = scene_cells(scene, compliance, float(x.max(initial=0.0)))
     coarse, fine = (_on_grid(scene, grid, C, moduli, x, kinds) for grid in grids)
     force_step, largest_P_step = _largest_steps(coarse, fine)
     return replace(

@@ -1,7 +1,7 @@
 """A scene of contact: fruit, tips and press; the cells of the tips and how far each lies from the fruit.
 
-A curved fruit answers as the block of its plan and thickness, to which its shape adds the gap under each tip: its
-own curvature moves K_m by 0.2 % at a radius of 35 mm, its slope under a tip far more. Travel x counts from
+The cells of a curved fruit lie on the block of its plan and thickness; its shape adds the gap under each tip, and the
+change that its body makes to the answer to a level press. Travel x counts from
 the first touch of a level sensor.
 """
 
@@ -18,6 +18,7 @@ from solve.arrays import Floats
 from solve.contact.cells import ContactCells, contact_cells, folded, smooth_compliance
 from solve.contact.gap import cap_gap, cap_slope, cube_gap, cylinder_gap, sphere_gap
 from solve.contact.unilateral import housing_travel
+from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
 from solve.fruit.split import SplitDomainError, check_domain
 from solve.halfspace.punch import graded_edges
@@ -136,7 +137,8 @@ class SceneCells:
 
     `edges` [mm] are the lines of cells from the centre of a tip, alike along and across; `gap` (cells,) [mm] counts
     from first touch, infinite without a face; `compliance_correction` (tips, tips), times E [1/mm],
-    makes the cells answer a level press as the compliance does.
+    makes the cells of flat tips answer a level press as the compliance does; cells of spheres get the change by the
+    shape of the fruit alone.
     """
 
     cells: ContactCells
@@ -145,8 +147,8 @@ class SceneCells:
     compliance_correction: Floats
 
 
-def scene_cells(scene: Scene, S: Floats, farthest: float) -> tuple[SceneCells, SceneCells]:
-    """Return a coarse and a fine grid of cells for travels up to `farthest` [mm]; S of shape (tips, tips) [1/mm].
+def scene_cells(scene: Scene, compliance: FruitCompliance, farthest: float) -> tuple[SceneCells, SceneCells]:
+    """Return a coarse and a fine grid of cells for travels up to `farthest` [mm]; `compliance` is that of flat tips.
 
     Raises InputError when the scene is too steep, or outside the domain of the split.
     """
@@ -163,7 +165,9 @@ def scene_cells(scene: Scene, S: Floats, farthest: float) -> tuple[SceneCells, S
     counts = CELLS["mirrored" if scene.mirrored else "rolled"]
     lines = tuple(tuple(graded_edges(count, GRADINGS[scene.tips.shape]).tolist()) for count in counts)
     grids = _grids(block, footprints, lines, scene.mirrored)
-    coarse, fine = (_gaps(scene, cells, side * np.array(edges), S) for cells, edges in zip(grids, lines, strict=True))
+    coarse, fine = (
+        _gaps(scene, cells, side * np.array(edges), compliance) for cells, edges in zip(grids, lines, strict=True)
+    )
     return coarse, fine
 
 
@@ -199,14 +203,14 @@ def _grids(
     return tuple(folded(cells) if mirrored else cells for cells in grids)
 
 
-def _gaps(scene: Scene, cells: ContactCells, edges: Floats, S: Floats) -> SceneCells:
+def _gaps(scene: Scene, cells: ContactCells, edges: Floats, compliance: FruitCompliance) -> SceneCells:
     gap = scene.fruit_gap(*cells.places.T) + scene.tip_gap(*cells.local.T) - scene.first_touch_mm
-    correction = np.zeros_like(S)
+    correction = compliance.shape_change
     if scene.tips.shape != "sphere":
         faces = np.isfinite(gap)
         tips = cells.tips[faces]
         forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
-        correction = S - np.linalg.inv(tips.T @ forces)
+        correction = compliance.S - np.linalg.inv(tips.T @ forces)
     return SceneCells(cells, edges, gap, correction)
 
 

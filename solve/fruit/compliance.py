@@ -1,6 +1,6 @@
 """The compliance of the fruit: how far it is indented under each tip per force on each tip."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,7 +23,8 @@ class FruitCompliance:
     """Indentation of tip i per force on tip j, times the modulus E: S [1/mm], shape (tips, tips), read-only.
 
     `tips` names the tips in the order of S, from -x to +x. `error_pair` bounds s11 - s12 (the number that sizes the
-    springs) and `error_own` bounds s11, both relative to the value [1].
+    springs) and `error_own` bounds s11, both relative to the value [1]. `shape_change` is what the shape of a curved
+    fruit adds to S of its equivalent block, which is in S [1/mm], shape (tips, tips); zero for a block.
     """
 
     tips: tuple[str, ...] = TIPS
@@ -31,15 +32,19 @@ class FruitCompliance:
     error_pair: float
     error_own: float
     info: SolveInfo
+    shape_change: Floats = field(default_factory=lambda: np.zeros(()))
 
     def __post_init__(self) -> None:
-        """Take a read-only copy of S; raise ValueError unless it has a row and a column for each tip."""
-        S = np.array(self.S, dtype=np.float64)
-        if S.shape != (len(self.tips), len(self.tips)):
-            msg = f"S has shape {S.shape}: must have a row and a column for each of {len(self.tips)} tips; name them"
-            raise ValueError(msg)
-        S.flags.writeable = False
-        object.__setattr__(self, "S", S)
+        """Take read-only copies of the matrices; raise ValueError unless they have a row and a column for each tip."""
+        change = self.shape_change if np.ndim(self.shape_change) else np.zeros(np.shape(self.S))
+        for name, matrix in (("S", self.S), ("shape_change", change)):
+            copied = np.array(matrix, dtype=np.float64)
+            if copied.shape != (len(self.tips), len(self.tips)):
+                bound = f"must have a row and a column for each of {len(self.tips)} tips; name them"
+                msg = f"{name} has shape {copied.shape}: {bound}"
+                raise ValueError(msg)
+            copied.flags.writeable = False
+            object.__setattr__(self, name, copied)
 
     @property
     def crosstalk(self) -> float:

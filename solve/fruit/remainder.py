@@ -116,7 +116,7 @@ def remainder_compliance(mesh: Mesh, poisson: float, loads: Floats, parities: Se
     compliances = []
     for parity in parities:
         side, base = _sum_of_images(on_side, parity), _sum_of_images(on_base, parity)
-        compliances.append(block.compliance(side, base, _mirror_dofs(block.basis, parity)))
+        compliances.append(block.compliance(side, base, mirror_dofs(block.basis, parity)))
     _check_reciprocity(compliances)
     return Remainder(tuple(0.5 * (one + one.T) for one in compliances), int(block.basis.N))
 
@@ -187,7 +187,7 @@ def _sum_of_images(fields: dict[tuple[int, int], HalfSpaceField], parity: Parity
     )
 
 
-def _mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
+def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
     """Return the dofs that vanish on the mirror planes: across the plane when even, along it when odd."""
     dofs = [np.zeros(0, dtype=np.int64)]
     for axis, (name, sign) in enumerate(zip(PLANES, parity, strict=True)):

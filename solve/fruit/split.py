@@ -175,19 +175,29 @@ def level_errors(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading
     between = nodes_between(footprints)
     nodes = max(footprint.punch(between).error for footprint in footprints) + NODE_ERROR
     half_space = level_compliance(footprints, fruit.poisson, np.zeros(()), between)
-    share = _relative(fine - half_space, fine)
+    share = relative_changes(fine - half_space, fine)
     if grading == ROUGH:
         error = ROUGH_SHARE * float(share.max()) + nodes
         return error, error
     least = LEAST_SHARE * (grading.step / LEVELS[0].step) ** ORDER * 0.5 * (share + share.max())
-    step = _relative(fine - footprint_compliance(fruit, footprints, grading.coarser()).S, fine)
-    errors = SAFETY * np.maximum(step, least) + nodes
-    own = float(errors[-len(footprints) :].max())
-    return float(errors[: -len(footprints)].max(initial=0.0)) or own, own
+    step = relative_changes(fine - footprint_compliance(fruit, footprints, grading.coarser()).S, fine)
+    return largest_errors(SAFETY * np.maximum(step, least) + nodes, len(footprints))
 
 
-def _relative(change: Floats, S: Floats) -> Floats:
-    """Return what a change of S is of the mean of s_ii and s_jj less s_ij, for each pair, and of each s_ii [1]."""
+def largest_errors(errors: Floats, tips: int) -> Errors:
+    """Return the largest error of pairs, or of single tips where there is no pair, and the largest of single tips [1].
+
+    `errors` are in the order of `relative_changes`.
+    """
+    own = float(errors[-tips:].max())
+    return float(errors[:-tips].max(initial=0.0)) or own, own
+
+
+def relative_changes(change: Floats, S: Floats) -> Floats:
+    """Return what a change of S is of the mean of s_ii and s_jj less s_ij, for each pair, then of each s_ii [1].
+
+    Both have shape (tips, tips) and one unit.
+    """
     units = np.eye(len(S))
     pressed = [units[i] - units[j] for i, j in itertools.combinations(range(len(S)), 2)]
     return np.array([abs((load @ change @ load) / (load @ S @ load)) for load in (*pressed, *units)])

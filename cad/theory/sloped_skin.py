@@ -1,0 +1,51 @@
+"""What slope and curvature of the skin under a tip do to a half-space that is pressed along the vertical.
+
+Compliances of a half-space under two places a distance r apart, seen from above, are c / r. On a slope c depends on the
+direction; under tips alike along and across its mean over all directions counts. A curved skin adds a term -C H ln r.
+"""
+
+import math
+
+_DIRECTIONS = 64  # of a smooth periodic function: its mean is exact to rounding
+
+
+def slope_factor(poisson: float, slope: float) -> float:
+    """Return vertical compliance on a skin that falls by `slope` [1], over that of a level one [1]; load vertical.
+
+    The load has a part along the normal and one down the slope: K. L. Johnson, Contact Mechanics (1985), equations
+    (3.22) and (3.75), doi:10.1017/CBO9781139171731.
+    """
+    sine_squared = slope**2 / (1.0 + slope**2)
+    share = sine_squared * poisson / (1.0 - poisson)
+    directions = _stretched(slope)
+    return sum((1.0 + share * (along / r) ** 2) / r for along, r in directions) / _DIRECTIONS
+
+
+def log_coefficient(poisson: float, slope: float) -> float:
+    """Return C [1]: a skin of mean curvature H [1/mm] adds -C H ln(r) to vertical compliance times E [1/mm].
+
+    Removing the skin below the tangent plane, H r^2 deep, frees the strain energy 1/2 sigma:eps there of two unit loads
+    (shape derivative); surface stress of normal and tangential loads: Johnson (3.20) and (3.76).
+    """
+    cosine_squared = 1.0 / (1.0 + slope**2)
+    free = 1.0 - 2.0 * poisson
+    normal = free**2 * (1.0 + poisson) / (2.0 * math.pi)
+    tangential = ((3.0 + poisson) * free**2 + 12.0 * poisson * free + 18.0 * poisson**2) / (4.0 * math.pi)
+    return cosine_squared * normal + (1.0 - cosine_squared) * tangential
+
+
+def frictionless_press(poisson: float, slope: float) -> float:
+    """Return how much stiffer the fruit is to a guided tip that slides on a slope [1] than to a vertical load [1].
+
+    A tip without friction presses along the normal: going down by d it presses by d cos(slope) along the normal, and of
+    its force the share cos(slope) is vertical, the rest is borne by the guide. Negative: -sin^2 as a rule.
+    """
+    normal = sum(1.0 / r for _, r in _stretched(slope)) / _DIRECTIONS
+    return slope_factor(poisson, slope) / ((1.0 + slope**2) * normal) - 1.0
+
+
+def _stretched(slope: float) -> list[tuple[float, float]]:
+    """Return what a unit step seen from above is on the slope, down the slope and in length, in each direction [1]."""
+    angles = [math.pi * (count + 0.5) / _DIRECTIONS for count in range(_DIRECTIONS)]
+    steps = [(math.cos(angle) * math.hypot(1.0, slope), math.sin(angle)) for angle in angles]
+    return [(along, math.hypot(along, across)) for along, across in steps]

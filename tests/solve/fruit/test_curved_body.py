@@ -1,0 +1,143 @@
+"""The change by the shape of a fruit: limits, symmetry, its bar against finer meshes, and planted faults."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import solve.fruit.curved_body
+import solve.fruit.smooth_load
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
+from cad.quantity import InputError
+from solve.fruit.body_lines import BodySteps
+from solve.fruit.curved_body import SAFETY, ShapeChange, bent_change, curved_compliance, shape_change
+from solve.fruit.footprints import Footprint
+from solve.fruit.smooth_load import line_shares, smooth_loads
+from solve.fruit.split import LEVELS, footprint_compliance, relative_changes, split_compliance, tip_footprints
+from solve.linear import SolveError
+
+PIECE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0, thickness_mm=12.0)
+SMALL = dataclasses.replace(PIECE, radius_mm=15.0)
+BALL = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
+PAIR = tip_footprints(Tips())
+FINER = BodySteps(growth=0.5, largest=0.2, most_dofs=20_000)
+
+
+def block_S(fruit: Fruit, footprints=PAIR) -> np.ndarray:
+    return footprint_compliance(fruit.equivalent_block, footprints, LEVELS[0]).S
+
+
+def bars(found: ShapeChange, S: np.ndarray) -> np.ndarray:
+    return SAFETY * relative_changes(found.step, S) + relative_changes(found.bound, S)
+
+
+def missed(found: ShapeChange, truth: np.ndarray, S: np.ndarray) -> np.ndarray:
+    return relative_changes(found.change - truth, S)
+
+
+@pytest.fixture(scope="module", params=[PIECE, SMALL], ids=["R 35", "R 15"])
+def judged(request):
+    """Return the change of a piece, the same on a finer mesh, and the compliance of its block."""
+    finer = shape_change(request.param, PAIR, FINER)
+    return shape_change(request.param, PAIR), finer.change, block_S(request.param)
+
+
+def test_finer_mesh_lies_inside_the_bar(judged):
+    found, truth, S = judged
+    assert (missed(found, truth, S) <= bars(found, S)).all()
+    assert bars(found, S).max() <= 1e-3
+
+
+def test_bar_is_not_cheaply_wide(judged):
+    found, _, S = judged
+    assert (bars(found, S) <= 0.25 * relative_changes(found.change, S) + 3e-4).all()
+
+
+@pytest.mark.parametrize("fruit", [SMALL, dataclasses.replace(SMALL, poisson=0.45)], ids=["nu 0.3", "nu 0.45"])
+def test_sharpness_of_the_load_is_in_closed_form(fruit, monkeypatch):
+    """Loads half as wide need a finer mesh and a smaller closed form, and give the same."""
+    found, S = shape_change(fruit, PAIR), block_S(fruit)
+    monkeypatch.setattr(solve.fruit.smooth_load, "WIDEST", 1.5)
+    narrow = shape_change(fruit, PAIR, FINER).change
+    assert (missed(found, narrow, S) <= bars(found, S)).all()
+    monkeypatch.setattr(solve.fruit.curved_body, "log_coefficient", lambda *_: 0.0)
+    monkeypatch.setattr(solve.fruit.smooth_load, "WIDEST", 3.0)
+    without = shape_change(fruit, PAIR)
+    assert (missed(without, narrow, S) > bars(without, S)).any()
+
+
+def test_a_fruit_of_large_radius_is_its_block():
+    """The fall at the corner, 0.1 mm of 12, is what is left: the change of K_m goes with the curvature."""
+    nearly = dataclasses.replace(PIECE, radius_mm=1000.0)
+    found, S = shape_change(nearly, PAIR), block_S(nearly)
+    assert relative_changes(found.change, S).max() < 1.5e-4
+    assert (relative_changes(found.change, S) < 0.1 * relative_changes(shape_change(PIECE, PAIR).change, S)).all()
+
+
+def test_change_scales_with_one_over_length():
+    lengths = ("radius_mm", "length_mm", "width_mm", "thickness_mm", "height_mm")
+    large = dataclasses.replace(PIECE, **{name: 3.0 * getattr(PIECE, name) for name in lengths})
+    scaled = shape_change(large, tip_footprints(Tips(side_mm=3.0, spacing_mm=24.0)))
+    np.testing.assert_allclose(3.0 * scaled.change, shape_change(PIECE, PAIR).change, rtol=1e-6)
+
+
+def test_tips_on_a_turned_line_and_without_mirror_planes():
+    """The same pair along y, and a pair so little off the middle that no plane is left, give the same."""
+    found, S = shape_change(PIECE, PAIR), block_S(PIECE)
+    turned = shape_change(PIECE, [dataclasses.replace(one, x=0.0, y=one.x) for one in PAIR])
+    np.testing.assert_allclose(turned.change, found.change, rtol=1e-6)
+    moved = shape_change(PIECE, [dataclasses.replace(one, x=one.x + 1e-3, y=1e-3) for one in PAIR])
+    assert (missed(moved, found.change, S) <= bars(found, S)).all()
+
+
+def test_four_tips_of_a_square_are_alike():
+    square = [Footprint(x, y, 1.0) for x in (-3.0, 3.0) for y in (-3.0, 3.0)]
+    change = shape_change(BALL, square).change
+    np.testing.assert_allclose(change, change.T, rtol=1e-9)
+    np.testing.assert_allclose(np.diag(change), change[0, 0], rtol=1e-6)
+    np.testing.assert_allclose(change[0, 1], change[0, 2], rtol=1e-3)
+
+
+def test_compliance_carries_the_change_and_says_how_much():
+    block = split_compliance(PIECE.equivalent_block, Tips())
+    found = curved_compliance(block, PIECE, PAIR)
+    np.testing.assert_allclose(found.S - found.shape_change, block.S, rtol=1e-12)
+    assert block.error_pair < found.error_pair <= 1e-3
+    assert "a block of 20 x 20 x 12 mm (half-space in closed form" in found.info.status
+    assert "the shape of the sphere adds +0.16 % of s11 - s12" in found.info.status
+
+
+@pytest.mark.parametrize(
+    ("fruit", "tips", "says"),
+    [
+        (dataclasses.replace(BALL, thickness_mm=68.0), Tips(), "fruit.thickness_mm = 68 mm: must be at most 1.9 fruit"),
+        (SMALL, Tips(side_mm=4.0, spacing_mm=8.0), "fruit.radius_mm = 15 mm: must be at least 4 sides of a tip = 16"),
+        (SMALL, Tips(spacing_mm=16.0), "where the skin falls by at most 30 deg"),
+        (Fruit(shape="sphere", radius_mm=35.0, thickness_mm=1.3), Tips(), "reach of the tips along x = 6.9"),
+    ],
+)
+def test_what_is_not_solved_is_refused_in_one_line(fruit, tips, says):
+    block = split_compliance(PIECE.equivalent_block, Tips())
+    with pytest.raises(InputError, match=r"^[^\n]*$") as refusal:
+        curved_compliance(block, fruit, tip_footprints(tips))
+    assert says in str(refusal.value)
+
+
+def test_shares_of_a_line_are_the_moments_of_the_load():
+    """Quadratic functions are carried exactly: weight 1, centre and variance of the normal distribution."""
+    nodes, shares = line_shares(np.array([-10.0, -3.0, 2.0, 3.5, 10.0]), 2.0, 0.6, 0)
+    assert shares.sum() == pytest.approx(1.0, rel=1e-9)
+    assert shares @ nodes == pytest.approx(2.0, rel=1e-9)
+    assert shares @ (nodes - 2.0) ** 2 == pytest.approx(0.36, rel=1e-9)
+
+
+def test_a_fold_is_refused(monkeypatch):
+    def inside_out(_self, points):
+        return points * np.array([[1.0], [1.0], [1.0]]) - np.array([[0.0], [0.0], [2.0]]) * points[2] * (
+            points[0] > 5.0
+        )
+
+    monkeypatch.setattr(solve.fruit.curved_body.CurvedShape, "bent", inside_out)
+    with pytest.raises(SolveError, match=r"volume of a bent element = .* must be above 0"):
+        bent_change(PIECE, PAIR, smooth_loads(PIECE, PAIR), BodySteps())
