@@ -75,8 +75,9 @@ class Estimate:
         return Estimate(factor * self.value, factor * self.error, unit)
 
 
-LENGTH = Bounds(above=0.0, at_most=1000.0)
-MODULUS = Bounds(above=0.0, at_most=1e6)
+# Below, a length is one of atoms and a modulus that of a gas: nothing that these models solve.
+LENGTH = Bounds(at_least=1e-6, at_most=1000.0)
+MODULUS = Bounds(at_least=1e-6, at_most=1e6)
 
 
 def quantity(

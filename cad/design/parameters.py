@@ -18,7 +18,10 @@ from cad.theory.two_spring_law import PAPER_SPRINGS, Definition
 
 Mount = Literal["covers", "washers"]
 
-_STIFFNESS = Bounds(above=0.0, at_most=1e9)
+_STIFFNESS = Bounds(at_least=1e-6, at_most=1e9)
+# P must rise by more than a stiffness is known to, 0.1 %; beyond the limits of NL one spring is too stiff or too soft
+# by ten thousand times to be made or read.
+_FORCE_RATIO, _NONLINEARITY = Bounds(at_least=1.001, at_most=100.0), Bounds(at_least=1e-5, at_most=0.4999)
 _LONGEST_NAME = 64
 
 
@@ -26,8 +29,8 @@ _LONGEST_NAME = 64
 class Targets:
     """What the sensor shall do: largest force ratio and nonlinearity."""
 
-    P_max: float = quantity("1", Bounds(above=1.0, at_most=100.0), default=5.0, remedy="the paper uses 5")
-    NL: float = quantity("1", Bounds(above=0.0, below=0.5), default=0.05, remedy="give a fraction, for 5 % write 0.05")
+    P_max: float = quantity("1", _FORCE_RATIO, default=5.0, remedy="the paper uses 5")
+    NL: float = quantity("1", _NONLINEARITY, default=0.05, remedy="give a fraction, for 5 % write 0.05")
     NL_definition: Definition = choice(("mid-range", "largest"), default="mid-range")
 
     def __post_init__(self) -> None:

@@ -24,11 +24,11 @@ class Springs:
     K_h: float
 
     def __post_init__(self) -> None:
-        """Refuse springs that are not positive or not in order."""
-        if not 0.0 < self.K_l < self.K_h < math.inf:
+        """Refuse springs that are not positive."""
+        if not (0.0 < self.K_l < math.inf and 0.0 < self.K_h < math.inf):
             msg = (
-                f"K_l = {self.K_l * 1e3:g} N/m, K_h = {self.K_h * 1e3:g} N/m: must be 0 < K_l < K_h; "
-                "give the softer spring as K_l"
+                f"K_l = {self.K_l * 1e3:g} N/m, K_h = {self.K_h * 1e3:g} N/m: must be greater than 0 and finite; "
+                "check the stiffnesses"
             )
             raise ValueError(msg)
 

@@ -154,12 +154,18 @@ def _scatter_lines(result: SensorResult) -> list[str]:
     if scatter is None:
         return []
     bands = {name: value for name, value in vars(scatter).items() if isinstance(value, tuple)}
-    shown = ", ".join(f"{name} {least:.4g} to {most:.4g}" for name, (least, most) in bands.items())
-    calibrated = 100.0 * scatter.calibrated_modulus_error
+    ends = {name: [_shown_end(end) for end in band] for name, band in bands.items()}
+    listed = ", ".join(f"{name} {least} to {most}" for name, (least, most) in ends.items())
+    error = scatter.calibrated_modulus_error
+    known = "not known" if error is None else f"known to {100.0 * error:.1f} %"
     return [
-        f"before calibration 95 % of prints have: {shown}",
-        f"with both stiffnesses of a unit known to 1 %, the modulus it reads is known to {calibrated:.1f} %",
+        f"before calibration 95 % of prints have: {listed}",
+        f"with both stiffnesses of a unit known to 1 %, the modulus it reads is {known}",
     ]
+
+
+def _shown_end(end: float | None) -> str:
+    return "no limit" if end is None else f"{end:.4g}"
 
 
 def _cost_line(result: SensorResult) -> str:

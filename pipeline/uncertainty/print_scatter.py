@@ -15,7 +15,7 @@ from scipy.stats import norm, qmc
 from cad.design.parameters import Design, Targets
 from cad.design.processes import Process
 from cad.parts.housing import Housing
-from cad.theory.two_spring_law import Springs, force_ratio, fruit_stiffness, nonlinearity
+from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.foils import bonded_foils
 from pipeline.fit.mesh_pairs import COARSE
@@ -29,7 +29,7 @@ from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import tip_compliance
 
 Floats = NDArray[np.float64]
-Interval = tuple[float, float]
+Interval = tuple[float | None, float | None]
 Stiffnesses = Callable[[Housing], tuple[float, ...]]
 
 SAMPLES = 1024
@@ -54,6 +54,8 @@ class StiffnessSurrogate:
 class ScatterBands:
     """The middle 95 % of what prints give [N/m; 1], and the error of the modulus read with nominal stiffnesses [1].
 
+    An end is None where prints show a P that nominal springs never do.
+
     `calibrated_modulus_error` is what remains when all stiffnesses of a unit are known to 1 %.
     """
 
@@ -62,7 +64,7 @@ class ScatterBands:
     P_max: Interval
     NL: Interval
     modulus_error: Interval
-    calibrated_modulus_error: float
+    calibrated_modulus_error: float | None
     surrogate_error: float
 
 
@@ -147,23 +149,29 @@ def scatter_bands(
         K_h_N_per_m=_band([1e3 * springs.K_h for springs in prints]),
         P_max=_band(P_max),
         NL=_band([nonlinearity(springs, K_m_max, targets.NL_definition, ratio) for springs in prints]),
-        modulus_error=_band([fruit_stiffness(nominal, P, ratio) / K_m_max - 1.0 for P in P_max]),
+        modulus_error=_band([own.fruit_stiffness(P) / K_m_max - 1.0 for P in P_max]),
         calibrated_modulus_error=calibrated_error(own),
         surrogate_error=surrogate.corner_error,
     )
 
 
-def calibrated_error(own: Characteristic) -> float:
-    """Return the error of the fruit stiffness read from P when both stiffnesses are known to 1 % [1]."""
+def calibrated_error(own: Characteristic) -> float | None:
+    """Return the error of the fruit stiffness read from P when both stiffnesses are known to 1 % [1].
+
+    None where some such springs show no such P.
+    """
     P = force_ratio(own.springs, own.K_m_max, own.stiffness_ratio)
 
     def read(K_l: float, K_h: float) -> float:
-        return fruit_stiffness(Springs(K_l=K_l, K_h=K_h), P, own.stiffness_ratio)
+        return replace(own, springs=Springs(K_l=K_l, K_h=K_h)).fruit_stiffness(P)
 
     K = own.springs.stiffnesses
-    return propagated(read, K, [CALIBRATED * stiffness for stiffness in K]) / own.K_m_max
+    error = propagated(read, K, [CALIBRATED * stiffness for stiffness in K]) / own.K_m_max
+    return error if math.isfinite(error) else None
 
 
 def _band(values: list[float]) -> Interval:
-    ends = np.quantile(values, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL])
-    return float(ends[0]), float(ends[1])
+    """Return the ends of the middle 95 %; None for one that lies beyond all numbers."""
+    ends = np.quantile(values, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], method="inverted_cdf")
+    least, most = (float(end) if math.isfinite(end) else None for end in ends)
+    return least, most

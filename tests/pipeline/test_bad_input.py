@@ -14,9 +14,9 @@ from cad.design.processes import PROCESSES
 from pipeline.cli import main
 
 ROOT = Path(__file__).parents[2]
-NL = "must be {}greater than 0 and less than 0.5; give a fraction, for 5 % write 0.05"
-LENGTH = "must be greater than 0 and at most 1000; "
-MODULUS = "must be greater than 0 and at most 1e+06; "
+NL = "must be {}at least 1e-05 and at most 0.4999; give a fraction, for 5 % write 0.05"
+LENGTH = "must be at least 1e-06 and at most 1000; "
+MODULUS = "must be at least 1e-06 and at most 1e+06; "
 
 VALUES = [
     (("--nl", "0"), "targets.NL = 0: " + NL.format("")),
@@ -27,8 +27,8 @@ VALUES = [
     (("--nl", "five"), "targets.NL = 'five': " + NL.format("a number ")),
     (("--nl", ""), "targets.NL = '': " + NL.format("a number ")),
     (("--nl", "true"), "targets.NL = True: " + NL.format("a number ")),
-    (("--p-max", "1"), "targets.P_max = 1: must be greater than 1 and at most 100; the paper uses 5"),
-    (("--p-max", "1e9"), "targets.P_max = 1e+09: must be greater than 1 and at most 100; the paper uses 5"),
+    (("--p-max", "1"), "targets.P_max = 1: must be at least 1.001 and at most 100; the paper uses 5"),
+    (("--p-max", "1e9"), "targets.P_max = 1e+09: must be at least 1.001 and at most 100; the paper uses 5"),
     (
         ("--set", "targets.NL_definition=mean"),
         "targets.NL_definition = 'mean': must be one of mid-range, largest; choose",
@@ -40,7 +40,7 @@ VALUES = [
     (("--set", "fruit.E_MPa=[-2.0]"), "fruit.E_MPa = -2 MPa: " + MODULUS + "list the moduli to be shown"),
     (
         ("--set", "fruit.E_MPa=[]"),
-        "fruit.E_MPa = () MPa: must be a list of at least one number, each greater than 0 and at most 1e+06; list",
+        "fruit.E_MPa = () MPa: must be a list of at least one number, each at least 1e-06 and at most 1e+06; list",
     ),
     (
         ("--set", "tips.spacing_mm=1"),

@@ -38,8 +38,8 @@ def _designs(draw: st.DrawFn) -> Design:
     return Design(
         name=draw(st.from_regex(r"[A-Za-z0-9_-]{0,20}[A-Za-z0-9]", fullmatch=True)),
         targets=Targets(
-            P_max=draw(st.floats(1.0, 100.0, exclude_min=True)),
-            NL=draw(st.floats(0.0, 0.5, exclude_min=True, exclude_max=True)),
+            P_max=draw(st.floats(1.001, 100.0)),
+            NL=draw(st.floats(1e-5, 0.4999)),
             NL_definition=draw(st.sampled_from(["mid-range", "largest"])),
         ),
         springs=GivenSprings(K_l_N_per_m=stiffnesses[0], K_h_N_per_m=stiffnesses[1])
@@ -116,9 +116,9 @@ def test_stiffnesses_of_the_file_are_in_newton_per_metre():
         ({"fruit": {"a\nb": 8}}, r"'fruit.a\nb': unknown key; must be one of shape,", "?"),
         ({"targets": 5}, "targets = 5: must be a table; write [targets] and its keys below it", "below it"),
         ({"name": 5}, "name = 5: must be text; it names files and folders", "folders"),
-        ({"targets": {"NL": "five"}}, "targets.NL = 'five': must be a number greater than 0", "write 0.05"),
-        ({"targets": {"NL": [0.05]}}, "targets.NL = (0.05,): must be a number greater than 0", "write 0.05"),
-        ({"targets": {"P_max": 10**400}}, "targets.P_max = inf: must be greater than 1 and at most 100", "uses 5"),
+        ({"targets": {"NL": "five"}}, "targets.NL = 'five': must be a number at least 1e-05", "write 0.05"),
+        ({"targets": {"NL": [0.05]}}, "targets.NL = (0.05,): must be a number at least 1e-05", "write 0.05"),
+        ({"targets": {"P_max": 10**400}}, "targets.P_max = inf: must be at least 1.001 and at most 100", "uses 5"),
         ({"fruit": {"E_MPa": []}}, "fruit.E_MPa = () MPa: must be a list of at least one number", "shown"),
     ],
 )
@@ -194,12 +194,12 @@ def test_name_is_set_as_text():
         ({"NL": "0.1"}, r"^NL: unknown setting; must be one of name, targets\.P_max, .*did you mean "),
         ({"target.NL": "0.1"}, r"^target\.NL: unknown setting; must be one of name, .*did you mean targets\.NL\?$"),
         ({"targets.NLL": "0.1"}, r"^targets\.NLL: unknown key; must be one of P_max, NL, .*did you mean NL\?$"),
-        ({"targets.NL": "five"}, r"^targets\.NL = 'five': must be a number greater than 0 and less than 0\.5; give"),
-        ({"targets.NL": ""}, r"^targets\.NL = '': must be a number greater than 0"),
-        ({"targets.NL": "nan"}, r"^targets\.NL = nan: must be greater than 0"),
-        ({"targets.NL": "0.1\nP_max = 3"}, r"^targets\.NL = '0\.1\\nP_max = 3': must be a number greater than 0"),
-        ({"targets.P_max": "1" * 5000}, r"^targets\.P_max = '1+': must be a number greater than 1"),
-        ({"targets.NL": "true"}, r"^targets\.NL = True: must be a number greater than 0"),
+        ({"targets.NL": "five"}, r"^targets\.NL = 'five': must be a number at least 1e-05 and at most 0\.4999; give"),
+        ({"targets.NL": ""}, r"^targets\.NL = '': must be a number at least 1e-05"),
+        ({"targets.NL": "nan"}, r"^targets\.NL = nan: must be at least 1e-05"),
+        ({"targets.NL": "0.1\nP_max = 3"}, r"^targets\.NL = '0\.1\\nP_max = 3': must be a number at least 1e-05"),
+        ({"targets.P_max": "1" * 5000}, r"^targets\.P_max = '1+': must be a number at least 1\.001"),
+        ({"targets.NL": "true"}, r"^targets\.NL = True: must be a number at least 1e-05"),
     ],
 )
 def test_bad_setting_is_answered_in_one_line(settings, message):
@@ -221,7 +221,8 @@ def test_planted_change_of_one_digit_is_seen():
     assert changed == dataclasses.replace(design, targets=dataclasses.replace(design.targets, NL=0.06))
 
 
-def test_numbers_at_the_ends_of_the_float_range_survive():
-    tiny = math.ulp(0.0)
-    design = Design(targets=Targets(NL=tiny, P_max=math.nextafter(1.0, 2.0)), tips=Tips(offset_mm=-0.0))
+def test_numbers_survive_to_the_last_digit():
+    design = Design(
+        targets=Targets(NL=math.nextafter(1e-5, 1.0), P_max=math.nextafter(2.0, 3.0)), tips=Tips(offset_mm=-0.0)
+    )
     assert design_from_mapping(tomllib.loads(design_as_toml(design))) == design

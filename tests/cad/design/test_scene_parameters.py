@@ -46,7 +46,7 @@ def test_defaults_are_the_papers_flat_scene():
         ({"radius_across_mm": 35.0}, "fruit.radius_across_mm = 35 mm: must be left out"),
         ({"thickness_mm": 10.0}, "fruit.thickness_mm = 10 mm: must be left out"),
         ({**SPHERE, "radius_across_mm": 35.0}, "fruit.radius_across_mm = 35 mm: must be left out"),
-        ({**SPHERE, "radius_mm": 0.0}, "fruit.radius_mm = 0 mm: must be greater than 0 and at most 1000"),
+        ({**SPHERE, "radius_mm": 0.0}, "fruit.radius_mm = 0 mm: must be at least 1e-06 and at most 1000"),
         ({**SPHERE, "radius_mm": math.nan}, "fruit.radius_mm = nan mm"),
         ({**SPHERE, "thickness_mm": 71.0}, "fruit.thickness_mm = 71 mm: must be at most 2 fruit.radius_mm = 70 mm"),
         ({**SPHERE, "height_mm": 71.0}, "fruit.height_mm = 71 mm: must be at most 2 fruit.radius_mm = 70 mm"),

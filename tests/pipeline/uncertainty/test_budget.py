@@ -205,7 +205,7 @@ def test_springs_that_are_not_made_have_no_error_of_their_own():
     "tables",
     [
         {"press": Press(travel_mm=5.0)},
-        {"press": Press(travel_mm=1e-160)},
+        {"press": Press(travel_mm=1e-6)},
         {"targets": Targets(P_max=1.05)},
         {"targets": Targets(P_max=50.0, NL=0.2, NL_definition="largest")},
         {"fruit": Fruit(poisson=0.4999)},
