@@ -1,6 +1,5 @@
 """Meshes and fields as VTU files: the housing under its forces at full travel, the fruit under the tips."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -32,17 +31,17 @@ def write_fields(
 ) -> str | None:
     """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; with `options.fields` its fields, and fruit.vtu.
 
-    Fields are those of the hardest press at the nodes: displacement [mm], stress and its von Mises value [MPa], and the
-    largest principal strain [1], with a mark where it is largest on the leaves of each spring. Returns why fruit.vtu is
-    left out, if it is. Raises SolveError.
+    Fields at the nodes are displacement [mm], stress and its von Mises value [MPa], and the largest principal strain
+    [1], with a mark where it is largest on the leaves of each spring. The housing is under the forces at which the root
+    strain of each spring is judged, the fruit under those of the scene. Returns why fruit.vtu is left out, if it is.
+    Raises SolveError.
     """
     if not options.fields:
         if springs.housing is not None:
             write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {})
         return None
-    hardest = press.hardest
-    _write_flexure(springs, hardest.F[-1, -1].tolist(), folder)
-    E = float(hardest.E[-1])
+    _write_flexure(springs, folder)
+    E = float(press.hardest.E[-1])
     try:
         pressure = footprint_pressure(scene_of(design), contact, springs.C, E, design.press.travel_mm)
     except InputError as error:
@@ -52,10 +51,13 @@ def write_fields(
     return None
 
 
-def _write_flexure(springs: FittedSprings, forces: Sequence[float], folder: Path) -> None:
+def _write_flexure(springs: FittedSprings, folder: Path) -> None:
+    """Write the housing under the forces [N] that the root strain of each spring is judged at."""
     if springs.housing is None:
         return
     mesh, process = flexure_mesh(springs.housing), springs.process
+    pairs = zip(springs.springs, springs.deflections, strict=True)
+    forces = [spring.stiffness * deflection for spring, deflection in pairs]
     fields = flexure_fields(mesh, process.E_MPa, process.poisson, forces, bonded_foils(springs.housing))
     marks = {}
     for spring in springs.springs:
