@@ -112,7 +112,7 @@ class CurvedShape:
 
 
 def _disc(plan: Floats, sizes: Floats, core: Floats, cap: Floats) -> Floats:
-    """Return where points of a rectangle lie on the unit disc [1], (2, points); the core keeps its place over cap.
+    """Return where points (2, points) of a rectangle lie on the unit disc [1]: the core keeps its place times 1 / cap.
 
     Outside the core this is the elliptical map of a square on a disc.
     """

@@ -1,6 +1,6 @@
 """Do the error bars hold: random contact scenes and random flexures against four times the dofs or another method.
 
-Run as a script from the root of the repository: `python tests/bench/coverage.py [--contact 200] [--flexures 30]
+Run as a script from the root of the repository: `python tests/bench/coverage.py [--contact 200] [--curved 0] [--flexures 30]
 [--seed 1] [--direct 0.1] [--tolerance 2.5e-4] [--out docs]`, one thread: OMP_NUM_THREADS=1. It writes coverage.md into
 a folder, prints it, and exits 1 when a goal is missed.
 """
@@ -18,16 +18,22 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from bench.beam_guess import beam_guess  # noqa: E402
+from reference.curved_fruit import sizes, solid_change  # noqa: E402
 
 from cad.design.parameters import Design, Fruit, Print, Targets, Tips  # noqa: E402
 from cad.design.processes import PROCESSES  # noqa: E402
 from pipeline.bench.bench import OUT  # noqa: E402
+from pipeline.bench.contact import pair_and_own  # noqa: E402
 from pipeline.bench.hard.contact import TOLERANCE, compliance_checks  # noqa: E402
 from pipeline.bench.hard.flexure import stiffness_checks  # noqa: E402
 from pipeline.bench.hard.reference_check import REFUSALS, ReferenceCheck  # noqa: E402
+from pipeline.bench.hard.reference_check import checks as reference_checks  # noqa: E402
+from pipeline.bench.harness import Reference  # noqa: E402
 from pipeline.bench.table import Sheet, page, percent, publish  # noqa: E402
 from pipeline.fit.mesh_pairs import DEFAULT, MESH_PAIRS, MeshPair  # noqa: E402
+from pipeline.stages.contact import contact_compliance  # noqa: E402
 
+SOLID_ERROR = 3e-4  # relative, of tetrahedra on a solid less those on its block: scatter of unstructured meshes
 SHARE, EXCESS, WIDTH = 0.95, 2.0, 5.0  # goals: inside, largest error over bar, median bar over error
 HEADS = (
     "number", "checks", "refused", "no reference", "inside", "largest error / bar", "median bar / error", "median bar",
@@ -160,6 +166,41 @@ def contact_coverage(
     return pair, Covered("contact s11", tuple(alone), reasons, promised=True)
 
 
+def random_curved(rng: np.random.Generator) -> tuple[Fruit, Tips]:
+    """Draw a curved body under a central pair: a piece or a whole fruit, radii of 15 to 100 mm, tips of 1 to 2 mm."""
+    radius, side = float(np.exp(rng.uniform(np.log(15.0), np.log(100.0)))), float(rng.uniform(1.0, 2.0))
+    across = radius * float(rng.uniform(0.7, 1.4))
+    tips = Tips(side_mm=side, spacing_mm=float(rng.uniform(3.0, min(10.0, 0.8 * radius / side)) * side))
+    plan = {}
+    if rng.random() < 0.5:
+        sizes = rng.uniform(1.0, 1.5, 2) * (tips.spacing_mm + 5.0 * side, 6.0 * side)
+        plan = {"length_mm": min(float(sizes[0]), 1.2 * radius), "width_mm": min(float(sizes[1]), 0.8 * radius)}
+    thickness = radius * float(rng.uniform(0.5, 1.2) if plan else rng.uniform(0.8, 1.85))
+    round_ = {"radius_mm": radius, "radius_across_mm": across, "thickness_mm": thickness}
+    return Fruit(shape="ellipsoid", **round_, **plan, poisson=float(rng.uniform(0.0, 0.45))), tips
+
+
+def curved_coverage(count: int, seed: int) -> tuple[Covered, ...]:
+    """Check s11 - s12 of curved bodies by tetrahedra on the solid of the CAD kernel, calibrated on its block."""
+    rng = np.random.default_rng(seed)
+    checks, refused = [], []
+    for place in range(count):
+        fruit, tips = random_curved(rng)
+        start = time.perf_counter()
+        try:
+            found = contact_compliance(fruit, tips)
+            value = pair_and_own(found.S)[0]
+            size = sizes(tips, 1.0, 0.25, max(fruit.depth_mm, 4.0 * tips.side_mm) / 8.0)
+            truth = pair_and_own(found.S - found.shape_change)[0] + solid_change(fruit, tips, size)
+        except REFUSALS as refusal:
+            refused.append(str(refusal))
+            continue
+        reference = Reference(values=(truth,), errors=(SOLID_ERROR * truth,), source="tetrahedra on the solid")
+        checks += reference_checks(("s11 - s12",), (value,), (found.error_pair,), reference)
+        _progress(f"curved {place + 1}", checks[-1:], start)
+    return (Covered("curved bodies, s11 - s12", tuple(checks), tuple(refused)),)
+
+
 def flexure_coverage(count: int, seed: int) -> tuple[Covered, ...]:
     """Check both stiffnesses of random housings with beam-law leaves, on the default and on the cheapest mesh.
 
@@ -196,6 +237,7 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--contact", type=int, default=200, help="random contact scenes")
     parser.add_argument("--flexures", type=int, default=30, help="random flexure pairs")
+    parser.add_argument("--curved", type=int, default=0, help="random curved bodies, a minute each")
     parser.add_argument("--direct", type=float, default=0.1, help="share of contact scenes beyond the split")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of the split")
     parser.add_argument("--seed", type=int, default=1)
@@ -204,6 +246,8 @@ def main(arguments: Sequence[str]) -> int:
     covered: list[Covered] = []
     if asked.contact:
         covered += contact_coverage(asked.contact, asked.seed, asked.direct, asked.tolerance)
+    if asked.curved:
+        covered += curved_coverage(asked.curved, asked.seed)
     if asked.flexures:
         covered += flexure_coverage(asked.flexures, asked.seed)
     rows = tuple(kind.row() for kind in covered)
