@@ -105,8 +105,8 @@ def check_ended(place: Place, words: str, folder: Path, codes: tuple[int, ...]) 
 def test_light_command_ends_well_or_in_a_line(name, words, tmp_path):
     """Of 105 runs; what is refused without a machine's fault is refused with one too."""
     place = PLACES[name]
-    printed = (0, 2) if "full" in place.streams else (0,)
-    codes = REFUSED if words != LIGHT[0] or place.codes == REFUSED else printed
+    expected = (0, 2) if "full" in place.streams else (0,)
+    codes = REFUSED if words != LIGHT[0] or place.codes == REFUSED else expected
     check_ended(place, words, tmp_path, codes)
 
 

@@ -3,8 +3,10 @@
 import dataclasses
 import hashlib
 import json
+import os
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 from stand_ins import result_of
@@ -12,12 +14,16 @@ from stand_ins import result_of
 from cad.design.processes import PROCESSES
 from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
+from cad.files.stl import read_stl
 from cad.parts.cover import cover_of, cover_part
 from cad.parts.sensor import Body
+from cad.quantity import InputError
 from pipeline.cli import main
+from pipeline.report import folder_check
 from pipeline.report.folder_check import check_folder
 from pipeline.report.outputs import write_outputs
 from pipeline.stages.solids import sensor_of
+from pipeline.storage.seal import sealed_mapping
 
 
 def failed(folder):
@@ -171,3 +177,69 @@ def test_path_that_cannot_be_judged_is_one_line_and_exit_2(tmp_path, capsys, nam
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert re.search(message, error)
+
+
+def loop(path):
+    path.unlink()
+    path.symlink_to(path.name)
+
+
+def elsewhere(path):
+    path.rename(path.parent.parent / path.name)
+    path.symlink_to(path.parent.parent / path.name)
+
+
+def nested(path):
+    """Put thousands of folders in each other in the place of a file."""
+    path.unlink()
+    for _ in range(300):
+        path.mkdir()
+        path /= "nested"
+
+
+def piped(path):
+    path.unlink()
+    os.mkfifo(path)
+
+
+@pytest.mark.parametrize("change", [Path.unlink, loop, elsewhere, nested, piped, lambda path: path.chmod(0)])
+@pytest.mark.parametrize("name", ["housing.step", "response.csv"])
+def test_folder_whose_files_are_something_else_ends_in_verdicts(change, name, folder, monkeypatch):
+    """What cannot be opened fails; a file that only this user cannot read is one, unless it is the super-user's."""
+    if name == "response.csv":  # the part is not looked at again
+        monkeypatch.setattr(folder_check, "_check_geometry", lambda _report, _folder: ())
+    change(folder / name)
+    wrong = failed(folder)
+    if os.geteuid() != 0 or (folder / name).is_symlink() or not (folder / name).is_file():
+        assert "files.unchanged" in wrong
+        assert ("geometry.readable" in wrong) is (name == "housing.step")
+
+
+@pytest.mark.parametrize("change", [Path.unlink, loop, nested, piped, lambda path: path.write_text("[" * 10**6)])
+def test_report_that_is_something_else_is_one_line(change, folder):
+    change(folder / "report.json")
+    with pytest.raises(InputError, match=r"^PATH = [^\n]* must hold a report.json that can be read [^\n]*$"):
+        check_folder(folder)
+
+
+def test_stl_that_is_inside_out_fails_watertight(folder):
+    mesh = read_stl(folder / "housing.stl")
+    mesh.invert()
+    mesh.export(folder / "housing.stl")
+    assert "geometry.watertight" in failed(folder)
+
+
+def test_outcome_of_the_part_that_is_not_that_of_the_report_fails(folder):
+    """Somebody made the report say that the leaf is too thin, and its digest fit."""
+    path = folder / "report.json"
+    report = json.loads(path.read_text(encoding="utf-8"))
+    (verdict,) = (one for one in report["verdicts"] if one["name"] == "geometry.leaf_thickness_low")
+    verdict |= {"value": 0.5, "passed": False}
+    path.write_text(json.dumps(sealed_mapping(report)), encoding="utf-8")
+    assert failed(folder) == ["report.geometry"]
+
+
+def test_check_changes_nothing_in_a_folder(default_run):
+    before = {path.name: path.read_bytes() for path in default_run.folder.iterdir()}
+    check_folder(default_run.folder)
+    assert {path.name: path.read_bytes() for path in default_run.folder.iterdir()} == before
