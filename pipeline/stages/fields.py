@@ -6,7 +6,7 @@ from pathlib import Path
 from cad.design.parameters import Design
 from cad.quantity import InputError
 from mesh.housing.sweep import flexure_mesh
-from pipeline.fit.foils import bonded_foils
+from pipeline.fit.mounts import attached_to
 from pipeline.options import RunOptions
 from pipeline.stages.response import ScenePress, scene_of
 from pipeline.stages.springs import FittedSprings
@@ -55,7 +55,7 @@ def _write_flexure(springs: FittedSprings, forces: Sequence[float], folder: Path
     if springs.housing is None:
         return
     mesh, process = flexure_mesh(springs.housing), springs.process
-    loaded = flexure_fields(mesh, process.E_MPa, process.poisson, forces, bonded_foils(springs.housing))
+    loaded = flexure_fields(mesh, process.E_MPa, process.poisson, forces, attached_to(springs.housing))
     write_vtu(
         folder / "flexure.vtu",
         mesh,

@@ -8,7 +8,7 @@ from skfem import CellBasis, ElementHex2, ElementHexS2, ElementVector, Mesh
 
 from solve.arrays import Floats
 from solve.elasticity import stress, vector_basis, von_mises
-from solve.housing.bonded_foil import BondedFoil
+from solve.housing.held_half import Attached
 from solve.housing.stiffness import displacements
 
 _GAUSS = 3  # polynomial degree: 2^3 points, where the strain of these elements is most accurate
@@ -23,13 +23,13 @@ class FlexureFields:
 
 
 def flexure_fields(
-    mesh: Mesh, E: float, poisson: float, forces: Sequence[float], foils: Sequence[BondedFoil] = ()
+    mesh: Mesh, E: float, poisson: float, forces: Sequence[float], attached: Sequence[Attached] = ()
 ) -> FlexureFields:
     """Return the fields under a force [N] along the press on each tip, mesh of the half [mm].
 
     The stress of a cell is the mean over its Gauss points. Raises SolveError as `tip_compliance` does.
     """
-    u = displacements(mesh, E, poisson, foils) @ np.array(forces)
+    u = displacements(mesh, E, poisson, attached) @ np.array(forces)
     return FlexureFields(displacement=_at_nodes(mesh, u), von_mises=_von_mises(mesh, u, E, poisson))
 
 
