@@ -5,6 +5,8 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from cad.checks.cover_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.design.fruit import Fruit
@@ -24,6 +26,8 @@ SHEETS = [
 AGAIN = """
 import sys
 from dataclasses import replace
+
+import pytest
 from pathlib import Path
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
