@@ -19,6 +19,7 @@ from pipeline.stages.response import spring_shares
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSpring
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
+from solve.housing.modes import Modes
 
 SCHEMA = 1
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
@@ -98,6 +99,7 @@ def _behaviour(behaviour: SpringBehaviour | None) -> Plain | None:
         "gauge_factor": GAUGE_FACTOR,
         "gauge_grid_mm": GRID_MM,
         "gauges": behaviour.gauges,
+        "modes": _modes(behaviour.modes),
         **{
             name: {
                 "tilt_at_full_force_rad": arm.tilt_at_full_force_rad,
@@ -109,6 +111,15 @@ def _behaviour(behaviour: SpringBehaviour | None) -> Plain | None:
             for name, arm in behaviour.arms.items()
         },
     }
+
+
+def _modes(modes: Modes | None) -> list[Plain]:
+    if modes is None:
+        return []
+    rows = zip(modes.frequencies_Hz, modes.errors, modes.shapes, strict=True)
+    return [
+        {"frequency_Hz": frequency, "error_percent": 100.0 * error, "shape": shape} for frequency, error, shape in rows
+    ]
 
 
 def _contact(result: SensorResult) -> Plain:

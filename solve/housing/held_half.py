@@ -1,7 +1,7 @@
 """Half a housing held in its mount: its displacements, its stiffness matrix with all that is attached, its factor."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -81,6 +81,22 @@ def held_half(
     plane = basis.get_dofs("symmetry")
     factor = factorised(matrix, np.concatenate([clamped, *(plane.all(component) for component in direction.held)]))
     return HeldHalf(basis, matrix, ground, clamped, factor)
+
+
+def with_layers(half: HeldHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> HeldHalf:
+    """Return the same half in another mount, for a load along the press [N/mm from MPa, mm]."""
+    bare = half.matrix if half.ground is None else half.matrix - half.ground
+    ground = layer_matrix(half.basis, layers, E, poisson)
+    matrix = csc_matrix(bare + ground)
+    factor = factorised(matrix, half.basis.get_dofs("symmetry").all(PRESS.held[0]))
+    return HeldHalf(half.basis, matrix, ground, np.zeros(0, dtype=np.int64), factor)
+
+
+def with_symmetry(half: HeldHalf, direction: Direction) -> HeldHalf:
+    """Return the same half with the components held on the plane y = 0 that a load of another direction asks for."""
+    plane = half.basis.get_dofs("symmetry")
+    held = [half.clamped, *(plane.all(component) for component in direction.held)]
+    return replace(half, factor=factorised(half.matrix, np.concatenate(held)))
 
 
 def face_mean(basis: CellBasis, name: str, axis: int, *, turn: bool = False) -> Floats:

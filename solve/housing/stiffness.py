@@ -225,13 +225,25 @@ def displacements(
     return u
 
 
+def stiffness_of(half: HeldHalf, springs: Sequence[str] = SPRINGS) -> PerTip:
+    """Return the stiffness of each tip of a held half along the press [N/mm]; raises SolveError."""
+    mean = _means(half.basis, springs, PRESS)
+    u = half.factor.solve(0.5 * mean)
+    _check_loads(half, mean, u)
+    return tip_stiffnesses(mean.T @ u)
+
+
 def _half_and_means(
     mesh: Mesh, E: float, poisson: float, direction: Direction, attached: Sequence[Attached], springs: Sequence[str]
 ) -> tuple[HeldHalf, Floats]:
     """Return the half in its mount, and the means over the tips' faces (dofs, tips); 0.5 of one is 1 N on the whole."""
     check_names(mesh, [*map(tip_face, springs), *map(leaf_faces, springs)])
     half = held_half(mesh, E, poisson, attached, direction)
-    return half, np.column_stack([face_mean(half.basis, tip_face(spring), direction.axis) for spring in springs])
+    return half, _means(half.basis, springs, direction)
+
+
+def _means(basis: CellBasis, springs: Sequence[str], direction: Direction) -> Floats:
+    return np.column_stack([face_mean(basis, tip_face(spring), direction.axis) for spring in springs])
 
 
 def _check_loads(half: HeldHalf, mean: Floats, u: Floats) -> None:

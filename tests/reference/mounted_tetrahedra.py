@@ -22,7 +22,10 @@ _SURFACE = 2
 
 
 def mounted_tetrahedra(part: Part, housing: Housing, size: float, cover: Part | None, washer: float = 0.0) -> MeshTet2:
-    """Return the mesh [mm] of half a housing with its cover, or with washers of a diameter [mm] on its face."""
+    """Return the mesh [mm] of half a housing with its cover, or with washers of a diameter [mm] on its outer face.
+
+    Without washers the whole outer face is held.
+    """
     with gmsh_session():
         with stage("size", "check the sizes"):
             gmsh.option.setNumber("Mesh.ElementOrder", 2.0)
