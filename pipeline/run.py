@@ -6,7 +6,7 @@ from cad.design.parameters import Design
 from pipeline.options import RunOptions
 from pipeline.report.outputs import write_outputs
 from pipeline.result import SensorResult
-from pipeline.stages.characteristics import sensor_modes, spring_behaviour
+from pipeline.stages.characteristics import solved_behaviour
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.fabrication import make_fabrication
 from pipeline.stages.fields import write_fields
@@ -43,7 +43,6 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
     press = timed("response", press_scene, design, contact, springs.C)  # tips on the fruit
     verdicts = timed("verdicts", sensor_verdicts, design, contact, sizing, springs, geometry, press)
     making = timed("fabrication", make_fabrication, design, springs, options, folder)
-    modes = timed("modes", sensor_modes, springs)  # meshes and solves the housing
     return SensorResult(
         design=design,
         options=options,
@@ -51,7 +50,7 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
         sizing=sizing,
         springs=springs,
         press=press,
-        behaviour=timed("behaviour", spring_behaviour, springs, press, modes),
+        behaviour=timed("behaviour", solved_behaviour, springs, press),
         verdicts=(*advised(verdicts, springs, options), *making),
         paper=timed("paper", paper_verdicts, design, contact, sizing),
         budgets=timed("errors", uncertainty_budgets, design, contact, sizing, springs, press.table),

@@ -64,6 +64,14 @@ def sensor_modes(springs: FittedSprings) -> Modes | None:
     return cached("modes", {"housing": housing, "solid": solid, "K": K}, solve, Modes)
 
 
+def solved_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
+    """Return the behaviour at full travel with the modes, which are solved; None where nothing is made.
+
+    Raises MeshError or SolveError.
+    """
+    return spring_behaviour(springs, press, sensor_modes(springs))
+
+
 def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | None = None) -> SpringBehaviour | None:
     """Return the behaviour at full travel; None where nothing is made.
 

@@ -20,7 +20,7 @@ from solve.linear import SolveError
 COUNT = 3
 RESIDUAL_LIMIT = 1e-7  # of a mode in the norm of its mass; the frequency is off by its square at most
 # Of what the finer meshes' stiffness moves a mode along the press, and of every mode: tests/solve/housing/test_modes.py
-ERROR_SHARE, FLOOR = 0.75, 0.002
+ERROR_SHARE, FLOOR = 0.75, 0.003
 _TONNES = 1e-9  # per mm^3, of 1 g/cm^3: with N and mm the unit of mass
 _ALONG, _OUT, _PRESS = "along the tips", "out of the plane of the plate", "along the press"
 _WAYS = (_ALONG, _OUT, _PRESS)

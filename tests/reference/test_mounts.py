@@ -27,8 +27,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(not is_installed(), reason="C
 MATERIAL = (PETG.E_MPa, PETG.poisson)
 SIZES, RATE = (1.2, 0.9), 2.5  # of tetrahedra, and how their error falls: reference/flexure_reference.py
 APART = 3e-3  # of a stiffness, between the product and CalculiX
-CLAMPED_MISS = 4e-3  # by which the high spring of clamped holes lies above that of covers at least: 0.8 % was seen
-MODES_APART = 1e-2
+MODES_APART, TETS_HIGH = 1e-2, 4e-3  # of a frequency, and how far tetrahedra that are not carried on lie high
 
 
 def mounted(mount: str) -> Housing:
@@ -58,7 +57,7 @@ def test_stiffness_in_each_mount_is_that_of_its_solids(mount):
     assert np.all(np.abs(apart) < APART)
     if mount == "covers":
         clamped = np.array(tip_compliance(mesh, *MATERIAL).K) / truth - 1.0
-        assert clamped[1] > CLAMPED_MISS
+        assert clamped[1] > APART  # the holes held all around: a mount that is not on the sheet
 
 
 def test_modes_are_those_of_the_solids_between_their_covers(tmp_path):
@@ -70,7 +69,7 @@ def test_modes_are_those_of_the_solids_between_their_covers(tmp_path):
     print(found, truth)
     apart = np.abs(np.array(found.frequencies_Hz) / truth - 1.0)
     assert np.all(apart < MODES_APART)
-    assert np.all(apart < np.add(found.errors, 0.5 * APART))
+    assert np.all(apart < np.add(found.errors, TETS_HIGH))
 
 
 def calculix_modes(mesh, folder: Path) -> np.ndarray:
