@@ -6,7 +6,7 @@ from cad.design.parameters import Design
 from pipeline.options import RunOptions
 from pipeline.report.outputs import write_outputs
 from pipeline.result import SensorResult
-from pipeline.stages.characteristics import spring_behaviour
+from pipeline.stages.characteristics import solved_behaviour
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.fabrication import make_fabrication
 from pipeline.stages.fields import write_fields
@@ -52,7 +52,7 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
         sizing=sizing,
         springs=springs,
         press=press,
-        behaviour=timed("behaviour", spring_behaviour, springs, press),
+        behaviour=timed("behaviour", solved_behaviour, springs, press),
         judgement=judged,
         verdicts=(*advised(judged.verdicts, springs, options), *making),
         errors=errors,

@@ -56,6 +56,9 @@ def housing_stiffness(K: tuple[float, ...], **changes: object) -> HousingStiffne
         strain_per_N=(1e-3,) * of_each,
         strain_error=(0.01,) * of_each,
         tilt_per_N=(0.0,) * of_each,
+        weight_sag=(1e3,) * of_each,
+        weight_sag_error=(1e-3,) * of_each,
+        weight_sag_lengthwise=(0.0,) * of_each,
         info=INFO,
     )
     return replace(given, **changes)

@@ -10,7 +10,7 @@ from cad.files.drafting import write_dxf, write_svg
 from cad.files.drawing import Title, housing_drawing
 from cad.files.sensor_files import export_step, export_stl
 from cad.parts.coupon import Coupon, coupon_of, coupon_part, largest_weight, modulus_factor
-from cad.parts.cover import Cover, cover_of, cover_part
+from cad.parts.cover import WASHER_MM, Cover, cover_of, cover_part
 from cad.parts.housing import Housing
 from cad.parts.pose import print_pose
 from cad.parts.sensor import Body, Colour, Sensor
@@ -23,6 +23,7 @@ _COUPON_SHARE = 0.5  # of the strain limit that the largest weight on a coupon m
 _GRAVITY = 9.80665  # m/s^2, ISO 80000-3
 _NUT_MM = 2.4  # of M3, ISO 4032
 _SCREWS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # lengths of M3, ISO 4762
+_TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears
 _BUILT_UP = ("fdm", "sla", "sls", "dmls")
 
 
@@ -70,6 +71,8 @@ def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float)
         pin_length=housing.pin_out + housing.pocket_depth,
         nut_mm=_NUT_MM,
         screw=_screw(cover),
+        torque=_TORQUE_N_M,
+        washer=WASHER_MM,
     )
 
 
@@ -77,6 +80,7 @@ def _template(process: Process, housing: Housing) -> str:
     """Return the sections of the sheet that this process and this housing ask for."""
     gauges = housing.gauges != "none"
     asked = {"nozzle": process.line_width_mm, "layer": process.layer_mm, "tips": housing.pin_side, "gauges": gauges}
+    asked |= {mount: housing.mount == mount for mount in ("covers", "washers")}
     return "".join(text for name, text in _TEXT.items() if asked.get(name, True))
 
 

@@ -9,11 +9,13 @@ from dataclasses import dataclass
 
 import cadquery as cq
 
+from cad.design.tips import Press
 from cad.parts.housing import Housing
 from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
 from cad.parts.pose import largest_tilt
 from cad.parts.sensor import Sensor
 
+WASHER_MM = 7.0  # outer diameter for M3, ISO 7089
 PLATE_MM = 2.0
 RECESS_MM = 1.0  # twice the widest gap that a process must keep open
 SETBACK_MM = 1.0  # of the rim from every edge of the frame beside which something moves
@@ -42,8 +44,13 @@ class Cover:
 
 def cover_of(sensor: Sensor) -> Cover:
     """Return the cover whose foot stays above the frame's lower edge in every tilt that the frame is made for."""
-    rise = (PLATE_MM + RECESS_MM) * math.tan(math.radians(largest_tilt(sensor.press)))
-    return Cover(housing=sensor.housing, foot_level=round(sensor.housing.protrusion + rise, 3))
+    return Cover(housing=sensor.housing, foot_level=cover_level(sensor.housing.protrusion, sensor.press))
+
+
+def cover_level(protrusion: float, press: Press) -> float:
+    """Return the level of a cover's foot [mm] that stays above the edge of a frame at this level, however tilted."""
+    rise = (PLATE_MM + RECESS_MM) * math.tan(math.radians(largest_tilt(press)))
+    return round(protrusion + rise, 3)
 
 
 def cover_part(cover: Cover) -> Part:

@@ -7,12 +7,14 @@ plate lies in |y| <= depth / 2. All lengths in mm.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 from cad.quantity import fault
 from cad.theory.leaf_spring import Flexure
 
 Point = tuple[float, float]
+HeldBy = Literal["covers", "washers", "holes"]
+"""What holds the frame: what a design asks for, or in comparisons the walls of its holes, as no screw does."""
 _REMEDY = "choose another process, other tips or other targets"
 
 
@@ -50,7 +52,8 @@ class Arm:
 class Housing:
     """Every dimension of the housing [mm]; levels are heights z above the tip faces; gauges by their name.
 
-    Where pins stand out, the tip is their foot: levels are heights above its face, and z = -pin_out touches.
+    Where pins stand out, the tip is their foot: levels are heights above its face, and z = -pin_out touches. `mount` is
+    what holds the frame; its covers reach down to `cover_level`.
     """
 
     low: Flexure
@@ -69,6 +72,8 @@ class Housing:
     wall_width: float = 8.0
     hole_diameter: float = 3.4
     hole_inset: float = 4.5
+    mount: HeldBy = "holes"
+    cover_level: float = 0.0
     gauges: str = "none"
     pin_side: float = 0.0
     pin_round: bool = False

@@ -40,7 +40,7 @@ def _beside_tips(housing: Housing) -> cq.Workplane | None:
 
 
 def housing_part(housing: Housing) -> Part:
-    """Return the housing as one solid with its faces `low_tip`, `high_tip` and `mounting_holes`."""
+    """Return the housing as one solid with its faces `low_tip`, `high_tip`, `mounting_holes` and `side_faces`."""
     plate = cq.Workplane(obj=_plate(housing))
     wedges = _beside_tips(housing)
     shape = (plate.cut(wedges) if wedges is not None else plate).findSolid()
@@ -52,12 +52,11 @@ def named_housing(shape: cq.Shape, housing: Housing) -> Part:
 
     Raises ValueError when a name matches no face.
     """
-    tests = {**_tip_tests(housing), "mounting_holes": lambda face: is_hole(face, housing.hole_diameter)}
-    return named_part("housing", shape, tests)
+    return named_part("housing", shape, _outer_tests(housing))
 
 
 def housing_half(housing: Housing) -> Part:
-    """Return the half y >= 0 [mm] with the faces low_tip, high_tip, mounting_holes, symmetry, low_leaves, high_leaves.
+    """Return the half y >= 0 [mm] with the faces of the whole, the plane symmetry, and low_leaves and high_leaves.
 
     Leaves are the flat faces of the straight parts, whose outline is where the strain is largest.
     """
@@ -65,12 +64,21 @@ def housing_half(housing: Housing) -> Part:
     box = cq.Solid.makeBox(width, housing.depth, height, cq.Vector(housing.left - 1.0, 0.0, -1.0))
     half = housing_part(housing).shape.intersect(box)
     faces: dict[str, FaceTest] = {
-        **_tip_tests(housing),
-        "mounting_holes": lambda face: is_hole(face, housing.hole_diameter),
+        **_outer_tests(housing),
         "symmetry": on_plane(1, 0.0),
         **{f"{arm.name}_leaves": _leaf_test(arm) for arm in housing.arms},
     }
     return named_part("housing half", half.Solids()[0], faces)
+
+
+def _outer_tests(housing: Housing) -> dict[str, FaceTest]:
+    """Return by face name the test that picks tips, holes, and the two faces that covers or washers press on."""
+    sides = [on_plane(1, side * housing.depth) for side in (-0.5, 0.5)]
+    return {
+        **_tip_tests(housing),
+        "mounting_holes": lambda face: is_hole(face, housing.hole_diameter),
+        "side_faces": lambda face: any(on_side(face) for on_side in sides),
+    }
 
 
 def _tip_tests(housing: Housing) -> dict[str, FaceTest]:

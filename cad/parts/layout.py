@@ -6,6 +6,7 @@ from dataclasses import replace
 from cad.design.parameters import Design
 from cad.design.processes import Process
 from cad.design.tip_mount import plate_depth, tip_mount
+from cad.parts.cover import cover_level
 from cad.parts.housing import Housing
 from cad.parts.pose import TILT_DEG
 from cad.theory.leaf_spring import Flexure
@@ -56,6 +57,8 @@ def housing_for(
         cavity_level=cavity,
         top_level=cavity + TOP_BAR,
         protrusion=protrusion,
+        mount=design.print.mount,
+        cover_level=cover_level(protrusion, design.press),
         gauges=design.print.gauges,
     )
     if not mount.pocket:

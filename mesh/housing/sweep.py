@@ -1,6 +1,7 @@
 """The half y >= 0 of the housing in curved quadratic hexahedra: its profile swept over the depth.
 
-Boundaries: low_tip, high_tip, mounting_holes, symmetry, and low_leaves, high_leaves, the surfaces that strain most.
+Boundaries: low_tip, high_tip, mounting_holes, side_faces, symmetry, and low_leaves, high_leaves, the surfaces that
+strain most.
 """
 
 import dataclasses
@@ -166,7 +167,14 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
     nearest = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
     named = {f"{arm.name}_tip": outside[level & (nearest == i)] for i, arm in enumerate(housing.arms)}
     named["symmetry"] = outside[(corners < n).all(axis=0)]
+    named["side_faces"] = outside[_in_side_face(housing, mesh.p[:, corners])]
     return {**named, **{name: _facets_over(outside, corners % n, edges) for name, edges in profile.surfaces.items()}}
+
+
+def _in_side_face(housing: Housing, places: Floats) -> Floats:
+    """Say which facets, of corners (3, 4, facets) [mm] as swept, lie in the side face: tapered necks do not."""
+    x, y, z = places
+    return np.asarray((np.abs(y * _depth_share(housing, x, z) - 0.5 * housing.depth) < _NEAR).all(axis=0))
 
 
 def _facets_over(facets: Ints, below: Ints, edges: Ints) -> Ints:

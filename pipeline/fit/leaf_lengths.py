@@ -169,7 +169,8 @@ class _Fit:
         if last.gauge_strain_per_N is not None:
             return None
         share = np.sqrt(np.array(last.K) / np.array(self._coarse_K()))
-        return dataclasses.replace(last, C=last.C * np.outer(share, share))
+        sag = tuple((share**2 * np.array(last.weight_sag)).tolist())
+        return dataclasses.replace(last, C=last.C * np.outer(share, share), weight_sag=sag)
 
 
 def _lift(flexure: Flexure) -> float:

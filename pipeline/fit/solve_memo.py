@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretched
-from pipeline.fit.foils import bonded_foils
 from pipeline.fit.mesh_pairs import MeshPair
+from pipeline.fit.mounts import attached_to
 from solve.housing.stiffness import HousingStiffness, TipCompliance, housing_stiffness, tip_compliance
 
 
@@ -43,7 +43,7 @@ class SolveMemo:
             mesh = flexure_mesh(housing, scale)
         self.meshes[scale] = housing, mesh
         meshed = time.perf_counter()
-        compliance = tip_compliance(mesh, self.E, self.poisson, bonded_foils(housing))
+        compliance = tip_compliance(mesh, self.E, self.poisson, attached_to(housing))
         self.solutions[scale] = housing, compliance
         self.counts[scale] = self.counts.get(scale, 0) + 1
         self.seconds["mesh"] += meshed - start

@@ -21,6 +21,7 @@ from pipeline.stages.springs import FittedSpring
 from pipeline.storage.seal import sealed_mapping
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.scene_targets import SceneTargets
+from solve.housing.modes import Modes
 
 SCHEMA = 1
 SIZED_KEYS = ("K_l_N_per_m", "K_h_N_per_m")
@@ -105,6 +106,7 @@ def _behaviour(behaviour: SpringBehaviour | None) -> Plain | None:
         "gauge_factor": GAUGE_FACTOR,
         "gauge_grid_mm": GRID_MM,
         "gauges": behaviour.gauges,
+        "modes": _modes(behaviour.modes),
         **{
             name: {
                 "tilt_at_full_force_rad": arm.tilt_at_full_force_rad,
@@ -116,6 +118,15 @@ def _behaviour(behaviour: SpringBehaviour | None) -> Plain | None:
             for name, arm in behaviour.arms.items()
         },
     }
+
+
+def _modes(modes: Modes | None) -> list[Plain]:
+    if modes is None:
+        return []
+    rows = zip(modes.frequencies_Hz, modes.errors, modes.shapes, strict=True)
+    return [
+        {"frequency_Hz": frequency, "error_percent": 100.0 * error, "shape": shape} for frequency, error, shape in rows
+    ]
 
 
 def _contact(result: SensorResult) -> Plain:

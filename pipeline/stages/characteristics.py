@@ -8,11 +8,16 @@ from cad.parts.housing import Arm, Housing
 from cad.theory.elastica import large_deflection_stiffening
 from cad.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
 from cad.theory.strain_gauge import FOIL
+from mesh.housing.sweep import flexure_mesh
+from pipeline.fit.mounts import attached_to
 from pipeline.stages.response import ScenePress
 from pipeline.stages.springs import FittedSprings
+from pipeline.storage.cache import cached
+from solve.housing.modes import Modes, Solid, housing_modes
 
 GAUGE_FACTOR = FOIL.gauge_factor
 GRID_MM = FOIL.grid_length_mm
+MODES_SCALE = 4.0  # of the mesh that finds the modes: the stiffness of the springs is that of the fit
 LONGEST_SHARE = 0.5  # of a leaf, to which the elastica is given
 
 
@@ -32,18 +37,47 @@ class ArmBehaviour:
 
 @dataclass(frozen=True, kw_only=True)
 class SpringBehaviour:
-    """The behaviour of every spring by its name, and how one tip moves under the force of the other [1]."""
+    """The behaviour of every spring by its name, one tip under the force of the other [1], and the lowest modes.
+
+    `modes` is None where they were not solved.
+    """
 
     crosstalk: float
     gauges: str
     arms: dict[str, ArmBehaviour]
+    modes: Modes | None
 
 
-def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
+def sensor_modes(springs: FittedSprings) -> Modes | None:
+    """Return the three lowest modes of the sensor in its mount, solved and kept; None where nothing is made.
+
+    Raises MeshError or SolveError.
+    """
+    if springs.fitted is None:
+        return None
+    housing, process, K = springs.fitted.housing, springs.process, springs.fitted.stiffness.K
+    solid = Solid(E=process.E_MPa, poisson=process.poisson, density=process.density_g_per_cm3)
+
+    def solve() -> Modes:
+        return housing_modes(flexure_mesh(housing, MODES_SCALE), solid, K, attached_to(housing))
+
+    return cached("modes", {"housing": housing, "solid": solid, "K": K}, solve, Modes)
+
+
+def solved_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
+    """Return the behaviour at full travel with the modes, which are solved; None where nothing is made.
+
+    Raises MeshError or SolveError.
+    """
+    return spring_behaviour(springs, press, sensor_modes(springs))
+
+
+def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | None = None) -> SpringBehaviour | None:
     """Return the behaviour at full travel; None where nothing is made.
 
-    The frequency is Rayleigh's quotient. The bridge is full, of gauges at both roots of one leaf: where they are
-    fitted their strain is that of the solve with them; else the beam law's, their own stiffening left out.
+    The frequency of an arm is Rayleigh's quotient, a formula; `modes` are those of the solid. The bridge is full, of
+    gauges at both roots of one leaf: where they are fitted their strain is that of the solve with them; else the beam
+    law's, their own stiffening left out.
     """
     if springs.fitted is None:
         return None
@@ -51,7 +85,7 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehavio
     forces = press.table.F[:, -1]
     arms = {arm.name: _arm_behaviour(springs, i, arm, forces[:, i].tolist()) for i, arm in enumerate(housing.arms)}
     crosstalk = float(stiffness.C[0, -1] / stiffness.C[-1, -1])
-    return SpringBehaviour(crosstalk=crosstalk, gauges=housing.gauges, arms=arms)
+    return SpringBehaviour(crosstalk=crosstalk, gauges=housing.gauges, arms=arms, modes=modes)
 
 
 def _arm_behaviour(springs: FittedSprings, tip: int, arm: Arm, forces: Sequence[float]) -> ArmBehaviour:

@@ -10,8 +10,8 @@ from cad.files.maker_files import write_fabrication
 from cad.quantity import Estimate
 from cad.verdict import Verdict
 from mesh.housing.sweep import flexure_mesh
-from pipeline.fit.foils import bonded_foils
 from pipeline.fit.mesh_pairs import COARSE
+from pipeline.fit.mounts import attached_to
 from pipeline.options import RunOptions
 from pipeline.stages.solids import sensor_of
 from pipeline.stages.springs import FittedSpring, FittedSprings
@@ -57,7 +57,7 @@ def sideways_verdicts(springs: FittedSprings) -> tuple[Verdict, ...]:
 
     def solve(scale: float) -> tuple[float, ...]:
         mesh = flexure_mesh(housing, scale)
-        return sideways_stiffness(mesh, process.E_MPa, process.poisson, bonded_foils(housing))
+        return sideways_stiffness(mesh, process.E_MPa, process.poisson, attached_to(housing))
 
     stiffness = cached(
         "sideways",

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from cad.design.parameters import Design
 from cad.quantity import InputError
 from mesh.housing.sweep import flexure_mesh
-from pipeline.fit.foils import bonded_foils
+from pipeline.fit.mounts import attached_to
 from pipeline.options import RunOptions
 from pipeline.stages.response import ScenePress, scene_of
 from pipeline.stages.springs import FittedSprings
@@ -58,7 +58,7 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
     mesh, process = flexure_mesh(springs.housing), springs.process
     pairs = zip(springs.springs, springs.deflections, strict=True)
     forces = [spring.stiffness * deflection for spring, deflection in pairs]
-    fields = flexure_fields(mesh, process.E_MPa, process.poisson, forces, bonded_foils(springs.housing))
+    fields = flexure_fields(mesh, process.E_MPa, process.poisson, forces, attached_to(springs.housing))
     marks = {}
     for spring in springs.springs:
         mark = np.zeros(len(fields.displacement))

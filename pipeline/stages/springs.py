@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from cad.design.parameters import Design
 from cad.design.printability import Printable, check_printable
 from cad.design.processes import PROCESSES, Process
-from cad.design.tips import Tips
+from cad.design.tips import Attitude, Tips
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
+from cad.parts.pin_socket import pin_mass
 from cad.quantity import Estimate, InputError
 from cad.theory.leaf_spring import Flexure
 from cad.theory.two_spring_law import Springs
@@ -27,6 +28,7 @@ from solve.linear import SolveError
 Floats = NDArray[np.float64]
 
 GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
+GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,6 +129,27 @@ def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> Fi
     else:
         springs = _made(sizing.springs.stiffnesses, printable, fitted, deflections)
     return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted)
+
+
+def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:
+    """Return how far its own weight moves each tip towards the fruit [mm]; nothing where no springs are made.
+
+    A sensor that presses down hangs out by this much, one that presses up draws in. Held sideways its weight acts
+    across the press: along the plate it moves a tip by at most the error, either way; out of the plate not at all, by
+    symmetry.
+    """
+    fitted, density = springs.fitted, springs.process.density_g_per_cm3
+    if fitted is None:
+        return ()
+    weight = GRAVITY * density  # [N/mm^3]
+    result = fitted.stiffness
+    pins = GRAVITY * pin_mass(fitted.housing, density)
+    if attitude == "side":
+        return tuple(Estimate(0.0, weight * abs(sag), "mm") for sag in result.weight_sag_lengthwise)
+    sign = 1.0 if attitude == "down" else -1.0
+    sags = [weight * sag + pins / K for sag, K in zip(result.weight_sag, result.K, strict=True)]
+    rows = zip(sags, result.weight_sag_error, strict=True)
+    return tuple(Estimate(sign * sag, error * sag, "mm") for sag, error in rows)
 
 
 def _fitted(guess: Housing, targets: tuple[float, ...], process: Process, tolerance: float) -> FittedHousing:

@@ -7,22 +7,22 @@ from skfem import ElementHexS2, Mesh
 
 from solve.arrays import Floats, Ints
 from solve.elasticity import stress, vector_basis
-from solve.housing.bonded_foil import BondedFoil
+from solve.housing.held_half import REDUCED, Attached
 from solve.housing.nodal_strain import nodal_strain
-from solve.housing.stiffness import REDUCED, SPRINGS, displacements, leaf_faces
+from solve.housing.stiffness import SPRINGS, displacements, leaf_faces
 from solve.nodal_fields import NodalFields
 
 _FREE = "free"
 
 
 def flexure_fields(
-    mesh: Mesh, E: float, poisson: float, forces: Sequence[float], foils: Sequence[BondedFoil] = ()
+    mesh: Mesh, E: float, poisson: float, forces: Sequence[float], attached: Sequence[Attached] = ()
 ) -> NodalFields:
     """Return the fields under a force [N] along the press on each tip, mesh of the half y >= 0 [mm], E [MPa].
 
     Raises SolveError as `tip_compliance` does.
     """
-    return fields_of(mesh, E, poisson, displacements(mesh, E, poisson, foils) @ np.array(forces))
+    return fields_of(mesh, E, poisson, displacements(mesh, E, poisson, attached) @ np.array(forces))
 
 
 def fields_of(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:

@@ -92,7 +92,9 @@ def _halved(part: Part) -> dict[str, list[int]]:
         # Meshed flattened and stretched back: the fields change slowly over the depth.
         occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, 1.0, 1.0 / _STRETCH, 1.0)
         occ.synchronize()
-    found = {name: [_half_face(part, index, surfaces) for index in indices] for name, indices in part.faces.items()}
+    # Side faces are not cut in two: one lies in the half, the other does not.
+    cut = {name: indices for name, indices in part.faces.items() if name != "side_faces"}
+    found = {name: [_half_face(part, index, surfaces) for index in indices] for name, indices in cut.items()}
     in_plane = [tag for tag, (_, centre) in surfaces.items() if abs(centre[1]) < _NEAR]
     if not in_plane:
         raise MeshError("import", "no face lies in the plane y = 0", "the part must be symmetric about it")

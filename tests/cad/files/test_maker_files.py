@@ -5,6 +5,8 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from cad.checks.cover_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.design.fruit import Fruit
@@ -24,6 +26,8 @@ SHEETS = [
 AGAIN = """
 import sys
 from dataclasses import replace
+
+import pytest
 from pathlib import Path
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
@@ -77,9 +81,24 @@ def test_sheet_says_how_to_print_and_what_to_measure(sensor):
     for part in (
         "Nozzle 0.4 mm", "L leaves are 2 lines, H leaves 3", "Layer 0.2 mm", "assumes solid leaves", "Pose: flat",
         "10.00 cm3, 12.7 g", "E = C F / d", "Calibrate each unit", f"{modulus_factor(housing.low, 3.5):.5g}",
-        "12 mm to grip (plate 6 + two covers of 3)", "M3 x 16",
     ):  # fmt: skip
         assert part in text
+
+
+@pytest.mark.parametrize(
+    ("mount", "words", "absent"),
+    [
+        ("covers", ("12 mm to grip\n(plate 6 + two covers of 3)", "M3 x 16", "to 0.5 N m"), "ISO 7089"),
+        ("washers", ("M3, 7 mm wide (ISO 7089)", "6 mm between them", "to 0.5 N m"), "to grip"),
+    ],
+)
+def test_sheet_tells_the_mount_that_was_solved_and_no_other(sensor, mount, words, absent):
+    cover = replace(cover_of(sensor), housing=replace(sensor.housing, mount=mount))
+    text = fabrication_sheet(coupon_of(sensor.housing), cover, TITLE, 1e4)
+    assert text.count("## Mount") == 1
+    for part in words:
+        assert part in text
+    assert absent not in text
 
 
 def test_sheet_tells_of_gauges_where_they_are_fitted(sensor):

@@ -54,17 +54,22 @@ def _prismatoid(bottom: tuple[float, float], top: tuple[float, float], height: f
     return height / 6.0 * (math.prod(bottom) + 4.0 * math.prod(middle) + math.prod(top))
 
 
-def _volume(h: Housing) -> float:
-    """Return frame - cavity + shuttles + leaves + fillets - holes, times depth, + necks + tips."""
+def _plate_area(h: Housing) -> float:
+    """Return frame - cavity + shuttles + leaves + fillets - holes [mm^2]."""
     cavity = (h.arms[1].wall - h.arms[0].wall) * (h.cavity_level - h.protrusion)
     frame = (h.right - h.left) * (h.top_level - h.protrusion)
     shuttles = h.shuttle_width * (h.low_top_level + h.high_top_level - 2.0 * h.neck_level)
     leaves = 2.0 * (h.low.length * h.low.thickness + h.high.length * h.high.thickness)
     fillets = 18.0 * (1.0 - math.pi / 4.0) * h.low.fillet**2  # each fills a corner: a square less a quarter circle
     holes = 4.0 * math.pi / 4.0 * h.hole_diameter**2
+    return frame - cavity + shuttles + leaves + fillets - holes
+
+
+def _volume(h: Housing) -> float:
+    """Return the area of the plate times its depth, + necks + tips [mm^3]."""
     necks = 2.0 * _prismatoid((h.tip_side, h.tip_side), (h.shuttle_width, h.depth), h.neck_level - h.tip_height)
     tips = 2.0 * h.tip_side**2 * h.tip_height
-    return h.depth * (frame - cavity + shuttles + leaves + fillets - holes) + necks + tips
+    return h.depth * _plate_area(h) + necks + tips
 
 
 @each_housing
@@ -83,10 +88,15 @@ def test_volume_formula_tells_a_leaf_a_hundredth_thicker():
 @each_housing
 def test_named_faces_have_the_areas_of_the_formulas(housing):
     part = _part(housing)
+    # A neck reaches the sides of the plate where its tip is as deep as it.
+    deep = housing.tip_side == housing.depth
+    neck = 0.5 * (housing.tip_side + housing.shuttle_width) * (housing.neck_level - housing.tip_height)
+    shanks = 2.0 * (neck + housing.tip_side * housing.tip_height) if deep else 0.0
     expected = {
         "low_tip": housing.tip_side**2,
         "high_tip": housing.tip_side**2,
         "mounting_holes": 4.0 * math.pi * housing.hole_diameter * housing.depth,
+        "side_faces": 2.0 * (_plate_area(housing) + shanks),
     }
     assert {name: part.face_area(name) for name in part.faces} == pytest.approx(expected, rel=ROUND_OFF)
     centres = {name: part.shape.Faces()[part.faces[name][0]].Center().toTuple() for name in ("low_tip", "high_tip")}

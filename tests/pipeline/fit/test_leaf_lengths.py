@@ -23,6 +23,8 @@ TIPS = TipCompliance(
     strain_per_N=(1.0, 1.0),
     strain_inside_per_N=(1.0, 1.0),
     tilt_per_N=(0.0, 0.0),
+    weight_sag=(1.0, 0.1),
+    weight_sag_lengthwise=(0.0, 0.0),
     dofs=1,
     seconds=0.0,
 )

@@ -15,7 +15,8 @@ from cad.theory.elastica import large_deflection_stiffening
 from cad.theory.leaf_spring import Flexure
 from mesh.housing.sweep import flexure_mesh
 from solve.elasticity import lame_parameters, stiffness_matrix, vector_basis
-from solve.housing.stiffness import REDUCED, SPRINGS, tip_face
+from solve.housing.held_half import REDUCED
+from solve.housing.stiffness import SPRINGS, tip_face
 from solve.linear import factorised
 
 E, NU = 2000.0, 0.38

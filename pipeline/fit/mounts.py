@@ -1,0 +1,103 @@
+"""What holds the frame as the solver takes it: layers on its side faces where covers or washers press on it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from cad.parts.cover import PLATE_MM, RECESS_MM, SETBACK_MM, WASHER_MM
+from cad.parts.housing import Housing
+from cad.parts.pin_socket import STEEL_MPA
+from mesh.housing.sweep import flexure_mesh
+from pipeline.fit.foils import bonded_foils
+from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
+from solve.housing.held_half import HOLES, SIDES, Attached, held_half, with_layers
+from solve.housing.stiffness import stiffness_of
+
+# The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher. tests/reference/test_mounts.py
+SKIN_MM = 0.02
+# Of the plate of a cover, which gives less than a strip as narrow as its rim. tests/reference/test_mounts.py
+PLATE_SHARE = 0.75
+SCREW_CORE_MM = 2.387  # core diameter of M3, ISO 724
+SPREAD = 0.5  # tangent of the cone in which the pressure of a screw spreads, VDI 2230
+MOUNT_SCALE = 4.0  # of the mesh on which other mounts are compared
+
+
+def attached_to(housing: Housing) -> tuple[Attached, ...]:
+    """Return what is attached to a housing [mm]: its gauges, and the layers of its mount.
+
+    Raises InputError where a leaf has no room for its gauges.
+    """
+    return (*bonded_foils(housing), *mount_layers(housing))
+
+
+def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
+    """Return the layers between the frame and the ground [mm], none where the walls of its holes are held.
+
+    A cover is a layer of the housing's material whose outer face a flat plate of metal holds.
+    """
+    holes = _discs(housing, housing.hole_diameter)
+    if housing.mount == "covers":
+        thickness = RECESS_MM + PLATE_SHARE * PLATE_MM
+        return (ElasticLayer(name=SIDES, thickness=thickness, rectangles=rim(housing), holes=holes),)
+    if housing.mount == "washers":
+        discs = _discs(housing, WASHER_MM)
+        return (ElasticLayer(name=SIDES, thickness=SKIN_MM, rectangles=walls(housing), discs=discs, holes=holes),)
+    return ()
+
+
+def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
+    """Return by name the relative change of each spring's stiffness [1] in other mounts than its own [E in MPa].
+
+    They are the other mount that a design may ask for, covers that press near the screws alone, and screws so loose
+    that they carry by bending alone. On a coarse mesh, which moves a change by a tenth of it. Raises SolveError.
+    """
+    half = held_half(flexure_mesh(housing, MOUNT_SCALE), E, poisson, attached_to(housing))
+    own = stiffness_of(half)
+
+    def change(layers: Sequence[ElasticLayer]) -> tuple[float, ...]:
+        other = stiffness_of(with_layers(half, layers, E, poisson))
+        return tuple(K / before - 1.0 for K, before in zip(other, own, strict=True))
+
+    loose = "screws so loose that they bend"
+    changes = {loose: change((_bending_screws(housing, E, poisson),))}
+    if housing.mount == "covers":
+        changes["washers on the frame, no covers"] = change(mount_layers(replace(housing, mount="washers")))
+        pressed = _discs(housing, WASHER_MM + 2.0 * (PLATE_MM + RECESS_MM) * SPREAD)
+        near = [replace(layer, discs=pressed) for layer in mount_layers(housing)]
+        changes["covers that press near the screws alone"] = change(near)
+    elif housing.mount == "washers":
+        changes["covers between frame and washers"] = change(mount_layers(replace(housing, mount="covers")))
+    return changes
+
+
+def _bending_screws(housing: Housing, E: float, poisson: float) -> ElasticLayer:
+    """Return screws as a layer in the holes that is sheared as far as they bend: beams held at both ends, 192 EI / L^3.
+
+    S. P. Timoshenko, Strength of Materials, part I, 1955: a beam with both ends built in, loaded at its middle.
+    """
+    span = housing.depth + (2.0 * (PLATE_MM + RECESS_MM) if housing.mount == "covers" else 0.0)
+    bending = 192.0 * STEEL_MPA * math.pi / 64.0 * SCREW_CORE_MM**4 / span**3
+    inside = math.pi * housing.hole_diameter * housing.depth
+    return ElasticLayer(name=HOLES, thickness=0.5 * E / (1.0 + poisson) * inside / bending)
+
+
+def walls(housing: Housing) -> tuple[Rectangle, ...]:
+    """Return the walls of a frame [mm], the left one first."""
+    levels = (housing.protrusion, housing.top_level)
+    return tuple((_sorted(arm.wall, arm.outer), levels) for arm in housing.arms)
+
+
+def rim(housing: Housing) -> tuple[Rectangle, ...]:
+    """Return where the rim of a cover lies on the frame [mm]: on both walls and on the bar, set back from its edges."""
+    foot, top = max(housing.cover_level, housing.protrusion), housing.top_level
+    sides = [(_sorted(arm.wall + arm.sign * SETBACK_MM, arm.outer), (foot, top)) for arm in housing.arms]
+    bar = ((housing.left, housing.right), (housing.cavity_level + SETBACK_MM, top))
+    return (*sides, bar)
+
+
+def _discs(housing: Housing, diameter: float) -> tuple[Disc, ...]:
+    return tuple((x, z, 0.5 * diameter) for x, z in housing.holes)
+
+
+def _sorted(a: float, b: float) -> tuple[float, float]:
+    return min(a, b), max(a, b)

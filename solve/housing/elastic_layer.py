@@ -1,0 +1,83 @@
+"""Layers between a housing and a ground that does not move: a cover, or the skin of a print under a washer.
+
+A thin layer whose far side is held is a bed of springs: G / thickness along it, E / thickness across it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csc_matrix
+from skfem import CellBasis
+
+from solve.arrays import Floats
+from solve.elasticity import lame_parameters, scattered
+from solve.surface import SurfacePatch, surface_patches
+
+Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in z [mm]
+Disc = tuple[float, float, float]  # centre x, z and radius [mm]
+
+_ACROSS = 1  # the axis y, along which the layer is thin
+# An edge of a layer may cut through a facet: this many points along both of its sides find the share inside.
+_SIDE = (np.arange(8) + 0.5) / 8
+_POINTS, _WEIGHTS = np.array([np.repeat(_SIDE, 8), np.tile(_SIDE, 8)]), np.full(64, 1.0 / 64)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElasticLayer:
+    """A layer of the housing's own material between its surface `name` and the ground: its place and thickness [mm].
+
+    It lies inside a rectangle, inside a disc where any is given, and outside all holes; no rectangle is the whole
+    surface.
+    """
+
+    name: str
+    thickness: float
+    rectangles: tuple[Rectangle, ...] = ()
+    discs: tuple[Disc, ...] = ()
+    holes: tuple[Disc, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a layer without a thickness: what is rigid is no layer."""
+        if not self.thickness > 0.0:
+            msg = f"elastic layer on {self.name!r}: thickness = {self.thickness:g} mm: must be greater than 0"
+            raise ValueError(msg)
+
+    def covers(self, x: Floats, z: Floats) -> Floats:
+        """Say of places [mm] whether they lie under the layer, 1 or 0, of their shape."""
+        inside = [(x0 <= x) & (x <= x1) & (z0 <= z) & (z <= z1) for (x0, x1), (z0, z1) in self.rectangles]
+        covered = np.any(inside, axis=0) if inside else np.ones(x.shape, dtype=bool)
+        if self.discs:
+            covered &= np.any([_in_disc(x, z, disc) for disc in self.discs], axis=0)
+        for hole in self.holes:
+            covered &= ~_in_disc(x, z, hole)
+        return covered.astype(np.float64)
+
+
+def _in_disc(x: Floats, z: Floats, disc: Disc) -> np.ndarray:
+    centre_x, centre_z, radius = disc
+    return np.asarray((x - centre_x) ** 2 + (z - centre_z) ** 2 < radius**2)
+
+
+def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poisson: float) -> csc_matrix:
+    """Return what layers add to the stiffness matrix [N/mm from MPa, mm], shape (dofs, dofs)."""
+    shear = lame_parameters(E, poisson)[1]
+    total = csc_matrix((basis.N, basis.N))
+    for layer in layers:
+        for patch, weights in _pressed(basis, layer):
+            springs = np.einsum("aep,bep,ep->eab", patch.shapes, patch.shapes, weights, optimize=True)
+            for axis in range(3):
+                modulus = E if axis == _ACROSS else shear
+                total = total + scattered(modulus / layer.thickness * springs, patch.dofs[:, axis].T, basis.N)
+    return total
+
+
+def layer_area(basis: CellBasis, layer: ElasticLayer) -> float:
+    """Return the area of the surface under a layer [mm^2], as the quadrature sees it."""
+    return sum(float(weights.sum()) for _, weights in _pressed(basis, layer))
+
+
+def _pressed(basis: CellBasis, layer: ElasticLayer) -> Iterator[tuple[SurfacePatch, Floats]]:
+    """Yield the quadrature on the surface of a layer, its weights [mm^2] zero outside the layer."""
+    for patch in surface_patches(basis, layer.name, _POINTS, _WEIGHTS):
+        yield patch, patch.weights * layer.covers(patch.places[0], patch.places[2])

@@ -1,0 +1,154 @@
+"""Half a housing held in its mount: its displacements, its stiffness matrix with all that is attached, its factor."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import csc_matrix
+from skfem import CellBasis, ElementHexS2, Mesh
+
+from solve.arrays import Floats, Ints
+from solve.elasticity import stiffness_matrix, vector_basis
+from solve.housing.bonded_foil import BondedFoil, membrane_matrix
+from solve.housing.elastic_layer import ElasticLayer, layer_matrix
+from solve.linear import Factor, SolveError, factorised
+from solve.surface import surface_patches
+
+Attached = BondedFoil | ElasticLayer
+
+HOLES, SIDES = "mounting_holes", "side_faces"
+BALANCE_LIMIT = 1e-5  # round-off grows with the slenderness of the leaves: 4e-7 at L/t 150
+REDUCED = 3  # polynomial degree: 2^3 Gauss points
+VERTICAL = 2  # the axis of the press
+_GAUSS = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])
+POINTS, WEIGHTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)]), np.full(4, 0.25)
+
+
+@dataclass(frozen=True)
+class Direction:
+    """The axis of a load on the tips, and the components that the plane of symmetry holds then."""
+
+    axis: int
+    held: tuple[str, ...]
+
+
+PRESS, ACROSS = Direction(VERTICAL, ("u^2",)), Direction(1, ("u^1", "u^3"))
+
+
+@dataclass(frozen=True, eq=False)
+class HeldHalf:
+    """The half y >= 0 of a housing: its matrix [N/mm] with all that is attached, `ground` what the layers add to it.
+
+    `clamped` are the dofs of its mounting holes, held where there is no layer.
+    """
+
+    basis: CellBasis
+    matrix: csc_matrix
+    ground: csc_matrix | None
+    clamped: Ints
+    factor: Factor
+
+    def support(self, u: Floats) -> Floats:
+        """Return the vertical force of holes or layers on the half [N], shape (loads,), for u (dofs, loads) [mm]."""
+        vertical = self.basis.nodal_dofs[VERTICAL], self.basis.edge_dofs[VERTICAL]
+        if self.ground is not None:
+            return -np.asarray((self.ground @ u)[np.concatenate(vertical)].sum(axis=0))
+        held = np.intersect1d(self.clamped, np.concatenate(vertical))
+        return np.asarray((self.matrix @ u)[held].sum(axis=0))
+
+
+def foils_of(attached: Sequence[Attached]) -> tuple[BondedFoil, ...]:
+    """Return the foils among what is attached to a housing."""
+    return tuple(one for one in attached if isinstance(one, BondedFoil))
+
+
+def held_half(
+    mesh: Mesh, E: float, poisson: float, attached: Sequence[Attached] = (), direction: Direction = PRESS
+) -> HeldHalf:
+    """Return the half [N/mm from MPa, mm] held by the layers attached to it, or by its holes where there is none.
+
+    Raises SolveError where nothing holds it or a boundary is missing.
+    """
+    layers = [one for one in attached if isinstance(one, ElasticLayer)]
+    foils = foils_of(attached)
+    check_names(mesh, [HOLES, "symmetry", *(layer.name for layer in layers)])
+    basis = vector_basis(mesh, ElementHexS2(), order=REDUCED)
+    matrix = stiffness_matrix(basis, E, poisson)
+    matrix = matrix + membrane_matrix(basis, foils) if foils else matrix
+    ground = layer_matrix(basis, layers, E, poisson) if layers else None
+    matrix = matrix if ground is None else csc_matrix(matrix + ground)
+    clamped = basis.get_dofs(HOLES).all() if ground is None else np.zeros(0, dtype=np.int64)
+    plane = basis.get_dofs("symmetry")
+    factor = factorised(matrix, np.concatenate([clamped, *(plane.all(component) for component in direction.held)]))
+    return HeldHalf(basis, matrix, ground, clamped, factor)
+
+
+def with_layers(half: HeldHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> HeldHalf:
+    """Return the same half in another mount, for a load along the press [N/mm from MPa, mm]."""
+    bare = half.matrix if half.ground is None else half.matrix - half.ground
+    ground = layer_matrix(half.basis, layers, E, poisson)
+    matrix = csc_matrix(bare + ground)
+    factor = factorised(matrix, half.basis.get_dofs("symmetry").all(PRESS.held[0]))
+    return HeldHalf(half.basis, matrix, ground, np.zeros(0, dtype=np.int64), factor)
+
+
+def with_symmetry(half: HeldHalf, direction: Direction) -> HeldHalf:
+    """Return the same half with the components held on the plane y = 0 that a load of another direction asks for."""
+    plane = half.basis.get_dofs("symmetry")
+    held = [half.clamped, *(plane.all(component) for component in direction.held)]
+    return replace(half, factor=factorised(half.matrix, np.concatenate(held)))
+
+
+def face_mean(basis: CellBasis, name: str, axis: int, *, turn: bool = False) -> Floats:
+    """Return the vector whose product with the dofs is the mean of a displacement component over a face.
+
+    With `turn` it is the slope of the component along x, by least squares.
+    """
+    patches = list(surface_patches(basis, name, POINTS, WEIGHTS))
+    area = sum(float(patch.weights.sum()) for patch in patches)
+    centre = sum(float((patch.places[0] * patch.weights).sum()) for patch in patches) / area
+    vector, total = np.zeros(basis.N), 0.0
+    for patch in patches:
+        arm = patch.places[0] - centre if turn else np.ones_like(patch.weights)
+        np.add.at(vector, patch.dofs[:, axis], (patch.shapes * arm * patch.weights).sum(axis=2))
+        total += float((arm**2 * patch.weights).sum())
+    return vector / total
+
+
+def weight_load(basis: CellBasis, axis: int) -> Floats:
+    """Return the nodal forces [N] of a body force of 1 N/mm^3 along an axis, shape (dofs,)."""
+    scalar = basis.with_element(basis.elem.elem)
+    nodes = np.stack([(np.asarray(field[0]) * scalar.dx).sum(axis=-1) for field in scalar.basis])
+    load = np.zeros(basis.N)
+    np.add.at(load, np.asarray(basis.element_dofs)[axis::3], nodes)
+    return load
+
+
+def check_names(mesh: Mesh, names: Sequence[str]) -> None:
+    """Raise SolveError for a boundary that the mesh does not have."""
+    known = mesh.boundaries or {}
+    for name in names:
+        if name not in known:
+            msg = f"flexure: boundary {name!r} is unknown on the mesh; known boundaries: {', '.join(known) or 'none'}"
+            raise SolveError(msg)
+
+
+def check_tips(work: Floats, support: Floats | None) -> None:
+    """Raise SolveError unless the loads are reciprocal (Betti) and the mount carries them, half a newton each.
+
+    `support` is None where the plane of symmetry carries a part.
+    """
+    skew = float(np.abs(work - work.T).max())
+    if not skew <= BALANCE_LIMIT * float(np.abs(work).max()):
+        msg = (
+            f"flexure: work of one load on the other's displacement differs by {skew:.1e} mm N when they change "
+            "places: must be equal; check that the matrix is symmetric"
+        )
+        raise SolveError(msg)
+    rest = 0.0 if support is None else float(np.abs(support + 0.5).max())
+    if not rest <= BALANCE_LIMIT:
+        msg = (
+            f"flexure: the mount misses {rest:.1e} N of the half newton on a tip: must be at most "
+            f"{BALANCE_LIMIT:.0e} N; check what holds the housing"
+        )
+        raise SolveError(msg)

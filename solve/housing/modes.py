@@ -1,0 +1,125 @@
+"""The lowest modes of the sensor in its mount: how fast its tips ring, along the press and out of the plate.
+
+One coarse mesh serves: the stiffness of each spring is known from finer ones, and f goes with its square root.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+from skfem import CellBasis, Mesh
+
+from solve.arrays import Floats
+from solve.elasticity import scattered
+from solve.housing.held_half import ACROSS, PRESS, Attached, HeldHalf, held_half, with_symmetry
+from solve.housing.stiffness import SPRINGS, PerTip, stiffness_of, tip_face
+from solve.linear import SolveError
+
+COUNT = 3
+RESIDUAL_LIMIT = 1e-7  # of a mode in the norm of its mass; the frequency is off by its square at most
+# Of what the finer meshes' stiffness moves a mode along the press, and of every mode: tests/solve/housing/test_modes.py
+ERROR_SHARE, FLOOR = 0.75, 0.003
+_TONNES = 1e-9  # per mm^3, of 1 g/cm^3: with N and mm the unit of mass
+_ALONG, _OUT, _PRESS = "along the tips", "out of the plane of the plate", "along the press"
+_WAYS = (_ALONG, _OUT, _PRESS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solid:
+    """A material: Young's modulus [MPa], Poisson's ratio [1], density [g/cm^3]."""
+
+    E: float
+    poisson: float
+    density: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Modes:
+    """The lowest modes, lowest first: frequencies [Hz], their relative errors [1], and in words what moves how."""
+
+    frequencies_Hz: tuple[float, ...]
+    errors: tuple[float, ...]
+    shapes: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse modes that do not rise, or of which something is not told."""
+        counts = {len(self.frequencies_Hz), len(self.errors), len(self.shapes)}
+        if len(counts) > 1 or list(self.frequencies_Hz) != sorted(self.frequencies_Hz):
+            msg = f"modes {self.frequencies_Hz} Hz: must rise, each with an error and a shape"
+            raise ValueError(msg)
+
+
+def housing_modes(
+    mesh: Mesh, solid: Solid, stiffness: PerTip, attached: Sequence[Attached] = (), springs: Sequence[str] = SPRINGS
+) -> Modes:
+    """Return the three lowest modes of a housing of which half is meshed [mm], in its mount.
+
+    `stiffness` is that of each tip on finer meshes [N/mm]. Both symmetries about the plane y = 0 are solved. Raises
+    SolveError when a mode is not exact.
+    """
+    half = held_half(mesh, solid.E, solid.poisson, attached, PRESS)
+    mass = mass_matrix(half.basis, _TONNES * solid.density)
+    known = {
+        f"{spring} spring {_PRESS}": (fine / here) ** 0.5
+        for spring, fine, here in zip(springs, stiffness, stiffness_of(half, springs), strict=True)
+    }
+    found = []
+    for part in (half, with_symmetry(half, ACROSS)):
+        for frequency, shape in _lowest(part, mass, springs):
+            factor = known.get(shape, 1.0)
+            found.append((factor * frequency, ERROR_SHARE * abs(factor - 1.0) + FLOOR, shape))
+    frequencies, errors, shapes = zip(*sorted(found)[:COUNT], strict=True)
+    return Modes(frequencies_Hz=frequencies, errors=errors, shapes=shapes)
+
+
+def mass_matrix(basis: CellBasis, density: float) -> csc_matrix:
+    """Return the consistent mass matrix of a displacement basis [t from t/mm^3, mm], shape (dofs, dofs)."""
+    scalar = basis.with_element(basis.elem.elem)
+    shapes = np.stack([np.broadcast_to(np.asarray(field[0]), scalar.dx.shape) for field in scalar.basis])
+    blocks = density * np.einsum("aep,bep,ep->eab", shapes, shapes, scalar.dx, optimize=True)
+    dofs = np.asarray(basis.element_dofs)
+    total = csc_matrix((basis.N, basis.N))
+    for axis in range(3):
+        total = total + scattered(blocks, dofs[axis::3].T, basis.N)
+    return csc_matrix(total)
+
+
+def _lowest(half: HeldHalf, mass: csc_matrix, springs: Sequence[str]) -> Iterator[tuple[float, str]]:
+    """Yield frequency [Hz] and shape of the lowest modes of one symmetry; raises SolveError."""
+    factor = half.factor
+    block = mass[factor.free][:, factor.free]
+    inverse = LinearOperator(block.shape, matvec=factor.back_substitute, dtype=np.float64)
+    start = np.cos(np.arange(block.shape[0], dtype=np.float64))
+    try:
+        values, vectors = eigsh(factor.block, COUNT, block, sigma=0.0, OPinv=inverse, v0=start)
+    except ArpackNoConvergence as error:
+        msg = f"modes: {error}; check the mesh and what holds the housing"
+        raise SolveError(msg) from error
+    _check_modes(values, vectors, block, inverse)
+    for value, vector in zip(values, vectors.T, strict=True):
+        u = np.zeros(half.basis.N)
+        u[factor.free] = vector
+        yield float(np.sqrt(value)) / (2.0 * np.pi), _shape(half.basis, u, springs)
+
+
+def _check_modes(values: Floats, vectors: Floats, mass: csc_matrix, inverse: LinearOperator) -> None:
+    """Raise SolveError unless each mode answers its own inertia: lambda K^-1 M x = x."""
+    for value, vector in zip(values, vectors.T, strict=True):
+        rest = value * inverse.matvec(mass @ vector) - vector
+        residual = float(np.sqrt((rest @ (mass @ rest)) / (vector @ (mass @ vector))))
+        if not (value > 0.0 and residual <= RESIDUAL_LIMIT):
+            msg = f"modes: residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the mesh"
+            raise SolveError(msg)
+
+
+def _shape(basis: CellBasis, u: Floats, springs: Sequence[str]) -> str:
+    """Return in words which tip moves most in a mode u (dofs,), and which way."""
+    moved = np.array([[_mean_of_nodes(basis, u, spring, axis) for axis in range(3)] for spring in springs])
+    tip, axis = divmod(int(np.argmax(np.abs(moved))), len(_WAYS))
+    return f"{springs[tip]} spring {_WAYS[axis]}"
+
+
+def _mean_of_nodes(basis: CellBasis, u: Floats, spring: str, axis: int) -> float:
+    return float(u[basis.get_dofs(tip_face(spring)).all(f"u^{axis + 1}")].mean())

@@ -1,0 +1,69 @@
+"""The mount that the sheet describes: where it holds the frame, and what another one would change."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from skfem import ElementHexS2
+from stand_ins import PETG, default_housing
+
+from cad.design.parameters import Design, Print
+from cad.parts.cover import WASHER_MM, Cover, cover_part
+from mesh.housing.sweep import flexure_mesh
+from pipeline.fit.mesh_pairs import COARSE, DEFAULT
+from pipeline.fit.mounts import attached_to, mount_layers
+from solve.elasticity import vector_basis
+from solve.housing.elastic_layer import layer_area
+from solve.housing.held_half import REDUCED
+from solve.housing.stiffness import housing_stiffness, tip_compliance
+
+MATERIAL = (PETG.E_MPa, PETG.poisson)
+CUT = 0.01  # of an area: what points on an element share out where an edge cuts through it
+FINER = 0.5
+
+
+def mounted(mount):
+    return default_housing(Design(print=Print(mount=mount)))
+
+
+def solved(housing, scale):
+    return tip_compliance(flexure_mesh(housing, scale), *MATERIAL, attached_to(housing))
+
+
+@pytest.mark.parametrize("mount", ["covers", "washers"])
+def test_layer_has_the_area_of_the_covers_rim_or_of_the_washers(mount):
+    housing = mounted(mount)
+    if mount == "covers":
+        area = cover_part(Cover(housing=housing, foot_level=housing.cover_level)).face_area("rim")
+    else:
+        area = math.pi * (WASHER_MM**2 - housing.hole_diameter**2)
+    basis = vector_basis(flexure_mesh(housing), ElementHexS2(), REDUCED)
+    (layer,) = mount_layers(housing)
+    assert layer_area(basis, layer) == pytest.approx(area, rel=CUT)
+
+
+def test_holes_are_held_where_a_comparison_asks_for_it():
+    assert mount_layers(replace(mounted("covers"), mount="holes")) == ()
+
+
+@pytest.mark.parametrize("mount", ["covers", "washers"])
+def test_bar_holds_a_finer_mesh_in_each_mount(mount):
+    housing = mounted(mount)
+    fine, coarse, finer = (solved(housing, scale) for scale in (DEFAULT.fine, DEFAULT.coarse, FINER))
+    found = housing_stiffness(fine, coarse)
+    bars = DEFAULT.errors(housing, found.error)
+    apart = np.abs(np.array(found.K) / np.array(finer.K) - 1.0)
+    assert np.all(apart < bars)
+    assert max(bars) < 1e-3
+    sag = np.abs(np.array(found.weight_sag) / np.array(finer.weight_sag) - 1.0)
+    assert np.all(sag < found.weight_sag_error)
+
+
+def test_mounts_differ_by_more_than_the_bar_and_plastic_covers_are_the_softest():
+    """A cover is 3 mm of plastic under the frame, a washer is steel, and no screw holds the walls of a hole."""
+    K = {mount: np.array(solved(replace(mounted("covers"), mount=mount), COARSE).K) for mount in
+         ("covers", "washers", "holes")}  # fmt: skip
+    assert np.all(K["covers"] < K["washers"])
+    assert np.all(K["washers"] < K["holes"])
+    assert K["holes"][1] / K["covers"][1] - 1.0 > 5e-3

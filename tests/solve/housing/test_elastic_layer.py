@@ -1,0 +1,69 @@
+"""Layers between the frame and the ground: their area, their give, and what they must not be."""
+
+import math
+
+import numpy as np
+import pytest
+from skfem import ElementHexS2, MeshHex1, MeshHex2
+
+from solve.elasticity import stiffness_matrix, vector_basis
+from solve.housing.elastic_layer import ElasticLayer, layer_area, layer_matrix
+from solve.linear import factorised
+
+E, POISSON = 2000.0, 0.38
+SHEAR = 0.5 * E / (1.0 + POISSON)
+SIDE, THICKNESS = 4.0, 2.5
+ON_PLANE = 1e-9
+CUT = 0.05  # of an area: 70 cells of 0.25 mm on the edges of a ring of 9 mm^2, a third of a cell each, two sigma
+
+
+@pytest.fixture(scope="module")
+def basis():
+    """Return the displacements of a cube of 4 mm in 8 elements, its side face at y = 4 mm named."""
+    cube = MeshHex2.from_mesh(MeshHex1.init_tensor(*3 * (np.linspace(0.0, SIDE, 3),)))
+    cube = cube.with_boundaries({"side": lambda x: np.abs(x[1] - SIDE) < ON_PLANE})
+    return vector_basis(cube, ElementHexS2(), order=3)
+
+
+def layer(**changes) -> ElasticLayer:
+    return ElasticLayer(**{"name": "side", "thickness": THICKNESS, **changes})
+
+
+def test_stiff_block_on_a_layer_moves_as_far_as_a_sheared_and_a_stretched_strip(basis):
+    """F t / (G A) along the layer and F t / (E A) across it: a block 1e6 times as stiff as the layer."""
+    matrix = stiffness_matrix(basis, 1e6 * E, POISSON) + layer_matrix(basis, [layer()], E, POISSON)
+    factor = factorised(matrix, np.zeros(0, dtype=np.int64))
+    for axis, modulus in enumerate((SHEAR, E, SHEAR)):
+        unit = np.zeros(basis.N)
+        unit[np.concatenate([basis.nodal_dofs[axis], basis.edge_dofs[axis]])] = 1.0
+        # The layer's own reaction to a shift of the whole block turns nothing.
+        force = layer_matrix(basis, [layer()], E, POISSON) @ unit
+        u = factor.solve(force / float(unit @ force))
+        moved = float(unit @ u) / float(unit.sum())
+        assert moved == pytest.approx(THICKNESS / (modulus * SIDE**2), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("place", "area"),
+    [
+        ({}, SIDE**2),
+        ({"rectangles": (((0.0, 2.0), (0.0, 4.0)),)}, 8.0),
+        ({"rectangles": (((0.0, 2.0), (0.0, 4.0)), ((1.0, 3.0), (0.0, 4.0)))}, 12.0),
+        ({"discs": ((2.0, 2.0, 1.7),)}, math.pi * 1.7**2),
+        ({"discs": ((2.0, 2.0, 1.9),), "holes": ((2.0, 2.0, 0.9),)}, math.pi * (1.9**2 - 0.9**2)),
+        ({"rectangles": (((2.0, 4.0), (0.0, 4.0)),), "discs": ((2.0, 2.0, 1.7),)}, 0.5 * math.pi * 1.7**2),
+    ],
+)
+def test_area_under_a_layer_is_that_of_its_rectangles_and_rings(basis, place, area):
+    assert layer_area(basis, layer(**place)) == pytest.approx(area, rel=CUT)
+
+
+def test_layer_goes_with_one_over_its_thickness(basis):
+    thin, thick = (layer_matrix(basis, [layer(thickness=t)], E, POISSON) for t in (1.0, 3.0))
+    assert np.abs(thin - 3.0 * thick).max() < 1e-12 * np.abs(thin).max()
+
+
+@pytest.mark.parametrize("thickness", [0.0, -1.0, math.nan])
+def test_layer_without_a_thickness_is_refused(thickness):
+    with pytest.raises(ValueError, match="must be greater than 0"):
+        layer(thickness=thickness)

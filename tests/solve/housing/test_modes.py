@@ -1,0 +1,95 @@
+"""The lowest modes: a beam of known frequencies, both symmetries, bars that hold on a finer mesh, and refusals."""
+
+import numpy as np
+import pytest
+from skfem import CellBasis, ElementHexS2, ElementVector, MeshHex1, MeshHex2
+from stand_ins import PETG, default_housing
+
+from cad.theory.leaf_spring import natural_frequency
+from mesh.housing.sweep import flexure_mesh
+from pipeline.fit.mounts import attached_to
+from solve.housing import modes
+from solve.housing.modes import Modes, Solid, housing_modes, mass_matrix
+from solve.housing.stiffness import tip_compliance
+from solve.linear import SolveError
+
+HOUSING = default_housing()
+SOLID = Solid(E=PETG.E_MPa, poisson=PETG.poisson, density=PETG.density_g_per_cm3)
+RAYLEIGH = 0.03  # what a rigid shuttle on massless-ended leaves leaves out
+ROUND_OFF = 1e-12
+
+
+@pytest.fixture(scope="module")
+def fine_mesh():
+    return flexure_mesh(HOUSING, 2.0)
+
+
+@pytest.fixture(scope="module")
+def K(fine_mesh):
+    return tip_compliance(fine_mesh, SOLID.E, SOLID.poisson, attached_to(HOUSING)).K
+
+
+@pytest.fixture(scope="module")
+def found(K):
+    return housing_modes(flexure_mesh(HOUSING, 4.0), SOLID, K, attached_to(HOUSING))
+
+
+def test_mass_of_a_block_is_its_volume_times_its_density():
+    mesh = MeshHex2.from_mesh(MeshHex1.init_tensor(*(np.linspace(0.0, side, 3) for side in (2.0, 3.0, 4.0))))
+    basis = CellBasis(mesh, ElementVector(ElementHexS2()), intorder=3)
+    mass = mass_matrix(basis, 5.0)
+    for axis in range(3):
+        shift = np.zeros(basis.N)
+        shift[np.concatenate([basis.nodal_dofs[axis], basis.edge_dofs[axis]])] = 1.0
+        assert shift @ (mass @ shift) == pytest.approx(5.0 * 24.0, rel=ROUND_OFF)
+    assert np.abs(mass - mass.T).max() == pytest.approx(0.0, abs=ROUND_OFF)
+
+
+def test_low_spring_rings_first_then_a_mode_out_of_the_plane_and_the_high_spring(found):
+    assert found.shapes[0] == "low spring along the press"
+    assert set(found.shapes[1:]) == {"high spring along the press", "low spring out of the plane of the plate"}
+    assert list(found.frequencies_Hz) == sorted(found.frequencies_Hz)
+
+
+def test_frequency_along_the_press_is_near_rayleigh_s_quotient(found, K):
+    """Shuttle of block, tapered neck and tip on two leaves, each with 13/35 of its mass."""
+    arm = HOUSING.arms[0]
+    section, face = HOUSING.shuttle_width * HOUSING.depth, HOUSING.tip_side**2
+    neck = (HOUSING.neck_level - HOUSING.tip_height) * (section + face + (section * face) ** 0.5) / 3.0
+    block = section * (arm.top_level - HOUSING.neck_level) + neck + face * HOUSING.tip_height
+    leaf = arm.flexure.thickness * arm.flexure.length * arm.flexure.depth
+    grams = 1e-3 * SOLID.density
+    assert found.frequencies_Hz[0] == pytest.approx(natural_frequency(K[0], grams * block, grams * leaf), rel=RAYLEIGH)
+
+
+def test_bars_hold_the_modes_of_a_finer_mesh(found, fine_mesh, K):
+    finer = housing_modes(fine_mesh, SOLID, K, attached_to(HOUSING))
+    assert finer.shapes == found.shapes
+    apart = np.abs(np.array(found.frequencies_Hz) / np.array(finer.frequencies_Hz) - 1.0)
+    assert np.all(apart < np.array(found.errors))
+    assert max(found.errors) < 0.02
+
+
+def test_frequency_goes_with_the_root_of_modulus_over_density(found, K):
+    light = Solid(E=4.0 * SOLID.E, poisson=SOLID.poisson, density=0.25 * SOLID.density)
+    twice = housing_modes(flexure_mesh(HOUSING, 4.0), light, tuple(4.0 * k for k in K), attached_to(HOUSING))
+    assert twice.frequencies_Hz == pytest.approx([4.0 * f for f in found.frequencies_Hz], rel=1e-6)
+
+
+def test_mode_that_does_not_answer_its_own_inertia_is_refused(monkeypatch, K):
+    solve = modes.eigsh
+
+    def wrong(*arguments, **options):
+        values, vectors = solve(*arguments, **options)
+        return 1.001 * values, vectors
+
+    monkeypatch.setattr(modes, "eigsh", wrong)
+    with pytest.raises(SolveError, match=r"modes: residual 1\.0e-03 must be at most 1e-07"):
+        housing_modes(flexure_mesh(HOUSING, 4.0), SOLID, K, attached_to(HOUSING))
+
+
+def test_modes_that_do_not_rise_or_are_not_told_are_refused():
+    with pytest.raises(ValueError, match="must rise"):
+        Modes(frequencies_Hz=(2.0, 1.0), errors=(0.1, 0.1), shapes=("a", "b"))
+    with pytest.raises(ValueError, match="each with an error"):
+        Modes(frequencies_Hz=(1.0, 2.0), errors=(0.1,), shapes=("a", "b"))
