@@ -4,6 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from pipeline.commands.console import add_force_flag, add_json_flag
+from pipeline.storage.interruption import interruptible
 
 PURPOSE = "measure speed against error on this machine"
 EXAMPLE = "pipeline bench"
@@ -23,7 +24,9 @@ def execute(arguments: Namespace) -> int:
     if arguments.hard:
         from pipeline.bench.hard.suite import hard
 
-        return hard(as_json=arguments.json, force=arguments.force, **place)
+        with interruptible():
+            return hard(as_json=arguments.json, force=arguments.force, **place)
     from pipeline.bench.bench import bench
 
-    return bench(as_json=arguments.json, force=arguments.force, **place)
+    with interruptible():
+        return bench(as_json=arguments.json, force=arguments.force, **place)

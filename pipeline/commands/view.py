@@ -4,6 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from pipeline.commands.console import add_force_flag
+from pipeline.storage.interruption import interruptible
 
 PURPOSE = "show the parts, fields and response"
 EXAMPLE = "pipeline view outputs/paper --png pictures"
@@ -24,6 +25,8 @@ def execute(arguments: Namespace) -> int:
     if arguments.png is None:
         show_pictures(shown, arguments.folder.name)
         return 0
-    for path in write_pictures(shown, arguments.png, force=arguments.force):
+    with interruptible():
+        paths = write_pictures(shown, arguments.png, force=arguments.force)
+    for path in paths:
         print(path)
     return 0
