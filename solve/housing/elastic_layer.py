@@ -10,9 +10,9 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis
 
-from solve.arrays import Floats
+from solve.arrays import Floats, Ints
 from solve.elasticity import lame_parameters, scattered
-from solve.surface import SurfacePatch, surface_patches
+from solve.surface import nodal_dofs, reference_facets
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in z [mm]
 Disc = tuple[float, float, float]  # centre x, z and radius [mm]
@@ -64,20 +64,30 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
     shear = lame_parameters(E, poisson)[1]
     total = csc_matrix((basis.N, basis.N))
     for layer in layers:
-        for patch, weights in _pressed(basis, layer):
-            springs = np.einsum("aep,bep,ep->eab", patch.shapes, patch.shapes, weights, optimize=True)
+        for dofs, weights, shapes in _pressed(basis, layer):
+            springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)
             for axis in range(3):
                 modulus = E if axis == _ACROSS else shear
-                total = total + scattered(modulus / layer.thickness * springs, patch.dofs[:, axis].T, basis.N)
+                total = total + scattered(modulus / layer.thickness * springs, dofs[:, axis].T, basis.N)
     return total
 
 
 def layer_area(basis: CellBasis, layer: ElasticLayer) -> float:
     """Return the area of the surface under a layer [mm^2], as the quadrature sees it."""
-    return sum(float(weights.sum()) for _, weights in _pressed(basis, layer))
+    return sum(float(weights.sum()) for _, weights, _ in _pressed(basis, layer))
 
 
-def _pressed(basis: CellBasis, layer: ElasticLayer) -> Iterator[tuple[SurfacePatch, Floats]]:
-    """Yield the quadrature on the surface of a layer, its weights [mm^2] zero outside the layer."""
-    for patch in surface_patches(basis, layer.name, _POINTS, _WEIGHTS):
-        yield patch, patch.weights * layer.covers(patch.places[0], patch.places[2])
+def _pressed(basis: CellBasis, layer: ElasticLayer) -> Iterator[tuple[Ints, Floats, Floats]]:
+    """Yield dofs (nodes, 3, facets), weights [mm^2] (facets, q), zero beside the layer, and shape functions (nodes, q).
+
+    Many points need no gradients: the shape functions are those of the unit cube, the same on every facet.
+    """
+    for facet in reference_facets(basis, layer.name):
+        inside = facet.corner[:, None] + np.stack([facet.along, facet.across], axis=1) @ _POINTS
+        slopes = np.asarray(basis.mapping.DF(inside, tind=facet.elements))
+        along, across = (np.einsum("ijfq,j->ifq", slopes, edge) for edge in (facet.along, facet.across))
+        area = np.linalg.norm(np.cross(along, across, axis=0), axis=0)
+        x, _, z = np.asarray(basis.mapping.F(inside, tind=facet.elements))
+        dofs = nodal_dofs(basis, facet.elements)
+        shapes = np.stack([basis.elem.elem.lbasis(inside, node)[0] for node in range(len(dofs))])
+        yield dofs, area * _WEIGHTS * layer.covers(x, z), shapes

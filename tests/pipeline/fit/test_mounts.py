@@ -12,7 +12,7 @@ from cad.design.parameters import Design, Print
 from cad.parts.cover import WASHER_MM, Cover, cover_part
 from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.mesh_pairs import COARSE, DEFAULT
-from pipeline.fit.mounts import attached_to, mount_layers
+from pipeline.fit.mounts import MOUNT_SCALE, attached_to, mount_changes, mount_layers
 from solve.elasticity import vector_basis
 from solve.housing.elastic_layer import layer_area
 from solve.housing.held_half import REDUCED
@@ -67,3 +67,12 @@ def test_mounts_differ_by_more_than_the_bar_and_plastic_covers_are_the_softest()
     assert np.all(K["covers"] < K["washers"])
     assert np.all(K["washers"] < K["holes"])
     assert K["holes"][1] / K["covers"][1] - 1.0 > 5e-3
+
+
+def test_change_to_another_mount_is_that_of_solving_it():
+    covers = mounted("covers")
+    changes = mount_changes(covers, *MATERIAL)
+    own, washers = (np.array(solved(replace(covers, mount=mount), MOUNT_SCALE).K) for mount in ("covers", "washers"))
+    assert changes["washers on the frame, no covers"] == pytest.approx(washers / own - 1.0, rel=1e-6)
+    for name in ("screws so loose that they bend", "covers that press near the screws alone"):
+        assert max(changes[name]) < 0.0
