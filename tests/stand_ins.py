@@ -19,7 +19,7 @@ from pipeline.stages.response import press_scene
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.stages.springs import FittedSpring, FittedSprings
 from pipeline.storage.stopwatch import Seconds
-from pipeline.uncertainty.causes import assessed_sensor
+from pipeline.uncertainty.cause import assessed_sensor
 from pipeline.uncertainty.sensor_errors import sensor_errors
 from pipeline.verdicts.sensor import judge
 from solve.error_estimate import SolveInfo

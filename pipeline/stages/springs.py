@@ -17,6 +17,7 @@ from cad.quantity import Estimate, InputError
 from cad.theory.leaf_spring import Flexure
 from cad.theory.two_spring_law import Springs
 from mesh.session import MeshError
+from pipeline.fit.mounts import mount_changes
 from pipeline.fit.pins import fit_with_pins
 from pipeline.fit.solve_memo import FittedHousing
 from pipeline.options import RunOptions
@@ -150,6 +151,25 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     sags = [weight * sag + pins / K for sag, K in zip(result.weight_sag, result.K, strict=True)]
     rows = zip(sags, result.weight_sag_error, strict=True)
     return tuple(Estimate(sign * sag, error * sag, "mm") for sag, error in rows)
+
+
+def tip_leads(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
+    """Return how far each tip stands before the foremost one by the weight of its parts [mm]; none where all are level.
+
+    The foremost tip is at 0, the others below.
+    """
+    sags = [sag.value for sag in weight_sag(springs, attitude)]
+    return tuple(sag - max(sags) for sag in sags) if any(sags) else ()
+
+
+def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:
+    """Return by name what other mounts than the design's change of each spring's stiffness [1], kept; none unmade."""
+    housing, process = springs.housing, springs.process
+    if housing is None:
+        return {}
+    E, poisson = process.E_MPa, process.poisson
+    inputs = {"housing": asdict(housing), "E": E, "poisson": poisson}
+    return cached("mounts", inputs, lambda: mount_changes(housing, E, poisson), dict[str, tuple[float, ...]])
 
 
 def _fitted(guess: Housing, targets: tuple[float, ...], process: Process, tolerance: float) -> FittedHousing:

@@ -11,13 +11,8 @@ from dataclasses import dataclass, replace
 
 from cad.quantity import Estimate
 from pipeline.stages.response import ScenePress
-from pipeline.uncertainty.causes import (
-    Cause,
-    Sensor,
-    calibrated_causes,
-    input_causes,
-    model_causes,
-)
+from pipeline.uncertainty.cause import Cause, Sensor
+from pipeline.uncertainty.causes import calibrated_causes, input_causes, model_causes
 from pipeline.uncertainty.force_ratio import (
     LIFTED,
     Pressed,

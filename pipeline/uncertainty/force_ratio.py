@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pipeline.uncertainty.causes import Cause, Sensor
+from pipeline.uncertainty.cause import Cause, Sensor
 
 FELT = 1e-6  # a smaller move is scaled up to this, its answer down again: round-off would drown it
 LIFTED = 1.0  # of the ratio: the share of a cause that takes a tip off the fruit

@@ -22,7 +22,8 @@ from pipeline.fit.mesh_pairs import COARSE
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings
 from pipeline.storage.cache import cached
-from pipeline.uncertainty.causes import CALIBRATED, SIGMAS
+from pipeline.uncertainty.causes import CALIBRATED
+from pipeline.uncertainty.spring_causes import SIGMAS
 from pipeline.verdicts.characteristic import Characteristic, characteristic
 from solve.error_estimate import propagated
 from solve.fruit.compliance import FruitCompliance

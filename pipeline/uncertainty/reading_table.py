@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pipeline.stages.response import ScenePress
 from pipeline.uncertainty.budget import ratio_budget
-from pipeline.uncertainty.causes import Sensor
+from pipeline.uncertainty.cause import Sensor
 from pipeline.uncertainty.force_ratio import Pressed
 from solve.contact.linear_response import SensorResponse
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from pipeline.stages.response import ScenePress
 from pipeline.uncertainty.budget import Budgets, uncertainty_budgets
-from pipeline.uncertainty.causes import Sensor
+from pipeline.uncertainty.cause import Sensor
 from pipeline.uncertainty.print_scatter import ScatterBands, print_scatter
 from pipeline.uncertainty.reading_table import ReadingTable, reading_table
 from pipeline.verdicts.scene_targets import SceneTargets

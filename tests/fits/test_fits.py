@@ -18,7 +18,7 @@ from fits import (
 from fits.comparison import covering, fitted
 from fits.springs import EVERY, ODD, TITANIUM
 
-from pipeline.uncertainty import causes
+from pipeline.uncertainty import spring_causes
 
 FAMILY = (2.0, 1.0, 0.5)  # one mesh coarser than the product's: locks more
 TO_SCALE_1 = 1.0  # good enough a reference for the mesh of scale 2
@@ -51,7 +51,7 @@ def test_constant_is_what_its_script_recomputes(compared):
 @pytest.mark.slow
 @pytest.mark.parametrize("times", [0.25, 4.0])
 def test_wrong_constant_is_caught(times, monkeypatch):
-    monkeypatch.setattr(causes, "FRAME_SHARES", tuple(times * share for share in causes.FRAME_SHARES))
+    monkeypatch.setattr(spring_causes, "FRAME_SHARES", tuple(times * share for share in spring_causes.FRAME_SHARES))
     assert not all(row.holds for row in frame_share.compared())
 
 

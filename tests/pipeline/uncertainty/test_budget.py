@@ -13,10 +13,12 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Print, Targets
 from cad.design.tips import Press, Tips
 from cad.theory.rounded_edge import edge_loss
+from cad.theory.sloped_skin import frictionless_press
 from cad.theory.soft_tissue import no_slip
 from cad.theory.strain_gauge import FOIL, sandwich_gain
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity, series_ratio
-from pipeline.uncertainty import causes
+from pipeline.stages.springs import GRAVITY
+from pipeline.uncertainty import spring_causes
 from pipeline.uncertainty.budget import (
     Budgets,
     Contribution,
@@ -24,7 +26,7 @@ from pipeline.uncertainty.budget import (
     ratio_budget,
     uncertainty_budgets,
 )
-from pipeline.uncertainty.causes import BEAM_SLOPES, assessed_sensor
+from pipeline.uncertainty.cause import BEAM_SLOPES, assessed_sensor
 from pipeline.uncertainty.force_ratio import Pressed
 from pipeline.uncertainty.print_scatter import StiffnessSurrogate, scatter_bands
 from pipeline.verdicts.characteristic import characteristic
@@ -34,7 +36,8 @@ from solve.fruit.split import split_compliance
 
 K_M = 3.5 * K_M_OVER_E
 SPRINGS = sizing_of(Design()).springs
-OF_SPRINGS = ["large deflection", "engraved marks", "elephant's foot"]
+OF_SPRINGS = ["large deflection", "engraved marks", "elephant's foot", "mount"]
+MOUNTS = {"washers": (0.001, 0.004), "loose": (0.0, -0.002)}
 OF_FRUIT = ["no slip", "large strain", "law of the flesh"]
 OF_PRINT = ["modulus", "leaf thickness"]
 OF_TIPS = ["tip side", "tip edge"]
@@ -42,7 +45,9 @@ OF_SCENE = ["Poisson's ratio", "pose"]
 
 
 def sensor_of(design, springs=None, slopes=BEAM_SLOPES):
-    return assessed_sensor(design, CONTACT, sizing_of(design), springs or springs_of(design), slopes)
+    springs = springs or springs_of(design)
+    mounts = MOUNTS if springs.housing is not None else {}
+    return assessed_sensor(design, CONTACT, sizing_of(design), springs, mounts, slopes)
 
 
 def budgets_of(design, springs=None, slopes=BEAM_SLOPES):
@@ -221,8 +226,9 @@ def test_hard_designs_have_finite_shares(tables):
 
 def test_effect_of_size_zero_is_left_out(monkeypatch):
     """A metal print does not scatter in modulus, and leaves that do not bend have nothing to stiffen."""
-    monkeypatch.setattr(causes, "large_deflection_stiffening", lambda _length, _deflection: 0.0)
+    monkeypatch.setattr(spring_causes, "large_deflection_stiffening", lambda _length, _deflection: 0.0)
     assert effects(budgets_of(Design()).P_max.model) == OF_SPRINGS[1:] + OF_FRUIT
+    assert "slope" not in effects(budgets_of(Design()).P_max.model)  # of a flat fruit
 
 
 @pytest.mark.parametrize("change", [{"size": 0.0}, {"size": math.nan}, {"reason": ""}, {"effect": ""}])
@@ -295,6 +301,44 @@ def test_poissons_ratio_moves_P_as_another_fruit_does(poisson, percent):
     assert size_of(down, "Poisson's ratio", "input") == pytest.approx(true, rel=0.1)
 
 
+def test_mount_that_changes_most_stands_for_all_others():
+    budgets = budgets_of(Design())
+    assert (size_of(budgets.K_l, "mount"), size_of(budgets.K_h, "mount")) == (0.001, 0.004)
+    assert "loose +0 and -0.2 %" in next(one.reason for one in budgets.K_h.model if one.effect == "mount")
+
+
+def test_weight_of_a_sensor_that_is_held_sideways_says_what_pressing_down_does():
+    """0.019 mm of the low tip at 0.6 mm of travel."""
+    springs = springs_of(Design())
+    weight = GRAVITY * springs.process.density_g_per_cm3
+    sagging = dataclasses.replace(springs.fitted.stiffness, weight_sag=(0.02 / weight, 0.001 / weight))
+    heavy = dataclasses.replace(springs, fitted=dataclasses.replace(springs.fitted, stiffness=sagging))
+    size = size_of(budgets_of(Design(), heavy).P_max, "weight", "input")
+    assert size == pytest.approx(0.6 / 0.581 - 1.0, rel=0.03)
+    down = budgets_of(Design(press=Press(attitude="down")), heavy).P_max
+    assert "weight" not in effects(down.input)  # it is part of the scene
+
+
+def test_tip_that_slides_on_a_slope_presses_along_its_normal():
+    fruit = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
+    slope = math.tan(math.asin(4.0 / 35.0))
+    budget = budgets_of(Design(fruit=fruit)).contact
+    assert size_of(budget, "slope") == pytest.approx(1.0 / (1.0 + frictionless_press(0.3, slope)) - 1.0, rel=1e-9)
+    assert 0.5 < size_of(budget, "slope") / (4.0 / 35.0) ** 2 < 1.0  # of sin^2: the slope also spreads the load
+
+
+def test_whole_fruit_that_lies_free_is_rolled_by_a_pair():
+    """Forces of 0.45 and 2.24 N at -4 and 4 mm: the resultant passes 2.7 mm beside the support."""
+    ball = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
+    model = budgets_of(Design(fruit=ball)).P_max.model
+    (free,) = (one for one in model if one.effect == "free fruit")
+    assert abs(free.size) > 0.3
+    friction = 4.0 * (5.0 - 1.0) / (2.0 * 35.0 * (5.0 + 1.0))  # moment over 2 R times all force
+    assert f"unless friction holds it: {friction:.2g} is enough" in free.reason
+    piece = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
+    assert "free fruit" not in effects(budgets_of(Design(fruit=piece)).P_max.model)
+
+
 def test_calibrating_leaves_one_per_cent_a_spring_and_takes_the_print_away():
     sensor = sensor_of(Design())
     at = Pressed(E=3.5, travel=0.6)
@@ -302,7 +346,7 @@ def test_calibrating_leaves_one_per_cent_a_spring_and_takes_the_print_away():
     assert not {"modulus", "leaf thickness"} & set(effects(calibrated.input))
     for effect, K in zip(("low spring", "high spring"), SPRINGS.stiffnesses, strict=True):
         assert size_of(calibrated, effect, "input") == pytest.approx(0.01 * K_M / (K + K_M), rel=1e-3)
-    assert not {"engraved marks", "elephant's foot"} & set(effects(calibrated.model))
+    assert not {"engraved marks", "elephant's foot", "mount"} & set(effects(calibrated.model))
     assert calibrated.total < printed.total
 
 
