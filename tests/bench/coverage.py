@@ -1,8 +1,8 @@
 """Do the error bars hold: random contact scenes and random flexures against four times the dofs or another method.
 
-Run as a script from the root of the repository: `python tests/bench/coverage.py [--contact 200] [--curved 0] [--flexures 30]
-[--seed 1] [--direct 0.1] [--tolerance 2.5e-4] [--out docs]`, one thread: OMP_NUM_THREADS=1. It writes coverage.md into
-a folder, prints it, and exits 1 when a goal is missed.
+Run as a script from the root of the repository: `python tests/bench/coverage.py [--contact 200] [--curved 0]
+[--flexures 30] [--seed 1] [--direct 0.1] [--tolerance 2.5e-4] [--out docs]`, one thread: OMP_NUM_THREADS=1. It writes
+coverage.md into a folder, prints it, and exits 1 when a goal is missed.
 """
 
 import argparse
