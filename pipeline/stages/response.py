@@ -29,7 +29,8 @@ class ScenePress:
     largest modulus of all and full travel. `curve` is over equal steps of the modulus up to E_max at six travels; its
     first modulus stands for the softest fruit there may be. `tilted` are the presses at full travel of the curve's
     first, middle and last modulus with the tilt off by its spread to either side, where contact is solved on cells.
-    `level` says that flat sharp tips touch a flat fruit all at once, so that P is one number over the travel.
+    `ahead` is how far each tip stands before the foremost one [mm], none where all are level. `level` says that flat
+    sharp tips touch a flat fruit all at once, so that P is one number over the travel.
     """
 
     table: SensorResponse
@@ -37,6 +38,7 @@ class ScenePress:
     hardest: SensorResponse
     curve: SensorResponse
     tilted: tuple[SensorResponse, ...]
+    ahead: tuple[float, ...]
     level: bool
 
 
@@ -59,6 +61,7 @@ def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequ
         hardest=_pressed(scene, contact, C, [design.largest_E_MPa], 1),
         curve=_pressed(scene, contact, C, moduli, CURVE_TRAVELS),
         tilted=() if scene.linear else _tilted(scene, contact, C, moduli[[0, count // 2, count]]),
+        ahead=scene.ahead_mm,
         level=scene.linear and not any(scene.ahead_mm),
     )
 

@@ -36,6 +36,9 @@ def remedy(design: Design, verdicts: Sequence[Verdict], press: ScenePress) -> st
     failed = [verdict for verdict in verdicts if verdict.passed is False and verdict.name in OF_THE_SCENE]
     if not failed:
         return None
+    if any(press.ahead):
+        apart = max(press.ahead) - min(press.ahead)
+        return f"zero the tips in this attitude: their own weight sets them {apart:.2g} mm off level"
     if press.level:
         return _shorter_travel(design, press) if [one.name for one in failed] == ["bruise"] else None
     trials = [trial for words, change in _changes(design) if (trial := _tried(words, change)) is not None]

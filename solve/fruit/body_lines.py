@@ -28,7 +28,7 @@ class BodySteps:
     growth: float = 0.6
     largest: float = 0.25
     share: float = 1.0
-    most_dofs: int = 10_000
+    most_dofs: int = 9000
 
 
 def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: tuple[bool, bool], steps: BodySteps) -> Lines:

@@ -14,7 +14,8 @@ from cad.quantity import InputError
 from mesh.housing.sweep import flexure_mesh
 from pipeline.bench.hard import contact as hard_contact
 from pipeline.bench.hard import flexure as hard_flexure
-from solve.fruit.split import LARGEST_ERROR, LEVELS
+from solve.fruit.curved_body import shape_change
+from solve.fruit.split import LARGEST_ERROR, LEVELS, tip_footprints
 from solve.housing.stiffness import tip_compliance
 
 SCRIPT = Path(__file__).with_name("coverage.py")
@@ -104,6 +105,21 @@ def test_flexures_take_turns_and_planted_errors_are_seen(factor, bar, holds, cov
     assert [(len(one.checks), one.holds) for one in found] == [(2, holds), (2, holds)]
 
 
+@pytest.mark.parametrize(("off", "holds"), [(0.0, True), (5e-3, False)], ids=["as it is", "0.5 % off"])
+def test_curved_bodies_are_judged_by_what_a_solid_says(off, holds, coverage, monkeypatch):
+    """The solid is stood in for by the bent mesh of the product, so that the check is quick."""
+
+    def judged(fruit, tips, _size):
+        change = shape_change(fruit, tip_footprints(tips)).change
+        whole = 1.0 / tips.side_mm
+        return change[0, 0] - change[0, 1] + off * whole
+
+    monkeypatch.setattr(coverage, "solid_change", judged)
+    (found,) = coverage.curved_coverage(2, 5)
+    assert len(found.checks) == 2
+    assert found.holds == holds
+
+
 def test_every_process_that_can_be_made_takes_its_turn(coverage, check, monkeypatch):
     asked = []
 
@@ -128,6 +144,9 @@ def test_page_has_a_row_for_each_number(coverage, check, monkeypatch, tmp_path):
     monkeypatch.setattr(coverage, "contact_coverage", lambda *_: kinds)
     assert coverage.main(["--contact", "3", "--flexures", "0", "--out", str(tmp_path)]) == 1
     page = (tmp_path / "coverage.md").read_text(encoding="utf-8")
-    assert "coverage.py --contact 3 --flexures 0 --direct 0.1 --tolerance 0.00025 --seed 1` writes this table" in page
+    assert (
+        "coverage.py --contact 3 --flexures 0 --curved 0 --direct 0.1 --tolerance 0.00025 --seed 1` writes this table"
+        in page
+    )
     assert "| s | 2 | 1 | 1 | 50.0 % | 1.33 | 1.4 | 0.1 % | 0.1 % | 0.1 % |" in page
     assert "| t | 0 | 0 | 1 | - | - | - | - | - | - |" in page

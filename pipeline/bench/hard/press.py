@@ -92,7 +92,9 @@ def independent_forces(state: State, compliance: FruitCompliance, count: int) ->
     cells, interference = _cells(scene, count)
     tips = cells.tips
     rigid = state.E * spring_compliance(*state.springs)
-    if scene.tips.shape != "sphere":
+    if scene.tips.shape == "sphere":
+        rigid = rigid + compliance.shape_change
+    else:
         faces = np.isfinite(interference)
         level = tips[faces].T @ np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips[faces])
         rigid = rigid + compliance.S - np.linalg.inv(level)

@@ -85,7 +85,9 @@ def test_largest_departure_is_at_least_that_of_mid_range():
 
 def test_tip_that_hangs_lower_by_its_weight_is_ahead_in_the_scene():
     """0.019 mm of the low tip: the balance with the high one as much behind."""
-    reached = judged(Design(), (0.0, -0.019))[0].reached
+    judgement = judged(Design(), (0.0, -0.019))[0]
+    reached = judgement.reached
+    assert judgement.remedy == "zero the tips in this attitude: their own weight sets them 0.019 mm off level"
     assert reached.P_max.value == pytest.approx(balance(3.5, (0.6, 0.581)), rel=1e-9)
 
 
