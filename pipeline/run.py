@@ -13,7 +13,7 @@ from pipeline.stages.fields import write_fields
 from pipeline.stages.response import press_scene
 from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.solids import write_solids
-from pipeline.stages.springs import fit_springs, other_mounts, tip_leads
+from pipeline.stages.springs import fit_springs, tip_leads
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.uncertainty.cause import assessed_sensor
@@ -42,8 +42,8 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
     geometry = timed("solids", write_solids, design, springs, folder)
     press = timed("response", press_scene, design, contact, springs.C, tip_leads(springs, design.press.attitude))
     judged = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
-    sensor = assessed_sensor(design, contact, sizing, springs, timed("mounts", other_mounts, springs))
-    errors = timed("errors", sensor_errors, sensor, judged.reached, press, with_scatter=options.fabrication)
+    sensor = timed("mounts", assessed_sensor, design, contact, sizing, springs)
+    errors = timed("errors", sensor_errors, sensor, judged.reached, press, options)
     making = timed("fabrication", make_fabrication, design, springs, options, folder)
     return SensorResult(
         design=design,

@@ -111,7 +111,7 @@ def result_of(design: Design | None = None, options: RunOptions | None = None, *
     press = press_scene(design, CONTACT, springs.C)
     geometry = (GOOD,) if made else ()
     judged = judge(design, CONTACT, sizing, springs, geometry, press)
-    sensor = assessed_sensor(design, CONTACT, sizing, springs)
+    sensor = assessed_sensor(design, CONTACT, sizing, springs, {})
     return SensorResult(
         design=design,
         options=options,
@@ -122,7 +122,7 @@ def result_of(design: Design | None = None, options: RunOptions | None = None, *
         behaviour=spring_behaviour(springs, press),
         judgement=judged,
         verdicts=judged.verdicts,
-        errors=sensor_errors(sensor, judged.reached, press, with_scatter=False),
+        errors=sensor_errors(sensor, judged.reached, press, RunOptions()),
         left_out=None,
         seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),
     )

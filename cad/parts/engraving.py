@@ -9,12 +9,13 @@ import shapely
 from shapely.ops import unary_union
 
 from cad.parts.housing import Housing
-from cad.parts.part import NEAR_MM, Part, named_part, same_as
+from cad.parts.part import NEAR_MM, Part, named_part, on_plane, same_as
 
 ENGRAVED_MM = 0.3
 PEN_MM = 0.5  # the widest of the least gaps of the processes
 TALLEST_MM, SMALLEST_MM = 4.0, 3.0  # smaller letters would leave walls under 0.8 mm between their strokes
 _EDGE_MM = 1.0  # left free around a text
+_MARKED = "side_faces"  # of the housing, which the marks lie on
 
 
 def marked(part: Part, housing: Housing, name: str) -> Part:
@@ -34,7 +35,7 @@ def marked(part: Part, housing: Housing, name: str) -> Part:
     ]
     if not tools:
         return part
-    return _renamed(part, part.shape.cut(*tools))
+    return _renamed(part, part.shape.cut(*tools), 0.5 * housing.depth)
 
 
 def _tools(text: str, centre: tuple[float, float], room: tuple[float, float], housing: Housing) -> list[cq.Solid]:
@@ -55,10 +56,16 @@ def _tool(area: shapely.Polygon, centre: tuple[float, float], face: float) -> cq
     return cq.Solid.extrudeLinear(outer, inner, cq.Vector(0.0, 2.0 * ENGRAVED_MM, 0.0))
 
 
-def _renamed(part: Part, shape: cq.Shape) -> Part:
-    """Return the part with another shape whose named faces are those at the same places with the same areas."""
+def _renamed(part: Part, shape: cq.Shape, half_depth: float) -> Part:
+    """Return the part with another shape whose named faces are those at the same places with the same areas.
+
+    The sides of the plate, at the half depth [mm], lose what the marks take away.
+    """
     every = part.shape.Faces()
     tests = {name: same_as([every[i] for i in indices], NEAR_MM) for name, indices in part.faces.items()}
+    if _MARKED in tests:
+        front, back = (on_plane(1, side * half_depth) for side in (-1.0, 1.0))
+        tests[_MARKED] = lambda face: front(face) or back(face)
     return named_part(part.name, shape.Solids()[0] if len(shape.Solids()) == 1 else shape, tests)
 
 

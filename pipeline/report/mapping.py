@@ -59,7 +59,8 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "cpu_seconds": result.seconds.cpu,
     }
     if result.options.fabrication:
-        report["tolerance"] = None if result.errors.scatter is None else asdict(result.errors.scatter)
+        scatter = result.errors.scatter
+        report["tolerance"] = scatter and asdict(scatter)
     return sealed_mapping(report)
 
 

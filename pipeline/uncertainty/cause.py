@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from cad.design.parameters import Design
 from cad.theory.two_spring_law import series_stiffness
 from pipeline.stages.sizing import SpringSizing
-from pipeline.stages.springs import FittedSprings
+from pipeline.stages.springs import FittedSprings, other_mounts
 from pipeline.verdicts.characteristic import Characteristic, characteristic
 from solve.fruit.compliance import FruitCompliance
 
@@ -69,8 +69,10 @@ def assessed_sensor(
     mounts: Mapping[str, PerTip] | None = None,
     slopes: Sequence[float] = BEAM_SLOPES,
 ) -> Sensor:
-    """Return what the causes of errors act on; `mounts` are the changes of `other_mounts`, `slopes` as in `Sensor`."""
+    """Return what the causes of errors act on; `slopes` are as in `Sensor`.
+
+    `mounts` are the changes of `other_mounts`, which solves for them where they are not given.
+    """
     own = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
-    return Sensor(
-        design=design, contact=contact, sizing=sizing, springs=springs, own=own, mounts=mounts or {}, slopes=slopes
-    )
+    mounts = other_mounts(springs) if mounts is None else mounts
+    return Sensor(design=design, contact=contact, sizing=sizing, springs=springs, own=own, mounts=mounts, slopes=slopes)

@@ -17,8 +17,8 @@ from cad.design.processes import Process
 from cad.parts.housing import Housing
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from mesh.housing.sweep import flexure_mesh
-from pipeline.fit.foils import bonded_foils
 from pipeline.fit.mesh_pairs import COARSE
+from pipeline.fit.mounts import attached_to
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings
 from pipeline.storage.cache import cached
@@ -79,7 +79,7 @@ def print_scatter(
 
     def coarse(changed: Housing) -> tuple[float, ...]:
         mesh = flexure_mesh(changed, COARSE)
-        return tip_compliance(mesh, process.E_MPa, process.poisson, bonded_foils(changed)).K
+        return tip_compliance(mesh, process.E_MPa, process.poisson, attached_to(changed)).K
 
     surrogate = cached(
         "surrogate",

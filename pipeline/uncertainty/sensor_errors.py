@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from pipeline.options import RunOptions
 from pipeline.stages.response import ScenePress
 from pipeline.uncertainty.budget import Budgets, uncertainty_budgets
 from pipeline.uncertainty.cause import Sensor
@@ -12,17 +13,17 @@ from pipeline.verdicts.scene_targets import SceneTargets
 
 @dataclass(frozen=True, kw_only=True)
 class SensorErrors:
-    """The budgets, the table that a user reads, and how far prints scatter where that was asked for."""
+    """The budgets, the table that a user reads, and how far prints scatter where fabrication was asked for."""
 
     budgets: Budgets
     reading: ReadingTable
     scatter: ScatterBands | None
 
 
-def sensor_errors(sensor: Sensor, reached: SceneTargets, press: ScenePress, *, with_scatter: bool) -> SensorErrors:
+def sensor_errors(sensor: Sensor, reached: SceneTargets, press: ScenePress, options: RunOptions) -> SensorErrors:
     """Return all errors of a sensor that reaches P_max and NL in its scene; raises as the solves of the scatter do."""
     scatter = None
-    if with_scatter:
+    if options.fabrication:
         scatter = print_scatter(sensor.design, sensor.contact, sensor.sizing, sensor.springs)
     return SensorErrors(
         budgets=uncertainty_budgets(sensor, reached, press), reading=reading_table(sensor, press), scatter=scatter

@@ -43,17 +43,20 @@ def remedy(design: Design, verdicts: Sequence[Verdict], press: ScenePress) -> st
         return _shorter_travel(design, press) if [one.name for one in failed] == ["bruise"] else None
     trials = [trial for words, change in _changes(design) if (trial := _tried(words, change)) is not None]
     passing = [trial.words for trial in trials if trial.passes]
-    if passing:
-        return f"would pass, with springs sized anew: {' or '.join(passing)}"
-    known = [trial for trial in trials if trial.spread is not None]
-    tried = ", ".join(trial.words for trial in trials)
+    return f"would pass, with springs sized anew: {' or '.join(passing)}" if passing else _nearest(trials)
+
+
+def _nearest(trials: Sequence[Trial]) -> str:
+    """Return that no trial passes, and which comes nearest."""
+    tried = ", ".join(trial.words for trial in trials) or "none could be solved"
+    known = [(trial.spread, trial.words) for trial in trials if trial.spread is not None]
     if not known:
         return f"no change of travel, side or spacing passes; tried: {tried}"
-    best = min(known, key=lambda trial: trial.spread or 0.0)
+    spread, words = min(known)
     return (
-        f"no change of travel, side or spacing passes for a pair of flat tips in this scene; nearest: {best.words}, "
-        f"where P still varies by {100.0 * (best.spread or 0.0):.2g} % over the travel (at most "
-        f"{100.0 * SPREAD_TOLERANCE:g} %); tried: {tried}"
+        f"no change of travel, side or spacing passes for a pair of flat tips in this scene; nearest: {words}, where P "
+        f"still varies by {100.0 * spread:.2g} % over the travel (at most {100.0 * SPREAD_TOLERANCE:g} %); "
+        f"tried: {tried}"
     )
 
 

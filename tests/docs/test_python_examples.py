@@ -24,7 +24,8 @@ def test_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     printed = capsys.readouterr().out.splitlines()
     result = names["result"]
     assert printed[0] == "passed"
-    assert [line for line in printed if line.startswith("NL 0.06")]
+    (NL,) = (float(line.split()[1]) for line in printed if line.startswith("NL "))
+    assert pytest.approx(0.06, abs=0.001) == NL
     assert len(attributes()) > 5
     assert [name for name in attributes() if not hasattr(result, name)] == []
     assert [path.name for path in (tmp_path / "outputs").iterdir()] == ["mine"]

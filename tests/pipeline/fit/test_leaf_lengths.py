@@ -11,6 +11,7 @@ from pipeline.fit import solve_memo
 from pipeline.fit.leaf_lengths import MOST_FINE_SOLVES, TOLERANCE, SecantModel, fit_lengths, solve_housing, solve_on
 from pipeline.fit.mesh_pairs import DEFAULT, MESH_PAIRS, mesh_pairs_for
 from pipeline.verdicts.rules import STIFFNESS_TOLERANCE, deciding_tolerance
+from solve.housing.held_half import foils_of
 from solve.housing.stiffness import TipCompliance
 from solve.linear import SolveError
 
@@ -76,9 +77,9 @@ def test_loose_tolerance_is_met_on_the_coarse_mesh(fitted):
 def plant(monkeypatch, slope):
     """Let a mesh be its scale s, and its stiffnesses lie high by slope s^2 of 1 and 10 N/mm, whatever the lengths."""
 
-    def solved(scale, _E, _poisson, foils):
+    def solved(scale, _E, _poisson, attached):
         C = np.diag([1.0, 0.1]) / (1.0 + slope * scale**2)
-        strain = (1.0, 1.0) if foils else None
+        strain = (1.0, 1.0) if foils_of(attached) else None
         return dataclasses.replace(TIPS, C=C, dofs=round(1e4 / scale), gauge_strain_per_N=strain)
 
     monkeypatch.setattr(solve_memo, "flexure_mesh", lambda _, scale: scale)

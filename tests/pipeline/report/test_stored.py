@@ -88,7 +88,7 @@ DAMAGED = [
     (("design",), [1], "expected a JSON object.* @ design"),
     (("design", "tips"), 3, "tips = 3: must be a table"),
     (("design", "tips", "side_mm"), "1", r"tips\.side_mm = '1' mm: must be a number"),
-    (("design", "tips", "side_mm"), -1, r"tips\.side_mm = -1 mm: must be greater than 0"),
+    (("design", "tips", "side_mm"), -1, r"tips\.side_mm = -1 mm: must be at least 1e-06"),
     (("design", "tip"), {}, "tip: unknown table"),
     (("housing",), [1], "expected a JSON object.* @ housing"),
     (("housing", "tip_side"), GONE, r"required field missing @ housing\.tip_side"),
