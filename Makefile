@@ -2,11 +2,12 @@
 # make design   the files for fabrication and the verdicts on their geometry
 # make test     set up everything, then lint, types and every test that takes some seconds at most
 # make test-all the slow tests too
+# make test-studies those that take minutes in all: hostile files, odd machines, solids in another solver
 # make lint | bench | view | clean | setup | lock      FAST=1 adds the optional direct solver
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := run
-.PHONY: run design test test-all lint bench view clean setup lock
+.PHONY: run design test test-all test-studies lint bench view clean setup lock
 
 BIN := .venv/bin
 WORKERS ?= 2
@@ -35,10 +36,13 @@ lint: setup
 	$(BIN)/mypy
 
 test: lint
-	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m "not slow"
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m "not slow and not study"
 
 test-all: lint
-	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS)
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m "not study"
+
+test-studies: setup
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m study
 
 bench: setup
 	$(BIN)/pipeline bench

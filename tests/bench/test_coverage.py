@@ -105,6 +105,7 @@ def test_flexures_take_turns_and_planted_errors_are_seen(factor, bar, holds, cov
     assert [(len(one.checks), one.holds) for one in found] == [(2, holds), (2, holds)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("off", "holds"), [(0.0, True), (5e-3, False)], ids=["as it is", "0.5 % off"])
 def test_curved_bodies_are_judged_by_what_a_solid_says(off, holds, coverage, monkeypatch):
     """The solid is stood in for by the bent mesh of the product, so that the check is quick."""

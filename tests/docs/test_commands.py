@@ -101,6 +101,7 @@ def test_shown_script_exists(page: Path) -> None:
     assert [path for path in SCRIPT.findall(page.read_text(encoding="utf-8")) if not (ROOT / path).is_file()] == []
 
 
+@pytest.mark.slow
 def test_commands_end_as_they_should(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """`mine.toml` is the example of docs/design-file.md."""
     example = re.search(r"(?:^    .*\n|^\n)*^    name = (?:.*\n)(?:    .*\n|\n)*", design_page(), flags=re.MULTILINE)

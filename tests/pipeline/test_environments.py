@@ -100,6 +100,7 @@ def check_ended(place: Place, words: str, folder: Path, codes: tuple[int, ...]) 
         assert out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", LIGHT)
 @pytest.mark.parametrize("name", PLACES)
 def test_light_command_ends_well_or_in_a_line(name, words, tmp_path):
@@ -110,7 +111,7 @@ def test_light_command_ends_well_or_in_a_line(name, words, tmp_path):
     check_ended(place, words, tmp_path, codes)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize("name", PLACES)
 def test_run_ends_with_its_outputs_or_in_a_line(name, tmp_path):
     place = PLACES[name]

@@ -50,14 +50,14 @@ def test_piece_under_rigid_tips():
     assert change > ALLOWED * whole + bar  # a body that is left out would be seen
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize("fruit", [PIECE, SMALL, dataclasses.replace(SMALL, poisson=0.0)])
 def test_pieces_under_rigid_tips_on_finer_meshes(fruit):
     change, bar, whole = found(fruit)
     assert abs(change - rigid_limit(fruit, 0.5)) <= 0.1 * ALLOWED * whole + bar
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize("fruit", [PIECE, BALL, EGG])
 def test_solids_of_the_cad_kernel(fruit):
     change, bar, whole = found(fruit)

@@ -22,7 +22,7 @@ from solve.error_estimate import richardson
 from solve.housing.modes import Solid, housing_modes
 from solve.housing.stiffness import tip_compliance
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(not is_installed(), reason="CalculiX is not installed")]
+pytestmark = [pytest.mark.study, pytest.mark.skipif(not is_installed(), reason="CalculiX is not installed")]
 
 MATERIAL = (PETG.E_MPa, PETG.poisson)
 SIZES, RATE = (1.2, 0.9), 2.5  # of tetrahedra, and how their error falls: reference/flexure_reference.py

@@ -94,6 +94,7 @@ def test_step_of_another_housing_fails_by_the_leaf_that_differs(folder, sensor, 
     assert expected <= set(failed(folder))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("recess", "names"), [(1.0, []), (0.1, ["geometry.cover_clearance"])])
 def test_cover_that_touches_what_moves_fails(folder, sensor, recess, names):
     cover = dataclasses.replace(cover_of(sensor), recess=recess)
@@ -114,6 +115,7 @@ def test_open_stl_fails_watertight(folder):
     assert {"files.unchanged", "geometry.watertight"} <= set(failed(folder))
 
 
+@pytest.mark.slow
 def test_folder_without_a_housing_fails_by_that(tmp_path, capsys):
     write_outputs(result_of(made=False), tmp_path)
     assert main(["check", str(tmp_path)]) == 1
@@ -135,6 +137,7 @@ def test_file_outside_the_folder_is_not_taken_for_one_inside(folder):
     assert failed(folder) == ["files.unchanged", "report.digest"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("process", ["fdm-petg", "dmls-17-4ph"])
 def test_one_file_is_judged_by_the_rules_of_its_process(process, default_run, capsys):
     path = str(default_run.folder / "housing.stl")
@@ -144,6 +147,7 @@ def test_one_file_is_judged_by_the_rules_of_its_process(process, default_run, ca
     assert verdicts["geometry.min_wall"]["passed"] is True
 
 
+@pytest.mark.slow
 def test_one_file_is_judged_by_the_default_process_without_a_flag(default_run, capsys):
     assert main(["check", str(default_run.folder / "housing.stl")]) == 0
     (row,) = (line for line in capsys.readouterr().out.splitlines() if "geometry.min_wall" in line)

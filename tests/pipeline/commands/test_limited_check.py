@@ -190,7 +190,7 @@ HARMLESS = ("bit rot", "shuffled", "moved", "without lines", "rewired")
 SEEDS = (1, 2, 3, 4)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_file_ends_in_verdicts(name, seed, parts, tmp_path):
@@ -205,6 +205,7 @@ def test_hostile_file_ends_in_verdicts(name, seed, parts, tmp_path):
         assert [verdict.name for verdict in verdicts if verdict.passed is False]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".step", ".stl", ".3mf"])
 def test_whole_file_is_no_hostile_one(suffix, parts):
     assert [verdict for verdict in verdicts_apart(parts / f"part{suffix}", "fdm-petg") if verdict.passed is False] == []

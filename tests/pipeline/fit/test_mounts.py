@@ -48,6 +48,7 @@ def test_holes_are_held_where_a_comparison_asks_for_it():
     assert mount_layers(replace(mounted("covers"), mount="holes")) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mount", ["covers", "washers"])
 def test_bar_holds_a_finer_mesh_in_each_mount(mount):
     housing = mounted(mount)

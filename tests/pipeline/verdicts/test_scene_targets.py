@@ -75,6 +75,7 @@ def test_reading_of_a_tilted_sensor_by_the_level_law_is_wrong_and_no_longer_offe
     assert press.curve.P[-1, -1] == pytest.approx(press.table.P[-1, -1], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_largest_departure_is_at_least_that_of_mid_range():
     largest, middle = (
         judged(Design(press=Press(tilt_deg=1.0), targets=Targets(NL_definition=definition)))[0].reached.NL.value
