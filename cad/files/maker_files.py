@@ -1,5 +1,6 @@
 """What a maker needs beside the solid: drawing, coupon, cover, and a sheet on how to print and what to measure."""
 
+import math
 import tomllib
 from pathlib import Path
 
@@ -72,6 +73,7 @@ def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float)
         nut_mm=_NUT_MM,
         screw=_screw(cover),
         torque=_TORQUE_N_M,
+        tilt_deg=math.degrees(process.accuracy_mm / housing.spacing),
         washer=WASHER_MM,
     )
 
@@ -81,6 +83,7 @@ def _template(process: Process, housing: Housing) -> str:
     gauges = housing.gauges != "none"
     asked = {"nozzle": process.line_width_mm, "layer": process.layer_mm, "tips": housing.pin_side, "gauges": gauges}
     asked |= {mount: housing.mount == mount for mount in ("covers", "washers")}
+    asked["cover"] = housing.mount == "covers"
     return "".join(text for name, text in _TEXT.items() if asked.get(name, True))
 
 

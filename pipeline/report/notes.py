@@ -1,9 +1,13 @@
 """What a user must know beside the verdicts, each a sentence with its number."""
 
+import numpy as np
+
 from cad.design.parameters import PAPER_TARGETS
+from cad.theory.free_fruit import roll, table_share
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.result import SensorResult
 from pipeline.stages.response import mean_tip_pressure
+from pipeline.stages.springs import weight_sag
 from pipeline.verdicts.characteristic import characteristic
 
 
@@ -19,6 +23,8 @@ def notes(result: SensorResult) -> list[str]:
         f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the paper's "
         "have 1.3226 mm; its tips on a cube of 12 mm 15 % less)",
         *_beyond_the_law(result),
+        *_weight(result),
+        *_free_fruit(result),
         f"response: {table.info.method}; {table.info.status}",
         f"press: {depth:.2g} tip sides at most; small strain is assumed, beyond 0.3 sides the force of real flesh "
         "departs by up to 1 % (Poisson 0.3) or 5 % (0.45)",
@@ -49,4 +55,33 @@ def _beyond_the_law(result: SensorResult) -> list[str]:
     return [
         "P_max, NL and response.csv are those of this scene at full travel; a level sensor with flat sharp tips on "
         f"flat fruit has P_max {P_max.value:.4g} and NL {100.0 * NL.value:.3g} %"
+    ]
+
+
+def _weight(result: SensorResult) -> list[str]:
+    """Return how far the weight of the moving parts sets the tips off level, where springs are made."""
+    sags = [sag.value for sag in weight_sag(result.springs, "down")]
+    if not sags:
+        return []
+    apart = max(sags) - min(sags)
+    return [
+        f"weight: with the tips down they hang {apart:.2g} mm off level; solved for the attitude "
+        f"{result.design.press.attitude!r}, zero them in the one in which they press"
+    ]
+
+
+def _free_fruit(result: SensorResult) -> list[str]:
+    """Return what a table does to a whole fruit that lies free on it, which is solved as held at its base."""
+    fruit, travel = result.design.fruit, result.design.press.travel_mm
+    if fruit.radius_mm is None or not fruit.whole or fruit.depth_mm <= fruit.radius_mm:
+        return []
+    hardest = result.press.hardest
+    forces, E = hardest.F[-1, -1], float(hardest.E[-1])
+    share = table_share(float(forces.sum()), travel, E, fruit.poisson, fruit.radius_mm)
+    own = np.diag(result.springs.C) + (np.diag(result.contact.S) - result.contact.crosstalk) / E
+    rolled = roll(forces.tolist(), result.design.tips.centres_mm, (1.0 / own).tolist(), fruit.radius_mm)
+    rolls = f"rolls by {rolled.angle_deg:.2g} deg" if rolled.steady else "rolls away under the pair"
+    return [
+        f"a whole fruit is solved as held at its base; free on a table it gives {100.0 * share:.2g} % of the travel at "
+        f"the table, and {rolls} unless friction of at least {rolled.friction:.2g} holds it: hold the fruit"
     ]

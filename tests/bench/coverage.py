@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from bench.beam_guess import beam_guess  # noqa: E402
+from bench.tilted_scenes import tilted_scenes  # noqa: E402
 from reference.curved_fruit import sizes, solid_change  # noqa: E402
 
 from cad.design.parameters import Design, Fruit, Print, Targets, Tips  # noqa: E402
@@ -201,6 +202,15 @@ def curved_coverage(count: int, seed: int) -> tuple[Covered, ...]:
     return (Covered("curved bodies, s11 - s12", tuple(checks), tuple(refused)),)
 
 
+def tilted_coverage(count: int, seed: int) -> tuple[Covered, ...]:
+    """Check force ratio and force of the low tip of tilted sensors by direct finite elements of tips that turn."""
+    found = []
+    for place, checks in enumerate(tilted_scenes(count, seed)):
+        found.append(checks)
+        _progress(f"tilted {place + 1}", checks, time.perf_counter())
+    return tuple(Covered(kind[0].name, tuple(kind), ()) for kind in zip(*found, strict=True))
+
+
 def flexure_coverage(count: int, seed: int) -> tuple[Covered, ...]:
     """Check both stiffnesses of random housings with beam-law leaves, on the default and on the cheapest mesh.
 
@@ -238,6 +248,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--contact", type=int, default=200, help="random contact scenes")
     parser.add_argument("--flexures", type=int, default=30, help="random flexure pairs")
     parser.add_argument("--curved", type=int, default=0, help="random curved bodies, a minute each")
+    parser.add_argument("--tilted", type=int, default=0, help="random tilted scenes, half a minute each")
     parser.add_argument("--direct", type=float, default=0.1, help="share of contact scenes beyond the split")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of the split")
     parser.add_argument("--seed", type=int, default=1)
@@ -248,6 +259,8 @@ def main(arguments: Sequence[str]) -> int:
         covered += contact_coverage(asked.contact, asked.seed, asked.direct, asked.tolerance)
     if asked.curved:
         covered += curved_coverage(asked.curved, asked.seed)
+    if asked.tilted:
+        covered += tilted_coverage(asked.tilted, asked.seed)
     if asked.flexures:
         covered += flexure_coverage(asked.flexures, asked.seed)
     rows = tuple(kind.row() for kind in covered)

@@ -56,6 +56,21 @@ def test_scene_that_is_not_level_says_what_a_level_sensor_has():
     assert [line for line in notes(result) if line.startswith("P_max, NL")] == []
 
 
+def test_weight_is_said_with_its_attitude():
+    assert "solved for the attitude 'side'" in note(result_of(), "weight: with the tips down")
+
+
+def test_whole_fruit_on_a_table_is_told_to_be_held():
+    ball = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
+    forces = result_of().press.hardest.F[-1, -1]
+    friction = 4.0 * (forces[1] - forces[0]) / (2.0 * 35.0 * forces.sum())
+    result = dataclasses.replace(result_of(), design=dataclasses.replace(Design(), fruit=ball))
+    line = note(result, "a whole fruit is solved as held")
+    assert f"friction of at least {friction:.2g} holds it" in line
+    assert "rolls away" in line
+    assert [line for line in notes(result_of()) if line.startswith("a whole fruit")] == []
+
+
 def test_file_that_is_left_out_is_noted_last():
     left_out = dataclasses.replace(result_of(), left_out="fruit.vtu is left out: too steep")
     assert notes(left_out)[-1] == "fruit.vtu is left out: too steep"
