@@ -120,8 +120,10 @@ def test_ci_runs_make_targets() -> None:
 
 
 def test_only_the_quick_tests_of_make_leave_slow_ones_out() -> None:
-    """`make test` is for the desk, `make test-all`, which .ci/run calls, for what is accepted."""
+    """`make test` is for the desk, `make test-all`, which .ci/run calls, for what is accepted, studies by hand."""
     text = (ROOT / "Makefile").read_text(encoding="utf-8")
     recipes = dict(re.findall(r"^(test[a-z-]*):.*\n\t(.+)$", text, flags=re.MULTILINE))
-    assert recipes["test"] == f'{recipes["test-all"]} -m "not slow"'
-    assert recipes["test-all"].endswith("/pytest -n $(WORKERS)")
+    every = "$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m "
+    assert recipes["test"] == f'{every}"not slow and not study"'
+    assert recipes["test-all"] == f'{every}"not study"'
+    assert recipes["test-studies"] == f"{every}study"

@@ -18,8 +18,6 @@ from fits import (
 from fits.comparison import covering, fitted
 from fits.springs import EVERY, ODD, TITANIUM
 
-from pipeline.uncertainty import spring_causes
-
 FAMILY = (2.0, 1.0, 0.5)  # one mesh coarser than the product's: locks more
 TO_SCALE_1 = 1.0  # good enough a reference for the mesh of scale 2
 BLOCKS = (split_errors.BLOCKS["paper"], split_errors.BLOCKS["low"])
@@ -40,7 +38,7 @@ REDUCED = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize("compared", REDUCED.values(), ids=REDUCED)
 def test_constant_is_what_its_script_recomputes(compared):
     rows = compared()
@@ -48,10 +46,11 @@ def test_constant_is_what_its_script_recomputes(compared):
     assert [str(row) for row in rows if not row.holds] == []
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @pytest.mark.parametrize("times", [0.25, 4.0])
 def test_wrong_constant_is_caught(times, monkeypatch):
-    monkeypatch.setattr(spring_causes, "FRAME_SHARES", tuple(times * share for share in spring_causes.FRAME_SHARES))
+    wrong = tuple(times * share for share in frame_share.FRAME_SHARES)
+    monkeypatch.setattr(frame_share, "FRAME_SHARES", wrong)
     assert not all(row.holds for row in frame_share.compared())
 
 
