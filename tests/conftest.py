@@ -2,6 +2,7 @@
 
 import importlib
 import random
+import signal
 import textwrap
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -20,6 +21,14 @@ settings.load_profile("same-every-time")
 def _fixed_seed() -> None:
     random.seed(SEED)
     np.random.seed(SEED)  # noqa: NPY002 - for code that draws from the global generator
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _signals_heard() -> None:
+    """Hear the signals that a shell's background job and nohup ignore, and that every child would inherit ignored."""
+    for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, handler)
 
 
 @pytest.fixture
