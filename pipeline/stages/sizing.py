@@ -5,7 +5,7 @@ from typing import Literal
 
 from cad.design.parameters import Design
 from cad.quantity import fault
-from cad.theory.two_spring_law import Springs, hayes_stiffness, series_stiffness, size_springs
+from cad.theory.two_spring_law import Springs, hayes_stiffness, size_springs, spring_give
 from pipeline.options import RunOptions
 from solve.fruit.compliance import FruitCompliance
 
@@ -32,7 +32,7 @@ class SpringSizing:
         """Return how far each spring gives on the stiffest fruit [mm] at the full travel [mm] of its tip."""
         fruit = (self.K_m_at_largest_E, self.stiffness_ratio * self.K_m_at_largest_E)
         return tuple(
-            max(0.0, travel) * series_stiffness(K, K_m) / K
+            spring_give(K, K_m, max(0.0, travel))
             for travel, K, K_m in zip(travels, self.springs.stiffnesses, fruit, strict=True)
         )
 
