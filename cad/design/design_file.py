@@ -7,11 +7,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cad.design.parameters import TABLES, Design
+from cad.design.fruit import Fruit
+from cad.design.parameters import TABLES, Design, GivenSprings, Print, Targets
+from cad.design.reading import Reading
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError, as_float, fault, nearest
 
 _TABLE_TYPES: dict[str, Any] = {
-    item.name: item.default_factory for item in dataclasses.fields(Design) if item.name in TABLES
+    "targets": Targets,
+    "springs": GivenSprings,
+    "fruit": Fruit,
+    "tips": Tips,
+    "press": Press,
+    "reading": Reading,
+    "print": Print,
 }
 
 
@@ -31,6 +40,8 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
     if not isinstance(name, str):
         raise fault("name", name, "", "text", "it names files and folders")
     tables = {table: _table(table, data[table]) for table in TABLES if table in data}
+    if "springs" in tables and tables["springs"].given:
+        tables.setdefault("targets", None)  # springs that are given leave nothing to size
     return Design(name=name, **tables)
 
 
@@ -104,6 +115,8 @@ def design_as_mapping(design: Design) -> dict[str, Any]:
     tables: dict[str, Any] = {"name": design.name}
     for table in TABLES:
         record = getattr(design, table)
+        if record is None:
+            continue
         held = {item.name: getattr(record, item.name) for item in dataclasses.fields(record)}
         kept = {key: list(value) if isinstance(value, tuple) else value for key, value in held.items()}
         tables[table] = {key: value for key, value in kept.items() if value is not None}

@@ -61,7 +61,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
 
 
 def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
-    given, targets = design.springs, design.targets
+    given, targets = design.springs, design.nominal_targets
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
         return Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
     if targets.P_max <= ratio:

@@ -134,7 +134,7 @@ def _full(sensor: Sensor) -> Pressed:
 def _nonlinearity_budget(sensor: Sensor, NL: Estimate) -> UncertaintyBudget:
     """Return the budget of NL, whose causes act at its own place and at that of P_max."""
     own, full = sensor.own, _full(sensor)
-    K_m = own.K_m_of_NL(sensor.design.targets)
+    K_m = own.K_m_of_NL(sensor.design.nominal_targets)
     at = Pressed(E=full.E * K_m / own.K_m_max, travel=full.travel), full
     there, top = (causes_of(sensor, full.travel, sensor.gives(each, full.travel)) for each in (K_m, own.K_m_max))
     middle = {cause.effect: cause for cause in (*there.model, *there.input)}
