@@ -4,6 +4,7 @@ from pathlib import Path
 
 from cad.design.parameters import Design
 from pipeline.options import RunOptions
+from pipeline.reading.readings import assess_readings
 from pipeline.report.outputs import write_outputs
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import solved_behaviour
@@ -13,11 +14,12 @@ from pipeline.stages.fields import write_fields
 from pipeline.stages.response import press_scene
 from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.solids import write_solids
-from pipeline.stages.springs import fit_springs, tip_leads
+from pipeline.stages.springs import fit_springs, tip_compliance, tip_leads
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.uncertainty.cause import assessed_sensor
 from pipeline.uncertainty.sensor_errors import sensor_errors
+from pipeline.verdicts.reading_rules import reading_verdicts
 from pipeline.verdicts.sensor import advised, judge
 
 
@@ -37,13 +39,16 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
 def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
     timed = Stopwatch()
     contact = timed("contact", fruit_compliance, design, options)  # meshes and solves the fruit
-    sizing = timed("sizing", spring_sizing, design, contact, options)  # closed form
+    kinds = contact.of_kinds(*design.tips.kinds)  # a pair's own; one low and one high tip for more
+    sizing = timed("sizing", spring_sizing, design, kinds, options)  # closed form
     springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
     geometry = timed("solids", write_solids, design, springs, folder)
-    press = timed("response", press_scene, design, contact, springs.C, tip_leads(springs, design.press.attitude))
-    judged = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
-    sensor = timed("mounts", assessed_sensor, design, contact, sizing, springs)
-    errors = timed("errors", sensor_errors, sensor, judged.reached, press, options)
+    C, leads = tip_compliance(springs, design.tips), tip_leads(springs, design.press.attitude, design.tips)
+    press = timed("response", press_scene, design, contact, C, leads)
+    readings = timed("reading", assess_readings, design, contact, C)  # where the design asks for it
+    judged = timed("verdicts", judge, design, kinds, sizing, springs, geometry, press)
+    sensor = timed("mounts", assessed_sensor, design.as_pair, kinds, sizing, springs)
+    errors = timed("errors", sensor_errors, sensor, judged.reached, press, options, readings)
     making = timed("fabrication", make_fabrication, design, springs, options, folder)
     return SensorResult(
         design=design,
@@ -54,7 +59,8 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
         press=press,
         behaviour=timed("behaviour", solved_behaviour, springs, press),
         judgement=judged,
-        verdicts=(*advised(judged.verdicts, springs, options), *making),
+        readings=readings,
+        verdicts=(*reading_verdicts(design, readings), *advised(judged.verdicts, springs, options), *making),
         errors=errors,
         left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),
         seconds=timed.seconds(),

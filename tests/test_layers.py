@@ -31,7 +31,8 @@ ELASTIC = (
 )
 BELOW = ("cad", "mesh", "solve")
 STAGES = (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit", "pipeline.stages")
-JUDGED = (*STAGES, "pipeline.verdicts")
+READ = (*STAGES, "pipeline.reading")
+JUDGED = (*READ, "pipeline.verdicts")
 SENTENCES = (*JUDGED, "pipeline.uncertainty", "pipeline.result", "pipeline.report")
 
 MAY_SEE: dict[str, tuple[str, ...]] = {
@@ -64,7 +65,8 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.fit": (*BELOW, "pipeline.options", "pipeline.storage"),
     "pipeline.stages": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit"),
     "pipeline.stages.fabrication": JUDGED,
-    "pipeline.verdicts": STAGES,
+    "pipeline.reading": STAGES,
+    "pipeline.verdicts": READ,
     "pipeline.uncertainty": JUDGED,
     "pipeline.result": (*JUDGED, "pipeline.uncertainty"),
     "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),

@@ -13,6 +13,7 @@ _NOT_PASSED: Outcomes = (False, None)
 _RULES = {
     **dict.fromkeys(("P_max", "NL", *STIFFNESS_VERDICTS), "target, if made"), "P_displacement_independent": "target",
     "P_monotonic": "above 0", "sideways.*": "at least", "bruise": "at most",
+    "reading.lift": "at least", "reading.*": "at most",
     "geometry.frame_clearance": "reaches", "geometry.neck_clearance": "reaches", "geometry.stops_*": "reaches",
     "geometry.deflected_gap_*": "reaches", "geometry.cover_clearance": "reaches",
     "geometry.cover_over_fruit": "reaches", "geometry.fillets": "reaches", "geometry.*": "equal",

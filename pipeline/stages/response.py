@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
-from solve.contact.linear_response import SensorResponse, travels
+from solve.contact.linear_response import SensorResponse, TipKinds, travels
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
@@ -88,7 +88,8 @@ def _pressed(
     scene: Scene, contact: FruitCompliance, C: Floats, moduli: Sequence[float] | Floats, count: int
 ) -> SensorResponse:
     """Press; raises InputError where the scene is too steep or outside the domain of contact, SolveError."""
-    return scene_response(scene, contact, C, moduli, travels(scene.press.travel_mm, count))
+    steps = travels(scene.press.travel_mm, count)
+    return scene_response(scene, contact, C, moduli, steps, TipKinds(*scene.tips.kinds))
 
 
 def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:

@@ -105,6 +105,23 @@ class FittedSprings:
         return spring_compliance(*(spring.stiffness for spring in self.springs))
 
 
+def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:
+    """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N].
+
+    The tips of one plate move each other through its frame, those of two plates do not.
+    """
+    plate = springs.C
+    if tips.layout == "pair":
+        return plate
+    C = np.diag(tips.each(float(plate[0, 0]), float(plate[-1, -1])))
+    for first, second in _PLATES.get(tips.layout, ()):
+        C[first, second] = C[second, first] = plate[0, -1]
+    return C
+
+
+_PLATES = {"square": ((0, 1), (2, 3))}  # the tips on one plate, low first
+
+
 def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> FittedSprings:
     """Return the springs of a design, fitted by FE to the relative tolerance unless the beam law rules one out.
 
@@ -153,13 +170,13 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     return tuple(Estimate(sign * sag, error * sag, "mm") for sag, error in rows)
 
 
-def tip_leads(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
+def tip_leads(springs: FittedSprings, attitude: Attitude, tips: Tips) -> tuple[float, ...]:
     """Return how far each tip stands before the foremost one by the weight of its parts [mm]; none where all are level.
 
     The foremost tip is at 0, the others below.
     """
     sags = [sag.value for sag in weight_sag(springs, attitude)]
-    return tuple(sag - max(sags) for sag in sags) if any(sags) else ()
+    return tips.each(*(sag - max(sags) for sag in sags)) if any(sags) else ()
 
 
 def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:

@@ -17,7 +17,7 @@ ROUNDED = 2e-4  # of what is written with four digits
 
 
 def rows(result=RESULT):
-    table = csv.DictReader(io.StringIO(response_csv(result.errors.reading)))
+    table = csv.DictReader(io.StringIO(response_csv(result.errors.reading, result.design.tips)))
     return [{key: float(value) if value else None for key, value in row.items()} for row in table]
 
 

@@ -1,0 +1,135 @@
+"""How good the readings of a design are over the poses that occur: bias, uncertainty with its sources, lift."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from solve.contact.poses import pose_forces
+
+from cad.design.parameters import Design
+from cad.design.reading import Reading
+from cad.quantity import Estimate
+from cad.theory.contrast_law import ReadingError
+from pipeline.reading.lift import lift_tilt
+from pipeline.reading.placed import Placed, occurring, press_of, read_moduli
+from pipeline.reading.read_out import ReadOut, read_out_of
+from pipeline.reading.sources import UncertaintySources, noise_to_reach, uncertainty_sources
+from pipeline.stages.response import scene_of
+from solve.fruit.compliance import FruitCompliance
+
+Floats = NDArray[np.float64]
+
+NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stated
+_STEP = 1e-3  # of the modulus, by which forces are moved to weigh their errors
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModulusReading:
+    """What is read at one modulus [MPa]: the largest error over all poses [1], where it is, and its spread."""
+
+    E: float
+    bias: float
+    worst: Placed
+    sources: UncertaintySources
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingAssessment:
+    """How good readings are: at each modulus, the worst bias and uncertainty [1], the tilt of first lift [deg].
+
+    `refused` says in which pose there is no reading, None where there always is; bias and uncertainty are then None.
+    `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
+    """
+
+    method: str
+    lift: Estimate
+    moduli: tuple[ModulusReading, ...] = ()
+    bias: Estimate | None = None
+    uncertainty: Estimate | None = None
+    noise_percent: float | None = None
+    refused: str | None = None
+
+    @property
+    def worst_bias(self) -> ModulusReading:
+        """Return the reading at the modulus of the largest bias."""
+        return max(self.moduli, key=lambda one: abs(one.bias))
+
+    @property
+    def worst_uncertainty(self) -> ModulusReading:
+        """Return the reading at the modulus of the largest uncertainty."""
+        return max(self.moduli, key=lambda one: one.sources.total)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fruits:
+    """A design on its fruit with its springs, C (tips, tips) [mm/N]: what every press of an assessment needs."""
+
+    design: Design
+    contact: FruitCompliance
+    C: Floats
+    read_out: ReadOut
+
+    def presses(self, moduli: Sequence[float], places: Sequence[Placed]) -> tuple[Floats, Floats]:
+        """Return forces [N], shape (moduli, places, samples, tips), and their relative errors [1] without the tips."""
+        samples = self.read_out.samples
+        poses = [pose for E in moduli for place in places for pose in press_of(place, E, self.design, samples)]
+        solved = pose_forces(scene_of(self.design), self.contact, self.C, poses)
+        shape = len(moduli), len(places), samples
+        return solved.F.reshape(*shape, -1), solved.error.reshape(shape)
+
+
+def reading_assessment(design: Design, reading: Reading, contact: FruitCompliance, C: Floats) -> ReadingAssessment:
+    """Return how good the readings of a design are; C (tips, tips) [mm/N] is the compliance of the springs.
+
+    Raises InputError where the poses are outside the domain of contact, SolveError when a solve is not exact.
+    """
+    fruits = Fruits(design=design, contact=contact, C=C, read_out=read_out_of(design, contact, C))
+    moduli, places = read_moduli(design.fruit), list(occurring(design, reading))
+    lift = lift_tilt(design, reading, contact, C)
+    forces, errors = fruits.presses(moduli, places)
+    method = fruits.read_out.method
+    biases = np.empty((len(moduli), len(places)))
+    for i, E in enumerate(moduli):
+        for j, place in enumerate(places):
+            try:
+                biases[i, j] = fruits.read_out.modulus(forces[i, j]) / E - 1.0
+            except ReadingError as refused:
+                words = f"no reading at {E:.3g} MPa, {place}: {refused}"
+                return ReadingAssessment(method=method, lift=lift, refused=words)
+    known = _modulus_errors(fruits, moduli, forces[:, 0], errors[:, 0])
+    spread = uncertainty_sources(fruits.read_out, reading, forces[:, 0], _pose_shares(biases, places))
+    worst = np.abs(biases).argmax(axis=1)
+    rows = tuple(
+        ModulusReading(E=E, bias=float(biases[i, worst[i]]), worst=places[worst[i]], sources=spread[i])
+        for i, E in enumerate(moduli)
+    )
+    largest, widest = (int(np.argmax(values)) for values in (np.abs(biases).max(axis=1), [one.total for one in spread]))
+    return ReadingAssessment(
+        method=method,
+        lift=lift,
+        moduli=rows,
+        bias=Estimate(abs(rows[largest].bias), float(known[largest])),
+        uncertainty=Estimate(spread[widest].total, float(known[widest]) * spread[widest].total),
+        noise_percent=noise_to_reach(NOISE_LIMIT, spread[widest], reading),
+    )
+
+
+def _modulus_errors(fruits: Fruits, moduli: Sequence[float], forces: Floats, errors: Floats) -> Floats:
+    """Return by how much a modulus must move to move the forces at full travel as their errors may [1], (moduli,)."""
+    moved, _ = fruits.presses([E * (1.0 + _STEP) for E in moduli], [Placed()])
+    change = np.abs(moved[:, 0, -1] / forces[:, -1] - 1.0).max(axis=1)
+    return np.asarray(_STEP * errors[:, -1] / change)
+
+
+def _pose_shares(biases: Floats, places: Sequence[Placed]) -> list[dict[str, float]]:
+    """Return the root mean square of the bias [1] over tilts, over places and over radii, for each modulus."""
+    kinds = {
+        "tilt": [place.tilted for place in places],
+        "off_centre": [place.off_centre for place in places],
+        "radius": [place.other_fruit for place in places],
+    }
+    return [
+        {name: float(np.sqrt(np.mean(row[chosen] ** 2))) if any(chosen) else 0.0 for name, chosen in kinds.items()}
+        for row in biases
+    ]
