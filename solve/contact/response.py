@@ -9,7 +9,8 @@ from scipy.ndimage import maximum_filter
 
 from solve.arrays import Floats
 from solve.contact.linear_response import PAIR, SensorResponse, TipKinds, linear_response, response_of_forces
-from solve.contact.scene import Scene, SceneCells, interference, joined, scene_cells
+from solve.contact.scene import Scene, joined
+from solve.contact.scene_cells import SceneCells, interference, scene_cells
 from solve.contact.unilateral import ContactState, UnilateralContact
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
@@ -39,7 +40,7 @@ def scene_response(
     C, moduli, x = (np.asarray(values, dtype=np.float64) for values in (C, E, x))
     known = compliance.error_pair
     if scene.linear:
-        exact = linear_response(compliance.S, C, moduli, x, scene.ahead_mm or 0.0, kinds=kinds)
+        exact = linear_response(compliance.S, C, moduli, x, scene.ahead, kinds=kinds)
         return replace(exact, F_error=exact.F_error + known, P_error=exact.P_error + known)
     grids = scene_cells(scene, compliance, float(x.max(initial=0.0)))
     coarse, fine = (_on_grid(scene, grid, C, moduli, x, kinds) for grid in grids)

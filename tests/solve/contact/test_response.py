@@ -10,7 +10,8 @@ from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from solve.contact.linear_response import linear_response
 from solve.contact.response import scene_response
-from solve.contact.scene import Scene, scene_cells
+from solve.contact.scene import Scene
+from solve.contact.scene_cells import scene_cells
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_body import curved_compliance
