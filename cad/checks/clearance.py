@@ -6,7 +6,7 @@ import cadquery as cq
 
 from cad.checks.line_probe import SolidLines, Vector
 from cad.parts.housing import Arm, Housing
-from cad.parts.pose import largest_tilt, press_tilt, pressed
+from cad.parts.pose import in_place, largest_tilt, press_tilt, pressed
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, at_least, failed
 
@@ -50,7 +50,8 @@ def moving_part(sensor: Sensor, arm: Arm) -> cq.Shape:
 
 def _clearance(name: str, sensor: Sensor, shape: cq.Shape, tilt: float) -> Verdict:
     pose = f"travel {sensor.press.travel_mm:g} mm, tilt {tilt:g} deg any way"
-    fruit, shape = sensor.fruit_box(), shape.translate(cq.Vector(0.0, 0.0, sensor.housing.pin_out))
+    above = cq.Vector(0.0, 0.0, sensor.housing.pin_out)
+    fruit, shape = sensor.fruit_box(), in_place(shape, sensor.housing).translate(above)
     headings = _HEADINGS if tilt > 0.0 else (0.0,)
     distances = [_signed_distance(pressed(shape, sensor.press.travel_mm, tilt, heading), fruit) for heading in headings]
     worst = min(distances)

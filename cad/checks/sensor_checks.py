@@ -28,9 +28,10 @@ def check_sensor(sensor: Sensor, deflections: tuple[float, ...], folder: Path) -
     shape = sensor.part.shape
     step_path, stl_path = (existing_file(folder / name) for name in ("housing.step", "housing.stl"))
     try:
-        step, stl = read_step(step_path), sensor_pose(read_stl(stl_path), sensor.housing.depth)
+        step, printed = read_step(step_path), read_stl(stl_path)
     except ValueError as error:
         return (*check_solid(shape), unreadable(error))
+    stl = sensor_pose(printed, sensor.housing.depth, back_up=sensor.housing.back_to_back)
     forms: dict[str, Lines] = {"solid": SolidLines(shape), "STEP": SolidLines(step), "STL": MeshLines(stl)}
     return (
         *check_solid(shape),

@@ -8,7 +8,7 @@ from cad.checks.line_probe import SolidLines, Vector
 from cad.design.tips import Tips
 from cad.parts.housing import Housing
 from cad.parts.part import Part
-from cad.parts.pin_socket import pins
+from cad.parts.pin_socket import gable_side, pins
 from cad.verdict import Verdict, equal, failed
 
 PLACE_TOLERANCE_MM = 1e-3
@@ -46,13 +46,13 @@ def socket_verdicts(part: Part, housing: Housing, tips: Tips) -> tuple[Verdict, 
 
 def _pocket_errors(lines: SolidLines, housing: Housing, x: float) -> list[float]:
     """Return by how much a pocket at x is too wide to each side, to its gable and to its end [mm]."""
-    half, deep = 0.5 * housing.pocket_side, 0.5 * housing.pocket_depth
+    half, deep, up = 0.5 * housing.pocket_side, 0.5 * housing.pocket_depth, gable_side(housing)
     middle = (x, 0.0, deep)
     return [
         _open(lines, middle, (1.0, 0.0, 0.0)) - half,
         _open(lines, middle, (-1.0, 0.0, 0.0)) - half,
-        _open(lines, middle, (0.0, 1.0, 0.0)) - half,
-        _open(lines, middle, (0.0, -1.0, 0.0)) - 2.0 * half,
+        _open(lines, middle, (0.0, -up, 0.0)) - half,
+        _open(lines, middle, (0.0, up, 0.0)) - 2.0 * half,
         _open(lines, middle, (0.0, 0.0, 1.0)) - deep,
     ]
 

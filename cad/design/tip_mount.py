@@ -1,10 +1,16 @@
-"""What is printed at the end of a shuttle: the tip itself, or a foot that is wide enough for a pin's pocket."""
+"""What is printed at the end of a shuttle, the tip itself or a foot for a pin, and the plate that this asks for.
+
+The two plates of a square stand back to back on its sides, apart by their pads: each is less deep than the square.
+"""
 
 from dataclasses import dataclass
 
 from cad.design.parameters import Design
 from cad.design.processes import Process
 from cad.quantity import fault
+
+_LEAST_PAD_MM = 0.2  # two layers of a coarse print
+_LEAST_ASPECT = 2.0  # depth of a leaf over its thickness: a shallower one is as soft sideways as along the press
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,5 +38,33 @@ def tip_mount(design: Design, process: Process) -> TipMount:
 
 
 def plate_depth(design: Design, process: Process) -> float:
-    """Return the depth of the plate [mm]: that of the process, more where a tip mount is wider; raises InputError."""
-    return max(process.depth_mm, tip_mount(design, process).side)
+    """Return the depth of the plate [mm]: that of the process, more where a tip mount is wider.
+
+    Raises InputError where a square leaves no plate.
+    """
+    side = tip_mount(design, process).side
+    if design.tips.layout != "square":
+        return max(process.depth_mm, side)
+    spacing, pads = design.tips.spacing_mm, 2.0 * pad_height(process)
+    depth = round(spacing - pads, 3)
+    least = max(side, _LEAST_ASPECT * process.leaf_thickness_low_mm)
+    if depth < least:
+        what = "a tip is wide" if side == least else f"two leaf thicknesses of {process.name}"
+        bound = f"at least {least + pads:g} mm: a plate as deep as {what}, {least:g} mm, and two pads of {0.5 * pads:g}"
+        raise fault("tips.spacing_mm", spacing, "mm", bound, "move the tips apart, or take narrower tips")
+    return depth
+
+
+def pad_height(process: Process) -> float:
+    """Return the height of the pads on the back of a plate of a square [mm]: two make the least gap of the process."""
+    return max(_LEAST_PAD_MM, 0.5 * process.min_gap_mm)
+
+
+def leaf_thicknesses(design: Design, process: Process) -> tuple[float, ...]:
+    """Return the thickness of the leaves by spring, the low one's first [mm].
+
+    It is that of the process; in a plate less deep than the process advises all leaves are as thin as the low ones, for
+    the thinner a leaf, the stiffer it is across the plate against its stiffness along the press.
+    """
+    low, high = process.leaf_thicknesses_mm
+    return (low, high) if plate_depth(design, process) >= process.depth_mm else (low, low)

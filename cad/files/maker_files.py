@@ -65,7 +65,7 @@ def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float)
         volume_cm3=1e-3 * volume,
         mass_g=1e-3 * volume * process.density_g_per_cm3,
         tool="Print" if process.name.startswith(_BUILT_UP) else "Make",
-        lines=[thickness / (process.line_width_mm or 1.0) for thickness in process.leaf_thicknesses_mm],
+        lines=[arm.flexure.thickness / (process.line_width_mm or 1.0) for arm in housing.arms],
         coupon_rows=_coupon_rows(coupon, process),
         plate_factor=1.0 / (1.0 - process.poisson**2),
         pin_section=f"diameter {side:g} mm" if housing.pin_round else f"{side:g} x {side:g} mm",

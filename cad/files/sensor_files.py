@@ -9,6 +9,7 @@ import cadquery as cq
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, triangles, write_stl
 from cad.files.threemf import read_3mf, write_3mf
+from cad.parts.assembly import assembly_bodies
 from cad.parts.pose import print_pose
 from cad.parts.sensor import Body, Sensor
 
@@ -27,10 +28,9 @@ def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
     """
     names = ("housing.step", "assembly.step", "housing.stl", "housing.3mf")
     housing_step, assembly_step, housing_stl, model = (folder / name for name in names)
-    bodies = sensor.bodies()
-    export_step(bodies[:1], housing_step)
-    export_step(bodies, assembly_step)
-    printed = print_pose(sensor.printed_part().shape)
+    export_step((sensor.housing_body(),), housing_step)
+    export_step(assembly_bodies(sensor), assembly_step)
+    printed = print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back)
     export_stl(printed, housing_stl)
     write_3mf({sensor.part.name: triangles(printed)}, model)
     compare_volume(model, float(read_3mf(model).mesh.volume), printed.Volume(), solid_tolerance(printed))

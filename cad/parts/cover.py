@@ -38,8 +38,8 @@ class Cover:
 
     @property
     def grip(self) -> float:
-        """Return what the screws must span: the housing between two covers [mm]."""
-        return self.housing.depth + 2.0 * self.thickness
+        """Return what the screws must span: the housing, or both plates of a square, between two covers [mm]."""
+        return self.housing.stack + 2.0 * self.thickness
 
 
 def cover_of(sensor: Sensor) -> Cover:

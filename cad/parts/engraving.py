@@ -26,7 +26,9 @@ def marked(part: Part, housing: Housing, name: str) -> Part:
     wall = 0.5 * housing.wall_width
     middle = 0.5 * (housing.protrusion + housing.top_level)
     bar = (0.5 * (housing.left + housing.right), 0.5 * (housing.cavity_level + housing.top_level))
-    room = (housing.right - housing.left - 2.0 * housing.wall_width, housing.top_level - housing.cavity_level)
+    dowels = 4.0 * housing.dowel_hole if housing.dowels else 0.0
+    between = housing.right - housing.left - 2.0 * housing.wall_width - dowels
+    room = (between, housing.top_level - housing.cavity_level)
     beside = (housing.wall_width, housing.top_level - housing.protrusion - 4.0 * housing.hole_inset)
     tools = [
         *_tools(name, bar, room, housing),

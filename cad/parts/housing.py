@@ -24,6 +24,7 @@ class Arm:
 
     `sign` is the side on which it lies, -1 or 1; `centre` is the tip's, `wall` and `shuttle` are the roots of the
     leaves, `outer` is the far side of the wall; `levels` are those of the two leaves' middles, the lower one first.
+    The post, from `post` to `outer`, is what the screws hold: the whole wall, but where a short arm's wall is wider.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Arm:
     centre: float
     shuttle: float
     wall: float
+    post: float
     outer: float
     levels: tuple[float, float]
     top_level: float
@@ -53,7 +55,10 @@ class Housing:
     """Every dimension of the housing [mm]; levels are heights z above the tip faces; gauges by their name.
 
     Where pins stand out, the tip is their foot: levels are heights above its face, and z = -pin_out touches. `mount` is
-    what holds the frame; its covers reach down to `cover_level`.
+    what holds the frame; its covers reach down to `cover_level`. A plate that is made `back_to_back` with its like,
+    which is turned half round the press axis, has a frame of equal halves, pads on its back face y = depth / 2 that
+    rest on those of the other, and holes of the diameter `dowel_hole` for two dowels. A printed tip ends in a cap of
+    the radius `dome_radius`, or in a flat face where that is 0.
     """
 
     low: Flexure
@@ -80,6 +85,10 @@ class Housing:
     pin_out: float = 0.0
     pocket_side: float = 0.0
     pocket_depth: float = 0.0
+    dome_radius: float = 0.0
+    back_to_back: bool = False
+    pad_height: float = 0.0
+    dowel_hole: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse dimensions that do not make one plate: leaves, tips and levels that run into each other."""
@@ -137,7 +146,9 @@ class Housing:
     def _arm(self, name: str, sign: float, flexure: Flexure, top_level: float) -> Arm:
         shuttle = sign * 0.5 * (self.spacing + self.shuttle_width)
         wall = shuttle + sign * flexure.length
-        outer = wall + sign * self.wall_width
+        longest = max(self.low.length, self.high.length) if self.back_to_back else flexure.length
+        post = shuttle + sign * longest
+        outer = post + sign * self.wall_width
         column = outer - sign * 0.5 * self.wall_width
         rows = (self.protrusion + self.hole_inset, self.top_level - self.hole_inset)
         return Arm(
@@ -147,6 +158,7 @@ class Housing:
             centre=sign * 0.5 * self.spacing,
             shuttle=shuttle,
             wall=wall,
+            post=post,
             outer=outer,
             levels=(self.lower_leaf_level, self.lower_leaf_level + flexure.separation),
             top_level=top_level,
@@ -172,6 +184,19 @@ class Housing:
     def holes(self) -> tuple[Point, ...]:
         """Return the centres (x, z) of the mounting holes [mm], two in each wall."""
         return tuple(hole for arm in self.arms for hole in arm.holes)
+
+    @property
+    def stack(self) -> float:
+        """Return the thickness of the plate, or of both plates back to back [mm]."""
+        return self.spacing + self.depth if self.back_to_back else self.depth
+
+    @property
+    def dowels(self) -> tuple[Point, ...]:
+        """Return the centres (x, z) of the holes for dowels [mm], in both ends of the bar; none in a single plate."""
+        if not self.back_to_back:
+            return ()
+        level = 0.5 * (self.cavity_level + self.top_level)
+        return tuple((arm.post - arm.sign * self.dowel_hole, level) for arm in self.arms)
 
     def depth_share(self, z: float) -> float:
         """Return the share of the depth that is solid at height z [mm] of a tip or neck; 1 above the neck."""

@@ -1,9 +1,15 @@
-"""The solid of a housing with its named faces, whole and as the half y >= 0 for meshes that are made from it."""
+"""The solid of a housing with its named faces, whole and as the half y >= 0 for meshes that are made from it.
+
+A dome on a tip is left out of what is solved, whose tips are flat: as a bar it would give way by 2e-4 of K_h at most
+(tests/cad/parts/test_domes.py).
+"""
 
 import cadquery as cq
 
 from cad.parts.housing import Arm, Housing, fillet_corners, profile
 from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, upright_edges
+
+_BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip
 
 
 def _plate(housing: Housing) -> cq.Shape:
@@ -47,6 +53,24 @@ def housing_part(housing: Housing) -> Part:
     return named_housing(shape.Solids()[0] if len(shape.Solids()) == 1 else shape, housing)
 
 
+def domed(part: Part, housing: Housing) -> Part:
+    """Return the housing with its tips cut to caps of the dome's radius, their apexes at z = 0; as it is without domes.
+
+    A tip stays square above its cap, for a round one would hang over in print: the round face lies inside the square.
+    """
+    if not housing.dome_radius:
+        return part
+    cap = min(housing.dome_radius, housing.tip_height)
+    wide, deep = housing.tip_side + 2.0 * _BESIDE_TIP, housing.depth + 2.0 * _BESIDE_TIP
+    shape = part.shape
+    for arm in housing.arms:
+        corner = cq.Vector(arm.centre - 0.5 * wide, -0.5 * deep, -_BESIDE_TIP)
+        around = cq.Solid.makeBox(wide, deep, cap + _BESIDE_TIP, corner)
+        middle, along = cq.Vector(arm.centre, 0.0, housing.dome_radius), cq.Vector(1.0, 0.0, 0.0)
+        shape = shape.cut(around.cut(cq.Solid.makeSphere(housing.dome_radius, middle, along, -90.0, 90.0, 360.0)))
+    return named_housing(shape.Solids()[0] if len(shape.Solids()) == 1 else shape, housing)
+
+
 def named_housing(shape: cq.Shape, housing: Housing) -> Part:
     """Return a solid of the housing, perhaps read from a file, with its faces found again by their place.
 
@@ -82,11 +106,11 @@ def _outer_tests(housing: Housing) -> dict[str, FaceTest]:
 
 
 def _tip_tests(housing: Housing) -> dict[str, FaceTest]:
-    """Return by face name the test that picks the face of each tip."""
+    """Return by face name the test that picks the flat face or the cap of each tip."""
     on_level = on_plane(2, 0.0)
 
     def beside(sign: float) -> FaceTest:
-        return lambda face: on_level(face) and sign * face.Center().x > 0.0
+        return lambda face: (on_level(face) or face.geomType() == "SPHERE") and sign * face.Center().x > 0.0
 
     return {f"{arm.name}_tip": beside(arm.sign) for arm in housing.arms}
 

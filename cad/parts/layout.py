@@ -5,19 +5,22 @@ from dataclasses import replace
 
 from cad.design.parameters import Design
 from cad.design.processes import Process
-from cad.design.tip_mount import plate_depth, tip_mount
+from cad.design.tip_mount import leaf_thicknesses, pad_height, plate_depth, tip_mount
+from cad.design.tips import Layout, Tips
 from cad.parts.cover import cover_level
 from cad.parts.housing import Housing
 from cad.parts.pose import TILT_DEG
 from cad.theory.leaf_spring import Flexure
 
-SEPARATION = 14.0  # of the two leaves of a flexure: a wide stance keeps the tip from tilting
-SHUTTLE_WIDTH = 6.0
+# Of the two leaves of a flexure: a wide stance keeps the tip from tilting, a thin plate's more than another's.
+SEPARATION: dict[Layout, float] = {"pair": 14.0, "line": 14.0, "square": 20.0}
+SHUTTLE_WIDTH: dict[Layout, float] = {"pair": 6.0, "line": 6.0, "square": 3.0}
 TOP_BAR = 6.0
 LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest tip that prints without support
 CLEARANCE = 0.5  # frame above the fruit in the worst press
 STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
 POCKET_SIDES = 3.0  # depth of the pocket of a pin over its side
+DOWEL_MM = 3.0  # ISO 8734; printed as much too small as a hole may be off, so that a dowel is never loose
 _LEAST_PROTRUSION = 0.1
 
 
@@ -30,19 +33,20 @@ def housing_for(
     when a leaf is too short for its fillets.
     """
     tips, mount, depth = design.tips, tip_mount(design, process), plate_depth(design, process)
+    thicknesses, separation = leaf_thicknesses(design, process), SEPARATION[tips.layout]
     leaves = [
-        Flexure(thickness=t, length=length, depth=depth, separation=SEPARATION, fillet=process.fillet_mm)
-        for t, length in zip(process.leaf_thicknesses_mm, lengths, strict=True)
+        Flexure(thickness=t, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
+        for t, length in zip(thicknesses, lengths, strict=True)
     ]
-    shuttle = max(mount.side, min(SHUTTLE_WIDTH, tips.spacing_mm - process.min_gap_mm))
-    standing = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
+    shuttle = max(mount.side, min(SHUTTLE_WIDTH[tips.layout], tips.spacing_mm - process.min_gap_mm))
+    standing = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm, _cap_height(tips))
     tip_height, pin_out = (LEDGE, standing) if mount.pocket else (standing, 0.0)
     neck = tip_height + _taper(depth, shuttle, mount.side)
     protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
-    half_leaf = 0.5 * max(process.leaf_thicknesses_mm) + process.fillet_mm
+    half_leaf = 0.5 * max(thicknesses) + process.fillet_mm
     lower = max(neck, protrusion) + LEDGE + half_leaf
     stops = [round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections]
-    cavity = lower + SEPARATION + half_leaf + LEDGE + max(stops)
+    cavity = lower + separation + half_leaf + LEDGE + max(stops)
     housing = Housing(
         low=leaves[0],
         high=leaves[1],
@@ -60,7 +64,11 @@ def housing_for(
         mount=design.print.mount,
         cover_level=cover_level(protrusion, design.press),
         gauges=design.print.gauges,
+        dome_radius=0.0 if mount.pocket else tips.dome_radius_mm or 0.0,
     )
+    if tips.layout == "square":
+        dowel = round(DOWEL_MM - process.accuracy_mm, 3)
+        housing = replace(housing, back_to_back=True, pad_height=pad_height(process), dowel_hole=dowel)
     if not mount.pocket:
         return housing
     return replace(
@@ -73,6 +81,13 @@ def housing_for(
     )
 
 
+def _cap_height(tips: Tips) -> float:
+    """Return how far the corners of a square tip lie above the top of its dome [mm], in steps of 0.1; 0 without."""
+    radius = tips.dome_radius_mm or 0.0
+    corner = min(radius, math.sqrt(0.5) * tips.side_mm)
+    return math.ceil(10.0 * (radius - math.sqrt(radius**2 - corner**2)) - 1e-9) / 10.0
+
+
 def _taper(depth: float, shuttle: float, tip: float) -> float:
     """Return the height of a neck [mm]: 45 degrees over the depth, as it prints; a ledge where there is little step."""
     step = 0.5 * (depth - tip)
@@ -83,6 +98,7 @@ def _protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> flo
     """Return how far the tips stand out of the frame [mm]: full travel, the drop of a tilted edge, a clearance."""
     fruit, press = design.fruit, design.press
     along = min(0.5 * fruit.length_mm + abs(design.tips.offset_mm), 0.5 * design.tips.spacing_mm + max(lengths) + 20.0)
-    across = min(0.5 * fruit.width_mm, 0.5 * depth)
+    reach = 0.5 * depth + (0.5 * design.tips.spacing_mm if design.tips.layout == "square" else 0.0)
+    across = min(0.5 * fruit.width_mm, reach)
     drop = math.tan(math.radians(max(TILT_DEG, abs(press.tilt_deg)))) * max(along, across)
     return math.ceil(10.0 * (press.travel_mm + drop + CLEARANCE)) / 10.0

@@ -58,11 +58,16 @@ def socketed(part: Part, housing: Housing) -> Part:
     if not housing.pin_side:
         return part
     half, height = 0.5 * housing.pocket_side, housing.pocket_depth + _REACH
-    # In print pose the face y = -depth / 2 lies up: the gable points there.
-    section = [(-half, half), (half, half), (half, -half), (0.0, -2.0 * half), (-half, -half)]
+    up = gable_side(housing)
+    section = [(-half, -up * half), (half, -up * half), (half, up * half), (0.0, up * 2.0 * half), (-half, up * half)]
     below = [cq.Workplane("XY", origin=(arm.centre, 0.0, -_REACH)) for arm in housing.arms]
     pockets = [plane.polyline(section).close().extrude(height).findSolid() for plane in below]
     return named_housing(part.shape.cut(*pockets).Solids()[0], housing)
+
+
+def gable_side(housing: Housing) -> float:
+    """Return the sign of the side y that lies up in print, to which the gable of a pocket points."""
+    return 1.0 if housing.back_to_back else -1.0
 
 
 def pins(housing: Housing, tips: Tips) -> dict[str, cq.Shape]:

@@ -1,7 +1,7 @@
 """Poses of the sensor: pressed on its fruit with a tilt any way, and flat on the print bed.
 
 Sensor frame: see cad/parts/sensor.py. Print pose: the plate lies flat on z = 0 with the face y = -depth / 2 up, x
-stays, what was z points along y.
+stays, what was z points along y. A plate with pads on its back lies the other way up: y stays up, z points along -y.
 """
 
 import math
@@ -11,9 +11,10 @@ import numpy as np
 import trimesh
 
 from cad.design.tips import Press
+from cad.parts.housing import Housing
 
 TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
-_QUARTER_TURN = -90.0
+_QUARTER_TURN = 90.0
 
 
 def press_tilt(press: Press) -> float:
@@ -37,13 +38,20 @@ def pressed(shape: cq.Shape, travel: float, tilt: float, heading: float) -> cq.S
     return shape.rotate(cq.Vector(0.0, 0.0, 0.0), axis, tilt).translate(cq.Vector(0.0, 0.0, -travel))
 
 
-def print_pose(shape: cq.Shape) -> cq.Shape:
-    """Return a shape of the sensor frame [mm] as it lies on the print bed."""
-    turned = shape.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0), _QUARTER_TURN)
+def in_place(shape: cq.Shape, housing: Housing) -> cq.Shape:
+    """Return a shape of the frame of a plate [mm] where it stands in the sensor: a plate of a square on the side -y."""
+    return shape.translate(cq.Vector(0.0, -0.5 * housing.spacing, 0.0)) if housing.back_to_back else shape
+
+
+def print_pose(shape: cq.Shape, *, back_up: bool = False) -> cq.Shape:
+    """Return a shape of the sensor frame [mm] as it lies on the print bed, on request with its back up."""
+    angle = _QUARTER_TURN if back_up else -_QUARTER_TURN
+    turned = shape.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(1.0, 0.0, 0.0), angle)
     return turned.translate(cq.Vector(0.0, 0.0, -turned.BoundingBox().zmin))
 
 
-def sensor_pose(mesh: trimesh.Trimesh, depth: float) -> trimesh.Trimesh:
+def sensor_pose(mesh: trimesh.Trimesh, depth: float, *, back_up: bool = False) -> trimesh.Trimesh:
     """Return triangles on the print bed [mm] as they stand in the sensor frame, for a plate of the given depth [mm]."""
-    back = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.5 * depth], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    return mesh.copy().apply_transform(back)
+    up = 1.0 if back_up else -1.0
+    to_y, to_z = [0.0, 0.0, up, -up * 0.5 * depth], [0.0, -up, 0.0, 0.0]
+    return mesh.copy().apply_transform(np.array([[1.0, 0.0, 0.0, 0.0], to_y, to_z, [0.0, 0.0, 0.0, 1.0]]))

@@ -17,9 +17,9 @@ from cad.parts.part import Part
 from cad.parts.pin_socket import pins
 
 Colour = tuple[float, float, float]
-_HOUSING_COLOUR: Colour = (0.22, 0.40, 0.62)
+HOUSING_COLOUR: Colour = (0.22, 0.40, 0.62)
 _FRUIT_COLOUR: Colour = (0.95, 0.66, 0.20)
-_STEEL_COLOUR: Colour = (0.75, 0.77, 0.80)
+STEEL_COLOUR: Colour = (0.75, 0.77, 0.80)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,16 +51,31 @@ class Sensor:
 
     def bodies(self) -> tuple[Body, ...]:
         """Return housing, pins and fruit before the press, the fruit's apex below the tips' midpoint by the gap."""
-        housing = Body(name=self.part.name, shape=self.part.shape, colour=_HOUSING_COLOUR)
+        return (self.housing_body(), *self.pin_bodies(), self.fruit_body())
+
+    def housing_body(self) -> Body:
+        """Return the housing, or one plate of a square in its own frame."""
+        return Body(name=self.part.name, shape=self.part.shape, colour=HOUSING_COLOUR)
+
+    def fruit_body(self) -> Body:
+        """Return the fruit before the press, with the outlines of a pair of tips on it."""
         below = cq.Vector(-self.tips.offset_mm, 0.0, -self.tips.gap_mm - self.housing.pin_out)
-        whole = fruit_block if self.fruit.shape == "block" else curved_fruit
-        fruit = whole(self.fruit, self.tips).shape.translate(below)
-        return (housing, *self.pin_bodies(), Body(name="fruit", shape=fruit, colour=_FRUIT_COLOUR))
+        if self.tips.layout == "pair":
+            whole = fruit_block if self.fruit.shape == "block" else curved_fruit
+            shape = whole(self.fruit, self.tips).shape
+        else:
+            shape = self._bare_fruit()
+        return Body(name="fruit", shape=shape.translate(below), colour=_FRUIT_COLOUR)
+
+    def _bare_fruit(self) -> cq.Shape:
+        if self.fruit.shape != "block":
+            return curved_fruit(self.fruit).shape
+        return self.fruit_box().translate(cq.Vector(self.tips.offset_mm, 0.0, 0.0))
 
     def pin_bodies(self) -> tuple[Body, ...]:
         """Return the pins in their pockets; none where the tips are printed."""
         return tuple(
-            Body(name=name, shape=shape, colour=_STEEL_COLOUR) for name, shape in pins(self.housing, self.tips).items()
+            Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in pins(self.housing, self.tips).items()
         )
 
     def fruit_box(self) -> cq.Solid:

@@ -27,8 +27,17 @@ def housing_blocks(housing: Housing, count: Counts) -> list[Block]:
     return profile
 
 
+def post_columns(housing: Housing, arm: Arm, count: Counts) -> tuple[float, float]:
+    """Return x [mm] at which the plain cells between a wall's fans and the rings of its post begin and end."""
+    wall = _Wall(housing, arm, count)
+    return wall.inner, wall.ring_edge
+
+
 class _Wall:
-    """One wall: beside the cavity fans and cells, behind them the holes in rings; levels z and places x [mm]."""
+    """One wall: beside the cavity fans and cells, behind them the holes in rings; levels z and places x [mm].
+
+    A wall that is wider than its post has plain cells in between.
+    """
 
     def __init__(self, housing: Housing, arm: Arm, count: Counts) -> None:
         """Find the levels across the wall, those of the rings' edges among them."""
@@ -41,8 +50,9 @@ class _Wall:
         lower, upper = arm.holes
         self.rings = self._ring_edge(lower, 1.0, levels), self._ring_edge(upper, -1.0, levels)
         self.levels = sorted({*levels, *self.rings})
-        to_hole = _TO_HOLE * (abs(lower[0] - arm.wall) - self.radius)
-        self.inner = arm.wall + arm.sign * min(max(fan.height for fan in self.fans), to_hole)
+        to_hole = _TO_HOLE * (abs(lower[0] - arm.post) - self.radius)
+        reach = arm.sign * min(max(fan.height for fan in self.fans), to_hole)
+        self.inner, self.ring_edge = arm.wall + reach, arm.post + reach
 
     def blocks(self) -> Iterator[Block]:
         """Yield the blocks; raises MeshError where two holes leave no wall between them."""
@@ -55,6 +65,7 @@ class _Wall:
         for a, b in pairwise(self.levels):
             if not blocks.in_fan(a, b, self.fans):
                 yield self._cell(a, b)
+        yield from self._before_post()
         yield from self._between_rings()
         bottom, top = self.levels[0], self.levels[-1]
         yield from self._ring(self.arm.holes[0], bottom, self.rings[0])
@@ -89,10 +100,18 @@ class _Wall:
         fillet = _half_fillet(self.housing, self.arm, (wall, a), number)
         return Block(sides=(cell.sides[0], (fillet,), *cell.sides[2:]))
 
+    def _before_post(self) -> Iterator[Block]:
+        width = abs(self.ring_edge - self.inner)
+        if width == 0.0:
+            return
+        for a, b in pairwise(self.levels):
+            columns = blocks.pieces(width, self.count)
+            yield blocks.rectangle((self.inner, self.ring_edge), (a, b), columns, self._pieces(a, b))
+
     def _between_rings(self) -> Iterator[Block]:
         for a, b in pairwise(level for level in self.levels if self.rings[0] <= level <= self.rings[1]):
             middle = self.arm.holes[0][0]
-            for x in ((self.inner, middle), (middle, self.arm.outer)):
+            for x in ((self.ring_edge, middle), (middle, self.arm.outer)):
                 yield blocks.rectangle(x, (a, b), self.count.sector, self._pieces(a, b))
 
     def _ring(self, hole: Point, start: float, end: float) -> Iterator[Block]:
@@ -105,7 +124,7 @@ class _Wall:
 
     def _frame(self, hole: Point, start: float, end: float) -> Iterator[tuple[Point, Point, int]]:
         """Yield the edges of the frame around a hole with their numbers of elements."""
-        inner, middle, outer = self.inner, hole[0], self.arm.outer
+        inner, middle, outer = self.ring_edge, hole[0], self.arm.outer
         for a, b in pairwise(level for level in self.levels if start <= level <= end):
             yield (inner, a), (inner, b), self._pieces(a, b)
         far = [(outer, end), (outer, hole[1]), (outer, start)]

@@ -16,7 +16,7 @@ from cad.parts.housing import Housing
 from cad.parts.part import Part
 from mesh.gmsh_arrays import Floats, Ints, index_by_nodes
 from mesh.housing.blocks import counts
-from mesh.housing.frame import housing_blocks
+from mesh.housing.frame import housing_blocks, post_columns
 from mesh.housing.profile import Profile, meshed_profile
 from mesh.quality import compare, named_facets
 from mesh.session import MeshError
@@ -24,7 +24,7 @@ from mesh.session import MeshError
 FlexureMesh = MeshHex2
 
 LEAST_JACOBIAN = 0.1
-LONGEST_STRETCH = 1.25  # of the straight part of a leaf, either way, before a fresh mesh is due
+LONGEST_STRETCH = 1.25  # of what is stretched, either way, before a fresh mesh is due
 _VOLUME_TOLERANCE = 1e-4  # relative: what parabolas through three points of each arc leave
 _AREA_TOLERANCE = 2e-3  # relative: holes have as few as nine of them
 _LAYER_GROWTH = 2.0  # from the free side face inwards: the anticlastic bending of a leaf fades near it
@@ -59,7 +59,9 @@ def stretched(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | 
     if made_for.with_flexures(flexures) != wanted:
         raise MeshError("stretch", "the housings differ in more than their leaf lengths", "make a fresh mesh")
     old, new = _knots(made_for), _knots(wanted)
-    ratios = (np.diff(new) / np.diff(old))[1::2]
+    if len(old) != len(new):
+        return None
+    ratios = np.diff(new) / np.diff(old)
     if ratios.min() < 1.0 / LONGEST_STRETCH or ratios.max() > LONGEST_STRETCH:
         return None
     places = mesh.doflocs.copy()
@@ -184,10 +186,13 @@ def _facets_over(facets: Ints, below: Ints, edges: Ints) -> Ints:
 
 
 def _knots(housing: Housing) -> list[float]:
-    """Return x from left to right [mm]: the outer faces, and the ends of the straight leaves between them."""
-    ends = [
-        x
-        for arm in housing.arms
-        for x in (arm.wall - arm.sign * arm.flexure.fillet, arm.shuttle + arm.sign * arm.flexure.fillet)
-    ]
+    """Return x from left to right [mm]: the outer faces, and between them what may be stretched.
+
+    These are the straight leaves, and the plain cells of a wall that is wider than its post.
+    """
+    ends = []
+    for arm in housing.arms:
+        ends += [arm.wall - arm.sign * arm.flexure.fillet, arm.shuttle + arm.sign * arm.flexure.fillet]
+        if arm.post != arm.wall:
+            ends += post_columns(housing, arm, counts(housing, 1.0))
     return [housing.left, *sorted(ends), housing.right]

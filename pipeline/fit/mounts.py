@@ -38,11 +38,23 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
     holes = _discs(housing, housing.hole_diameter)
     if housing.mount == "covers":
         thickness = RECESS_MM + PLATE_SHARE * PLATE_MM
-        return (ElasticLayer(name=SIDES, thickness=thickness, rectangles=rim(housing), holes=holes),)
-    if housing.mount == "washers":
+        layer = ElasticLayer(name=SIDES, thickness=thickness, rectangles=rim(housing), holes=holes)
+    elif housing.mount == "washers":
         discs = _discs(housing, WASHER_MM)
-        return (ElasticLayer(name=SIDES, thickness=SKIN_MM, rectangles=walls(housing), discs=discs, holes=holes),)
-    return ()
+        layer = ElasticLayer(name=SIDES, thickness=SKIN_MM, rectangles=walls(housing), discs=discs, holes=holes)
+    else:
+        return ()
+    return _with_twin(layer, housing) if housing.back_to_back else (layer,)
+
+
+def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...]:
+    """Return the layers of a plate held on its front as given, on its back by its twin through the pads of both.
+
+    The solve has both sides alike: each layer is there on both, half as stiff.
+    """
+    twin = 2.0 * housing.pad_height + housing.depth + front.thickness
+    back = ElasticLayer(name=SIDES, thickness=2.0 * twin, rectangles=rim(housing), holes=front.holes)
+    return replace(front, thickness=2.0 * front.thickness), back
 
 
 def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
@@ -88,9 +100,9 @@ def walls(housing: Housing) -> tuple[Rectangle, ...]:
 
 
 def rim(housing: Housing) -> tuple[Rectangle, ...]:
-    """Return where the rim of a cover lies on the frame [mm]: on both walls and on the bar, set back from its edges."""
+    """Return where the rim of a cover, or a pad, lies on the frame [mm]: on posts and bar, set back from its edges."""
     foot, top = max(housing.cover_level, housing.protrusion), housing.top_level
-    sides = [(_sorted(arm.wall + arm.sign * SETBACK_MM, arm.outer), (foot, top)) for arm in housing.arms]
+    sides = [(_sorted(arm.post + arm.sign * SETBACK_MM, arm.outer), (foot, top)) for arm in housing.arms]
     bar = ((housing.left, housing.right), (housing.cavity_level + SETBACK_MM, top))
     return (*sides, bar)
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from cad.checks.cover_checks import cover_verdicts
+from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file, unreadable
 from cad.checks.sensor_checks import check_sensor
 from cad.design.processes import PROCESSES, Process

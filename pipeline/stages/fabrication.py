@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.checks.cover_checks import cover_verdicts
+from cad.checks.assembly_checks import cover_verdicts
 from cad.design.parameters import Design
 from cad.files.drawing import Title
 from cad.files.maker_files import write_fabrication

@@ -9,9 +9,8 @@ from cad.checks.sensor_checks import check_sensor
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
 from cad.files.sensor_files import write_sensor
+from cad.parts.assembly import finished_part
 from cad.parts.housing import Housing
-from cad.parts.housing_solid import housing_part
-from cad.parts.pin_socket import socketed
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict
 from pipeline.stages.springs import FittedSprings
@@ -30,7 +29,7 @@ class Solids:
 
 def sensor_of(design: Design, housing: Housing) -> Sensor:
     """Return the sensor of a design with this housing."""
-    part = socketed(housing_part(housing), housing)
+    part = finished_part(housing)
     return Sensor(
         housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
     )

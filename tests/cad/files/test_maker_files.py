@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cad.checks.cover_checks import cover_verdicts
+from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES

@@ -6,7 +6,7 @@ from dataclasses import replace
 import cadquery as cq
 import pytest
 
-from cad.checks.cover_checks import cover_verdicts
+from cad.checks.assembly_checks import cover_verdicts
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press
