@@ -1,13 +1,13 @@
 """A square of flat tips that touch whole at any tilt: forces in closed form, where reading is exact."""
 
 import numpy as np
+from solve.contact.poses import PoseForces
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
 from solve.contact.linear_response import spring_compliance
-from solve.contact.poses import PoseForces
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 

@@ -1,17 +1,17 @@
 """How the forces of a design's tips become a modulus: the contrast of one reading, or the line over a press."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from solve.contact.body_law import body_law
 
 from cad.design.parameters import Design
-from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
+from cad.theory.contrast_law import ContrastLaw, contrast_weights, hertz_factor, read_modulus
 from cad.theory.pair_line import line_over_press
-from pipeline.stages.response import scene_of
 from solve.fruit.compliance import FruitCompliance
+from solve.fruit.split import contact_footprints
 
 Floats = NDArray[np.float64]
 
@@ -70,15 +70,35 @@ def read_out_of(design: Design, contact: FruitCompliance, C: Floats) -> ReadOut:
     tips = design.tips
     if tips.layout == "pair":
         return LineReadOut(C=_rows(C), own_less_other=1.0 / contact.K_m_over_E())
-    law = body_law(scene_of(design), contact)
-    return ContrastReadOut(
-        law=ContrastLaw(
-            weights=contrast_weights(tips.places_mm, tips.springs),
-            gaps=law.gaps,
-            C=_rows(C),
-            S=_rows(law.S),
-            hertz=law.hertz,
-        )
+    weights = contrast_weights(tips.places_mm, tips.springs)
+    if tips.dome_radius_mm is None:
+        fall = [design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
+        gaps = tuple(np.subtract(fall, tips.ahead_mm).tolist())
+        return ContrastReadOut(law=ContrastLaw(weights=weights, gaps=gaps, C=_rows(C), S=_rows(contact.S)))
+    return ContrastReadOut(law=_dome_law(design, contact, C, weights, tips.dome_radius_mm))
+
+
+def _dome_law(
+    design: Design, contact: FruitCompliance, C: Floats, weights: tuple[float, ...], radius: float
+) -> ContrastLaw:
+    """Return the contrast of domes of a radius [mm] that stand level in the middle of the fruit.
+
+    A dome presses along the normal of the skin, at an angle to its spring: N = F / cos, and it sinks by the travel
+    times cos. What the circle that stands for a contact takes of the half-space is Hertz's instead.
+    """
+    fruit, tips = design.fruit, design.tips
+    curvatures = [1.0 / radius + 1.0 / across for across in fruit.radii_mm]
+    slopes = np.array(tips.places_mm) / (radius + np.array(fruit.radii_mm))
+    leaning = float(np.sqrt(1.0 - (slopes**2).sum(axis=1)).mean())
+    fall = 0.5 * (slopes * tips.places_mm).sum(axis=1)
+    circle = contact_footprints(fruit, tips)[0].side
+    S = contact.S - np.diag(np.full(len(weights), (1.0 - fruit.poisson**2) / circle))
+    return ContrastLaw(
+        weights=weights,
+        gaps=tuple((fall - tips.ahead_mm).tolist()),
+        C=_rows(C),
+        S=_rows(S / leaning**2),
+        hertz=hertz_factor(1.0 / math.sqrt(curvatures[0] * curvatures[1]), fruit.poisson) * leaning ** (-5.0 / 3.0),
     )
 
 

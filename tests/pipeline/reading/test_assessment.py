@@ -4,11 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-
-from pipeline.reading import assessment, lift
-from pipeline.reading.assessment import reading_assessment
-from pipeline.reading.placed import Placed, occurring, radii, read_moduli
-from pipeline.verdicts.reading_rules import assessed_verdicts
 from square_stand_ins import (
     FORCE_ERROR,
     linear_pose_forces,
@@ -16,6 +11,11 @@ from square_stand_ins import (
     square_design,
     square_springs,
 )
+
+from pipeline.reading import assessment, lift
+from pipeline.reading.assessment import reading_assessment
+from pipeline.reading.placed import Placed, occurring, radii, read_moduli
+from pipeline.verdicts.reading_rules import assessed_verdicts
 
 pytestmark = pytest.mark.usefixtures("linear_world")
 

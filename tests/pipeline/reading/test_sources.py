@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from square_stand_ins import square_contact, square_design, square_springs
 
 from pipeline.reading.read_out import PRESS_TRAVELS, LineReadOut, read_out_of
 from pipeline.reading.sources import noise_to_reach, uncertainty_sources
-from square_stand_ins import square_contact, square_design, square_springs
 
 E = 2.0
 COUNT = 4000
