@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from solve.contact.poses import pose_forces
+from solve.contact.poses import Pose, pose_forces
 
 from cad.design.parameters import Design
 from cad.design.reading import Reading
-from cad.quantity import Estimate
+from cad.quantity import Estimate, fault
 from cad.theory.contrast_law import ReadingError
 from pipeline.reading.lift import lift_tilt
 from pipeline.reading.placed import Placed, occurring, press_of, read_moduli
@@ -71,12 +71,24 @@ class Fruits:
     read_out: ReadOut
 
     def presses(self, moduli: Sequence[float], places: Sequence[Placed]) -> tuple[Floats, Floats]:
-        """Return forces [N], shape (moduli, places, samples, tips), and their relative errors [1] without the tips."""
+        """Return forces [N], shape (moduli, places, samples, tips), and their relative errors [1] without the tips.
+
+        Raises InputError where a contact runs off the face of a dome.
+        """
         samples = self.read_out.samples
         poses = [pose for E in moduli for place in places for pose in press_of(place, E, self.design, samples)]
         solved = pose_forces(scene_of(self.design), self.contact, self.C, poses)
+        self._check_faces(solved.face_mm, poses)
         shape = len(moduli), len(places), samples
         return solved.F.reshape(*shape, -1), solved.error.reshape(shape)
+
+    def _check_faces(self, widths: Floats, poses: Sequence[Pose]) -> None:
+        side, widest = self.design.tips.side_mm, int(widths.argmax())
+        if widths[widest] > side:
+            placed = Placed.of(poses[widest])
+            bound = f"at least {widths[widest]:.3g} mm, which the contact needs at {poses[widest].E:.3g} MPa, {placed}"
+            remedy = "take wider or rounder domes, or press less far"
+            raise fault("tips.side_mm", side, "mm", bound, remedy)
 
 
 def reading_assessment(design: Design, reading: Reading, contact: FruitCompliance, C: Floats) -> ReadingAssessment:

@@ -40,6 +40,11 @@ class Placed:
         """Say whether the fruit has another radius and nothing else is off."""
         return self.radius_mm is not None and not any(self.tilt_deg) and not any(self.off_centre_mm)
 
+    @classmethod
+    def of(cls, pose: Pose) -> "Placed":
+        """Return how the sensor of a pose stands."""
+        return cls(tilt_deg=pose.tilt_deg, off_centre_mm=pose.off_centre_mm, radius_mm=pose.radius_mm)
+
     def pressed(self, E: float, travel: float) -> Pose:
         """Return the pose on a fruit of a modulus [MPa] at a travel [mm]."""
         return Pose(
