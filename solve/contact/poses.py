@@ -12,8 +12,9 @@ import numpy as np
 
 from cad.design.fruit import Fruit
 from solve.arrays import Flags, Floats, Ints
-from solve.contact.dome_geometry import dome_poses
-from solve.contact.dome_law import dome_body, dome_forces
+from solve.contact.domes.body import dome_body
+from solve.contact.domes.geometry import dome_poses
+from solve.contact.domes.law import dome_forces
 from solve.contact.scene import Place, Scene, check_scene
 from solve.contact.scene_cells import CELLS, SceneCells, interference, posed, scene_cells
 from solve.contact.unilateral import UnilateralContact

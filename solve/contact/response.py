@@ -9,7 +9,7 @@ from scipy.ndimage import maximum_filter
 
 from cad.quantity import fault
 from solve.arrays import Floats
-from solve.contact.dome_law import domes_on
+from solve.contact.domes.law import domes_on
 from solve.contact.linear_response import PAIR, SensorResponse, TipKinds, linear_response, response_of_forces
 from solve.contact.scene import Scene, check_scene, joined
 from solve.contact.scene_cells import SceneCells, interference, scene_cells

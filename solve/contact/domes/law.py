@@ -19,59 +19,25 @@ system, solved by Newton's method. Neither friction nor large strain is in it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from solve.arrays import Floats
-from solve.contact.dome_geometry import DomeApproach, DomePoses, dome_poses
+from solve.contact.domes.body import Body, dome_body
+from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.footprints import level_compliance, nodes_between
-from solve.fruit.split import contact_footprints
 from solve.linear import SolveError
 
 # Half the mean of x^2 less that of y^2 / 2 under the flat punch and under Hertz's pressure [contact radii^2].
 FELT, ACTING = 1.0 / 6.0, 1.0 / 10.0
 MOST_STEPS = 60
 HALVINGS = 12
-# Shares of terms that are left out or not known better; tests/fits/dome_law.py. The body's answer over a contact
-# changes by (a / size)^2, crosstalk by the next power of its moments, Cerruti's term by what bounds the fruit, and the
-# change by the shape of the fruit where its radius is another.
-OVER_CONTACT, NEXT_MOMENT, BOUNDED, OTHER_RADIUS = 0.25, 0.5, 0.3, 0.5
+# Shares of terms that are left out or not known better: the body's answer changes over a contact by (a / size)^2,
+# crosstalk by the next power of its moments, Cerruti's term by what bounds the fruit. tests/fits/dome_law.py
+OVER_CONTACT, NEXT_MOMENT, BOUNDED = 0.25, 0.5, 0.3
 RESIDUAL_LIMIT = 1e-11  # of the largest interference: round-off of coordinates a hundred times as large
-
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """The fruit under the domes: Poisson's ratio [1], and what it adds to a half-space.
-
-    `remainder` (poses, tips, tips), times E [1/mm], is that of the compliance; `bound`, as the remainder, how far that
-    may be off; `size` [mm] the nearest distance from a contact to what bounds the fruit.
-    """
-
-    poisson: float
-    remainder: Floats
-    bound: Floats
-    size: float
-
-
-def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
-    """Return the fruit of a scene, whose compliance this is, where it has other radii (poses,) [mm] along the tips.
-
-    What the shape of the fruit changes goes with its curvature; half of what that differs by is in the bound.
-    """
-    block, footprints = scene.fruit.equivalent_block, contact_footprints(scene.fruit, scene.tips)
-    half_space = level_compliance(footprints, block.poisson, np.zeros(()), nodes_between(footprints))
-    curvature = scene.fruit.radii_mm[0] / radii if scene.radii else np.ones(len(radii))
-    other = np.multiply.outer(curvature - 1.0, compliance.shape_change)
-    error = max(compliance.error_pair, compliance.error_own)
-    return Body(
-        poisson=block.poisson,
-        remainder=compliance.S - half_space + other,
-        bound=error * np.abs(compliance.S) + OTHER_RADIUS * np.abs(other),
-        size=min(block.height_mm, *(one.room(block) for one in footprints)),
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +103,36 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
         contact_radius=state.contact_radius,
         mean_pressure=np.where(touching, state.N / np.where(touching, area, 1.0), 0.0),
         face=np.where(touching, 2.0 * (leaning + state.contact_radius), 0.0),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class DomeContrast:
+    """What the contrast of forces along the springs needs to know of level domes (`cad/theory/contrast_law.py`).
+
+    `S` (tips, tips), times E [1/mm], is the compliance but for Hertz's part; `hertz` [mm (MPa/N)^(2/3)] is h of
+    h (F / E)^(2/3), the mean over the tips.
+    """
+
+    S: Floats
+    hertz: float
+
+
+def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float) -> DomeContrast:
+    """Return what the contrast needs, at the contact radii of a level press at modulus E [MPa] over the full travel.
+
+    C (tips, tips) [mm/N]. Raises SolveError where the forces do not settle.
+    """
+    level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
+    radii = np.array([scene.fruit.radii_mm[0]])
+    body = dome_body(scene, compliance, radii)
+    law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, body)
+    state = law.at(law.solved())
+    cosine, approach = state.approach.cosine[0], state.approach
+    own = (0.75 * (1.0 - body.poisson**2)) ** (2.0 / 3.0) * approach.eased[0] * approach.radius[0] ** (-1.0 / 3.0)
+    return DomeContrast(
+        S=(body.remainder + state.action)[0] / np.outer(cosine, cosine),
+        hertz=float(np.mean(own * cosine ** (-5.0 / 3.0))),
     )
 
 
