@@ -109,17 +109,24 @@ class Scene:
     def first_touch_mm(self) -> float:
         """Return the gap at which a level sensor first touches, from the plane at the apex [mm]."""
         gaps = zip(self.centres, self.tips.ahead_mm, strict=True)
-        return min(self._least_gap(centre) - ahead for centre, ahead in gaps)
+        least = self._dome_gap if self._on_sphere else self._least_gap
+        return min(least(centre) - ahead for centre, ahead in gaps)
+
+    @property
+    def _on_sphere(self) -> bool:
+        """Say whether domes stand on a sphere, or on a plane, and touch it with their caps when level."""
+        dome, (radius, across) = self.tips.dome_radius_mm, self.fruit.radii_mm
+        farthest = max(math.hypot(*centre) for centre in self.centres)
+        return dome is not None and radius == across and dome * farthest < 0.5 * self.tips.side_mm * (radius + dome)
+
+    def _dome_gap(self, centre: Place) -> float:
+        """Return the least gap under a dome on a sphere [mm]."""
+        both, distance = (self.tips.dome_radius_mm or 0.0) + self.fruit.radii_mm[0], math.hypot(*centre)
+        return 0.0 if math.isinf(both) else both - math.sqrt(both**2 - distance**2)
 
     def _least_gap(self, centre: Place) -> float:
         """Return the least gap under a tip [mm], a convex function over its face."""
-        side, dome, radius = self.tips.side_mm, self.tips.dome_radius_mm, self.fruit.radius_mm
-        if dome is not None and radius is None:
-            return 0.0
-        if dome is not None and radius is not None and self.fruit.shape == "sphere":
-            both, distance = radius + dome, math.hypot(*centre)
-            if dome * distance < 0.5 * side * both:
-                return both - math.sqrt(both**2 - distance**2)
+        side = self.tips.side_mm
 
         def gap(place: Floats) -> float:
             inside = np.clip(place, -0.5, 0.5)

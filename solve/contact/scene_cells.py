@@ -47,18 +47,16 @@ class SceneCells:
     compliance_correction: Floats
 
 
-def scene_cells(scene: Scene, compliance: FruitCompliance, farthest: float) -> tuple[SceneCells, SceneCells]:
+def scene_cells(
+    scene: Scene, compliance: FruitCompliance, farthest: float, mirrored: bool | None = None
+) -> tuple[SceneCells, SceneCells]:
     """Return a coarse and a fine grid of cells for travels up to `farthest` [mm]; `compliance` is that of flat tips.
 
-    Raises InputError when the scene is too steep, or outside the domain of the split.
+    `mirrored` says whether cells at y > 0 stand for both sides, as they do for a mirrored scene if it is None. Raises
+    InputError when the scene is too steep, or outside the domain of the split.
     """
     check_scene(scene)
-    side, centres = scene.tips.side_mm, scene.centres
-    if scene.tips.shape == "sphere":
-        side = _touched_side(scene, farthest)
-    elif scene.tips.shape == "dome":
-        side, centres = _touched_squares(scene, farthest)
-    footprints = tuple(Footprint(x, y, side) for x, y in centres)
+    footprints = _touched_footprints(scene, farthest)
     block = scene.fruit.equivalent_block
     try:
         check_domain(block, footprints)
@@ -66,11 +64,13 @@ def scene_cells(scene: Scene, compliance: FruitCompliance, farthest: float) -> t
         reason = str(outside).partition(" for the split")[0]
         msg = f"{reason} for contact with tilt, curvature or fillet; change the scene, or make it flat and level"
         raise InputError(msg) from outside
-    counts = CELLS["mirrored" if scene.mirrored else "rolled"]
+    mirrored = scene.mirrored if mirrored is None else mirrored
+    counts = CELLS["mirrored" if mirrored else "rolled"]
     lines = tuple(tuple(graded_edges(count, GRADINGS[scene.tips.shape]).tolist()) for count in counts)
-    grids = _grids(block, footprints, lines, scene.mirrored)
+    grids = _grids(block, footprints, lines, mirrored)
     coarse, fine = (
-        _gaps(scene, cells, side * np.array(edges), compliance) for cells, edges in zip(grids, lines, strict=True)
+        _gaps(scene, cells, footprints[0].side * np.array(edges), compliance)
+        for cells, edges in zip(grids, lines, strict=True)
     )
     return coarse, fine
 
@@ -117,6 +117,16 @@ def _gaps(scene: Scene, cells: ContactCells, edges: Floats, compliance: FruitCom
         forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
         correction = compliance.S - np.linalg.inv(tips.T @ forces)
     return SceneCells(cells, edges, gap, np.mean(scene.centres, axis=0), correction)
+
+
+def _touched_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
+    """Return squares that hold every place where a tip may touch."""
+    side, centres = scene.tips.side_mm, scene.centres
+    if scene.tips.shape == "sphere":
+        side = _touched_side(scene, farthest)
+    elif scene.tips.shape == "dome":
+        side, centres = _touched_squares(scene, farthest)
+    return tuple(Footprint(x, y, side) for x, y in centres)
 
 
 def _entered(scene: Scene, farthest: float) -> list[tuple[Floats, Floats]]:

@@ -80,7 +80,7 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     """Return the flat footprints [mm] that stand for the tips: sharp faces, and for domes a circle where they touch.
 
     A level dome touches nearer to the apex of a curved fruit than its own centre stands. What the circle takes of the
-    half-space is known in closed form and put back by `solve/contact/dome_law.py`, so its size hardly matters.
+    half-space is known in closed form and put back by `solve/contact/domes/body.py`, so its size hardly matters.
     """
     if tips.dome_radius_mm is None:
         return tip_footprints(tips.flat)

@@ -22,7 +22,8 @@ class DomeApproach:
 
     `interference` [mm] is how far a dome would enter along the normal, negative where it is off; `cosine` [1] that of
     the normal to the sensor's axis; `place` [mm] the nearest point of the fruit; `radius` [mm] that of relative
-    curvature, the geometric mean of both directions, and `unlike` [1] the logarithm of their ratio.
+    curvature, the geometric mean of both directions, and `eased` [1] by what share of it an elliptic contact gives way,
+    1 - ln(ratio of both)^2 / 72: Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up to 3 : 1.
     """
 
     interference: Floats
@@ -30,7 +31,12 @@ class DomeApproach:
     place: Floats
     normal: Floats
     radius: Floats
-    unlike: Floats
+    eased: Floats
+
+    @property
+    def sine(self) -> Floats:
+        """Return the sine of the angle between normal and axis [1], (poses, tips)."""
+        return np.sqrt(np.maximum(1.0 - self.cosine**2, 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +64,7 @@ class DomePoses:
             place=place,
             normal=normal,
             radius=1.0 / np.sqrt(least * most),
-            unlike=np.log(most / least),
+            eased=1.0 - np.log(most / least) ** 2 / 72.0,
         )
 
     def _feet(self, centres: Floats) -> tuple[Floats, Floats]:
@@ -68,15 +74,7 @@ class DomePoses:
         squares = self.semi_axes[:, None] ** 2
         middle = np.zeros_like(squares)
         middle[..., 2] = -self.semi_axes[:, None, 2]
-        seen = centres - middle
-        stretch = np.zeros(seen.shape[:2])
-        # (a_k s_k / (t + a_k^2))^2 adds up to 1 at the nearest point; the inverse root of the sum is near to linear
-        for _ in range(FOOT_STEPS):
-            q = np.sqrt(squares) * seen / (stretch[..., None] + squares)
-            size = np.sqrt((q**2).sum(axis=-1))
-            slope = (q**2 / (stretch[..., None] + squares)).sum(axis=-1) / size**3
-            stretch = stretch - (1.0 / size - 1.0) / slope
-        foot = squares * seen / (stretch[..., None] + squares)
+        foot = _nearest(centres - middle, squares)
         normal = foot / squares
         return middle + foot, normal / np.linalg.norm(normal, axis=-1, keepdims=True)
 
@@ -94,6 +92,22 @@ class DomePoses:
         return mean - spread, mean + spread
 
 
+def _nearest(seen: Floats, squares: Floats) -> Floats:
+    """Return the nearest points of ellipsoids to points outside, both (..., 3) [mm] from the centre.
+
+    `squares` (..., 3) [mm^2] are those of the semi-axes. (a_k s_k / (t + a_k^2))^2 adds up to 1 at the nearest point
+    a_k^2 s_k / (t + a_k^2); the inverse root of the sum is near to linear in t.
+    """
+    stretch = np.zeros(seen.shape[:-1])
+    for _ in range(FOOT_STEPS):
+        along = stretch[..., None] + squares
+        q = np.sqrt(squares) * seen / along
+        size = np.linalg.norm(q, axis=-1)
+        slope = (q**2 / along).sum(axis=-1) / size**3
+        stretch = stretch - (1.0 / size - 1.0) / slope
+    return np.asarray(squares * seen / (stretch[..., None] + squares))
+
+
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     """Return the domes of scenes of one sensor, each at its own travel [mm] of the mean of its centres, (poses,)."""
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
@@ -102,12 +116,9 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     axis = np.array([[*scene.turn, 1.0] for scene in scenes])
     axis = axis / np.linalg.norm(axis, axis=1, keepdims=True)
     middle = places.mean(axis=1)
-    lever = np.concatenate([places - middle[:, None], np.zeros((*places.shape[:2], 1))], axis=2)
-    # the shortest turn that takes the vertical to the axis
-    between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
-    turned = lever - np.einsum("pik,pk->pi", lever, axis)[..., None] * between[:, None]
+    turned = _turned(places - middle[:, None], axis)
     lowered = travel + np.array([known[scene] for scene in scenes])
-    origin = np.concatenate([middle, -lowered[:, None]], axis=1)
+    origin = np.column_stack([middle, -lowered])
     stand = radius - np.array([scene.ahead for scene in scenes])
     return DomePoses(
         dome_radius=radius,
@@ -115,6 +126,13 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
         axis=axis,
         semi_axes=np.array([_semi_axes(scene) for scene in scenes]),
     )
+
+
+def _turned(lever: Floats, axis: Floats) -> Floats:
+    """Return level vectors (poses, tips, 2) turned as the vertical is to the axis, the shortest way, as (..., 3)."""
+    flat = np.concatenate([lever, np.zeros((*lever.shape[:2], 1))], axis=2)
+    between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
+    return np.asarray(flat - np.einsum("pik,pk->pi", flat, axis)[..., None] * between[:, None])
 
 
 def _semi_axes(scene: Scene) -> tuple[float, float, float]:
