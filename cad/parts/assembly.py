@@ -10,8 +10,8 @@ from collections.abc import Iterator
 
 import cadquery as cq
 
-from cad.parts.cover import SETBACK_MM, WASHER_MM, cover_of, cover_part, turned
-from cad.parts.housing import Housing
+from cad.parts.cover import WASHER_MM, cover_of, cover_part, turned
+from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.housing_solid import domed, housing_part, named_housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import socketed

@@ -15,6 +15,7 @@ from cad.theory.leaf_spring import Flexure
 Point = tuple[float, float]
 HeldBy = Literal["covers", "washers", "holes"]
 """What holds the frame: what a design asks for, or in comparisons the walls of its holes, as no screw does."""
+SETBACK_MM = 1.0  # of what lies on the frame, a cover's rim or a pad, from every edge beside which something moves
 _REMEDY = "choose another process, other tips or other targets"
 
 

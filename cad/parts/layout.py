@@ -38,10 +38,11 @@ def housing_for(
         Flexure(thickness=t, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
         for t, length in zip(thicknesses, lengths, strict=True)
     ]
-    shuttle = max(mount.side, min(SHUTTLE_WIDTH[tips.layout], tips.spacing_mm - process.min_gap_mm))
-    standing = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm, _cap_height(tips))
+    side = depth if tips.layout == "square" and depth - mount.side < LEDGE else mount.side  # nearly as deep: as deep
+    shuttle = max(side, min(SHUTTLE_WIDTH[tips.layout], tips.spacing_mm - process.min_gap_mm))
+    standing = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm, _cap_height(tips, side))
     tip_height, pin_out = (LEDGE, standing) if mount.pocket else (standing, 0.0)
-    neck = tip_height + _taper(depth, shuttle, mount.side)
+    neck = tip_height + _taper(depth, shuttle, side)
     protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
     half_leaf = 0.5 * max(thicknesses) + process.fillet_mm
     lower = max(neck, protrusion) + LEDGE + half_leaf
@@ -50,7 +51,7 @@ def housing_for(
     housing = Housing(
         low=leaves[0],
         high=leaves[1],
-        tip_side=mount.side,
+        tip_side=side,
         tip_height=tip_height,
         spacing=tips.spacing_mm,
         shuttle_width=shuttle,
@@ -81,10 +82,10 @@ def housing_for(
     )
 
 
-def _cap_height(tips: Tips) -> float:
+def _cap_height(tips: Tips, side: float) -> float:
     """Return how far the corners of a square tip lie above the top of its dome [mm], in steps of 0.1; 0 without."""
     radius = tips.dome_radius_mm or 0.0
-    corner = min(radius, math.sqrt(0.5) * tips.side_mm)
+    corner = min(radius, math.sqrt(0.5) * side)
     return math.ceil(10.0 * (radius - math.sqrt(radius**2 - corner**2)) - 1e-9) / 10.0
 
 

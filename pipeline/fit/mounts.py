@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from cad.parts.cover import PLATE_MM, RECESS_MM, SETBACK_MM, WASHER_MM
-from cad.parts.housing import Housing
+from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
+from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.pin_socket import STEEL_MPA
 from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.foils import bonded_foils
