@@ -3,6 +3,7 @@
 import numpy as np
 
 from cad.design.parameters import PAPER_TARGETS
+from cad.design.tip_mount import leaf_thicknesses
 from cad.theory.free_fruit import roll, table_share
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.result import SensorResult
@@ -15,8 +16,7 @@ def notes(result: SensorResult) -> list[str]:
     """Return the notes of a result, closed forms of its numbers only."""
     design, process, table = result.design, result.springs.process, result.press.table
     depth = design.press.travel_mm / design.tips.side_mm
-    thicknesses = (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm)
-    moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in thicknesses]
+    moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in leaf_thicknesses(design, process)]
     pressure = mean_tip_pressure(design, result.press)
     return [
         *_paper(result),
