@@ -73,6 +73,7 @@ def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float)
         torque=_TORQUE_N_M,
         tilt_deg=math.degrees(process.accuracy_mm / housing.spacing),
         washer=WASHER_MM,
+        hides="" if housing.back_to_back else " The front one hides the marks.",
         dowel=dowel_length(housing),
         dowel_diameter=DOWEL_MM,
         plates_gap=2.0 * housing.pad_height,
