@@ -9,7 +9,7 @@ import cadquery as cq
 
 from cad.design.processes import Process
 from cad.files.drafting import FULL_DEG, Arc, Item, Line, Point, Words, horizontal_dimension, leader, vertical_dimension
-from cad.parts.housing import DOWEL_MM, Arm, Housing, fillet_corners
+from cad.parts.housing import Arm, Housing, fillet_corners
 from cad.parts.part import NEAR_MM, Part
 from cad.theory.strain_gauge import GAUGES, FoilGauge, gauge_spans
 
@@ -167,7 +167,7 @@ def _plate_of_two(housing: Housing) -> Iterator[Item]:
         outer = 0.5 * housing.spacing + 0.3 * housing.tip_side
         yield from leader((outer, 0.2), (outer + 6.0, -1.5 * _STEP), f"dome R {housing.dome_radius:g} 2x")
     for x, z in housing.dowels[-1:]:
-        words = f"dia {housing.dowel_hole:g} 2x, for dowels of {DOWEL_MM:g}"
+        words = f"dia {housing.dowel_hole:g} 2x, dowels"
         yield from leader((x, z), (housing.right + 2.0, housing.top_level + 3.0), words)
     if housing.pad_height:
         foot, face = max(housing.cover_level, housing.protrusion), housing.right + 4.0 * _STEP + housing.depth
