@@ -13,7 +13,7 @@ from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError, as_float, fault, nearest
 
-_TABLE_TYPES: dict[str, Any] = {
+TABLE_TYPES: dict[str, Any] = {
     "targets": Targets,
     "springs": GivenSprings,
     "fruit": Fruit,
@@ -49,7 +49,7 @@ def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the para
     if not isinstance(values, Mapping):
         msg = f"{table} = {values}: must be a table; write [{table}] and its keys below it"
         raise InputError(msg)
-    kind = _TABLE_TYPES[table]
+    kind = TABLE_TYPES[table]
     known = [item.name for item in dataclasses.fields(kind)]
     for key in values:
         if key not in known:
@@ -98,7 +98,7 @@ def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str
 
 
 def _every_key() -> list[str]:
-    return [f"{table}.{item.name}" for table, kind in _TABLE_TYPES.items() for item in dataclasses.fields(kind)]
+    return [f"{table}.{item.name}" for table, kind in TABLE_TYPES.items() for item in dataclasses.fields(kind)]
 
 
 def _parsed(text: str) -> object:

@@ -58,11 +58,15 @@ class Fruit:
         for key, size in zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True):
             if getattr(self, key) is None:
                 object.__setattr__(self, key, size)
-        if isinstance(self.bruise_limit_MPa, tuple) and len(self.bruise_limit_MPa) != len(self.E_MPa):
-            bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
-            raise fault("fruit.bruise_limit_MPa", list(self.bruise_limit_MPa), "MPa", bound, "list as many limits")
+        self._check_bruise_limits()
         if self.radius_mm is not None:
             self._check_piece(self.radius_mm)
+
+    def _check_bruise_limits(self) -> None:
+        limits = self.bruise_limit_MPa
+        if isinstance(limits, tuple) and len(limits) != len(self.E_MPa):
+            bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
+            raise fault("fruit.bruise_limit_MPa", list(limits), "MPa", bound, "list as many limits")
 
     def _check_piece(self, radius: float) -> None:
         if self.depth_mm > 2.0 * radius:

@@ -26,6 +26,9 @@ _PLACES: dict[Layout, tuple[Place, ...]] = {
     "square": ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)),
 }
 
+_ORDERS: dict[Layout, str] = {"pair": "LH", "square": "LHLH"}
+_SPRINGS: dict[str, Spring] = {"L": "low", "H": "high"}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Tips:
@@ -90,11 +93,8 @@ class Tips:
     @property
     def springs(self) -> tuple[Spring, ...]:
         """Return the kind of spring behind each tip, in the order of `places_mm`."""
-        if self.layout == "pair":
-            return "low", "high"
-        if self.layout == "square":
-            return "low", "high", "low", "high"
-        return ("low", "high", "low") if self.order == "LHL" else ("high", "low", "high")
+        letters = self.order or _ORDERS[self.layout]
+        return tuple(_SPRINGS[letter] for letter in letters)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -153,10 +153,14 @@ class Press:
 
 def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
     """Raise InputError when a tip stands beyond the fruit."""
-    for axis, size, key in ((0, fruit.length_mm, "fruit.length_mm"), (1, fruit.width_mm, "fruit.width_mm")):
-        reach = tips.side_mm + 2.0 * max(abs(place[axis]) for place in tips.places_mm)
-        if reach > size:
-            bound = f"such that all tips stand on {key} = {size:g} mm, they reach over {reach:g} mm"
-            name = "tips.spacing_mm" if tips.side_mm <= size else "tips.side_mm"
-            remedy = "the tips stand beyond the fruit"
-            raise fault(name, getattr(tips, name.removeprefix("tips.")), "mm", bound, remedy)
+    remedy = "the tips stand beyond the fruit"
+    free = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)
+    along, words = (0.5 * free, "half of fruit.length_mm") if tips.layout == "line" else (free, "fruit.length_mm")
+    if tips.spacing_mm > along:
+        bound = f"at most {words} - side - 2 |offset| = {along:g} mm"
+        raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)
+    if tips.side_mm > fruit.width_mm:
+        raise fault("tips.side_mm", tips.side_mm, "mm", f"at most fruit.width_mm = {fruit.width_mm:g} mm", remedy)
+    if tips.layout == "square" and tips.spacing_mm > fruit.width_mm - tips.side_mm:
+        bound = f"at most fruit.width_mm - side = {fruit.width_mm - tips.side_mm:g} mm"
+        raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)
