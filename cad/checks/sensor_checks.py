@@ -4,6 +4,7 @@ from pathlib import Path
 
 import cadquery as cq
 
+from cad.checks.assembly_checks import plate_verdicts
 from cad.checks.clearance import clearance_verdicts, stop_verdicts
 from cad.checks.leaf_section import fillet_verdict, leaf_thickness_verdicts
 from cad.checks.line_probe import Lines, MeshLines, SolidLines
@@ -43,6 +44,7 @@ def check_sensor(sensor: Sensor, deflections: tuple[float, ...], folder: Path) -
         *socket_verdicts(sensor.part, sensor.housing, sensor.tips),
         *clearance_verdicts(sensor),
         *stop_verdicts(sensor, deflections),
+        *plate_verdicts(sensor),
     )
 
 

@@ -1,6 +1,8 @@
 """Verdicts on the tips of a housing: the places of printed tips, and the pockets that pins are glued into."""
 
+import itertools
 import math
+from collections.abc import Iterator
 
 import cadquery as cq
 
@@ -12,18 +14,40 @@ from cad.parts.pin_socket import gable_side, pins
 from cad.verdict import Verdict, equal, failed
 
 PLACE_TOLERANCE_MM = 1e-3
+_ON_CAP = 0.6  # share of the half side at which a cap is measured along and across the tips
 
 
 def tip_verdict(part: Part, housing: Housing) -> Verdict:
-    """Return geometry.tips [mm]: how far an edge of a tip's face is off the declared side, spacing and level."""
+    """Return geometry.tips [mm]: how far an edge of a tip's face is off the declared side, spacing and level.
+
+    On a dome lines at nine places measure its cap as well.
+    """
     half, every, off = 0.5 * housing.tip_side, part.shape.Faces(), 0.0
+    radius, lines = housing.dome_radius, SolidLines(part.shape)
+    top = _cap_level(radius, min(radius, math.sqrt(2.0) * half))
     for arm in housing.arms:
         box = cq.Compound.makeCompound([every[i] for i in part.faces[f"{arm.name}_tip"]]).BoundingBox()
         measured = (box.xmin, box.xmax, box.ymin, box.ymax, box.zmin, box.zmax)
-        declared = (arm.centre - half, arm.centre + half, -half, half, 0.0, 0.0)
+        declared = (arm.centre - half, arm.centre + half, -half, half, 0.0, top)
         off = max(off, *(abs(a - b) for a, b in zip(measured, declared, strict=True)))
-    reference = f"edges of both tip faces: side {housing.tip_side:g}, spacing {housing.spacing:g} mm, at z = 0"
+        if radius:
+            off = max(off, *_cap_errors(lines, housing, arm.centre))
+    cap = f", caps of radius {radius:g} mm" if radius else ""
+    reference = f"edges of both tip faces: side {housing.tip_side:g}, spacing {housing.spacing:g} mm, at z = 0{cap}"
     return equal("geometry.tips", off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
+
+
+def _cap_level(radius: float, away: float) -> float:
+    """Return the height of a cap [mm] at a distance from its axis [mm]; 0 for a flat face."""
+    return radius - math.sqrt(radius**2 - away**2)
+
+
+def _cap_errors(lines: SolidLines, housing: Housing, x: float) -> Iterator[float]:
+    """Yield how far a cap at x is off its sphere along the press [mm], at nine places of the round face."""
+    step = _ON_CAP * 0.5 * housing.tip_side
+    for along, across in itertools.product((-step, 0.0, step), repeat=2):
+        declared = _cap_level(housing.dome_radius, math.hypot(along, across))
+        yield abs(_open(lines, (x + along, across, -1.0), (0.0, 0.0, 1.0)) - 1.0 - declared)
 
 
 def socket_verdicts(part: Part, housing: Housing, tips: Tips) -> tuple[Verdict, ...]:

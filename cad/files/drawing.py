@@ -16,6 +16,10 @@ from cad.theory.strain_gauge import GAUGES, FoilGauge, gauge_spans
 GENERAL_MM = 0.2  # what no dimension says otherwise: the accuracy of a printed part in print-service guides
 _STEP = 6.0  # between two rows of dimensions
 _ABOVE = 20.0  # of the upper leaf seen from above, over the top of the housing
+_TWO_PLATES = (
+    "Plate of a square: MAKE TWO; one, turned half round the press axis, stands behind the other, pads on pads",
+    "End view: the face with the pads to the right; marks on the pads",
+)
 _THICK = 0.25  # of a gauge seen from its edge, many times its thickness
 
 
@@ -39,6 +43,7 @@ def housing_drawing(part: Part, housing: Housing, title: Title) -> tuple[Item, .
         *_stop_notes(housing),
         *gauge_marks(housing),
         *_pins(housing),
+        *_plate_of_two(housing),
         *_notes(housing, title),
     )
 
@@ -156,15 +161,31 @@ def _pins(housing: Housing) -> Iterator[Item]:
     yield from leader((place + half, -0.5 * out), (place + 6.0, -1.5 * _STEP), f"steel pin {size} 2x, {out:g} out")
 
 
+def _plate_of_two(housing: Housing) -> Iterator[Item]:
+    """Yield the domes, the holes for dowels and the pads as seen from the end, where a plate has them."""
+    if housing.dome_radius:
+        outer = 0.5 * housing.spacing + 0.3 * housing.tip_side
+        yield from leader((outer, 0.2), (outer + 6.0, -1.5 * _STEP), f"dome R {housing.dome_radius:g} 2x")
+    for x, z in housing.dowels[-1:]:
+        words = f"dia {housing.dowel_hole:g} 2x, dowels"
+        yield from leader((x, z), (housing.right + 2.0, housing.top_level + 3.0), words)
+    if housing.pad_height:
+        foot, face = max(housing.cover_level, housing.protrusion), housing.right + 4.0 * _STEP + housing.depth
+        pad = (face, face + housing.pad_height)
+        yield from _rectangle(pad, (foot, housing.top_level), "PART")
+        yield from leader((pad[1], foot), (pad[1] + 3.0, foot - 3.0), f"pads {housing.pad_height:g} high")
+
+
 def _notes(housing: Housing, title: Title) -> Iterator[Item]:
-    process = title.process
+    process, tips = title.process, "domes as printed" if housing.dome_radius else "tip faces sharp-edged"
     layer = f", layer {process.layer_mm:g}" if process.layer_mm else ""
     lines = (
         f"{title.name}: two-spring housing, one piece, millimetres",
         f"{process.name}: {process.material}{layer}; print flat, this profile in the bed plane",
         f"Leaves solid (no infill): the stiffness assumes E = {process.E_MPa:g} MPa in a full section",
-        f"Leaf thickness and length ±{process.accuracy_mm:g}; other dimensions ±{GENERAL_MM:g}; tip faces sharp-edged",
+        f"Leaf thickness and length ±{process.accuracy_mm:g}; other dimensions ±{GENERAL_MM:g}; {tips}",
         "Measure both leaf thicknesses; calibrate K_l and K_h of each unit before use",
+        *_TWO_PLATES[: len(housing.dowels)],
     )
     for count, line in enumerate(lines):
         at = (housing.left, -3.0 * _STEP - 2.6 * count)

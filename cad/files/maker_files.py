@@ -10,20 +10,18 @@ from cad.design.processes import Process
 from cad.files.drafting import write_dxf, write_svg
 from cad.files.drawing import Title, housing_drawing
 from cad.files.sensor_files import export_step, export_stl
+from cad.parts.assembly import COVER_COLOUR, NUT_MM, dowel_length, mounting_error, screw_length
 from cad.parts.coupon import Coupon, coupon_of, coupon_part, largest_weight, modulus_factor
 from cad.parts.cover import WASHER_MM, Cover, cover_of, cover_part
-from cad.parts.housing import Housing
+from cad.parts.housing import DOWEL_MM, Housing
 from cad.parts.pose import print_pose
 from cad.parts.sensor import Body, Colour, Sensor
 from cad.theory.strain_gauge import GAUGES
 
 _TEXT: dict[str, str] = tomllib.loads(Path(__file__).with_name("fabrication_sheet.toml").read_text(encoding="utf-8"))
 _COUPON_COLOUR = (0.45, 0.62, 0.35)
-_COVER_COLOUR = (0.60, 0.60, 0.62)
 _COUPON_SHARE = 0.5  # of the strain limit that the largest weight on a coupon may use
 _GRAVITY = 9.80665  # m/s^2, ISO 80000-3
-_NUT_MM = 2.4  # of M3, ISO 4032
-_SCREWS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # lengths of M3, ISO 4762
 _TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears
 _BUILT_UP = ("fdm", "sla", "sls", "dmls")
 
@@ -39,7 +37,7 @@ def write_fabrication(sensor: Sensor, title: Title, folder: Path) -> tuple[tuple
     write_svg(drawing, svg, title.name)
     coupon, cover = coupon_of(sensor.housing), cover_of(sensor)
     of_coupon, _ = _write_solid(coupon_part(coupon).shape, folder / "coupon", _COUPON_COLOUR)
-    of_cover, cover_read = _write_solid(cover_part(cover).shape, folder / "cover", _COVER_COLOUR)
+    of_cover, cover_read = _write_solid(cover_part(cover).shape, folder / "cover", COVER_COLOUR)
     sheet.write_text(fabrication_sheet(coupon, cover, title, sensor.part.shape.Volume()), encoding="utf-8")
     return (dxf, svg, *of_coupon, *of_cover, sheet), cover_read
 
@@ -55,7 +53,7 @@ def _write_solid(solid: cq.Shape, path: Path, colour: Colour) -> tuple[tuple[Pat
 def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float) -> str:
     """Return the sheet in Markdown for a housing of the given volume [mm^3]."""
     process, housing, gauge = title.process, cover.housing, GAUGES[cover.housing.gauges]
-    side = housing.pin_side
+    side, length, mounting = housing.pin_side, screw_length(cover.grip), mounting_error(housing, process.accuracy_mm)
     return _template(process, housing).format(
         title=title,
         process=process,
@@ -70,26 +68,42 @@ def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float)
         plate_factor=1.0 / (1.0 - process.poisson**2),
         pin_section=f"diameter {side:g} mm" if housing.pin_round else f"{side:g} x {side:g} mm",
         pin_length=housing.pin_out + housing.pocket_depth,
-        nut_mm=_NUT_MM,
-        screw=_screw(cover),
+        nut_mm=NUT_MM,
+        screw="threaded rod" if length is None else f"M3 x {length}",
         torque=_TORQUE_N_M,
         tilt_deg=math.degrees(process.accuracy_mm / housing.spacing),
         washer=WASHER_MM,
+        hides="" if housing.back_to_back else " The front one hides the marks.",
+        dowel=dowel_length(housing),
+        dowel_diameter=DOWEL_MM,
+        plates_gap=2.0 * housing.pad_height,
+        mounting=mounting,
+        roll_deg=math.degrees(mounting.roll),
+        turn_deg=math.degrees(mounting.turn),
+        half_accuracy=0.5 * process.accuracy_mm,
     )
 
 
 def _template(process: Process, housing: Housing) -> str:
     """Return the sections of the sheet that this process and this housing ask for."""
-    gauges = housing.gauges != "none"
-    asked = {"nozzle": process.line_width_mm, "layer": process.layer_mm, "tips": housing.pin_side, "gauges": gauges}
-    asked |= {mount: housing.mount == mount for mount in ("covers", "washers")}
-    asked["cover"] = housing.mount == "covers"
+    covers, square = housing.mount == "covers", housing.back_to_back
+    asked = {
+        "nozzle": process.line_width_mm,
+        "layer": process.layer_mm,
+        "flat_tips": not housing.dome_radius,
+        "domes": housing.dome_radius,
+        "tips": housing.pin_side,
+        "plates": square,
+        "cover": covers,
+        "covers": covers and not square,
+        "washers": housing.mount == "washers" and not square,
+        "bolts": covers and square,
+        "bolts_without_covers": housing.mount == "washers" and square,
+        "gauges": housing.gauges != "none",
+        "zero": not square,
+        "zero_plates": square,
+    }
     return "".join(text for name, text in _TEXT.items() if asked.get(name, True))
-
-
-def _screw(cover: Cover) -> str:
-    """Return the shortest screw that holds the cover and its nut."""
-    return next((f"M3 x {length}" for length in _SCREWS_MM if length >= cover.grip + _NUT_MM), "threaded rod")
 
 
 def _coupon_rows(coupon: Coupon, process: Process) -> str:

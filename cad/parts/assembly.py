@@ -7,11 +7,12 @@ at y = 0. Sensor frame, mm.
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import cadquery as cq
 
-from cad.parts.cover import SETBACK_MM, WASHER_MM, cover_of, cover_part, turned
-from cad.parts.housing import Housing
+from cad.parts.cover import WASHER_MM, cover_of, cover_part, turned
+from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
 from cad.parts.housing_solid import domed, housing_part, named_housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import socketed
@@ -61,6 +62,36 @@ def _pad(housing: Housing) -> cq.Shape:
 def turned_twin(shape: cq.Shape) -> cq.Shape:
     """Return a shape in its place in the sensor [mm] turned half round the press axis: the same of the other plate."""
     return shape.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MountingError:
+    """How far one plate of a square may be off against the other by the places of its holes for dowels.
+
+    A plate that is higher by `height_mm` rolls the square by `roll` [rad], and a reading that drops every rigid pose
+    does not see it. One that is turned in its plane by `turn` [rad] moves the mean of the high tips against that of the
+    low ones by `contrast_mm`.
+    """
+
+    height_mm: float
+    roll: float
+    turn: float
+    contrast_mm: float
+
+
+def mounting_error(housing: Housing, accuracy: float) -> MountingError:
+    """Return the largest error of mounting where each hole for a dowel is off by at most the accuracy [mm].
+
+    Two holes, one in each plate, meet at each dowel. All is 0 for a single plate.
+    """
+    if not housing.dowels:
+        return MountingError(height_mm=0.0, roll=0.0, turn=0.0, contrast_mm=0.0)
+    height = 2.0 * accuracy
+    places = [x for x, _ in housing.dowels]
+    turn = 2.0 * height / (max(places) - min(places))
+    return MountingError(
+        height_mm=height, roll=height / housing.spacing, turn=turn, contrast_mm=0.5 * housing.spacing * turn
+    )
 
 
 def assembly_bodies(sensor: Sensor) -> tuple[Body, ...]:
@@ -116,7 +147,7 @@ def fasteners(sensor: Sensor) -> dict[str, cq.Shape]:
         found |= {f"{name} {number}": shape for name, shape in _screw_set(x, z, half, float(length))}
     for number, (x, z) in enumerate(housing.dowels, start=1):
         start = cq.Vector(x, -0.5 * dowel, z)
-        found[f"dowel {number}"] = cq.Solid.makeCylinder(0.5 * SCREW_MM, float(dowel), start, _BACK)
+        found[f"dowel {number}"] = cq.Solid.makeCylinder(0.5 * DOWEL_MM, float(dowel), start, _BACK)
     return found
 
 

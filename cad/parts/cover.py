@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import cadquery as cq
 
 from cad.design.tips import Press
-from cad.parts.housing import Housing
+from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
 from cad.parts.pose import largest_tilt
 from cad.parts.sensor import Sensor
@@ -18,7 +18,6 @@ from cad.parts.sensor import Sensor
 WASHER_MM = 7.0  # outer diameter for M3, ISO 7089
 PLATE_MM = 2.0
 RECESS_MM = 1.0  # twice the widest gap that a process must keep open
-SETBACK_MM = 1.0  # of the rim from every edge of the frame beside which something moves
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,20 +1,21 @@
 """Marks on the frame, where nothing bends: L and H beside the springs and the design's name on the bar above.
 
-They are engraved in the face that lies up in print pose, y = -depth / 2, and read from there. Letters are made of
-straight strokes at 0, 45 or 90 degrees, so that no installed font has a say.
+They are engraved in the face that lies up in print pose, y = -depth / 2, and read from there; in a plate of a square in
+the pads of its back. Letters are made of straight strokes at 0, 45 or 90 degrees, so that no installed font has a say.
 """
 
 import cadquery as cq
 import shapely
 from shapely.ops import unary_union
 
-from cad.parts.housing import Housing
+from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.part import NEAR_MM, Part, named_part, on_plane, same_as
 
 ENGRAVED_MM = 0.3
 PEN_MM = 0.5  # the widest of the least gaps of the processes
 TALLEST_MM, SMALLEST_MM = 4.0, 3.0  # smaller letters would leave walls under 0.8 mm between their strokes
 _EDGE_MM = 1.0  # left free around a text
+_PAD_EDGE_MM = 0.75  # the same on the bar of a pad
 _MARKED = "side_faces"  # of the housing, which the marks lie on
 
 
@@ -25,10 +26,7 @@ def marked(part: Part, housing: Housing, name: str) -> Part:
     """
     wall = 0.5 * housing.wall_width
     middle = 0.5 * (housing.protrusion + housing.top_level)
-    bar = (0.5 * (housing.left + housing.right), 0.5 * (housing.cavity_level + housing.top_level))
-    dowels = 4.0 * housing.dowel_hole if housing.dowels else 0.0
-    between = housing.right - housing.left - 2.0 * housing.wall_width - dowels
-    room = (between, housing.top_level - housing.cavity_level)
+    bar, room = _bar(housing)
     beside = (housing.wall_width, housing.top_level - housing.protrusion - 4.0 * housing.hole_inset)
     tools = [
         *_tools(name, bar, room, housing),
@@ -40,18 +38,33 @@ def marked(part: Part, housing: Housing, name: str) -> Part:
     return _renamed(part, part.shape.cut(*tools), 0.5 * housing.depth)
 
 
+def _bar(housing: Housing) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the middle (x, z) of the bar, or of the pad on it between the dowels, and its width and height [mm]."""
+    foot = housing.cavity_level
+    width, height = housing.right - housing.left - 2.0 * housing.wall_width, housing.top_level - foot
+    if housing.back_to_back:
+        width, height = width - 4.0 * housing.dowel_hole, height - SETBACK_MM + 2.0 * (_EDGE_MM - _PAD_EDGE_MM)
+        foot = foot + SETBACK_MM
+    return (0.5 * (housing.left + housing.right), 0.5 * (foot + housing.top_level)), (width, height)
+
+
 def _tools(text: str, centre: tuple[float, float], room: tuple[float, float], housing: Housing) -> list[cq.Solid]:
     """Return what is cut away for a text at a place (x, z), in a room of that width and height [mm]."""
     height = min(TALLEST_MM, room[1] - PEN_MM - 2.0 * _EDGE_MM)
     if height < SMALLEST_MM:
         return []
     fitting = letters_that_fit(text, height, room[0] - PEN_MM - 2.0 * _EDGE_MM)
-    return [_tool(area, centre, -0.5 * housing.depth) for area in outlines(fitting, height, PEN_MM)] if fitting else []
+    areas = outlines(fitting, height, PEN_MM) if fitting else ()
+    if housing.back_to_back:
+        return [_tool(area, centre, 0.5 * housing.depth + housing.pad_height, -1.0) for area in areas]
+    return [_tool(area, centre, -0.5 * housing.depth, 1.0) for area in areas]
 
 
-def _tool(area: shapely.Polygon, centre: tuple[float, float], face: float) -> cq.Solid:
+def _tool(area: shapely.Polygon, centre: tuple[float, float], face: float, sign: float) -> cq.Solid:
+    """Return what an area takes away at a face; the sign -1 mirrors it, to be read from the side +y."""
+
     def wire(ring: shapely.LinearRing) -> cq.Wire:
-        points = [cq.Vector(centre[0] + x, face - ENGRAVED_MM, centre[1] + z) for x, z in ring.coords[:-1]]
+        points = [cq.Vector(centre[0] + sign * x, face - ENGRAVED_MM, centre[1] + z) for x, z in ring.coords[:-1]]
         return cq.Wire.makePolygon(points, close=True)
 
     outer, inner = wire(area.exterior), [wire(ring) for ring in area.interiors]

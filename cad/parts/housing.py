@@ -15,6 +15,8 @@ from cad.theory.leaf_spring import Flexure
 Point = tuple[float, float]
 HeldBy = Literal["covers", "washers", "holes"]
 """What holds the frame: what a design asks for, or in comparisons the walls of its holes, as no screw does."""
+SETBACK_MM = 1.0  # of what lies on the frame, a cover's rim or a pad, from every edge beside which something moves
+DOWEL_MM = 3.0  # diameter of the dowels between the plates of a square, ISO 8734
 _REMEDY = "choose another process, other tips or other targets"
 
 

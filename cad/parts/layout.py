@@ -8,7 +8,7 @@ from cad.design.processes import Process
 from cad.design.tip_mount import leaf_thicknesses, pad_height, plate_depth, tip_mount
 from cad.design.tips import Layout, Tips
 from cad.parts.cover import cover_level
-from cad.parts.housing import Housing
+from cad.parts.housing import DOWEL_MM, Housing
 from cad.parts.pose import TILT_DEG
 from cad.theory.leaf_spring import Flexure
 
@@ -20,7 +20,6 @@ LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest t
 CLEARANCE = 0.5  # frame above the fruit in the worst press
 STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
 POCKET_SIDES = 3.0  # depth of the pocket of a pin over its side
-DOWEL_MM = 3.0  # ISO 8734; printed as much too small as a hole may be off, so that a dowel is never loose
 _LEAST_PROTRUSION = 0.1
 
 
@@ -38,10 +37,15 @@ def housing_for(
         Flexure(thickness=t, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
         for t, length in zip(thicknesses, lengths, strict=True)
     ]
-    shuttle = max(mount.side, min(SHUTTLE_WIDTH[tips.layout], tips.spacing_mm - process.min_gap_mm))
-    standing = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm, _cap_height(tips))
+    side = depth if tips.layout == "square" and depth - mount.side < LEDGE else mount.side  # nearly as deep: as deep
+    shuttle = max(side, min(SHUTTLE_WIDTH[tips.layout], tips.spacing_mm - process.min_gap_mm))
+    standing = max(
+        min(tips.side_mm, LEDGE),
+        1.5 * design.press.travel_mm,
+        _cap_height(tips, tips.side_mm if mount.pocket else side),
+    )
     tip_height, pin_out = (LEDGE, standing) if mount.pocket else (standing, 0.0)
-    neck = tip_height + _taper(depth, shuttle, mount.side)
+    neck = tip_height + _taper(depth, shuttle, side)
     protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
     half_leaf = 0.5 * max(thicknesses) + process.fillet_mm
     lower = max(neck, protrusion) + LEDGE + half_leaf
@@ -50,7 +54,7 @@ def housing_for(
     housing = Housing(
         low=leaves[0],
         high=leaves[1],
-        tip_side=mount.side,
+        tip_side=side,
         tip_height=tip_height,
         spacing=tips.spacing_mm,
         shuttle_width=shuttle,
@@ -67,7 +71,7 @@ def housing_for(
         dome_radius=0.0 if mount.pocket else tips.dome_radius_mm or 0.0,
     )
     if tips.layout == "square":
-        dowel = round(DOWEL_MM - process.accuracy_mm, 3)
+        dowel = round(DOWEL_MM - process.accuracy_mm, 3)  # as much too small as a hole may be off: never loose
         housing = replace(housing, back_to_back=True, pad_height=pad_height(process), dowel_hole=dowel)
     if not mount.pocket:
         return housing
@@ -81,10 +85,10 @@ def housing_for(
     )
 
 
-def _cap_height(tips: Tips) -> float:
+def _cap_height(tips: Tips, side: float) -> float:
     """Return how far the corners of a square tip lie above the top of its dome [mm], in steps of 0.1; 0 without."""
     radius = tips.dome_radius_mm or 0.0
-    corner = min(radius, math.sqrt(0.5) * tips.side_mm)
+    corner = min(radius, math.sqrt(0.5) * side)
     return math.ceil(10.0 * (radius - math.sqrt(radius**2 - corner**2)) - 1e-9) / 10.0
 
 

@@ -86,6 +86,8 @@ def tip_solid(tips: Tips, height: float) -> cq.Shape:
         middle = cq.Vector(0.0, 0.0, radius)
         ball = cq.Solid.makeSphere(radius, middle, up, -90.0, 0.0, 360.0)
         return ball.fuse(cq.Solid.makeCylinder(radius, max(height - radius, NEAR_MM), middle, up)).Solids()[0]
+    if tips.dome_radius_mm:
+        return _dome_on_cylinder(radius, tips.dome_radius_mm, height)
     if tips.shape == "cylinder":
         solid: cq.Solid = cq.Solid.makeCylinder(radius, height, origin, up)
     else:
@@ -95,3 +97,12 @@ def tip_solid(tips: Tips, height: float) -> cq.Shape:
     edges = [edge for edge in solid.Edges() if edge.BoundingBox().zmax < NEAR_MM]
     rounded: cq.Shape = solid.fillet(tips.fillet_mm, edges)
     return rounded
+
+
+def _dome_on_cylinder(radius: float, dome: float, height: float) -> cq.Shape:
+    """Return a cylinder [mm] that stands on a cap of the dome's radius."""
+    cap = dome - math.sqrt(dome**2 - radius**2)
+    up, away = cq.Vector(0.0, 0.0, 1.0), 2.0 * radius
+    around = cq.Solid.makeCylinder(away, cap + _REACH, cq.Vector(0.0, 0.0, -_REACH), up)
+    ball = cq.Solid.makeSphere(dome, cq.Vector(0.0, 0.0, dome), up, -90.0, 90.0, 360.0)
+    return cq.Solid.makeCylinder(radius, height, cq.Vector(0.0, 0.0, 0.0), up).cut(around.cut(ball)).Solids()[0]

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from solve.contact.poses import Pose, pose_forces
 
 from cad.design.parameters import Design
 from cad.design.reading import Reading
@@ -16,6 +15,7 @@ from pipeline.reading.placed import Placed, occurring, press_of, read_moduli
 from pipeline.reading.read_out import ReadOut, read_out_of
 from pipeline.reading.sources import UncertaintySources, noise_to_reach, uncertainty_sources
 from pipeline.stages.response import scene_of
+from solve.contact.poses import Pose, pose_forces
 from solve.fruit.compliance import FruitCompliance
 
 Floats = NDArray[np.float64]

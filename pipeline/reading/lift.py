@@ -2,14 +2,14 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from solve.contact.poses import pose_forces
-from solve.contact.scene import STEEPEST_DEG
 
 from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.quantity import Estimate
 from pipeline.reading.placed import Placed, directed, read_moduli
 from pipeline.stages.response import scene_of
+from solve.contact.poses import pose_forces
+from solve.contact.scene import STEEPEST_DEG
 from solve.fruit.compliance import FruitCompliance
 
 Floats = NDArray[np.float64]

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from solve.contact.poses import Pose
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.reading import Reading
 from solve.contact.linear_response import travels
+from solve.contact.poses import Pose
 
 DIRECTIONS = 8
 FEWEST_MODULI = 4

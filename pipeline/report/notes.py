@@ -3,6 +3,7 @@
 import numpy as np
 
 from cad.design.parameters import PAPER_TARGETS
+from cad.design.tip_mount import leaf_thicknesses
 from cad.theory.free_fruit import roll, table_share
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.reading.readings import Readings
@@ -14,9 +15,8 @@ from pipeline.verdicts.characteristic import characteristic
 
 def notes(result: SensorResult) -> list[str]:
     """Return the notes of a result, closed forms of its numbers only."""
-    process, table = result.springs.process, result.press.table
-    thicknesses = (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm)
-    moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in thicknesses]
+    design, process, table = result.design, result.springs.process, result.press.table
+    moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in leaf_thicknesses(design, process)]
     return [
         *_paper(result),
         *(_of_the_ratio(result) if result.readings is None else _of_the_reading(result, result.readings)),

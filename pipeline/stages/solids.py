@@ -12,10 +12,16 @@ from cad.files.sensor_files import write_sensor
 from cad.parts.assembly import finished_part
 from cad.parts.housing import Housing
 from cad.parts.sensor import Sensor
-from cad.verdict import Verdict
+from cad.verdict import Verdict, failed
 from pipeline.stages.springs import FittedSprings
 from pipeline.storage.cache import cached
 
+_NO_LINE = failed(
+    "geometry.layout",
+    "pair or square",
+    unit="1",
+    reference="no housing is drawn for a line of three; its contact and response are those of the springs asked for",
+)
 _SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their checks depend on
 
 
@@ -38,9 +44,13 @@ def sensor_of(design: Design, housing: Housing) -> Sensor:
 def write_solids(design: Design, springs: FittedSprings, folder: Path) -> tuple[Verdict, ...]:
     """Write STEP, STL and 3MF into the folder and return the geometry verdicts; none where no housing can be made.
 
+    A line of three has no housing, which fails geometry.layout.
+
     Files are the same bytes every time, so those of an earlier run are written again. Raises OSError or ExportError.
     """
     housing = springs.housing
+    if design.tips.layout == "line":
+        return (_NO_LINE,)
     if housing is None:
         return ()
     inputs = {

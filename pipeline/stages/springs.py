@@ -105,34 +105,18 @@ class FittedSprings:
         return spring_compliance(*(spring.stiffness for spring in self.springs))
 
 
-def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:
-    """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N].
-
-    The tips of one plate move each other through its frame, those of two plates do not.
-    """
-    plate = springs.C
-    if tips.layout == "pair":
-        return plate
-    C = np.diag(tips.each(float(plate[0, 0]), float(plate[-1, -1])))
-    for first, second in _PLATES.get(tips.layout, ()):
-        C[first, second] = C[second, first] = plate[0, -1]
-    return C
-
-
-_PLATES = {"square": ((0, 1), (2, 3))}  # the tips on one plate, low first
-
-
 def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> FittedSprings:
     """Return the springs of a design, fitted by FE to the relative tolerance unless the beam law rules one out.
 
-    A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided.
+    A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
+    two springs stand for all tips of their kinds: those of a square are in two equal plates, a line has no housing.
     """
     process = PROCESSES[design.print.process]
     ratio = sizing.sizing_stiffness_ratio
     deflections = sizing.deflections(design.full_travels_mm)
     printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
     fitted = None
-    if all(verdict.passed is not False for verdict in printable):
+    if design.tips.layout != "line" and all(verdict.passed is not False for verdict in printable):
         lengths = tuple(verdict.length_mm for verdict in printable)
         try:
             guess = housing_for(design, process, lengths, deflections)
@@ -173,10 +157,26 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
 def tip_leads(springs: FittedSprings, attitude: Attitude, tips: Tips) -> tuple[float, ...]:
     """Return how far each tip stands before the foremost one by the weight of its parts [mm]; none where all are level.
 
-    The foremost tip is at 0, the others below.
+    The foremost tips are at 0, the others below, in the order of the layout.
     """
-    sags = [sag.value for sag in weight_sag(springs, attitude)]
-    return tips.each(*(sag - max(sags) for sag in sags)) if any(sags) else ()
+    sags = {spring.name: sag.value for spring, sag in zip(springs.springs, weight_sag(springs, attitude), strict=False)}
+    if not any(sags.values()):
+        return ()
+    return tuple(sags[kind] - max(sags.values()) for kind in tips.springs)
+
+
+def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:
+    """Return the compliance of all tips of a layout by their springs, shape (tips, tips) [mm/N].
+
+    Tips of one plate move each other a little through its frame; those of different plates, and springs that are not
+    made, do not.
+    """
+    if springs.fitted is None:
+        stiffness = {spring.name: spring.stiffness for spring in springs.springs}
+        return spring_compliance(*(stiffness[kind] for kind in tips.springs))
+    own = springs.fitted.stiffness.C
+    plates = len(tips.springs) // len(own)
+    return np.asarray(np.kron(np.eye(plates), own))
 
 
 def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from cad.design.parameters import PAPER_TARGETS, Design
-from cad.design.tips import Tips
 from cad.quantity import Estimate
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict, failed
@@ -25,6 +24,7 @@ from pipeline.verdicts.rules import (
     with_tolerance_advice,
 )
 from pipeline.verdicts.scene_targets import SceneTargets, scene_targets
+from pipeline.verdicts.tip_shape import tip_shape_verdicts
 from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
 
@@ -73,7 +73,7 @@ def judge(
         *_sensor_verdicts(design, contact, springs, press, reached),
         *(printable_verdict(spring) for spring in springs.springs),
         *(geometry or (_NOT_MADE,)),
-        *_tip_shape(design.tips),
+        *tip_shape_verdicts(design, press),
         *_bruise(design, contact, springs, press),
     )
     return Judgement(
@@ -148,23 +148,6 @@ def advised(verdicts: Sequence[Verdict], springs: FittedSprings, options: RunOpt
     if not springs.monolithic:
         return tuple(verdicts)
     return tuple(with_tolerance_advice(verdict, options.tolerance) for verdict in verdicts)
-
-
-def _tip_shape(tips: Tips) -> tuple[Verdict, ...]:
-    """Return a failed verdict where the tips are not those of the housing: sharp square ones, or pins as asked for."""
-    if tips.socket == "pin" or (tips.shape == "cube" and tips.fillet_mm == 0.0):
-        return ()
-    verdict = Verdict(
-        name="geometry.tip_shape",
-        value=None,
-        unit="1",
-        limit="cube without fillet",
-        tolerance=None,
-        passed=False,
-        reference="the response is that of the tips asked for, the housing has sharp square ones; choose "
-        "tips.socket = 'pin' for ground pins of that shape",
-    )
-    return (verdict,)
 
 
 def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizing) -> tuple[Verdict, ...] | None:

@@ -10,7 +10,8 @@ from cad.checks.assembly_checks import cover_verdicts
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press
-from cad.parts.cover import RECESS_MM, SETBACK_MM, cover_of, cover_part
+from cad.parts.cover import RECESS_MM, cover_of, cover_part
+from cad.parts.housing import SETBACK_MM
 from cad.parts.housing_solid import housing_part
 
 PETG = PROCESSES["fdm-petg"]

@@ -1,0 +1,68 @@
+"""Whether the tips that are made are those of the response, and whether their faces hold the contact."""
+
+import math
+
+import numpy as np
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.quantity import Estimate
+from cad.theory.dome_contact import contact_reach, relative_curvature
+from cad.verdict import Verdict
+from pipeline.stages.response import ScenePress
+from pipeline.verdicts.rules import margin_verdict
+
+_NOT_THESE = Verdict(
+    name="geometry.tip_shape",
+    value=None,
+    unit="1",
+    limit="cube without fillet",
+    tolerance=None,
+    passed=False,
+    reference="the response is that of the tips asked for, the housing has sharp square ones; choose "
+    "tips.socket = 'pin' for ground pins of that shape",
+)
+
+
+def tip_shape_verdicts(design: Design, press: ScenePress) -> tuple[Verdict, ...]:
+    """Return geometry.tip_shape where the tips are not those of the housing, and geometry.tip_face [mm] of domes."""
+    tips = design.tips
+    if tips.shape == "dome":
+        return (tip_face_verdict(design, press),)
+    if tips.socket == "pin" or (tips.shape == "cube" and tips.fillet_mm == 0.0):
+        return ()
+    return (_NOT_THESE,)
+
+
+def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
+    """Return how far from the axis of its dome a tip is touched at most [mm], which half its face must hold."""
+    radius = design.tips.dome_radius_mm or math.inf
+    slopes = [_slope(design, x, y) for x, y in design.tips.places_mm]
+    steepest, curvature = max(slopes), relative_curvature(radius, _least_radius(design.fruit))
+    reaches = [
+        contact_reach(force, E, design.fruit.poisson, curvature, slope)
+        for E, forces in zip(press.table.E, press.table.F[:, -1], strict=True)
+        for force, slope in zip(forces, slopes, strict=True)
+        if np.isfinite(force)
+    ]
+    words = (
+        f"farthest contact from the axis of a dome, Hertz, at full travel and every E; the fruit is up to "
+        f"{math.degrees(math.atan(steepest)):.2g} deg steep under a tip; must be at most half of tips.side_mm"
+    )
+    reach = max(reaches, default=0.0)
+    return margin_verdict(
+        "geometry.tip_face", Estimate(reach, 0.0, "mm"), 0.5 * design.tips.side_mm, words, at_most=True
+    )
+
+
+def _slope(design: Design, x: float, y: float) -> float:
+    """Return the slope [1] of the fruit against the face of a tip at a place [mm], tilt and roll of the press added."""
+    fruit, press = design.fruit, design.press
+    radius = fruit.radius_mm or math.inf
+    across = fruit.radius_across_mm or radius
+    tilt, roll = (math.tan(math.radians(angle)) for angle in (press.tilt_deg, press.roll_deg))
+    return math.hypot(abs(x) / radius + abs(tilt), abs(y) / across + abs(roll))
+
+
+def _least_radius(fruit: Fruit) -> float:
+    return min(fruit.radius_mm or math.inf, fruit.radius_across_mm or math.inf)

@@ -1,0 +1,61 @@
+"""The plate that the tips ask for: its depth, its pads and its leaves, for a pair and for a square."""
+
+from dataclasses import replace
+
+import pytest
+from squares import GENTLE, gentle
+
+from cad.design.parameters import Design
+from cad.design.processes import PROCESSES
+from cad.design.tip_mount import leaf_thicknesses, pad_height, plate_depth
+from cad.quantity import InputError
+
+PRINTED = ("fdm-petg", "fdm-pla", "sls-pa12", "sla-resin", "dmls-ti64")
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_plate_of_a_pair_is_as_deep_and_its_leaves_as_thick_as_the_process_has_them(name):
+    process = PROCESSES[name]
+    assert plate_depth(Design(), process) == process.depth_mm
+    assert leaf_thicknesses(Design(), process) == process.leaf_thicknesses_mm
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_two_plates_of_a_square_and_their_pads_fill_its_side(name):
+    """Their middles stand one spacing apart, so depth and two pads are the spacing."""
+    process = PROCESSES[name]
+    pads = 2.0 * pad_height(process)
+    assert plate_depth(GENTLE, process) + pads == pytest.approx(6.0, abs=1e-12)
+    assert pads >= process.min_gap_mm
+    assert 0.2 <= 0.5 * pads <= 0.3
+
+
+def test_leaves_of_a_thin_plate_are_as_thin_as_the_low_ones_and_those_of_a_deep_one_are_not():
+    resin = PROCESSES["sla-resin"]
+    assert leaf_thicknesses(GENTLE, resin) == (0.7, 0.7)
+    wide = gentle(spacing_mm=12.0)
+    assert plate_depth(wide, resin) > resin.depth_mm
+    assert leaf_thicknesses(wide, resin) == (0.7, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("tips", "words"),
+    [
+        ({"side_mm": 5.8}, ["5.8 mm, and two pads of 0.2", "at least 6.2 mm"]),
+        ({"side_mm": 1.0, "spacing_mm": 1.4, "dome_radius_mm": 2.0}, ["two leaf thicknesses of sla-resin, 1.4 mm"]),
+        ({"side_mm": 2.0, "spacing_mm": 4.0, "dome_radius_mm": 1.0, "socket": "pin"}, ["feet of"]),
+    ],
+    ids=["face too wide for its plate", "side too small for a plate", "feet of pins that meet"],
+)
+def test_square_that_leaves_no_plate_is_refused_in_one_line(tips, words):
+    with pytest.raises(InputError) as caught:
+        plate_depth(gentle(**tips), PROCESSES["sla-resin"])
+    message = str(caught.value)
+    assert message.startswith("tips.spacing_mm = ")
+    assert len(message.splitlines()) == 1
+    assert all(word in message for word in words)
+
+
+def test_a_process_with_a_wider_gap_has_higher_pads():
+    process = replace(PROCESSES["sla-resin"], min_gap_mm=0.6)
+    assert pad_height(process) == 0.3

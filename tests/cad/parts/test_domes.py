@@ -1,0 +1,90 @@
+"""Domes at the ends of printed tips, and what the flat tips of the solve leave out by them."""
+
+import math
+
+import pytest
+from squares import GENTLE, gentle, square_housing
+
+from cad.checks.tip_checks import tip_verdict
+from cad.design.parameters import Design
+from cad.design.processes import PROCESSES
+from cad.design.tips import Tips
+from cad.parts.housing_solid import domed, housing_part
+from cad.parts.layout import housing_for
+from cad.parts.pin_socket import tip_solid
+
+LEFT_OUT = 5e-4  # of the stiffness of the high spring
+K_HIGH = 20.0  # [N/mm]
+
+
+def square_cap(side: float, radius: float) -> float:
+    """Return what lies between a plane and a sphere that touches it, over a square around the touch [mm^3].
+
+    Midpoint rule on 400 x 400 cells.
+    """
+    count = 400
+    step = side / count
+    places = [(index + 0.5) * step - 0.5 * side for index in range(count)]
+    return step**2 * sum(radius - math.sqrt(radius**2 - x**2 - y**2) for x in places for y in places)
+
+
+def test_dome_takes_what_lies_outside_its_sphere():
+    housing = square_housing()
+    taken = housing_part(housing).shape.Volume() - domed(housing_part(housing), housing).shape.Volume()
+    assert taken == pytest.approx(2.0 * square_cap(housing.tip_side, 10.0), rel=1e-4)
+
+
+def test_half_sphere_is_left_of_a_tip_as_wide_as_its_sphere():
+    """A square of side 2 r above z = r, half a ball below it: 4 r^3 - 2 pi r^3 / 3 are taken from each tip."""
+    design = gentle(side_mm=2.0, dome_radius_mm=1.0, spacing_mm=4.0)
+    housing = square_housing(design)
+    assert housing.tip_height >= 1.0
+    taken = housing_part(housing).shape.Volume() - domed(housing_part(housing), housing).shape.Volume()
+    assert taken == pytest.approx(2.0 * (4.0 - 2.0 * math.pi / 3.0), rel=1e-6)
+    assert tip_verdict(domed(housing_part(housing), housing), housing).passed is True
+
+
+def test_pair_may_have_domes_too():
+    design = Design(tips=Tips(shape="dome", dome_radius_mm=3.0, side_mm=2.0))
+    housing = housing_for(design, PROCESSES["fdm-petg"], (28.9, 14.7), (0.5, 0.1))
+    part = domed(housing_part(housing), housing)
+    assert part.shape.isValid()
+    assert tip_verdict(part, housing).passed is True
+
+
+def test_flat_tip_where_a_dome_is_declared_fails():
+    housing = square_housing()
+    found = tip_verdict(housing_part(housing), housing)
+    assert found.passed is False
+    assert found.value == pytest.approx(10.0 - math.sqrt(100.0 - 0.5 * housing.tip_side**2), rel=1e-6)
+
+
+def test_flat_face_has_no_dome():
+    housing = housing_for(Design(), PROCESSES["fdm-petg"], (28.9, 14.7), (0.5, 0.1))
+    part = housing_part(housing)
+    assert domed(part, housing) is part
+
+
+@pytest.mark.parametrize("name", ["fdm-petg", "fdm-pla", "sls-pa12", "sla-resin"])
+@pytest.mark.parametrize("contact", [0.8, 1.0, 1.6])
+def test_flat_tips_of_the_solve_are_stiffer_than_domes_by_less_than_half_a_thousandth(name, contact):
+    """As bars: from the contact, of a radius [mm], to where the cap is as wide as the tip, A = 2 pi r z.
+
+    The give of the plastic under the contact itself is that of a second body in Hertz's contact, not of the spring.
+    """
+    housing, E, r = square_housing(), PROCESSES[name].E_MPa, GENTLE.tips.dome_radius_mm
+    area = housing.tip_side**2
+    start, end = 0.5 * contact**2 / r, area / (2.0 * math.pi * r)
+    cap = math.log(end / start) / (2.0 * math.pi * r * E)
+    give = cap - (end - start) / (E * area)
+    assert 0.0 < give * K_HIGH < LEFT_OUT
+
+
+@pytest.mark.parametrize(("radius", "side"), [(10.0, 2.0), (1.0, 2.0), (5.0, 1.2)])
+def test_pin_with_a_dome_is_a_cylinder_on_a_cap(radius, side):
+    pin = tip_solid(Tips(shape="dome", dome_radius_mm=radius, side_mm=side), 4.0)
+    cap = radius - math.sqrt(radius**2 - 0.25 * side**2)
+    volume = 0.25 * math.pi * side**2 * (4.0 - cap) + math.pi * cap**2 * (radius - cap / 3.0)
+    assert pin.isValid()
+    assert pin.Volume() == pytest.approx(volume, rel=1e-9)
+    assert pin.BoundingBox().zmin == pytest.approx(0.0, abs=1e-6)

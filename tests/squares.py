@@ -1,0 +1,44 @@
+"""A square of four domed tips as the tests take it: a gentle design, and one of its two equal plates."""
+
+from dataclasses import replace
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, GivenSprings, Print
+from cad.design.processes import PROCESSES
+from cad.design.tips import Press, Tips
+from cad.parts.assembly import finished_part
+from cad.parts.housing import Housing
+from cad.parts.layout import housing_for
+from cad.parts.sensor import Sensor
+
+RESIN = PROCESSES["sla-resin"]
+GENTLE = Design(
+    name="gentle-square",
+    targets=None,
+    springs=GivenSprings(K_l_N_per_m=1200.0, K_h_N_per_m=20000.0),
+    fruit=Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0),
+    tips=Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.4, spacing_mm=6.0),
+    press=Press(travel_mm=0.4),
+    print=Print(process="sla-resin"),
+)
+LENGTHS = (20.438, 8.051)  # [mm] leaves of its springs in resin, low then high
+DEFLECTIONS = (0.3, 0.1)  # [mm] of its springs at full travel
+
+
+def square_housing(design: Design = GENTLE, lengths: tuple[float, float] = LENGTHS) -> Housing:
+    """Return one plate of a square with leaves of the lengths [mm]."""
+    return housing_for(design, PROCESSES[design.print.process], lengths, DEFLECTIONS)
+
+
+def square_sensor(housing: Housing | None = None, design: Design = GENTLE) -> Sensor:
+    """Return the sensor of a square, its plate as it is made."""
+    housing = housing or square_housing(design)
+    part = finished_part(housing)
+    return Sensor(
+        housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
+    )
+
+
+def gentle(**tips: object) -> Design:
+    """Return the gentle square with other tips."""
+    return replace(GENTLE, tips=replace(GENTLE.tips, **tips))
