@@ -13,6 +13,8 @@ from cad.design.reading import Reading
 from solve.contact.linear_response import travels
 from solve.contact.poses import Pose
 
+Vector = tuple[float, float]
+
 DIRECTIONS = 8
 FEWEST_MODULI = 4
 
@@ -21,8 +23,8 @@ FEWEST_MODULI = 4
 class Placed:
     """How a sensor stands on a fruit: tilt [deg] and place from the apex [mm] along and across, radius [mm]."""
 
-    tilt_deg: tuple[float, float] = (0.0, 0.0)
-    off_centre_mm: tuple[float, float] = (0.0, 0.0)
+    tilt_deg: Vector = (0.0, 0.0)
+    off_centre_mm: Vector = (0.0, 0.0)
     radius_mm: float | None = None
 
     @property
@@ -72,7 +74,7 @@ def press_of(placed: Placed, E: float, design: Design, samples: int) -> list[Pos
     return [placed.pressed(E, travel) for travel in travels(design.press.travel_mm, samples).tolist()]
 
 
-def directed(length: float, count: int = DIRECTIONS) -> list[tuple[float, float]]:
+def directed(length: float, count: int = DIRECTIONS) -> list[Vector]:
     """Return vectors of a length [its unit] in equally spaced directions; a single one of length 0."""
     if length == 0.0:
         return [(0.0, 0.0)]
@@ -96,18 +98,22 @@ def radii(fruit: Fruit, reading: Reading) -> tuple[float | None, ...]:
 
 
 def occurring(design: Design, reading: Reading) -> Iterator[Placed]:
-    """Yield how the sensor may stand: each radius with tilts in all directions, off centre with the tilt and against.
+    """Yield how the sensor may stand, level in the middle first: each radius with tilts and places in all directions.
 
     A sensor off the centre of a sphere stands as one that is tilted: with the tilt and against it are the extremes.
     """
-    off = reading.off_centre_mm
     for radius, share in itertools.product(radii(design.fruit, reading), (0.0, 0.5, 1.0)):
-        tilts = directed(share * reading.tilt_deg)
-        ways = directed(off) if len(tilts) == 1 else [(0.0, 0.0)]
-        for tilt in tilts:
-            places = {(0.0, 0.0), *ways}
-            if len(tilts) > 1 and off > 0.0:
-                length = math.hypot(*tilt)
-                places |= {(sign * off * tilt[0] / length, sign * off * tilt[1] / length) for sign in (-1.0, 1.0)}
-            for place in sorted(places):
+        for tilt in directed(share * reading.tilt_deg) if share else [(0.0, 0.0)]:
+            yield Placed(tilt_deg=tilt, radius_mm=radius)
+            for place in _off_centre(tilt, reading.off_centre_mm):
                 yield Placed(tilt_deg=tilt, off_centre_mm=place, radius_mm=radius)
+
+
+def _off_centre(tilt: Vector, distance: float) -> list[Vector]:
+    """Return the places at a distance [mm] from the apex: along a tilt both ways, all directions for a level press."""
+    if distance == 0.0:
+        return []
+    length = math.hypot(*tilt)
+    if length == 0.0:
+        return directed(distance)
+    return [(sign * distance * tilt[0] / length, sign * distance * tilt[1] / length) for sign in (-1.0, 1.0)]

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
-from cad.theory.contrast_law import ContrastLaw, contrast_weights, hertz_factor, read_modulus
+from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
 from cad.theory.pair_line import line_over_press
+from pipeline.stages.response import scene_of
+from solve.contact.domes.law import dome_contrast
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.split import contact_footprints
 
 Floats = NDArray[np.float64]
 
@@ -33,6 +34,10 @@ class ContrastReadOut:
     def with_springs(self, factors: Floats) -> "ContrastReadOut":
         """Return the read-out that takes each spring for stiffer by a factor [1], shape (tips,)."""
         return replace(self, law=replace(self.law, C=_stiffened(self.law.C, factors)))
+
+    def zeroed_heights(self, noises: Floats) -> Floats:
+        """Return how well a reading on a hard plate tells the heights of tips [mm] whose forces have a noise [N]."""
+        return np.asarray(np.diag(self.law.C) * noises)
 
     def with_heights(self, heights: Floats) -> "ContrastReadOut":
         """Return the read-out that takes each tip for longer by a height [mm], shape (tips,)."""
@@ -57,6 +62,10 @@ class LineReadOut:
         """Return the read-out that takes each spring for stiffer by a factor [1], shape (tips,)."""
         return replace(self, C=_stiffened(self.C, factors))
 
+    def zeroed_heights(self, noises: Floats) -> Floats:
+        """Return how well a reading on a hard plate tells the heights of tips [mm] whose forces have a noise [N]."""
+        return np.asarray(np.diag(self.C) * noises)
+
     def with_heights(self, _heights: Floats) -> "LineReadOut":
         """Return the same read-out: heights move the intercept of the line alone."""
         return self
@@ -75,30 +84,18 @@ def read_out_of(design: Design, contact: FruitCompliance, C: Floats) -> ReadOut:
         fall = [design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
         gaps = tuple(np.subtract(fall, tips.ahead_mm).tolist())
         return ContrastReadOut(law=ContrastLaw(weights=weights, gaps=gaps, C=_rows(C), S=_rows(contact.S)))
-    return ContrastReadOut(law=_dome_law(design, contact, C, weights, tips.dome_radius_mm))
+    return ContrastReadOut(law=_dome_law(design, contact, C, weights))
 
 
-def _dome_law(
-    design: Design, contact: FruitCompliance, C: Floats, weights: tuple[float, ...], radius: float
-) -> ContrastLaw:
-    """Return the contrast of domes of a radius [mm] that stand level in the middle of the fruit.
-
-    A dome presses along the normal of the skin, at an angle to its spring: N = F / cos, and it sinks by the travel
-    times cos. What the circle that stands for a contact takes of the half-space is Hertz's instead.
-    """
-    fruit, tips = design.fruit, design.tips
-    curvatures = [1.0 / radius + 1.0 / across for across in fruit.radii_mm]
-    slopes = np.array(tips.places_mm) / (radius + np.array(fruit.radii_mm))
-    leaning = float(np.sqrt(1.0 - (slopes**2).sum(axis=1)).mean())
-    fall = 0.5 * (slopes * tips.places_mm).sum(axis=1)
-    circle = contact_footprints(fruit, tips)[0].side
-    S = contact.S - np.diag(np.full(len(weights), (1.0 - fruit.poisson**2) / circle))
+def _dome_law(design: Design, contact: FruitCompliance, C: Floats, weights: tuple[float, ...]) -> ContrastLaw:
+    """Return the contrast of domes that stand level in the middle of the fruit, in the middle of the range of E."""
+    tips, scene = design.tips, scene_of(design)
+    middle = math.sqrt(min(design.fruit.E_MPa) * design.fruit.E_max_MPa)
+    found = dome_contrast(scene, contact, C, middle)
+    reach = (tips.dome_radius_mm or 0.0) + np.array(design.fruit.radii_mm)
+    fall = 0.5 * (np.square(tips.places_mm) / reach).sum(axis=1)
     return ContrastLaw(
-        weights=weights,
-        gaps=tuple((fall - tips.ahead_mm).tolist()),
-        C=_rows(C),
-        S=_rows(S / leaning**2),
-        hertz=hertz_factor(1.0 / math.sqrt(curvatures[0] * curvatures[1]), fruit.poisson) * leaning ** (-5.0 / 3.0),
+        weights=weights, gaps=tuple((fall - tips.ahead_mm).tolist()), C=_rows(C), S=_rows(found.S), hertz=found.hertz
     )
 
 

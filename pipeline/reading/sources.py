@@ -12,9 +12,7 @@ from pipeline.reading.read_out import ReadOut
 
 Floats = NDArray[np.float64]
 
-ZEROED_MM = 0.005  # one sigma of a tip's height after zeroing on a flat hard plate: a judgement
 _STEP = 1e-4  # of a force, a stiffness or a tip's height of 1 mm, for slopes of the modulus
-_OF_NOISE = ("noise_percent", "noise_N")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +37,8 @@ def uncertainty_sources(
     """Return the sources at each modulus of a level sensor in the middle of its fruit.
 
     `forces` (moduli, samples, tips) [N] are those of its presses; `poses` are the shares of tilt, place and radius [1].
-    The full scale of each channel is its force at the largest modulus. Raises ReadingError.
+    The full scale of each channel is its force at the largest modulus. The heights of the tips are those that one
+    reading on a flat hard plate tells: its noise is what it leaves. Raises ReadingError.
     """
     full_scale = forces.max(axis=(0, 1))
     return [_sources(read_out, reading, press, full_scale, pose) for press, pose in zip(forces, poses, strict=True)]
@@ -83,12 +82,13 @@ def _sources(
         np.array([slope(kind(tip)) for tip in tips]) for kind in (amplified, stiffened, lengthened)
     )
     of_springs = float(np.linalg.norm(springs))
+    noises = np.hypot(0.01 * reading.noise_percent * full_scale, reading.noise_N)
     shares = {
         "noise_percent": 0.01 * reading.noise_percent * float(np.linalg.norm(noise * full_scale)),
         "noise_N": reading.noise_N * float(np.linalg.norm(noise)),
         "stiffness": 0.01 * reading.stiffness_percent * of_springs,
         "gain": 0.01 * reading.gain_percent * float(np.linalg.norm(gains)),
-        "tip_height": ZEROED_MM * float(np.linalg.norm(heights)),
+        "tip_height": float(np.linalg.norm(heights * read_out.zeroed_heights(noises))),
         **poses,
     }
     return UncertaintySources(shares=shares, stiffness_slope=of_springs)
