@@ -1,13 +1,13 @@
 """A square of flat tips that touch whole at any tilt: forces in closed form, where reading is exact."""
 
 import numpy as np
-from solve.contact.poses import PoseForces
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
 from solve.contact.linear_response import spring_compliance
+from solve.contact.poses import PoseForces
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
@@ -51,8 +51,10 @@ def linear_pose_forces(scene, contact, C, poses):
     shape = F.shape
     return PoseForces(
         F=F,
+        F_error=np.full(shape, FORCE_ERROR),
         error=np.full(len(F), FORCE_ERROR),
         touching=F > 0.0,
         contact_radius=np.full(shape, 0.5),
         mean_pressure=F / scene.tips.face_mm2,
+        face_mm=np.zeros(len(F)),
     )

@@ -19,11 +19,13 @@ _STEP = 1e-4  # of a force, a stiffness or a tip's height of 1 mm, for slopes of
 class UncertaintySources:
     """The standard deviation of the modulus by each source, as a share of it [1].
 
-    `stiffness_slope` is the share per share by which each spring is off, apart from the others [1].
+    `stiffness_slope` is the share per share by which each spring is off, apart from the others [1]; `noise_slope` that
+    per cent of noise in forces, and in the heights that they tell [1/%].
     """
 
     shares: Mapping[str, float]
     stiffness_slope: float
+    noise_slope: float
 
     @property
     def total(self) -> float:
@@ -46,11 +48,10 @@ def uncertainty_sources(
 
 def noise_to_reach(limit: float, sources: UncertaintySources, reading: Reading) -> float | None:
     """Return the noise [% of full scale] at which a standard deviation [1] is reached; None where it is without."""
-    by_noise = sources.shares["noise_percent"]
-    rest = math.hypot(*(share for name, share in sources.shares.items() if name != "noise_percent"))
-    if rest >= limit or by_noise == 0.0:
+    rest = sources.total**2 - (sources.noise_slope * reading.noise_percent) ** 2
+    if rest >= limit**2:
         return None
-    return reading.noise_percent * math.sqrt(limit**2 - rest**2) / by_noise
+    return math.sqrt(limit**2 - rest) / sources.noise_slope
 
 
 def _sources(
@@ -82,16 +83,19 @@ def _sources(
         np.array([slope(kind(tip)) for tip in tips]) for kind in (amplified, stiffened, lengthened)
     )
     of_springs = float(np.linalg.norm(springs))
-    noises = np.hypot(0.01 * reading.noise_percent * full_scale, reading.noise_N)
+    of_noise = float(np.linalg.norm(noise * full_scale))
+    zeroed = [float(np.linalg.norm(heights * read_out.zeroed_heights(one))) for one in (full_scale, np.ones(len(tips)))]
     shares = {
-        "noise_percent": 0.01 * reading.noise_percent * float(np.linalg.norm(noise * full_scale)),
+        "noise_percent": 0.01 * reading.noise_percent * of_noise,
         "noise_N": reading.noise_N * float(np.linalg.norm(noise)),
         "stiffness": 0.01 * reading.stiffness_percent * of_springs,
         "gain": 0.01 * reading.gain_percent * float(np.linalg.norm(gains)),
-        "tip_height": float(np.linalg.norm(heights * read_out.zeroed_heights(noises))),
+        "tip_height": math.hypot(0.01 * reading.noise_percent * zeroed[0], reading.noise_N * zeroed[1]),
         **poses,
     }
-    return UncertaintySources(shares=shares, stiffness_slope=of_springs)
+    return UncertaintySources(
+        shares=shares, stiffness_slope=of_springs, noise_slope=0.01 * math.hypot(of_noise, zeroed[0])
+    )
 
 
 def _only(tip: int, count: int) -> Floats:
