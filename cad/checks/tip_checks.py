@@ -8,7 +8,7 @@ import cadquery as cq
 
 from cad.checks.line_probe import SolidLines, Vector
 from cad.design.tips import Tips
-from cad.parts.housing import Housing
+from cad.parts.housing import Arm, Housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import gable_side, pins
 from cad.verdict import Verdict, equal, failed
@@ -22,19 +22,24 @@ def tip_verdict(part: Part, housing: Housing) -> Verdict:
 
     On a dome lines at nine places measure its cap as well.
     """
-    half, every, off = 0.5 * housing.tip_side, part.shape.Faces(), 0.0
-    radius, lines = housing.dome_radius, SolidLines(part.shape)
-    top = _cap_level(radius, min(radius, math.sqrt(2.0) * half))
+    off, radius, lines = 0.0, housing.dome_radius, SolidLines(part.shape)
     for arm in housing.arms:
-        box = cq.Compound.makeCompound([every[i] for i in part.faces[f"{arm.name}_tip"]]).BoundingBox()
-        measured = (box.xmin, box.xmax, box.ymin, box.ymax, box.zmin, box.zmax)
-        declared = (arm.centre - half, arm.centre + half, -half, half, 0.0, top)
-        off = max(off, *(abs(a - b) for a, b in zip(measured, declared, strict=True)))
+        off = max(off, *_edge_errors(part, housing, arm))
         if radius:
             off = max(off, *_cap_errors(lines, housing, arm.centre))
     cap = f", caps of radius {radius:g} mm" if radius else ""
     reference = f"edges of both tip faces: side {housing.tip_side:g}, spacing {housing.spacing:g} mm, at z = 0{cap}"
     return equal("geometry.tips", off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
+
+
+def _edge_errors(part: Part, housing: Housing, arm: Arm) -> list[float]:
+    """Return how far the ends of a tip's face along x, y and z are off the declared ones [mm]."""
+    half, every, radius = 0.5 * housing.tip_side, part.shape.Faces(), housing.dome_radius
+    top = _cap_level(radius, min(radius, math.sqrt(2.0) * half))
+    box = cq.Compound.makeCompound([every[i] for i in part.faces[f"{arm.name}_tip"]]).BoundingBox()
+    measured = (box.xmin, box.xmax, box.ymin, box.ymax, box.zmin, box.zmax)
+    declared = (arm.centre - half, arm.centre + half, -half, half, 0.0, top)
+    return [abs(a - b) for a, b in zip(measured, declared, strict=True)]
 
 
 def _cap_level(radius: float, away: float) -> float:

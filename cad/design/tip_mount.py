@@ -66,5 +66,5 @@ def leaf_thicknesses(design: Design, process: Process) -> tuple[float, ...]:
     It is that of the process; in a plate less deep than the process advises all leaves are as thin as the low ones, for
     the thinner a leaf, the stiffer it is across the plate against its stiffness along the press.
     """
-    low, high = process.leaf_thicknesses_mm
-    return (low, high) if plate_depth(design, process) >= process.depth_mm else (low, low)
+    own = process.leaf_thicknesses_mm
+    return own if plate_depth(design, process) >= process.depth_mm else (own[0],) * len(own)

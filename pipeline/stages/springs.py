@@ -154,15 +154,17 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     return tuple(Estimate(sign * sag, error * sag, "mm") for sag, error in rows)
 
 
-def tip_leads(springs: FittedSprings, attitude: Attitude, tips: Tips) -> tuple[float, ...]:
+def tip_leads(springs: FittedSprings, design: Design, attitude: Attitude | None = None) -> tuple[float, ...]:
     """Return how far each tip stands before the foremost one by the weight of its parts [mm]; none where all are level.
 
-    The foremost tips are at 0, the others below, in the order of the layout.
+    The foremost tips are at 0, the others below, in the order of the layout; the attitude is that of the press where
+    none is given.
     """
-    sags = {spring.name: sag.value for spring, sag in zip(springs.springs, weight_sag(springs, attitude), strict=False)}
-    if not any(sags.values()):
+    sags = [sag.value for sag in weight_sag(springs, attitude or design.press.attitude)]
+    if not any(sags):
         return ()
-    return tuple(sags[kind] - max(sags.values()) for kind in tips.springs)
+    of_kind = {spring.name: sag - max(sags) for spring, sag in zip(springs.springs, sags, strict=True)}
+    return tuple(of_kind[kind] for kind in design.tips.springs)
 
 
 def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:
