@@ -47,7 +47,7 @@ def plate_depth(design: Design, process: Process) -> float:
         return max(process.depth_mm, side)
     spacing, pads = design.tips.spacing_mm, 2.0 * pad_height(process)
     depth = round(spacing - pads, 3)
-    least = max(side, _LEAST_ASPECT * process.leaf_thickness_low_mm)
+    least = max(side, _LEAST_ASPECT * min(process.leaf_thicknesses_mm))
     if depth < least:
         what = "a tip is wide" if side == least else f"two leaf thicknesses of {process.name}"
         bound = f"at least {least + pads:g} mm: a plate as deep as {what}, {least:g} mm, and two pads of {0.5 * pads:g}"
