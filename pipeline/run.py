@@ -40,7 +40,7 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
     sizing = timed("sizing", spring_sizing, design, contact, options)  # closed form
     springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
     geometry = timed("solids", write_solids, design, springs, folder)
-    press = timed("response", press_scene, design, contact, springs.C, tip_leads(springs, design))
+    press = timed("response", press_scene, design, contact, springs.C, tip_leads(springs, design.press.attitude))
     judged = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
     sensor = timed("mounts", assessed_sensor, design, contact, sizing, springs)
     errors = timed("errors", sensor_errors, sensor, judged.reached, press, options)
