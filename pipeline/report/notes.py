@@ -3,7 +3,6 @@
 import numpy as np
 
 from cad.design.parameters import PAPER_TARGETS
-from cad.design.tip_mount import leaf_thicknesses
 from cad.theory.free_fruit import roll, table_share
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.result import SensorResult
@@ -16,7 +15,7 @@ def notes(result: SensorResult) -> list[str]:
     """Return the notes of a result, closed forms of its numbers only."""
     design, process, table = result.design, result.springs.process, result.press.table
     depth = design.press.travel_mm / design.tips.side_mm
-    moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in leaf_thicknesses(design, process)]
+    moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in process.leaf_thicknesses_mm]
     pressure = mean_tip_pressure(design, result.press)
     return [
         *_paper(result),

@@ -136,6 +136,7 @@ def test_square_is_fitted_as_one_plate(fit):
     springs = springs_of(GENTLE)
     assert springs.housing.back_to_back
     assert springs.housing.depth == 5.6
+    assert [arm.flexure.thickness for arm in springs.housing.arms] == [0.7, 1.0]
     assert [targets for targets, *_ in fit.asked] == [(1.2, 20.0)]
 
 
