@@ -36,6 +36,7 @@ def _edge_errors(part: Part, housing: Housing, arm: Arm) -> list[float]:
     """Return how far the ends of a tip's face along x, y and z are off the declared ones [mm]."""
     half, every, radius = 0.5 * housing.tip_side, part.shape.Faces(), housing.dome_radius
     top = _cap_level(radius, min(radius, math.sqrt(2.0) * half))
+    half = min(half, radius or half)
     box = cq.Compound.makeCompound([every[i] for i in part.faces[f"{arm.name}_tip"]]).BoundingBox()
     measured = (box.xmin, box.xmax, box.ymin, box.ymax, box.zmin, box.zmax)
     declared = (arm.centre - half, arm.centre + half, -half, half, 0.0, top)
@@ -49,7 +50,7 @@ def _cap_level(radius: float, away: float) -> float:
 
 def _cap_errors(lines: SolidLines, housing: Housing, x: float) -> Iterator[float]:
     """Yield how far a cap at x is off its sphere along the press [mm], at nine places of the round face."""
-    step = _ON_CAP * 0.5 * housing.tip_side
+    step = _ON_CAP * min(0.5 * housing.tip_side, housing.dome_radius)
     for along, across in itertools.product((-step, 0.0, step), repeat=2):
         declared = _cap_level(housing.dome_radius, math.hypot(along, across))
         yield abs(_open(lines, (x + along, across, -1.0), (0.0, 0.0, 1.0)) - 1.0 - declared)

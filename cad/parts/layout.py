@@ -20,6 +20,7 @@ LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest t
 CLEARANCE = 0.5  # frame above the fruit in the worst press
 STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
 POCKET_SIDES = 3.0  # depth of the pocket of a pin over its side
+BESIDE_BALL = 0.2  # by which a tip is wider than its half ball
 _LEAST_PROTRUSION = 0.1
 
 
@@ -37,7 +38,7 @@ def housing_for(
         Flexure(thickness=t, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
         for t, length in zip(thicknesses, lengths, strict=True)
     ]
-    side = depth if tips.layout == "square" and depth - mount.side < LEDGE else mount.side  # nearly as deep: as deep
+    side = mount.side if mount.pocket else _tip_side(tips, depth)
     shuttle = max(side, min(SHUTTLE_WIDTH[tips.layout], tips.spacing_mm - process.min_gap_mm))
     standing = max(
         min(tips.side_mm, LEDGE),
@@ -98,6 +99,18 @@ def _farthest_travel(design: Design) -> float:
     away = max(math.hypot(x - design.tips.offset_mm, y) for x, y in design.tips.places_mm)
     deeper = away * (math.tan(math.radians(reading.tilt_deg)) + reading.off_centre_mm / radius)
     return 1.0 + deeper / design.press.travel_mm
+
+
+def _tip_side(tips: Tips, depth: float) -> float:
+    """Return the side of a printed tip [mm]: that of its face, for a dome with room beside it.
+
+    A whole half ball stands on a wider tip; in a plate of a square a tip that is nearly as deep fills it, for the
+    little step between them would print on air.
+    """
+    side = tips.side_mm
+    if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - BESIDE_BALL:
+        side = round(2.0 * tips.dome_radius_mm + BESIDE_BALL, 3)
+    return depth if tips.layout == "square" and 0.0 <= depth - side < LEDGE else side
 
 
 def _cap_height(tips: Tips, side: float) -> float:
