@@ -9,6 +9,7 @@ import cadquery as cq
 from cad.checks.line_probe import SolidLines, Vector
 from cad.design.tips import Tips
 from cad.parts.housing import Arm, Housing
+from cad.parts.housing_solid import BALL_SHARE
 from cad.parts.part import Part
 from cad.parts.pin_socket import gable_side, pins
 from cad.verdict import Verdict, equal, failed
@@ -35,8 +36,9 @@ def tip_verdict(part: Part, housing: Housing) -> Verdict:
 def _edge_errors(part: Part, housing: Housing, arm: Arm) -> list[float]:
     """Return how far the ends of a tip's face along x, y and z are off the declared ones [mm]."""
     half, every, radius = 0.5 * housing.tip_side, part.shape.Faces(), housing.dome_radius
-    top = _cap_level(radius, min(radius, math.sqrt(2.0) * half))
-    half = min(half, radius or half)
+    top = min(BALL_SHARE * radius, _cap_level(radius, min(radius, math.sqrt(2.0) * half)))
+    if radius:
+        half = min(half, math.sqrt(top * (2.0 * radius - top)))
     box = cq.Compound.makeCompound([every[i] for i in part.faces[f"{arm.name}_tip"]]).BoundingBox()
     measured = (box.xmin, box.xmax, box.ymin, box.ymax, box.zmin, box.zmax)
     declared = (arm.centre - half, arm.centre + half, -half, half, 0.0, top)
