@@ -14,7 +14,7 @@ from pipeline.stages.fields import write_fields
 from pipeline.stages.response import press_scene
 from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.solids import write_solids
-from pipeline.stages.springs import fit_springs, tip_compliance, tip_leads
+from pipeline.stages.springs import fit_springs, tip_leads
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.uncertainty.cause import assessed_sensor
@@ -43,11 +43,10 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
     sizing = timed("sizing", spring_sizing, design, kinds, options)  # closed form
     springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
     geometry = timed("solids", write_solids, design, springs, folder)
-    C, leads = tip_compliance(springs, design.tips), tip_leads(springs, design.press.attitude, design.tips)
-    press = timed("response", press_scene, design, contact, C, leads)
-    readings = timed("reading", assess_readings, design, contact, C)  # where the design asks for it
-    judged = timed("verdicts", judge, design, kinds, sizing, springs, geometry, press)
-    sensor = timed("mounts", assessed_sensor, design.as_pair, kinds, sizing, springs)
+    press = timed("response", press_scene, design, contact, springs.C, tip_leads(springs, design.press.attitude))
+    readings = timed("reading", assess_readings, design, contact, springs.C)  # where the design asks for it
+    judged = timed("verdicts", judge, design, kinds, sizing, springs.as_pair, geometry, press)
+    sensor = timed("mounts", assessed_sensor, design.as_pair, kinds, sizing, springs.as_pair)
     errors = timed("errors", sensor_errors, sensor, judged.reached, press, options, readings)
     making = timed("fabrication", make_fabrication, design, springs, options, folder)
     return SensorResult(

@@ -21,7 +21,7 @@ GENTLE = Design(
     press=Press(travel_mm=0.4),
     print=Print(process="sla-resin"),
 )
-LENGTHS = (20.438, 8.051)  # [mm] leaves of its springs in resin, low then high
+LENGTHS = (20.438, 11.09)  # [mm] leaves of its springs in resin, low then high
 DEFLECTIONS = (0.3, 0.1)  # [mm] of its springs at full travel
 
 

@@ -85,7 +85,7 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
         refused = [replace(verdict, passed=False, reason="leaf too long") for verdict in printable]
         rows = zip(names, targets, refused, strict=True)
         bare = tuple(FittedSpring(name=name, target=target, printable=verdict) for name, target, verdict in rows)
-        return FittedSprings(springs=bare, process=process, deflections=deflections, fitted=None)
+        return FittedSprings(springs=bare, process=process, deflections=deflections, fitted=None, tips=design.tips)
     ratio = sizing.sizing_stiffness_ratio
     printable = check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
     housing = housing_for(design, process, lengths, deflections)
@@ -101,7 +101,7 @@ def springs_of(design: Design, *, made: bool = True, lengths: tuple[float, float
         )
         for i, name in enumerate(names)
     )
-    return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted)
+    return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
 
 
 def result_of(design: Design | None = None, options: RunOptions | None = None, *, made: bool = True) -> SensorResult:

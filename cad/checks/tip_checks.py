@@ -8,7 +8,8 @@ import cadquery as cq
 
 from cad.checks.line_probe import SolidLines, Vector
 from cad.design.tips import Tips
-from cad.parts.housing import Housing
+from cad.parts.housing import Arm, Housing
+from cad.parts.housing_solid import BALL_SHARE
 from cad.parts.part import Part
 from cad.parts.pin_socket import gable_side, pins
 from cad.verdict import Verdict, equal, failed
@@ -22,19 +23,26 @@ def tip_verdict(part: Part, housing: Housing) -> Verdict:
 
     On a dome lines at nine places measure its cap as well.
     """
-    half, every, off = 0.5 * housing.tip_side, part.shape.Faces(), 0.0
-    radius, lines = housing.dome_radius, SolidLines(part.shape)
-    top = _cap_level(radius, min(radius, math.sqrt(2.0) * half))
+    off, radius, lines = 0.0, housing.dome_radius, SolidLines(part.shape)
     for arm in housing.arms:
-        box = cq.Compound.makeCompound([every[i] for i in part.faces[f"{arm.name}_tip"]]).BoundingBox()
-        measured = (box.xmin, box.xmax, box.ymin, box.ymax, box.zmin, box.zmax)
-        declared = (arm.centre - half, arm.centre + half, -half, half, 0.0, top)
-        off = max(off, *(abs(a - b) for a, b in zip(measured, declared, strict=True)))
+        off = max(off, *_edge_errors(part, housing, arm))
         if radius:
             off = max(off, *_cap_errors(lines, housing, arm.centre))
     cap = f", caps of radius {radius:g} mm" if radius else ""
     reference = f"edges of both tip faces: side {housing.tip_side:g}, spacing {housing.spacing:g} mm, at z = 0{cap}"
     return equal("geometry.tips", off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
+
+
+def _edge_errors(part: Part, housing: Housing, arm: Arm) -> list[float]:
+    """Return how far the ends of a tip's face along x, y and z are off the declared ones [mm]."""
+    half, every, radius = 0.5 * housing.tip_side, part.shape.Faces(), housing.dome_radius
+    top = min(BALL_SHARE * radius, _cap_level(radius, min(radius, math.sqrt(2.0) * half)))
+    if radius:
+        half = min(half, math.sqrt(top * (2.0 * radius - top)))
+    box = cq.Compound.makeCompound([every[i] for i in part.faces[f"{arm.name}_tip"]]).BoundingBox()
+    measured = (box.xmin, box.xmax, box.ymin, box.ymax, box.zmin, box.zmax)
+    declared = (arm.centre - half, arm.centre + half, -half, half, 0.0, top)
+    return [abs(a - b) for a, b in zip(measured, declared, strict=True)]
 
 
 def _cap_level(radius: float, away: float) -> float:
@@ -44,7 +52,7 @@ def _cap_level(radius: float, away: float) -> float:
 
 def _cap_errors(lines: SolidLines, housing: Housing, x: float) -> Iterator[float]:
     """Yield how far a cap at x is off its sphere along the press [mm], at nine places of the round face."""
-    step = _ON_CAP * 0.5 * housing.tip_side
+    step = _ON_CAP * min(0.5 * housing.tip_side, housing.dome_radius)
     for along, across in itertools.product((-step, 0.0, step), repeat=2):
         declared = _cap_level(housing.dome_radius, math.hypot(along, across))
         yield abs(_open(lines, (x + along, across, -1.0), (0.0, 0.0, 1.0)) - 1.0 - declared)

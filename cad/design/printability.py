@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from cad.design.parameters import Design
 from cad.design.processes import Process
-from cad.design.tip_mount import leaf_thicknesses, plate_depth
+from cad.design.tip_mount import plate_depth
 from cad.theory.leaf_spring import pair_length, root_strain
 from cad.theory.strain_gauge import GAUGES, FoilGauge, gauged_length, sandwich_gain, shortest_gauged
 from cad.theory.two_spring_law import Springs, size_springs
@@ -143,7 +143,6 @@ def check_printable(
     fruit = design.fruit
     stiffest = K_m_max * max(fruit.E_max_MPa, *fruit.E_MPa) / fruit.E_max_MPa
     depth, gauge = plate_depth(design, process), GAUGES[design.print.gauges]
-    thicknesses = leaf_thicknesses(design, process)
     K_m = (stiffest, stiffness_ratio * stiffest)
     targets = _targets(design, springs, K_m_max, stiffness_ratio)
     verdicts = []
@@ -151,7 +150,7 @@ def check_printable(
         leaf = _Leaf(
             spring=spring,
             process=process,
-            thickness=thicknesses[i],
+            thickness=process.leaf_thicknesses_mm[i],
             depth=depth,
             travel=max(0.0, design.full_travels_mm[i]),
             K_m=K_m[i],

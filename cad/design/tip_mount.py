@@ -10,7 +10,7 @@ from cad.design.processes import Process
 from cad.quantity import fault
 
 _LEAST_PAD_MM = 0.2  # two layers of a coarse print
-_LEAST_ASPECT = 2.0  # depth of a leaf over its thickness: a shallower one is as soft sideways as along the press
+_LEAST_ASPECT = 2.0  # depth of a leaf over its thickness: a shallower one is a rod, as soft sideways
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +47,7 @@ def plate_depth(design: Design, process: Process) -> float:
         return max(process.depth_mm, side)
     spacing, pads = design.tips.spacing_mm, 2.0 * pad_height(process)
     depth = round(spacing - pads, 3)
-    least = max(side, _LEAST_ASPECT * process.leaf_thickness_low_mm)
+    least = max(side, _LEAST_ASPECT * max(process.leaf_thicknesses_mm))
     if depth < least:
         what = "a tip is wide" if side == least else f"two leaf thicknesses of {process.name}"
         bound = f"at least {least + pads:g} mm: a plate as deep as {what}, {least:g} mm, and two pads of {0.5 * pads:g}"
@@ -58,13 +58,3 @@ def plate_depth(design: Design, process: Process) -> float:
 def pad_height(process: Process) -> float:
     """Return the height of the pads on the back of a plate of a square [mm]: two make the least gap of the process."""
     return max(_LEAST_PAD_MM, 0.5 * process.min_gap_mm)
-
-
-def leaf_thicknesses(design: Design, process: Process) -> tuple[float, ...]:
-    """Return the thickness of the leaves by spring, the low one's first [mm].
-
-    It is that of the process; in a plate less deep than the process advises all leaves are as thin as the low ones, for
-    the thinner a leaf, the stiffer it is across the plate against its stiffness along the press.
-    """
-    low, high = process.leaf_thicknesses_mm
-    return (low, high) if plate_depth(design, process) >= process.depth_mm else (low, low)

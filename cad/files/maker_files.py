@@ -53,7 +53,7 @@ def _write_solid(solid: cq.Shape, path: Path, colour: Colour) -> tuple[tuple[Pat
 def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float) -> str:
     """Return the sheet in Markdown for a housing of the given volume [mm^3]."""
     process, housing, gauge = title.process, cover.housing, GAUGES[cover.housing.gauges]
-    side, length, mounting = housing.pin_side, screw_length(cover.grip), mounting_error(housing, process.accuracy_mm)
+    side, length = housing.pin_side, screw_length(cover.grip)
     return _template(process, housing).format(
         title=title,
         process=process,
@@ -74,14 +74,22 @@ def fabrication_sheet(coupon: Coupon, cover: Cover, title: Title, volume: float)
         tilt_deg=math.degrees(process.accuracy_mm / housing.spacing),
         washer=WASHER_MM,
         hides="" if housing.back_to_back else " The front one hides the marks.",
-        dowel=dowel_length(housing),
-        dowel_diameter=DOWEL_MM,
-        plates_gap=2.0 * housing.pad_height,
-        mounting=mounting,
-        roll_deg=math.degrees(mounting.roll),
-        turn_deg=math.degrees(mounting.turn),
-        half_accuracy=0.5 * process.accuracy_mm,
+        **_of_two_plates(housing, process),
     )
+
+
+def _of_two_plates(housing: Housing, process: Process) -> dict[str, object]:
+    """Return by name what the sheet says of the two plates of a square [mm, deg]."""
+    mounting = mounting_error(housing, process.accuracy_mm)
+    return {
+        "dowel": dowel_length(housing),
+        "dowel_diameter": DOWEL_MM,
+        "plates_gap": 2.0 * housing.pad_height,
+        "mounting": mounting,
+        "roll_deg": math.degrees(mounting.roll),
+        "turn_deg": math.degrees(mounting.turn),
+        "half_accuracy": 0.5 * process.accuracy_mm,
+    }
 
 
 def _template(process: Process, housing: Housing) -> str:

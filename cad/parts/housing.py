@@ -194,10 +194,10 @@ class Housing:
 
     @property
     def dowels(self) -> tuple[Point, ...]:
-        """Return the centres (x, z) of the holes for dowels [mm], in both ends of the bar; none in a single plate."""
+        """Return the centres (x, z) of the holes for dowels [mm], in the pad on the bar; none in a single plate."""
         if not self.back_to_back:
             return ()
-        level = 0.5 * (self.cavity_level + self.top_level)
+        level = 0.5 * (self.cavity_level + SETBACK_MM + self.top_level)
         return tuple((arm.post - arm.sign * self.dowel_hole, level) for arm in self.arms)
 
     def depth_share(self, z: float) -> float:

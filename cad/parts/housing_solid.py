@@ -9,6 +9,7 @@ import cadquery as cq
 from cad.parts.housing import Arm, Housing, fillet_corners, profile
 from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, upright_edges
 
+BALL_SHARE = 0.98  # of the radius, to which the cap of a whole half ball reaches: its poles lie beyond
 _BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip
 
 
@@ -60,7 +61,7 @@ def domed(part: Part, housing: Housing) -> Part:
     """
     if not housing.dome_radius:
         return part
-    cap = min(housing.dome_radius, housing.tip_height)
+    cap = min(BALL_SHARE * housing.dome_radius, housing.tip_height)
     wide, deep = housing.tip_side + 2.0 * _BESIDE_TIP, housing.depth + 2.0 * _BESIDE_TIP
     shape = part.shape
     for arm in housing.arms:

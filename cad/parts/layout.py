@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from cad.design.parameters import Design
 from cad.design.processes import Process
-from cad.design.tip_mount import leaf_thicknesses, pad_height, plate_depth, tip_mount
+from cad.design.tip_mount import pad_height, plate_depth, tip_mount
 from cad.design.tips import Layout, Tips
 from cad.parts.cover import cover_level
 from cad.parts.housing import DOWEL_MM, Housing
@@ -20,6 +20,7 @@ LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest t
 CLEARANCE = 0.5  # frame above the fruit in the worst press
 STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
 POCKET_SIDES = 3.0  # depth of the pocket of a pin over its side
+BESIDE_BALL = 0.2  # by which a tip is wider than its half ball
 _LEAST_PROTRUSION = 0.1
 
 
@@ -28,16 +29,16 @@ def housing_for(
 ) -> Housing:
     """Return the housing with leaves of the given lengths, low then high, and stops above the given deflections [mm].
 
-    The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Raises InputError
-    when a leaf is too short for its fillets.
+    Those are of a level press; stops leave room for the tilts of a reading too. The frame stands back so far that it
+    clears the fruit at full travel and 3 degrees of tilt. Raises InputError when a leaf is too short for its fillets.
     """
     tips, mount, depth = design.tips, tip_mount(design, process), plate_depth(design, process)
-    thicknesses, separation = leaf_thicknesses(design, process), SEPARATION[tips.layout]
+    thicknesses, separation = process.leaf_thicknesses_mm, SEPARATION[tips.layout]
     leaves = [
         Flexure(thickness=t, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
         for t, length in zip(thicknesses, lengths, strict=True)
     ]
-    side = depth if tips.layout == "square" and depth - mount.side < LEDGE else mount.side  # nearly as deep: as deep
+    side = mount.side if mount.pocket else _tip_side(tips, depth)
     shuttle = max(side, min(SHUTTLE_WIDTH[tips.layout], tips.spacing_mm - process.min_gap_mm))
     standing = max(
         min(tips.side_mm, LEDGE),
@@ -49,7 +50,8 @@ def housing_for(
     protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
     half_leaf = 0.5 * max(thicknesses) + process.fillet_mm
     lower = max(neck, protrusion) + LEDGE + half_leaf
-    stops = [round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections]
+    margin = STOP_MARGIN * _farthest_travel(design)
+    stops = [round(max(process.min_gap_mm, margin * deflection), 2) for deflection in deflections]
     cavity = lower + separation + half_leaf + LEDGE + max(stops)
     housing = Housing(
         low=leaves[0],
@@ -83,6 +85,32 @@ def housing_for(
         pocket_side=mount.pocket,
         pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm),
     )
+
+
+def _farthest_travel(design: Design) -> float:
+    """Return the travel of the tip that goes deepest in the poses of the reading over that of the press [1].
+
+    A tilt lowers a tip by its distance from the middle, a sensor off the apex meets a slope of the fruit under it.
+    """
+    reading = design.reading
+    if reading is None:
+        return 1.0
+    radius = (design.fruit.radius_mm or math.inf) * (1.0 - reading.radius_spread)
+    away = max(math.hypot(x - design.tips.offset_mm, y) for x, y in design.tips.places_mm)
+    deeper = away * (math.tan(math.radians(reading.tilt_deg)) + reading.off_centre_mm / radius)
+    return 1.0 + deeper / design.press.travel_mm
+
+
+def _tip_side(tips: Tips, depth: float) -> float:
+    """Return the side of a printed tip [mm]: that of its face, for a dome with room beside it.
+
+    A whole half ball stands on a wider tip; in a plate of a square a tip that is nearly as deep fills it, for the
+    little step between them would print on air.
+    """
+    side = tips.side_mm
+    if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - BESIDE_BALL:
+        side = round(2.0 * tips.dome_radius_mm + BESIDE_BALL, 3)
+    return depth if tips.layout == "square" and 0.0 <= depth - side < LEDGE else side
 
 
 def _cap_height(tips: Tips, side: float) -> float:

@@ -5,6 +5,8 @@ K. L. Johnson, Contact Mechanics, 1985, section 4.2: Hertz. Units: mm, N, MPa.
 
 import math
 
+from cad.theory.contrast_law import hertz_factor
+
 
 def relative_curvature(dome_radius: float, fruit_radius: float) -> float:
     """Return the radius R* of the sphere that touches a plane as a dome touches a fruit [mm]: 1/R* = 1/r + 1/R."""
@@ -12,8 +14,9 @@ def relative_curvature(dome_radius: float, fruit_radius: float) -> float:
 
 
 def contact_radius(force: float, E: float, poisson: float, radius: float) -> float:
-    """Return a = (3 F R* / (4 E*))^(1/3) [mm from N, MPa, mm], E* = E / (1 - nu^2); 0 for a tip that is off."""
-    return float(math.cbrt(0.75 * max(force, 0.0) * radius * (1.0 - poisson**2) / E))
+    """Return a = sqrt(R* d) of a dome that is pressed in by d [mm from N, MPa, mm]; 0 for a tip that is off."""
+    indentation = hertz_factor(radius, poisson) * (max(force, 0.0) / E) ** (2.0 / 3.0)
+    return math.sqrt(radius * indentation)
 
 
 def contact_reach(force: float, E: float, poisson: float, radius: float, slope: float) -> float:

@@ -50,9 +50,14 @@ class _Wall:
         lower, upper = arm.holes
         self.rings = self._ring_edge(lower, 1.0, levels), self._ring_edge(upper, -1.0, levels)
         self.levels = sorted({*levels, *self.rings})
-        to_hole = _TO_HOLE * (abs(lower[0] - arm.post) - self.radius)
+        self.inner, self.ring_edge = self._columns()
+
+    def _columns(self) -> tuple[float, float]:
+        """Return x where the fans end, and where the rings begin: the same, but in a wall wider than its post."""
+        arm = self.arm
+        to_hole = _TO_HOLE * (abs(arm.holes[0][0] - arm.post) - self.radius)
         reach = arm.sign * min(max(fan.height for fan in self.fans), to_hole)
-        self.inner, self.ring_edge = arm.wall + reach, arm.post + reach
+        return arm.wall + reach, arm.post + reach
 
     def blocks(self) -> Iterator[Block]:
         """Yield the blocks; raises MeshError where two holes leave no wall between them."""

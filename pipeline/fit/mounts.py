@@ -71,18 +71,23 @@ def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple
         other = stiffness_of(with_layers(half, layers, E, poisson))
         return tuple(K / before - 1.0 for K, before in zip(other, own, strict=True))
 
-    loose = "screws so loose that they bend"
-    changes = {loose: change((_bending_screws(housing, E, poisson),))}
+    others = {"screws so loose that they bend": (_bending_screws(housing, E, poisson),), **_other_layers(housing)}
+    return {name: change(layers) for name, layers in others.items()}
+
+
+def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
+    """Return by name the layers of mounts that hold the frame in another way than its own."""
+    others = {}
     if housing.mount == "covers":
-        changes["washers on the frame, no covers"] = change(mount_layers(replace(housing, mount="washers")))
+        others["washers on the frame, no covers"] = mount_layers(replace(housing, mount="washers"))
         pressed = _discs(housing, WASHER_MM + 2.0 * (PLATE_MM + RECESS_MM) * SPREAD)
-        near = [replace(layer, discs=pressed) for layer in mount_layers(housing)]
-        changes["covers that press near the screws alone"] = change(near)
+        near = tuple(replace(layer, discs=pressed) for layer in mount_layers(housing))
+        others["covers that press near the screws alone"] = near
     elif housing.mount == "washers":
-        changes["covers between frame and washers"] = change(mount_layers(replace(housing, mount="covers")))
+        others["covers between frame and washers"] = mount_layers(replace(housing, mount="covers"))
     if housing.back_to_back:
-        changes["the other plate loose"] = change(mount_layers(housing)[:1])
-    return changes
+        others["the other plate loose"] = mount_layers(housing)[:1]
+    return others
 
 
 def _bending_screws(housing: Housing, E: float, poisson: float) -> ElasticLayer:

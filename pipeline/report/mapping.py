@@ -19,7 +19,7 @@ from pipeline.result import SensorResult
 from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
 from pipeline.stages.response import spring_shares
 from pipeline.stages.sizing import SpringSizing
-from pipeline.stages.springs import FittedSpring, tip_compliance
+from pipeline.stages.springs import FittedSpring
 from pipeline.storage.seal import sealed_mapping
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.scene_targets import SceneTargets
@@ -150,11 +150,10 @@ def _response(result: SensorResult) -> list[Plain]:
     table, springs = result.press.table, result.springs
     tips = result.design.tips
     relative = tips.each(*(spring.error / spring.stiffness for spring in springs.springs))
-    C = tip_compliance(springs, tips)
     low, high = (table.F[:, :, list(kind)].mean(axis=2) for kind in tips.kinds)
     rows = []
     for i, E in enumerate(table.E):
-        shares = spring_shares(result.contact, C, float(E)) * relative
+        shares = spring_shares(result.contact, springs.C, float(E)) * relative
         row = {
             "E_MPa": float(E),
             "x_mm": _numbers(table.x),

@@ -3,20 +3,19 @@
 import numpy as np
 
 from cad.design.parameters import PAPER_TARGETS
-from cad.design.tip_mount import leaf_thicknesses
 from cad.theory.free_fruit import roll, table_share
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.reading.readings import Readings
 from pipeline.result import SensorResult
 from pipeline.stages.response import mean_tip_pressure
-from pipeline.stages.springs import tip_compliance, weight_sag
+from pipeline.stages.springs import weight_sag
 from pipeline.verdicts.characteristic import characteristic
 
 
 def notes(result: SensorResult) -> list[str]:
     """Return the notes of a result, closed forms of its numbers only."""
-    design, process, table = result.design, result.springs.process, result.press.table
-    moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in leaf_thicknesses(design, process)]
+    process, table = result.springs.process, result.press.table
+    moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in process.leaf_thicknesses_mm]
     return [
         *_paper(result),
         *(_of_the_ratio(result) if result.readings is None else _of_the_reading(result, result.readings)),
@@ -110,8 +109,7 @@ def _free_fruit(result: SensorResult) -> list[str]:
     hardest = result.press.hardest
     forces, E = hardest.F[-1, -1], float(hardest.E[-1])
     share = table_share(float(forces.sum()), travel, E, fruit.poisson, fruit.radius_mm)
-    C = tip_compliance(result.springs, result.design.tips)
-    own = np.diag(C) + (np.diag(result.contact.S) - result.contact.crosstalk) / E
+    own = np.diag(result.springs.C) + (np.diag(result.contact.S) - result.contact.crosstalk) / E
     rolled = roll(forces.tolist(), result.design.tips.centres_mm, (1.0 / own).tolist(), fruit.radius_mm)
     rolls = f"rolls by {rolled.angle_deg:.2g} deg" if rolled.steady else "rolls away under the tips"
     return [

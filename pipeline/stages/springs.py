@@ -1,7 +1,7 @@
 """The springs as they are printed: leaves that fit the targets, or the reason why the process cannot make them."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,12 +65,16 @@ class FittedSpring:
 
 @dataclass(frozen=True, kw_only=True)
 class FittedSprings:
-    """All springs, low first, their process, how far each gives at full travel [mm], and the housing that has them."""
+    """The springs, low first, their process, how far each gives at full travel [mm], and the housing that has them.
+
+    Each stands for all tips of its kind.
+    """
 
     springs: tuple[FittedSpring, ...]
     process: Process
     deflections: tuple[float, ...]
     fitted: FittedHousing | None
+    tips: Tips = field(default_factory=Tips)
 
     @property
     def housing(self) -> Housing | None:
@@ -98,11 +102,14 @@ class FittedSprings:
         return tuple(spring.error for spring in self.springs)
 
     @property
+    def as_pair(self) -> "FittedSprings":
+        """Return the springs with one tip each."""
+        return replace(self, tips=self.tips.as_pair)
+
+    @property
     def C(self) -> Floats:
-        """Return the compliance of the tips by their springs, shape (tips, tips) [mm/N]."""
-        if self.fitted is not None:
-            return self.fitted.stiffness.C
-        return spring_compliance(*(spring.stiffness for spring in self.springs))
+        """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N]."""
+        return tip_compliance(self, self.tips)
 
 
 def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> FittedSprings:
@@ -130,7 +137,7 @@ def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> Fi
         springs = _not_made(sizing.springs.stiffnesses, printable)
     else:
         springs = _made(sizing.springs.stiffnesses, printable, fitted, deflections)
-    return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted)
+    return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
 
 
 def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:
@@ -154,15 +161,16 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     return tuple(Estimate(sign * sag, error * sag, "mm") for sag, error in rows)
 
 
-def tip_leads(springs: FittedSprings, attitude: Attitude, tips: Tips) -> tuple[float, ...]:
+def tip_leads(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
     """Return how far each tip stands before the foremost one by the weight of its parts [mm]; none where all are level.
 
     The foremost tips are at 0, the others below, in the order of the layout.
     """
-    sags = {spring.name: sag.value for spring, sag in zip(springs.springs, weight_sag(springs, attitude), strict=False)}
-    if not any(sags.values()):
+    sags = [sag.value for sag in weight_sag(springs, attitude)]
+    if not any(sags):
         return ()
-    return tuple(sags[kind] - max(sags.values()) for kind in tips.springs)
+    of_kind = {spring.name: sag - max(sags) for spring, sag in zip(springs.springs, sags, strict=True)}
+    return tuple(of_kind[kind] for kind in springs.tips.springs)
 
 
 def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:

@@ -93,7 +93,7 @@ def fruit_and_pose(sensor: Sensor) -> tuple[Cause, ...]:
 
 def _weight(sensor: Sensor) -> tuple[Cause, ...]:
     """Return what the weight of the moving parts does to a sensor that is held sideways when it presses down."""
-    leads = tip_leads(sensor.springs, "down", sensor.design.tips) if sensor.design.press.attitude == "side" else ()
+    leads = tip_leads(sensor.springs, "down") if sensor.design.press.attitude == "side" else ()
     if not leads:
         return ()
     apart = max(leads) - min(leads)

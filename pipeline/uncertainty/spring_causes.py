@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from cad.design.tip_mount import leaf_thicknesses
 from cad.parts.engraving import ENGRAVED_MM
 from cad.theory.elastica import large_deflection_stiffening
 from cad.theory.leaf_spring import Flexure
@@ -76,7 +75,7 @@ def print_causes(sensor: Sensor) -> tuple[Cause, ...]:
     """Return what the process does not hold of the springs, alike on all of them as they are one print."""
     process = sensor.springs.process
     E, off = SIGMAS * process.E_scatter, process.accuracy_mm
-    leaves = leaf_thicknesses(sensor.design, process)
+    leaves = process.leaf_thicknesses_mm
     slopes = sensor.slopes
     thicker = tuple(math.expm1(slope * math.log1p(off / t)) for slope, t in zip(slopes, leaves, strict=True))
     varied = f"E of {process.name} within {100.0 * E:g} % from print to print"

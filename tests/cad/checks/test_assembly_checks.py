@@ -1,18 +1,19 @@
-"""Verdicts on a cover: its own passes, and what a wrong one is told."""
+"""Verdicts on a cover and on the two plates of a square: their own pass, and what wrong ones are told."""
 
 import math
 from dataclasses import replace
 
 import cadquery as cq
 import pytest
+from squares import RESIN, square_sensor
 
-from cad.checks.assembly_checks import cover_verdicts
+from cad.checks.assembly_checks import cover_verdicts, plate_verdicts
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press
 from cad.parts.cover import RECESS_MM, cover_of, cover_part
 from cad.parts.housing import SETBACK_MM
-from cad.parts.housing_solid import housing_part
+from cad.parts.housing_solid import housing_part, named_housing
 
 PETG = PROCESSES["fdm-petg"]
 KERNEL = 1e-6
@@ -79,3 +80,70 @@ def test_foot_is_never_lower_over_a_large_fruit_than_the_frame(sensor):
     )
     low = cover_part(replace(cover, foot_level=0.2))
     assert named(cover_verdicts(wide, low.shape, PETG), "cover_over_fruit").passed is False
+
+
+@pytest.fixture(scope="module")
+def square():
+    return square_sensor()
+
+
+def test_single_plate_has_no_verdict_on_two(sensor):
+    assert plate_verdicts(sensor) == ()
+
+
+def test_plates_of_a_square_pass_and_keep_twice_their_pads_apart(square):
+    findings = (*plate_verdicts(square), *cover_verdicts(square, cover_part(cover_of(square)).shape, RESIN))
+    assert [one.name for one in findings if one.passed is not True] == []
+    assert named(findings, "plates").value == pytest.approx(2.0 * square.housing.pad_height, abs=KERNEL)
+    assert named(findings, "plate_holes").value == pytest.approx(0.0, abs=KERNEL)
+
+
+def test_plates_deeper_than_the_square_run_into_each_other(square):
+    """Half a millimetre too deep each: their frames overlap by it, whatever their pads."""
+    housing = square.housing
+    deep = {kind: replace(getattr(housing, kind), depth=6.5) for kind in ("low", "high")}
+    found = named(plate_verdicts(square_sensor(replace(housing, **deep))), "plates")
+    assert (found.passed, found.value) == (False, None)
+    assert found.reference.startswith("the plates run into each other")
+
+
+def test_plates_without_pads_rub(square):
+    housing = replace(square.housing, pad_height=0.0, spacing=5.6, shuttle_width=5.3, tip_side=5.3)
+    found = named(plate_verdicts(square_sensor(housing)), "plates")
+    assert (found.passed, found.value) == (False, pytest.approx(0.0, abs=KERNEL))
+
+
+def test_plates_whose_pads_do_not_meet_fail(square):
+    found = named(plate_verdicts(square_sensor(replace(square.housing, pad_height=0.1))), "plates")
+    assert (found.passed, found.value) == (False, None)
+    assert found.reference == "the pads of the plates do not meet: screws would bend the plates by 0.2 mm"
+
+
+def test_shuttle_that_stands_out_of_its_plate_fails(square):
+    """A rib on the back of the low shuttle leaves 0.1 mm to the other plate."""
+    housing = square.housing
+    corner = cq.Vector(-0.5 * housing.spacing - 1.0, 0.5 * housing.depth, 0.5 * housing.top_level)
+    rib = cq.Solid.makeBox(2.0, 0.3, 2.0, corner)
+    ribbed = replace(square, part=replace(square.part, shape=square.part.shape.fuse(rib)))
+    found = named(plate_verdicts(ribbed), "plates")
+    assert (found.passed, found.value) == (False, pytest.approx(0.1, abs=KERNEL))
+
+
+def test_holes_that_do_not_meet_those_of_the_turned_plate_fail(square):
+    """A plate whose short arm has a wall of its own has its holes nearer to the middle there."""
+    housing = replace(square.housing, back_to_back=False)
+    single = replace(square, part=housing_part(housing))
+    found = named(plate_verdicts(single), "plate_holes")
+    assert (found.passed, found.value) == (False, None)
+    assert found.reference == "4 holes for screws and dowels in a plate: must be 6"
+
+
+def test_dowel_hole_off_its_place_by_a_tenth_is_off_against_the_turned_plate(square):
+    """One of the two holes is drilled 0.1 mm farther out: its partner comes to stand as far on the other side."""
+    blank = replace(square.housing, dowel_hole=0.0)
+    (x, z), (other_x, _) = square.housing.dowels
+    drill = cq.Workplane("XZ", origin=(0.0, 10.0, 0.0)).pushPoints([(x - 0.1, z), (other_x, z)])
+    holes = drill.circle(0.5 * square.housing.dowel_hole).extrude(20.0).findSolid()
+    plate = named_housing(housing_part(blank).shape.cut(holes), blank)
+    found = named(plate_verdicts(replace(square, part=plate)), "plate_holes")
+    assert (found.passed, found.value) == (False, pytest.approx(0.1, abs=KERNEL))

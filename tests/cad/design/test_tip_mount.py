@@ -1,4 +1,4 @@
-"""The plate that the tips ask for: its depth, its pads and its leaves, for a pair and for a square."""
+"""The plate that the tips ask for: its depth and its pads, for a pair and for a square."""
 
 from dataclasses import replace
 
@@ -7,17 +7,16 @@ from squares import GENTLE, gentle
 
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
-from cad.design.tip_mount import leaf_thicknesses, pad_height, plate_depth
+from cad.design.tip_mount import pad_height, plate_depth
 from cad.quantity import InputError
 
 PRINTED = ("fdm-petg", "fdm-pla", "sls-pa12", "sla-resin", "dmls-ti64")
 
 
 @pytest.mark.parametrize("name", PRINTED)
-def test_plate_of_a_pair_is_as_deep_and_its_leaves_as_thick_as_the_process_has_them(name):
+def test_plate_of_a_pair_is_as_deep_as_the_process_has_it(name):
     process = PROCESSES[name]
     assert plate_depth(Design(), process) == process.depth_mm
-    assert leaf_thicknesses(Design(), process) == process.leaf_thicknesses_mm
 
 
 @pytest.mark.parametrize("name", PRINTED)
@@ -30,19 +29,11 @@ def test_two_plates_of_a_square_and_their_pads_fill_its_side(name):
     assert 0.2 <= 0.5 * pads <= 0.3
 
 
-def test_leaves_of_a_thin_plate_are_as_thin_as_the_low_ones_and_those_of_a_deep_one_are_not():
-    resin = PROCESSES["sla-resin"]
-    assert leaf_thicknesses(GENTLE, resin) == (0.7, 0.7)
-    wide = gentle(spacing_mm=12.0)
-    assert plate_depth(wide, resin) > resin.depth_mm
-    assert leaf_thicknesses(wide, resin) == (0.7, 1.0)
-
-
 @pytest.mark.parametrize(
     ("tips", "words"),
     [
         ({"side_mm": 5.8}, ["5.8 mm, and two pads of 0.2", "at least 6.2 mm"]),
-        ({"side_mm": 1.0, "spacing_mm": 1.4, "dome_radius_mm": 2.0}, ["two leaf thicknesses of sla-resin, 1.4 mm"]),
+        ({"side_mm": 1.0, "spacing_mm": 1.4, "dome_radius_mm": 2.0}, ["two leaf thicknesses of sla-resin, 2 mm"]),
         ({"side_mm": 2.0, "spacing_mm": 4.0, "dome_radius_mm": 1.0, "socket": "pin"}, ["feet of"]),
     ],
     ids=["face too wide for its plate", "side too small for a plate", "feet of pins that meet"],

@@ -35,12 +35,13 @@ def test_dome_takes_what_lies_outside_its_sphere():
 
 
 def test_half_sphere_is_left_of_a_tip_as_wide_as_its_sphere():
-    """A square of side 2 r above z = r, half a ball below it: 4 r^3 - 2 pi r^3 / 3 are taken from each tip."""
+    """A square above z = 0.98 r, wider than the ball, below it a cap of that height, pi h^2 (r - h / 3)."""
     design = gentle(side_mm=2.0, dome_radius_mm=1.0, spacing_mm=4.0)
     housing = square_housing(design)
     assert housing.tip_height >= 1.0
+    assert housing.tip_side == 2.2
     taken = housing_part(housing).shape.Volume() - domed(housing_part(housing), housing).shape.Volume()
-    assert taken == pytest.approx(2.0 * (4.0 - 2.0 * math.pi / 3.0), rel=1e-6)
+    assert taken == pytest.approx(2.0 * (0.98 * 2.2**2 - 0.98**2 * math.pi * (1.0 - 0.98 / 3.0)), rel=1e-6)
     assert tip_verdict(domed(housing_part(housing), housing), housing).passed is True
 
 

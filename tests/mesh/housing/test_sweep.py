@@ -38,6 +38,9 @@ VARIANTS = {
     "hole level with a leaf": changed(hole_inset=6.0),
     "little solid beside a root": changed(lower_leaf_level=6.65),
     "holes far in": changed(hole_inset=9.5),
+    "plate of a square": changed(back_to_back=True),
+    "plate of a square with equal arms": changed({"length": 14.9}, back_to_back=True),
+    "plate of a square with a longer high arm": changed({"length": 12.0}, back_to_back=True),
 }
 
 
@@ -173,3 +176,20 @@ def test_segment_of_an_arc_gives_its_true_midpoint():
     profile = meshed_profile([ring])
     assert np.sort(np.hypot(*profile.midpoints)) == pytest.approx([1.0, 2.0])
     assert profile.surfaces["low_leaves"].shape == (2, 1)
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.0])
+def test_stretched_mesh_of_a_plate_of_a_square_is_that_of_its_solid(scale):
+    """The wall of the short arm is stretched between its root and its post, whose holes stay round."""
+    made_for, wanted = changed(back_to_back=True), changed({"length": 27.5}, {"length": 15.3}, back_to_back=True)
+    moved = stretched(flexure_mesh(made_for, scale), made_for, wanted)
+    assert moved is not None
+    check_flexure_mesh(moved, housing_part(wanted))
+
+
+def test_plate_of_a_square_whose_wall_would_vanish_gets_a_fresh_mesh():
+    made_for = changed(back_to_back=True)
+    mesh = flexure_mesh(made_for, 2.0)
+    assert stretched(mesh, made_for, changed({"length": 22.5}, {"length": 18.4}, back_to_back=True)) is None
+    equal = changed({"length": 25.0}, {"length": 25.0}, back_to_back=True)
+    assert stretched(mesh, made_for, equal) is None

@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from skfem import ElementHexS2
+from squares import square_housing
 from stand_ins import PETG, default_housing
 
 from cad.design.parameters import Design, Print
 from cad.parts.cover import WASHER_MM, Cover, cover_part
+from cad.parts.housing import SETBACK_MM
 from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.mesh_pairs import COARSE, DEFAULT
 from pipeline.fit.mounts import MOUNT_SCALE, attached_to, mount_changes, mount_layers
@@ -46,6 +48,39 @@ def test_layer_has_the_area_of_the_covers_rim_or_of_the_washers(mount):
 
 def test_holes_are_held_where_a_comparison_asks_for_it():
     assert mount_layers(replace(mounted("covers"), mount="holes")) == ()
+
+
+@pytest.mark.parametrize("mount", ["covers", "washers"])
+def test_plate_of_a_square_is_held_by_its_own_mount_and_by_the_other_plate(mount):
+    """Springs in parallel on two sides of a symmetric half: each layer is half as stiff, twice as thick, on both.
+
+    Behind its back lie two pads, the other plate and what holds that.
+    """
+    housing = replace(square_housing(), mount=mount)
+    own, twin = mount_layers(housing)
+    (single,) = mount_layers(replace(housing, back_to_back=False))
+    assert own.thickness == 2.0 * single.thickness
+    assert bool(own.discs) == bool(single.discs)
+    assert twin.thickness == pytest.approx(2.0 * (2.0 * housing.pad_height + housing.depth + single.thickness))
+
+
+def test_back_layer_has_the_area_of_the_pads():
+    housing = square_housing()
+    _, twin = mount_layers(housing)
+    (foot, top), inner = (housing.cover_level, housing.top_level), 2.0 * (housing.wall_width - SETBACK_MM)
+    wide, bar = housing.right - housing.left, housing.top_level - housing.cavity_level - SETBACK_MM
+    area = inner * (top - foot) + (wide - inner) * bar - math.pi * housing.hole_diameter**2
+    basis = vector_basis(flexure_mesh(housing), ElementHexS2(), REDUCED)
+    # The mesh has one of the two sides, and in a wide wall long elements.
+    assert layer_area(basis, twin) == pytest.approx(area, rel=2.0 * CUT)
+
+
+def test_loose_twin_is_among_the_mounts_that_a_square_is_compared_with():
+    """Springs are softer without it, by less than the covers press near the screws alone."""
+    changes = mount_changes(square_housing(), *MATERIAL)
+    loose = changes["the other plate loose"]
+    assert all(-0.003 < change < 0.0 for change in loose)
+    assert "the other plate loose" not in mount_changes(mounted("covers"), *MATERIAL)
 
 
 @pytest.mark.slow

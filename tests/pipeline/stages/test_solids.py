@@ -1,12 +1,15 @@
 """Solids from the cache are the files and verdicts of the run that made them; another design is made anew."""
 
 import hashlib
+from dataclasses import replace
 
 import pytest
+from squares import GENTLE, LENGTHS
 from stand_ins import springs_of
 
 import pipeline.stages.solids
 from cad.design.parameters import Design
+from cad.files.step import read_step
 from pipeline.stages.solids import write_solids
 
 
@@ -47,3 +50,30 @@ def test_another_name_is_another_mark(first, tmp_path):
 def test_no_housing_writes_no_file(tmp_path):
     assert write_solids(Design(), springs_of(Design(), made=False), tmp_path) == ()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_line_of_three_fails_for_want_of_a_housing(tmp_path):
+    line = replace(GENTLE, tips=replace(GENTLE.tips, layout="line", order="LHL"))
+    (verdict,) = write_solids(line, springs_of(line, made=False), tmp_path)
+    assert (verdict.name, verdict.passed) == ("geometry.layout", False)
+    assert verdict.reference.startswith("no housing is drawn for a line of three")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(tmp_path):
+    verdicts = write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), tmp_path)
+    assert [verdict.name for verdict in verdicts if verdict.passed is not True] == []
+    assert {"geometry.plates", "geometry.plate_holes"} <= {verdict.name for verdict in verdicts}
+    assert len(read_step(tmp_path / "housing.step").Solids()) == 1
+    text = (tmp_path / "assembly.step").read_text(encoding="ascii")
+    named = ("plate 1", "plate 2", "front cover", "back cover", "screw 4", "nut 4", "dowel 1", "dowel 2", "fruit")
+    assert [name for name in named if f"'{name}'" not in text] == []
+
+
+def test_second_square_is_the_same_bytes(tmp_path, monkeypatch):
+    springs = springs_of(GENTLE, lengths=LENGTHS)
+    for name in ("one", "two"):
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / f"cache-{name}"))
+        (tmp_path / name).mkdir()
+        write_solids(GENTLE, springs, tmp_path / name)
+    assert digests(tmp_path / "one") == digests(tmp_path / "two")

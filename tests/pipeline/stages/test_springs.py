@@ -1,7 +1,10 @@
 """Springs of a design: a leaf that the law rules out is not solved, a fit that fails leaves all undecided."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from squares import GENTLE
 from stand_ins import PETG, housing_stiffness, sizing_of
 
 import pipeline.stages.springs
@@ -11,7 +14,7 @@ from cad.quantity import InputError
 from mesh.session import MeshError
 from pipeline.fit.leaf_lengths import FittedHousing
 from pipeline.options import RunOptions
-from pipeline.stages.springs import fit_springs
+from pipeline.stages.springs import fit_springs, tip_compliance
 from solve.linear import SolveError
 
 
@@ -100,3 +103,49 @@ def test_bug_in_the_fit_is_not_hidden(fit):
 def test_springs_with_gauges_or_pins_are_not_of_one_piece(design):
     assert springs_of(Design()).monolithic is True
     assert springs_of(design).monolithic is False
+
+
+@pytest.mark.usefixtures("fit")
+def test_tips_of_a_square_are_coupled_within_their_plate_alone():
+    """Tips 1 and 2 are low and high of one plate, 3 and 4 those of the other, whose frame is another body."""
+    springs = springs_of(GENTLE)
+    coupled = np.array([[0.8, 1e-3], [1e-3, 0.05]])
+    fitted = replace(springs.fitted, stiffness=replace(springs.fitted.stiffness, C=coupled))
+    C = tip_compliance(replace(springs, fitted=fitted), GENTLE.tips)
+    expected = np.zeros((4, 4))
+    expected[:2, :2] = expected[2:, 2:] = coupled
+    assert np.array_equal(C, expected)
+
+
+@pytest.mark.usefixtures("fit")
+def test_compliance_of_a_pair_is_that_of_its_housing():
+    springs = springs_of(Design())
+    assert np.array_equal(springs.C, springs.fitted.stiffness.C)
+    assert np.array_equal(springs_of(GENTLE).C, tip_compliance(springs_of(GENTLE), GENTLE.tips))
+
+
+def test_springs_that_are_not_made_stand_for_every_tip_of_their_kind(fit):
+    line = replace(GENTLE, tips=replace(GENTLE.tips, layout="line", order="HLH", spacing_mm=6.0))
+    springs = springs_of(line)
+    assert fit.asked == []
+    assert springs.housing is None
+    assert np.diag(tip_compliance(springs, line.tips)) == pytest.approx([1 / 20.0, 1 / 1.2, 1 / 20.0], rel=1e-12)
+
+
+def test_square_is_fitted_as_one_plate(fit):
+    springs = springs_of(GENTLE)
+    assert springs.housing.back_to_back
+    assert springs.housing.depth == 5.6
+    assert [arm.flexure.thickness for arm in springs.housing.arms] == [0.7, 1.0]
+    assert [targets for targets, *_ in fit.asked] == [(1.2, 20.0)]
+
+
+@pytest.mark.parametrize("process", ["sla-resin", "fdm-petg"])
+def test_gentle_square_has_its_springs_to_a_thousandth(process, tmp_path, monkeypatch):
+    """By FE, without a stand-in; and the solid that is exported is the one that was meshed, which the fit checks."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    springs = springs_of(replace(GENTLE, print=Print(process=process)))
+    for spring, target in zip(springs.springs, (1.2, 20.0), strict=True):
+        assert spring.printable.passed is True
+        assert spring.K.value == pytest.approx(target, rel=1e-3)
+        assert spring.K.relative < 1e-3

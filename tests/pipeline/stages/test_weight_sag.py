@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from squares import GENTLE
 from stand_ins import PETG, default_housing, fitted_housing, housing_stiffness, springs_of
 
 from cad.design.parameters import Design
@@ -11,7 +12,7 @@ from cad.parts.housing import Arm, Housing
 from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.mesh_pairs import COARSE
 from pipeline.fit.mounts import attached_to
-from pipeline.stages.springs import weight_sag
+from pipeline.stages.springs import tip_leads, weight_sag
 from solve.housing.stiffness import tip_compliance
 
 G = 9.80665e-6  # N/mm^3 for 1 g/cm^3
@@ -71,3 +72,11 @@ def test_pin_adds_its_own_weight(springs):
 
 def test_springs_that_are_not_made_do_not_sag():
     assert weight_sag(springs_of(Design(), made=False), "down") == ()
+
+
+def test_low_tips_of_a_square_lead_by_the_same_and_its_high_tips_lie_level_behind(springs):
+    low, high = (sag.value for sag in weight_sag(springs, "down"))
+    square = replace(springs, tips=GENTLE.tips)
+    assert tip_leads(square, "down") == pytest.approx((0.0, high - low, 0.0, high - low))
+    assert tip_leads(springs, "down") == pytest.approx((0.0, high - low))
+    assert tip_leads(square, "side") == ()

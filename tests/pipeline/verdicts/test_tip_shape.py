@@ -1,0 +1,65 @@
+"""Whether the tips that are made are those asked for, and whether the face of a dome holds its contact."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from squares import GENTLE, gentle
+from stand_ins import CONTACT, springs_of
+
+from cad.design.parameters import Design
+from cad.design.tips import Press, Tips
+from cad.theory.dome_contact import contact_radius, contact_reach, relative_curvature
+from pipeline.stages.response import press_scene
+from pipeline.verdicts.tip_shape import tip_face_verdict, tip_shape_verdicts
+
+HIGH_FORCE = 1.98  # [N] on a high tip of the gentle square at E 3.5 MPa
+
+
+@pytest.fixture(scope="module")
+def press():
+    """Return a press of four tips: forces at full travel at three moduli, whatever they come from."""
+    design = Design()
+    found = press_scene(design, CONTACT, springs_of(design).C)
+    forces = np.array([[0.15, 0.4, 0.15, 0.4], [0.2, 0.7, 0.2, 0.7], [0.3, HIGH_FORCE, 0.3, HIGH_FORCE]])
+    table = replace(found.table, E=np.array([0.5, 1.0, 3.5]), F=forces[:, None, :])
+    return replace(found, table=table)
+
+
+def test_hertz_radius_and_indentation_are_those_of_the_textbook():
+    """a^2 = R* d and F = 4/3 E* sqrt(R*) d^(3/2), K. L. Johnson, (4.22) and (4.23)."""
+    E, nu, R, d = 3.5, 0.3, 7.8, 0.3
+    force = 4.0 / 3.0 * E / (1.0 - nu**2) * math.sqrt(R) * d**1.5
+    assert contact_radius(force, E, nu, R) == pytest.approx(math.sqrt(R * d), rel=1e-12)
+    assert contact_radius(-0.1, E, nu, R) == 0.0
+    assert relative_curvature(10.0, math.inf) == 10.0
+    assert relative_curvature(10.0, 35.0) == pytest.approx(350.0 / 45.0)
+    assert contact_reach(0.0, E, nu, R, 0.1) == pytest.approx(0.1 * R)
+
+
+def test_reach_on_a_sphere_is_the_way_to_the_axis_and_the_radius_of_the_contact(press):
+    found = tip_face_verdict(GENTLE, press)
+    R = 350.0 / 45.0
+    run = 3.0 * math.sqrt(2.0) / 35.0 * R
+    widest = max(
+        (0.75 * force * R * 0.91 / E) ** (1.0 / 3.0)
+        for E, force in zip((0.5, 1.0, 3.5), (0.4, 0.7, HIGH_FORCE), strict=True)
+    )
+    assert found.name == "geometry.tip_face"
+    assert found.value == pytest.approx(run + widest, rel=1e-12)
+    assert (found.limit, found.passed) == (2.7, True)
+
+
+def test_face_that_is_too_narrow_fails_and_so_does_one_that_is_tilted_off_its_contact(press):
+    narrow = tip_face_verdict(gentle(side_mm=4.0), press)
+    assert (narrow.passed, narrow.limit) == (False, 2.0)
+    tilted = tip_face_verdict(replace(GENTLE, press=Press(travel_mm=0.4, tilt_deg=8.0)), press)
+    assert tilted.passed is False
+
+
+def test_printed_dome_is_accepted_where_its_face_holds_the_contact_and_a_printed_cylinder_is_not(press):
+    assert [verdict.name for verdict in tip_shape_verdicts(GENTLE, press)] == ["geometry.tip_face"]
+    cylinder = Design(tips=Tips(shape="cylinder"))
+    assert [verdict.name for verdict in tip_shape_verdicts(cylinder, press)] == ["geometry.tip_shape"]
+    assert tip_shape_verdicts(Design(), press) == ()
