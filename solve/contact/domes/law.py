@@ -8,13 +8,12 @@ K. L. Johnson, Contact Mechanics (1985), equation (4.23), doi:10.1017/CBO9781139
 would enter the undeformed fruit on its spring as it stands, is
 
     b_i = q_i + sum_j (B_ij + k_ij) N_j / E,
-    k_ij = (1 - nu^2) / (pi p) (1 + a_i^2 / (6 p^2) + a_j^2 / (10 p^2)) + (1 - 2 nu) (1 + nu) / (2 pi p) (n_i - n_j).e,
+    k_ij = (1 - nu^2) / (pi p) (1 + a_i^2 / (6 p^2) + a_j^2 / (10 p^2)),
 
-with p the distance of two contacts, e the direction between them, n the normals, a the contact radii, and B what the
-body adds to a half-space under vertical loads. The second moments are those of the pressures: of Hertz where a force
-acts, of its increment, the flat punch, where it is felt. The last term is Cerruti's, of forces along the normals
-(Johnson (3.75)). The slope that the others make under a dome moves its contact by R times that slope. The force along
-the spring is N times the cosine of the normal to the axis. A dome that is off has q <= 0 and no force: one smooth
+with p the distance of two contacts, a their radii, and B what the body adds to a half-space, along the normals where
+the domes touch. The second moments are those of the pressures: of Hertz where a force acts, of its increment, the flat
+punch, where it is felt. The slope that the others make under a dome moves its contact by R times that slope. The force
+along the spring is N times the cosine of the normal to the axis. A dome that is off has q <= 0 and no force: one smooth
 system, solved by Newton's method. Neither friction nor large strain is in it.
 """
 
@@ -35,8 +34,8 @@ FELT, ACTING = 1.0 / 6.0, 1.0 / 10.0
 MOST_STEPS = 60
 HALVINGS = 12
 # Shares of terms that are left out or not known better: the body's answer changes over a contact by (a / size)^2,
-# crosstalk by the next power of its moments, Cerruti's term by what bounds the fruit. tests/fits/dome_law.py
-OVER_CONTACT, NEXT_MOMENT, BOUNDED = 0.25, 0.5, 0.3
+# crosstalk by the next power of its moments. tests/fits/dome_law.py
+OVER_CONTACT, NEXT_MOMENT = 0.25, 0.5
 RESIDUAL_LIMIT = 1e-11  # of the largest interference: round-off of coordinates a hundred times as large
 
 
@@ -143,7 +142,6 @@ class _Law:
         self._poses, self._C, self._body = poses, C, body
         self._E = E[:, None]
         self._normal = (1.0 - body.poisson**2) / np.pi
-        self._tangential = (1.0 - 2.0 * body.poisson) * (1.0 + body.poisson) / (2.0 * np.pi)
         self._level = poses.approach(np.zeros(poses.centres.shape[:2]))
 
     def solved(self) -> Floats:
@@ -195,13 +193,7 @@ class _Law:
         moved = approach.radius[..., None] * slope
         _, distance = _between(approach.place + moved)
         action = self._normal / distance * (1.0 + _moments(radius, FELT, ACTING) / distance**2)
-        return action + self._cerruti(approach), (moved**2).sum(axis=2)
-
-    def _cerruti(self, approach: DomeApproach) -> Floats:
-        """Return what forces along normals that differ add to crosstalk, times E [1/mm], (poses, tips, tips)."""
-        between, distance = _between(approach.place)
-        turned = approach.normal[:, :, None] - approach.normal[:, None]
-        return np.asarray(self._tangential * (turned * between).sum(axis=-1) / distance**2)
+        return action, (moved**2).sum(axis=2)
 
     def jacobian(self, state: _State) -> Floats:
         """Return minus the slope of the residual over the depths [1], (poses, tips, tips), but for its small parts."""
@@ -216,8 +208,7 @@ class _Law:
         radius, body = state.contact_radius, self._body
         over = OVER_CONTACT * np.abs(body.remainder) * (radius[:, None] / body.size) ** 2
         next_moment = NEXT_MOMENT * self._normal / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
-        bounded = BOUNDED * np.abs(self._cerruti(state.approach))
-        sunk = np.einsum("pij,pj->pi", body.bound + over + next_moment + bounded, state.N) / self._E
+        sunk = np.einsum("pij,pj->pi", body.bound + over + next_moment, state.N) / self._E
         return np.asarray(sunk)
 
 
