@@ -1,9 +1,9 @@
 """Domes on springs against a sphere by boundary elements in space: cells on the sphere's skin, contact cell by cell.
 
-Nothing is shared with the product. Every cell has its own normal; its pressure and its displacement are along it, and
-no point of the skin may lie within the ball of a dome. Cells of one patch act on each other as Love's rectangles on
-the tangent plane, cells of different patches as point loads at their distance in space. The springs give way along the
-axis of the sensor. Lengths in mm, forces in N, moduli in MPa.
+Nothing is shared with the product. The cells of a patch press and sink along the normal in its middle, and no point of
+the skin may lie within the ball of a dome, both as the spheres they are. Cells of one patch act on each other as
+Love's rectangles on the tangent plane, cells of different patches as point loads at their distance in space. The
+springs give way along the axis of the sensor. Lengths in mm, forces in N, moduli in MPa.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class DomeSensor:
 
 @dataclass(frozen=True)
 class Cells:
-    """Points and normals (cells, 3) on the skin, tip of each cell, displacement per force E = 1 (cells, cells)."""
+    """Points on the skin and normals of their patch (cells, 3), tip of each, displacement per force, E = 1."""
 
     points: np.ndarray
     normals: np.ndarray
@@ -68,9 +68,8 @@ def skin_cells(sensor, centres, half, count):
         first /= np.linalg.norm(first)
         plane = np.outer(u, first) + np.outer(v, np.cross(normal, first))
         height = np.sqrt(sensor.radius**2 - u**2 - v**2)
-        outward = (plane + np.outer(height, normal)) / sensor.radius
-        points.append(core + sensor.radius * outward)
-        normals.append(outward)
+        points.append(core + plane + np.outer(height, normal))
+        normals.append(np.tile(normal, (len(u), 1)))
     owner = np.repeat(np.arange(len(centres)), count**2)
     points, normals = np.concatenate(points), np.concatenate(normals)
     distance = np.linalg.norm(points[:, None] - points, axis=-1)
