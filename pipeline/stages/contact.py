@@ -53,7 +53,7 @@ def contact_compliance(
     else:
         compliance = _flat_compliance(block, flat, method, tolerance)
     if block != fruit:
-        compliance = curved_compliance(compliance, fruit, contact_footprints(fruit, tips))
+        compliance = curved_compliance(compliance, fruit, contact_footprints(fruit, tips), tips.shape == "dome")
     if tips.shape == "dome":
         circle = contact_footprints(fruit, tips)[0].side
         said = f"the domes count as flat circles of {circle:g} mm where they touch; {compliance.info.status}"

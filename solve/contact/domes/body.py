@@ -11,7 +11,7 @@ from solve.fruit.footprints import level_compliance, nodes_between
 from solve.fruit.split import contact_footprints
 
 # Of what the shape of a fruit changes, by how much less or more it may be for another radius than by its curvature.
-OTHER_RADIUS = 0.5
+OTHER_RADIUS = 0.3
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,20 +1,16 @@
-"""Forces of domes on springs in closed form: each presses as Hertz's sphere, and all feel each other and the body.
+"""Forces of domes on springs in closed form: each presses as a sphere of its own, and all feel each other and the body.
 
-A dome that is pressed by q [mm] along the normal beyond what the others and the body give way carries
-
-    N = 4/3 E* sqrt(R) q^(3/2),    E* = E / (1 - nu^2),    1 / R = 1 / r + 1 / R_fruit,
-
-K. L. Johnson, Contact Mechanics (1985), equation (4.23), doi:10.1017/CBO9781139171731. Its interference b, what it
-would enter the undeformed fruit on its spring as it stands, is
+A dome that is pressed by q [mm] along the normal beyond what the others and the body give way carries the force N of
+`solve/contact/domes/sphere.py`, near to Hertz's N = 4/3 E* sqrt(R) q^(3/2) with 1 / R = 1 / r + 1 / R_fruit. Its
+interference b, what it would enter the undeformed fruit on its spring as it stands, is
 
     b_i = q_i + sum_j (B_ij + k_ij) N_j / E,
-    k_ij = (1 - nu^2) / (pi p) (1 + a_i^2 / (6 p^2) + a_j^2 / (10 p^2)) + (1 - 2 nu) (1 + nu) / (2 pi p) (n_i - n_j).e,
+    k_ij = (1 - nu^2) / (pi p) (1 + a_i^2 / (6 p^2) + a_j^2 / (10 p^2)),
 
-with p the distance of two contacts, e the direction between them, n the normals, a the contact radii, and B what the
-body adds to a half-space under vertical loads. The second moments are those of the pressures: of Hertz where a force
-acts, of its increment, the flat punch, where it is felt. The last term is Cerruti's, of forces along the normals
-(Johnson (3.75)). The slope that the others make under a dome moves its contact by R times that slope. The force along
-the spring is N times the cosine of the normal to the axis. A dome that is off has q <= 0 and no force: one smooth
+with p the distance of two contacts, a their radii, and B what the body adds to a half-space, along the normals where
+the domes touch. The second moments are those of the pressures: of Hertz where a force acts, of its increment, the flat
+punch, where it is felt. The slope that the others make under a dome moves its contact by R times that slope. The force
+along the spring is N times the cosine of the normal to the axis. A dome that is off has q <= 0 and no force: one smooth
 system, solved by Newton's method. Neither friction nor large strain is in it.
 """
 
@@ -26,6 +22,7 @@ import numpy as np
 from solve.arrays import Floats
 from solve.contact.domes.body import Body, dome_body
 from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
+from solve.contact.domes.sphere import sphere_contact_radius, sphere_force
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
@@ -35,8 +32,8 @@ FELT, ACTING = 1.0 / 6.0, 1.0 / 10.0
 MOST_STEPS = 60
 HALVINGS = 12
 # Shares of terms that are left out or not known better: the body's answer changes over a contact by (a / size)^2,
-# crosstalk by the next power of its moments, Cerruti's term by what bounds the fruit. tests/fits/dome_law.py
-OVER_CONTACT, NEXT_MOMENT, BOUNDED = 0.25, 0.5, 0.3
+# crosstalk by the next power of its moments; the rest is a share of the depth. tests/fits/dome_law.py
+OVER_CONTACT, NEXT_MOMENT, OF_DEPTH = 0.25, 0.5, 7e-4
 RESIDUAL_LIMIT = 1e-11  # of the largest interference: round-off of coordinates a hundred times as large
 
 
@@ -127,12 +124,13 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     radii = np.array([scene.fruit.radii_mm[0]])
     body = dome_body(scene, compliance, radii)
     law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, body)
-    state = law.at(law.solved())
-    cosine, approach = state.approach.cosine[0], state.approach
-    own = (0.75 * (1.0 - body.poisson**2)) ** (2.0 / 3.0) * approach.eased[0] * approach.radius[0] ** (-1.0 / 3.0)
+    q = law.solved()
+    state = law.at(q)
+    cosine = state.approach.cosine[0]
+    own = q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
     return DomeContrast(
         S=(body.remainder + state.action)[0] / np.outer(cosine, cosine),
-        hertz=float(np.mean(own * cosine ** (-5.0 / 3.0))),
+        hertz=float(np.mean(own)),
     )
 
 
@@ -143,7 +141,6 @@ class _Law:
         self._poses, self._C, self._body = poses, C, body
         self._E = E[:, None]
         self._normal = (1.0 - body.poisson**2) / np.pi
-        self._tangential = (1.0 - 2.0 * body.poisson) * (1.0 + body.poisson) / (2.0 * np.pi)
         self._level = poses.approach(np.zeros(poses.centres.shape[:2]))
 
     def solved(self) -> Floats:
@@ -173,20 +170,20 @@ class _Law:
 
     def at(self, q: Floats) -> _State:
         """Return the domes at trial depths q (poses, tips) [mm]."""
-        N, _, _ = self._hertz(q, self._level)
+        N, _, _ = self._own(q, self._level)
         approach = self._poses.approach((self._level.cosine * N) @ self._C.T)
-        N, stiffness, radius = self._hertz(q, approach)
+        N, stiffness, radius = self._own(q, approach)
         action, moved = self._action(approach, N, radius)
         sunk = np.einsum("pij,pj->pi", action + self._body.remainder, N) / self._E
         residual = approach.interference - 0.5 * moved / approach.radius - sunk - q
         return _State(approach, N, stiffness, radius, action, residual)
 
-    def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats]:
+    def _own(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats]:
         """Return the normal forces [N], their slopes over the depth [N/mm] and the contact radii [mm]."""
-        depth = np.maximum(q, 0.0) / approach.eased
-        contact = np.sqrt(approach.radius * depth)
-        stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact
-        return stiffness * depth / 1.5, stiffness / approach.eased, contact
+        dome, E = self._poses.dome_radius, self._E / (1.0 - self._body.poisson**2)
+        curvature = 1.0 / approach.radius - 1.0 / dome
+        contact = sphere_contact_radius(np.maximum(q, 0.0) / approach.eased, dome, curvature)
+        return E * sphere_force(contact, dome, curvature), 2.0 * E * contact / approach.eased, contact
 
     def _action(self, approach: DomeApproach, N: Floats, radius: Floats) -> tuple[Floats, Floats]:
         """Return k_ij (poses, tips, tips) [1/mm], and the squares of how far the contacts are moved [mm^2]."""
@@ -195,13 +192,7 @@ class _Law:
         moved = approach.radius[..., None] * slope
         _, distance = _between(approach.place + moved)
         action = self._normal / distance * (1.0 + _moments(radius, FELT, ACTING) / distance**2)
-        return action + self._cerruti(approach), (moved**2).sum(axis=2)
-
-    def _cerruti(self, approach: DomeApproach) -> Floats:
-        """Return what forces along normals that differ add to crosstalk, times E [1/mm], (poses, tips, tips)."""
-        between, distance = _between(approach.place)
-        turned = approach.normal[:, :, None] - approach.normal[:, None]
-        return np.asarray(self._tangential * (turned * between).sum(axis=-1) / distance**2)
+        return action, (moved**2).sum(axis=2)
 
     def jacobian(self, state: _State) -> Floats:
         """Return minus the slope of the residual over the depths [1], (poses, tips, tips), but for its small parts."""
@@ -216,9 +207,8 @@ class _Law:
         radius, body = state.contact_radius, self._body
         over = OVER_CONTACT * np.abs(body.remainder) * (radius[:, None] / body.size) ** 2
         next_moment = NEXT_MOMENT * self._normal / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
-        bounded = BOUNDED * np.abs(self._cerruti(state.approach))
-        sunk = np.einsum("pij,pj->pi", body.bound + over + next_moment + bounded, state.N) / self._E
-        return np.asarray(sunk)
+        sunk = np.einsum("pij,pj->pi", body.bound + over + next_moment, state.N) / self._E
+        return np.asarray(sunk + OF_DEPTH * state.contact_radius**2 / state.approach.radius)
 
 
 def _between(place: Floats) -> tuple[Floats, Floats]:
