@@ -39,14 +39,13 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
 def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
     timed = Stopwatch()
     contact = timed("contact", fruit_compliance, design, options)  # meshes and solves the fruit
-    kinds = contact.of_kinds(*design.tips.kinds)  # a pair's own; one low and one high tip for more
-    sizing = timed("sizing", spring_sizing, design, kinds, options)  # closed form
+    sizing = timed("sizing", spring_sizing, design, contact, options)  # closed form
     springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
     geometry = timed("solids", write_solids, design, springs, folder)
     press = timed("response", press_scene, design, contact, springs.C, tip_leads(springs, design.press.attitude))
     readings = timed("reading", assess_readings, design, contact, springs.C)  # where the design asks for it
-    judged = timed("verdicts", judge, design, kinds, sizing, springs.as_pair, geometry, press)
-    sensor = timed("mounts", assessed_sensor, design.as_pair, kinds, sizing, springs.as_pair)
+    judged = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
+    sensor = timed("mounts", assessed_sensor, design, contact, sizing, springs)
     errors = timed("errors", sensor_errors, sensor, judged.reached, press, options, readings)
     making = timed("fabrication", make_fabrication, design, springs, options, folder)
     return SensorResult(

@@ -94,29 +94,22 @@ class Fruits:
 def reading_assessment(design: Design, reading: Reading, contact: FruitCompliance, C: Floats) -> ReadingAssessment:
     """Return how good the readings of a design are; C (tips, tips) [mm/N] is the compliance of the springs.
 
-    Raises InputError where the poses are outside the domain of contact, SolveError when a solve is not exact.
+    Raises InputError where the poses are outside the domain of contact or a contact runs off the face of a dome,
+    SolveError when a solve is not exact.
     """
     fruits = Fruits(design=design, contact=contact, C=C, read_out=read_out_of(design, contact, C))
     moduli, places = read_moduli(design.fruit), list(occurring(design, reading))
-    lift = lift_tilt(design, reading, contact, C)
+    method, lift = fruits.read_out.method, lift_tilt(design, reading, contact, C)
     forces, errors = fruits.presses(moduli, places)
-    method = fruits.read_out.method
-    biases = np.empty((len(moduli), len(places)))
-    for i, E in enumerate(moduli):
-        for j, place in enumerate(places):
-            try:
-                biases[i, j] = fruits.read_out.modulus(forces[i, j]) / E - 1.0
-            except ReadingError as refused:
-                words = f"no reading at {E:.3g} MPa, {place}: {refused}"
-                return ReadingAssessment(method=method, lift=lift, refused=words)
+    try:
+        biases = np.array([_biases(fruits.read_out, E, places, forces[i]) for i, E in enumerate(moduli)])
+    except ReadingError as refused:
+        return ReadingAssessment(method=method, lift=lift, refused=str(refused))
     known = _modulus_errors(fruits, moduli, forces[:, 0], errors[:, 0])
     spread = uncertainty_sources(fruits.read_out, reading, forces[:, 0], _pose_shares(biases, places))
-    worst = np.abs(biases).argmax(axis=1)
-    rows = tuple(
-        ModulusReading(E=E, bias=float(biases[i, worst[i]]), worst=places[worst[i]], sources=spread[i])
-        for i, E in enumerate(moduli)
-    )
-    largest, widest = (int(np.argmax(values)) for values in (np.abs(biases).max(axis=1), [one.total for one in spread]))
+    rows = tuple(_at_modulus(E, biases[i], places, spread[i]) for i, E in enumerate(moduli))
+    widest = int(np.argmax([one.total for one in spread]))
+    largest = int(np.abs(biases).max(axis=1).argmax())
     return ReadingAssessment(
         method=method,
         lift=lift,
@@ -125,6 +118,23 @@ def reading_assessment(design: Design, reading: Reading, contact: FruitComplianc
         uncertainty=Estimate(spread[widest].total, float(known[widest]) * spread[widest].total),
         noise_percent=noise_to_reach(NOISE_LIMIT, spread[widest], reading),
     )
+
+
+def _biases(read_out: ReadOut, E: float, places: Sequence[Placed], presses: Floats) -> list[float]:
+    """Return E read / E - 1 in each place; raises ReadingError that names the place without a reading."""
+    biases = []
+    for place, press in zip(places, presses, strict=True):
+        try:
+            biases.append(read_out.modulus(press) / E - 1.0)
+        except ReadingError as refused:
+            msg = f"no reading at {E:.3g} MPa, {place}: {refused}"
+            raise ReadingError(msg) from refused
+    return biases
+
+
+def _at_modulus(E: float, biases: Floats, places: Sequence[Placed], sources: UncertaintySources) -> ModulusReading:
+    worst = int(np.abs(biases).argmax())
+    return ModulusReading(E=E, bias=float(biases[worst]), worst=places[worst], sources=sources)
 
 
 def _modulus_errors(fruits: Fruits, moduli: Sequence[float], forces: Floats, errors: Floats) -> Floats:

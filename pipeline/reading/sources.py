@@ -58,45 +58,56 @@ def _sources(
     read_out: ReadOut, reading: Reading, press: Floats, full_scale: Floats, poses: Mapping[str, float]
 ) -> UncertaintySources:
     """Return the sources at one modulus: noise, springs, gains and heights beside those of the poses."""
-    E = read_out.modulus(press)
-    tips, samples = range(press.shape[1]), range(len(press))
-
-    def slope(reads: Callable[[float], float]) -> float:
-        return (reads(_STEP) - reads(-_STEP)) / (2.0 * _STEP * E)
-
-    def noisy(sample: int, tip: int) -> Callable[[float], float]:
-        moved = np.zeros_like(press)
-        moved[sample, tip] = press[-1, tip]
-        return lambda step: read_out.modulus(press + step * moved)
-
-    def amplified(tip: int) -> Callable[[float], float]:
-        return lambda step: read_out.modulus(press * (1.0 + step * _only(tip, len(tips))))
-
-    def stiffened(tip: int) -> Callable[[float], float]:
-        return lambda step: read_out.with_springs(1.0 + step * _only(tip, len(tips))).modulus(press)
-
-    def lengthened(tip: int) -> Callable[[float], float]:
-        return lambda step: read_out.with_heights(step * _only(tip, len(tips))).modulus(press)
-
-    noise = np.array([[slope(noisy(sample, tip)) for tip in tips] for sample in samples]) / press[-1]
-    gains, springs, heights = (
-        np.array([slope(kind(tip)) for tip in tips]) for kind in (amplified, stiffened, lengthened)
-    )
-    of_springs = float(np.linalg.norm(springs))
-    of_noise = float(np.linalg.norm(noise * full_scale))
-    zeroed = [float(np.linalg.norm(heights * read_out.zeroed_heights(one))) for one in (full_scale, np.ones(len(tips)))]
+    noise = np.linalg.norm(_noise_slopes(read_out, press), axis=0)
+    heights = np.abs(_slopes(read_out, press, _with_heights)) * read_out.zeroed_heights(np.ones(press.shape[1]))
+    by_percent, by_force = ((0.01 * reading.noise_percent) * full_scale, np.full(len(full_scale), reading.noise_N))
+    of_springs, of_gains = (_size(_slopes(read_out, press, moved)) for moved in (_with_springs, _with_gains))
     shares = {
-        "noise_percent": 0.01 * reading.noise_percent * of_noise,
-        "noise_N": reading.noise_N * float(np.linalg.norm(noise)),
+        "noise_percent": _size(noise * by_percent),
+        "noise_N": _size(noise * by_force),
         "stiffness": 0.01 * reading.stiffness_percent * of_springs,
-        "gain": 0.01 * reading.gain_percent * float(np.linalg.norm(gains)),
-        "tip_height": math.hypot(0.01 * reading.noise_percent * zeroed[0], reading.noise_N * zeroed[1]),
+        "gain": 0.01 * reading.gain_percent * of_gains,
+        "tip_height": math.hypot(_size(heights * by_percent), _size(heights * by_force)),
         **poses,
     }
-    return UncertaintySources(
-        shares=shares, stiffness_slope=of_springs, noise_slope=0.01 * math.hypot(of_noise, zeroed[0])
-    )
+    noise_slope = 0.01 * math.hypot(_size(noise * full_scale), _size(heights * full_scale))
+    return UncertaintySources(shares=shares, stiffness_slope=of_springs, noise_slope=noise_slope)
 
 
-def _only(tip: int, count: int) -> Floats:
-    return np.asarray(np.eye(count)[tip])
+Moved = Callable[[ReadOut, Floats, Floats], float]
+
+
+def _slopes(read_out: ReadOut, press: Floats, moved: Moved) -> Floats:
+    """Return the share by which the modulus moves per unit of what is moved at each tip, (tips,)."""
+    E = read_out.modulus(press)
+    steps = _STEP * np.eye(press.shape[1])
+    moves = [moved(read_out, press, step) - moved(read_out, press, -step) for step in steps]
+    return np.array(moves) / (2.0 * _STEP * E)
+
+
+def _with_springs(read_out: ReadOut, press: Floats, step: Floats) -> float:
+    return read_out.with_springs(1.0 + step).modulus(press)
+
+
+def _with_gains(read_out: ReadOut, press: Floats, step: Floats) -> float:
+    return read_out.modulus(press * (1.0 + step))
+
+
+def _with_heights(read_out: ReadOut, press: Floats, step: Floats) -> float:
+    return read_out.with_heights(step).modulus(press)
+
+
+def _noise_slopes(read_out: ReadOut, press: Floats) -> Floats:
+    """Return the share by which the modulus moves per force on each tip in each sample [1/N], (samples, tips)."""
+    slopes = []
+    for sample in np.eye(len(press))[:, :, None]:
+
+        def moved(read_out: ReadOut, press: Floats, step: Floats, sample: Floats = sample) -> float:
+            return read_out.modulus(press + sample * step * press[-1])
+
+        slopes.append(_slopes(read_out, press, moved) / press[-1])
+    return np.array(slopes)
+
+
+def _size(shares: Floats) -> float:
+    return float(np.linalg.norm(shares))

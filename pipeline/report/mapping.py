@@ -13,8 +13,8 @@ from cad.design.processes import Process
 from cad.design.tips import Tips
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
-from pipeline.reading.readings import Readings
 from pipeline.report.notes import notes
+from pipeline.report.reading_mapping import reading_mapping
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
 from pipeline.stages.response import spring_shares
@@ -23,6 +23,7 @@ from pipeline.stages.springs import FittedSpring
 from pipeline.storage.seal import sealed_mapping
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.scene_targets import SceneTargets
+from solve.contact.linear_response import SensorResponse
 from solve.housing.modes import Modes
 
 SCHEMA = 1
@@ -47,9 +48,8 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "material": _material(springs.process),
         "behaviour": _behaviour(result.behaviour),
         "contact": _contact(result),
-        "tips": _tips(result.design.tips),
         "response": _response(result),
-        "reading": _reading(result.readings),
+        **reading_mapping(result.design.tips, result.readings),
         "level": _level(result.judgement.reached),
         "verdicts": _verdicts(result.verdicts),
         "remedy": result.judgement.remedy,
@@ -149,67 +149,27 @@ def _response(result: SensorResult) -> list[Plain]:
     """Return the response at each modulus with the errors of contact and springs; null where a tip is off the fruit."""
     table, springs = result.press.table, result.springs
     tips = result.design.tips
-    relative = tips.each(*(spring.error / spring.stiffness for spring in springs.springs))
-    low, high = (table.F[:, :, list(kind)].mean(axis=2) for kind in tips.kinds)
-    rows = []
-    for i, E in enumerate(table.E):
-        shares = spring_shares(result.contact, springs.C, float(E)) * relative
-        row = {
-            "E_MPa": float(E),
-            "x_mm": _numbers(table.x),
-            "F_l_N": _numbers(low[i]),
-            "F_h_N": _numbers(high[i]),
-            "P": _numbers(table.P[i]),
-            "slope_ratio": _numbers(table.slope_ratio[i]),
-            "F_error_percent": _numbers(100.0 * (table.F_error[i] + shares.max())),
-            "P_error_percent": _numbers(100.0 * (table.P_error[i] + shares.sum())),
-        }
-        if tips.layout != "pair":
-            row["F_N"] = [_numbers(forces) for forces in table.F[i].T]
-        rows.append(row)
-    return rows
+    relative = np.array(tips.each(*(spring.error / spring.stiffness for spring in springs.springs)))
+    shares = [spring_shares(result.contact, springs.C, float(E)) * relative for E in table.E]
+    return [_response_row(table, i, tips, shares[i]) for i in range(len(table.E))]
 
 
-def _tips(tips: Tips) -> list[Plain]:
-    """Return the tips in the order of the forces in every table."""
-    rows = zip(tips.names, tips.places_mm, tips.springs, strict=True)
-    return [{"name": name, "x_mm": x, "y_mm": y, "spring": spring} for name, (x, y), spring in rows]
-
-
-def _reading(readings: Readings | None) -> Plain | None:
-    """Return how good readings are; null where the design asks for none, or a pose has no reading."""
-    if readings is None:
-        return None
-    found = readings.assessed
-    bias, uncertainty = found.bias, found.uncertainty
-    return {
-        "method": found.method,
-        "E_bias_percent": None if bias is None else 100.0 * bias.value,
-        "E_bias_error_percent": None if bias is None else 100.0 * bias.error,
-        "uncertainty_percent": None if uncertainty is None else 100.0 * uncertainty.value,
-        "lift_deg": found.lift.value,
-        "noise_for_10_percent": found.noise_percent,
-        "refused": found.refused,
-        "sources": {} if uncertainty is None else _percent(found.worst_uncertainty.sources.shares),
-        "moduli": [
-            {
-                "E_MPa": row.E,
-                "E_bias_percent": 100.0 * row.bias,
-                "worst": str(row.worst),
-                "uncertainty_percent": 100.0 * row.sources.total,
-                "sources": _percent(row.sources.shares),
-            }
-            for row in found.moduli
-        ],
-        "skin_pressure": [
-            {"E_MPa": one.E, "pressure_MPa": one.pressure.value, "limit_MPa": one.limit, "worst": str(one.placed)}
-            for one in readings.pressures
-        ],
+def _response_row(table: SensorResponse, i: int, tips: Tips, of_springs: np.ndarray) -> Plain:
+    """Return the response at one modulus; `of_springs` (tips,) are the errors of the forces by the springs [1]."""
+    soft, stiff = (table.F[i, :, list(kind)].mean(axis=0) for kind in tips.kinds)
+    columns = {
+        "F_l_N": soft,
+        "F_h_N": stiff,
+        "P": table.P[i],
+        "slope_ratio": table.slope_ratio[i],
+        "F_error_percent": 100.0 * (table.F_error[i] + of_springs.max()),
+        "P_error_percent": 100.0 * (table.P_error[i] + of_springs.sum()),
     }
-
-
-def _percent(shares: Mapping[str, float]) -> Plain:
-    return {f"{name.removesuffix('_percent')}_percent": 100.0 * share for name, share in shares.items()}
+    row = {"E_MPa": float(table.E[i]), "x_mm": _numbers(table.x)}
+    row |= {name: _numbers(values) for name, values in columns.items()}
+    if tips.layout != "pair":
+        row["F_N"] = [_numbers(forces) for forces in table.F[i].T]
+    return row
 
 
 def _level(reached: SceneTargets) -> Plain:

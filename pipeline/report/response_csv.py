@@ -42,8 +42,8 @@ def _rows(table: ReadingTable, tips: Tips, every: Sequence[int]) -> Iterator[lis
             if i == 0:
                 continue  # stands for the softest fruit, a limit and no fruit
             forces = response.F[i, j]
-            low, high = (forces[list(kind)].mean() for kind in tips.kinds)
-            numbers = (E, x, low, high, response.P[i, j])
+            soft, stiff = (forces[list(kind)].mean() for kind in tips.kinds)
+            numbers = (E, x, soft, stiff, response.P[i, j])
             # Three digits of an error: more differ from solver to solver, and the file would with them.
             error = _digits(100.0 * response.P_error[i, j], 3)
             bounds = (*table.printed[i, j], *table.calibrated[i, j])

@@ -90,6 +90,11 @@ class Budgets:
     NL: UncertaintyBudget | None
     contact: UncertaintyBudget | None
 
+    @property
+    def widest_spring(self) -> float:
+        """Return the larger share by which the inputs leave a spring unknown [1], two sigma; 0 where none is made."""
+        return max((one.input_total for one in (self.K_l, self.K_h) if one is not None), default=0.0)
+
 
 def uncertainty_budgets(sensor: Sensor, reached: SceneTargets, press: ScenePress) -> Budgets:
     """Return the budget of every number; raises ValueError where a size is not a number.

@@ -64,10 +64,9 @@ def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budget
     """
     rows = readings.assessed.moduli
     bands = np.full((2, *curve.P.shape, 2), np.nan)
-    springs = [budget.input_total for budget in (budgets.K_l, budgets.K_h) if budget is not None]
     if rows:
         known = np.log([row.E for row in rows])
-        for band, widths in zip(bands, (_widths(rows, max(springs, default=0.0)), _widths(rows, 0.0)), strict=True):
+        for band, widths in zip(bands, (_widths(rows, budgets.widest_spring), _widths(rows, 0.0)), strict=True):
             width = np.interp(np.log(curve.E[1:]), known, widths)
             band[1:, -1] = curve.E[1:, None] * np.stack([1.0 - width, 1.0 + width], axis=1)
     return ReadingTable(response=curve, printed=bands[0], calibrated=bands[1])

@@ -65,8 +65,9 @@ def judge(
 ) -> Judgement:
     """Return the judgement on a design in its own scene; raises InputError or SolveError where a press fails.
 
-    `contact` is that of a pair, for more tips that of the pair which stands for them.
+    More tips than two are judged by the pair that stands for them.
     """
+    contact, springs = contact.of_kinds(*design.tips.kinds), springs.as_pair
     own = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
     reached = scene_targets(own, design.nominal_targets, contact, springs.C, press)
     verdicts = (

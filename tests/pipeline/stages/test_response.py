@@ -20,9 +20,9 @@ def solved(monkeypatch):
     presses = []
     solve = pipeline.stages.response.scene_response
 
-    def counted(scene, contact, C, E, x):
+    def counted(scene, contact, C, E, x, kinds):
         presses.append((tuple(np.diag(C)), tuple(E), tuple(x)))
-        return solve(scene, contact, C, E, x)
+        return solve(scene, contact, C, E, x, kinds)
 
     monkeypatch.setattr(pipeline.stages.response, "scene_response", counted)
     return presses
