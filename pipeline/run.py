@@ -11,10 +11,10 @@ from pipeline.stages.characteristics import solved_behaviour
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.fabrication import make_fabrication
 from pipeline.stages.fields import write_fields
-from pipeline.stages.response import press_scene
+from pipeline.stages.response import press_of_springs
 from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.solids import write_solids
-from pipeline.stages.springs import fit_springs, tip_leads
+from pipeline.stages.springs import fit_springs
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.uncertainty.cause import assessed_sensor
@@ -42,7 +42,7 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
     sizing = timed("sizing", spring_sizing, design, contact, options)  # closed form
     springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
     geometry = timed("solids", write_solids, design, springs, folder)
-    press = timed("response", press_scene, design, contact, springs.C, tip_leads(springs, design.press.attitude))
+    press = timed("response", press_of_springs, design, contact, springs)
     readings = timed("reading", assess_readings, design, contact, springs.C)  # where the design asks for it
     judged = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
     sensor = timed("mounts", assessed_sensor, design, contact, sizing, springs)
@@ -58,7 +58,7 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
         behaviour=timed("behaviour", solved_behaviour, springs, press),
         judgement=judged,
         readings=readings,
-        verdicts=(*reading_verdicts(design, readings), *advised(judged.verdicts, springs, options), *making),
+        verdicts=(*reading_verdicts(design, readings), *advised(judged, springs, options), *making),
         errors=errors,
         left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),
         seconds=timed.seconds(),

@@ -99,19 +99,32 @@ def reading_assessment(design: Design, reading: Reading, contact: FruitComplianc
     """
     fruits = Fruits(design=design, contact=contact, C=C, read_out=read_out_of(design, contact, C))
     moduli, places = read_moduli(design.fruit), list(occurring(design, reading))
-    method, lift = fruits.read_out.method, lift_tilt(design, reading, contact, C)
+    lift = lift_tilt(design, reading, contact, C)
     forces, errors = fruits.presses(moduli, places)
     try:
         biases = np.array([_biases(fruits.read_out, E, places, forces[i]) for i, E in enumerate(moduli)])
     except ReadingError as refused:
-        return ReadingAssessment(method=method, lift=lift, refused=str(refused))
-    known = _modulus_errors(fruits, moduli, forces[:, 0], errors[:, 0])
-    spread = uncertainty_sources(fruits.read_out, reading, forces[:, 0], _pose_shares(biases, places))
+        return ReadingAssessment(method=fruits.read_out.method, lift=lift, refused=str(refused))
+    return _assessed(fruits, reading, places, biases, (forces[:, 0], errors[:, 0]), lift)
+
+
+def _assessed(
+    fruits: Fruits,
+    reading: Reading,
+    places: Sequence[Placed],
+    biases: Floats,
+    level: tuple[Floats, Floats],
+    lift: Estimate,
+) -> ReadingAssessment:
+    """Return the assessment of biases (moduli, places) [1]; `level` are forces and errors of a level press."""
+    moduli = read_moduli(fruits.design.fruit)
+    known = _modulus_errors(fruits, moduli, *level)
+    spread = uncertainty_sources(fruits.read_out, reading, level[0], _pose_shares(biases, places))
     rows = tuple(_at_modulus(E, biases[i], places, spread[i]) for i, E in enumerate(moduli))
     widest = int(np.argmax([one.total for one in spread]))
     largest = int(np.abs(biases).max(axis=1).argmax())
     return ReadingAssessment(
-        method=method,
+        method=fruits.read_out.method,
         lift=lift,
         moduli=rows,
         bias=Estimate(abs(rows[largest].bias), float(known[largest])),

@@ -62,10 +62,13 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "seconds": result.seconds.wall,
         "cpu_seconds": result.seconds.cpu,
     }
-    if result.options.fabrication:
-        scatter = result.errors.scatter
-        report["tolerance"] = scatter and asdict(scatter)
-    return sealed_mapping(report)
+    return sealed_mapping(report | _tolerance(result))
+
+
+def _tolerance(result: SensorResult) -> Plain:
+    """Return how far prints scatter, where fabrication was asked for; null where it is not known."""
+    scatter = result.errors.scatter
+    return {"tolerance": scatter and asdict(scatter)} if result.options.fabrication else {}
 
 
 def _sizing(sizing: SpringSizing) -> Plain:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
+from pipeline.stages.springs import FittedSprings, tip_leads
 from solve.contact.linear_response import SensorResponse, TipKinds, travels
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
@@ -45,6 +46,11 @@ class ScenePress:
 def scene_of(design: Design, ahead: Sequence[float] = ()) -> Scene:
     """Return the scene of contact of a design; `ahead` is how far each tip stands before the others [mm]."""
     return Scene(fruit=design.fruit, tips=design.tips, press=design.press, ahead_mm=tuple(ahead))
+
+
+def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSprings) -> ScenePress:
+    """Return the presses of the springs as they are made, whose tips their weight may set off level."""
+    return press_scene(design, contact, springs.C, tip_leads(springs, design.press.attitude))
 
 
 def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> ScenePress:

@@ -144,11 +144,11 @@ def _drift(design: Design, contact: FruitCompliance, springs: FittedSprings) -> 
     return f"; edges rounded by {radius:g} mm, as the process makes them, let P drift by {100.0 * drift:.2g} %"
 
 
-def advised(verdicts: Sequence[Verdict], springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
-    """Return verdicts with the `--tol` that would decide each undecided one; gauges and pins have their own bars."""
+def advised(judged: Judgement, springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
+    """Return the verdicts of a judgement with the `--tol` that would decide each undecided one; gauges and pins have their own bars."""
     if not springs.monolithic:
-        return tuple(verdicts)
-    return tuple(with_tolerance_advice(verdict, options.tolerance) for verdict in verdicts)
+        return judged.verdicts
+    return tuple(with_tolerance_advice(verdict, options.tolerance) for verdict in judged.verdicts)
 
 
 def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizing) -> tuple[Verdict, ...] | None:
