@@ -19,8 +19,7 @@ from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.uncertainty.cause import assessed_sensor
 from pipeline.uncertainty.sensor_errors import sensor_errors
-from pipeline.verdicts.reading_rules import reading_verdicts
-from pipeline.verdicts.sensor import advised, judge
+from pipeline.verdicts.sensor import all_verdicts, judge
 
 
 def run(design: Design, options: RunOptions | None = None) -> SensorResult:
@@ -58,7 +57,7 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
         behaviour=timed("behaviour", solved_behaviour, springs, press),
         judgement=judged,
         readings=readings,
-        verdicts=(*reading_verdicts(design, readings), *advised(judged, springs, options), *making),
+        verdicts=(*all_verdicts(design, readings, judged, springs, options), *making),
         errors=errors,
         left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),
         seconds=timed.seconds(),

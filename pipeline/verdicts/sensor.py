@@ -8,11 +8,13 @@ from cad.quantity import Estimate
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict, failed
 from pipeline.options import RunOptions
+from pipeline.reading.readings import Readings
 from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, spring_shares
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.edge_drift import edge_drift
+from pipeline.verdicts.reading_rules import reading_verdicts
 from pipeline.verdicts.remedies import remedy
 from pipeline.verdicts.rules import (
     bruise_verdict,
@@ -144,11 +146,18 @@ def _drift(design: Design, contact: FruitCompliance, springs: FittedSprings) -> 
     return f"; edges rounded by {radius:g} mm, as the process makes them, let P drift by {100.0 * drift:.2g} %"
 
 
-def advised(judged: Judgement, springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
-    """Return the verdicts of a judgement with the `--tol` that would decide each undecided one; gauges and pins have their own bars."""
+def all_verdicts(
+    design: Design, readings: Readings | None, judged: Judgement, springs: FittedSprings, options: RunOptions
+) -> tuple[Verdict, ...]:
+    """Return the verdicts on the readings, where there are any, and those of the judgement with advice."""
+    return *reading_verdicts(design, readings), *advised(judged.verdicts, springs, options)
+
+
+def advised(verdicts: Sequence[Verdict], springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
+    """Return verdicts with the `--tol` that would decide each undecided one; gauges and pins have their own bars."""
     if not springs.monolithic:
-        return judged.verdicts
-    return tuple(with_tolerance_advice(verdict, options.tolerance) for verdict in judged.verdicts)
+        return tuple(verdicts)
+    return tuple(with_tolerance_advice(verdict, options.tolerance) for verdict in verdicts)
 
 
 def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizing) -> tuple[Verdict, ...] | None:
