@@ -29,8 +29,7 @@ from solve.fruit.curved_body import curved_compliance  # noqa: E402
 from solve.fruit.split import block_compliance, contact_footprints  # noqa: E402
 
 PAGE = ROOT / "docs" / "layouts.md"
-RADIUS, TRAVEL, POISSON = 35.0, 0.6, 0.3
-STIFFNESS = {"low": 0.753, "high": 17.3}
+RADIUS, POISSON = 35.0, 0.3
 MODULI = (0.5, 1.0, 3.5)
 TILTS = (0.0, 2.0, 4.0, 6.0, 8.0)
 DIRECTIONS = 8
@@ -44,12 +43,21 @@ LIFTS = "lifts"
 
 @dataclass(frozen=True)
 class Row:
-    """A layout, how it is read, and the document's errors [%] at each tilt: None where it has none."""
+    """A layout, how it is read, the document's errors [%] at each tilt or None, travel [mm] and springs [N/mm]."""
 
     name: str
     tips: Tips
     reading: str
     document: tuple[float | str | None, ...]
+    travel: float = 0.6
+    stiffness: tuple[float, float] = (0.753, 17.3)
+
+    def springs(self) -> np.ndarray:
+        """Return the compliance of the springs [mm/N], (tips, tips)."""
+        return spring_compliance(*(self.stiffness[kind == "high"] for kind in self.tips.springs))
+
+    def scene(self, fruit: Fruit) -> Scene:
+        return Scene(fruit=fruit, tips=self.tips, press=Press(travel_mm=self.travel))
 
 
 ROWS = (
@@ -66,12 +74,15 @@ ROWS = (
         "contrast",
         (0.5, 0.5, 0.5, 0.4, 1.9),
     ),
+    Row(
+        "square, domes r 10, side 6",
+        Tips(layout="square", spacing_mm=6.0, shape="dome", dome_radius_mm=10.0, side_mm=5.95),
+        "contrast",
+        (0.8, 0.8, 0.8, LIFTS, LIFTS),
+        travel=0.4,
+        stiffness=(1.2, 20.0),
+    ),
 )
-
-
-def springs(tips: Tips) -> np.ndarray:
-    """Return the compliance of the springs [mm/N], (tips, tips)."""
-    return spring_compliance(*(STIFFNESS[kind] for kind in tips.springs))
 
 
 def compliance(fruit: Fruit, tips: Tips, half_space: bool) -> FruitCompliance:
@@ -97,11 +108,11 @@ def contrast_law(scene: Scene, known: FruitCompliance, C: np.ndarray) -> Contras
     return ContrastLaw(weights=weights, gaps=(0.0,) * len(C), C=C.tolist(), S=S.tolist(), hertz=hertz)
 
 
-def contrast_errors(scene: Scene, known: FruitCompliance, tilt: float) -> Iterator[float]:
+def contrast_errors(row: Row, scene: Scene, known: FruitCompliance, tilt: float) -> Iterator[float]:
     """Yield E read / E - 1 [1] at every modulus and direction; nan where a tip is off."""
-    C = springs(scene.tips)
+    C = row.springs()
     law = contrast_law(scene, known, C)
-    poses = [Pose(E=E, travel=TRAVEL, tilt_deg=turn) for E in MODULI for turn in directions(tilt)]
+    poses = [Pose(E=E, travel=row.travel, tilt_deg=turn) for E in MODULI for turn in directions(tilt)]
     found = pose_forces(scene, known, C, poses)
     for pose, forces in zip(poses, found.F, strict=True):
         try:
@@ -110,15 +121,15 @@ def contrast_errors(scene: Scene, known: FruitCompliance, tilt: float) -> Iterat
             yield math.nan
 
 
-def pair_errors(scene: Scene, known: FruitCompliance, tilt: float, reading: str) -> Iterator[float]:
+def pair_errors(row: Row, scene: Scene, known: FruitCompliance, tilt: float) -> Iterator[float]:
     """Yield E read / E - 1 [1] of a pair at every modulus, tilted along either way; nan where a tip is off."""
-    C = springs(scene.tips)
+    C = row.springs()
     paired = 1.0 / known.K_m_over_E()
     soft, stiff = np.diag(C)
     for turn in {tilt, -tilt}:
         posed = dataclasses.replace(scene, press=dataclasses.replace(scene.press, tilt_deg=turn))
-        found = scene_response(posed, known, C, MODULI, [TRAVEL])
-        ratios = found.P[:, 0] if reading == "force ratio" else found.slope_ratio[:, 0]
+        found = scene_response(posed, known, C, MODULI, [row.travel])
+        ratios = found.P[:, 0] if row.reading == "force ratio" else found.slope_ratio[:, 0]
         for E, ratio in zip(MODULI, ratios, strict=True):
             left = soft - ratio * stiff
             yield (paired * (ratio - 1.0) / left / E - 1.0 if left > 0.0 else math.inf) if ratio == ratio else math.nan
@@ -126,9 +137,7 @@ def pair_errors(scene: Scene, known: FruitCompliance, tilt: float, reading: str)
 
 def largest_error(row: Row, fruit: Fruit, known: FruitCompliance, tilt: float) -> float | str:
     """Return the largest |E read / E - 1| [%], or that a tip lifts."""
-    scene = Scene(fruit=fruit, tips=row.tips, press=Press(travel_mm=TRAVEL))
-    pair = row.tips.layout == "pair"
-    errors = pair_errors(scene, known, tilt, row.reading) if pair else contrast_errors(scene, known, tilt)
+    errors = (pair_errors if row.tips.layout == "pair" else contrast_errors)(row, row.scene(fruit), known, tilt)
     sizes = [100.0 * abs(error) for error in errors]
     return LIFTS if any(math.isnan(size) for size in sizes) else max(sizes)
 

@@ -104,7 +104,7 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
         profile=profile,
         contact_radius=state.contact_radius,
         mean_pressure=state.N / np.where(touching, np.pi * state.contact_radius**2, 1.0),
-        face=np.where(touching, 2.0 * (poses.dome_radius * state.approach.sine + state.contact_radius), 0.0),
+        face=np.where(touching, 2.0 * (poses.dome_radius * state.approach.sine + law.rim(state)), 0.0),
     )
 
 
@@ -215,14 +215,20 @@ class _Law:
         sunk = np.einsum("pij,pj->pi", body.bound + over + next_moment, state.N) / self._E
         return np.asarray(sunk + OF_DEPTH * state.contact_radius**2 / state.approach.radius)
 
+    def rim(self, state: _State) -> Floats:
+        """Return the contact radii that spheres with their own profile have at the same depths [mm], (poses, tips)."""
+        depth = state.contact_radius**2 / state.approach.radius
+        return sphere_contact_radius(depth, self._poses.dome_radius, self._beside(state))
+
+    def _beside(self, state: _State) -> Floats:
+        """Return the curvature of the fruit under the domes [1/mm], (poses, tips)."""
+        return np.asarray(1.0 / state.approach.radius - 1.0 / self._poses.dome_radius)
+
     def profile(self, state: _State) -> Floats:
         """Return by how much a sphere sinks deeper than a paraboloid of its radius [mm], (poses, tips)."""
-        dome, approach = self._poses.dome_radius, state.approach
-        curvature = 1.0 / approach.radius - 1.0 / dome
-        depth = state.contact_radius**2 / approach.radius
-        contact = sphere_contact_radius(depth, dome, curvature)
-        hertz = 4.0 / 3.0 * state.contact_radius**3 / approach.radius
-        missing = hertz - sphere_force(contact, dome, curvature)
+        contact = self.rim(state)
+        hertz = 4.0 / 3.0 * state.contact_radius**3 / state.approach.radius
+        missing = hertz - sphere_force(contact, self._poses.dome_radius, self._beside(state))
         touching = contact > 0.0
         return np.where(touching, missing / np.where(touching, 2.0 * contact, 1.0), 0.0)
 

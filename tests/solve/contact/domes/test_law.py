@@ -48,7 +48,8 @@ def test_one_dome_on_a_rigid_spring():
     np.testing.assert_allclose(found.F[:, 0], expected, rtol=1e-9)
     np.testing.assert_allclose(found.contact_radius, a, rtol=1e-9)
     np.testing.assert_allclose(found.mean_pressure[:, 0], expected / (np.pi * a**2), rtol=1e-9)
-    np.testing.assert_allclose(found.face, 2.0 * a, rtol=1e-9)
+    rim = found.face / 2.0  # of a sphere with its own profile, at the same depth
+    np.testing.assert_allclose(rim * np.arctanh(rim / DOME), depth, rtol=1e-9)
     np.testing.assert_allclose(found.rates[:, 0], 2.0 * a * modulus, rtol=1e-9)
 
 
