@@ -20,7 +20,7 @@ from cad.design.fruit import Fruit  # noqa: E402
 from cad.design.tips import Press, Tips  # noqa: E402
 from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, read_modulus  # noqa: E402
 from solve.contact.domes.law import dome_contrast  # noqa: E402
-from solve.contact.linear_response import spring_compliance  # noqa: E402
+from solve.contact.linear_response import spring_compliance, travels  # noqa: E402
 from solve.contact.poses import Pose, pose_forces  # noqa: E402
 from solve.contact.response import scene_response  # noqa: E402
 from solve.contact.scene import Scene  # noqa: E402
@@ -33,6 +33,7 @@ RADIUS, POISSON = 35.0, 0.3
 MODULI = (0.5, 1.0, 3.5)
 TILTS = (0.0, 2.0, 4.0, 6.0, 8.0)
 DIRECTIONS = 8
+SAMPLES = 12  # over the travel, of a pair
 # As deep and as wide as the sphere allows: what is left of its bounds is alike under all tips and drops out.
 HALF_SPACE = Fruit(shape="sphere", radius_mm=RADIUS, thickness_mm=65.0, poisson=POISSON)
 FLESH = Fruit(shape="sphere", radius_mm=RADIUS, thickness_mm=12.0, poisson=POISSON)
@@ -128,11 +129,18 @@ def pair_errors(row: Row, scene: Scene, known: FruitCompliance, tilt: float) -> 
     soft, stiff = np.diag(C)
     for turn in {tilt, -tilt}:
         posed = dataclasses.replace(scene, press=dataclasses.replace(scene.press, tilt_deg=turn))
-        found = scene_response(posed, known, C, MODULI, [row.travel])
-        ratios = found.P[:, 0] if row.reading == "force ratio" else found.slope_ratio[:, 0]
-        for E, ratio in zip(MODULI, ratios, strict=True):
+        found = scene_response(posed, known, C, MODULI, travels(row.travel, SAMPLES))
+        for E, P, F in zip(MODULI, found.P, found.F, strict=True):
+            touching = np.isfinite(P)
+            ratio = P[-1] if row.reading == "force ratio" else _slope(F[touching])
             left = soft - ratio * stiff
-            yield (paired * (ratio - 1.0) / left / E - 1.0 if left > 0.0 else math.inf) if ratio == ratio else math.nan
+            read = paired * (ratio - 1.0) / left if left > 0.0 else math.inf
+            yield read / E - 1.0 if touching[-1] else math.nan
+
+
+def _slope(F: np.ndarray) -> float:
+    """Return the slope of the line through the forces of the high tip over those of the low one [1]."""
+    return float(np.polyfit(F[:, 0], F[:, 1], 1)[0]) if len(F) > 1 else math.nan
 
 
 def largest_error(row: Row, fruit: Fruit, known: FruitCompliance, tilt: float) -> float | str:
