@@ -43,14 +43,16 @@ class Pose:
 class PoseForces:
     """Forces F of the tips [N], shape (poses, tips), nan in a pose whose contact runs off the face of a dome.
 
-    `F_error` [N] is how far each may be off, `error` (poses,) the largest relative error of a force above 0 [1];
-    `touching` (poses, tips) says which tips touch; `contact_radius` [mm] and `mean_pressure` [MPa], (poses, tips), are
-    those of a round contact of the same area; `face_mm` (poses,) [mm] is how wide the face of a dome must be to hold
-    its contact, 0 for other tips.
+    `F_error` [N] is how far each may be off, of which `F_profile` [N] is what large strain decides about domes: by how
+    much less a sphere's own profile would carry than Hertz's paraboloid in small strain. `error` (poses,) is the
+    largest relative error of a force above 0 [1]; `touching` (poses, tips) says which tips touch; `contact_radius` [mm]
+    and `mean_pressure` [MPa], (poses, tips), are those of a round contact of the same area; `face_mm` (poses,) [mm] is
+    how wide the face of a dome must be to hold its contact, 0 for other tips.
     """
 
     F: Floats
     F_error: Floats
+    F_profile: Floats
     error: Floats
     touching: Flags
     contact_radius: Floats
@@ -114,6 +116,7 @@ def _of_domes(
     return PoseForces(
         F=np.where(off_face[:, None], np.nan, domes.F),
         F_error=domes.error,
+        F_profile=domes.profile,
         error=domes.relative_error.max(axis=1),
         touching=domes.F > 0.0,
         contact_radius=domes.contact_radius,
@@ -133,14 +136,14 @@ def _on_cells(
     chosen = _spread(scenes)
     finer, _ = _pressed(turned, fine, C, [poses[i] for i in chosen], [scenes[i] for i in chosen])
     error = LEFT * _largest_step(F[chosen], finer) + compliance.error_pair
-    touching = F > 0.0
     return PoseForces(
         F=F,
         F_error=error * F,
+        F_profile=np.zeros_like(F),
         error=np.full(len(F), error),
-        touching=touching,
+        touching=F > 0.0,
         contact_radius=np.sqrt(area / np.pi),
-        mean_pressure=np.divide(F, area, out=np.zeros_like(F), where=touching),
+        mean_pressure=F / np.where(area > 0.0, area, 1.0),
         face_mm=np.zeros(len(F)),
     )
 

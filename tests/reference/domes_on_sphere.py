@@ -134,6 +134,8 @@ def complementary(matrix, b, tolerance=1e-10):
         residual = matrix @ f - b
         touching = f > 0.0
         size = float((residual[touching] ** 2).sum())
+        if restart == 1.0 and np.sqrt(size / touching.sum()) < tolerance * b.max():
+            break
         direction = np.where(touching, residual + restart * size / before * direction, 0.0)
         before = size
         step = float(residual[touching] @ direction[touching]) / float(direction @ (matrix @ direction))
@@ -141,6 +143,4 @@ def complementary(matrix, b, tolerance=1e-10):
         entering = (f == 0.0) & (matrix @ f - b < 0.0)
         f[entering] -= step * (matrix @ f - b)[entering]
         restart = 0.0 if entering.any() else 1.0
-        if np.sqrt(size / touching.sum()) < tolerance * b.max():
-            break
     return f

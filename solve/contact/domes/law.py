@@ -1,8 +1,11 @@
-"""Forces of domes on springs in closed form: each presses as a sphere of its own, and all feel each other and the body.
+"""Forces of domes on springs in closed form: each presses as Hertz's sphere, and all feel each other and the body.
 
-A dome that is pressed by q [mm] along the normal beyond what the others and the body give way carries the force N of
-`solve/contact/domes/sphere.py`, near to Hertz's N = 4/3 E* sqrt(R) q^(3/2) with 1 / R = 1 / r + 1 / R_fruit. Its
-interference b, what it would enter the undeformed fruit on its spring as it stands, is
+A dome that is pressed by q [mm] along the normal beyond what the others and the body give way carries
+
+    N = 4/3 E* sqrt(R) q^(3/2),    E* = E / (1 - nu^2),    1 / R = 1 / r + 1 / R_fruit,
+
+K. L. Johnson, Contact Mechanics (1985), equation (4.23), doi:10.1017/CBO9781139171731. Its interference b, what it
+would enter the undeformed fruit on its spring as it stands, is
 
     b_i = q_i + sum_j (B_ij + k_ij) N_j / E,
     k_ij = (1 - nu^2) / (pi p) (1 + a_i^2 / (6 p^2) + a_j^2 / (10 p^2)),
@@ -11,7 +14,8 @@ with p the distance of two contacts, a their radii, and B what the body adds to 
 the domes touch. The second moments are those of the pressures: of Hertz where a force acts, of its increment, the flat
 punch, where it is felt. The slope that the others make under a dome moves its contact by R times that slope. The force
 along the spring is N times the cosine of the normal to the axis. A dome that is off has q <= 0 and no force: one smooth
-system, solved by Newton's method. Neither friction nor large strain is in it.
+system, solved by Newton's method. Neither friction nor large strain is in it; nor is what a sphere's own profile takes
+off a paraboloid's force in small strain, which large strain gives back in part: that is told apart.
 """
 
 from collections.abc import Sequence
@@ -41,13 +45,15 @@ RESIDUAL_LIMIT = 1e-11  # of the largest interference: round-off of coordinates 
 class DomeForces:
     """Forces F of the domes along their springs [N], (poses, tips), and what they do, each as F.
 
-    `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off; `contact_radius` [mm] and
-    `mean_pressure` [MPa] are those of the contacts, `face` [mm] is the width of a face that would hold each.
+    `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off, and `profile` [N] how much of
+    that is the profile of a sphere against that of a paraboloid. `contact_radius` [mm] and `mean_pressure` [MPa] are
+    those of the contacts, `face` [mm] is the width of a face that would hold each.
     """
 
     F: Floats
     rates: Floats
     error: Floats
+    profile: Floats
     contact_radius: Floats
     mean_pressure: Floats
     face: Floats
@@ -87,19 +93,18 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
     """
     law = _Law(poses, E, C, body)
     state = law.at(law.solved())
-    inverse = np.linalg.inv(law.jacobian(state))
-    cosine, lowered = state.approach.cosine, state.approach.normal[..., 2]
-    rates = state.stiffness * np.einsum("pij,pj->pi", inverse, lowered)
-    errors = state.stiffness * np.einsum("pij,pj->pi", np.abs(inverse), law.bound(state))
-    area, touching = np.pi * state.contact_radius**2, state.N > 0.0
-    leaning = poses.dome_radius * state.approach.sine
+    cosine, touching = state.approach.cosine, state.N > 0.0
+    # what the forces along the springs gain per interference of each dome
+    gain = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
+    profile = np.einsum("pij,pj->pi", np.abs(gain), law.profile(state))
     return DomeForces(
         F=cosine * state.N,
-        rates=np.where(touching, cosine * rates, 0.0),
-        error=cosine * errors,
+        rates=np.where(touching, np.einsum("pij,pj->pi", gain, state.approach.normal[..., 2]), 0.0),
+        error=np.einsum("pij,pj->pi", np.abs(gain), law.bound(state)) + profile,
+        profile=profile,
         contact_radius=state.contact_radius,
-        mean_pressure=np.where(touching, state.N / np.where(touching, area, 1.0), 0.0),
-        face=np.where(touching, 2.0 * (leaning + state.contact_radius), 0.0),
+        mean_pressure=state.N / np.where(touching, np.pi * state.contact_radius**2, 1.0),
+        face=np.where(touching, 2.0 * (poses.dome_radius * state.approach.sine + law.rim(state)), 0.0),
     )
 
 
@@ -170,20 +175,20 @@ class _Law:
 
     def at(self, q: Floats) -> _State:
         """Return the domes at trial depths q (poses, tips) [mm]."""
-        N, _, _ = self._own(q, self._level)
+        N, _, _ = self._hertz(q, self._level)
         approach = self._poses.approach((self._level.cosine * N) @ self._C.T)
-        N, stiffness, radius = self._own(q, approach)
+        N, stiffness, radius = self._hertz(q, approach)
         action, moved = self._action(approach, N, radius)
         sunk = np.einsum("pij,pj->pi", action + self._body.remainder, N) / self._E
         residual = approach.interference - 0.5 * moved / approach.radius - sunk - q
         return _State(approach, N, stiffness, radius, action, residual)
 
-    def _own(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats]:
+    def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats]:
         """Return the normal forces [N], their slopes over the depth [N/mm] and the contact radii [mm]."""
-        dome, E = self._poses.dome_radius, self._E / (1.0 - self._body.poisson**2)
-        curvature = 1.0 / approach.radius - 1.0 / dome
-        contact = sphere_contact_radius(np.maximum(q, 0.0) / approach.eased, dome, curvature)
-        return E * sphere_force(contact, dome, curvature), 2.0 * E * contact / approach.eased, contact
+        depth = np.maximum(q, 0.0) / approach.eased
+        contact = np.sqrt(approach.radius * depth)
+        stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact
+        return stiffness * depth / 1.5, stiffness / approach.eased, contact
 
     def _action(self, approach: DomeApproach, N: Floats, radius: Floats) -> tuple[Floats, Floats]:
         """Return k_ij (poses, tips, tips) [1/mm], and the squares of how far the contacts are moved [mm^2]."""
@@ -209,6 +214,23 @@ class _Law:
         next_moment = NEXT_MOMENT * self._normal / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
         sunk = np.einsum("pij,pj->pi", body.bound + over + next_moment, state.N) / self._E
         return np.asarray(sunk + OF_DEPTH * state.contact_radius**2 / state.approach.radius)
+
+    def rim(self, state: _State) -> Floats:
+        """Return the contact radii that spheres with their own profile have at the same depths [mm], (poses, tips)."""
+        depth = state.contact_radius**2 / state.approach.radius
+        return sphere_contact_radius(depth, self._poses.dome_radius, self._beside(state))
+
+    def _beside(self, state: _State) -> Floats:
+        """Return the curvature of the fruit under the domes [1/mm], (poses, tips)."""
+        return np.asarray(1.0 / state.approach.radius - 1.0 / self._poses.dome_radius)
+
+    def profile(self, state: _State) -> Floats:
+        """Return by how much a sphere sinks deeper than a paraboloid of its radius [mm], (poses, tips)."""
+        contact = self.rim(state)
+        hertz = 4.0 / 3.0 * state.contact_radius**3 / state.approach.radius
+        missing = hertz - sphere_force(contact, self._poses.dome_radius, self._beside(state))
+        touching = contact > 0.0
+        return np.where(touching, missing / np.where(touching, 2.0 * contact, 1.0), 0.0)
 
 
 def _between(place: Floats) -> tuple[Floats, Floats]:
