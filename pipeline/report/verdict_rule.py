@@ -15,7 +15,8 @@ _RULES = {
     "P_monotonic": "above 0", "sideways.*": "at least", "bruise": "at most",
     "geometry.frame_clearance": "reaches", "geometry.neck_clearance": "reaches", "geometry.stops_*": "reaches",
     "geometry.deflected_gap_*": "reaches", "geometry.cover_clearance": "reaches",
-    "geometry.cover_over_fruit": "reaches", "geometry.fillets": "reaches", "geometry.*": "equal",
+    "geometry.cover_over_fruit": "reaches", "geometry.fillets": "reaches",
+    "geometry.plates": "reaches", "geometry.tip_face": "at most", "geometry.*": "equal",
 }  # fmt: skip
 """The rule of each name, of which the first that fits decides; `*` stands for the rest of a name."""
 
