@@ -119,8 +119,11 @@ DESIGN_TAIL = """\
 - The piece of curved fruit lies on the fruit: its corners stay above its base.
 - `springs` holds both stiffnesses or none, the low one less than the high one.
 - A tip face meets the fruit at 20 degrees at most; a steeper scene is refused.
-- The printed tips are sharp squares. Another shape or a fillet needs `tips.socket = "pin"`; without it the verdict
-  `geometry.tip_shape` fails.
+- The printed tips are sharp squares, or domes on squares. Another shape or a fillet needs `tips.socket = "pin"`;
+  without it the verdict `geometry.tip_shape` fails.
+- Half the face of a dome holds the contact, or the verdict `geometry.tip_face` fails.
+- A square is printed as two equal plates back to back: `tips.spacing_mm` holds a plate as deep as a tip is wide, and
+  the pads between the plates, 0.4 or 0.5 mm. A line of three is not drawn: `geometry.layout` fails.
 
 The tips lie along the length of the fruit, the low tip at -x, the high tip at +x. With tilt, roll, curved fruit,
 fillets or spheres a tip may touch in part or lift off. The springs are then sized for the flat block of the same size

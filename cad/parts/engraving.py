@@ -15,7 +15,7 @@ ENGRAVED_MM = 0.3
 PEN_MM = 0.5  # the widest of the least gaps of the processes
 TALLEST_MM, SMALLEST_MM = 4.0, 3.0  # smaller letters would leave walls under 0.8 mm between their strokes
 _EDGE_MM = 1.0  # left free around a text
-_PAD_EDGE_MM = 0.75  # the same on the bar of a pad
+_PAD_EDGE_MM = 0.95  # the same on the bar of a pad: the widest of the least walls, and the corners of oblique strokes
 _MARKED = "side_faces"  # of the housing, which the marks lie on
 
 

@@ -15,7 +15,7 @@ from cad.theory.leaf_spring import Flexure
 # Of the two leaves of a flexure: a wide stance keeps the tip from tilting, a thin plate's more than another's.
 SEPARATION: dict[Layout, float] = {"pair": 14.0, "line": 14.0, "square": 20.0}
 SHUTTLE_WIDTH: dict[Layout, float] = {"pair": 6.0, "line": 6.0, "square": 3.0}
-TOP_BAR = 6.0
+TOP_BAR: dict[Layout, float] = {"pair": 6.0, "line": 6.0, "square": 6.5}  # a pad on it has room for marks and dowels
 LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest tip that prints without support
 CLEARANCE = 0.5  # frame above the fruit in the worst press
 STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
@@ -65,7 +65,7 @@ def housing_for(
         low_top_level=cavity - stops[0],
         high_top_level=cavity - stops[1],
         cavity_level=cavity,
-        top_level=cavity + TOP_BAR,
+        top_level=cavity + TOP_BAR[tips.layout],
         protrusion=protrusion,
         mount=design.print.mount,
         cover_level=cover_level(protrusion, design.press),

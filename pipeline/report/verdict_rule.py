@@ -16,7 +16,8 @@ _RULES = {
     "reading.lift": "at least", "reading.*": "at most",
     "geometry.frame_clearance": "reaches", "geometry.neck_clearance": "reaches", "geometry.stops_*": "reaches",
     "geometry.deflected_gap_*": "reaches", "geometry.cover_clearance": "reaches",
-    "geometry.cover_over_fruit": "reaches", "geometry.fillets": "reaches", "geometry.*": "equal",
+    "geometry.cover_over_fruit": "reaches", "geometry.fillets": "reaches",
+    "geometry.plates": "reaches", "geometry.tip_face": "at most", "geometry.*": "equal",
 }  # fmt: skip
 """The rule of each name, of which the first that fits decides; `*` stands for the rest of a name."""
 

@@ -35,8 +35,12 @@ def tip_shape_verdicts(design: Design, press: ScenePress) -> tuple[Verdict, ...]
 
 
 def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
-    """Return how far from the axis of its dome a tip is touched at most [mm], which half its face must hold."""
+    """Return how far from the axis of its dome a tip is touched at most [mm], which half its face must hold.
+
+    A printed dome ends in a square, whose sides the contact must keep; that of a pin in a circle.
+    """
     radius = design.tips.dome_radius_mm or math.inf
+    towards = "across the sides of" if design.tips.socket == "none" else "under"
     slopes = [_slope(design, x, y) for x, y in design.tips.places_mm]
     steepest, curvature = max(slopes), relative_curvature(radius, _least_radius(design.fruit))
     reaches = [
@@ -47,7 +51,7 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     ]
     words = (
         f"farthest contact from the axis of a dome, Hertz, at full travel and every E; the fruit is up to "
-        f"{math.degrees(math.atan(steepest)):.2g} deg steep under a tip; must be at most half of tips.side_mm"
+        f"{math.degrees(math.atan(steepest)):.2g} deg steep {towards} a tip; must be at most half of tips.side_mm"
     )
     reach = max(reaches, default=0.0)
     return margin_verdict(
@@ -56,12 +60,16 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
 
 
 def _slope(design: Design, x: float, y: float) -> float:
-    """Return the slope [1] of the fruit against the face of a tip at a place [mm], tilt and roll of the press added."""
+    """Return the slope [1] of the fruit against the face of a tip at a place [mm], tilt and roll of the press added.
+
+    It is the steepest one, or for a printed tip that towards a side of its square.
+    """
     fruit, press = design.fruit, design.press
     radius = fruit.radius_mm or math.inf
     across = fruit.radius_across_mm or radius
     tilt, roll = (math.tan(math.radians(angle)) for angle in (press.tilt_deg, press.roll_deg))
-    return math.hypot(abs(x) / radius + abs(tilt), abs(y) / across + abs(roll))
+    slopes = (abs(x) / radius + abs(tilt), abs(y) / across + abs(roll))
+    return max(slopes) if design.tips.socket == "none" else math.hypot(*slopes)
 
 
 def _least_radius(fruit: Fruit) -> float:

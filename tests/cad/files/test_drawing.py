@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import ezdxf
 import pytest
+from squares import square_sensor
 
 from cad.design.processes import PROCESSES
 from cad.files.drafting import Arc, Line, Words, horizontal_dimension, write_dxf, write_svg
@@ -132,3 +133,25 @@ def test_marks_stand_where_the_gauges_lie(housing):
 def test_marks_on_a_leaf_without_room_are_refused(housing):
     with pytest.raises(InputError, match=r"flexure\.length = 12\.5 mm: must be at least 13 mm"):
         list(gauge_marks(replace(housing, gauges="foil", high=replace(housing.high, length=12.5))))
+
+
+def test_plate_of_a_square_tells_its_domes_its_dowels_and_that_two_are_made(drawing):
+    square = square_sensor()
+    words = [item.text for item in housing_drawing(square.part, square.housing, TITLE) if isinstance(item, Words)]
+    assert {"dome R 10 2x", "dia 2.95 2x, dowels", "pads 0.2 high"} <= set(words)
+    assert any("MAKE TWO" in text for text in words)
+    pair = [item.text for item in drawing if isinstance(item, Words)]
+    assert not any("dome" in text or "dowel" in text or "MAKE TWO" in text for text in pair)
+
+
+def test_section_of_a_plate_of_a_square_has_its_dowels_and_its_domes():
+    square = square_sensor()
+    arcs = [item for item in section(square.part.shape) if isinstance(item, Arc)]
+    dowels = [item for item in arcs if item.closed and item.radius == pytest.approx(0.5 * 2.95)]
+    assert sorted(item.centre for item in dowels) == [pytest.approx(place) for place in sorted(square.housing.dowels)]
+    domes = [item for item in arcs if item.radius == pytest.approx(10.0)]
+    half = math.degrees(math.asin(0.5 * square.housing.tip_side / 10.0))
+    for x in (-3.0, 3.0):
+        own = [item for item in domes if item.centre == pytest.approx((x, 10.0))]
+        assert sum(item.end - item.start for item in own) == pytest.approx(2.0 * half)
+        assert min(item.start for item in own) == pytest.approx(270.0 - half)

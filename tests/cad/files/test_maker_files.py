@@ -1,4 +1,5 @@
 import hashlib
+import math
 import os
 import subprocess
 import sys
@@ -6,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from squares import RESIN, square_sensor
 
 from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
@@ -115,3 +117,49 @@ def test_process_without_layers_is_not_told_a_nozzle(sensor):
     text = fabrication_sheet(coupon_of(sensor.housing), cover_of(sensor), title, 1e4)
     assert "Nozzle" not in text
     assert "## Make" in text
+
+
+@pytest.fixture(scope="module")
+def square_sheet():
+    square = square_sensor()
+    title = Title(name="gentle-square", process=RESIN)
+    return fabrication_sheet(coupon_of(square.housing), cover_of(square), title, square.part.shape.Volume())
+
+
+def test_sheet_of_a_square_says_how_two_plates_are_put_together_and_zeroed(square_sheet):
+    """Grip: two plates 6 mm apart, 5.6 mm deep, and two covers of 3 mm; a screw passes a nut and two washers too."""
+    assert "Make housing.stl twice" in square_sheet
+    assert "two steel dowels, 3 x 10 mm (ISO 8734), into the holes of 2.95 mm" in square_sheet
+    assert "17.6 mm to grip (two plates 11.6 + two covers of 3)" in square_sheet
+    assert "M3 x 25" in square_sheet
+    assert "flat hard plate" in square_sheet
+    assert "g = (F_H1 + F_H2) / (2 K_h) - (F_L1 + F_L2) / (2 K_l)" in square_sheet
+    assert "Do not round or sand the tip faces" not in square_sheet
+    assert "domes of radius 10 mm" in square_sheet
+    assert "The front one hides the marks" not in square_sheet
+
+
+def test_sheet_of_a_square_has_the_numbers_of_its_mounting_error(square_sheet):
+    """Holes 0.05 mm off: 0.1 mm of height over 6 mm is a roll; 0.2 mm over the distance of the dowels is a turn."""
+    (left, _), (right, _) = sorted(square_sensor().housing.dowels)
+    turn = 0.2 / (right - left)
+    assert "up to 0.1 mm higher" in square_sheet
+    assert f"{math.degrees(0.1 / 6.0):.2g} degrees" in square_sheet
+    assert f"{math.degrees(turn):.2g} degrees" in square_sheet
+    assert f"is {3.0 * turn:.2g} mm in the reading" in square_sheet
+
+
+def test_sheet_of_a_pair_knows_no_second_plate(sensor):
+    covered = replace(sensor, housing=replace(sensor.housing, mount="covers"))
+    sheet = fabrication_sheet(coupon_of(sensor.housing), cover_of(covered), TITLE, sensor.part.shape.Volume())
+    assert "Two plates" not in sheet
+    assert "dowel" not in sheet
+    assert "The front one hides the marks" in sheet
+
+
+def test_square_between_washers_is_told_so():
+    square = square_sensor(replace(square_sensor().housing, mount="washers"))
+    title = Title(name="gentle-square", process=RESIN)
+    sheet = fabrication_sheet(coupon_of(square.housing), cover_of(square), title, 1.0)
+    assert "11.6 mm between their washers" in sheet
+    assert "cover.stl" not in sheet

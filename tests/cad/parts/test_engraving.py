@@ -3,11 +3,13 @@ import math
 from dataclasses import replace
 
 import pytest
+from squares import square_housing, square_sensor
 
 from cad.checks.triangle_checks import printability_verdicts
 from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
 from cad.parts.engraving import _STROKES, ENGRAVED_MM, PEN_MM, letters_that_fit, marked, outlines, strokes
+from cad.parts.housing import SETBACK_MM
 from cad.parts.housing_solid import housing_part
 from cad.parts.pose import print_pose
 
@@ -93,3 +95,21 @@ def test_bar_that_is_too_low_stays_blank(sensor):
     low = replace(sensor.housing, top_level=sensor.housing.cavity_level + 5.0)
     part = housing_part(low)
     assert marked(part, low, "paper").shape.Volume() == pytest.approx(marked(part, low, "").shape.Volume(), rel=1e-12)
+
+
+def test_marks_of_a_plate_of_a_square_lie_on_its_pads_and_are_read_from_its_back():
+    """They end 0.3 mm under the pads, a printable wall of 0.8 mm from the edges of the pad on the bar."""
+    housing = square_housing()
+    plain, marks = square_sensor(housing).part, square_sensor(housing).printed_part()
+    taken = plain.shape.cut(marks.shape)
+    box = taken.BoundingBox()
+    top = 0.5 * housing.depth + housing.pad_height
+    assert (box.ymin, box.ymax) == (pytest.approx(top - ENGRAVED_MM), pytest.approx(top))
+    letters = [solid.BoundingBox() for solid in taken.Solids()]
+    on_bar = [one for one in letters if one.zmin > housing.cavity_level]
+    assert len(on_bar) >= len("GENTLE")  # a longer name is cut short
+    assert min(one.zmin for one in on_bar) >= housing.cavity_level + SETBACK_MM + 0.8 - 1e-6
+    assert max(one.zmax for one in on_bar) <= housing.top_level - 0.8 + 1e-6
+    # An L has its stem on the left as it is read: on the right of its box, towards +x, when seen from the front.
+    low = next(solid for solid in taken.Solids() if solid.BoundingBox().xmax < housing.arms[0].wall)
+    assert low.Center().x > low.BoundingBox().center.x

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from squares import GENTLE
+from squares import GENTLE, gentle
 from stand_ins import PETG, housing_stiffness, sizing_of
 
 import pipeline.stages.springs
@@ -149,3 +149,10 @@ def test_gentle_square_has_its_springs_to_a_thousandth(process, tmp_path, monkey
         assert spring.printable.passed is True
         assert spring.K.value == pytest.approx(target, rel=1e-3)
         assert spring.K.relative < 1e-3
+
+
+@pytest.mark.usefixtures("fit")
+@pytest.mark.parametrize("tips", [{"side_mm": 5.8}, {"side_mm": 1.0, "spacing_mm": 1.5, "dome_radius_mm": 2.0}])
+def test_square_whose_plates_cannot_be_bolted_is_bad_input(tips):
+    with pytest.raises(InputError, match=r"tips\.spacing_mm = .*: must be at least .* two pads of 0\.2; move"):
+        springs_of(gentle(**tips))

@@ -41,7 +41,7 @@ def test_hertz_radius_and_indentation_are_those_of_the_textbook():
 def test_reach_on_a_sphere_is_the_way_to_the_axis_and_the_radius_of_the_contact(press):
     found = tip_face_verdict(GENTLE, press)
     R = 350.0 / 45.0
-    run = 3.0 * math.sqrt(2.0) / 35.0 * R
+    run = 3.0 / 35.0 * R  # towards a side of the square that a printed dome ends in
     widest = max(
         (0.75 * force * R * 0.91 / E) ** (1.0 / 3.0)
         for E, force in zip((0.5, 1.0, 3.5), (0.4, 0.7, HIGH_FORCE), strict=True)
@@ -49,6 +49,8 @@ def test_reach_on_a_sphere_is_the_way_to_the_axis_and_the_radius_of_the_contact(
     assert found.name == "geometry.tip_face"
     assert found.value == pytest.approx(run + widest, rel=1e-12)
     assert (found.limit, found.passed) == (2.7, True)
+    pin = tip_face_verdict(gentle(socket="pin"), press)
+    assert pin.value - found.value == pytest.approx((math.sqrt(2.0) - 1.0) * run, rel=1e-12)
 
 
 def test_face_that_is_too_narrow_fails_and_so_does_one_that_is_tilted_off_its_contact(press):
