@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from cad.design.parameters import Design
 from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
-from solve.contact.scene import Scene
+from solve.contact.scene import Scene, scene_footprints
 from solve.fruit.compliance import FruitCompliance
 
 Floats = NDArray[np.float64]
@@ -45,6 +45,13 @@ class ScenePress:
 def scene_of(design: Design, ahead: Sequence[float] = ()) -> Scene:
     """Return the scene of contact of a design; `ahead` is how far each tip stands before the others [mm]."""
     return Scene(fruit=design.fruit, tips=design.tips, press=design.press, ahead_mm=tuple(ahead))
+
+
+def refuse_unsolvable(design: Design) -> None:
+    """Raise InputError where contact cannot be solved in the scene of a design; solves nothing."""
+    scene = scene_of(design)
+    if not scene.linear:
+        scene_footprints(scene, design.press.travel_mm)
 
 
 def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> ScenePress:

@@ -152,23 +152,32 @@ def scene_cells(scene: Scene, compliance: FruitCompliance, farthest: float) -> t
 
     Raises InputError when the scene is too steep, or outside the domain of the split.
     """
+    footprints = scene_footprints(scene, farthest)
+    counts = CELLS["mirrored" if scene.mirrored else "rolled"]
+    lines = tuple(tuple(graded_edges(count, GRADINGS[scene.tips.shape]).tolist()) for count in counts)
+    grids = _grids(scene.fruit.equivalent_block, footprints, lines, scene.mirrored)
+    coarse, fine = (
+        _gaps(scene, cells, footprints[0].side * np.array(edges), compliance)
+        for cells, edges in zip(grids, lines, strict=True)
+    )
+    return coarse, fine
+
+
+def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
+    """Return the squares that hold all that the tips may touch for travels up to `farthest` [mm]; solves nothing.
+
+    Raises InputError when the scene is too steep, or outside the domain of the split.
+    """
     check_scene(scene)
     side = _touched_side(scene, farthest) if scene.tips.shape == "sphere" else scene.tips.side_mm
     footprints = tuple(Footprint(x, y, side) for x, y in scene.centres)
-    block = scene.fruit.equivalent_block
     try:
-        check_domain(block, footprints)
+        check_domain(scene.fruit.equivalent_block, footprints)
     except SplitDomainError as outside:
         reason = str(outside).partition(" for the split")[0]
         msg = f"{reason} for contact with tilt, curvature or fillet; change the scene, or make it flat and level"
         raise InputError(msg) from outside
-    counts = CELLS["mirrored" if scene.mirrored else "rolled"]
-    lines = tuple(tuple(graded_edges(count, GRADINGS[scene.tips.shape]).tolist()) for count in counts)
-    grids = _grids(block, footprints, lines, scene.mirrored)
-    coarse, fine = (
-        _gaps(scene, cells, side * np.array(edges), compliance) for cells, edges in zip(grids, lines, strict=True)
-    )
-    return coarse, fine
+    return footprints
 
 
 def check_scene(scene: Scene) -> None:

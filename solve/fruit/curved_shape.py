@@ -58,9 +58,11 @@ class CurvedShape:
         return share * self.semi_axes[0], share * self.semi_axes[1]
 
     def slope(self, x: float, y: float) -> float:
-        """Return how steeply the skin falls at a place of the plan [1]."""
+        """Return how steeply the skin falls at a place of the plan [1]; infinite from the equator on."""
         a, b, c = self.semi_axes
         height = c - float(self._fall(np.array(x), np.array(y)))
+        if height <= 0.0:
+            return math.inf
         return math.hypot(x / a**2, y / b**2) * c**2 / height
 
     def mean_curvature(self, x: float, y: float) -> float:
