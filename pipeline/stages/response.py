@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
+from cad.quantity import InputError
 from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene, scene_footprints
@@ -87,8 +88,11 @@ def _tilted(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -
     spread = press.tilt_spread_deg
     if spread == 0.0:
         return ()
-    presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
-    return tuple(_pressed(replace(scene, press=each), contact, C, moduli, 1) for each in presses)
+    try:
+        presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
+        return tuple(_pressed(replace(scene, press=each), contact, C, moduli, 1) for each in presses)
+    except InputError:
+        return ()
 
 
 def _pressed(

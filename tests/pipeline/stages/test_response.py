@@ -16,6 +16,7 @@ from pipeline.report.outputs import write_outputs
 from pipeline.report.tables import print_everything, print_summary
 from pipeline.stages.response import TRAVELS, mean_tip_pressure, press_scene, refuse_unsolvable, spring_shares
 from pipeline.verdicts.sensor import paper_verdicts
+from solve.contact.scene import check_scene
 
 
 @pytest.fixture
@@ -60,6 +61,14 @@ def test_scene_that_contact_cannot_solve_is_refused_before_anything_is_solved(ch
 @pytest.mark.parametrize("change", [{}, {"press": TILTED}, {"tips": Tips(offset_mm=4.5)}])
 def test_scene_that_can_be_solved_is_not_refused(change):
     refuse_unsolvable(Design(**change))
+
+
+@pytest.mark.parametrize(("tilt", "presses"), [(10.0, 2), (19.5, 0), (-19.5, 0)])
+def test_spread_of_the_tilt_that_contact_cannot_solve_is_left_out(tilt, presses, monkeypatch):
+    """At 20 deg the slopes are no longer small; a press at 19.5 deg is solved, only not one degree steeper."""
+    monkeypatch.setattr(pipeline.stages.response, "scene_response", lambda scene, *_: check_scene(scene))
+    design = Design(press=Press(tilt_deg=tilt, tilt_spread_deg=1.0))
+    assert len(press_scene(design, CONTACT, np.eye(2)).tilted) == presses
 
 
 def test_reports_solve_nothing(solved, tmp_path, capsys):
