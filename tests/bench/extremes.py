@@ -2,7 +2,7 @@
 
 Run from the root of the repository: `python tests/bench/extremes.py [--count 200] [--first 0] [--seed 1]
 [--out docs]`. Each design is run and its folder is checked, in processes of their own on one thread. It writes
-extremes.md into a folder, prints it, and exits 1 when a goal is missed.
+extremes.md into a folder, prints it, and exits 1 when a goal is missed; Ctrl-C ends it with those that were run.
 """
 
 import argparse
@@ -13,6 +13,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -66,7 +67,7 @@ def drawn(rng: random.Random) -> dict[str, object]:
     shape, side = rng.choice(("block", "sphere", "ellipsoid")), log_uniform(rng, 0.03, 30.0)
     spacing = side * (1.0 + log_uniform(rng, 0.01, 50.0))
     E_max, height = log_uniform(rng, 0.01, 100.0), side * log_uniform(rng, 0.3, 100.0)
-    room = [side * log_uniform(rng, 0.1, 100.0) for _ in range(2)]
+    room = [side * log_uniform(rng, 0.5, 100.0) for _ in range(2)]
     nl = rng.uniform(0.0001, 0.4999) if rng.random() < 0.3 else log_uniform(rng, 1e-4, 0.4999)
     chosen: dict[str, object] = {
         "targets.P_max": 1.0 + log_uniform(rng, 1e-3, 99.0),
@@ -212,15 +213,15 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder of the page (default {OUT})")
     asked = parser.parse_args(arguments)
-    outcomes = []
-    with tempfile.TemporaryDirectory() as name:
+    outcomes: list[Outcome] = []
+    with suppress(KeyboardInterrupt), tempfile.TemporaryDirectory() as name:
         for number in range(asked.first, asked.first + asked.count):
             outcomes.append(outcome(number, random_design(asked.seed, number), Path(name)))
             one = outcomes[-1]
             words = "; ".join(one.faults) or one.refused or OUTCOMES[one.code]
             cost = f"{one.wall:.1f} s, {one.peak_MiB:.0f} MiB"
             print(f"{number}: {cost}, {'FAULT ' if one.faults else ''}{words}", file=sys.stderr, flush=True)
-    flags = f"--count {asked.count} --seed {asked.seed}"
+    flags = f"--first {asked.first} --count {len(outcomes)} --seed {asked.seed}"
     words = INTRODUCTION.format(flags=flags, seconds=SECONDS, memory=MOST_MIB)
     tables = [sheet.markdown() for sheet in sheets(outcomes)]
     publish(asked.out, {"extremes.md": page("Extreme designs", words, *tables)}, as_json=False)
