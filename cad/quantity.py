@@ -91,7 +91,7 @@ def quantity(
     return field(default=default, metadata={"unit": unit, "bounds": bounds, "remedy": remedy})
 
 
-def choice(options: Sequence[str], *, default: str, remedy: str = "choose one of these") -> Any:  # noqa: ANN401
+def choice(options: Sequence[str], *, default: str | None, remedy: str = "choose one of these") -> Any:  # noqa: ANN401
     """Declare a text field that must be one of the options."""
     return field(default=default, metadata={"options": tuple(options), "remedy": remedy})
 
@@ -167,7 +167,8 @@ def _check_choice(name: str, value: object, item: Field[Any]) -> None:
 
 def _check_number(name: str, value: object, item: Field[Any]) -> None:
     unit, bounds, remedy = (item.metadata[key] for key in ("unit", "bounds", "remedy"))
-    is_list = item.type is not float and str(item.type).startswith("tuple")
+    kind = str(item.type)
+    is_list = kind.startswith("tuple") or ("tuple" in kind and isinstance(value, tuple))
     if is_list and (not isinstance(value, tuple) or not value):
         raise fault(name, value, unit, f"a list of at least one number, each {bounds}", remedy)
     numbers: Iterable[object] = value if is_list and isinstance(value, tuple) else (value,)

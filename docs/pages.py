@@ -12,7 +12,7 @@ from typing import Any
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS.parent))
 
-from cad.design.parameters import Design  # noqa: E402
+from cad.design.design_file import TABLE_TYPES  # noqa: E402
 from cad.design.processes import PROCESSES, Process  # noqa: E402
 
 MEANINGS = {
@@ -32,11 +32,16 @@ MEANINGS = {
     "fruit.poisson_spread": "how far the ratio may be off, two sigma; it scales the flesh's stiffness under a tip",
     "fruit.E_max_MPa": "modulus of the stiffest fruit that the sensor shall tell: the top of its range",
     "fruit.E_MPa": "moduli at which the response is shown, a list",
-    "fruit.bruise_limit_MPa": "pressure under a tip that bruises, apple 0.29; where it is set, `bruise` is a verdict",
-    "tips.shape": "shape of both tips: square with flat face, round with flat face, or a ball",
-    "tips.side_mm": "side of a cube, diameter of a cylinder or a sphere",
+    "fruit.bruise_limit_MPa": "pressure under a tip that bruises, apple 0.29, or a list of one for each of `E_MPa`; "
+    "where it is set, `bruise` is a verdict",
+    "tips.layout": "two tips; three in a line; or four in a square, springs of one kind on each diagonal",
+    "tips.order": "low and high springs along a line",
+    "tips.outer_mm": "how much longer the outer tips of a line are; spacing^2 / (2 radius) levels them on a sphere",
+    "tips.shape": "square with flat face, round with flat face, a ball, or a dome: a flat cap on a round face",
+    "tips.dome_radius_mm": "radius of the cap of a dome",
+    "tips.side_mm": "side of a cube, diameter of a cylinder, a sphere or the round face of a dome",
     "tips.fillet_mm": "rounding of the edge of the face",
-    "tips.spacing_mm": "distance of the two tips, centre to centre",
+    "tips.spacing_mm": "distance of neighbouring tips, centre to centre; the side of a square",
     "tips.offset_mm": "middle between the tips, from the apex of the fruit, along the tips",
     "tips.gap_mm": "distance of the tips from the fruit before the press",
     "tips.socket": "tips printed with the housing (none), or ground steel pins glued into printed feet (pin)",
@@ -45,6 +50,15 @@ MEANINGS = {
     "press.tilt_spread_deg": "how far the tilt of one press may be off, two sigma; it moves P of a level sensor",
     "press.roll_deg": "roll of the sensor across the tips; a positive one lowers the side y > 0 of each tip",
     "press.attitude": "where the tips point; the weight of the moving parts then shifts the tips before the press",
+    "reading.tilt_deg": "largest tilt of a press, in any direction",
+    "reading.off_centre_mm": "how far from the apex a press may be, in any direction",
+    "reading.radius_spread": "by how much of it the radius of a fruit may differ from the design's",
+    "reading.noise_percent": "noise of each force, one sigma, as a share of the largest force of its tip",
+    "reading.noise_N": "noise of each force, one sigma, in addition",
+    "reading.stiffness_percent": "how far calibration leaves each spring unknown, one sigma",
+    "reading.gain_percent": "how far calibration leaves each channel unknown, one sigma",
+    "reading.bias_limit": "largest error of the modulus over all poses, without noise",
+    "reading.uncertainty_limit": "largest standard deviation of the modulus, all causes together",
     "print.process": "how the housing is made, see [processes](processes.md)",
     "print.max_length_mm": "longest leaf that fits the machine",
     "print.gauges": "strain gauges glued on the leaves; what they stiffen is included",
@@ -151,8 +165,7 @@ def checked(meanings: Mapping[str, str], keys: Iterable[str]) -> None:
 
 def design_tables() -> dict[str, list[dataclasses.Field[Any]]]:
     """Return the fields of each table of the design file by the table's name."""
-    records = {item.name: item.default_factory for item in dataclasses.fields(Design) if item.name != "name"}
-    return {name: list(dataclasses.fields(make())) for name, make in records.items() if callable(make)}
+    return {name: list(dataclasses.fields(kind)) for name, kind in TABLE_TYPES.items()}
 
 
 def design_row(name: str, item: dataclasses.Field[Any]) -> tuple[str, ...]:

@@ -69,11 +69,16 @@ def patch_inside(basis: CellBasis, elements: Ints, inside: Floats, weights: Floa
     )
 
 
+def facet_points(basis: CellBasis, facet: ReferenceFacet, points: Floats) -> tuple[Floats, Floats]:
+    """Return points (2, q) of a unit square on the unit cube (3, q) [1], and its area there (facets, q) [mm^2]."""
+    inside = facet.corner[:, None] + np.stack([facet.along, facet.across], axis=1) @ points
+    slopes = np.asarray(basis.mapping.DF(inside, tind=facet.elements))
+    along, across = (np.einsum("ijfq,j->ifq", slopes, edge) for edge in (facet.along, facet.across))
+    return inside, np.linalg.norm(np.cross(along, across, axis=0), axis=0)
+
+
 def surface_patches(basis: CellBasis, name: str, points: Floats, weights: Floats) -> Iterator[SurfacePatch]:
     """Yield the quadrature on a named surface from points (2, q) and weights (q,) of the unit square [1]."""
     for facet in reference_facets(basis, name):
-        inside = facet.corner[:, None] + np.stack([facet.along, facet.across], axis=1) @ points
-        slopes = np.asarray(basis.mapping.DF(inside, tind=facet.elements))
-        along, across = (np.einsum("ijfq,j->ifq", slopes, edge) for edge in (facet.along, facet.across))
-        area = np.linalg.norm(np.cross(along, across, axis=0), axis=0)
+        inside, area = facet_points(basis, facet, points)
         yield patch_inside(basis, facet.elements, inside, area * weights)

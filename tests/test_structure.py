@@ -27,10 +27,10 @@ TRANSLATES_GMSH = "mesh/session.py:"
 TWO_TIPS: dict[str, str] = {
     "cad/theory/two_spring_law.py": "the law of two springs",
     "cad/design/parameters.py": "a design file names K_l and K_h, and a pair of tips by its spacing",
+    "cad/design/tips.py": "the two kinds of springs have names; how many tips there are is the layout's",
     "cad/design/processes.py": "a process has a leaf thickness for soft and one for stiff springs",
     "cad/parts/housing.py": "one plate carries two arms; report.json has their dimensions by name",
     "cad/parts/fruit.py": "the faces of a pair on the fruit have names",
-    "solve/fruit/compliance.py": "the default names of a pair, in one place",
     "solve/housing/stiffness.py": "the default names of two springs, in one place",
     "pipeline/stages/sizing.py": "two targets size two springs",
     "pipeline/stages/springs.py": "K_l and K_h are handed to the law",

@@ -7,11 +7,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cad.design.parameters import TABLES, Design
+from cad.design.fruit import Fruit
+from cad.design.parameters import TABLES, Design, GivenSprings, Print, Targets
+from cad.design.reading import Reading
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError, as_float, fault, nearest
 
-_TABLE_TYPES: dict[str, Any] = {
-    item.name: item.default_factory for item in dataclasses.fields(Design) if item.name in TABLES
+TABLE_TYPES: dict[str, Any] = {
+    "targets": Targets,
+    "springs": GivenSprings,
+    "fruit": Fruit,
+    "tips": Tips,
+    "press": Press,
+    "reading": Reading,
+    "print": Print,
 }
 
 
@@ -31,6 +40,8 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
     if not isinstance(name, str):
         raise fault("name", name, "", "text", "it names files and folders")
     tables = {table: _table(table, data[table]) for table in TABLES if table in data}
+    if "springs" in tables and tables["springs"].given:
+        tables.setdefault("targets", None)  # springs that are given leave nothing to size
     return Design(name=name, **tables)
 
 
@@ -38,7 +49,7 @@ def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the para
     if not isinstance(values, Mapping):
         msg = f"{table} = {values}: must be a table; write [{table}] and its keys below it"
         raise InputError(msg)
-    kind = _TABLE_TYPES[table]
+    kind = TABLE_TYPES[table]
     known = [item.name for item in dataclasses.fields(kind)]
     for key in values:
         if key not in known:
@@ -87,7 +98,7 @@ def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str
 
 
 def _every_key() -> list[str]:
-    return [f"{table}.{item.name}" for table, kind in _TABLE_TYPES.items() for item in dataclasses.fields(kind)]
+    return [f"{table}.{item.name}" for table, kind in TABLE_TYPES.items() for item in dataclasses.fields(kind)]
 
 
 def _parsed(text: str) -> object:
@@ -104,6 +115,8 @@ def design_as_mapping(design: Design) -> dict[str, Any]:
     tables: dict[str, Any] = {"name": design.name}
     for table in TABLES:
         record = getattr(design, table)
+        if record is None:
+            continue
         held = {item.name: getattr(record, item.name) for item in dataclasses.fields(record)}
         kept = {key: list(value) if isinstance(value, tuple) else value for key, value in held.items()}
         tables[table] = {key: value for key, value in kept.items() if value is not None}

@@ -40,7 +40,9 @@ class Fruit:
     E_MPa: tuple[float, ...] = quantity(
         "MPa", MODULUS, default=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5), remedy="list the moduli to be shown"
     )
-    bruise_limit_MPa: float | None = quantity("MPa", MODULUS, default=None, remedy="apple flesh fails at 0.29")
+    bruise_limit_MPa: float | tuple[float, ...] | None = quantity(
+        "MPa", MODULUS, default=None, remedy="apple flesh fails at 0.29"
+    )
 
     def __post_init__(self) -> None:
         """Check each field, that the radii belong to the shape, and that the piece lies on the curved fruit."""
@@ -56,8 +58,15 @@ class Fruit:
         for key, size in zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True):
             if getattr(self, key) is None:
                 object.__setattr__(self, key, size)
+        self._check_bruise_limits()
         if self.radius_mm is not None:
             self._check_piece(self.radius_mm)
+
+    def _check_bruise_limits(self) -> None:
+        limits = self.bruise_limit_MPa
+        if isinstance(limits, tuple) and len(limits) != len(self.E_MPa):
+            bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
+            raise fault("fruit.bruise_limit_MPa", list(limits), "MPa", bound, "list as many limits")
 
     def _check_piece(self, radius: float) -> None:
         if self.depth_mm > 2.0 * radius:
@@ -100,6 +109,14 @@ class Fruit:
     def depth_mm(self) -> float:
         """Return what lies under the apex: the height of a block, the thickness of a curved fruit [mm]."""
         return self.height_mm if self.thickness_mm is None else self.thickness_mm
+
+    @property
+    def bruise_limits_MPa(self) -> tuple[float, ...]:
+        """Return the mean pressure that bruises at each of `E_MPa` [MPa]; none where no limit is set."""
+        limit = self.bruise_limit_MPa
+        if limit is None or isinstance(limit, tuple):
+            return limit or ()
+        return (limit,) * len(self.E_MPa)
 
     @property
     def equivalent_block(self) -> "Fruit":

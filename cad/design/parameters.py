@@ -11,6 +11,7 @@ from typing import Literal
 
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
+from cad.design.reading import Reading
 from cad.design.tips import Press, Tips, check_tips_on_fruit
 from cad.quantity import LENGTH, Bounds, check_fields, choice, fault, quantity
 from cad.theory.strain_gauge import GAUGES
@@ -86,14 +87,18 @@ class Print:
 
 @dataclass(frozen=True, kw_only=True)
 class Design:
-    """A whole design: what `designs/*.toml` and `report.json` hold."""
+    """A whole design: what `designs/*.toml` and `report.json` hold.
+
+    Without targets the springs are given, and P_max and NL are facts; with a reading it is judged by what it reads.
+    """
 
     name: str = "paper"
-    targets: Targets = field(default_factory=Targets)
+    targets: Targets | None = field(default_factory=Targets)
     springs: GivenSprings = field(default_factory=GivenSprings)
     fruit: Fruit = field(default_factory=Fruit)
     tips: Tips = field(default_factory=Tips)
     press: Press = field(default_factory=Press)
+    reading: Reading | None = None
     print: Print = field(default_factory=Print)
 
     def __post_init__(self) -> None:
@@ -107,6 +112,19 @@ class Design:
         if self.press.travel_mm >= depth:
             bound = f"less than {self.fruit.depth_key} = {depth:g} mm"
             raise fault("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
+        self._check_what_sizes()
+
+    def _check_what_sizes(self) -> None:
+        layout = self.tips.layout
+        if self.springs.given or (self.targets is not None and layout == "pair"):
+            return
+        reason = "where no targets size the springs" if layout == "pair" else f"for tips.layout = {layout!r}"
+        raise fault("springs.K_l_N_per_m", None, "", f"given {reason}", "give [springs] in N/m, one value for a kind")
+
+    @property
+    def nominal_targets(self) -> Targets:
+        """Return the targets; without any the default ones, whose definitions P_max and NL have as facts."""
+        return self.targets or Targets()
 
     @property
     def largest_E_MPa(self) -> float:
@@ -124,9 +142,15 @@ class Design:
 
     @property
     def full_travels_mm(self) -> tuple[float, float]:
-        """Return how far the low and the high tip travel at full press [mm]; negative for one that stays off."""
-        step = 0.5 * self.tips.spacing_mm * math.tan(math.radians(self.press.tilt_deg))
-        return self.press.travel_mm - step, self.press.travel_mm + step
+        """Return how far the farthest low and high tip travel at full press [mm]; negative for one that stays off."""
+        centres = self.tips.centres_mm
+        slope, middle = math.tan(math.radians(self.press.tilt_deg)), sum(centres) / len(centres)
+        travels = [self.press.travel_mm + (x - middle) * slope for x in centres]
+        low, high = (
+            max(travel for travel, spring in zip(travels, self.tips.springs, strict=True) if spring == kind)
+            for kind in ("low", "high")
+        )
+        return low, high
 
 
 TABLES = tuple(item.name for item in dataclasses.fields(Design) if item.name != "name")

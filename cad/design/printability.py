@@ -171,7 +171,7 @@ def _targets(design: Design, springs: Springs, K_m_max: float, stiffness_ratio: 
             )
             for key, K in given
         )
-    targets = design.targets
+    targets = design.nominal_targets
 
     def sized(P_max: float, NL: float) -> Springs:
         return size_springs(P_max, NL, K_m_max, targets.NL_definition, stiffness_ratio)

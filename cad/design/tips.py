@@ -12,19 +12,39 @@ _LENGTH_OR_ZERO = Bounds(at_least=0.0, at_most=1000.0)
 _SPREAD = Bounds(at_least=0.0, at_most=30.0)
 _WIDEST_TILT = Bounds(at_least=-30.0, at_most=30.0)
 
-TipShape = Literal["cube", "cylinder", "sphere"]
+TipShape = Literal["cube", "cylinder", "sphere", "dome"]
+Layout = Literal["pair", "line", "square"]
+Order = Literal["LHL", "HLH"]
+Spring = Literal["low", "high"]
+Place = tuple[float, float]
 Attitude = Literal["down", "side", "up"]
 Socket = Literal["none", "pin"]
+# Places of the tips in spacings, in the order of their names.
+_PLACES: dict[Layout, tuple[Place, ...]] = {
+    "pair": ((-0.5, 0.0), (0.5, 0.0)),
+    "line": ((-1.0, 0.0), (0.0, 0.0), (1.0, 0.0)),
+    "square": ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)),
+}
+
+_ORDERS: dict[Layout, str] = {"pair": "LH", "square": "LHLH"}
+_SPRINGS: dict[str, Spring] = {"L": "low", "H": "high"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tips:
-    """The two rigid tips, on the length axis of the fruit; `side_mm` is the diameter of a cylinder or a sphere.
+    """The rigid tips on their springs; `side_mm` is the diameter of a cylinder, a sphere or the round face of a dome.
 
-    They are printed with the housing, or with the socket "pin" are ground steel pins glued into it.
+    A pair stands on the length axis of the fruit, low spring first. A line is three in a row, `spacing_mm` from one to
+    the next, in the given order of low and high springs; its outer tips stand out by `outer_mm` more. A square is four
+    at (+-spacing / 2, +-spacing / 2), springs of one kind on each diagonal. A dome is a cap of radius `dome_radius_mm`.
+    Tips are printed with the housing, or with the socket "pin" are ground steel pins glued into it.
     """
 
-    shape: TipShape = choice(("cube", "cylinder", "sphere"), default="cube")
+    layout: Layout = choice(("pair", "line", "square"), default="pair")
+    order: Order | None = choice(("LHL", "HLH"), default=None)
+    outer_mm: float | None = quantity("mm", _LENGTH_OR_ZERO, default=None, remedy="spacing^2 / (2 radius) on a sphere")
+    shape: TipShape = choice(("cube", "cylinder", "sphere", "dome"), default="cube")
+    dome_radius_mm: float | None = quantity("mm", LENGTH, default=None, remedy="a gentle dome has 10")
     side_mm: float = quantity("mm", LENGTH, default=1.0, remedy="the paper's cube has 1")
     fillet_mm: float = quantity("mm", _LENGTH_OR_ZERO, default=0.0, remedy="rounding of the edge of the face")
     spacing_mm: float = quantity("mm", LENGTH, default=8.0, remedy="centre to centre, the paper has 8")
@@ -35,21 +55,70 @@ class Tips:
     socket: Socket = choice(("none", "pin"), default="none")
 
     def __post_init__(self) -> None:
-        """Check each field, that the tips are apart and that a fillet leaves a face."""
+        """Check each field, that the tips are apart and that keys belong to the layout and the shape."""
         check_fields(self, "tips")
         if self.spacing_mm <= self.side_mm:
             bound = f"greater than tips.side_mm = {self.side_mm:g} mm"
             raise fault("tips.spacing_mm", self.spacing_mm, "mm", bound, "the tips overlap, move them apart")
-        if self.shape == "sphere" and self.fillet_mm != 0.0:
-            raise fault("tips.fillet_mm", self.fillet_mm, "mm", "0 for tips.shape = 'sphere'", "a sphere has no edge")
+        if self.shape in ("sphere", "dome") and self.fillet_mm != 0.0:
+            bound = f"0 for tips.shape = {self.shape!r}"
+            raise fault("tips.fillet_mm", self.fillet_mm, "mm", bound, f"a {self.shape} has no edge to round")
         if self.fillet_mm >= 0.5 * self.side_mm:
             bound = f"less than tips.side_mm / 2 = {0.5 * self.side_mm:g} mm"
             raise fault("tips.fillet_mm", self.fillet_mm, "mm", bound, "leave a flat face, or take a sphere")
+        self._check_line()
+        self._check_dome()
+
+    def _check_line(self) -> None:
+        if self.layout == "line" and self.order is None:
+            raise fault("tips.order", None, "", "given for tips.layout = 'line'", "choose LHL or HLH")
+        for name, value in (("tips.order", self.order), ("tips.outer_mm", self.outer_mm)):
+            if value is not None and self.layout != "line":
+                bound = f"left out for tips.layout = {self.layout!r}"
+                raise fault(name, value, "", bound, "drop it, or take the layout it is for")
+
+    def _check_dome(self) -> None:
+        radius = self.dome_radius_mm
+        if self.shape == "dome" and radius is None:
+            raise fault("tips.dome_radius_mm", None, "", "given for tips.shape = 'dome'", "a gentle dome has 10 mm")
+        if radius is None:
+            return
+        if self.shape != "dome":
+            bound = f"left out for tips.shape = {self.shape!r}"
+            raise fault("tips.dome_radius_mm", radius, "mm", bound, "drop it, or take tips.shape = 'dome'")
+        if self.side_mm > 2.0 * radius:
+            bound = f"at most 2 tips.dome_radius_mm = {2.0 * radius:g} mm"
+            raise fault("tips.side_mm", self.side_mm, "mm", bound, "the face is wider than its sphere")
 
     @property
-    def centres_mm(self) -> tuple[float, float]:
-        """Return x of the low and of the high tip from the apex of the fruit [mm]."""
-        return self.offset_mm - 0.5 * self.spacing_mm, self.offset_mm + 0.5 * self.spacing_mm
+    def springs(self) -> tuple[Spring, ...]:
+        """Return the kind of spring behind each tip, in the order of `places_mm`."""
+        letters = self.order or _ORDERS[self.layout]
+        return tuple(_SPRINGS[letter] for letter in letters)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the name of each tip: its spring, with a number where there are two of a kind."""
+        counts = [self.springs[: place + 1].count(spring) for place, spring in enumerate(self.springs)]
+        alone = [self.springs.count(spring) == 1 for spring in self.springs]
+        named = zip(self.springs, counts, alone, strict=True)
+        return tuple(spring if single else f"{spring}_{count}" for spring, count, single in named)
+
+    @property
+    def places_mm(self) -> tuple[Place, ...]:
+        """Return x and y of each tip from the apex of the fruit [mm]; a square is gone round from (-x, -y)."""
+        return tuple((self.offset_mm + self.spacing_mm * x, self.spacing_mm * y) for x, y in _PLACES[self.layout])
+
+    @property
+    def centres_mm(self) -> tuple[float, ...]:
+        """Return x of each tip from the apex of the fruit [mm]."""
+        return tuple(x for x, _ in self.places_mm)
+
+    @property
+    def ahead_mm(self) -> tuple[float, ...]:
+        """Return how far each tip stands before the foremost ones by design [mm], at most 0."""
+        outer = self.outer_mm or 0.0
+        return (0.0, -outer, 0.0) if self.layout == "line" else (0.0,) * len(self.springs)
 
     @property
     def face_mm2(self) -> float:
@@ -59,8 +128,8 @@ class Tips:
     @property
     def flat(self) -> "Tips":
         """Return the tips with sharp flat faces of the same outline: those that size the springs."""
-        shape: TipShape = "cylinder" if self.shape == "sphere" else self.shape
-        return dataclasses.replace(self, shape=shape, fillet_mm=0.0)
+        shape: TipShape = "cylinder" if self.shape in ("sphere", "dome") else self.shape
+        return dataclasses.replace(self, shape=shape, dome_radius_mm=None, fillet_mm=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,10 +153,14 @@ class Press:
 
 def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
     """Raise InputError when a tip stands beyond the fruit."""
-    reach = tips.spacing_mm + tips.side_mm + 2.0 * abs(tips.offset_mm)
     remedy = "the tips stand beyond the fruit"
-    if reach > fruit.length_mm:
-        bound = f"at most fruit.length_mm - side - 2 |offset| = {fruit.length_mm - reach + tips.spacing_mm:g} mm"
+    free = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)
+    along, words = (0.5 * free, "half of fruit.length_mm") if tips.layout == "line" else (free, "fruit.length_mm")
+    if tips.spacing_mm > along:
+        bound = f"at most {words} - side - 2 |offset| = {along:g} mm"
         raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)
     if tips.side_mm > fruit.width_mm:
         raise fault("tips.side_mm", tips.side_mm, "mm", f"at most fruit.width_mm = {fruit.width_mm:g} mm", remedy)
+    if tips.layout == "square" and tips.spacing_mm > fruit.width_mm - tips.side_mm:
+        bound = f"at most fruit.width_mm - side = {fruit.width_mm - tips.side_mm:g} mm"
+        raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)

@@ -46,6 +46,11 @@ def series_stiffness(K: float, K_m: float) -> float:
     return K * K_m / (K + K_m)
 
 
+def spring_give(K: float, K_m: float, travel: float) -> float:
+    """Return how far a spring gives when it is pressed on the fruit by a travel [unit of the travel]."""
+    return travel * series_stiffness(K, K_m) / K
+
+
 def force_ratio(springs: Springs, K_m: float, stiffness_ratio: float = 1.0) -> float:
     """Return P = F_h / F_l at fruit stiffness K_m [1], (3)."""
     return series_ratio(springs.K_l, springs.K_h, K_m, stiffness_ratio * K_m)

@@ -19,7 +19,7 @@ def response_chart(report: StoredReport) -> Callable[[Scene], None]:
 
     def draw(plotter: Scene) -> None:
         E, P = force_ratios(report)
-        P_max = report.design.targets.P_max
+        P_max = report.design.nominal_targets.P_max
         ends = [0.0, max(E)]
         chart = pv.Chart2D(x_label="modulus of the fruit E [MPa]", y_label="force ratio P = F_h / F_l [1]")
         chart.line(E, P, color="#2471a3", width=4.0, label="P at full travel")

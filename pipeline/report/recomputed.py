@@ -105,7 +105,7 @@ def expected_verdicts(found: Recomputed) -> Iterator[Verdict]:
     """Yield the verdicts that follow from compliance and stiffnesses: P_max, NL, springs, leaves, P rising."""
     springs, housing = found.springs, found.housing
     own = characteristic(found.contact, found.sizing, springs.stiffnesses, springs.errors)
-    targets = found.design.targets
+    targets = found.design.nominal_targets
     yield from target_verdicts(own.P_max(), own.NL(targets), targets, manufactured=housing is not None)
     monolithic = housing is None or (housing.gauges == "none" and not housing.pin_side)
     for name, spring in zip(STIFFNESS_VERDICTS, springs.springs, strict=True):

@@ -41,9 +41,9 @@ def write_fields(
             write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {})
         return None
     _write_flexure(springs, folder)
-    E = float(press.hardest.E[-1])
+    scene, E = scene_of(design, press.ahead), float(press.hardest.E[-1])
     try:
-        pressure = footprint_pressure(scene_of(design), contact, springs.C, E, design.press.travel_mm)
+        pressure = footprint_pressure(scene, contact, springs.C, E, design.press.travel_mm)
     except InputError as error:
         return f"fruit.vtu is left out: {error}"
     mesh, fields = fruit_fields(design.fruit, pressure)

@@ -5,7 +5,7 @@ from typing import Literal
 
 from cad.design.parameters import Design
 from cad.quantity import fault
-from cad.theory.two_spring_law import Springs, hayes_stiffness, series_stiffness, size_springs
+from cad.theory.two_spring_law import Springs, hayes_stiffness, size_springs, spring_give
 from pipeline.options import RunOptions
 from solve.fruit.compliance import FruitCompliance
 
@@ -32,7 +32,7 @@ class SpringSizing:
         """Return how far each spring gives on the stiffest fruit [mm] at the full travel [mm] of its tip."""
         fruit = (self.K_m_at_largest_E, self.stiffness_ratio * self.K_m_at_largest_E)
         return tuple(
-            max(0.0, travel) * series_stiffness(K, K_m) / K
+            spring_give(K, K_m, max(0.0, travel))
             for travel, K, K_m in zip(travels, self.springs.stiffnesses, fruit, strict=True)
         )
 
@@ -61,7 +61,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
 
 
 def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
-    given, targets = design.springs, design.targets
+    given, targets = design.springs, design.nominal_targets
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
         return Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
     if targets.P_max <= ratio:

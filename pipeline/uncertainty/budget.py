@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from cad.quantity import Estimate
 from pipeline.stages.response import ScenePress
 from pipeline.uncertainty.cause import Cause, Sensor
-from pipeline.uncertainty.causes import calibrated_causes, input_causes, model_causes
+from pipeline.uncertainty.causes import Causes, causes_of
 from pipeline.uncertainty.force_ratio import (
     LIFTED,
     Pressed,
@@ -22,7 +22,7 @@ from pipeline.uncertainty.force_ratio import (
 from pipeline.verdicts.scene_targets import SceneTargets
 from solve.contact.linear_response import SensorResponse
 
-Change = Callable[[int, float], float]
+Change = Callable[[Cause, float], float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +95,7 @@ def uncertainty_budgets(sensor: Sensor, reached: SceneTargets, press: ScenePress
 
     Shares of P_max and NL are those of a level sensor; that of the pose is the scene's own where cells are solved.
     """
-    of_P = None if reached.P_max is None else ratio_budget(sensor, _full(sensor), reached.P_max.relative)
+    of_P = None if reached.P_max is None else _largest_ratio_budget(sensor, reached.P_max)
     of_NL = None if reached.NL is None else _nonlinearity_budget(sensor, reached.NL)
     if press.tilted:
         of_P, of_NL = _with_scene_pose(of_P, of_NL, reached, press)
@@ -108,18 +108,23 @@ def uncertainty_budgets(sensor: Sensor, reached: SceneTargets, press: ScenePress
     )
 
 
-def ratio_budget(sensor: Sensor, at: Pressed, numerical: float, *, calibrated: bool = False) -> UncertaintyBudget:
-    """Return the budget of P at a modulus and a travel, as printed or after calibrating the unit."""
-    gives = sensor.gives(at.E * sensor.contact.K_m_over_E(), at.travel)
-    model, inputs = model_causes(sensor, at.travel, gives), input_causes(sensor, at.travel, gives)
-    if calibrated:
-        model = tuple(cause for cause in model if not cause.calibrated)
-        inputs = calibrated_causes(inputs)
+def ratio_budget(sensor: Sensor, at: Pressed, numerical: float, causes: Causes) -> UncertaintyBudget:
+    """Return the budget of P at a modulus and a travel by causes that act there."""
 
-    def change(causes: Sequence[Cause]) -> Change:
-        return lambda i, sign: change_of_ratio(sensor, at, causes[i], sign)
+    def change(cause: Cause, sign: float) -> float:
+        return change_of_ratio(sensor, at, cause, sign)
 
-    return _budget(numerical, (model, inputs), (change(model), change(inputs)))
+    return _budget(numerical, causes, change)
+
+
+def causes_at(sensor: Sensor, at: Pressed) -> Causes:
+    """Return what moves the force ratio of a level sensor at a modulus and a travel."""
+    return causes_of(sensor, at.travel, sensor.gives(at.E * sensor.contact.K_m_over_E(), at.travel))
+
+
+def _largest_ratio_budget(sensor: Sensor, P_max: Estimate) -> UncertaintyBudget:
+    full = _full(sensor)
+    return ratio_budget(sensor, full, P_max.relative, causes_at(sensor, full))
 
 
 def _full(sensor: Sensor) -> Pressed:
@@ -129,63 +134,50 @@ def _full(sensor: Sensor) -> Pressed:
 def _nonlinearity_budget(sensor: Sensor, NL: Estimate) -> UncertaintyBudget:
     """Return the budget of NL, whose causes act at its own place and at that of P_max."""
     own, full = sensor.own, _full(sensor)
-    K_m = own.K_m_of_NL(sensor.design.targets)
+    K_m = own.K_m_of_NL(sensor.design.nominal_targets)
     at = Pressed(E=full.E * K_m / own.K_m_max, travel=full.travel), full
-    gives = [sensor.gives(stiffness, full.travel) for stiffness in (K_m, own.K_m_max)]
-    model, inputs = (
-        list(zip(*(of(sensor, full.travel, give) for give in gives), strict=True))
-        for of in (model_causes, input_causes)
-    )
+    there, top = (causes_of(sensor, full.travel, sensor.gives(each, full.travel)) for each in (K_m, own.K_m_max))
+    middle = {cause.effect: cause for cause in (*there.model, *there.input)}
     scale = abs(NL.value) or 1.0
 
-    def change(pairs: Sequence[tuple[Cause, ...]]) -> Change:
-        return lambda i, sign: change_of_nonlinearity(sensor, at, pairs[i], sign) / scale
+    def change(cause: Cause, sign: float) -> float:
+        return change_of_nonlinearity(sensor, at, (middle[cause.effect], cause), sign) / scale
 
-    causes = [pair[1] for pair in model], [pair[1] for pair in inputs]
-    return _budget(NL.relative, causes, (change(model), change(inputs)))
+    return _budget(NL.relative, top, change)
 
 
 def _spring_budget(sensor: Sensor, spring: int) -> UncertaintyBudget | None:
     K = sensor.springs.springs[spring].K
     if K is None:
         return None
-    travel, gives = sensor.design.press.travel_mm, sensor.largest_gives
-    model, inputs = (
-        [cause for cause in of(sensor, travel, gives) if any(cause.springs)] for of in (model_causes, input_causes)
-    )
 
-    def change(causes: Sequence[Cause]) -> Change:
-        return lambda i, sign: sign * causes[i].springs[spring]
+    def change(cause: Cause, sign: float) -> float:
+        return sign * cause.springs[spring]
 
-    return _budget(K.relative, (model, inputs), (change(model), change(inputs)))
+    causes = causes_of(sensor, sensor.design.press.travel_mm, sensor.largest_gives)
+    return _budget(K.relative, causes.that_move("springs"), change)
 
 
 def _contact_budget(sensor: Sensor) -> UncertaintyBudget:
     """Return the budget of s11 - s12, the reciprocal of the fruit's stiffness, at full travel between rigid springs."""
-    travel, gives = sensor.design.press.travel_mm, (0.0, 0.0)
-    model, inputs = (
-        [cause for cause in of(sensor, travel, gives) if any(cause.fruit)] for of in (model_causes, input_causes)
-    )
 
-    def change(causes: Sequence[Cause]) -> Change:
-        return lambda i, sign: 1.0 / (1.0 + sign * causes[i].fruit[0]) - 1.0
+    def change(cause: Cause, sign: float) -> float:
+        return 1.0 / (1.0 + sign * cause.fruit[0]) - 1.0
 
-    return _budget(sensor.contact.error_pair, (model, inputs), (change(model), change(inputs)))
+    causes = causes_of(sensor, sensor.design.press.travel_mm, (0.0, 0.0))
+    return _budget(sensor.contact.error_pair, causes.that_move("fruit"), change)
 
 
-def _budget(
-    numerical: float, causes: tuple[Sequence[Cause], Sequence[Cause]], changes: tuple[Change, Change]
-) -> UncertaintyBudget:
+def _budget(numerical: float, causes: Causes, change: Change) -> UncertaintyBudget:
     """Return the budget of a number from its relative change by each cause with a sign; inputs go either way."""
-    model, inputs = causes
 
-    def spread(i: int) -> float:
-        up, down = changes[1](i, 1.0), changes[1](i, -1.0)
+    def spread(cause: Cause) -> float:
+        up, down = change(cause, 1.0), change(cause, -1.0)
         # A lead of one tip acts far more to one side than to the other: the larger side counts.
-        return max(abs(up), abs(down)) if any(inputs[i].lead) else 0.5 * abs(up - down)
+        return max(abs(up), abs(down)) if any(cause.lead) else 0.5 * abs(up - down)
 
-    left_out = [(cause, changes[0](i, 1.0)) for i, cause in enumerate(model)]
-    unknown = [(cause, spread(i)) for i, cause in enumerate(inputs)]
+    left_out = [(cause, change(cause, 1.0)) for cause in causes.model]
+    unknown = [(cause, spread(cause)) for cause in causes.input]
     return UncertaintyBudget(
         numerical=numerical, model=tuple(_contributions(left_out)), input=tuple(_contributions(unknown))
     )

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cad.design.parameters import Design
-from cad.theory.two_spring_law import series_stiffness
+from cad.theory.two_spring_law import spring_give
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings, other_mounts
 from pipeline.verdicts.characteristic import Characteristic, characteristic
@@ -52,7 +52,7 @@ class Sensor:
         travel = max(LEAST_TRAVEL, travel)
         fruit = (K_m, self.own.stiffness_ratio * K_m)
         pairs = zip(self.own.springs.stiffnesses, fruit, strict=True)
-        return tuple(travel * series_stiffness(K, stiffness) / K for K, stiffness in pairs)
+        return tuple(spring_give(K, stiffness, travel) for K, stiffness in pairs)
 
     @property
     def largest_gives(self) -> PerTip:

@@ -88,7 +88,7 @@ def print_scatter(
         StiffnessSurrogate,
     )
     own = characteristic(contact, sizing, springs.stiffnesses)
-    return scatter_bands(housing, process, own, design.targets, surrogate)
+    return scatter_bands(housing, process, own, design.nominal_targets, surrogate)
 
 
 def thickened(housing: Housing, offsets: Mapping[str, float]) -> Housing:

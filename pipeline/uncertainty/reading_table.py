@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.stages.response import ScenePress
-from pipeline.uncertainty.budget import ratio_budget
+from pipeline.stages.response import ScenePress, spring_shares
+from pipeline.uncertainty.budget import causes_at, ratio_budget
 from pipeline.uncertainty.cause import Sensor
 from pipeline.uncertainty.force_ratio import Pressed
 from solve.contact.linear_response import SensorResponse
@@ -33,24 +33,25 @@ class ReadingTable:
 def reading_table(sensor: Sensor, press: ScenePress) -> ReadingTable:
     """Return the table of the scene; errors of P beyond its mesh's are those of a level sensor at the same press."""
     curve = press.curve
-    bands = [_bands(sensor, curve, calibrated=calibrated) for calibrated in (False, True)]
-    return ReadingTable(response=curve, printed=bands[0], calibrated=bands[1])
-
-
-def _bands(sensor: Sensor, curve: SensorResponse, *, calibrated: bool) -> Floats:
-    """Return the band of the modulus [MPa], shape (moduli, travels, 2)."""
-    bands = np.full((*curve.P.shape, 2), np.nan)
-    relative = np.divide(sensor.own.spring_errors, sensor.own.springs.stiffnesses).sum()
+    bands = np.full((2, *curve.P.shape, 2), np.nan)
     for j, travel in enumerate(curve.x.tolist()):
         scale = _Scale(sensor, curve.P[:, j], curve.E)
         for i, E in enumerate(curve.E.tolist()):
-            P = float(curve.P[i, j])
-            if math.isfinite(P) and scale.rises and i > 0:
-                numerical = float(curve.P_error[i, j]) + float(relative)
+            if scale.rises and i > 0 and math.isfinite(curve.P[i, j]):
                 at = Pressed(E=E, travel=travel)
-                error = ratio_budget(sensor, at, numerical, calibrated=calibrated).total
-                bands[i, j] = scale.modulus(P * (1.0 - error)), scale.modulus(P * (1.0 + error))
-    return bands
+                errors = _errors(sensor, press, at, (i, j))
+                bands[:, i, j] = [scale.band(float(curve.P[i, j]), error) for error in errors]
+    return ReadingTable(response=curve, printed=bands[0], calibrated=bands[1])
+
+
+def _errors(sensor: Sensor, press: ScenePress, at: Pressed, place: tuple[int, int]) -> tuple[float, float]:
+    """Return the whole errors of P [1] at a place of the curve, as printed and after calibrating the unit."""
+    relative = np.divide(sensor.own.spring_errors, sensor.own.springs.stiffnesses)
+    of_springs = float(spring_shares(sensor.contact, sensor.springs.C, at.E) @ relative)
+    numerical = float(press.curve.P_error[place]) + of_springs
+    printed = causes_at(sensor, at)
+    budgets = [ratio_budget(sensor, at, numerical, causes) for causes in (printed, printed.after_calibration())]
+    return budgets[0].total, budgets[1].total
 
 
 class _Scale:
@@ -69,6 +70,10 @@ class _Scale:
         """
         ratio = P / self._softest * self._own.stiffness_ratio
         return self._own.fruit_stiffness(ratio) if math.isfinite(ratio) else math.nan
+
+    def band(self, P: float, error: float) -> tuple[float, float]:
+        """Return the moduli [MPa] that may show P with a relative error [1]."""
+        return self.modulus(P * (1.0 - error)), self.modulus(P * (1.0 + error))
 
     def modulus(self, P: float) -> float:
         """Return the modulus at P [MPa], on the line through the last two beyond the table; nan where there is none."""

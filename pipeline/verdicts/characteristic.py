@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from cad.design.parameters import Targets
 from cad.quantity import Estimate
@@ -32,10 +32,6 @@ class Characteristic:
     spring_errors: tuple[float, ...] = (0.0, 0.0)
     K_m_error: float = 0.0
     stiffness_ratio: float = 1.0
-
-    def at(self, K_m: float) -> "Characteristic":
-        """Return that of the same springs up to another fruit stiffness [N/mm], known to the same share."""
-        return replace(self, K_m_max=K_m, K_m_error=self.K_m_error * K_m / self.K_m_max)
 
     def P_max(self) -> Estimate:
         """Return the largest force ratio [1]."""

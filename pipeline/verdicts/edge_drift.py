@@ -2,7 +2,7 @@
 
 from cad.design.parameters import Design
 from cad.theory.rounded_edge import edge_loss
-from cad.theory.two_spring_law import Springs, series_ratio, series_stiffness
+from cad.theory.two_spring_law import Springs, series_ratio, spring_give
 from pipeline.stages.response import TRAVELS
 from solve.contact.linear_response import travels
 from solve.fruit.compliance import FruitCompliance
@@ -13,9 +13,7 @@ def edge_losses(design: Design, springs: Springs, K_m: tuple[float, ...], travel
 
     `K_m` [N/mm] is the fruit's stiffness under each sharp tip.
     """
-    depths = [
-        travel * (1.0 - series_stiffness(K, fruit) / K) for K, fruit in zip(springs.stiffnesses, K_m, strict=True)
-    ]
+    depths = [travel - spring_give(K, fruit, travel) for K, fruit in zip(springs.stiffnesses, K_m, strict=True)]
     return [edge_loss(depth, design.tips.side_mm, radius) for depth in depths]
 
 

@@ -62,10 +62,10 @@ def _nearest(trials: Sequence[Trial]) -> str:
 
 def _shorter_travel(design: Design, press: ScenePress) -> str | None:
     """Return the travel at which the mean pressure stays under the bruise limit; forces grow with the travel."""
-    limit, pressure = design.fruit.bruise_limit_MPa, mean_tip_pressure(design, press)
-    if limit is None or pressure <= 0.0:
+    limits, pressure = design.fruit.bruise_limits_MPa, mean_tip_pressure(design, press)
+    if not limits or pressure <= 0.0:
         return None
-    travel = _SLACK * design.press.travel_mm * limit / pressure
+    travel = _SLACK * design.press.travel_mm * max(limits) / pressure
     return f"would pass: press.travel_mm at most {travel:.3g}"
 
 
@@ -100,9 +100,9 @@ def _tried(words: str, design: Design) -> Trial | None:
 def _trial(words: str, design: Design) -> Trial:
     table = _response(design)
     spread, last = displacement_verdict(table), table.P[:, -1]
-    limit = design.fruit.bruise_limit_MPa
-    bruised = limit is not None and table.F[-1, -1].max() > limit * design.tips.face_mm2
-    meant = np.all(np.diff(last) > 0.0) and abs(last[-1] / design.targets.P_max - 1.0) <= _ROUGH
+    limits = design.fruit.bruise_limits_MPa
+    bruised = bool(limits) and table.F[-1, -1].max() > max(limits) * design.tips.face_mm2
+    meant = np.all(np.diff(last) > 0.0) and abs(last[-1] / design.nominal_targets.P_max - 1.0) <= _ROUGH
     return Trial(words=words, spread=spread.value, passes=bool(spread.passed and meant and not bruised))
 
 

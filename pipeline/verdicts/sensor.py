@@ -65,7 +65,7 @@ def judge(
 ) -> Judgement:
     """Return the judgement on a design in its own scene; raises InputError or SolveError where a press fails."""
     own = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
-    reached = scene_targets(own, design.targets, contact, springs.C, press)
+    reached = scene_targets(own, design.nominal_targets, contact, springs.C, press)
     verdicts = sensor_verdicts(design, contact, springs, geometry, press, reached)
     return Judgement(
         verdicts=verdicts,
@@ -86,17 +86,17 @@ def sensor_verdicts(
     """Return the verdicts on a design's own springs, on what they read and on the part that carries them."""
     manufactured = springs.housing is not None
     of_what = _of_what(press, reached) if manufactured else "of the target stiffnesses, which were not made"
-    limit = design.fruit.bruise_limit_MPa
+    limits = design.fruit.bruise_limits_MPa
     named = zip(_STIFFNESS_NAMES, springs.springs, strict=True)
     return (
-        *target_verdicts(reached.P_max, reached.NL, design.targets, of_what, manufactured=manufactured),
+        *target_verdicts(reached.P_max, reached.NL, design.nominal_targets, of_what, manufactured=manufactured),
         *(stiffness_verdict(name, spring, monolithic=springs.monolithic) for name, spring in named),
         displacement_verdict(press.table, _drift(design, contact, springs)),
         monotonic_verdict(press.scan),
         *(printable_verdict(spring) for spring in springs.springs),
         *(geometry or (_NOT_MADE,)),
         *_tip_shape(design.tips),
-        *(() if limit is None else (bruise_verdict(tip_pressure(design, contact, springs, press), limit),)),
+        *((bruise_verdict(tip_pressure(design, contact, springs, press), max(limits)),) if limits else ()),
     )
 
 

@@ -7,6 +7,7 @@ the fruit); infinity where the tip has no face. Gaps of tip and fruit add up.
 import numpy as np
 
 from solve.arrays import Floats
+from solve.fruit.skin import cap_gap
 
 
 def cube_gap(x: Floats, y: Floats, side: float, fillet: float = 0.0) -> Floats:
@@ -23,23 +24,6 @@ def cylinder_gap(x: Floats, y: Floats, diameter: float, fillet: float = 0.0) -> 
 def sphere_gap(x: Floats, y: Floats, radius: float) -> Floats:
     """Return the gap [mm] of a sphere above the plane that touches it."""
     return cap_gap(x, y, radius, radius)
-
-
-def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats:
-    """Return how far [mm] a fruit with these radii along and across the tips falls below the plane at its apex.
-
-    An ellipsoid whose height semi-axis is `radius`: a sphere where both radii are equal. Beyond it, infinity.
-    """
-    rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
-    return np.where(rest >= 0.0, radius * (1.0 - np.sqrt(np.maximum(rest, 0.0))), np.inf)
-
-
-def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[float, float]:
-    """Return how fast [1] such a fruit falls along x and along y; infinite from its rim on."""
-    rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
-    if not rest > 0.0:
-        return float(np.inf), float(np.inf)
-    return float(x / radius / np.sqrt(rest)), float(y / radius_across / np.sqrt(rest))
 
 
 def _rounded(inside: Floats, fillet: float) -> Floats:

@@ -16,10 +16,11 @@ from cad.design.tips import Press, Tips
 from cad.quantity import InputError, fault
 from solve.arrays import Floats
 from solve.contact.cells import ContactCells, contact_cells, folded, smooth_compliance
-from solve.contact.gap import cap_gap, cap_slope, cube_gap, cylinder_gap, sphere_gap
+from solve.contact.gap import cube_gap, cylinder_gap, sphere_gap
 from solve.contact.unilateral import housing_travel
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
+from solve.fruit.skin import cap_gap, cap_slope
 from solve.fruit.split import SplitDomainError, check_domain
 from solve.halfspace.punch import graded_edges
 

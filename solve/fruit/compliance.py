@@ -4,10 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from cad.design.tips import Tips
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
 
-TIPS = ("low", "high")  # names of the paper's two tips, from -x to +x
+TIPS = Tips().names  # of the paper's pair, from -x to +x
 
 
 @dataclass(frozen=True, eq=False)

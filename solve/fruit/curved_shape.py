@@ -12,6 +12,7 @@ import numpy as np
 
 from cad.design.fruit import Fruit
 from solve.arrays import Floats
+from solve.fruit.skin import cap_gap, cap_slope
 
 Plan = tuple[float, float]
 
@@ -33,8 +34,14 @@ class CurvedShape:
     @property
     def semi_axes(self) -> tuple[float, float, float]:
         """Return the semi-axes of the ellipsoid along x, y and z [mm]."""
+        radius, across = self._radii
+        return radius, math.sqrt(radius * across), radius
+
+    @property
+    def _radii(self) -> tuple[float, float]:
+        """Return the radii of curvature along and across the tips [mm]."""
         radius = self.fruit.radius_mm or math.inf
-        return radius, math.sqrt(radius * (self.fruit.radius_across_mm or radius)), radius
+        return radius, self.fruit.radius_across_mm or radius
 
     @property
     def base_angle(self) -> float:
@@ -58,12 +65,8 @@ class CurvedShape:
         return share * self.semi_axes[0], share * self.semi_axes[1]
 
     def slope(self, x: float, y: float) -> float:
-        """Return how steeply the skin falls at a place of the plan [1]; infinite from the equator on."""
-        a, b, c = self.semi_axes
-        height = c - float(self._fall(np.array(x), np.array(y)))
-        if height <= 0.0:
-            return math.inf
-        return math.hypot(x / a**2, y / b**2) * c**2 / height
+        """Return how steeply the skin falls at a place of the plan [1]; infinite from its rim on."""
+        return math.hypot(*cap_slope(x, y, *self._radii))
 
     def mean_curvature(self, x: float, y: float) -> float:
         """Return the mean curvature of the skin at a place of the plan [1/mm]."""
@@ -81,8 +84,7 @@ class CurvedShape:
         return np.stack([x, y, fall + z * (1.0 - fall / self.fruit.depth_mm)])
 
     def _fall(self, x: Floats, y: Floats) -> Floats:
-        a, b, c = self.semi_axes
-        return np.asarray(c * (1.0 - np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - (y / b) ** 2))))
+        return np.asarray(np.minimum(cap_gap(x, y, *self._radii), self.semi_axes[2]))
 
     def _whole(self, points: Floats) -> Floats:
         """Turn the plan of the block into discs, then each half section through the axis into one of the fruit."""

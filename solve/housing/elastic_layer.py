@@ -12,7 +12,7 @@ from skfem import CellBasis
 
 from solve.arrays import Floats, Ints
 from solve.elasticity import lame_parameters, scattered
-from solve.surface import nodal_dofs, reference_facets
+from solve.surface import facet_points, nodal_dofs, reference_facets
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in z [mm]
 Disc = tuple[float, float, float]  # centre x, z and radius [mm]
@@ -83,10 +83,7 @@ def _pressed(basis: CellBasis, layer: ElasticLayer) -> Iterator[tuple[Ints, Floa
     Many points need no gradients: the shape functions are those of the unit cube, the same on every facet.
     """
     for facet in reference_facets(basis, layer.name):
-        inside = facet.corner[:, None] + np.stack([facet.along, facet.across], axis=1) @ _POINTS
-        slopes = np.asarray(basis.mapping.DF(inside, tind=facet.elements))
-        along, across = (np.einsum("ijfq,j->ifq", slopes, edge) for edge in (facet.along, facet.across))
-        area = np.linalg.norm(np.cross(along, across, axis=0), axis=0)
+        inside, area = facet_points(basis, facet, _POINTS)
         x, _, z = np.asarray(basis.mapping.F(inside, tind=facet.elements))
         dofs = nodal_dofs(basis, facet.elements)
         shapes = np.stack([basis.elem.elem.lbasis(inside, node)[0] for node in range(len(dofs))])

@@ -23,6 +23,7 @@ from pipeline.uncertainty.budget import (
     Budgets,
     Contribution,
     UncertaintyBudget,
+    causes_at,
     ratio_budget,
     uncertainty_budgets,
 )
@@ -342,7 +343,8 @@ def test_whole_fruit_that_lies_free_is_rolled_by_a_pair():
 def test_calibrating_leaves_one_per_cent_a_spring_and_takes_the_print_away():
     sensor = sensor_of(Design())
     at = Pressed(E=3.5, travel=0.6)
-    printed, calibrated = (ratio_budget(sensor, at, 1e-4, calibrated=known) for known in (False, True))
+    causes = causes_at(sensor, at)
+    printed, calibrated = (ratio_budget(sensor, at, 1e-4, each) for each in (causes, causes.after_calibration()))
     assert not {"modulus", "leaf thickness"} & set(effects(calibrated.input))
     for effect, K in zip(("low spring", "high spring"), SPRINGS.stiffnesses, strict=True):
         assert size_of(calibrated, effect, "input") == pytest.approx(0.01 * K_M / (K + K_M), rel=1e-3)

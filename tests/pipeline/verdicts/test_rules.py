@@ -156,11 +156,6 @@ def test_error_of_P_max_is_what_the_worst_springs_do():
     assert wider.P_max().error > own.P_max().error
 
 
-def test_spring_on_a_softer_fruit_is_known_to_the_same_share():
-    own = Characteristic(springs=size_springs(5.0, 0.05, K_M), K_m_max=K_M, K_m_error=0.01 * K_M)
-    assert own.at(0.5 * K_M).K_m_error == pytest.approx(0.01 * 0.5 * K_M, rel=1e-12)
-
-
 def spring(K, error=0.0):
     """Return a spring of a target of 0.906 N/mm that was made to K [N/mm] or not made."""
     return FittedSpring(

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from solve.contact.gap import cap_gap, cube_gap, cylinder_gap, sphere_gap
+from solve.contact.gap import cube_gap, cylinder_gap, sphere_gap
+from solve.fruit.skin import cap_gap
 
 HALF = np.linspace(0.01, 0.59, 30)
 AXIS = np.concatenate([-HALF[::-1], HALF])  # mirror-symmetric to the last bit, no point on an edge

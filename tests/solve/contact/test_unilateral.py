@@ -4,9 +4,10 @@ from scipy.optimize import nnls
 
 from cad.design.fruit import Fruit
 from solve.contact.cells import contact_cells, folded
-from solve.contact.gap import cap_gap, cube_gap
+from solve.contact.gap import cube_gap
 from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact, housing_travel
 from solve.fruit.footprints import Footprint
+from solve.fruit.skin import cap_gap
 from solve.fruit.split import LEVELS, footprint_compliance
 from solve.halfspace import potentials as halfspace
 from solve.halfspace.punch import graded_edges, influence, square_punch

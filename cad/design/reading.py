@@ -1,0 +1,40 @@
+"""What a reading has to stand: poses of the sensor on the fruit, noise of its forces, and how good it must be.
+
+A design that has this table is judged by the modulus that it reads, not by its force ratio.
+"""
+
+from dataclasses import dataclass
+
+from cad.quantity import Bounds, check_fields, quantity
+
+_TILT = Bounds(at_least=0.0, at_most=15.0)
+_PLACE = Bounds(at_least=0.0, at_most=10.0)
+_SHARE = Bounds(at_least=0.0, at_most=0.5)
+_PERCENT = Bounds(at_least=0.0, at_most=50.0)
+_FORCE = Bounds(at_least=0.0, at_most=10.0)
+_LIMIT = Bounds(at_least=1e-3, at_most=1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """Poses that occur and noise of the forces, one standard deviation, with the limits that the reading must keep.
+
+    `tilt_deg` is the largest tilt, in any direction; `off_centre_mm` how far the sensor stands from the apex at most;
+    `radius_spread` by how much of it the fruit's radius may differ. `noise_percent` is a share of the largest force of
+    each tip. `stiffness_percent` and `gain_percent` are what calibration leaves of each spring and each channel.
+    `bias_limit` bounds the largest |E read / E - 1| without noise, `uncertainty_limit` its standard deviation.
+    """
+
+    tilt_deg: float = quantity("deg", _TILT, default=4.0, remedy="a hand keeps within 4")
+    off_centre_mm: float = quantity("mm", _PLACE, default=1.0, remedy="a hand keeps within 1")
+    radius_spread: float = quantity("1", _SHARE, default=0.2, remedy="mangoes differ by 0.2")
+    noise_percent: float = quantity("%", _PERCENT, default=0.5, remedy="a strain gauge has 0.5 of full scale")
+    noise_N: float = quantity("N", _FORCE, default=0.0, remedy="0 where noise_percent says it all")
+    stiffness_percent: float = quantity("%", _PERCENT, default=1.0, remedy="weighing a unit leaves 1")
+    gain_percent: float = quantity("%", _PERCENT, default=0.5, remedy="an amplifier has 0.5")
+    bias_limit: float = quantity("1", _LIMIT, default=0.05, remedy="give a fraction, for 5 % write 0.05")
+    uncertainty_limit: float = quantity("1", _LIMIT, default=0.1, remedy="give a fraction, for 10 % write 0.1")
+
+    def __post_init__(self) -> None:
+        """Check each field."""
+        check_fields(self, "reading")

@@ -1,0 +1,136 @@
+"""The modulus from one reading of three or four tips, whatever the pose: the contrast of its tips.
+
+A rigid pose lifts each tip by a plane: travel + tilt . X_i. Weights w with sum w_i = 0 and sum w_i X_i = 0, here the
+mean of the high tips less that of the low ones, drop it out of what each tip does,
+
+    pose_i = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i ,
+
+with C the springs' compliance, S the body's, and h the Hertz contact of a dome (0 for flat tips). What remains holds
+E alone: a cubic in E^(-1/3), whose largest root in E is the reading.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cad.quantity import fault
+
+Matrix = Sequence[Sequence[float]]
+Place = tuple[float, float]
+
+_LEVEL = 1e-9  # of the largest place: how far the weights may let a tilt through
+_STEPS = 200
+
+
+class ReadingError(ValueError):
+    """Forces that tell no modulus; the message says why."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContrastLaw:
+    """What the contrast of a sensor needs to know.
+
+    `weights` [1], `gaps` [mm] under each tip before the press; `C` [mm/N] and `S`, times E [1/mm], have a row and a
+    column for each tip; `hertz`, times E^(2/3) [mm (MPa/N)^(2/3)], is that of `hertz_factor`.
+    """
+
+    weights: tuple[float, ...]
+    gaps: tuple[float, ...]
+    C: Matrix
+    S: Matrix
+    hertz: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse tables of another number of tips."""
+        count = len(self.weights)
+        rows = (len(self.gaps), len(self.C), len(self.S), *(len(row) for row in (*self.C, *self.S)))
+        if set(rows) != {count}:
+            msg = f"contrast law of {count} tips: {rows} entries; must have one for each tip in every row"
+            raise ValueError(msg)
+
+
+def contrast_weights(places: Sequence[Place], springs: Sequence[str]) -> tuple[float, ...]:
+    """Return the mean of the high tips less that of the low ones as a weight for each tip [1].
+
+    `places` are x and y [mm], `springs` "low" or "high". Raises InputError where a tilt would not drop out.
+    """
+    share = {kind: 1.0 / springs.count(kind) for kind in set(springs)}
+    weights = tuple(share[kind] if kind == "high" else -share[kind] for kind in springs)
+    reach = max(abs(coordinate) for place in places for coordinate in place)
+    for axis in (0, 1):
+        through = math.fsum(weight * place[axis] for weight, place in zip(weights, places, strict=True))
+        if abs(through) > _LEVEL * reach:
+            bound = "a line or a square: low and high tips about one middle"
+            raise fault("tips.layout", "pair", "", bound, "one reading of a pair cannot tell tilt from stiffness")
+    return weights
+
+
+def hertz_factor(radius: float, poisson: float) -> float:
+    """Return h [mm (MPa/N)^(2/3)] of d = h (F / E)^(2/3) for a relative radius of curvature [mm].
+
+    Hertz, F = 4/3 E / (1 - nu^2) sqrt(R) d^(3/2): K. L. Johnson, Contact Mechanics, (4.23),
+    doi:10.1017/CBO9781139171731.
+    """
+    return math.pow(0.75 * (1.0 - poisson**2) / math.sqrt(radius), 2.0 / 3.0)
+
+
+def read_modulus(law: ContrastLaw, forces: Sequence[float]) -> float:
+    """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError."""
+    z = _smallest_root(*contrast_terms(law, forces))
+    return 1.0 / (z * z * z)
+
+
+def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, float, float]:
+    """Return the terms of the contrast that go with E^0 [mm], E^(-2/3) and E^(-1); raises ReadingError.
+
+    Their sum over the powers of E is zero at the modulus of the fruit.
+    """
+    if len(forces) != len(law.weights):
+        msg = f"{len(forces)} forces: must be {len(law.weights)}, one for each tip; check the sensor's channels"
+        raise ReadingError(msg)
+    for tip, force in enumerate(forces, start=1):
+        if not 0.0 < force < math.inf:
+            msg = f"force of tip {tip} = {force:g} N: must be above 0; the tip is off the fruit, press more level"
+            raise ReadingError(msg)
+    rigid = _weighted(law.weights, _product(law.C, forces)) + _weighted(law.weights, law.gaps)
+    dome = law.hertz * _weighted(law.weights, [force ** (2.0 / 3.0) for force in forces])
+    return rigid, dome, _weighted(law.weights, _product(law.S, forces))
+
+
+def _smallest_root(rigid: float, dome: float, body: float) -> float:
+    """Return the smallest z > 0 of rigid + dome z^2 + body z^3 = 0, which is E^(-1/3) [MPa^(-1/3)].
+
+    The cubic is level at 0 and runs one way up to its next level place: the root lies before it, or is not there.
+    """
+
+    def contrast(z: float) -> float:
+        return rigid + z * z * (dome + body * z)
+
+    turn = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
+    end = turn if turn > 0.0 else _beyond_root(rigid, dome, body)
+    start = 0.0
+    if not rigid * contrast(end) < 0.0:
+        msg = "the forces belong to no modulus: must be those of this sensor, pressed on a fruit; calibrate it anew"
+        raise ReadingError(msg)
+    for _ in range(_STEPS):
+        middle = 0.5 * (start + end)
+        if middle in (start, end):
+            break
+        start, end = (middle, end) if rigid * contrast(middle) > 0.0 else (start, middle)
+    return end
+
+
+def _beyond_root(rigid: float, dome: float, body: float) -> float:
+    """Return a place beyond the root of a cubic that runs one way [MPa^(-1/3)]."""
+    by_dome = math.sqrt(abs(rigid / dome)) if dome != 0.0 else math.inf
+    by_body = abs(rigid / body) ** (1.0 / 3.0) if body != 0.0 else math.inf
+    nearer = min(by_dome, by_body)
+    return 2.0 * nearer if math.isfinite(nearer) else 1.0
+
+
+def _weighted(weights: Sequence[float], values: Sequence[float]) -> float:
+    return math.fsum(weight * value for weight, value in zip(weights, values, strict=True))
+
+
+def _product(matrix: Matrix, forces: Sequence[float]) -> list[float]:
+    return [math.fsum(entry * force for entry, force in zip(row, forces, strict=True)) for row in matrix]

@@ -1,0 +1,104 @@
+"""The contrast of a reading: exact for what it models, blind to the pose, refused where it tells nothing."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+from cad.quantity import InputError
+from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, hertz_factor, read_modulus
+
+SQUARE = ((-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0))
+KINDS = ("low", "high", "low", "high")
+LINE = ((-2.5, 0.0), (0.0, 0.0), (2.5, 0.0))
+ROUND_OFF = 1e-9  # of E, as the issue of the layouts asks
+
+
+def pose(rng, places):
+    """Return what a rigid pose lowers each tip by [mm]: a travel, a tilt and a roll."""
+    travel, tilt, roll = rng.uniform(0.3, 0.6), *np.tan(np.radians(rng.uniform(-2.0, 2.0, 2)))
+    return travel + np.array(places) @ [tilt, roll]
+
+
+def law_of(rng, places, kinds, hertz=0.0):
+    stiffness = np.where(np.array(kinds) == "low", *rng.uniform((0.5, 10.0), (2.0, 30.0)))
+    C = np.diag(1.0 / stiffness)
+    apart = np.hypot(*(np.subtract.outer(axis, axis) for axis in np.array(places).T))
+    S = 0.9 / np.where(apart > 0.0, np.pi * apart, 1.2)
+    gaps = rng.uniform(0.0, 0.02, len(places))
+    law = ContrastLaw(
+        weights=contrast_weights(places, kinds), gaps=tuple(gaps), C=C.tolist(), S=S.tolist(), hertz=hertz
+    )
+    return law, C, S, gaps
+
+
+@pytest.mark.parametrize(("places", "kinds"), [(SQUARE, KINDS), (LINE, ("low", "high", "low"))])
+def test_flat_tips_are_read_exactly_in_any_pose(places, kinds):
+    rng = np.random.default_rng(14)
+    read = 0
+    while read < 200:
+        law, C, S, gaps = law_of(rng, places, kinds)
+        E = 10.0 ** rng.uniform(-0.5, 0.7)
+        forces = np.linalg.solve(C + S / E, pose(rng, places) - gaps)
+        if forces.min() <= 0.0:
+            continue
+        assert read_modulus(law, forces.tolist()) == pytest.approx(E, rel=ROUND_OFF)
+        read += 1
+
+
+def test_domes_are_read_exactly_in_any_pose():
+    """Forces of Hertz contact on springs, from a general solver of the equations of the tips."""
+    rng = np.random.default_rng(15)
+    for _ in range(50):
+        h = hertz_factor(7.8, 0.3)
+        law, C, S, gaps = law_of(rng, SQUARE, KINDS, hertz=h)
+        S = S - np.diag(np.diag(S))
+        law = ContrastLaw(weights=law.weights, gaps=law.gaps, C=law.C, S=S.tolist(), hertz=h)
+        E, lowered = 10.0 ** rng.uniform(-0.3, 0.55), pose(rng, SQUARE)
+
+        def misfit(roots, E=E, C=C, S=S, lowered=lowered, gaps=gaps, h=h):
+            F = roots**3
+            return C @ F + h * E ** (-2.0 / 3.0) * roots**2 + S @ F / E + gaps - lowered
+
+        found = root(misfit, np.full(4, 0.8), tol=1e-13)
+        if not found.success or found.x.min() <= 0.05:
+            continue
+        assert read_modulus(law, (found.x**3).tolist()) == pytest.approx(E, rel=1e-7)
+
+
+def test_hertz_factor_is_that_of_a_ball():
+    """F = 4/3 E* sqrt(R) d^(3/2)."""
+    F = 4.0 / 3.0 * (2.0 / (1.0 - 0.09)) * math.sqrt(5.0) * 0.1**1.5
+    assert hertz_factor(5.0, 0.3) * (F / 2.0) ** (2.0 / 3.0) == pytest.approx(0.1, rel=1e-14)
+
+
+def test_pair_lets_a_tilt_through():
+    with pytest.raises(InputError, match=r"^tips\.layout = 'pair': must be a line or a square"):
+        contrast_weights(((-4.0, 0.0), (4.0, 0.0)), ("low", "high"))
+
+
+def test_tips_on_the_sides_of_a_square_let_a_tilt_through():
+    """Equal springs belong on the diagonals."""
+    with pytest.raises(InputError, match=r"tips\.layout"):
+        contrast_weights(SQUARE, ("low", "low", "high", "high"))
+
+
+@pytest.mark.parametrize(
+    ("forces", "words"),
+    [
+        ((0.5, 2.0, 0.5, 0.0), "force of tip 4 = 0 N: must be above 0; the tip is off the fruit"),
+        ((0.5, math.nan, 0.5, 2.0), "force of tip 2 = nan N"),
+        ((0.5, 2.0), "2 forces: must be 4"),
+        ((5.0, 0.1, 5.0, 0.1), "belong to no modulus"),
+    ],
+)
+def test_forces_that_tell_nothing_are_refused(forces, words):
+    law, *_ = law_of(np.random.default_rng(1), SQUARE, KINDS)
+    with pytest.raises(ReadingError, match=words):
+        read_modulus(law, forces)
+
+
+def test_tables_of_another_number_of_tips_are_refused():
+    with pytest.raises(ValueError, match="must have one for each tip"):
+        ContrastLaw(weights=(1.0, -1.0), gaps=(0.0,), C=[[1.0]], S=[[1.0]])
