@@ -11,7 +11,7 @@ from pipeline.stages.characteristics import solved_behaviour
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.fabrication import make_fabrication
 from pipeline.stages.fields import write_fields
-from pipeline.stages.response import press_of_springs
+from pipeline.stages.response import press_of_springs, refuse_unsolvable
 from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.solids import write_solids
 from pipeline.stages.springs import fit_springs
@@ -29,6 +29,7 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     believed.
     """
     options = options or RunOptions()
+    refuse_unsolvable(design)
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder)
         write_outputs(result, folder)

@@ -12,7 +12,7 @@ from mesh.volume import volume_mesh
 from pipeline.options import CONTACT_METHODS, CONTACT_SHARE, DEFAULT_TOLERANCE, RunOptions
 from pipeline.storage.cache import cached
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.curved_body import curved_compliance
+from solve.fruit.curved_body import check_curved, curved_compliance
 from solve.fruit.direct import direct_compliance
 from solve.fruit.split import SplitDomainError, block_compliance, contact_footprints, split_compliance
 
@@ -48,6 +48,8 @@ def contact_compliance(
     if method not in CONTACT_METHODS:
         raise fault("contact method", method, "", f"one of {', '.join(CONTACT_METHODS)}", "auto fits every scene")
     block, flat = fruit.equivalent_block, tips.flat
+    if block != fruit:
+        check_curved(fruit, contact_footprints(fruit, tips))  # before the block is solved
     if tips.layout != "pair" or tips.shape == "dome":
         compliance = _split(fruit, tips, method, tolerance)
     else:

@@ -10,7 +10,8 @@ from cad.design.parameters import Design
 from pipeline.stages.springs import FittedSprings, tip_leads
 from solve.contact.linear_response import SensorResponse, TipKinds, travels
 from solve.contact.response import scene_response
-from solve.contact.scene import Scene
+from solve.contact.scene import Scene, check_scene
+from solve.contact.scene_cells import scene_footprints
 from solve.fruit.compliance import FruitCompliance
 
 Floats = NDArray[np.float64]
@@ -53,6 +54,14 @@ def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSp
     return press_scene(design, contact, springs.C, tip_leads(springs, design.press.attitude))
 
 
+def refuse_unsolvable(design: Design) -> None:
+    """Raise InputError where contact cannot be solved in the scene of a design; solves nothing."""
+    scene = scene_of(design)
+    check_scene(scene)
+    if not scene.linear and scene.tips.shape != "dome":
+        scene_footprints(scene, design.press.travel_mm)
+
+
 def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> ScenePress:
     """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `_pressed`.
 
@@ -86,8 +95,11 @@ def _tilted(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -
     spread = press.tilt_spread_deg
     if spread == 0.0:
         return ()
-    presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
-    return tuple(_pressed(replace(scene, press=each), contact, C, moduli, 1) for each in presses)
+    try:
+        presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
+        return tuple(_pressed(replace(scene, press=each), contact, C, moduli, 1) for each in presses)
+    except InputError:
+        return ()
 
 
 def _pressed(

@@ -87,8 +87,12 @@ class _Scale:
         self.rises = bool((np.diff(self._lengths) > 0.0).all())
 
     def _stiffness(self, P: float) -> float:
-        """Return the fruit stiffness that a level sensor has at P, were it 1 on the softest fruit [N/mm]."""
-        return self._own.fruit_stiffness(P / self._softest * self._own.stiffness_ratio)
+        """Return the fruit stiffness that a level sensor has at P, were it 1 on the softest fruit [N/mm].
+
+        It is nan where a tip is off the fruit.
+        """
+        ratio = P / self._softest * self._own.stiffness_ratio
+        return self._own.fruit_stiffness(ratio) if math.isfinite(ratio) else math.nan
 
     def band(self, P: float, error: float) -> tuple[float, float]:
         """Return the moduli [MPa] that may show P with a relative error [1]."""

@@ -55,24 +55,32 @@ def scene_cells(
     `mirrored` says whether cells at y > 0 stand for both sides, as they do for a mirrored scene if it is None. Raises
     InputError when the scene is too steep, or outside the domain of the split.
     """
-    check_scene(scene)
-    footprints = _touched_footprints(scene, farthest)
-    block = scene.fruit.equivalent_block
-    try:
-        check_domain(block, footprints)
-    except SplitDomainError as outside:
-        reason = str(outside).partition(" for the split")[0]
-        msg = f"{reason} for contact with tilt, curvature or fillet; change the scene, or make it flat and level"
-        raise InputError(msg) from outside
+    footprints = scene_footprints(scene, farthest)
     mirrored = scene.mirrored if mirrored is None else mirrored
     counts = CELLS["mirrored" if mirrored else "rolled"]
     lines = tuple(tuple(graded_edges(count, GRADINGS[scene.tips.shape]).tolist()) for count in counts)
-    grids = _grids(block, footprints, lines, mirrored)
+    grids = _grids(scene.fruit.equivalent_block, footprints, lines, mirrored)
     coarse, fine = (
         _gaps(scene, cells, footprints[0].side * np.array(edges), compliance)
         for cells, edges in zip(grids, lines, strict=True)
     )
     return coarse, fine
+
+
+def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
+    """Return the squares that hold all that the tips may touch for travels up to `farthest` [mm]; solves nothing.
+
+    Raises InputError when the scene is too steep, or outside the domain of the split.
+    """
+    check_scene(scene)
+    footprints = _touched_footprints(scene, farthest)
+    try:
+        check_domain(scene.fruit.equivalent_block, footprints)
+    except SplitDomainError as outside:
+        reason = str(outside).partition(" for the split")[0]
+        msg = f"{reason} for contact with tilt, curvature or fillet; change the scene, or make it flat and level"
+        raise InputError(msg) from outside
+    return footprints
 
 
 def interference(scene: Scene, grid: SceneCells, x: float) -> Floats:

@@ -66,7 +66,7 @@ class CurvedShape:
         return share * self.semi_axes[0], share * self.semi_axes[1]
 
     def slope(self, x: float, y: float) -> float:
-        """Return how steeply the skin falls at a place of the plan [1]."""
+        """Return how steeply the skin falls at a place of the plan [1]; infinite from its rim on."""
         return math.hypot(*cap_slope(x, y, *self._radii))
 
     def normal(self, x: float, y: float) -> Vector:
