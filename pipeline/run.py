@@ -31,19 +31,18 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     options = options or RunOptions()
     refuse_unsolvable(design)
     with output_folder(options.out, force=options.force) as folder:
-        result = _stages(design, options, folder)
+        result = _stages(design, options, folder, Stopwatch())
         write_outputs(result, folder)
     return result
 
 
-def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
-    timed = Stopwatch()
+def _stages(design: Design, options: RunOptions, folder: Path, timed: Stopwatch) -> SensorResult:
     contact = timed("contact", fruit_compliance, design, options)  # meshes and solves the fruit
     sizing = timed("sizing", spring_sizing, design, contact, options)  # closed form
     springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
     geometry = timed("solids", write_solids, design, springs, folder)
     press = timed("response", press_of_springs, design, contact, springs)
-    readings = timed("reading", assess_readings, design, contact, springs.C)  # where the design asks for it
+    readings = timed("reading", assess_readings, design, contact, springs)  # where the design asks for it
     judged = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
     sensor = timed("mounts", assessed_sensor, design, contact, sizing, springs)
     errors = timed("errors", sensor_errors, sensor, judged.reached, press, options, readings)
@@ -58,7 +57,7 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
         behaviour=timed("behaviour", solved_behaviour, springs, press),
         judgement=judged,
         readings=readings,
-        verdicts=(*all_verdicts(design, readings, judged, springs, options), *making),
+        verdicts=all_verdicts(design, readings, judged, springs, options, making),
         errors=errors,
         left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),
         seconds=timed.seconds(),

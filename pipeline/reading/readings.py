@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from cad.design.parameters import Design
 from pipeline.reading.assessment import ReadingAssessment, reading_assessment
 from pipeline.reading.bruising import SkinPressure, skin_pressures
+from pipeline.stages.springs import FittedSprings
 from solve.fruit.compliance import FruitCompliance
 
 
@@ -19,13 +17,14 @@ class Readings:
     pressures: tuple[SkinPressure, ...]
 
 
-def assess_readings(design: Design, contact: FruitCompliance, C: NDArray[np.float64]) -> Readings | None:
-    """Return how good the readings of a design are, None where it does not ask; C (tips, tips) [mm/N].
+def assess_readings(design: Design, contact: FruitCompliance, springs: FittedSprings) -> Readings | None:
+    """Return how good the readings of a design are, None where it does not ask.
 
     Raises InputError where a pose is outside the domain of contact, SolveError when a solve is not exact.
     """
     if design.reading is None:
         return None
+    C = springs.C
     return Readings(
         assessed=reading_assessment(design, design.reading, contact, C), pressures=skin_pressures(design, contact, C)
     )

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
+from cad.quantity import InputError
 from pipeline.stages.springs import FittedSprings, tip_leads
 from solve.contact.linear_response import SensorResponse, TipKinds, travels
 from solve.contact.response import scene_response

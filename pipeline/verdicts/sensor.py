@@ -147,10 +147,15 @@ def _drift(design: Design, contact: FruitCompliance, springs: FittedSprings) -> 
 
 
 def all_verdicts(
-    design: Design, readings: Readings | None, judged: Judgement, springs: FittedSprings, options: RunOptions
+    design: Design,
+    readings: Readings | None,
+    judged: Judgement,
+    springs: FittedSprings,
+    options: RunOptions,
+    making: Sequence[Verdict],
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts on the readings, where there are any, and those of the judgement with advice."""
-    return *reading_verdicts(design, readings), *advised(judged.verdicts, springs, options)
+    """Return the verdicts on readings, where there are any, those of the judgement with advice, and on what is made."""
+    return *reading_verdicts(design, readings), *advised(judged.verdicts, springs, options), *making
 
 
 def advised(verdicts: Sequence[Verdict], springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
