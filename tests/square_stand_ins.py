@@ -51,7 +51,8 @@ def linear_pose_forces(scene, contact, C, poses):
     shape = F.shape
     return PoseForces(
         F=F,
-        F_error=np.full(shape, FORCE_ERROR),
+        F_error=FORCE_ERROR * F,
+        F_profile=np.zeros(shape),
         error=np.full(len(F), FORCE_ERROR),
         touching=F > 0.0,
         contact_radius=np.full(shape, 0.5),

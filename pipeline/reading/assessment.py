@@ -1,7 +1,7 @@
 """How good the readings of a design are over the poses that occur: bias, uncertainty with its sources, lift."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,8 @@ class ModulusReading:
 class ReadingAssessment:
     """How good readings are: at each modulus, the worst bias and uncertainty [1], the tilt of first lift [deg].
 
-    `refused` says in which pose there is no reading, None where there always is; bias and uncertainty are then None.
+    `refused` says in how many poses there is no reading, and why, None where there always is: bias and uncertainty are
+    those of the others, None where a level press has no reading.
     `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
     """
 
@@ -101,11 +102,11 @@ def reading_assessment(design: Design, reading: Reading, contact: FruitComplianc
     moduli, places = read_moduli(design.fruit), list(occurring(design, reading))
     lift = lift_tilt(design, reading, contact, C)
     forces, errors = fruits.presses(moduli, places)
-    try:
-        biases = np.array([_biases(fruits.read_out, E, places, forces[i]) for i, E in enumerate(moduli)])
-    except ReadingError as refused:
-        return ReadingAssessment(method=fruits.read_out.method, lift=lift, refused=str(refused))
-    return _assessed(fruits, reading, places, biases, (forces[:, 0], errors[:, 0]), lift)
+    biases, refused = _biases(fruits.read_out, moduli, places, forces)
+    if np.isnan(biases).all(axis=1).any() or np.isnan(biases[:, 0]).any():
+        return ReadingAssessment(method=fruits.read_out.method, lift=lift, refused=refused)
+    found = _assessed(fruits, reading, places, biases, (forces[:, 0], errors[:, 0]), lift)
+    return replace(found, refused=refused)
 
 
 def _assessed(
@@ -122,7 +123,7 @@ def _assessed(
     spread = uncertainty_sources(fruits.read_out, reading, level[0], _pose_shares(biases, places))
     rows = tuple(_at_modulus(E, biases[i], places, spread[i]) for i, E in enumerate(moduli))
     widest = int(np.argmax([one.total for one in spread]))
-    largest = int(np.abs(biases).max(axis=1).argmax())
+    largest = int(np.nanmax(np.abs(biases), axis=1).argmax())
     return ReadingAssessment(
         method=fruits.read_out.method,
         lift=lift,
@@ -133,20 +134,26 @@ def _assessed(
     )
 
 
-def _biases(read_out: ReadOut, E: float, places: Sequence[Placed], presses: Floats) -> list[float]:
-    """Return E read / E - 1 in each place; raises ReadingError that names the place without a reading."""
-    biases = []
-    for place, press in zip(places, presses, strict=True):
-        try:
-            biases.append(read_out.modulus(press) / E - 1.0)
-        except ReadingError as refused:
-            msg = f"no reading at {E:.3g} MPa, {place}: {refused}"
-            raise ReadingError(msg) from refused
-    return biases
+def _biases(
+    read_out: ReadOut, moduli: Sequence[float], places: Sequence[Placed], forces: Floats
+) -> tuple[Floats, str | None]:
+    """Return E read / E - 1 (moduli, places), nan where there is no reading, and in words where and why there is none.
+
+    `forces` (moduli, places, samples, tips) [N].
+    """
+    biases, why = np.full((len(moduli), len(places)), np.nan), ""
+    for i, E in enumerate(moduli):
+        for j, place in enumerate(places):
+            try:
+                biases[i, j] = read_out.modulus(forces[i, j]) / E - 1.0
+            except ReadingError as refused:
+                why = why or f"as at {E:.3g} MPa, {place}: {refused}"
+    count = int(np.isnan(biases).sum())
+    return biases, f"{count} of {biases.size} poses have no reading, {why}" if count else None
 
 
 def _at_modulus(E: float, biases: Floats, places: Sequence[Placed], sources: UncertaintySources) -> ModulusReading:
-    worst = int(np.abs(biases).argmax())
+    worst = int(np.nanargmax(np.abs(biases)))
     return ModulusReading(E=E, bias=float(biases[worst]), worst=places[worst], sources=sources)
 
 
@@ -164,7 +171,10 @@ def _pose_shares(biases: Floats, places: Sequence[Placed]) -> list[dict[str, flo
         "off_centre": [place.off_centre for place in places],
         "radius": [place.other_fruit for place in places],
     }
-    return [
-        {name: float(np.sqrt(np.mean(row[chosen] ** 2))) if any(chosen) else 0.0 for name, chosen in kinds.items()}
-        for row in biases
-    ]
+    return [{name: _root_mean_square(row[chosen]) for name, chosen in kinds.items()} for row in biases]
+
+
+def _root_mean_square(values: Floats) -> float:
+    """Return the root mean square of numbers, those that are nan left out; 0 for none."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else 0.0

@@ -16,7 +16,7 @@ from solve.fruit.compliance import FruitCompliance
 
 Floats = NDArray[np.float64]
 
-PRESS_TRAVELS = 6  # samples of a press from which a line is read
+PRESS_TRAVELS = 8  # samples of a press from which a line is read
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,7 @@
 """Verdicts on what a sensor reads, in place of those on its force ratio: bias, uncertainty, lift, bruise."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from cad.design.parameters import Design
 from cad.design.reading import Reading
@@ -24,7 +25,7 @@ def reading_verdicts(design: Design, readings: Readings | None) -> tuple[Verdict
 def assessed_verdicts(assessed: ReadingAssessment, reading: Reading) -> tuple[Verdict, ...]:
     """Return the verdicts reading.bias and reading.uncertainty [1], and reading.lift [deg].
 
-    A pose that occurs and has no reading fails the first two.
+    A pose that occurs and has no reading fails the first two, whose values are those of the other poses.
     """
     lift_words = "tilt at which the first tip leaves the fruit, the worst direction and modulus; at least the limit"
     lift = margin_verdict("reading.lift", assessed.lift, reading.tilt_deg, lift_words)
@@ -37,11 +38,13 @@ def assessed_verdicts(assessed: ReadingAssessment, reading: Reading) -> tuple[Ve
     largest = max(widest.sources.shares, key=lambda name: widest.sources.shares[name])
     bias_words = f"largest |E read / E - 1| without noise: at {worst.E:.3g} MPa, {worst.worst}"
     uncertainty_words = f"standard deviation of E read / E, at {widest.E:.3g} MPa; largest source: {largest}"
-    return (
+    found = [
         margin_verdict("reading.bias", bias, reading.bias_limit, bias_words, at_most=True),
         margin_verdict("reading.uncertainty", uncertainty, reading.uncertainty_limit, uncertainty_words, at_most=True),
-        lift,
-    )
+    ]
+    if assessed.refused is not None:
+        found = [replace(one, passed=False, reference=f"{one.reference}; {assessed.refused}") for one in found]
+    return *found, lift
 
 
 def skin_verdict(pressures: Sequence[SkinPressure]) -> Verdict:
