@@ -13,7 +13,7 @@ from cad.design.tips import Tips
 from cad.quantity import InputError
 from pipeline.options import RunOptions
 from pipeline.stages.contact import contact_compliance, fruit_compliance
-from solve.fruit.split import SplitDomainError
+from solve.fruit.split import SplitDomainError, contact_footprints
 
 BLOCK, TIPS = Fruit(), Tips()
 B_TYPE = Fruit(length_mm=20.0, width_mm=12.0, height_mm=20.0)
@@ -82,6 +82,42 @@ def test_spherical_tips_are_sized_by_the_cylinder():
     found = contact_compliance(BLOCK, Tips(shape="sphere"))
     np.testing.assert_array_equal(found.S, contact_compliance(BLOCK, Tips(shape="cylinder")).S)
     assert "the tips count as a sharp cylinder of 1 mm" in found.info.status
+
+
+GENTLE = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=4.0, spacing_mm=5.0)
+
+
+def test_domes_count_as_circles_where_they_touch():
+    """A level dome of radius r touches a sphere of radius R at R / (R + r) of its place."""
+    piece = Fruit(shape="sphere", radius_mm=35.0, length_mm=24.0, width_mm=24.0, thickness_mm=12.0)
+    circles = contact_footprints(piece, GENTLE)
+    places = [(one.x, one.y) for one in circles]
+    np.testing.assert_allclose(places, 35.0 / 45.0 * np.array(GENTLE.places_mm), rtol=1e-12)
+    assert {one.side for one in circles} == {2.0}
+    found = contact_compliance(piece, GENTLE)
+    assert found.tips == GENTLE.names
+    assert found.info.status.startswith("the domes count as flat circles of 2 mm where they touch")
+
+
+def test_line_has_a_row_for_each_tip():
+    found = contact_compliance(BLOCK, Tips(layout="line", order="LHL", spacing_mm=2.5))
+    assert found.tips == ("low_1", "high", "low_2")
+    assert found.S[0, 1] == pytest.approx(found.S[2, 1], rel=1e-12)
+    assert found.S[0, 0] > found.S[0, 1] > found.S[0, 2] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("tips", "method", "message"),
+    [
+        (GENTLE, "direct", r"^contact method = 'direct': must be split or auto for lines, squares and domes"),
+        (Tips(layout="square", spacing_mm=16.5), "auto", r"^gap from tip to side face = 1.25 mm: must be at least"),
+    ],
+)
+def test_layouts_that_only_the_split_knows(tips, method, message):
+    with pytest.raises(InputError, match=message) as refused:
+        contact_compliance(BLOCK, tips, method)
+    assert "\n" not in str(refused.value)
+    assert "direct finite elements" not in str(refused.value)
 
 
 def test_auto_turns_to_direct_outside_the_domain_and_says_why(monkeypatch):
