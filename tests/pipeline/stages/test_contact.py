@@ -9,10 +9,13 @@ from stand_ins import CONTACT, K_M_OVER_E
 import pipeline.stages.contact
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
-from cad.design.tips import Tips
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.options import RunOptions
 from pipeline.stages.contact import contact_compliance, fruit_compliance
+from solve.contact.linear_response import spring_compliance
+from solve.contact.poses import Pose, pose_forces
+from solve.contact.scene import Scene
 from solve.fruit.split import SplitDomainError, contact_footprints
 
 BLOCK, TIPS = Fruit(), Tips()
@@ -97,6 +100,20 @@ def test_domes_count_as_circles_where_they_touch():
     found = contact_compliance(piece, GENTLE)
     assert found.tips == GENTLE.names
     assert found.info.status.startswith("the domes count as flat circles of 2 mm where they touch")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("radius", [28.0, 42.0])
+def test_domes_on_a_fruit_of_another_radius(radius):
+    """The compliance of one radius serves another within the bar: against the compliance of that fruit."""
+    tips = dataclasses.replace(GENTLE, side_mm=5.8, spacing_mm=6.0)
+    fruits = [Fruit(shape="sphere", radius_mm=size, thickness_mm=12.0) for size in (35.0, radius)]
+    scenes = [Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.4)) for fruit in fruits]
+    C = spring_compliance(1.2, 20.0, 1.2, 20.0)
+    poses = [Pose(E=E, travel=0.4, tilt_deg=(1.0, 0.0), radius_mm=radius) for E in (0.5, 3.5)]
+    one, other = (pose_forces(scene, contact_compliance(scene.fruit, tips), C, poses) for scene in scenes)
+    assert np.all(np.abs(one.F - other.F) <= one.F_error)
+    assert np.all(one.F_error > other.F_error)
 
 
 def test_line_has_a_row_for_each_tip():
