@@ -40,8 +40,15 @@ def frictionless_press(poisson: float, slope: float) -> float:
     A tip without friction presses along the normal: going down by d it presses by d cos(slope) along the normal, and of
     its force the share cos(slope) is vertical, the rest is borne by the guide. Negative: -sin^2 as a rule.
     """
-    normal = sum(1.0 / r for _, r in _stretched(slope)) / _DIRECTIONS
-    return slope_factor(poisson, slope) / ((1.0 + slope**2) * normal) - 1.0
+    return slope_factor(poisson, slope) / ((1.0 + slope**2) * stretch_factor(slope)) - 1.0
+
+
+def stretch_factor(slope: float) -> float:
+    """Return compliance along the normal under a load that is round as seen from above, over that on a level skin [1].
+
+    On a skin that falls by `slope` [1] such a load is longer down the slope: the mean of 1 / r over all directions.
+    """
+    return sum(1.0 / r for _, r in _stretched(slope)) / _DIRECTIONS
 
 
 def _stretched(slope: float) -> list[tuple[float, float]]:

@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter
 from cad.quantity import fault
 from solve.arrays import Floats
 from solve.contact.domes.law import domes_on
-from solve.contact.linear_response import PAIR, SensorResponse, TipKinds, linear_response, response_of_forces
+from solve.contact.linear_response import SensorResponse, TipKinds, linear_response, response_of_forces
 from solve.contact.scene import Scene, check_scene, joined
 from solve.contact.scene_cells import SceneCells, interference, scene_cells
 from solve.contact.unilateral import ContactState, UnilateralContact
@@ -30,17 +30,19 @@ def scene_response(
     C: Floats,
     E: Sequence[float] | Floats,
     x: Sequence[float] | Floats,
-    kinds: TipKinds = PAIR,
+    kinds: TipKinds | None = None,
 ) -> SensorResponse:
     """Return forces, P and slope ratio at every modulus E [MPa] and travel x [mm] of the mean of the tips' centres.
 
-    C (tips, tips) [mm/N] is the compliance of the springs. The errors are those of the cells, from a coarser grid,
-    and of the compliance; what small slopes leave out is not in them: the status states it. Raises InputError where
-    the scene is too steep or outside the domain of contact, SolveError when a solve is not exact.
+    C (tips, tips) [mm/N] is the compliance of the springs, whose kinds are those of the scene's tips where `kinds` is
+    not given. The errors are those of the cells, from a coarser grid, or of the law of domes, and of the compliance;
+    what small slopes leave out is not in them: the status states it. Raises InputError where the scene is too steep,
+    outside the domain of contact or a contact runs off the face of a dome, SolveError when a solve is not exact.
     """
     start = time.perf_counter()
     C, moduli, x = (np.asarray(values, dtype=np.float64) for values in (C, E, x))
     known = compliance.error_pair
+    kinds = TipKinds.of(scene.tips.springs) if kinds is None else kinds
     if scene.linear:
         exact = linear_response(compliance.S, C, moduli, x, scene.ahead, kinds=kinds)
         return replace(exact, F_error=exact.F_error + known, P_error=exact.P_error + known)

@@ -19,7 +19,7 @@ from skfem import CellBasis, ElementHex2, MeshHex2
 
 from cad.design.fruit import Fruit
 from cad.quantity import fault
-from cad.theory.sloped_skin import log_coefficient, slope_factor
+from cad.theory.sloped_skin import log_coefficient, slope_factor, stretch_factor
 from solve.arrays import Floats
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.error_estimate import SolveInfo
@@ -163,12 +163,16 @@ def _sharper(
 
 def _sharper_tip(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_normals: bool) -> tuple[float, float]:
     shape = CurvedShape(fruit, (0.0, 0.0))
-    slope = 0.0 if along_normals else shape.slope(tip.x, tip.y)
+    slope = shape.slope(tip.x, tip.y)
     curvature = shape.mean_curvature(tip.x, tip.y)
     least = least_deviation(tip)
     level = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least  # compliance of the half-space
-    sloped = level * (1.0 - least / load.deviation) * (slope_factor(fruit.poisson, slope) - 1.0)
-    logarithm = math.log(load.deviation / least) - LOG_OFFSET
+    share = least / load.deviation
+    sloped = level * (1.0 - share) * (slope_factor(fruit.poisson, slope) - 1.0)
+    if along_normals:
+        # the contact of a dome is round along the skin, not as seen from above
+        sloped, slope = level * share * (1.0 - stretch_factor(slope)), 0.0
+    logarithm = -math.log(share) - LOG_OFFSET
     bound = level * (FLOOR + SECOND_ORDER * (tip.side * curvature) ** 2)
     return sloped + log_coefficient(fruit.poisson, slope) * curvature * logarithm, bound
 

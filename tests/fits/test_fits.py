@@ -7,6 +7,7 @@ from fits import (
     block_mesh,
     coarse_mesh,
     contact_cells,
+    dome_law,
     frame_share,
     gauge_edges,
     glued_pin,
@@ -35,6 +36,7 @@ REDUCED = {
     "block mesh": block_mesh.compared,
     "split": partial(split_errors.compared, BLOCKS, 8),
     "contact cells": partial(contact_cells.compared, contact_cells.PARTLY[::2], contact_cells.SPHERES[:1]),
+    "dome law": partial(dome_law.compared, (dome_law.GENTLE, dome_law.SHALLOW)),
 }
 
 

@@ -93,23 +93,48 @@ def _on_skin(places: np.ndarray, fruit: Fruit) -> np.ndarray:
     return centre[:, None] + axes[:, None] * u
 
 
-def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips) -> float:
-    """Return s11 - s12 [1/mm] under vertical normal distributions as wide as rigid tips sink into a half-space."""
+def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, plan: MeshTet1 | None = None) -> float:
+    """Return s11 - s12 [1/mm] under normal distributions as wide as rigid tips sink into a half-space.
+
+    Loads and answers are along the normals of a skin that falls by `slope` at the tips; 0 for the vertical. `plan` is
+    the mesh before it was bent by height, whose top is the plan over which the loads are spread.
+    """
     deviation, centre = least_deviation(tip_footprints(tips)[1]), tips.centres_mm[1]
     basis = vector_basis(mesh, ElementTetP2(), 4)
     stiffness = stiffness_matrix(basis, 1.0, poisson)
     skin = np.concatenate([mesh.boundaries["top"], mesh.boundaries["high_tip"]])
-    surface = FacetBasis(mesh, ElementVector(ElementTetP2()), facets=skin, intorder=8)
+    surface = FacetBasis(plan or mesh, ElementVector(ElementTetP2()), facets=skin, intorder=8)
 
     def density(x: np.ndarray, place: float) -> np.ndarray:
         square = (x[0] - place) ** 2 + x[1] ** 2
         return np.exp(-0.5 * square / deviation**2) / (2.0 * np.pi * deviation**2)
 
-    opposed = LinearForm(lambda v, w: (density(w.x, centre) - density(w.x, -centre)) * v[2] * w.n[2])
+    along, up = slope / np.hypot(1.0, slope), 1.0 / np.hypot(1.0, slope)
+
+    @LinearForm
+    def opposed(v, w):
+        right, left = density(w.x, centre), density(w.x, -centre)
+        return ((right - left) * up * v[2] + (right + left) * along * v[0]) * w.n[2]
+
     force = opposed.assemble(surface)
     held = {"base": ("u^1", "u^2", "u^3"), "symmetry_y": ("u^2",), "symmetry_x": ("u^2", "u^3")}
     fixed = [basis.get_dofs(name).all(list(components)) for name, components in held.items()]
     return 2.0 * float(force @ factorised(stiffness, np.concatenate(fixed)).solve(force))
+
+
+def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:
+    """Return what the shape of a piece adds to s11 - s12 along its normals [1/mm], from a mesh bent by height.
+
+    Under loads that are round along the skin: those of the mesh are round as seen from above, on a slope s longer by
+    sqrt(1 + s^2) down it, which takes s^2 / 4 off their own compliance.
+    """
+    shape, place = CurvedShape(fruit, (0.0, 0.0)), tips.centres_mm[1]
+    sharper = LOG_OFFSET * shape.mean_curvature(place, 0.0) * log_coefficient(fruit.poisson, 0.0)
+    block, slope = block_mesh(fruit, tips, size), shape.slope(place, 0.0)
+    bent = smooth_pair(bent_by_height(block, fruit), fruit.poisson, tips, slope, block)
+    own = 0.5 * (1.0 - fruit.poisson**2) / np.sqrt(np.pi) / least_deviation(tip_footprints(tips)[1])
+    bent += own * 0.25 * slope**2
+    return bent - smooth_pair(block, fruit.poisson, tips) - sharper
 
 
 def solid_change(fruit: Fruit, tips: Tips, size: SizeField) -> float:

@@ -3,11 +3,11 @@
 import dataclasses
 
 import pytest
-from reference.curved_fruit import bent_by_height, block_mesh, sizes, solid_change
+from reference.curved_fruit import bent_by_height, block_mesh, change_along_normals, sizes, solid_change
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from solve.fruit.curved_body import SAFETY, shape_change
+from solve.fruit.curved_body import SAFETY, STEPS, shape_change
 from solve.fruit.direct import mesh_compliance
 from solve.fruit.split import relative_changes, split_compliance, tip_footprints
 
@@ -55,6 +55,17 @@ def test_piece_under_rigid_tips():
 def test_pieces_under_rigid_tips_on_finer_meshes(fruit):
     change, bar, whole = found(fruit)
     assert abs(change - rigid_limit(fruit, 0.5)) <= 0.1 * ALLOWED * whole + bar
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fruit", [PIECE, SMALL])
+def test_pieces_along_their_normals(fruit):
+    """As domes press; along the vertical the shape changes another amount, which the bar tells apart."""
+    vertical, bar, whole = found(fruit)
+    change = paired(shape_change(fruit, tip_footprints(TIPS), STEPS, along_normals=True).change)
+    truth = change_along_normals(fruit, TIPS, sizes(TIPS, 2.0, 0.4, 2.0))
+    assert abs(change - truth) <= 0.3 * ALLOWED * whole + bar
+    assert abs(change - vertical) > 0.3 * ALLOWED * whole + bar
 
 
 @pytest.mark.study

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from cad.theory.sloped_skin import frictionless_press, log_coefficient, slope_factor
+from cad.theory.sloped_skin import frictionless_press, log_coefficient, slope_factor, stretch_factor
 
 ROUND_OFF = 1e-12  # relative: sums of 64 positive terms
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
@@ -16,6 +16,11 @@ ANGLES = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
 def test_without_lateral_strain_a_slope_only_stretches_the_plan(slope):
     """At nu 0 a half-space gives alike in all directions: the mean of 1 / r over an ellipse, 2 / pi K(-slope^2)."""
     assert slope_factor(0.0, slope) == pytest.approx(2.0 / math.pi * ellipk(-(slope**2)), rel=ROUND_OFF)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1, 0.5])
+def test_load_that_is_round_as_seen_from_above_is_longer_on_a_slope(slope):
+    assert stretch_factor(slope) == pytest.approx(2.0 / math.pi * ellipk(-(slope**2)), rel=ROUND_OFF)
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])

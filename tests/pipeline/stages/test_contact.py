@@ -9,11 +9,14 @@ from stand_ins import CONTACT, K_M_OVER_E
 import pipeline.stages.contact
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
-from cad.design.tips import Tips
+from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.options import RunOptions
 from pipeline.stages.contact import contact_compliance, fruit_compliance
-from solve.fruit.split import SplitDomainError
+from solve.contact.linear_response import spring_compliance
+from solve.contact.poses import Pose, pose_forces
+from solve.contact.scene import Scene
+from solve.fruit.split import SplitDomainError, contact_footprints
 
 BLOCK, TIPS = Fruit(), Tips()
 B_TYPE = Fruit(length_mm=20.0, width_mm=12.0, height_mm=20.0)
@@ -96,6 +99,56 @@ def test_spherical_tips_are_sized_by_the_cylinder():
     found = contact_compliance(BLOCK, Tips(shape="sphere"))
     np.testing.assert_array_equal(found.S, contact_compliance(BLOCK, Tips(shape="cylinder")).S)
     assert "the tips count as a sharp cylinder of 1 mm" in found.info.status
+
+
+GENTLE = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=4.0, spacing_mm=5.0)
+
+
+def test_domes_count_as_circles_where_they_touch():
+    """A level dome of radius r touches a sphere of radius R at R / (R + r) of its place."""
+    piece = Fruit(shape="sphere", radius_mm=35.0, length_mm=24.0, width_mm=24.0, thickness_mm=12.0)
+    circles = contact_footprints(piece, GENTLE)
+    places = [(one.x, one.y) for one in circles]
+    np.testing.assert_allclose(places, 35.0 / 45.0 * np.array(GENTLE.places_mm), rtol=1e-12)
+    assert {one.side for one in circles} == {2.0}
+    found = contact_compliance(piece, GENTLE)
+    assert found.tips == GENTLE.names
+    assert found.info.status.startswith("the domes count as flat circles of 2 mm where they touch")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("radius", [28.0, 42.0])
+def test_domes_on_a_fruit_of_another_radius(radius):
+    """The compliance of one radius serves another within the bar: against the compliance of that fruit."""
+    tips = dataclasses.replace(GENTLE, side_mm=5.8, spacing_mm=6.0)
+    fruits = [Fruit(shape="sphere", radius_mm=size, thickness_mm=12.0) for size in (35.0, radius)]
+    scenes = [Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.4)) for fruit in fruits]
+    C = spring_compliance(1.2, 20.0, 1.2, 20.0)
+    poses = [Pose(E=E, travel=0.4, tilt_deg=(1.0, 0.0), radius_mm=radius) for E in (0.5, 3.5)]
+    one, other = (pose_forces(scene, contact_compliance(scene.fruit, tips), C, poses) for scene in scenes)
+    assert np.all(np.abs(one.F - other.F) <= one.F_error)
+    assert np.all(one.F_error > other.F_error)
+
+
+def test_line_has_a_row_for_each_tip():
+    found = contact_compliance(BLOCK, Tips(layout="line", order="LHL", spacing_mm=2.5))
+    assert found.tips == ("low_1", "high", "low_2")
+    assert found.S[0, 1] == pytest.approx(found.S[2, 1], rel=1e-12)
+    assert found.S[0, 0] > found.S[0, 1] > found.S[0, 2] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("tips", "method", "message"),
+    [
+        (GENTLE, "direct", r"^contact method = 'direct': must be split or auto for lines, squares and domes"),
+        (Tips(layout="square", spacing_mm=16.5), "auto", r"^gap from tip to side face = 1.25 mm: must be at least"),
+    ],
+)
+def test_layouts_that_only_the_split_knows(tips, method, message):
+    with pytest.raises(InputError, match=message) as refused:
+        contact_compliance(BLOCK, tips, method)
+    assert "\n" not in str(refused.value)
+    assert "direct finite elements" not in str(refused.value)
 
 
 def test_auto_turns_to_direct_outside_the_domain_and_says_why(monkeypatch):
