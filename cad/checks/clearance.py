@@ -87,14 +87,13 @@ def _box(housing: Housing, x0: float, x1: float, z0: float, z1: float) -> cq.Sha
 def stop_verdicts(sensor: Sensor, deflections: tuple[float, ...]) -> tuple[Verdict, ...]:
     """Return geometry.stops_low and _high: deflection [mm] at which shuttle or leaf first meets the frame.
 
-    The deflections [mm] of low and high spring are those at full travel; a stop must stand 1.2 times above what the
-    deepest pose of the design makes of them. With them geometry.deflected_gap_low and _high [mm]: what is left between
-    leaf and frame when the shuttle is stopped.
+    The deflections [mm] of low and high spring are those at full travel; a stop must stand 1.2 times above. With
+    them geometry.deflected_gap_low and _high [mm]: what is left between leaf and frame when the shuttle is stopped.
     """
     lines = SolidLines(sensor.part.shape)
     verdicts: list[Verdict] = []
     for arm, deflection in zip(sensor.housing.arms, deflections, strict=True):
-        verdicts += _arm_stop_verdicts(lines, sensor.housing, arm, sensor.deepest_travel * deflection)
+        verdicts += _arm_stop_verdicts(lines, sensor.housing, arm, deflection)
     return tuple(verdicts)
 
 

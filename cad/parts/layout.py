@@ -50,7 +50,7 @@ def housing_for(
     protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
     half_leaf = 0.5 * max(thicknesses) + process.fillet_mm
     lower = max(neck, protrusion) + LEDGE + half_leaf
-    margin = STOP_MARGIN * deepest_travel(design)
+    margin = STOP_MARGIN * _farthest_travel(design)
     stops = [round(max(process.min_gap_mm, margin * deflection), 2) for deflection in deflections]
     cavity = lower + separation + half_leaf + LEDGE + max(stops)
     housing = Housing(
@@ -87,11 +87,10 @@ def housing_for(
     )
 
 
-def deepest_travel(design: Design) -> float:
+def _farthest_travel(design: Design) -> float:
     """Return the travel of the tip that goes deepest in the poses of the reading over that of the press [1].
 
-    It is 1 without a reading. A tilt lowers a tip by its distance from the middle, a sensor off the apex meets a slope
-    of the fruit under it.
+    A tilt lowers a tip by its distance from the middle, a sensor off the apex meets a slope of the fruit under it.
     """
     reading = design.reading
     if reading is None:

@@ -33,10 +33,7 @@ class Body:
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """A housing with its solid, and the fruit that it is pressed on.
-
-    `deepest_travel` is that of the tip that goes deepest in any pose of a reading, over the travel of the press [1].
-    """
+    """A housing with its solid, and the fruit that it is pressed on."""
 
     housing: Housing
     part: Part
@@ -44,7 +41,6 @@ class Sensor:
     tips: Tips
     press: Press
     name: str = ""
-    deepest_travel: float = 1.0
 
     def printed_part(self) -> Part:
         """Return the part as the print files hold it: with L, H and the name engraved in the frame, if there is one.

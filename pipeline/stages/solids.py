@@ -11,7 +11,6 @@ from cad.design.parameters import Design
 from cad.files.sensor_files import write_sensor
 from cad.parts.assembly import finished_part
 from cad.parts.housing import Housing
-from cad.parts.layout import deepest_travel
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, failed
 from pipeline.stages.springs import FittedSprings
@@ -23,7 +22,7 @@ _NO_LINE = failed(
     unit="1",
     reference="no housing is drawn for a line of three; its contact and response are those of the springs asked for",
 )
-_SHAPES = ("name", "fruit", "tips", "press", "reading")  # tables that solids and their checks depend on
+_SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their checks depend on
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,13 +37,7 @@ def sensor_of(design: Design, housing: Housing) -> Sensor:
     """Return the sensor of a design with this housing."""
     part = finished_part(housing)
     return Sensor(
-        housing=housing,
-        part=part,
-        fruit=design.fruit,
-        tips=design.tips,
-        press=design.press,
-        name=design.name,
-        deepest_travel=deepest_travel(design),
+        housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
     )
 
 
