@@ -101,9 +101,9 @@ known one. Lengths are in millimetres, moduli in megapascals, angles in degrees.
     height_mm = 20.0
 
 Use it with `pipeline run --design mine.toml`. One key can also be set on the command line, on top of the file:
-`pipeline run --set fruit.height_mm=20`. The presets `paper`, `mango` and `gentle` are the files in
-[designs](../designs), each number with its source; `--design mango` uses one. Every output folder holds
-a `design.toml` that repeats its run.
+`pipeline run --set fruit.height_mm=20`. The presets `paper`, `paper-on-mango`, `mango`, `compact`
+and `fouly` are the files in [designs](../designs), each number with its source; `--design mango` uses one. Every output
+folder holds a `design.toml` that repeats its run.
 
 `name` is text of 1 to 64 letters, digits, `-` or `_`; it names the output folder and is engraved in the part. A file
 without a name is named after the file.

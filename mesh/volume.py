@@ -1,7 +1,7 @@
 """From a part to a tetrahedral mesh of its inside, whose boundaries carry the names of the part's faces."""
 
 import math
-import tempfile
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,10 +106,11 @@ def _check_names(part: Part, size: SizeField) -> None:
 
 def _imported(part: Part) -> list[int]:
     """Read the part into gmsh; return the surface tags in the order of the part's faces."""
-    with tempfile.TemporaryDirectory() as folder, stage("import", "check that the solid is valid"):
-        path = Path(folder) / "part.brep"
+    # a file in memory: one on a disk would stay there after a kill
+    with os.fdopen(os.memfd_create("part.brep")) as in_memory, stage("import", "check that the solid is valid"):
+        path = Path(f"/proc/self/fd/{in_memory.fileno()}")
         part.write_brep(path)
-        gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.importShapes(str(path), format="brep")
         gmsh.model.occ.synchronize()
         tags = [tag for _, tag in gmsh.model.getEntities(2)]
     _check_faces(part, tags)

@@ -39,6 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; without words take those of the process, and make it fit to run."""
     if argv is None:
         ready_streams()
+        os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the order of sums, and the last digits, follow the number of threads
         warnings.simplefilter("ignore")  # those of libraries are for us, not for who calls a command
     try:
         with _leaving_at_once():

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from cad.design.parameters import Design
 from cad.verdict import Verdict, all_passed
 from pipeline.options import RunOptions
+from pipeline.reading.readings import Readings
 from pipeline.stages.characteristics import SpringBehaviour
 from pipeline.stages.response import ScenePress
 from pipeline.stages.sizing import SpringSizing
@@ -19,8 +20,9 @@ from solve.fruit.compliance import FruitCompliance
 class SensorResult:
     """A design with what each stage of its run has found.
 
-    `verdicts` are those of the judgement, with advice, and those on what fabrication has made. `seconds` are wall and
-    processor seconds by stage. `left_out` says why a file of fields is not there.
+    `readings` are None where the design asks for none. `verdicts` are those of the readings and of the judgement, with
+    advice, and those on what fabrication has made. `seconds` are wall and processor seconds by stage. `left_out` says
+    why a file of fields is not there.
     """
 
     design: Design
@@ -31,6 +33,7 @@ class SensorResult:
     press: ScenePress
     behaviour: SpringBehaviour | None
     judgement: Judgement
+    readings: Readings | None
     verdicts: tuple[Verdict, ...]
     errors: SensorErrors
     left_out: str | None

@@ -4,21 +4,22 @@ from pathlib import Path
 
 from cad.design.parameters import Design
 from pipeline.options import RunOptions
+from pipeline.reading.readings import assess_readings
 from pipeline.report.outputs import write_outputs
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import solved_behaviour
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.fabrication import make_fabrication
 from pipeline.stages.fields import write_fields
-from pipeline.stages.response import press_scene
+from pipeline.stages.response import press_of_springs, refuse_unsolvable
 from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.solids import write_solids
-from pipeline.stages.springs import fit_springs, tip_leads
+from pipeline.stages.springs import fit_springs
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.uncertainty.cause import assessed_sensor
 from pipeline.uncertainty.sensor_errors import sensor_errors
-from pipeline.verdicts.sensor import advised, judge
+from pipeline.verdicts.sensor import all_verdicts, judge
 
 
 def run(design: Design, options: RunOptions | None = None) -> SensorResult:
@@ -28,22 +29,23 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     believed.
     """
     options = options or RunOptions()
+    refuse_unsolvable(design)
     with output_folder(options.out, force=options.force) as folder:
-        result = _stages(design, options, folder)
+        result = _stages(design, options, folder, Stopwatch())
         write_outputs(result, folder)
     return result
 
 
-def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
-    timed = Stopwatch()
+def _stages(design: Design, options: RunOptions, folder: Path, timed: Stopwatch) -> SensorResult:
     contact = timed("contact", fruit_compliance, design, options)  # meshes and solves the fruit
     sizing = timed("sizing", spring_sizing, design, contact, options)  # closed form
     springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
     geometry = timed("solids", write_solids, design, springs, folder)
-    press = timed("response", press_scene, design, contact, springs.C, tip_leads(springs, design.press.attitude))
+    press = timed("response", press_of_springs, design, contact, springs)
+    readings = timed("reading", assess_readings, design, contact, springs)  # where the design asks for it
     judged = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
     sensor = timed("mounts", assessed_sensor, design, contact, sizing, springs)
-    errors = timed("errors", sensor_errors, sensor, judged.reached, press, options)
+    errors = timed("errors", sensor_errors, sensor, judged.reached, press, options, readings)
     making = timed("fabrication", make_fabrication, design, springs, options, folder)
     return SensorResult(
         design=design,
@@ -54,7 +56,8 @@ def _stages(design: Design, options: RunOptions, folder: Path) -> SensorResult:
         press=press,
         behaviour=timed("behaviour", solved_behaviour, springs, press),
         judgement=judged,
-        verdicts=(*advised(judged.verdicts, springs, options), *making),
+        readings=readings,
+        verdicts=all_verdicts(design, readings, judged, springs, options, making),
         errors=errors,
         left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),
         seconds=timed.seconds(),

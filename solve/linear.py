@@ -15,10 +15,12 @@ from scipy.sparse import csc_matrix, csr_matrix, triu
 from scipy.sparse.linalg import splu
 
 from solve.arrays import Floats, Ints
+from solve.memory import factor_bytes, free_bytes
 
 RESIDUAL_LIMIT = 1e-9
 DIGITS = 1e-4  # of the largest displacement: what round-off may leave unknown of a solution
 CONDITION_LIMIT = DIGITS / float(np.finfo(np.float64).eps)
+MOST_BYTES = 4.0 * 2**30  # for one factor: what takes more takes minutes
 _SMALL = 8000  # free dofs under which SuperLU is done before pardiso has started
 
 
@@ -66,8 +68,9 @@ def _check_residual(block: csc_matrix, found: Floats, right: Floats) -> None:
 def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
     """Factorise a symmetric positive definite matrix with the given dofs prescribed.
 
-    Raises SolveError when the matrix is singular, as it is where a part is not clamped.
+    Raises SolveError as `check_cost`, and when the matrix is singular, as it is where a part is not clamped.
     """
+    check_cost(matrix.shape[0])
     fixed = np.unique(fixed)
     free = np.setdiff1d(np.arange(matrix.shape[0]), fixed, assume_unique=True)
     block = csc_matrix(matrix[free][:, free])
@@ -77,6 +80,18 @@ def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
     back_substitute = _PardisoFactor(block) if with_pardiso else _superlu(block)
     _check_condition(block, back_substitute)
     return Factor(matrix, block, free, fixed, back_substitute)
+
+
+def check_cost(unknowns: int) -> None:
+    """Raise SolveError for a number of unknowns [1] whose factor takes more than 4 GiB, or than this process may."""
+    needed, free = factor_bytes(unknowns), free_bytes()
+    if needed > min(MOST_BYTES, free):
+        least = "that a solve may take" if free > MOST_BYTES else "that are free"
+        msg = (
+            f"linear solve: memory for {unknowns} unknowns = {needed / 2**30:.3g} GiB: must be at most the "
+            f"{min(MOST_BYTES, free) / 2**30:.3g} GiB {least}; take a smaller fruit, shorter leaves or a larger --tol"
+        )
+        raise SolveError(msg)
 
 
 def _check_condition(block: csc_matrix, back_substitute: Callable[[Floats], Floats]) -> None:

@@ -121,6 +121,7 @@ def result_of(design: Design | None = None, options: RunOptions | None = None, *
         press=press,
         behaviour=spring_behaviour(springs, press),
         judgement=judged,
+        readings=None,
         verdicts=judged.verdicts,
         errors=sensor_errors(sensor, judged.reached, press, RunOptions()),
         left_out=None,

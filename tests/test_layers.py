@@ -31,7 +31,8 @@ ELASTIC = (
 )
 BELOW = ("cad", "mesh", "solve")
 STAGES = (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit", "pipeline.stages")
-JUDGED = (*STAGES, "pipeline.verdicts")
+READ = (*STAGES, "pipeline.reading")
+JUDGED = (*READ, "pipeline.verdicts")
 SENTENCES = (*JUDGED, "pipeline.uncertainty", "pipeline.result", "pipeline.report")
 
 MAY_SEE: dict[str, tuple[str, ...]] = {
@@ -50,7 +51,8 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "mesh.housing": (*SHAPES, "mesh.session", "mesh.gmsh_arrays", "mesh.quality"),
     "solve.arrays": (),
     "solve.elasticity": (*LAWS, "solve.arrays"),
-    "solve.linear": (*LAWS, "solve.arrays"),
+    "solve.memory": (),
+    "solve.linear": (*LAWS, "solve.arrays", "solve.memory"),
     "solve.surface": (*LAWS, "solve.arrays"),
     "solve.error_estimate": LAWS,
     "solve.nodal_fields": (*LAWS, "solve.arrays", "solve.elasticity"),
@@ -64,7 +66,8 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.fit": (*BELOW, "pipeline.options", "pipeline.storage"),
     "pipeline.stages": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit"),
     "pipeline.stages.fabrication": JUDGED,
-    "pipeline.verdicts": STAGES,
+    "pipeline.reading": STAGES,
+    "pipeline.verdicts": READ,
     "pipeline.uncertainty": JUDGED,
     "pipeline.result": (*JUDGED, "pipeline.uncertainty"),
     "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),

@@ -90,6 +90,11 @@ class Fruit:
         return self.radius_mm * widest, math.sqrt(self.radius_mm * self._across) * widest
 
     @property
+    def radii_mm(self) -> tuple[float, float]:
+        """Return the radii of curvature along and across the tips [mm], infinite for a flat fruit."""
+        return self.radius_mm or math.inf, self._across
+
+    @property
     def _across(self) -> float:
         """Return the radius of curvature across the tips [mm] of a curved fruit."""
         return self.radius_across_mm or self.radius_mm or math.inf

@@ -127,6 +127,11 @@ class Design:
         return self.targets or Targets()
 
     @property
+    def as_pair(self) -> "Design":
+        """Return the design with one low and one high tip: what one plate carries, whatever the layout."""
+        return dataclasses.replace(self, tips=self.tips.as_pair)
+
+    @property
     def largest_E_MPa(self) -> float:
         """Return the largest modulus that is shown, which may lie beyond E_max [MPa]."""
         return max(self.fruit.E_max_MPa, *self.fruit.E_MPa)
@@ -142,10 +147,15 @@ class Design:
 
     @property
     def full_travels_mm(self) -> tuple[float, float]:
-        """Return how far the farthest low and high tip travel at full press [mm]; negative for one that stays off."""
+        """Return how far the farthest low and high tip travel at full press [mm]; negative for one that stays off.
+
+        With a reading the sensor may be tilted towards any tip.
+        """
         centres = self.tips.centres_mm
         slope, middle = math.tan(math.radians(self.press.tilt_deg)), sum(centres) / len(centres)
-        travels = [self.press.travel_mm + (x - middle) * slope for x in centres]
+        farthest = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
+        tilted = 0.0 if self.reading is None else farthest * math.tan(math.radians(self.reading.tilt_deg))
+        travels = [self.press.travel_mm + tilted + (x - middle) * slope for x in centres]
         low, high = (
             max(travel for travel, spring in zip(travels, self.tips.springs, strict=True) if spring == kind)
             for kind in ("low", "high")

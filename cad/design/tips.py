@@ -97,6 +97,16 @@ class Tips:
         return tuple(_SPRINGS[letter] for letter in letters)
 
     @property
+    def kinds(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Return the indices of the tips on low and of those on high springs."""
+        low, high = (tuple(i for i, spring in enumerate(self.springs) if spring == kind) for kind in _SPRINGS.values())
+        return low, high
+
+    def each(self, of_low: float, of_high: float) -> tuple[float, ...]:
+        """Return for each tip the number that its kind of spring has, in that number's unit."""
+        return tuple(of_low if i in self.kinds[0] else of_high for i in range(len(self.springs)))
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Return the name of each tip: its spring, with a number where there are two of a kind."""
         counts = [self.springs[: place + 1].count(spring) for place, spring in enumerate(self.springs)]
@@ -124,6 +134,11 @@ class Tips:
     def face_mm2(self) -> float:
         """Return the area of a tip's outline [mm^2]."""
         return self.side_mm**2 * (1.0 if self.shape == "cube" else math.pi / 4.0)
+
+    @property
+    def as_pair(self) -> "Tips":
+        """Return two of these tips, on a low and a high spring."""
+        return dataclasses.replace(self, layout="pair", order=None, outer_mm=None)
 
     @property
     def flat(self) -> "Tips":

@@ -1,7 +1,7 @@
 """Binary STL [mm] with bytes that depend on nothing but the solid; read back as triangles."""
 
+import os
 import struct
-import tempfile
 from pathlib import Path
 
 import cadquery as cq
@@ -26,8 +26,8 @@ def write_stl(shape: cq.Shape, path: Path) -> None:
 
 def triangles(shape: cq.Shape) -> trimesh.Trimesh:
     """Return a shape [mm] as triangles with equal corners merged, as fine as the STL."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "shape.stl"
+    with os.fdopen(os.memfd_create("shape.stl")) as in_memory:  # a file on a disk would stay there after a kill
+        path = Path(f"/proc/self/fd/{in_memory.fileno()}")
         write_stl(shape, path)
         return read_stl(path)
 

@@ -105,13 +105,28 @@ def curved_fruit(fruit: Fruit, tips: Tips | None = None) -> Part:
 def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
     """Return the piece with its apex at the origin; poles and seam of the surface lie away from the top."""
     length, width, depth = fruit.length_mm, fruit.width_mm, fruit.depth_mm
-    sphere = cq.Solid.makeSphere(radius, angleDegrees1=-90, angleDegrees2=90)
-    whole = sphere.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0), 90.0)
-    if fruit.radius_across_mm is not None:
-        stretch = (fruit.radius_across_mm / radius) ** 0.5
-        whole = whole.transformGeometry(cq.Matrix([[1, 0, 0, 0], [0, stretch, 0, 0], [0, 0, 1, 0]]))
+    if fruit.radius_across_mm is None:
+        sphere: cq.Shape = cq.Solid.makeSphere(radius, angleDegrees1=-90, angleDegrees2=90)
+        whole = sphere.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0), 90.0)
+    else:
+        whole = _ellipsoid(radius, (radius * fruit.radius_across_mm) ** 0.5, beyond_equator=depth > radius)
     box = cq.Solid.makeBox(length, width, 2.0 * depth, cq.Vector(-0.5 * length, -0.5 * width, -depth))
     return whole.translate(cq.Vector(0.0, 0.0, -radius)).intersect(box).Solids()[0]
+
+
+def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shape:
+    """Return the body that a half ellipse leaves when it turns about y, of half axes radius and across [mm].
+
+    It is the upper half, or the whole: of two surfaces and from a spline, for one surface all around, or one with a
+    pole where an ellipse starts, is read back wrong from a STEP file.
+    """
+    middle, axis = cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0)
+    half = cq.Edge.makeEllipse(across, radius, middle, cq.Vector(0.0, 0.0, -1.0), axis, 0.0, 180.0)
+    if beyond_equator:
+        half = half.toNURBS()
+    outline = cq.Wire.assembleEdges([half, cq.Edge.makeLine(half.endPoint(), half.startPoint())])
+    upper = cq.Solid.revolve(outline, [], -180.0, middle, axis)
+    return upper.fuse(cq.Solid.revolve(outline, [], 180.0, middle, axis)) if beyond_equator else upper
 
 
 def _outline(piece: cq.Solid, tips: Tips, centre: float) -> cq.Face:
@@ -122,4 +137,5 @@ def _outline(piece: cq.Solid, tips: Tips, centre: float) -> cq.Face:
     else:
         above = cq.Solid.makeCylinder(0.5 * side, 2.0 * far, cq.Vector(centre, 0.0, -far))
     curved = [face for face in piece.Faces() if face.geomType() != "PLANE"]
-    return curved[0].intersect(above).Faces()[0]
+    top = max(curved, key=lambda face: face.BoundingBox().zmax)
+    return top.intersect(above).Faces()[0]

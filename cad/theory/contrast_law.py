@@ -52,7 +52,7 @@ class ContrastLaw:
 def contrast_weights(places: Sequence[Place], springs: Sequence[str]) -> tuple[float, ...]:
     """Return the mean of the high tips less that of the low ones as a weight for each tip [1].
 
-    `places` are x and y [mm], `springs` "low" or "high". Raises InputError where a tilt would not drop out.
+    `places` are x and y [mm], `springs` the kinds of springs. Raises InputError where a tilt would not drop out.
     """
     share = {kind: 1.0 / springs.count(kind) for kind in set(springs)}
     weights = tuple(share[kind] if kind == "high" else -share[kind] for kind in springs)

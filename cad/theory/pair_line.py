@@ -30,17 +30,23 @@ def line_over_press(C: Matrix, own_less_other: float, presses: Sequence[Sequence
     C [mm/N] has a row and a column for each spring; `own_less_other` is s11 - s12, times E [1/mm]. Samples in which a
     tip is off the fruit are left out. Raises ReadingError where fewer than three are left, or where they tell nothing.
     """
-    touching = [(low, high) for low, high in presses if low > 0.0 and high > 0.0]
+    touching = [forces for forces in presses if min(forces) > 0.0]
     if len(touching) < FEWEST:
         msg = f"samples with both tips on the fruit = {len(touching)}: must be at least {FEWEST}; press farther"
         raise ReadingError(msg)
-    across = [high - low for low, high in touching]
-    give = [(C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high for low, high in touching]
-    middle, level = (math.fsum(values) / len(values) for values in (across, give))
-    spread = math.fsum((value - middle) ** 2 for value in across)
-    rise = math.fsum((x - middle) * (y - level) for x, y in zip(across, give, strict=True))
-    if not rise > 0.0:
+    across = [stiff - soft for soft, stiff in touching]
+    give = [(C[0][0] - C[1][0]) * soft + (C[0][1] - C[1][1]) * stiff for soft, stiff in touching]
+    slope, level = _line(across, give)
+    if not slope > 0.0:
         msg = "the forces belong to no modulus: must be those of this sensor, pressed on a fruit; calibrate it anew"
         raise ReadingError(msg)
-    slope = rise / spread
-    return PairLine(modulus=own_less_other / slope, lead=level - slope * middle)
+    return PairLine(modulus=own_less_other / slope, lead=level)
+
+
+def _line(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:
+    """Return slope and intercept of the straight line of least squares of y over x."""
+    middle, level = (math.fsum(values) / len(values) for values in (x, y))
+    spread = math.fsum((value - middle) ** 2 for value in x)
+    rise = math.fsum((one - middle) * (other - level) for one, other in zip(x, y, strict=True))
+    slope = rise / spread if spread > 0.0 else 0.0
+    return slope, level - slope * middle

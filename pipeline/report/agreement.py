@@ -15,6 +15,7 @@ from pipeline.report.verdict_rule import outcome_of
 from pipeline.stages.springs import NAMES, FittedSpring
 from pipeline.storage.plain import from_plain
 from pipeline.storage.seal import KEY, content_digest
+from pipeline.verdicts.reading_rules import READING_VERDICTS
 from pipeline.verdicts.sensor import paper_verdicts
 from solve.arrays import Floats
 from solve.contact.linear_response import linear_response
@@ -73,7 +74,7 @@ def report_verdicts(report: Plain, design: Design, housing: Housing | None) -> t
         "report.digest", lost, 0.0, 0.0, unit="1", reference="report.json is as the run wrote it, but for its digest"
     )
     if len(value_at(report, "contact.compliance_per_mm")) != _PAIR:
-        return digest, _count("report.verdicts", _OUTCOMES, [*_missing(stored), *_wrong_outcomes(stored)])
+        return digest, _count("report.verdicts", _OUTCOMES, [*_missing(stored, design), *_wrong_outcomes(stored)])
     try:
         found = recomputed(report, design, housing)
         rows = _rows(report)
@@ -82,7 +83,7 @@ def report_verdicts(report: Plain, design: Design, housing: Housing | None) -> t
     except (ArithmeticError, ValueError) as error:
         reason = f"no springs and no fruit have these numbers ({error})"
         return digest, failed("report.numbers", 0.0, unit="1", reference=reason)
-    outcomes = [*_missing(stored), *outcomes, *_wrong_outcomes(stored)]
+    outcomes = [*_missing(stored, design), *outcomes, *_wrong_outcomes(stored)]
     return digest, _count("report.numbers", _NUMBERS, numbers), _count("report.verdicts", _OUTCOMES, outcomes)
 
 
@@ -187,11 +188,15 @@ def _of_the_scene(verdict: Verdict, rows: Sequence[StoredForces], found: Recompu
     return all(row.ends_at(verdict.value, verdict.error or 0.0) for row in at_E_max)
 
 
-def _missing(stored: Sequence[Verdict]) -> list[str]:
+def _missing(stored: Sequence[Verdict], design: Design) -> list[str]:
     """Return the names of verdicts that a run gives and a report has not, or has twice."""
     names = [verdict.name for verdict in stored]
-    by_reading = any(name.startswith("reading.") for name in names)
-    needed = [name for name in _NEEDED if not (by_reading and name in ("P_max", "NL"))]
+    asked = set(_NEEDED)
+    if design.targets is None:
+        asked -= {"P_max", "NL"}
+    if design.reading is not None:
+        asked = {name for name in asked if not name.startswith(("P_", "NL"))} | set(READING_VERDICTS)
+    needed = [name for name in (*READING_VERDICTS, *_NEEDED) if name in asked]
     twice = {name for name in names if names.count(name) > 1}
     return [*(name for name in needed if name not in names), *sorted(twice)]
 

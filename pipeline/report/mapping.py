@@ -10,9 +10,11 @@ import numpy as np
 
 from cad.design.design_file import design_as_mapping
 from cad.design.processes import Process
+from cad.design.tips import Tips
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
 from pipeline.report.notes import notes
+from pipeline.report.reading_mapping import reading_mapping
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
 from pipeline.stages.response import spring_shares
@@ -21,6 +23,7 @@ from pipeline.stages.springs import FittedSpring
 from pipeline.storage.seal import sealed_mapping
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.scene_targets import SceneTargets
+from solve.contact.linear_response import SensorResponse
 from solve.housing.modes import Modes
 
 SCHEMA = 1
@@ -46,6 +49,7 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "behaviour": _behaviour(result.behaviour),
         "contact": _contact(result),
         "response": _response(result),
+        **reading_mapping(result.design.tips, result.readings),
         "level": _level(result.judgement.reached),
         "verdicts": _verdicts(result.verdicts),
         "remedy": result.judgement.remedy,
@@ -58,10 +62,13 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "seconds": result.seconds.wall,
         "cpu_seconds": result.seconds.cpu,
     }
-    if result.options.fabrication:
-        scatter = result.errors.scatter
-        report["tolerance"] = scatter and asdict(scatter)
-    return sealed_mapping(report)
+    return sealed_mapping(report | _tolerance(result))
+
+
+def _tolerance(result: SensorResult) -> Plain:
+    """Return how far prints scatter, where fabrication was asked for; null where it is not known."""
+    scatter = result.errors.scatter
+    return {"tolerance": scatter and asdict(scatter)} if result.options.fabrication else {}
 
 
 def _sizing(sizing: SpringSizing) -> Plain:
@@ -144,22 +151,28 @@ def _contact(result: SensorResult) -> Plain:
 def _response(result: SensorResult) -> list[Plain]:
     """Return the response at each modulus with the errors of contact and springs; null where a tip is off the fruit."""
     table, springs = result.press.table, result.springs
-    relative = np.array([spring.error / spring.stiffness for spring in springs.springs])
-    rows = []
-    for i, E in enumerate(table.E):
-        shares = spring_shares(result.contact, springs.C, float(E)) * relative
-        row = {
-            "E_MPa": float(E),
-            "x_mm": _numbers(table.x),
-            "F_l_N": _numbers(table.F[i, :, 0]),
-            "F_h_N": _numbers(table.F[i, :, -1]),
-            "P": _numbers(table.P[i]),
-            "slope_ratio": _numbers(table.slope_ratio[i]),
-            "F_error_percent": _numbers(100.0 * (table.F_error[i] + shares.max())),
-            "P_error_percent": _numbers(100.0 * (table.P_error[i] + shares.sum())),
-        }
-        rows.append(row)
-    return rows
+    tips = result.design.tips
+    relative = np.array(tips.each(*(spring.error / spring.stiffness for spring in springs.springs)))
+    shares = [spring_shares(result.contact, springs.C, float(E)) * relative for E in table.E]
+    return [_response_row(table, i, tips, shares[i]) for i in range(len(table.E))]
+
+
+def _response_row(table: SensorResponse, i: int, tips: Tips, of_springs: np.ndarray) -> Plain:
+    """Return the response at one modulus; `of_springs` (tips,) are the errors of the forces by the springs [1]."""
+    soft, stiff = (table.F[i, :, list(kind)].mean(axis=0) for kind in tips.kinds)
+    columns = {
+        "F_l_N": soft,
+        "F_h_N": stiff,
+        "P": table.P[i],
+        "slope_ratio": table.slope_ratio[i],
+        "F_error_percent": 100.0 * (table.F_error[i] + of_springs.max()),
+        "P_error_percent": 100.0 * (table.P_error[i] + of_springs.sum()),
+    }
+    row = {"E_MPa": float(table.E[i]), "x_mm": _numbers(table.x)}
+    row |= {name: _numbers(values) for name, values in columns.items()}
+    if tips.layout != "pair":
+        row["F_N"] = [_numbers(forces) for forces in table.F[i].T]
+    return row
 
 
 def _level(reached: SceneTargets) -> Plain:

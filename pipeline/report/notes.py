@@ -5,6 +5,7 @@ import numpy as np
 from cad.design.parameters import PAPER_TARGETS
 from cad.theory.free_fruit import roll, table_share
 from cad.theory.two_spring_law import PAPER_SPRINGS
+from pipeline.reading.readings import Readings
 from pipeline.result import SensorResult
 from pipeline.stages.response import mean_tip_pressure
 from pipeline.stages.springs import weight_sag
@@ -13,24 +14,55 @@ from pipeline.verdicts.characteristic import characteristic
 
 def notes(result: SensorResult) -> list[str]:
     """Return the notes of a result, closed forms of its numbers only."""
-    design, process, table = result.design, result.springs.process, result.press.table
-    depth = design.press.travel_mm / design.tips.side_mm
+    process, table = result.springs.process, result.press.table
     moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in process.leaf_thicknesses_mm]
-    pressure = mean_tip_pressure(design, result.press)
     return [
         *_paper(result),
-        f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the paper's "
-        "have 1.3226 mm; its tips on a cube of 12 mm 15 % less)",
-        *_beyond_the_law(result),
+        *(_of_the_ratio(result) if result.readings is None else _of_the_reading(result, result.readings)),
         *_weight(result),
         *_free_fruit(result),
         f"response: {table.info.method}; {table.info.status}",
-        f"press: {depth:.2g} tip sides at most; small strain is assumed, beyond 0.3 sides the force of real flesh "
-        "departs by up to 1 % (Poisson 0.3) or 5 % (0.45)",
-        f"bruise: mean pressure {pressure:.2g} MPa at the largest E and full travel",
+        *(_press(result) if result.readings is None else ()),
         f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved[0]:.0f} % "
         f"and K_h by {moved[1]:.0f} %",
         *([result.left_out] if result.left_out else []),
+    ]
+
+
+def _of_the_ratio(result: SensorResult) -> list[str]:
+    """Return for what fruit the targets hold, and what a level sensor would reach."""
+    return [
+        f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the paper's "
+        "have 1.3226 mm; its tips on a cube of 12 mm 15 % less)",
+        *_beyond_the_law(result),
+    ]
+
+
+def _press(result: SensorResult) -> list[str]:
+    """Return how deep the tips press, and how hard."""
+    design = result.design
+    depth = design.press.travel_mm / design.tips.side_mm
+    pressure = mean_tip_pressure(design, result.press)
+    return [
+        f"press: {depth:.2g} tip sides at most; small strain is assumed, beyond 0.3 sides the force of real flesh "
+        "departs by up to 1 % (Poisson 0.3) or 5 % (0.45)",
+        f"bruise: mean pressure {pressure:.2g} MPa at the largest E and full travel",
+    ]
+
+
+def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:
+    """Return the force ratio as a fact, the noise that the reading stands, and what it takes for known."""
+    found, P_max = readings.assessed, result.judgement.reached.P_max
+    fruit = result.design.fruit
+    ratio = "a tip is off" if P_max is None else f"{P_max.value:.4g}"
+    moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
+    noise = found.noise_percent
+    loud = "no noise" if noise is None else f"noise of {noise:.2g} % of full scale"
+    return [
+        f"read-out: {found.method}; P at E_max and full travel is {ratio}, a fact that is not judged",
+        f"noise: {loud} brings the uncertainty of E to 10 %",
+        f"what is read is E / (1 - nu^2): E takes nu = {fruit.poisson:g}, which within {fruit.poisson_spread:g} moves "
+        f"it by {moved:.2g} %; twice the time of a press lowers the E of flesh by some 4 %",
     ]
 
 
@@ -79,7 +111,7 @@ def _free_fruit(result: SensorResult) -> list[str]:
     share = table_share(float(forces.sum()), travel, E, fruit.poisson, fruit.radius_mm)
     own = np.diag(result.springs.C) + (np.diag(result.contact.S) - result.contact.crosstalk) / E
     rolled = roll(forces.tolist(), result.design.tips.centres_mm, (1.0 / own).tolist(), fruit.radius_mm)
-    rolls = f"rolls by {rolled.angle_deg:.2g} deg" if rolled.steady else "rolls away under the pair"
+    rolls = f"rolls by {rolled.angle_deg:.2g} deg" if rolled.steady else "rolls away under the tips"
     return [
         f"a whole fruit is solved as held at its base; free on a table it gives {100.0 * share:.2g} % of the travel at "
         f"the table, and {rolls} unless friction of at least {rolled.friction:.2g} holds it: hold the fruit"

@@ -15,7 +15,7 @@ from pipeline.storage.seal import file_digest
 def write_outputs(result: SensorResult, folder: Path) -> None:
     """Write the files, report.json last, with the digest of every other; raises ValueError for nan or infinity."""
     (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
-    (folder / "response.csv").write_text(response_csv(result.errors.reading), encoding="utf-8")
+    (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
     report = to_plain(report_mapping(result, file_entries(folder)))
     text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(text + "\n", encoding="utf-8")

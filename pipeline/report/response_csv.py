@@ -3,8 +3,9 @@
 import csv
 import io
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+from cad.design.tips import Tips
 from pipeline.uncertainty.reading_table import ReadingTable
 
 COLUMNS = (
@@ -21,27 +22,37 @@ COLUMNS = (
 )
 
 
-def response_csv(table: ReadingTable) -> str:
-    """Return CSV text with one row for each modulus and travel; a cell is empty where a tip is off or no bound is."""
+def response_csv(table: ReadingTable, tips: Tips) -> str:
+    """Return CSV text with one row for each modulus and travel; a cell is empty where a tip is off or no bound is.
+
+    Forces are means over the tips of a kind; layouts other than a pair have a column for each tip at the end.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows(_rows(table))
+    every = () if tips.layout == "pair" else tuple(range(len(tips.springs)))
+    writer.writerow((*COLUMNS, *(f"F_{tip + 1}_N" for tip in every)))
+    writer.writerows(_rows(table, tips, every))
     return out.getvalue()
 
 
-def _rows(table: ReadingTable) -> Iterator[list[str]]:
+def _rows(table: ReadingTable, tips: Tips, every: Sequence[int]) -> Iterator[list[str]]:
     response = table.response
     for i, E in enumerate(response.E.tolist()):
         for j, x in enumerate(response.x.tolist()):
             if i == 0:
                 continue  # stands for the softest fruit, a limit and no fruit
             forces = response.F[i, j]
-            numbers = (E, x, forces[0], forces[-1], response.P[i, j])
+            soft, stiff = (forces[list(kind)].mean() for kind in tips.kinds)
+            numbers = (E, x, soft, stiff, response.P[i, j])
             # Three digits of an error: more differ from solver to solver, and the file would with them.
             error = _digits(100.0 * response.P_error[i, j], 3)
             bounds = (*table.printed[i, j], *table.calibrated[i, j])
-            yield [*(_digits(one, 6) for one in numbers), error, *(_digits(one, 4) for one in bounds)]
+            yield [
+                *(_digits(one, 6) for one in numbers),
+                error,
+                *(_digits(one, 4) for one in bounds),
+                *(_digits(forces[tip], 6) for tip in every),
+            ]
 
 
 def _digits(value: float, count: int) -> str:

@@ -11,7 +11,10 @@ from pipeline.result import SensorResult
 from pipeline.stages.springs import FittedSpring
 from pipeline.uncertainty.budget import UncertaintyBudget
 
-_TARGETS = ("P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic")
+_TARGETS = (
+    *("reading.bias", "reading.uncertainty", "reading.lift", "bruise"),
+    *("P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic"),
+)
 _ADVICE = 3  # lines of what is wrong before the rest is counted
 
 

@@ -13,6 +13,7 @@ _NOT_PASSED: Outcomes = (False, None)
 _RULES = {
     **dict.fromkeys(("P_max", "NL", *STIFFNESS_VERDICTS), "target, if made"), "P_displacement_independent": "target",
     "P_monotonic": "above 0", "sideways.*": "at least", "bruise": "at most",
+    "reading.lift": "at least", "reading.*": "at most, if read",
     "geometry.frame_clearance": "reaches", "geometry.neck_clearance": "reaches", "geometry.stops_*": "reaches",
     "geometry.deflected_gap_*": "reaches", "geometry.cover_clearance": "reaches",
     "geometry.cover_over_fruit": "reaches", "geometry.fillets": "reaches",
@@ -40,7 +41,9 @@ def outcome_of(verdict: Verdict) -> Outcomes:
         found = target_verdict(verdict.name, estimate, limit, tolerance, "", relative=verdict.relative).passed
         # Springs that were not made leave their targets undecided, whatever the numbers.
         return (found, None) if rule == "target, if made" else (found,)
-    return (margin_verdict(verdict.name, estimate, limit, "", at_most=rule == "at most").passed,)
+    held = margin_verdict(verdict.name, estimate, limit, "", at_most=rule.startswith("at most")).passed
+    # A pose without a reading fails what the others reach.
+    return (held, False) if rule == "at most, if read" else (held,)
 
 
 def _rule_of(name: str) -> str | None:

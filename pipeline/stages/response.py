@@ -7,9 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
-from solve.contact.linear_response import SensorResponse, travels
+from cad.quantity import InputError
+from pipeline.stages.springs import FittedSprings, tip_leads
+from solve.contact.linear_response import SensorResponse, TipKinds, travels
 from solve.contact.response import scene_response
-from solve.contact.scene import Scene
+from solve.contact.scene import Scene, check_scene
+from solve.contact.scene_cells import scene_footprints
 from solve.fruit.compliance import FruitCompliance
 
 Floats = NDArray[np.float64]
@@ -47,6 +50,19 @@ def scene_of(design: Design, ahead: Sequence[float] = ()) -> Scene:
     return Scene(fruit=design.fruit, tips=design.tips, press=design.press, ahead_mm=tuple(ahead))
 
 
+def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSprings) -> ScenePress:
+    """Return the presses of the springs as they are made, whose tips their weight may set off level."""
+    return press_scene(design, contact, springs.C, tip_leads(springs, design.press.attitude))
+
+
+def refuse_unsolvable(design: Design) -> None:
+    """Raise InputError where contact cannot be solved in the scene of a design; solves nothing."""
+    scene = scene_of(design)
+    check_scene(scene)
+    if not scene.linear and scene.tips.shape != "dome":
+        scene_footprints(scene, design.press.travel_mm)
+
+
 def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> ScenePress:
     """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `_pressed`.
 
@@ -80,15 +96,19 @@ def _tilted(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -
     spread = press.tilt_spread_deg
     if spread == 0.0:
         return ()
-    presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
-    return tuple(_pressed(replace(scene, press=each), contact, C, moduli, 1) for each in presses)
+    try:
+        presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
+        return tuple(_pressed(replace(scene, press=each), contact, C, moduli, 1) for each in presses)
+    except InputError:
+        return ()
 
 
 def _pressed(
     scene: Scene, contact: FruitCompliance, C: Floats, moduli: Sequence[float] | Floats, count: int
 ) -> SensorResponse:
     """Press; raises InputError where the scene is too steep or outside the domain of contact, SolveError."""
-    return scene_response(scene, contact, C, moduli, travels(scene.press.travel_mm, count))
+    steps = travels(scene.press.travel_mm, count)
+    return scene_response(scene, contact, C, moduli, steps, TipKinds(*scene.tips.kinds))
 
 
 def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:

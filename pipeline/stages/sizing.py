@@ -41,9 +41,10 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     """Return the springs [N/mm] that meet the targets, or those that the design gives, with the fruit stiffness used.
 
     The basis "contact" takes K_m = E / (s11 - s12); "hayes" the paper's circular tip, whose radius is half the side.
-    Raises InputError where no springs meet the targets.
+    More tips than two are sized as the pair that stands for them. Raises InputError where no springs meet the targets.
     """
     fruit, tips = design.fruit, design.tips
+    contact = contact.of_kinds(*tips.kinds)
     by_hayes = options.fruit_stiffness == "hayes"
     K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * tips.side_mm) if by_hayes else contact.K_m_over_E()
     ratio = 1.0 if by_hayes else contact.stiffness_ratio()

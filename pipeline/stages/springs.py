@@ -102,6 +102,11 @@ class FittedSprings:
         return tuple(spring.error for spring in self.springs)
 
     @property
+    def as_pair(self) -> "FittedSprings":
+        """Return the springs with one tip each."""
+        return replace(self, tips=self.tips.as_pair)
+
+    @property
     def C(self) -> Floats:
         """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N]."""
         return tip_compliance(self, self.tips)

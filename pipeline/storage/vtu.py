@@ -4,6 +4,7 @@ A scikit-fem mesh of four- or ten-node tetrahedra or of eight-node hexahedra bec
 27-node hexahedra the 20-node cells that are solved on it.
 """
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+KNOWN_BITS = 20
 _TETRA = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
 TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 _HEXA = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
@@ -55,9 +57,10 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats]) -> None:
     """Write a mesh [mm] with arrays, shape (points,), (points, 3) or (points, 6), as a VTU file.
 
     Points are those of `mesh.doflocs`, without the middles of facets and cells; cells are those of `mesh.t`. Six
-    components are a symmetric tensor's xx, yy, zz, xy, yz, xz, as ParaView names them. A named boundary becomes a point
-    array of that name, 1 on its nodes. Raises FieldError for an array of another size, with a value that is not finite
-    or with the name of a boundary, and for cells that VTK does not have.
+    components are a symmetric tensor's xx, yy, zz, xy, yz, xz, as ParaView names them. Values are those to a millionth
+    of the largest of their array. A named boundary becomes a point array of that name, 1 on its nodes. Raises
+    FieldError for an array of another size, with a value that is not finite or with the name of a boundary, and for
+    cells that VTK does not have.
     """
     kind, cells = _vtk_cells(mesh)
     points = np.ascontiguousarray(mesh.doflocs.T[: 1 + int(cells.max())])
@@ -101,7 +104,7 @@ def _same_places(wanted: Floats, there: Floats) -> Ints:
     return found
 
 
-def _checked(path: Path, name: str, values: Floats, count: int) -> Floats:
+def _checked(path: Path, name: str, values: Floats, count: int) -> NDArray[np.float32]:
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.shape not in ((count,), (count, 3), (count, 6)):
         msg = f"{path.name}: array {name!r} has shape {array.shape}; must be ({count},), ({count}, 3) or ({count}, 6)"
@@ -109,7 +112,14 @@ def _checked(path: Path, name: str, values: Floats, count: int) -> Floats:
     if not np.isfinite(array).all():
         msg = f"{path.name}: array {name!r} has values that are not finite; check the solution"
         raise FieldError(msg)
-    return array
+    return _to_known_digits(array)
+
+
+def _to_known_digits(array: Floats) -> NDArray[np.float32]:
+    """Return values to a millionth of the largest: what lies below depends on threads, and so would the bytes."""
+    step = math.ldexp(1.0, math.frexp(float(np.abs(array).max(initial=0.0)))[1] - KNOWN_BITS)
+    rounded = np.round(array / step) * step + 0.0  # no zeros with a sign
+    return rounded.astype(np.float32)
 
 
 def _on_boundary(mesh: Mesh, facets: Any, count: int) -> NDArray[np.int8]:  # noqa: ANN401 - indices of some int type

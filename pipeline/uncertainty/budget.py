@@ -80,14 +80,20 @@ class UncertaintyBudget:
 class Budgets:
     """The budget of each number; `contact` is that of s11 - s12.
 
-    Springs that are not made have none, nor have P_max and NL of a scene in which a tip is off the fruit.
+    Springs that are not made have none, nor have P_max and NL of a scene in which a tip is off the fruit or of a sensor
+    that reads no force ratio. Domes touch by a part that grows: no s11 - s12 is theirs.
     """
 
     K_l: UncertaintyBudget | None
     K_h: UncertaintyBudget | None
     P_max: UncertaintyBudget | None
     NL: UncertaintyBudget | None
-    contact: UncertaintyBudget
+    contact: UncertaintyBudget | None
+
+    @property
+    def widest_spring(self) -> float:
+        """Return the larger share by which the inputs leave a spring unknown [1], two sigma; 0 where none is made."""
+        return max((one.input_total for one in (self.K_l, self.K_h) if one is not None), default=0.0)
 
 
 def uncertainty_budgets(sensor: Sensor, reached: SceneTargets, press: ScenePress) -> Budgets:
@@ -95,8 +101,9 @@ def uncertainty_budgets(sensor: Sensor, reached: SceneTargets, press: ScenePress
 
     Shares of P_max and NL are those of a level sensor; that of the pose is the scene's own where cells are solved.
     """
-    of_P = None if reached.P_max is None else _largest_ratio_budget(sensor, reached.P_max)
-    of_NL = None if reached.NL is None else _nonlinearity_budget(sensor, reached.NL)
+    reads = sensor.design.reading is not None
+    of_P = None if reads or reached.P_max is None else _largest_ratio_budget(sensor, reached.P_max)
+    of_NL = None if reads or reached.NL is None else _nonlinearity_budget(sensor, reached.NL)
     if press.tilted:
         of_P, of_NL = _with_scene_pose(of_P, of_NL, reached, press)
     return Budgets(
@@ -104,7 +111,7 @@ def uncertainty_budgets(sensor: Sensor, reached: SceneTargets, press: ScenePress
         K_h=_spring_budget(sensor, 1),
         P_max=of_P,
         NL=of_NL,
-        contact=_contact_budget(sensor),
+        contact=None if sensor.design.tips.shape == "dome" else _contact_budget(sensor),
     )
 
 

@@ -1,13 +1,16 @@
 """The table that a user of the sensor reads: forces and P over modulus and travel, and the modulus each P may mean."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.reading.assessment import ModulusReading
+from pipeline.reading.readings import Readings
 from pipeline.stages.response import ScenePress, spring_shares
-from pipeline.uncertainty.budget import causes_at, ratio_budget
+from pipeline.uncertainty.budget import Budgets, causes_at, ratio_budget
 from pipeline.uncertainty.cause import Sensor
 from pipeline.uncertainty.force_ratio import Pressed
 from solve.contact.linear_response import SensorResponse
@@ -54,6 +57,26 @@ def _errors(sensor: Sensor, press: ScenePress, at: Pressed, place: tuple[int, in
     return budgets[0].total, budgets[1].total
 
 
+def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budgets) -> ReadingTable:
+    """Return the table of a sensor that reads a modulus at full travel, with two sigma and the bias of its readings.
+
+    As printed its springs are known as well as the print is, after calibrating as the design's reading says.
+    """
+    rows = readings.assessed.moduli
+    bands = np.full((2, *curve.P.shape, 2), np.nan)
+    if rows:
+        known = np.log([row.E for row in rows])
+        for band, widths in zip(bands, (_widths(rows, budgets.widest_spring), _widths(rows, 0.0)), strict=True):
+            width = np.interp(np.log(curve.E[1:]), known, widths)
+            band[1:, -1] = curve.E[1:, None] * np.stack([1.0 - width, 1.0 + width], axis=1)
+    return ReadingTable(response=curve, printed=bands[0], calibrated=bands[1])
+
+
+def _widths(rows: Sequence[ModulusReading], springs: float) -> list[float]:
+    """Return bias and two sigma of the readings [1] whose springs are off by a share [1] beyond calibration."""
+    return [abs(row.bias) + math.hypot(2.0 * row.sources.total, springs * row.sources.stiffness_slope) for row in rows]
+
+
 class _Scale:
     """The modulus over P at one travel, through the two-spring law, under which it is nearly a straight line."""
 
@@ -64,8 +87,12 @@ class _Scale:
         self.rises = bool((np.diff(self._lengths) > 0.0).all())
 
     def _stiffness(self, P: float) -> float:
-        """Return the fruit stiffness that a level sensor has at P, were it 1 on the softest fruit [N/mm]."""
-        return self._own.fruit_stiffness(P / self._softest * self._own.stiffness_ratio)
+        """Return the fruit stiffness that a level sensor has at P, were it 1 on the softest fruit [N/mm].
+
+        It is nan where a tip is off the fruit.
+        """
+        ratio = P / self._softest * self._own.stiffness_ratio
+        return self._own.fruit_stiffness(ratio) if math.isfinite(ratio) else math.nan
 
     def band(self, P: float, error: float) -> tuple[float, float]:
         """Return the moduli [MPa] that may show P with a relative error [1]."""

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 from pipeline.options import RunOptions
+from pipeline.reading.readings import Readings
 from pipeline.stages.response import ScenePress
 from pipeline.uncertainty.budget import Budgets, uncertainty_budgets
 from pipeline.uncertainty.cause import Sensor
 from pipeline.uncertainty.print_scatter import ScatterBands, print_scatter
-from pipeline.uncertainty.reading_table import ReadingTable, reading_table
+from pipeline.uncertainty.reading_table import ReadingTable, reading_table, table_of_readings
 from pipeline.verdicts.scene_targets import SceneTargets
 
 
@@ -20,11 +21,17 @@ class SensorErrors:
     scatter: ScatterBands | None
 
 
-def sensor_errors(sensor: Sensor, reached: SceneTargets, press: ScenePress, options: RunOptions) -> SensorErrors:
-    """Return all errors of a sensor that reaches P_max and NL in its scene; raises as the solves of the scatter do."""
+def sensor_errors(
+    sensor: Sensor, reached: SceneTargets, press: ScenePress, options: RunOptions, readings: Readings | None = None
+) -> SensorErrors:
+    """Return all errors of a sensor that reaches P_max and NL in its scene; raises as the solves of the scatter do.
+
+    The table of a sensor with readings shows their uncertainty.
+    """
+    budgets = uncertainty_budgets(sensor, reached, press)
+    if readings is not None:
+        return SensorErrors(budgets=budgets, reading=table_of_readings(press.curve, readings, budgets), scatter=None)
     scatter = None
     if options.fabrication:
         scatter = print_scatter(sensor.design, sensor.contact, sensor.sizing, sensor.springs)
-    return SensorErrors(
-        budgets=uncertainty_budgets(sensor, reached, press), reading=reading_table(sensor, press), scatter=scatter
-    )
+    return SensorErrors(budgets=budgets, reading=reading_table(sensor, press), scatter=scatter)

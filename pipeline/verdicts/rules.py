@@ -126,12 +126,11 @@ def target_verdicts(
         target_verdict("P_max", P_max or _ZERO, targets.P_max, P_MAX_TOLERANCE, P_words, relative=True),
         target_verdict("NL", NL or _ZERO, targets.NL, NL_TOLERANCE, NL_words),
     )
-    if not manufactured:
-        return tuple(replace(verdict, passed=None) for verdict in verdicts)
-    return tuple(
+    found = tuple(
         _lifted(verdict) if estimate is None else verdict
         for verdict, estimate in zip(verdicts, (P_max, NL), strict=True)
     )
+    return found if manufactured else tuple(replace(verdict, passed=None) for verdict in found)
 
 
 def _lifted(verdict: Verdict) -> Verdict:

@@ -1,6 +1,6 @@
 """Every verdict of a run: on the sensor as designed, and beside it on the paper's own springs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from cad.design.parameters import PAPER_TARGETS, Design
@@ -8,11 +8,13 @@ from cad.quantity import Estimate
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict, failed
 from pipeline.options import RunOptions
+from pipeline.reading.readings import Readings
 from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, spring_shares
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.edge_drift import edge_drift
+from pipeline.verdicts.reading_rules import reading_verdicts
 from pipeline.verdicts.remedies import remedy
 from pipeline.verdicts.rules import (
     bruise_verdict,
@@ -63,41 +65,68 @@ def judge(
     geometry: Sequence[Verdict],
     press: ScenePress,
 ) -> Judgement:
-    """Return the judgement on a design in its own scene; raises InputError or SolveError where a press fails."""
+    """Return the judgement on a design in its own scene; raises InputError or SolveError where a press fails.
+
+    More tips than two are judged by the pair that stands for them.
+    """
+    contact, springs = contact.of_kinds(*design.tips.kinds), springs.as_pair
     own = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
     reached = scene_targets(own, design.nominal_targets, contact, springs.C, press)
-    verdicts = sensor_verdicts(design, contact, springs, geometry, press, reached)
+    verdicts = (
+        *_sensor_verdicts(design, contact, springs, press, reached),
+        *(printable_verdict(spring) for spring in springs.springs),
+        *(geometry or (_NOT_MADE,)),
+        *tip_shape_verdicts(design, press),
+        *_bruise(design, contact, springs, press),
+    )
     return Judgement(
         verdicts=verdicts,
         reached=reached,
-        remedy=remedy(design, verdicts, press),
+        remedy=None if design.reading is not None else remedy(design, verdicts, press),
         paper=paper_verdicts(design, contact, sizing),
     )
 
 
-def sensor_verdicts(
+def _sensor_verdicts(
     design: Design,
     contact: FruitCompliance,
     springs: FittedSprings,
-    geometry: Sequence[Verdict],
     press: ScenePress,
     reached: SceneTargets,
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts on a design's own springs, on what they read and on the part that carries them."""
+    """Return the verdicts on the force ratio and on the springs; P_max and NL are judged where there are targets.
+
+    A design with a reading is judged by that, not by its force ratio.
+    """
+    if design.reading is not None:
+        return tuple(_stiffness_verdicts(springs))
     manufactured = springs.housing is not None
     of_what = _of_what(press, reached) if manufactured else "of the target stiffnesses, which were not made"
-    limits = design.fruit.bruise_limits_MPa
-    named = zip(_STIFFNESS_NAMES, springs.springs, strict=True)
+    targets = design.targets
+    judged = (
+        ()
+        if targets is None
+        else target_verdicts(reached.P_max, reached.NL, targets, of_what, manufactured=manufactured)
+    )
     return (
-        *target_verdicts(reached.P_max, reached.NL, design.nominal_targets, of_what, manufactured=manufactured),
-        *(stiffness_verdict(name, spring, monolithic=springs.monolithic) for name, spring in named),
+        *judged,
+        *_stiffness_verdicts(springs),
         displacement_verdict(press.table, _drift(design, contact, springs)),
         monotonic_verdict(press.scan),
-        *(printable_verdict(spring) for spring in springs.springs),
-        *(geometry or (_NOT_MADE,)),
-        *tip_shape_verdicts(design, press),
-        *((bruise_verdict(tip_pressure(design, contact, springs, press), max(limits)),) if limits else ()),
     )
+
+
+def _stiffness_verdicts(springs: FittedSprings) -> Iterator[Verdict]:
+    for name, spring in zip(_STIFFNESS_NAMES, springs.springs, strict=True):
+        yield stiffness_verdict(name, spring, monolithic=springs.monolithic)
+
+
+def _bruise(design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress) -> tuple[Verdict, ...]:
+    """Return the verdict on the pressure under the tips, where the fruit has a limit and no reading judges it."""
+    limits = design.fruit.bruise_limits_MPa
+    if not limits or design.reading is not None:
+        return ()
+    return (bruise_verdict(tip_pressure(design, contact, springs, press), max(limits)),)
 
 
 def _of_what(press: ScenePress, reached: SceneTargets) -> str:
@@ -115,6 +144,18 @@ def _drift(design: Design, contact: FruitCompliance, springs: FittedSprings) -> 
     radius = springs.edge_radius(design.tips)
     drift = edge_drift(design, contact, springs.stiffnesses, radius)
     return f"; edges rounded by {radius:g} mm, as the process makes them, let P drift by {100.0 * drift:.2g} %"
+
+
+def all_verdicts(
+    design: Design,
+    readings: Readings | None,
+    judged: Judgement,
+    springs: FittedSprings,
+    options: RunOptions,
+    making: Sequence[Verdict],
+) -> tuple[Verdict, ...]:
+    """Return the verdicts on readings, where there are any, those of the judgement with advice, and on what is made."""
+    return *reading_verdicts(design, readings), *advised(judged.verdicts, springs, options), *making
 
 
 def advised(verdicts: Sequence[Verdict], springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:

@@ -26,6 +26,11 @@ def sphere_gap(x: Floats, y: Floats, radius: float) -> Floats:
     return cap_gap(x, y, radius, radius)
 
 
+def dome_gap(x: Floats, y: Floats, diameter: float, radius: float) -> Floats:
+    """Return the gap [mm] of a cap of a sphere of a radius over a round face of a diameter [mm]."""
+    return np.where(np.hypot(x, y) <= 0.5 * diameter, sphere_gap(x, y, radius), np.inf)
+
+
 def _rounded(inside: Floats, fillet: float) -> Floats:
     """Return the gap at a distance `inside` from the edge of a face."""
     into = np.clip(fillet - inside, 0.0, fillet)

@@ -6,7 +6,8 @@ import numpy as np
 
 from cad.quantity import fault
 from solve.arrays import Floats
-from solve.contact.scene import Scene, interference, scene_cells
+from solve.contact.scene import Scene
+from solve.contact.scene_cells import interference, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 

@@ -1,4 +1,4 @@
-"""Forces over travel and modulus for any scene: the linear law where it is exact, unilateral contact elsewhere."""
+"""Forces over travel and modulus for any scene: the linear law where it is exact, that of domes, or contact cells."""
 
 import time
 from collections.abc import Sequence
@@ -7,9 +7,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import maximum_filter
 
+from cad.quantity import fault
 from solve.arrays import Floats
+from solve.contact.domes.law import domes_on
 from solve.contact.linear_response import PAIR, SensorResponse, TipKinds, linear_response, response_of_forces
-from solve.contact.scene import Scene, SceneCells, interference, joined, scene_cells
+from solve.contact.scene import Scene, check_scene, joined
+from solve.contact.scene_cells import SceneCells, interference, scene_cells
 from solve.contact.unilateral import ContactState, UnilateralContact
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
@@ -39,17 +42,61 @@ def scene_response(
     C, moduli, x = (np.asarray(values, dtype=np.float64) for values in (C, E, x))
     known = compliance.error_pair
     if scene.linear:
-        exact = linear_response(compliance.S, C, moduli, x, scene.ahead_mm or 0.0, kinds=kinds)
+        exact = linear_response(compliance.S, C, moduli, x, scene.ahead, kinds=kinds)
         return replace(exact, F_error=exact.F_error + known, P_error=exact.P_error + known)
+    if scene.tips.shape == "dome":
+        return _of_domes(scene, compliance, C, (moduli, x), kinds)
+    response = _on_cells(scene, compliance, C, (moduli, x), kinds)
+    status = _status(scene, response.cells)
+    return replace(response, info=replace(response.info, seconds=time.perf_counter() - start, status=status))
+
+
+def _on_cells(
+    scene: Scene, compliance: FruitCompliance, C: Floats, over: tuple[Floats, Floats], kinds: TipKinds
+) -> SensorResponse:
+    """Return the response on cells, over moduli and travels; raises as `scene_response`."""
+    moduli, x = over
     grids = scene_cells(scene, compliance, float(x.max(initial=0.0)))
     coarse, fine = (_on_grid(scene, grid, C, moduli, x, kinds) for grid in grids)
     force_step, largest_P_step = _largest_steps(coarse, fine)
     return replace(
         fine,
-        F_error=fine.F_error + SAFETY * force_step + known,
-        P_error=fine.P_error + SAFETY * largest_P_step + known,
+        F_error=fine.F_error + SAFETY * force_step + compliance.error_pair,
+        P_error=fine.P_error + SAFETY * largest_P_step + compliance.error_pair,
         P_step=1.0 - coarse.P / fine.P,
-        info=replace(fine.info, seconds=time.perf_counter() - start, status=_status(scene, fine.cells)),
+    )
+
+
+def _of_domes(
+    scene: Scene, compliance: FruitCompliance, C: Floats, over: tuple[Floats, Floats], kinds: TipKinds
+) -> SensorResponse:
+    """Return the response of domes by their law, over moduli and travels; raises as `scene_response`."""
+    start = time.perf_counter()
+    check_scene(scene)
+    moduli, x = over
+    E, travel = (values.ravel() for values in np.meshgrid(moduli, x, indexing="ij"))
+    domes = domes_on([scene] * len(E), compliance, C, E, travel)
+    _check_face(scene, float(domes.face.max(initial=0.0)))
+    shape = (len(moduli), len(x), len(C))
+    F, rates, relative = (values.reshape(shape) for values in (domes.F, domes.rates, domes.relative_error))
+    seconds = time.perf_counter() - start
+    info = SolveInfo(method="domes", dofs=0, seconds=seconds, status=_dome_status(scene))
+    response = response_of_forces(moduli, x, F, rates, kinds, info)
+    error = relative.max(axis=2)
+    return replace(response, F_error=response.F_error + error, P_error=response.P_error + 2.0 * error)
+
+
+def _check_face(scene: Scene, needed: float) -> None:
+    """Raise InputError where a contact needs a wider face [mm] than the domes have."""
+    if needed > scene.tips.side_mm:
+        bound = f"at least {needed:.3g} mm, or the contact runs off the face of a dome"
+        raise fault("tips.side_mm", scene.tips.side_mm, "mm", bound, "widen the face, or press more level or less deep")
+
+
+def _dome_status(scene: Scene) -> str:
+    return (
+        f"domes as Hertz's spheres, exact for any tilt; the fruit slopes by {joined(scene.slopes_deg)} deg under the "
+        "tips; friction and large strain are left out"
     )
 
 

@@ -134,11 +134,14 @@ class UnilateralContact:
             raise SolveError(msg)
 
 
-def housing_travel(cells: ContactCells, x: float, tilt_deg: float = 0.0, roll_deg: float = 0.0) -> Floats:
-    """Return the travel of a rigid housing over every cell [mm], x that of the mean of the tips' centres.
+def housing_travel(
+    cells: ContactCells, x: float, tilt_deg: float = 0.0, roll_deg: float = 0.0, middle: Floats | None = None
+) -> Floats:
+    """Return the travel of a rigid housing over every cell [mm], x that of its middle.
 
-    Positive tilt lowers the tips at +x, positive roll those at +y.
+    `middle` (2,) [mm] is the mean of the tips' centres, where it is not that of the footprints. Positive tilt lowers
+    the tips at +x, positive roll those at +y.
     """
-    along, across = (cells.places - cells.centres.mean(axis=0)).T
+    along, across = (cells.places - (cells.centres.mean(axis=0) if middle is None else middle)).T
     lowered: Floats = x + along * np.tan(np.radians(tilt_deg)) + across * np.tan(np.radians(roll_deg))
     return lowered

@@ -1,6 +1,7 @@
 """The compliance of the fruit: how far it is indented under each tip per force on each tip."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -53,6 +54,20 @@ class FruitCompliance:
         count = len(self.tips)
         others = self.S[~np.eye(count, dtype=bool)]
         return float(others.sum()) / (count * (count - 1)) if count > 1 else 0.0
+
+    def of_kinds(self, soft: Sequence[int], stiff: Sequence[int]) -> "FruitCompliance":
+        """Return the compliance of a pair whose tips stand for the soft and for the stiff tips, by their indices.
+
+        Tips of a kind that carry equal forces indent by it, per force on one of them; exact in a level square or line.
+        """
+        kinds = (list(soft), list(stiff))
+        if len(self.tips) == len(kinds):
+            return self
+        S, change = (
+            np.array([[matrix[np.ix_(one, other)].sum() / len(one) for other in kinds] for one in kinds])
+            for matrix in (self.S, self.shape_change)
+        )
+        return replace(self, tips=TIPS, S=S, shape_change=change)
 
     def K_m_over_E(self, tip: int = 0) -> float:
         """Return the stiffness of the fruit under a tip over its modulus [mm]: K_m / E = 1 / (s_ii - crosstalk)."""

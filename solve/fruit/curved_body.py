@@ -4,6 +4,8 @@ One mesh of the block, and the same mesh bent into the fruit, answer the same lo
 cancels. The loads are vertical and smooth, a normal distribution about each tip as seen from above, so that few
 elements resolve them. What the shape does to the sharper load of a rigid tip beyond that is the doing of slope and
 curvature under the tip, in closed form (`cad/theory/sloped_skin.py`).
+Flat tips are guided and sink along the vertical. Domes press and sink along the normal where they touch: their loads
+and answers are taken along the normals of the skin.
 The pressure under the rigid tip may be that on the block, for the change is stationary in it. E = 1 throughout.
 """
 
@@ -24,7 +26,7 @@ from solve.error_estimate import SolveInfo
 from solve.fruit.body_lines import BodySteps, body_lines
 from solve.fruit.box import Lines, box_mesh
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.curved_shape import CurvedShape
+from solve.fruit.curved_shape import CurvedShape, Vector
 from solve.fruit.footprints import Footprint, level_parities, mirror_images
 from solve.fruit.remainder import VOLUME_ORDER, Parity, mirror_dofs
 from solve.fruit.smooth_load import SmoothLoad, least_deviation, line_shares, smooth_loads
@@ -60,15 +62,17 @@ class ShapeChange:
     dofs: int
 
 
-def curved_compliance(block: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint]) -> FruitCompliance:
+def curved_compliance(
+    block: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool = False
+) -> FruitCompliance:
     """Return the compliance [1/mm] of a curved fruit, given that of its equivalent block under the same footprints.
 
-    Raises InputError for a fruit that is too steep under a tip, too small or too thick, SolveError when a solve is not
-    exact.
+    `along_normals` says that the tips press along the normals of the skin, as domes do. Raises InputError for a fruit
+    that is too steep under a tip, too small or too thick, SolveError when a solve is not exact.
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)
-    found = shape_change(fruit, footprints)
+    found = shape_change(fruit, footprints, STEPS, along_normals)
     S = block.S + found.change
     errors = SAFETY * relative_changes(found.step, S) + relative_changes(found.bound, S)
     pair, own = largest_errors(errors, len(S))
@@ -97,15 +101,17 @@ def _status(block: FruitCompliance, fruit: Fruit, found: ShapeChange, error: flo
     )
 
 
-def shape_change(fruit: Fruit, footprints: Sequence[Footprint], steps: BodySteps = STEPS) -> ShapeChange:
+def shape_change(
+    fruit: Fruit, footprints: Sequence[Footprint], steps: BodySteps = STEPS, along_normals: bool = False
+) -> ShapeChange:
     """Return what a curved fruit adds to the compliance [1/mm] of its equivalent block under some footprints.
 
     Raises SolveError when a solve is not exact.
     """
     loads = smooth_loads(fruit, footprints)
-    fine, dofs = bent_change(fruit, footprints, loads, steps)
-    coarse, _ = bent_change(fruit, footprints, loads, replace(steps, share=COARSER * steps.share))
-    sharper, bound = _sharper(fruit, footprints, loads)
+    fine, dofs = bent_change(fruit, footprints, loads, steps, along_normals)
+    coarse, _ = bent_change(fruit, footprints, loads, replace(steps, share=COARSER * steps.share), along_normals)
+    sharper, bound = _sharper(fruit, footprints, loads, along_normals)
     return ShapeChange(fine + sharper, fine - coarse, bound, dofs)
 
 
@@ -143,18 +149,22 @@ def core_of(loads: Sequence[SmoothLoad]) -> tuple[float, float]:
     return x, y
 
 
-def _sharper(fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[SmoothLoad]) -> tuple[Floats, Floats]:
+def _sharper(
+    fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[SmoothLoad], along_normals: bool
+) -> tuple[Floats, Floats]:
     """Return what the shape changes more under rigid tips than under smooth loads [1/mm], and how far that may be off.
 
     Both have shape (tips, tips); the action of one tip on another does not depend on how sharp it is.
     """
-    each = [_sharper_tip(fruit, one, load) for one, load in zip(footprints, loads, strict=True)]
+    pairs = zip(footprints, loads, strict=True)
+    each = [_sharper_tip(fruit, one, load, along_normals) for one, load in pairs]
     return np.diag([change for change, _ in each]), np.diag([bound for _, bound in each])
 
 
-def _sharper_tip(fruit: Fruit, tip: Footprint, load: SmoothLoad) -> tuple[float, float]:
+def _sharper_tip(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_normals: bool) -> tuple[float, float]:
     shape = CurvedShape(fruit, (0.0, 0.0))
-    slope, curvature = shape.slope(tip.x, tip.y), shape.mean_curvature(tip.x, tip.y)
+    slope = 0.0 if along_normals else shape.slope(tip.x, tip.y)
+    curvature = shape.mean_curvature(tip.x, tip.y)
     least = least_deviation(tip)
     level = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least  # compliance of the half-space
     sloped = level * (1.0 - least / load.deviation) * (slope_factor(fruit.poisson, slope) - 1.0)
@@ -164,7 +174,11 @@ def _sharper_tip(fruit: Fruit, tip: Footprint, load: SmoothLoad) -> tuple[float,
 
 
 def bent_change(
-    fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[SmoothLoad], steps: BodySteps
+    fruit: Fruit,
+    footprints: Sequence[Footprint],
+    loads: Sequence[SmoothLoad],
+    steps: BodySteps,
+    along_normals: bool = False,
 ) -> tuple[Floats, int]:
     """Return the change [1/mm] under smooth loads from a mesh of the block to the same mesh bent, and its dofs.
 
@@ -180,8 +194,11 @@ def bent_change(
     _check_folds(body)
     parities = level_parities(footprints)
     forces = [_nodal_forces(block, lines, loads, parity) for parity in parities]
-    before, after = (_compliance(basis, fruit.poisson, parities, forces) for basis in (block, body))
-    return after - before, int(block.N)
+    before = _compliance(block, fruit.poisson, parities, forces)
+    if along_normals:
+        normals = [shape.normal(load.x, load.y) for load in loads]
+        forces = [_nodal_forces(block, lines, loads, parity, normals) for parity in parities]
+    return _compliance(body, fruit.poisson, parities, forces) - before, int(block.N)
 
 
 def _compliance(basis: CellBasis, poisson: float, parities: Sequence[Parity], forces: Sequence[Floats]) -> Floats:
@@ -203,14 +220,21 @@ def _check_folds(basis: CellBasis) -> None:
         raise SolveError(msg)
 
 
-def _nodal_forces(basis: CellBasis, lines: Lines, loads: Sequence[SmoothLoad], parity: Parity) -> Floats:
-    """Return the forces of each load with its mirror images on the nodes of the box [1], shape (dofs, loads)."""
-    top = basis.get_dofs("top").all("u^3")
+def _nodal_forces(
+    basis: CellBasis, lines: Lines, loads: Sequence[SmoothLoad], parity: Parity, normals: Sequence[Vector] = ()
+) -> Floats:
+    """Return the forces of each load with its mirror images on the nodes of the box [1], shape (dofs, loads).
+
+    Loads press down, or against the outward normals, whose part across a mirror plane changes sign with the image.
+    """
     forces = np.zeros((basis.N, len(loads)))
-    for number, load in enumerate(loads):
-        shares = np.ones(len(top))
-        for axis, place in enumerate((load.x, load.y)):
-            nodes, share = line_shares(lines[axis], place, load.deviation, parity[axis])
-            shares *= share[np.abs(basis.doflocs[axis, top, None] - nodes).argmin(axis=1)]
-        forces[top, number] = shares
+    for component in range(3) if normals else (2,):
+        top = basis.get_dofs("top").all(f"u^{component + 1}")
+        for number, load in enumerate(loads):
+            shares = np.full(len(top), -normals[number][component] if normals else 1.0)
+            for axis, place in enumerate((load.x, load.y)):
+                sign = -parity[axis] if axis == component else parity[axis]
+                nodes, share = line_shares(lines[axis], place, load.deviation, sign)
+                shares *= share[np.abs(basis.doflocs[axis, top, None] - nodes).argmin(axis=1)]
+            forces[top, number] = shares
     return forces

@@ -15,6 +15,7 @@ from solve.arrays import Floats
 from solve.fruit.skin import cap_gap, cap_slope
 
 Plan = tuple[float, float]
+Vector = tuple[float, float, float]
 
 CORE_OF_CAP = 0.65  # the core of a cap that is as large as it should be for its core
 CAP_OF_SKIN = 0.85  # the largest cap, in arc from the apex to the base
@@ -65,8 +66,14 @@ class CurvedShape:
         return share * self.semi_axes[0], share * self.semi_axes[1]
 
     def slope(self, x: float, y: float) -> float:
-        """Return how steeply the skin falls at a place of the plan [1]."""
+        """Return how steeply the skin falls at a place of the plan [1]; infinite from its rim on."""
         return math.hypot(*cap_slope(x, y, *self._radii))
+
+    def normal(self, x: float, y: float) -> Vector:
+        """Return the outward normal of the skin at a place of the plan [1], z down."""
+        along, across = cap_slope(x, y, *self._radii)
+        length = math.hypot(along, across, 1.0)
+        return along / length, across / length, -1.0 / length
 
     def mean_curvature(self, x: float, y: float) -> float:
         """Return the mean curvature of the skin at a place of the plan [1/mm]."""

@@ -16,7 +16,7 @@ from solve.arrays import Floats, Ints
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.error_estimate import Extrapolated, SolveInfo, richardson
 from solve.fruit.compliance import TIPS, FruitCompliance, MeshCompliance
-from solve.linear import SolveError, factorised
+from solve.linear import SolveError, check_cost, factorised
 
 Held = Mapping[str, Sequence[int]]
 
@@ -39,13 +39,13 @@ def direct_compliance(meshes: Sequence[Mesh], fruit: Fruit, tips: Tips) -> Fruit
     """Return the compliance [1/mm] extrapolated from three graded meshes [mm] of one family, coarse to fine.
 
     The meshes are of the quarter x, y >= 0 (tips central), of the half y >= 0 or of the whole block, told by their
-    boundaries. Raises SolveError when a mesh is not of this fruit and these tips, when a solve, the balance of
-    reactions or the reciprocity of the loads fails, or when the error exceeds 10 %.
+    boundaries. Raises SolveError before it starts when a mesh is not of this fruit and these tips or the finest would
+    take too much memory, later when a solve, the balance of reactions or the reciprocity of the loads fails, or when
+    the error exceeds 10 %.
     """
     start = time.perf_counter()
     locked = locking(fruit.poisson)
-    for mesh in meshes:
-        check_mesh(mesh, fruit, tips)
+    _check_meshes(meshes, fruit, tips)
     solved = [mesh_compliance(mesh, fruit.poisson) for mesh in meshes]
     own = _limits(solved, [outline_size(mesh) for mesh in meshes])
     worst = max(own, key=lambda limit: limit.error)
@@ -152,6 +152,14 @@ def check_balance(stiffness: Floats, support: Floats) -> None:
             f"change places: must be at most {BALANCE_LIMIT:.0e}; check that the matrix is symmetric"
         )
         raise SolveError(msg)
+
+
+def _check_meshes(meshes: Sequence[Mesh], fruit: Fruit, tips: Tips) -> None:
+    """Raise SolveError unless all are of this fruit and these tips, and the unknowns of the last fit in memory."""
+    for mesh in meshes:
+        check_mesh(mesh, fruit, tips)
+    corners, edges = (places.shape[1] for places in (meshes[-1].p, meshes[-1].edges))
+    check_cost(3 * (corners + edges))
 
 
 def check_mesh(mesh: Mesh, fruit: Fruit, tips: Tips) -> None:

@@ -36,6 +36,7 @@ from solve.linear import SolveError
 Errors = tuple[float, float]  # relative: of the mean of s_ii and s_jj less s_ij, and of s_ii; the largest over the tips
 
 PUNCHES: dict[str, Callable[[int], Punch]] = {"cube": square_punch, "cylinder": circle_punch}
+DOME_CIRCLE = 0.5  # of the face that carries a dome: the contact of a dome that uses its face well
 LEVELS = (
     Grading(0.7, (0.7, 0.21, 0.09)),
     Grading(0.5, (0.7, 0.21, 0.063, 0.027)),
@@ -72,7 +73,19 @@ def tip_footprints(tips: Tips) -> tuple[Footprint, ...]:
     """Return the footprints of flat tips [mm]; raises SplitDomainError for tips that are not flat."""
     if tips.shape not in PUNCHES:
         raise _refusal("tips.shape", tips.shape, "", f"one of {', '.join(PUNCHES)}")
-    return tuple(Footprint(x, 0.0, tips.side_mm, PUNCHES[tips.shape]) for x in tips.centres_mm)
+    return tuple(Footprint(x, y, tips.side_mm, PUNCHES[tips.shape]) for x, y in tips.places_mm)
+
+
+def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
+    """Return the flat footprints [mm] that stand for the tips: sharp faces, and for domes a circle where they touch.
+
+    A level dome touches nearer to the apex of a curved fruit than its own centre stands. What the circle takes of the
+    half-space is known in closed form and put back by `solve/contact/domes/body.py`, so its size hardly matters.
+    """
+    if tips.dome_radius_mm is None:
+        return tip_footprints(tips.flat)
+    along, across = (1.0 / (1.0 + tips.dome_radius_mm / radius) for radius in fruit.radii_mm)
+    return tuple(Footprint(along * x, across * y, DOME_CIRCLE * tips.side_mm, circle_punch) for x, y in tips.places_mm)
 
 
 def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR) -> FruitCompliance:
@@ -80,7 +93,7 @@ def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR)
 
     As `block_compliance`, for the footprints of the tips.
     """
-    return block_compliance(fruit, tip_footprints(tips), tolerance)
+    return block_compliance(fruit, tip_footprints(tips), tolerance, tips.names)
 
 
 def block_compliance(

@@ -19,7 +19,8 @@ from fits.comparison import Comparison, covering, fitted  # noqa: E402
 
 from cad.design.parameters import Fruit, Press, Tips  # noqa: E402
 from solve.contact import response  # noqa: E402
-from solve.contact.scene import CELLS, Scene  # noqa: E402
+from solve.contact.scene import Scene  # noqa: E402
+from solve.contact.scene_cells import CELLS  # noqa: E402
 from solve.fruit.split import split_compliance  # noqa: E402
 
 FRUIT = Fruit()

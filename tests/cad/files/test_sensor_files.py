@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -5,12 +6,14 @@ import pytest
 
 import cad.files.sensor_files
 from cad.design.fruit import Fruit
-from cad.files.sensor_files import ExportError, write_sensor
+from cad.design.tips import Tips
+from cad.files.sensor_files import ExportError, export_step, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
 from cad.parts.fruit import curved_fruit
 from cad.parts.pose import print_pose, sensor_pose
+from cad.parts.sensor import Body
 
 NAMES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf"]
 
@@ -33,6 +36,18 @@ def test_assembly_shows_a_curved_fruit_curved(sensor, tmp_path):
     assert found.Volume() == pytest.approx(volume, rel=1e-6)  # the top is one face here and three there
     assert "SPHERE" in {face.geomType() for face in found.Faces()}
     assert "SPHERE" not in {face.geomType() for face in sensor.part.shape.Faces()}
+
+
+@pytest.mark.parametrize("radii", [(35.0, 30.0), (35.0, 60.0)])
+@pytest.mark.parametrize("thickness", [20.0, 50.0, 69.0])
+def test_whole_ellipsoid_is_read_back_as_it_was(radii, thickness, tmp_path):
+    """Beyond its equator it was once read back as its lower part alone; volume by the integral of its sections."""
+    radius, across = radii
+    fruit = Fruit(shape="ellipsoid", radius_mm=radius, radius_across_mm=across, thickness_mm=thickness)
+    body = Body(name="fruit", shape=curved_fruit(fruit, Tips()).shape, colour=(0.5, 0.5, 0.5))
+    base = 1.0 - thickness / radius  # height of the base over the middle, in radii
+    expected = math.pi * radius**2 * math.sqrt(radius * across) * (2.0 / 3.0 - base + base**3 / 3.0)
+    assert export_step([body], tmp_path / "fruit.step").Volume() == pytest.approx(expected, rel=1e-3)
 
 
 def test_print_files_of_a_named_sensor_carry_its_marks_and_step_does_not(sensor, tmp_path):

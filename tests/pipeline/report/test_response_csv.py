@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from stand_ins import CONTACT, K_M_OVER_E, result_of, sizing_of
 from cad.design.parameters import Design
 from cad.theory.two_spring_law import Springs, force_ratio, fruit_stiffness
 from pipeline.report.response_csv import COLUMNS, response_csv
+from pipeline.uncertainty.cause import assessed_sensor
+from pipeline.uncertainty.reading_table import reading_table
 
 RESULT = result_of()
 SPRINGS = sizing_of(Design()).springs
@@ -17,7 +20,7 @@ ROUNDED = 2e-4  # of what is written with four digits
 
 
 def rows(result=RESULT):
-    table = csv.DictReader(io.StringIO(response_csv(result.errors.reading)))
+    table = csv.DictReader(io.StringIO(response_csv(result.errors.reading, result.design.tips)))
     return [{key: float(value) if value else None for key, value in row.items()} for row in table]
 
 
@@ -64,3 +67,14 @@ def test_band_narrows_as_the_travel_outgrows_the_tilt():
     at_E = [row for row in rows() if row["E_MPa"] == 1.75]
     widths = [row["E_upper_calibrated_MPa"] - row["E_lower_calibrated_MPa"] for row in at_E]
     assert (np.diff(widths) < 0.0).all()
+
+
+def test_travel_at_which_a_tip_is_off_some_fruit_has_no_bands():
+    """The others keep theirs."""
+    curve = RESULT.press.curve
+    P = curve.P.copy()
+    P[:5, 0] = np.nan
+    sensor = assessed_sensor(RESULT.design, CONTACT, RESULT.sizing, RESULT.springs, {})
+    table = reading_table(sensor, replace(RESULT.press, curve=replace(curve, P=P)))
+    assert np.isnan(table.printed[:, 0]).all()
+    np.testing.assert_array_equal(table.printed[:, 1:], RESULT.errors.reading.printed[:, 1:])

@@ -78,6 +78,20 @@ def test_a_curved_fruit_is_its_block_and_what_its_shape_changes():
     assert "the shape of the sphere adds +0.16 % of s11 - s12" in found.info.status
 
 
+@pytest.mark.parametrize(
+    ("fruit", "tips", "message"),
+    [
+        ({"radius_mm": 3.0}, {"spacing_mm": 2.0}, r"^fruit.radius_mm = 3 mm: must be at least 4 sides of a tip = 4 mm"),
+        ({"radius_mm": 5.0, "length_mm": 30.0, "width_mm": 30.0}, {"spacing_mm": 12.0}, r"^centre of a tip, x = -6 mm"),
+    ],
+)
+def test_a_curved_fruit_out_of_bounds_is_refused_before_its_block_is_solved(fruit, tips, message, monkeypatch):
+    """The plan that is given may be larger than the fruit: tips then stand beside it."""
+    monkeypatch.setattr(pipeline.stages.contact, "split_compliance", lambda *_: pytest.fail("the block was solved"))
+    with pytest.raises(InputError, match=message):
+        contact_compliance(Fruit(shape="sphere", thickness_mm=4.0, **fruit), Tips(**tips))
+
+
 def test_spherical_tips_are_sized_by_the_cylinder():
     found = contact_compliance(BLOCK, Tips(shape="sphere"))
     np.testing.assert_array_equal(found.S, contact_compliance(BLOCK, Tips(shape="cylinder")).S)

@@ -77,4 +77,6 @@ def test_six_components_are_the_tensor_of_von_mises(flexure_and_fruit):
     for grid in flexure_and_fruit:
         xx, yy, zz, xy, yz, xz = grid["stress_MPa"].T
         square = 0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * (xy**2 + yz**2 + xz**2)
-        np.testing.assert_allclose(np.sqrt(square), grid["von_mises_MPa"], rtol=1e-9, atol=1e-12)
+        # every component is written to a millionth of the largest, and von Mises grows by at most 3 of these
+        known = 4e-6 * np.abs(grid["stress_MPa"]).max()
+        np.testing.assert_allclose(np.sqrt(square), grid["von_mises_MPa"], rtol=0.0, atol=known)

@@ -1,5 +1,7 @@
 """Each press of a scene is solved once, by the stage that owns it; the closed forms of its forces."""
 
+import importlib
+
 import numpy as np
 import pytest
 from stand_ins import CONTACT, result_of, sizing_of, springs_of
@@ -7,11 +9,14 @@ from stand_ins import CONTACT, result_of, sizing_of, springs_of
 import pipeline.stages.response
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
+from cad.design.tips import Press, Tips
+from cad.quantity import InputError
 from pipeline.report.mapping import report_mapping
 from pipeline.report.outputs import write_outputs
 from pipeline.report.tables import print_everything, print_summary
-from pipeline.stages.response import TRAVELS, mean_tip_pressure, press_scene, spring_shares
+from pipeline.stages.response import TRAVELS, mean_tip_pressure, press_scene, refuse_unsolvable, spring_shares
 from pipeline.verdicts.sensor import paper_verdicts
+from solve.contact.scene import check_scene
 
 
 @pytest.fixture
@@ -20,9 +25,9 @@ def solved(monkeypatch):
     presses = []
     solve = pipeline.stages.response.scene_response
 
-    def counted(scene, contact, C, E, x):
+    def counted(scene, contact, C, E, x, kinds):
         presses.append((tuple(np.diag(C)), tuple(E), tuple(x)))
-        return solve(scene, contact, C, E, x)
+        return solve(scene, contact, C, E, x, kinds)
 
     monkeypatch.setattr(pipeline.stages.response, "scene_response", counted)
     return presses
@@ -32,6 +37,38 @@ def test_every_press_of_a_run_is_solved_once(solved):
     """Table, scan, hardest press and curve of its own springs and of the paper's."""
     result_of()
     assert len(solved) == len(set(solved)) == 8
+
+
+TILTED = Press(tilt_deg=1.0)
+NEAR_A_SIDE = r"^gap from tip to side face = 1 mm: must be at least 1.5 sides"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"press": Press(tilt_deg=25.0)}, r"^press.tilt_deg = 25 deg: must be such that no tip meets"),
+        ({"press": TILTED, "tips": Tips(offset_mm=4.5)}, NEAR_A_SIDE),
+    ],
+)
+def test_scene_that_contact_cannot_solve_is_refused_before_anything_is_solved(change, message, monkeypatch):
+    monkeypatch.setattr(
+        importlib.import_module("pipeline.run"), "fruit_compliance", lambda *_: pytest.fail("the fruit was solved")
+    )
+    with pytest.raises(InputError, match=message):
+        pipeline.run(Design(**change))
+
+
+@pytest.mark.parametrize("change", [{}, {"press": TILTED}, {"tips": Tips(offset_mm=4.5)}])
+def test_scene_that_can_be_solved_is_not_refused(change):
+    refuse_unsolvable(Design(**change))
+
+
+@pytest.mark.parametrize(("tilt", "presses"), [(10.0, 2), (19.5, 0), (-19.5, 0)])
+def test_spread_of_the_tilt_that_contact_cannot_solve_is_left_out(tilt, presses, monkeypatch):
+    """At 20 deg the slopes are no longer small; a press at 19.5 deg is solved, only not one degree steeper."""
+    monkeypatch.setattr(pipeline.stages.response, "scene_response", lambda scene, *_: check_scene(scene))
+    design = Design(press=Press(tilt_deg=tilt, tilt_spread_deg=1.0))
+    assert len(press_scene(design, CONTACT, np.eye(2)).tilted) == presses
 
 
 def test_reports_solve_nothing(solved, tmp_path, capsys):

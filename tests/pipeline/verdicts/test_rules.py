@@ -123,9 +123,11 @@ def test_targets_of_springs_that_were_not_made_are_undecided():
     assert "of it" in NL.reference
 
 
-def test_scene_in_which_a_tip_is_off_fails_its_targets_without_a_value():
-    for one in target_verdicts(None, None, Targets()):
-        assert (one.passed, one.value, one.error) == (False, None, None)
+@pytest.mark.parametrize("manufactured", [True, False])
+def test_scene_in_which_a_tip_is_off_has_no_values_and_fails_where_springs_were_made(manufactured):
+    for one in target_verdicts(None, None, Targets(), manufactured=manufactured):
+        assert (one.value, one.error) == (None, None)
+        assert one.passed is (False if manufactured else None)
         assert "a tip is off the fruit" in one.reference
 
 

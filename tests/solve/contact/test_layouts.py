@@ -1,5 +1,7 @@
 """Contact of tips anywhere: a layout turned with its press reads the same, and tilt turns about the mean centre."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,25 +20,18 @@ from solve.halfspace.punch import graded_edges
 
 BLOCK = Fruit()
 SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
-SQUARE = ((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0))  # low, high, low, high springs
+TIPS = Tips(layout="square", spacing_mm=4.0)
+SQUARE = TIPS.places_mm
 C = spring_compliance(0.9, 20.0, 0.9, 20.0)
-KINDS = TipKinds(soft=(0, 2), stiff=(1, 3))
+KINDS = TipKinds.of(TIPS.springs)
 SYMMETRY = 1e-7  # of forces: the meshes are turned with the layout, the active set is the same
-
-
-class Square(Scene):
-    """A scene whose tips stand on a square."""
-
-    @property
-    def centres(self):
-        return SQUARE
 
 
 def pressed(fruit=BLOCK, tilt=0.0, roll=0.0, springs=C):
     S = footprint_compliance(BLOCK, [Footprint(x, y, 1.0) for x, y in SQUARE], LEVELS[0]).S
     info = SolveInfo(method="", dofs=0, seconds=0.0, status="")
     compliance = FruitCompliance(tips=tuple("abcd"), S=S, error_pair=1e-4, error_own=1e-4, info=info)
-    scene = Square(fruit=fruit, tips=Tips(), press=Press(tilt_deg=tilt, roll_deg=roll))
+    scene = Scene(fruit=fruit, tips=TIPS, press=Press(tilt_deg=tilt, roll_deg=roll))
     return scene_response(scene, compliance, springs, (1.0,), (0.2, 0.6), KINDS)
 
 
@@ -84,8 +79,8 @@ def test_pair_along_y_is_rolled_as_the_pair_along_x_is_tilted():
 
 def test_first_touch_off_the_axis_is_under_the_inner_corner():
     inner = 1.5**2 + 1.5**2
-    scene = Square(fruit=SPHERE, tips=Tips(), press=Press())
+    scene = Scene(fruit=SPHERE, tips=TIPS, press=Press())
     assert scene.first_touch_mm == pytest.approx(35.0 - np.sqrt(35.0**2 - inner), rel=1e-9)
     # a sphere of radius 0.5 touches where the tangents agree: (R + r) less the rest, from the centres' distance
-    round_tips = Square(fruit=SPHERE, tips=Tips(shape="sphere"), press=Press())
+    round_tips = Scene(fruit=SPHERE, tips=replace(TIPS, shape="sphere"), press=Press())
     assert round_tips.first_touch_mm == pytest.approx(35.5 - np.sqrt(35.5**2 - 8.0), rel=1e-9)

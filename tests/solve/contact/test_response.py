@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 import solve.contact.response
-import solve.contact.scene
+import solve.contact.scene_cells
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from solve.contact.linear_response import linear_response
 from solve.contact.response import scene_response
-from solve.contact.scene import Scene, scene_cells
+from solve.contact.scene import Scene
+from solve.contact.scene_cells import scene_cells
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_body import curved_compliance
@@ -175,7 +176,7 @@ def test_a_scene_outside_the_domain_is_refused(compliance):
 @pytest.mark.parametrize("where", [{"tilt": 5.0}, {"fillet_mm": 0.2}, {"shape": "sphere"}, {"fruit": SPHERE}])
 def test_error_bars_cover_a_finer_grid(compliance, where, monkeypatch):
     found = scene_response(scene(**where), compliance, C, E, X)
-    monkeypatch.setattr(solve.contact.scene, "CELLS", {"mirrored": (18, 36)})
+    monkeypatch.setattr(solve.contact.scene_cells, "CELLS", {"mirrored": (18, 36)})
     finer = scene_response(scene(**where), compliance, C, E, X)
     touching = found.F > 0.0
     change = np.abs(np.divide(finer.F, found.F, out=np.ones_like(found.F), where=touching) - 1.0)
@@ -189,7 +190,7 @@ def test_error_bars_can_fail_to_cover(compliance, monkeypatch):
     monkeypatch.setattr(solve.contact.response, "SAFETY", 0.0)
     monkeypatch.setattr(solve.contact.response, "RIM", 0.0)
     found = scene_response(scene(shape="sphere"), compliance, C, E, X)
-    monkeypatch.setattr(solve.contact.scene, "CELLS", {"mirrored": (18, 36)})
+    monkeypatch.setattr(solve.contact.scene_cells, "CELLS", {"mirrored": (18, 36)})
     finer = scene_response(scene(shape="sphere"), compliance, C, E, X)
     assert np.any(np.abs(finer.F / found.F - 1.0).max(axis=2) > found.F_error)
 

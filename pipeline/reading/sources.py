@@ -1,0 +1,113 @@
+"""What the standard deviation of a reading is made of, each source by itself."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.design.reading import Reading
+from pipeline.reading.read_out import ReadOut
+
+Floats = NDArray[np.float64]
+
+_STEP = 1e-4  # of a force, a stiffness or a tip's height of 1 mm, for slopes of the modulus
+
+
+@dataclass(frozen=True, kw_only=True)
+class UncertaintySources:
+    """The standard deviation of the modulus by each source, as a share of it [1].
+
+    `stiffness_slope` is the share per share by which each spring is off, apart from the others [1]; `noise_slope` that
+    per cent of noise in forces, and in the heights that they tell [1/%].
+    """
+
+    shares: Mapping[str, float]
+    stiffness_slope: float
+    noise_slope: float
+
+    @property
+    def total(self) -> float:
+        """Return the standard deviation of all sources together [1]: they scatter apart, so their squares add."""
+        return math.hypot(*self.shares.values())
+
+
+def uncertainty_sources(
+    read_out: ReadOut, reading: Reading, forces: Floats, poses: Sequence[Mapping[str, float]]
+) -> list[UncertaintySources]:
+    """Return the sources at each modulus of a level sensor in the middle of its fruit.
+
+    `forces` (moduli, samples, tips) [N] are those of its presses; `poses` are the shares of tilt, place and radius [1].
+    The full scale of each channel is its force at the largest modulus. The heights of the tips are those that one
+    reading on a flat hard plate tells: its noise is what it leaves. Raises ReadingError.
+    """
+    full_scale = forces.max(axis=(0, 1))
+    return [_sources(read_out, reading, press, full_scale, pose) for press, pose in zip(forces, poses, strict=True)]
+
+
+def noise_to_reach(limit: float, sources: UncertaintySources, reading: Reading) -> float | None:
+    """Return the noise [% of full scale] at which a standard deviation [1] is reached; None where it is without."""
+    rest = sources.total**2 - (sources.noise_slope * reading.noise_percent) ** 2
+    if rest >= limit**2:
+        return None
+    return math.sqrt(limit**2 - rest) / sources.noise_slope
+
+
+def _sources(
+    read_out: ReadOut, reading: Reading, press: Floats, full_scale: Floats, poses: Mapping[str, float]
+) -> UncertaintySources:
+    """Return the sources at one modulus: noise, springs, gains and heights beside those of the poses."""
+    noise = np.linalg.norm(_noise_slopes(read_out, press), axis=0)
+    heights = np.abs(_slopes(read_out, press, _with_heights)) * read_out.zeroed_heights(np.ones(press.shape[1]))
+    by_percent, by_force = ((0.01 * reading.noise_percent) * full_scale, np.full(len(full_scale), reading.noise_N))
+    of_springs, of_gains = (_size(_slopes(read_out, press, moved)) for moved in (_with_springs, _with_gains))
+    shares = {
+        "noise_percent": _size(noise * by_percent),
+        "noise_N": _size(noise * by_force),
+        "stiffness": 0.01 * reading.stiffness_percent * of_springs,
+        "gain": 0.01 * reading.gain_percent * of_gains,
+        "tip_height": math.hypot(_size(heights * by_percent), _size(heights * by_force)),
+        **poses,
+    }
+    noise_slope = 0.01 * math.hypot(_size(noise * full_scale), _size(heights * full_scale))
+    return UncertaintySources(shares=shares, stiffness_slope=of_springs, noise_slope=noise_slope)
+
+
+Moved = Callable[[ReadOut, Floats, Floats], float]
+
+
+def _slopes(read_out: ReadOut, press: Floats, moved: Moved) -> Floats:
+    """Return the share by which the modulus moves per unit of what is moved at each tip, (tips,)."""
+    E = read_out.modulus(press)
+    steps = _STEP * np.eye(press.shape[1])
+    moves = [moved(read_out, press, step) - moved(read_out, press, -step) for step in steps]
+    return np.array(moves) / (2.0 * _STEP * E)
+
+
+def _with_springs(read_out: ReadOut, press: Floats, step: Floats) -> float:
+    return read_out.with_springs(1.0 + step).modulus(press)
+
+
+def _with_gains(read_out: ReadOut, press: Floats, step: Floats) -> float:
+    return read_out.modulus(press * (1.0 + step))
+
+
+def _with_heights(read_out: ReadOut, press: Floats, step: Floats) -> float:
+    return read_out.with_heights(step).modulus(press)
+
+
+def _noise_slopes(read_out: ReadOut, press: Floats) -> Floats:
+    """Return the share by which the modulus moves per force on each tip in each sample [1/N], (samples, tips)."""
+    slopes = []
+    for sample in np.eye(len(press))[:, :, None]:
+
+        def moved(read_out: ReadOut, press: Floats, step: Floats, sample: Floats = sample) -> float:
+            return read_out.modulus(press + sample * step * press[-1])
+
+        slopes.append(_slopes(read_out, press, moved) / press[-1])
+    return np.array(slopes)
+
+
+def _size(shares: Floats) -> float:
+    return float(np.linalg.norm(shares))

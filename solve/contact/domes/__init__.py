@@ -1,0 +1,1 @@
+"""Domes in closed form: where they meet the fruit, what it is under them, and the forces they carry."""

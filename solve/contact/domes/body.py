@@ -1,0 +1,46 @@
+"""The fruit under domes: what it adds to the half-space, from its compliance under small flat circles."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solve.arrays import Floats
+from solve.contact.scene import Scene
+from solve.fruit.compliance import FruitCompliance
+from solve.fruit.footprints import level_compliance, nodes_between
+from solve.fruit.split import contact_footprints
+
+# Of what the shape of a fruit changes, by how much less or more it may be for another radius than by its curvature.
+OTHER_RADIUS = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """The fruit under the domes: Poisson's ratio [1], and what it adds to a half-space.
+
+    `remainder` (poses, tips, tips), times E [1/mm], is that of the compliance; `bound`, as the remainder, how far that
+    may be off; `size` [mm] the nearest distance from a contact to what bounds the fruit.
+    """
+
+    poisson: float
+    remainder: Floats
+    bound: Floats
+    size: float
+
+
+def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
+    """Return the fruit of a scene, whose compliance this is, where it has other radii (poses,) [mm] along the tips.
+
+    What the shape of the fruit changes goes with its curvature; half of what that differs by is in the bound.
+    """
+    block, footprints = scene.fruit.equivalent_block, contact_footprints(scene.fruit, scene.tips)
+    half_space = level_compliance(footprints, block.poisson, np.zeros(()), nodes_between(footprints))
+    curvature = scene.fruit.radii_mm[0] / radii if scene.radii else np.ones(len(radii))
+    other = np.multiply.outer(curvature - 1.0, compliance.shape_change)
+    error = max(compliance.error_pair, compliance.error_own)
+    return Body(
+        poisson=block.poisson,
+        remainder=compliance.S - half_space + other,
+        bound=error * np.abs(compliance.S) + OTHER_RADIUS * np.abs(other),
+        size=min(block.height_mm, *(one.room(block) for one in footprints)),
+    )

@@ -1,0 +1,245 @@
+"""Forces of domes on springs in closed form: each presses as Hertz's sphere, and all feel each other and the body.
+
+A dome that is pressed by q [mm] along the normal beyond what the others and the body give way carries
+
+    N = 4/3 E* sqrt(R) q^(3/2),    E* = E / (1 - nu^2),    1 / R = 1 / r + 1 / R_fruit,
+
+K. L. Johnson, Contact Mechanics (1985), equation (4.23), doi:10.1017/CBO9781139171731. Its interference b, what it
+would enter the undeformed fruit on its spring as it stands, is
+
+    b_i = q_i + sum_j (B_ij + k_ij) N_j / E,
+    k_ij = (1 - nu^2) / (pi p) (1 + a_i^2 / (6 p^2) + a_j^2 / (10 p^2)),
+
+with p the distance of two contacts, a their radii, and B what the body adds to a half-space, along the normals where
+the domes touch. The second moments are those of the pressures: of Hertz where a force acts, of its increment, the flat
+punch, where it is felt. The slope that the others make under a dome moves its contact by R times that slope. The force
+along the spring is N times the cosine of the normal to the axis. A dome that is off has q <= 0 and no force: one smooth
+system, solved by Newton's method. Neither friction nor large strain is in it; nor is what a sphere's own profile takes
+off a paraboloid's force in small strain, which large strain gives back in part: that is told apart.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solve.arrays import Floats
+from solve.contact.domes.body import Body, dome_body
+from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
+from solve.contact.domes.sphere import sphere_contact_radius, sphere_force
+from solve.contact.scene import Scene
+from solve.fruit.compliance import FruitCompliance
+from solve.linear import SolveError
+
+# Half the mean of x^2 less that of y^2 / 2 under the flat punch and under Hertz's pressure [contact radii^2].
+FELT, ACTING = 1.0 / 6.0, 1.0 / 10.0
+MOST_STEPS = 60
+HALVINGS = 12
+# Shares of terms that are left out or not known better: the body's answer changes over a contact by (a / size)^2,
+# crosstalk by the next power of its moments; the rest is a share of the depth. tests/fits/dome_law.py
+OVER_CONTACT, NEXT_MOMENT, OF_DEPTH = 0.25, 0.5, 7e-4
+RESIDUAL_LIMIT = 1e-11  # of the largest interference: round-off of coordinates a hundred times as large
+
+
+@dataclass(frozen=True, eq=False)
+class DomeForces:
+    """Forces F of the domes along their springs [N], (poses, tips), and what they do, each as F.
+
+    `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off, and `profile` [N] how much of
+    that is the profile of a sphere against that of a paraboloid. `contact_radius` [mm] and `mean_pressure` [MPa] are
+    those of the contacts, `face` [mm] is the width of a face that would hold each.
+    """
+
+    F: Floats
+    rates: Floats
+    error: Floats
+    profile: Floats
+    contact_radius: Floats
+    mean_pressure: Floats
+    face: Floats
+
+    @property
+    def relative_error(self) -> Floats:
+        """Return how far each force above 0 may be off, over itself [1], (poses, tips)."""
+        touching = self.F > 0.0
+        return np.where(touching, self.error / np.where(touching, self.F, 1.0), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """Domes at trial depths: their approach, normal forces N and slopes of these, contact radii, and the residual."""
+
+    approach: DomeApproach
+    N: Floats
+    stiffness: Floats
+    contact_radius: Floats
+    action: Floats
+    residual: Floats
+
+
+def domes_on(scenes: Sequence[Scene], compliance: FruitCompliance, C: Floats, E: Floats, travel: Floats) -> DomeForces:
+    """Return the forces of one sensor in scenes at moduli E [MPa] and travels [mm], both (poses,).
+
+    The compliance is that of the fruit in the first scene. C (tips, tips) [mm/N]. Raises as `dome_forces`.
+    """
+    radii = np.array([scene.fruit.radii_mm[0] for scene in scenes])
+    return dome_forces(dome_poses(scenes, travel), E, C, dome_body(scenes[0], compliance, radii))
+
+
+def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForces:
+    """Return the forces of domes at moduli E (poses,) [MPa] on springs of compliance C (tips, tips) [mm/N].
+
+    Raises SolveError where the forces do not settle.
+    """
+    law = _Law(poses, E, C, body)
+    state = law.at(law.solved())
+    cosine, touching = state.approach.cosine, state.N > 0.0
+    # what the forces along the springs gain per interference of each dome
+    gain = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
+    profile = np.einsum("pij,pj->pi", np.abs(gain), law.profile(state))
+    return DomeForces(
+        F=cosine * state.N,
+        rates=np.where(touching, np.einsum("pij,pj->pi", gain, state.approach.normal[..., 2]), 0.0),
+        error=np.einsum("pij,pj->pi", np.abs(gain), law.bound(state)) + profile,
+        profile=profile,
+        contact_radius=state.contact_radius,
+        mean_pressure=state.N / np.where(touching, np.pi * state.contact_radius**2, 1.0),
+        face=np.where(touching, 2.0 * (poses.dome_radius * state.approach.sine + law.rim(state)), 0.0),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class DomeContrast:
+    """What the contrast of forces along the springs needs to know of level domes (`cad/theory/contrast_law.py`).
+
+    `S` (tips, tips), times E [1/mm], is the compliance but for Hertz's part; `hertz` [mm (MPa/N)^(2/3)] is h of
+    h (F / E)^(2/3), the mean over the tips.
+    """
+
+    S: Floats
+    hertz: float
+
+
+def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float) -> DomeContrast:
+    """Return what the contrast needs, at the contact radii of a level press at modulus E [MPa] over the full travel.
+
+    C (tips, tips) [mm/N]. Raises SolveError where the forces do not settle.
+    """
+    level = replace(scene, press=replace(scene.press, tilt_deg=0.0, roll_deg=0.0), off_centre_mm=(0.0, 0.0))
+    radii = np.array([scene.fruit.radii_mm[0]])
+    body = dome_body(scene, compliance, radii)
+    law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, body)
+    q = law.solved()
+    state = law.at(q)
+    cosine = state.approach.cosine[0]
+    own = q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
+    return DomeContrast(
+        S=(body.remainder + state.action)[0] / np.outer(cosine, cosine),
+        hertz=float(np.mean(own)),
+    )
+
+
+class _Law:
+    """The equations of the domes for the depths q (poses, tips) [mm], negative where a dome is off."""
+
+    def __init__(self, poses: DomePoses, E: Floats, C: Floats, body: Body) -> None:
+        self._poses, self._C, self._body = poses, C, body
+        self._E = E[:, None]
+        self._normal = (1.0 - body.poisson**2) / np.pi
+        self._level = poses.approach(np.zeros(poses.centres.shape[:2]))
+
+    def solved(self) -> Floats:
+        """Return the depths; raises SolveError where Newton's method with halved steps does not settle."""
+        q = self._level.interference.copy()
+        state = self.at(q)
+        allowed = RESIDUAL_LIMIT * np.abs(self._poses.centres).max()
+        for _ in range(MOST_STEPS):
+            if np.abs(state.residual).max(initial=0.0) <= allowed:
+                return q
+            q, state = self._stepped(q, state, allowed)
+        msg = f"domes: residual {np.abs(state.residual).max():.1e} mm must be at most {allowed:.0e} mm; press less deep"
+        raise SolveError(msg)
+
+    def _stepped(self, q: Floats, state: _State, allowed: float) -> tuple[Floats, _State]:
+        """Return the depths one step of Newton on, halved in poses where the residual [mm] would grow."""
+        worst = np.maximum(np.abs(state.residual).max(axis=1), allowed)
+        step = np.linalg.solve(self.jacobian(state), state.residual[..., None])[..., 0]
+        trial = self.at(q + step)
+        for _ in range(HALVINGS):
+            grown = np.abs(trial.residual).max(axis=1) > worst
+            if not grown.any():
+                break
+            step[grown] *= 0.5
+            trial = self.at(q + step)
+        return q + step, trial
+
+    def at(self, q: Floats) -> _State:
+        """Return the domes at trial depths q (poses, tips) [mm]."""
+        N, _, _ = self._hertz(q, self._level)
+        approach = self._poses.approach((self._level.cosine * N) @ self._C.T)
+        N, stiffness, radius = self._hertz(q, approach)
+        action, moved = self._action(approach, N, radius)
+        sunk = np.einsum("pij,pj->pi", action + self._body.remainder, N) / self._E
+        residual = approach.interference - 0.5 * moved / approach.radius - sunk - q
+        return _State(approach, N, stiffness, radius, action, residual)
+
+    def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats]:
+        """Return the normal forces [N], their slopes over the depth [N/mm] and the contact radii [mm]."""
+        depth = np.maximum(q, 0.0) / approach.eased
+        contact = np.sqrt(approach.radius * depth)
+        stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact
+        return stiffness * depth / 1.5, stiffness / approach.eased, contact
+
+    def _action(self, approach: DomeApproach, N: Floats, radius: Floats) -> tuple[Floats, Floats]:
+        """Return k_ij (poses, tips, tips) [1/mm], and the squares of how far the contacts are moved [mm^2]."""
+        between, distance = _between(approach.place)
+        slope = self._normal * np.einsum("pij,pijk,pj->pik", distance**-3, between, N) / self._E[..., None]
+        moved = approach.radius[..., None] * slope
+        _, distance = _between(approach.place + moved)
+        action = self._normal / distance * (1.0 + _moments(radius, FELT, ACTING) / distance**2)
+        return action, (moved**2).sum(axis=2)
+
+    def jacobian(self, state: _State) -> Floats:
+        """Return minus the slope of the residual over the depths [1], (poses, tips, tips), but for its small parts."""
+        cosine = state.approach.cosine
+        springs = cosine[:, :, None] * self._C * cosine[:, None, :]
+        given = springs + (state.action + self._body.remainder) / self._E[..., None]
+        return np.asarray(np.eye(len(self._C)) + given * state.stiffness[:, None, :])
+
+    def bound(self, state: _State) -> Floats:
+        """Return how far the interference that belongs to the forces may be off [mm], (poses, tips)."""
+        _, distance = _between(state.approach.place)
+        radius, body = state.contact_radius, self._body
+        over = OVER_CONTACT * np.abs(body.remainder) * (radius[:, None] / body.size) ** 2
+        next_moment = NEXT_MOMENT * self._normal / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
+        sunk = np.einsum("pij,pj->pi", body.bound + over + next_moment, state.N) / self._E
+        return np.asarray(sunk + OF_DEPTH * state.contact_radius**2 / state.approach.radius)
+
+    def rim(self, state: _State) -> Floats:
+        """Return the contact radii that spheres with their own profile have at the same depths [mm], (poses, tips)."""
+        depth = state.contact_radius**2 / state.approach.radius
+        return sphere_contact_radius(depth, self._poses.dome_radius, self._beside(state))
+
+    def _beside(self, state: _State) -> Floats:
+        """Return the curvature of the fruit under the domes [1/mm], (poses, tips)."""
+        return np.asarray(1.0 / state.approach.radius - 1.0 / self._poses.dome_radius)
+
+    def profile(self, state: _State) -> Floats:
+        """Return by how much a sphere sinks deeper than a paraboloid of its radius [mm], (poses, tips)."""
+        contact = self.rim(state)
+        hertz = 4.0 / 3.0 * state.contact_radius**3 / state.approach.radius
+        missing = hertz - sphere_force(contact, self._poses.dome_radius, self._beside(state))
+        touching = contact > 0.0
+        return np.where(touching, missing / np.where(touching, 2.0 * contact, 1.0), 0.0)
+
+
+def _between(place: Floats) -> tuple[Floats, Floats]:
+    """Return the vectors from contact j to contact i [mm] and their lengths, infinite from one to itself."""
+    between = place[:, :, None] - place[:, None]
+    distance = np.linalg.norm(between, axis=-1)
+    return between, distance + np.where(np.eye(distance.shape[1]) > 0.0, np.inf, 0.0)
+
+
+def _moments(radius: Floats, felt: float, acting: float) -> Floats:
+    """Return felt a_i^2 + acting a_j^2 [mm^2] of contact radii a (poses, tips) [mm], (poses, tips, tips)."""
+    return np.asarray(felt * radius[:, :, None] ** 2 + acting * radius[:, None, :] ** 2)

@@ -1,0 +1,112 @@
+"""Readings of a square are exact where the law is; what is planted in them is found with its size."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from square_stand_ins import (
+    FORCE_ERROR,
+    linear_pose_forces,
+    square_contact,
+    square_design,
+    square_springs,
+)
+
+from pipeline.reading import assessment, lift
+from pipeline.reading.assessment import reading_assessment
+from pipeline.reading.placed import Placed, occurring, radii, read_moduli
+from pipeline.verdicts.reading_rules import assessed_verdicts
+
+pytestmark = pytest.mark.usefixtures("linear_world")
+
+
+def assessed(design=None):
+    design = design or square_design()
+    return reading_assessment(design, design.reading, square_contact(), square_springs())
+
+
+def outcomes(found, design):
+    return {verdict.name: verdict.passed for verdict in assessed_verdicts(found, design.reading)}
+
+
+def test_no_pose_biases_a_square_of_whole_faces():
+    design = square_design(tilt_deg=2.0)
+    found = assessed(design)
+    assert found.bias.value < 1e-9
+    assert all(abs(row.bias) < 1e-9 for row in found.moduli)
+    assert set(outcomes(found, design).values()) == {True}
+
+
+def test_error_of_the_bias_is_that_of_the_forces_in_modulus():
+    """Forces that are off by 0.1 % belong to a modulus that is off by more: the springs take a share of the travel."""
+    found = assessed()
+    springs, S = square_springs(), square_contact().S
+    E = found.worst_bias.E
+    F = np.linalg.solve(springs + S / E, np.full(4, 0.6))
+    moved = np.linalg.solve(springs + S / (1.01 * E), np.full(4, 0.6))
+    share = np.abs(np.log(moved / F)).max() / np.log(1.01)
+    assert found.bias.error == pytest.approx(FORCE_ERROR / share, rel=0.01)
+
+
+def test_planted_misread_spring_fails_the_bias(monkeypatch):
+    """Forces of high springs that are 11 % stiffer than the read-out knows."""
+    design = square_design(bias_limit=0.02)
+
+    def stiffer(scene, contact, C, poses):
+        return linear_pose_forces(scene, contact, np.asarray(C) * np.array([1.0, 0.9, 1.0, 0.9])[:, None], poses)
+
+    monkeypatch.setattr(assessment, "pose_forces", stiffer)
+    found = assessed(design)
+    assert found.bias.value > 0.02
+    assert outcomes(found, design)["reading.bias"] is False
+
+
+def test_planted_noise_fails_the_uncertainty():
+    design = square_design(noise_N=0.05)
+    assert outcomes(assessed(design), design)["reading.uncertainty"] is False
+    quiet = square_design()
+    assert outcomes(assessed(quiet), quiet)["reading.uncertainty"] is True
+
+
+def test_tilt_that_lifts_a_tip_is_refused_and_fails_the_lift():
+    design = square_design(tilt_deg=8.0)
+    found = assessed(design)
+    assert found.bias.value < 1e-9
+    assert re.match(r"\d+ of \d+ poses have no reading, as at 0.5 MPa, tilt 8 deg", found.refused)
+    assert "is off the fruit" in found.refused
+    assert set(outcomes(found, design).values()) == {False}
+
+
+def test_lift_is_where_the_force_of_the_first_tip_ends():
+    """The softest spring lifts first, on the softest fruit, towards the corner: by the linear law, on a fine grid."""
+    design = square_design()
+    S, C = square_contact().S, square_springs()
+    places = np.array(design.tips.places_mm)
+    corner = places[0] / np.hypot(*places[0])
+
+    def least(tilt, E):
+        lowered = 0.6 + places @ (-np.tan(np.radians(tilt)) * corner)
+        return np.linalg.solve(C + S / E, lowered).min()
+
+    tilts = np.linspace(1.0, 15.0, 5601)
+    expected = min(next(tilt for tilt in tilts if least(tilt, E) <= 0.0) for E in read_moduli(design.fruit))
+    found = lift.lift_tilt(design, design.reading, square_contact(), C)
+    assert found.value <= expected * (1.0 + 2e-3)
+    assert found.value + found.error >= expected * (1.0 - 2e-3)
+
+
+def test_poses_are_at_least_those_that_the_issue_asks_for():
+    design = square_design()
+    places = list(occurring(design, design.reading))
+    assert len(read_moduli(design.fruit)) >= 4
+    tilted = {place.tilt_deg for place in places if not any(place.off_centre_mm)}
+    assert len(tilted) == 17  # level, and eight directions at half and at the whole tilt
+    ball = dataclasses.replace(design.fruit, shape="sphere", radius_mm=35.0, thickness_mm=12.0)
+    assert radii(ball, design.reading) == (None, pytest.approx(28.0), pytest.approx(42.0))
+
+
+def test_place_is_said_in_words():
+    placed = Placed(tilt_deg=(0.0, 4.0), off_centre_mm=(1.0, 0.0), radius_mm=28.0)
+    assert str(placed) == "tilt 4 deg towards 90 deg, 1 mm off centre, radius 28 mm"
+    assert str(Placed()) == "level"

@@ -1,0 +1,95 @@
+"""Spheres on a plane, a sphere and an ellipsoid: distances, curvatures and rigid turns."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
+from solve.contact.domes.geometry import DomePoses, dome_poses
+from solve.contact.scene import Scene
+
+DOME = 3.0
+UP = np.array([[0.0, 0.0, 1.0]])
+
+
+def placed(centre, *axes):
+    return DomePoses(DOME, np.array([[centre]], dtype=float), UP, np.array([axes], dtype=float))
+
+
+def approach(poses):
+    return poses.approach(np.zeros(poses.centres.shape[:2]))
+
+
+def test_interference_with_a_sphere_is_that_of_the_centres():
+    centre = np.array([8.0, -3.0, 1.5])
+    found = approach(placed(centre, 35.0, 35.0, 35.0))
+    apart = np.linalg.norm(centre + np.array([0.0, 0.0, 35.0]))
+    np.testing.assert_allclose(found.interference, 35.0 + DOME - apart, rtol=1e-12)
+    np.testing.assert_allclose(found.cosine, (centre[2] + 35.0) / apart, rtol=1e-12)
+    np.testing.assert_allclose(found.radius, 35.0 * DOME / (35.0 + DOME), rtol=1e-9)
+    np.testing.assert_allclose(found.eased, 1.0, atol=1e-12)
+
+
+def test_plane():
+    found = approach(placed([8.0, -3.0, 2.5], np.inf, np.inf, np.inf))
+    np.testing.assert_allclose(found.interference, 0.5)
+    np.testing.assert_allclose(found.radius, DOME)
+
+
+def test_nearest_point_of_an_ellipsoid():
+    centre, axes = np.array([12.0, -6.0, 0.5]), np.array([40.0, 28.0, 40.0])
+    found = approach(placed(centre, *axes))
+
+    def distance(angles):
+        turn, fall = angles
+        unit = np.array([np.sin(fall) * np.cos(turn), np.sin(fall) * np.sin(turn), np.cos(fall)])
+        return float(np.linalg.norm(axes * unit - [0.0, 0.0, axes[2]] - centre))
+
+    least = minimize(distance, [-0.4, 0.4], method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-12}).fun
+    np.testing.assert_allclose(found.interference, DOME - least, rtol=1e-9)
+
+
+def test_curvature_at_the_apex_of_an_ellipsoid():
+    """Along x 1 / 40, along y 40 / 28^2; the ellipse eases by 1 - ln(ratio)^2 / 72."""
+    found = approach(placed([0.0, 0.0, 2.9], 40.0, 28.0, 40.0))
+    along, across = 1.0 / DOME + 1.0 / 40.0, 1.0 / DOME + 40.0 / 28.0**2
+    np.testing.assert_allclose(found.radius, 1.0 / np.sqrt(along * across), rtol=1e-9)
+    np.testing.assert_allclose(found.eased, 1.0 - np.log(across / along) ** 2 / 72.0, rtol=1e-9)
+
+
+def square(tilt=0.0, roll=0.0, size=1.0, fruit="sphere"):
+    curved = {"shape": "sphere", "radius_mm": 35.0} if fruit == "sphere" else {}
+    tips = Tips(layout="square", shape="dome", dome_radius_mm=DOME, side_mm=3.0 * size, spacing_mm=6.0 * size)
+    press = Press(travel_mm=0.4, tilt_deg=tilt, roll_deg=roll)
+    return Scene(fruit=Fruit(thickness_mm=12.0 if curved else None, **curved), tips=tips, press=press)
+
+
+def test_sensor_turns_as_a_rigid_body():
+    level, turned = (dome_poses([scene], np.array([0.4])) for scene in (square(), square(5.0, -3.0)))
+    np.testing.assert_allclose(np.linalg.norm(turned.axis, axis=1), 1.0)
+    apart = [np.linalg.norm(poses.centres[0, :, None] - poses.centres[0], axis=-1) for poses in (level, turned)]
+    np.testing.assert_allclose(apart[0], apart[1], rtol=1e-12)
+    # the plane falls along x by the tilt, along y by the roll: those tips are lower
+    lever = turned.centres[0] - turned.centres[0].mean(axis=0)
+    slopes = np.linalg.lstsq(lever[:, :2], lever[:, 2], rcond=None)[0]
+    np.testing.assert_allclose(slopes, -np.tan(np.radians([5.0, -3.0])), rtol=1e-12)
+
+
+def test_small_tilts_and_places():
+    """The gap is |X|^2 / (2 (R + r)) - tilt . X R / (R + r) - |tilt|^2 r R / (2 (R + r))."""
+    radius, misses = 35.0, []
+    for size in (0.1, 0.05):
+        scene = square(20.0 * size, -10.0 * size, size)
+        poses = dome_poses([scene], np.array([0.0]))
+        turn, X = np.tan(np.radians([20.0 * size, -10.0 * size])), np.array(scene.centres)
+        both = radius + DOME
+        gap = (0.5 * (X**2).sum(axis=1) - X @ turn * radius - 0.5 * turn @ turn * DOME * radius) / both
+        misses.append(np.abs(approach(poses).interference[0] + gap - scene.first_touch_mm).max())
+    assert misses[1] == pytest.approx(misses[0] / 2.0**4, rel=0.3)  # what is left is of fourth order
+
+
+def test_travel_counts_from_the_first_touch_of_a_level_sensor():
+    for fruit in ("sphere", "block"):
+        found = approach(dome_poses([square(fruit=fruit)], np.array([0.0])))
+        np.testing.assert_allclose(found.interference, 0.0, atol=1e-12)

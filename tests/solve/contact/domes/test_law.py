@@ -1,0 +1,161 @@
+"""Domes on springs: exact for one, symmetric for four, and as contact cells find them where slopes are small."""
+
+import dataclasses
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
+from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
+from solve.contact.domes import law
+from solve.contact.domes.body import Body, dome_body
+from solve.contact.domes.geometry import DomePoses
+from solve.contact.domes.law import dome_contrast, dome_forces, domes_on
+from solve.contact.scene import Scene
+from solve.contact.scene_cells import interference, scene_cells
+from solve.contact.unilateral import UnilateralContact
+from solve.fruit.split import block_compliance, contact_footprints
+
+POISSON, DOME = 0.3, 2.0
+E = np.array([1.0, 3.5])
+FLAT = np.full((2, 3), np.inf)
+SPRINGS = np.diag([1.0 / 1.2, 1.0 / 20.0, 1.0 / 1.2, 1.0 / 20.0])
+# Slopes a fifth of those of a mango: what contact cells leave out, their squares, is 25 times smaller.
+BLUNT = Fruit(shape="sphere", radius_mm=175.0, thickness_mm=12.0, length_mm=50.0, width_mm=50.0)
+GENTLE = Tips(layout="square", shape="dome", dome_radius_mm=50.0, side_mm=5.8, spacing_mm=6.0)
+TRAVEL = 0.08
+
+
+def half_space(count=1):
+    none = np.zeros((2, count, count))
+    return Body(poisson=POISSON, remainder=none, bound=none, size=np.inf)
+
+
+def lowered(places, depth):
+    """Return level domes over a plane that would enter it by a depth, the same in two poses."""
+    centres = np.column_stack([places, np.full(len(places), DOME - depth)])
+    return DomePoses(DOME, np.stack([centres, centres]), np.tile([0.0, 0.0, 1.0], (2, 1)), FLAT)
+
+
+def test_one_dome_on_a_rigid_spring():
+    """Hertz's force, contact and stiffness at the given depth."""
+    a, modulus = 0.9, E / (1.0 - POISSON**2)
+    depth = a**2 / DOME
+    found = dome_forces(lowered([[0.0, 0.0]], depth), E, np.zeros((1, 1)), half_space())
+    expected = modulus * 4.0 / 3.0 * a**3 / DOME
+    np.testing.assert_allclose(found.F[:, 0], expected, rtol=1e-9)
+    np.testing.assert_allclose(found.contact_radius, a, rtol=1e-9)
+    np.testing.assert_allclose(found.mean_pressure[:, 0], expected / (np.pi * a**2), rtol=1e-9)
+    rim = found.face / 2.0  # of a sphere with its own profile, at the same depth
+    np.testing.assert_allclose(rim * np.arctanh(rim / DOME), depth, rtol=1e-9)
+    np.testing.assert_allclose(found.rates[:, 0], 2.0 * a * modulus, rtol=1e-9)
+
+
+def test_profile_of_a_sphere_is_told_apart():
+    """Segedin's force at the same depth lies below Hertz's by what is told, to the next order of a / r."""
+    a, modulus = 0.4, E / (1.0 - POISSON**2)
+    found = dome_forces(lowered([[0.0, 0.0]], a * np.arctanh(a / DOME)), E, np.zeros((1, 1)), half_space())
+    sphere = modulus * ((a**2 + DOME**2) * np.arctanh(a / DOME) - a * DOME)
+    np.testing.assert_allclose(found.profile[:, 0], found.F[:, 0] - sphere, rtol=2.0 * (a / DOME) ** 2)
+    assert np.all(found.profile < found.error)
+
+
+def test_spring_takes_its_part_of_the_travel():
+    K, travel = 1.7, 0.4
+    found = dome_forces(lowered([[0.0, 0.0]], travel), E, np.array([[1.0 / K]]), half_space())
+    a = found.contact_radius[:, 0]
+    np.testing.assert_allclose(found.F[:, 0] / K + a**2 / DOME, travel, rtol=1e-9)
+
+
+def test_domes_side_by_side_sink_by_each_other():
+    """Far apart each adds (1 - nu^2) F / (pi E p) to what the other sinks by."""
+    apart, depth = 400.0, 0.4
+    found = dome_forces(lowered([[0.0, 0.0], [apart, 0.0]], depth), E, np.zeros((2, 2)), half_space(2))
+    crosstalk = (1.0 - POISSON**2) * found.F[:, 0] / (np.pi * E * apart)
+    alone = dome_forces(lowered([[0.0, 0.0]], depth - crosstalk[0]), E, np.zeros((1, 1)), half_space())
+    np.testing.assert_allclose(found.F[0], alone.F[0, 0], rtol=1e-6)
+
+
+def test_dome_that_is_off_has_no_force_and_does_not_disturb():
+    centres = np.array([[0.0, 0.0, DOME - 0.2], [5.0, 0.0, DOME + 0.1]])
+    poses = DomePoses(DOME, np.stack([centres, centres]), np.tile([0.0, 0.0, 1.0], (2, 1)), FLAT)
+    found = dome_forces(poses, E, np.diag([0.5, 0.5]), half_space(2))
+    alone = dome_forces(lowered([[0.0, 0.0]], 0.2), E, np.array([[0.5]]), half_space())
+    np.testing.assert_allclose(found.F[:, 0], alone.F[:, 0], rtol=1e-9)
+    for values in (found.F, found.rates, found.contact_radius, found.mean_pressure, found.face):
+        np.testing.assert_array_equal(values[:, 1], 0.0)
+
+
+@cache
+def compliance(fruit, tips):
+    """Return that of the equivalent block: the shape of a blunt fruit changes nothing that these tests see."""
+    return block_compliance(fruit.equivalent_block, contact_footprints(fruit, tips), 1e-4, tips.names)
+
+
+def scene(tilt=0.0, roll=0.0, fruit=BLUNT, tips=GENTLE, travel=TRAVEL):
+    return Scene(fruit=fruit, tips=tips, press=Press(travel_mm=travel, tilt_deg=tilt, roll_deg=roll))
+
+
+def pressed(posed, modulus=1.0, springs=SPRINGS):
+    known = compliance(posed.fruit, posed.tips)
+    return domes_on([posed], known, springs, np.array([modulus]), np.array([posed.press.travel_mm]))
+
+
+def test_square_is_the_same_seen_from_its_sides():
+    """Mirrored at x = y, tips 0 and 2 stay, 1 and 3 change places, and tilt becomes roll."""
+    tilted, rolled = pressed(scene(0.4, 0.1)), pressed(scene(0.1, 0.4))
+    np.testing.assert_allclose(rolled.F[:, [0, 3, 2, 1]], tilted.F, rtol=1e-9)
+
+
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.4, 0.0), (0.4, 0.3)])
+def test_contact_cells_find_the_same_forces(tilt):
+    """Within both bars: the law's, and twice the step from the coarse to the fine cells."""
+    posed = scene(*tilt)
+    coarse, fine = scene_cells(posed, compliance(BLUNT, GENTLE), TRAVEL)
+    for modulus in (0.5, 3.5):
+        cells = [
+            modulus
+            * UnilateralContact(grid.cells)
+            .solve(interference(posed, grid, TRAVEL), modulus * SPRINGS + grid.compliance_correction)
+            .F
+            for grid in (coarse, fine)
+        ]
+        found = pressed(posed, modulus)
+        assert np.all(
+            np.abs(found.F[0] - cells[1]) < found.error[0] + 2.0 * np.abs(cells[1] - cells[0]) + 1e-3 * cells[1]
+        )
+
+
+def test_without_crosstalk_the_cells_find_other_forces(monkeypatch):
+    monkeypatch.setattr(law, "_between", lambda place: (place[:, :, None] - place[:, None], np.full((1, 4, 4), np.inf)))
+    posed = scene()
+    _, fine = scene_cells(posed, compliance(BLUNT, GENTLE), TRAVEL)
+    state = UnilateralContact(fine.cells).solve(interference(posed, fine, TRAVEL), SPRINGS + fine.compliance_correction)
+    found = pressed(posed)
+    assert np.any(np.abs(found.F[0] - state.F) > found.error[0] + 0.01 * state.F)
+
+
+def test_contrast_of_level_domes_reads_the_modulus():
+    tips = dataclasses.replace(GENTLE, dome_radius_mm=10.0)
+    fruit = dataclasses.replace(BLUNT, radius_mm=35.0, length_mm=30.0, width_mm=30.0)
+    level = scene(fruit=fruit, tips=tips, travel=0.4)
+    found = dome_contrast(level, compliance(fruit, tips), SPRINGS, 1.0)
+    contrast = ContrastLaw(
+        weights=contrast_weights(tips.places_mm, tips.springs),
+        gaps=(0.0,) * 4,
+        C=SPRINGS.tolist(),
+        S=found.S.tolist(),
+        hertz=found.hertz,
+    )
+    for modulus in (0.5, 1.0, 3.5):
+        assert read_modulus(contrast, pressed(level, modulus).F[0].tolist()) == pytest.approx(modulus, rel=0.02)
+
+
+def test_other_radius_bends_the_body_in_proportion_and_widens_the_bound():
+    known = dataclasses.replace(compliance(BLUNT, GENTLE), shape_change=np.full((4, 4), 1e-3))
+    body = dome_body(scene(), known, np.array([175.0, 140.0, 210.0]))
+    changed = body.remainder - body.remainder[0]
+    np.testing.assert_allclose(changed[1:, 0, 0], [0.25e-3, -1e-3 / 6.0], rtol=1e-9)
+    assert np.all(body.bound[1:] > body.bound[0])

@@ -1,0 +1,118 @@
+"""Many poses of one sensor: each as if it were pressed alone, and refused where a dome runs off its face."""
+
+import dataclasses
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
+from cad.quantity import InputError
+from solve.contact.linear_response import TipKinds, spring_compliance
+from solve.contact.poses import Pose, pose_forces, posed_scene
+from solve.contact.response import scene_response
+from solve.contact.scene import Scene
+from solve.fruit.split import block_compliance, contact_footprints
+
+PIECE = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0, length_mm=30.0, width_mm=30.0)
+GENTLE = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.8, spacing_mm=6.0)
+SPRINGS = spring_compliance(1.2, 20.0, 1.2, 20.0)
+LEVEL = Pose(E=1.0, travel=0.4)
+TILTED = Pose(E=0.5, travel=0.3, tilt_deg=(1.0, -2.0), off_centre_mm=(0.3, 0.2), radius_mm=42.0)
+STEEP = Pose(E=0.5, travel=0.4, tilt_deg=(8.0, 6.0))
+LINE = Tips(layout="line", order="LHL", spacing_mm=2.5, outer_mm=2.5**2 / 70.0)
+
+
+@cache
+def compliance(tips, fruit=PIECE):
+    return block_compliance(fruit.equivalent_block, contact_footprints(fruit, tips), 1e-3, tips.names)
+
+
+def square(tips=GENTLE, fruit=PIECE):
+    return Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.4))
+
+
+def forces(poses, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
+    return pose_forces(square(tips, fruit), compliance(tips, fruit), springs, poses)
+
+
+def alone(pose, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
+    posed = posed_scene(square(tips, fruit), pose)
+    return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel], TipKinds.of(tips.springs))
+
+
+def test_scene_of_a_pose():
+    posed = posed_scene(square(), TILTED)
+    assert (posed.press.tilt_deg, posed.press.roll_deg) == (1.0, -2.0)
+    assert posed.fruit.radius_mm == 42.0
+    np.testing.assert_allclose(posed.centres, np.array(GENTLE.places_mm) + np.array([0.3, 0.2]))
+    whole = Scene(fruit=Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0), tips=GENTLE, press=Press())
+    assert posed_scene(whole, TILTED).fruit.whole
+    egg = Fruit(shape="ellipsoid", radius_mm=35.0, radius_across_mm=25.0, thickness_mm=12.0)
+    assert posed_scene(dataclasses.replace(whole, fruit=egg), TILTED).fruit.radius_across_mm == pytest.approx(30.0)
+
+
+def test_domes_in_many_poses_are_pressed_each_as_alone():
+    found = forces([LEVEL, dataclasses.replace(TILTED, radius_mm=None), LEVEL])
+    np.testing.assert_allclose(found.F[0], alone(LEVEL).F[0, 0], rtol=1e-9)
+    np.testing.assert_allclose(found.F[1], alone(dataclasses.replace(TILTED, radius_mm=None)).F[0, 0], rtol=1e-9)
+    np.testing.assert_array_equal(found.F[0], found.F[2])
+    assert found.touching.all()
+    np.testing.assert_allclose(found.mean_pressure, found.F / (np.pi * found.contact_radius**2), rtol=0.02)
+    np.testing.assert_allclose(found.error, (found.F_error / found.F).max(axis=1), rtol=1e-9)
+
+
+def test_pose_off_the_face_of_a_dome_has_no_number_and_names_the_width():
+    narrow = dataclasses.replace(GENTLE, side_mm=4.5)
+    found = forces([LEVEL, dataclasses.replace(LEVEL, travel=0.1)], narrow)
+    assert np.isnan(found.F[0]).all()
+    assert np.isfinite(found.F[1]).all()
+    assert found.face_mm[0] > 4.5 > found.face_mm[1]
+    width = f"{found.face_mm[0]:.3g}"
+    with pytest.raises(InputError, match=rf"tips.side_mm = 4.5 mm: must be at least {width} mm") as refused:
+        alone(LEVEL, narrow)
+    assert "\n" not in str(refused.value)
+
+
+def test_tip_that_is_off_does_not_touch():
+    found = forces([STEEP], dataclasses.replace(GENTLE, dome_radius_mm=3.0))
+    assert not found.touching[0, 0]
+    assert found.F[0, 0] == 0.0
+    assert found.touching[0, 1:].any()
+
+
+def test_line_of_flat_tips_in_many_poses_is_pressed_as_alone():
+    """One coarse grid, moved with the sensor; alone on a finer grid of its own."""
+    springs = spring_compliance(0.753, 17.3, 0.753)
+    poses = [Pose(E=1.0, travel=0.4, tilt_deg=(2.0, 1.0)), Pose(E=3.5, travel=0.4, off_centre_mm=(0.0, 0.5))]
+    found = forces(poses, LINE, springs)
+    for number, pose in enumerate(poses):
+        expected = alone(pose, LINE, springs)
+        bar = found.error[number] + expected.F_error[0, 0]
+        np.testing.assert_allclose(found.F[number], expected.F[0, 0], rtol=float(bar))
+    assert np.all(found.contact_radius <= np.sqrt(1.0 / np.pi) + 1e-9)
+    np.testing.assert_array_equal(found.face_mm, 0.0)
+
+
+def test_line_stands_out_where_the_fruit_falls_away():
+    """Level on its sphere all three touch at once: to first order outer_mm = spacing^2 / (2 R)."""
+    scene = square(LINE)
+    gaps = [scene._least_gap(centre) - ahead for centre, ahead in zip(scene.centres, LINE.ahead_mm, strict=True)]
+    assert max(gaps) - min(gaps) < 0.5 * LINE.side_mm * LINE.spacing_mm / 35.0
+    assert scene.first_touch_mm == min(gaps)
+
+
+def test_level_square_of_flat_tips_is_exact():
+    """On a block each tip travels as its spring and the fruit give way: (C + S / E) F = x."""
+    tips, block = Tips(layout="square", spacing_mm=4.0), Fruit()
+    S = compliance(tips, block).S
+    found = alone(LEVEL, tips, SPRINGS, block)
+    np.testing.assert_allclose(found.F[0, 0], np.linalg.solve(SPRINGS + S, np.full(4, 0.4)), rtol=1e-12)
+
+
+@pytest.mark.parametrize("pose", [LEVEL, TILTED])
+def test_too_steep(pose):
+    steep = dataclasses.replace(pose, tilt_deg=(18.0, 12.0))
+    with pytest.raises(InputError, match="more than 20 deg"):
+        forces([pose, steep])

@@ -1,0 +1,61 @@
+"""A square of flat tips that touch whole at any tilt: forces in closed form, where reading is exact."""
+
+import numpy as np
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, GivenSprings
+from cad.design.reading import Reading
+from cad.design.tips import Press, Tips
+from solve.contact.linear_response import spring_compliance
+from solve.contact.poses import PoseForces
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance
+
+FORCE_ERROR = 1e-3
+SPRINGS = (1.2, 20.0)
+
+
+def square_design(**reading):
+    return Design(
+        name="square",
+        targets=None,
+        springs=GivenSprings(K_l_N_per_m=1e3 * SPRINGS[0], K_h_N_per_m=1e3 * SPRINGS[1]),
+        fruit=Fruit(length_mm=30.0, width_mm=30.0, E_MPa=(0.5, 1.0, 2.0, 3.5), bruise_limit_MPa=(0.5, 1.0, 2.0, 3.0)),
+        tips=Tips(layout="square", spacing_mm=6.0),
+        press=Press(travel_mm=0.6),
+        reading=Reading(**reading),
+    )
+
+
+def square_contact():
+    places = np.array(square_design().tips.places_mm)
+    apart = np.hypot(*(np.subtract.outer(axis, axis) for axis in places.T))
+    S = 0.91 / np.where(apart > 0.0, np.pi * apart, 1.15)
+    info = SolveInfo(method="closed form", dofs=0, seconds=0.0, status="half-space")
+    return FruitCompliance(tips=square_design().tips.names, S=S, error_pair=1e-4, error_own=1e-4, info=info)
+
+
+def square_springs():
+    return spring_compliance(*SPRINGS, *SPRINGS)
+
+
+def linear_pose_forces(scene, contact, C, poses):
+    """Return the forces of flat tips that follow any tilt; a tip that would be pulled is off."""
+    places = np.array(scene.tips.places_mm)
+    rows = []
+    for pose in poses:
+        lowered = pose.travel + places @ np.tan(np.radians(pose.tilt_deg))
+        F = np.linalg.solve(np.asarray(C) + contact.S / pose.E, lowered)
+        rows.append(np.where(F > 0.0, F, 0.0))
+    F = np.array(rows)
+    shape = F.shape
+    return PoseForces(
+        F=F,
+        F_error=FORCE_ERROR * F,
+        F_profile=np.zeros(shape),
+        error=np.full(len(F), FORCE_ERROR),
+        touching=F > 0.0,
+        contact_radius=np.full(shape, 0.5),
+        mean_pressure=F / scene.tips.face_mm2,
+        face_mm=np.zeros(len(F)),
+    )
