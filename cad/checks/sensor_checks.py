@@ -11,6 +11,7 @@ from cad.checks.line_probe import Lines, MeshLines, SolidLines
 from cad.checks.part_checks import check_solid, existing_file, unreadable
 from cad.checks.tip_checks import socket_verdicts, tip_verdict
 from cad.checks.triangle_checks import closed_verdicts
+from cad.files.sensor_files import volume_of
 from cad.files.step import read_step
 from cad.files.stl import read_stl
 from cad.parts.pose import sensor_pose
@@ -50,6 +51,7 @@ def check_sensor(sensor: Sensor, deflections: tuple[float, ...], folder: Path) -
 
 def _round_trip(shape: cq.Shape, step: cq.Shape) -> Verdict:
     """Return geometry.step_round_trip: relative change of the volume from the solid to the file read back."""
-    change = step.Volume() / shape.Volume() - 1.0
-    reference = f"volume of housing.step against the solid, {shape.Volume():.6f} mm^3"
+    volume = volume_of(shape)
+    change = volume_of(step) / volume - 1.0
+    reference = f"volume of housing.step against the solid, {volume:.6f} mm^3"
     return equal("geometry.step_round_trip", change, 0.0, ROUND_TRIP_TOLERANCE, unit="1", reference=reference)

@@ -29,8 +29,8 @@ def housing_for(
 ) -> Housing:
     """Return the housing with leaves of the given lengths, low then high, and stops above the given deflections [mm].
 
-    Those are of a level press; stops leave room for the tilts of a reading too. The frame stands back so far that it
-    clears the fruit at full travel and 3 degrees of tilt. Raises InputError when a leaf is too short for its fillets.
+    The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Raises InputError
+    when a leaf is too short for its fillets.
     """
     tips, mount, depth = design.tips, tip_mount(design, process), plate_depth(design, process)
     thicknesses, separation = process.leaf_thicknesses_mm, SEPARATION[tips.layout]
@@ -50,8 +50,7 @@ def housing_for(
     protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
     half_leaf = 0.5 * max(thicknesses) + process.fillet_mm
     lower = max(neck, protrusion) + LEDGE + half_leaf
-    margin = STOP_MARGIN * _farthest_travel(design)
-    stops = [round(max(process.min_gap_mm, margin * deflection), 2) for deflection in deflections]
+    stops = [round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections]
     cavity = lower + separation + half_leaf + LEDGE + max(stops)
     housing = Housing(
         low=leaves[0],
@@ -85,20 +84,6 @@ def housing_for(
         pocket_side=mount.pocket,
         pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm),
     )
-
-
-def _farthest_travel(design: Design) -> float:
-    """Return the travel of the tip that goes deepest in the poses of the reading over that of the press [1].
-
-    A tilt lowers a tip by its distance from the middle, a sensor off the apex meets a slope of the fruit under it.
-    """
-    reading = design.reading
-    if reading is None:
-        return 1.0
-    radius = (design.fruit.radius_mm or math.inf) * (1.0 - reading.radius_spread)
-    away = max(math.hypot(x - design.tips.offset_mm, y) for x, y in design.tips.places_mm)
-    deeper = away * (math.tan(math.radians(reading.tilt_deg)) + reading.off_centre_mm / radius)
-    return 1.0 + deeper / design.press.travel_mm
 
 
 def _tip_side(tips: Tips, depth: float) -> float:

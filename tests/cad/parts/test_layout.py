@@ -4,13 +4,11 @@ import dataclasses
 import math
 
 import pytest
-from squares import GENTLE, square_housing
 
 from cad.design.design_file import design_from_mapping
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
-from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
@@ -92,16 +90,3 @@ def test_solved_lengths_change_nothing_but_the_leaves():
     longer = housing(lengths=(30.0, 16.0))
     back = dataclasses.replace(longer, low=housing().low, high=housing().high)
     assert back == housing()
-
-
-def test_stops_of_a_square_leave_room_for_the_tilts_of_its_reading():
-    """A tip sinks by its distance from the middle, 3 sqrt 2 mm, times tan 4 deg, and by 1/28 of it on a sphere of R 28.
-
-    So 0.4 mm of travel become 0.848 mm, and the spring gives in proportion.
-    """
-    reading = Reading(tilt_deg=4.0, off_centre_mm=1.0, radius_spread=0.2)
-    level, tilted = (square_housing(dataclasses.replace(GENTLE, reading=given)) for given in (None, reading))
-    away = 3.0 * math.sqrt(2.0)
-    share = 1.0 + away * (math.tan(math.radians(4.0)) + 1.0 / 28.0) / 0.4
-    assert level.cavity_level - level.low_top_level == pytest.approx(1.5 * 0.3)
-    assert tilted.cavity_level - tilted.low_top_level == pytest.approx(1.5 * share * 0.3, abs=0.005)

@@ -97,3 +97,12 @@ def test_tilt_and_crosstalk_are_those_of_the_solve():
 
 def test_springs_that_are_not_made_do_nothing():
     assert spring_behaviour(springs_of(Design(), made=False), forces(0.4, 2.0)) is None
+
+
+def test_behaviour_of_a_square_is_that_of_its_hardest_pressed_tips():
+    """Tips alternate between the kinds: the tilt is in proportion to the largest force on a spring of the kind."""
+    given = springs(tilt_per_N=(1e-4, 2e-4))
+    four = SimpleNamespace(table=SimpleNamespace(F=np.array([[[0.1, 2.0, 0.4, 1.0]]])))
+    arms = spring_behaviour(given, four).arms
+    assert arms["low"].tilt_at_full_force_rad == pytest.approx(0.4e-4)
+    assert arms["high"].tilt_at_full_force_rad == pytest.approx(4e-4)
