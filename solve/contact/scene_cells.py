@@ -27,7 +27,7 @@ GRADINGS = {"cube": 2.5, "cylinder": 1.5, "sphere": 1.0, "dome": 1.0}
 SAMPLES = 201
 MARGIN = 1.02
 # Of the width over which an undeformed dome would enter the fruit: Hertz touches over 0.707 of it.
-TOUCHED = 0.8
+TOUCHED = 0.75
 
 
 @dataclass(frozen=True, eq=False)
