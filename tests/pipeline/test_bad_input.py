@@ -1,5 +1,6 @@
 """Every wrong input ends with exit code 2 and one line: name, value, unit, bound, remedy; none writes."""
 
+import importlib
 import json
 import re
 import subprocess
@@ -232,7 +233,7 @@ def test_refusal_imports_nothing_heavy(flags):
 def test_square_whose_plates_cannot_be_bolted_is_refused_before_anything_is_solved(
     setting, line, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr("pipeline.run.fruit_compliance", lambda *_: pytest.fail("solved"))
+    monkeypatch.setattr(importlib.import_module("pipeline.run"), "fruit_compliance", lambda *_: pytest.fail("solved"))
     assert main(["run", "--design", "mango", "--set", setting, "--out", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err.splitlines()
     assert len(error) == 1
