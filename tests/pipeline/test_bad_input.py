@@ -1,5 +1,6 @@
 """Every wrong input ends with exit code 2 and one line: name, value, unit, bound, remedy; none writes."""
 
+import importlib
 import json
 import re
 import subprocess
@@ -213,3 +214,28 @@ def test_refusal_imports_nothing_heavy(flags):
     )
     assert done.stderr.startswith("pipeline: ")
     assert {"numpy", "cadquery", "gmsh", "skfem", "rich", "pyvista"} & set(done.stdout.split()) == set()
+
+
+@pytest.mark.parametrize(
+    ("setting", "line"),
+    [
+        (
+            "tips.side_mm=5.6",
+            "tips.spacing_mm = 5.8 mm: must be at least 6 mm: a plate as deep as a tip is wide, 5.6 mm",
+        ),
+        ("tips.spacing_mm=5.5", "tips.spacing_mm = 5.5 mm: must be at least 5.7 mm: a plate as deep as a tip is wide"),
+        (
+            "tips.socket=pin",
+            "tips.spacing_mm = 5.8 mm: must be at least 12.7 mm, for feet of 12.4 mm with pins in them",
+        ),
+    ],
+)
+def test_square_whose_plates_cannot_be_bolted_is_refused_before_anything_is_solved(
+    setting, line, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(importlib.import_module("pipeline.run"), "fruit_compliance", lambda *_: pytest.fail("solved"))
+    assert main(["run", "--design", "mango", "--set", setting, "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err.splitlines()
+    assert len(error) == 1
+    assert error[0].startswith(f"pipeline: {line}")
+    assert not (tmp_path / "out").exists()
