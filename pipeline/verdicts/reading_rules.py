@@ -27,24 +27,34 @@ def assessed_verdicts(assessed: ReadingAssessment, reading: Reading) -> tuple[Ve
 
     A pose that occurs and has no reading fails the first two, whose values are those of the other poses.
     """
-    lift_words = "tilt at which the first tip leaves the fruit, the worst direction and modulus; at least the limit"
-    lift = margin_verdict("reading.lift", assessed.lift, reading.tilt_deg, lift_words)
-    bias, uncertainty = assessed.bias, assessed.uncertainty
-    if bias is None or uncertainty is None:
-        limits = {"reading.bias": reading.bias_limit, "reading.uncertainty": reading.uncertainty_limit}
-        refused = [failed(name, limit, unit="1", reference=assessed.refused or "") for name, limit in limits.items()]
-        return *refused, lift
-    worst, widest = assessed.worst_bias, assessed.worst_uncertainty
-    largest = max(widest.sources.shares, key=lambda name: widest.sources.shares[name])
-    bias_words = f"largest |E read / E - 1| without noise: at {worst.E:.3g} MPa, {worst.worst}"
-    uncertainty_words = f"standard deviation of E read / E, at {widest.E:.3g} MPa; largest source: {largest}"
-    found = [
-        margin_verdict("reading.bias", bias, reading.bias_limit, bias_words, at_most=True),
-        margin_verdict("reading.uncertainty", uncertainty, reading.uncertainty_limit, uncertainty_words, at_most=True),
-    ]
+    words = "tilt at which the first tip leaves the fruit, the worst direction and modulus; at least the limit"
+    lift = margin_verdict("reading.lift", assessed.lift, reading.tilt_deg, words)
+    bias, uncertainty = _bias_verdict(assessed, reading.bias_limit), _uncertainty_verdict(assessed, reading)
     if assessed.refused is not None:
-        found = [replace(one, passed=False, reference=f"{one.reference}; {assessed.refused}") for one in found]
-    return *found, lift
+        bias, uncertainty = (_refused(one, assessed.refused) for one in (bias, uncertainty))
+    return bias, uncertainty, lift
+
+
+def _bias_verdict(assessed: ReadingAssessment, limit: float) -> Verdict:
+    name, words = "reading.bias", "largest |E read / E - 1| without noise"
+    if assessed.bias is None:
+        return failed(name, limit, unit="1", reference=words)
+    worst = assessed.worst_bias
+    return margin_verdict(name, assessed.bias, limit, f"{words}: at {worst.E:.3g} MPa, {worst.worst}", at_most=True)
+
+
+def _uncertainty_verdict(assessed: ReadingAssessment, reading: Reading) -> Verdict:
+    name, limit, words = "reading.uncertainty", reading.uncertainty_limit, "standard deviation of E read / E"
+    if assessed.uncertainty is None:
+        return failed(name, limit, unit="1", reference=words)
+    widest = assessed.worst_uncertainty
+    shares = widest.sources.shares
+    words = f"{words}, at {widest.E:.3g} MPa; largest source: {max(shares, key=lambda source: shares[source])}"
+    return margin_verdict(name, assessed.uncertainty, limit, words, at_most=True)
+
+
+def _refused(verdict: Verdict, reason: str) -> Verdict:
+    return replace(verdict, passed=False, reference=f"{verdict.reference}; {reason}")
 
 
 def skin_verdict(pressures: Sequence[SkinPressure]) -> Verdict:
