@@ -119,25 +119,27 @@ def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> Fi
     two springs stand for all tips of their kinds: those of a square are in two equal plates, a line has no housing.
     """
     process = PROCESSES[design.print.process]
-    ratio = sizing.sizing_stiffness_ratio
+    ratio, targets = sizing.sizing_stiffness_ratio, sizing.springs.stiffnesses
     deflections = sizing.deflections(design.full_travels_mm)
     printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
     fitted = None
     if design.tips.layout != "line" and all(verdict.passed is not False for verdict in printable):
         lengths = tuple(verdict.length_mm for verdict in printable)
         try:
-            guess = housing_for(design, process, lengths, deflections)
-            fitted = _fitted(guess, sizing.springs.stiffnesses, process, options.tolerance)
+            fitted = _fitted(housing_for(design, process, lengths, deflections), targets, process, options.tolerance)
         except (InputError, MeshError, SolveError) as error:
             printable = tuple(replace(verdict, passed=None, reason=str(error)) for verdict in printable)
         else:
-            lengths = tuple(arm.flexure.length for arm in fitted.housing.arms)
-            printable = check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
-    if fitted is None:
-        springs = _not_made(sizing.springs.stiffnesses, printable)
-    else:
-        springs = _made(sizing.springs.stiffnesses, printable, fitted, deflections)
+            printable = _judged_again(design, sizing, fitted.housing)
+    springs = _not_made(targets, printable) if fitted is None else _made(targets, printable, fitted, deflections)
     return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
+
+
+def _judged_again(design: Design, sizing: SpringSizing, housing: Housing) -> tuple[Printable, ...]:
+    """Return whether each spring can be printed with its leaves as long as they were solved."""
+    process, lengths = PROCESSES[design.print.process], tuple(arm.flexure.length for arm in housing.arms)
+    ratio = sizing.sizing_stiffness_ratio
+    return check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
 
 
 def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:
