@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from solve.contact.poses import pose_forces
 
 from cad.design.parameters import Design
 from cad.quantity import Estimate
 from pipeline.reading.placed import Placed, directed
 from pipeline.stages.response import scene_of
+from solve.contact.poses import pose_forces
 from solve.fruit.compliance import FruitCompliance
 
 Floats = NDArray[np.float64]
