@@ -125,10 +125,10 @@ DESIGN_TAIL = """\
 - A square is printed as two equal plates back to back: `tips.spacing_mm` holds a plate as deep as a tip is wide, and
   the pads between the plates, 0.4 or 0.5 mm. A line of three is not drawn: `geometry.layout` fails.
 
-A pair lies along the length of the fruit, the low tip at -x, the high tip at +x; a line too, in its order; a square goes
-round from (-x, -y): low, high, low, high. With tilt, roll, curved fruit, fillets or spheres a tip may touch in part or
-lift off. The springs are then sized for the flat block of the same size under sharp flat tips, and the response is that
-of the scene as it is.
+A pair lies along the length of the fruit, the low tip at -x, the high tip at +x; a line too, in its order. A square
+goes round from (-x, -y): low, high, low, high. With tilt, roll, curved fruit, fillets or spheres a tip may touch in
+part or lift off. The springs are then sized for the flat block of the same size under sharp flat tips, and the response
+is that of the scene as it is.
 
 Lines and squares need `[springs]`: targets size a pair only. With `[springs]` and without `[targets]`, P_max and NL are
 facts that are not judged. With `[reading]` the design is judged by the modulus that it reads, in place of the verdicts
