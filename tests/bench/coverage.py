@@ -1,14 +1,14 @@
 """Do the error bars hold: random contact scenes and random flexures against four times the dofs or another method.
 
 Run from the root of the repository: `python tests/bench/coverage.py [--contact 200] [--curved 0] [--tilted 0]
-[--flexures 30] [--seed 1] [--direct 0.1] [--tolerance 2.5e-4] [--out docs]`, one thread: OMP_NUM_THREADS=1. It writes
-coverage.md into a folder, prints it, and exits 1 when a goal is missed.
+[--squares 0] [--flexures 30] [--seed 1] [--direct 0.1] [--tolerance 2.5e-4] [--out docs]`, one thread:
+OMP_NUM_THREADS=1. It writes coverage.md into a folder, prints it, and exits 1 when a goal is missed.
 """
 
 import argparse
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from bench.beam_guess import beam_guess  # noqa: E402
+from bench.square_scenes import square_scenes  # noqa: E402
 from bench.tilted_scenes import tilted_scenes  # noqa: E402
 from reference.curved_fruit import sizes, solid_change  # noqa: E402
 
@@ -202,12 +203,12 @@ def curved_coverage(count: int, seed: int) -> tuple[Covered, ...]:
     return (Covered("curved bodies, s11 - s12", tuple(checks), tuple(refused)),)
 
 
-def tilted_coverage(count: int, seed: int) -> tuple[Covered, ...]:
-    """Check force ratio and force of the low tip of tilted sensors by direct finite elements of tips that turn."""
+def scene_coverage(name: str, scenes: Iterable[Sequence[ReferenceCheck]]) -> tuple[Covered, ...]:
+    """Check the numbers of scenes of one name by what judges them."""
     found = []
-    for place, checks in enumerate(tilted_scenes(count, seed)):
+    for place, checks in enumerate(scenes):
         found.append(checks)
-        _progress(f"tilted {place + 1}", checks, time.perf_counter())
+        _progress(f"{name} {place + 1}", checks, time.perf_counter())
     return tuple(Covered(kind[0].name, tuple(kind), ()) for kind in zip(*found, strict=True))
 
 
@@ -249,6 +250,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--flexures", type=int, default=30, help="random flexure pairs")
     parser.add_argument("--curved", type=int, default=0, help="random curved bodies, a minute each")
     parser.add_argument("--tilted", type=int, default=0, help="random tilted scenes, half a minute each")
+    parser.add_argument("--squares", type=int, default=0, help="random squares of domes, some seconds each")
     parser.add_argument("--direct", type=float, default=0.1, help="share of contact scenes beyond the split")
     parser.add_argument("--tolerance", type=float, default=TOLERANCE, help="of the split")
     parser.add_argument("--seed", type=int, default=1)
@@ -260,7 +262,9 @@ def main(arguments: Sequence[str]) -> int:
     if asked.curved:
         covered += curved_coverage(asked.curved, asked.seed)
     if asked.tilted:
-        covered += tilted_coverage(asked.tilted, asked.seed)
+        covered += scene_coverage("tilted", tilted_scenes(asked.tilted, asked.seed))
+    if asked.squares:
+        covered += scene_coverage("square", square_scenes(asked.squares, asked.seed))
     if asked.flexures:
         covered += flexure_coverage(asked.flexures, asked.seed)
     rows = tuple(kind.row() for kind in covered)

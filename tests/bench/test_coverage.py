@@ -145,7 +145,7 @@ def test_page_has_a_row_for_each_number(coverage, check, monkeypatch, tmp_path):
     monkeypatch.setattr(coverage, "contact_coverage", lambda *_: kinds)
     assert coverage.main(["--contact", "3", "--flexures", "0", "--out", str(tmp_path)]) == 1
     page = (tmp_path / "coverage.md").read_text(encoding="utf-8")
-    flags = "--contact 3 --flexures 0 --curved 0 --tilted 0 --direct 0.1 --tolerance 0.00025 --seed 1"
+    flags = "--contact 3 --flexures 0 --curved 0 --tilted 0 --squares 0 --direct 0.1 --tolerance 0.00025 --seed 1"
     assert f"coverage.py {flags}` writes this table" in page
     assert "| s | 2 | 1 | 1 | 50.0 % | 1.33 | 1.4 | 0.1 % | 0.1 % | 0.1 % |" in page
     assert "| t | 0 | 0 | 1 | - | - | - | - | - | - |" in page
