@@ -1,0 +1,32 @@
+"""A pair that stands for the tips of each kind: exact where tips of a kind carry equal forces."""
+
+import numpy as np
+import pytest
+
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance
+
+INFO = SolveInfo(method="closed form", dofs=0, seconds=0.0, status="half-space")
+PLACES = np.array([(-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)])
+LOW, HIGH = (0, 2), (1, 3)
+
+
+def square():
+    apart = np.hypot(*(np.subtract.outer(axis, axis) for axis in PLACES.T))
+    S = 0.91 / np.where(apart > 0.0, np.pi * apart, 1.2)
+    return FruitCompliance(tips=("a", "b", "c", "d"), S=S, error_pair=1e-4, error_own=2e-4, info=INFO)
+
+
+def test_forces_of_a_level_square_are_those_of_its_pair():
+    contact = square()
+    C = np.diag([1.0, 0.05, 1.0, 0.05])
+    four = np.linalg.solve(C + contact.S / 2.0, np.full(4, 0.5))
+    pair = contact.of_kinds(LOW, HIGH)
+    two = np.linalg.solve(np.diag([1.0, 0.05]) + pair.S / 2.0, np.full(2, 0.5))
+    assert four[[0, 1]] == pytest.approx(two, rel=1e-12)
+    assert (pair.error_pair, pair.error_own) == (1e-4, 2e-4)
+
+
+def test_pair_stands_for_itself():
+    contact = FruitCompliance(S=np.array([[0.8, 0.04], [0.04, 0.8]]), error_pair=0.0, error_own=0.0, info=INFO)
+    assert contact.of_kinds((0,), (1,)) is contact
