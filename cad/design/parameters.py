@@ -113,6 +113,18 @@ class Design:
             bound = f"less than {self.fruit.depth_key} = {depth:g} mm"
             raise fault("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
         self._check_what_sizes()
+        self._check_what_judges()
+
+    def _check_what_judges(self) -> None:
+        """Refuse keys that a reading leaves without a meaning."""
+        if self.reading is None:
+            return
+        for name, tilt in (("press.tilt_deg", self.press.tilt_deg), ("press.roll_deg", self.press.roll_deg)):
+            if tilt != 0.0:
+                raise fault(name, tilt, "deg", "0 beside [reading]", "reading.tilt_deg says how far a press tilts")
+        if self.targets is not None and self.springs.given:
+            bound = "left out beside [springs] and [reading]"
+            raise fault("targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]")
 
     def _check_what_sizes(self) -> None:
         layout = self.tips.layout

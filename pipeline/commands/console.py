@@ -7,6 +7,7 @@ import sys
 from argparse import ArgumentParser
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from typing import TextIO
 
 PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 EXIT_CODES = "exit code: 0 all verdicts pass, 1 a verdict failed or is undecided, 2 the input or environment is wrong"
@@ -47,14 +48,17 @@ def answering() -> Iterator[None]:
 
 
 def complain(message: str) -> None:
-    """Print one line to stderr, if it takes any."""
-    with suppress(OSError, ValueError):
+    """Print one line to stderr, if it takes any; what it does not take is not tried again at exit."""
+    try:
         print("pipeline: " + " ".join(message.split()), file=sys.stderr, flush=True)
+    except (OSError, ValueError):
+        with suppress(OSError, ValueError):
+            drop_output(sys.stderr)
 
 
-def drop_output() -> None:
-    """Point stdout nowhere, so that Python's own flush at exit does not fail on the closed pipe again."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def drop_output(stream: TextIO | None = None) -> None:
+    """Point a stream, stdout if none, nowhere: Python's own flush at exit does not fail again on what it holds."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
 
 
 def ready_streams() -> None:

@@ -6,21 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.design.parameters import Design
 from cad.design.reading import Reading
-from cad.quantity import Estimate, fault
+from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
 from pipeline.reading.lift import lift_tilt
-from pipeline.reading.placed import Placed, occurring, press_of, read_moduli
-from pipeline.reading.read_out import ReadOut, read_out_of
-from pipeline.reading.sources import UncertaintySources, noise_to_reach, uncertainty_sources
-from pipeline.stages.response import scene_of
-from solve.contact.poses import Pose, pose_forces
-from solve.fruit.compliance import FruitCompliance
+from pipeline.reading.placed import Placed, occurring, read_moduli
+from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.reading.sources import UncertaintySources, force_noises, noise_to_reach, uncertainty_sources
 
 Floats = NDArray[np.float64]
 
 NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stated
+LEAST_OVER_NOISE = 4.0  # standard deviations: a tip with less force on it counts as off the fruit
 _STEP = 1e-3  # of the modulus, by which forces are moved to weigh their errors
 
 
@@ -62,70 +59,42 @@ class ReadingAssessment:
         return max(self.moduli, key=lambda one: one.sources.total)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Fruits:
-    """A design on its fruit with its springs, C (tips, tips) [mm/N]: what every press of an assessment needs."""
-
-    design: Design
-    contact: FruitCompliance
-    C: Floats
-    read_out: ReadOut
-
-    def presses(self, moduli: Sequence[float], places: Sequence[Placed]) -> tuple[Floats, Floats]:
-        """Return forces [N], shape (moduli, places, samples, tips), and their relative errors [1] without the tips.
-
-        Raises InputError where a contact runs off the face of a dome.
-        """
-        samples = self.read_out.samples
-        poses = [pose for E in moduli for place in places for pose in press_of(place, E, self.design, samples)]
-        solved = pose_forces(scene_of(self.design), self.contact, self.C, poses)
-        self._check_faces(solved.face_mm, poses)
-        shape = len(moduli), len(places), samples
-        return solved.F.reshape(*shape, -1), solved.error.reshape(shape)
-
-    def _check_faces(self, widths: Floats, poses: Sequence[Pose]) -> None:
-        side, widest = self.design.tips.side_mm, int(widths.argmax())
-        if widths[widest] > side:
-            placed = Placed.of(poses[widest])
-            bound = f"at least {widths[widest]:.3g} mm, which the contact needs at {poses[widest].E:.3g} MPa, {placed}"
-            remedy = "take wider or rounder domes, or press less far"
-            raise fault("tips.side_mm", side, "mm", bound, remedy)
-
-
-def reading_assessment(design: Design, reading: Reading, contact: FruitCompliance, C: Floats) -> ReadingAssessment:
-    """Return how good the readings of a design are; C (tips, tips) [mm/N] is the compliance of the springs.
+def reading_assessment(sensor: PressedSensor, reading: Reading) -> ReadingAssessment:
+    """Return how good the readings of a sensor are.
 
     Raises InputError where the poses are outside the domain of contact or a contact runs off the face of a dome,
     SolveError when a solve is not exact.
     """
-    fruits = Fruits(design=design, contact=contact, C=C, read_out=read_out_of(design, contact, C))
+    design = sensor.design
     moduli, places = read_moduli(design.fruit), list(occurring(design, reading))
-    lift = lift_tilt(design, reading, contact, C)
-    forces, errors = fruits.presses(moduli, places)
-    biases, refused = _biases(fruits.read_out, moduli, places, forces)
+    lift = lift_tilt(sensor, reading)
+    forces, errors = sensor.presses(moduli, places)
+    full_scale = np.nanmax(forces, axis=(0, 1, 2))
+    biases, refused = _biases(sensor, places, forces, LEAST_OVER_NOISE * force_noises(reading, full_scale))
     if np.isnan(biases).all(axis=1).any() or np.isnan(biases[:, 0]).any():
-        return ReadingAssessment(method=fruits.read_out.method, lift=lift, refused=refused)
-    found = _assessed(fruits, reading, places, biases, (forces[:, 0], errors[:, 0]), lift)
+        return ReadingAssessment(method=sensor.read_out.method, lift=lift, refused=refused)
+    found = _assessed(sensor, reading, places, biases, (forces, errors[:, 0]), lift)
     return replace(found, refused=refused)
 
 
 def _assessed(
-    fruits: Fruits,
+    sensor: PressedSensor,
     reading: Reading,
     places: Sequence[Placed],
     biases: Floats,
-    level: tuple[Floats, Floats],
+    presses: tuple[Floats, Floats],
     lift: Estimate,
 ) -> ReadingAssessment:
-    """Return the assessment of biases (moduli, places) [1]; `level` are forces and errors of a level press."""
-    moduli = read_moduli(fruits.design.fruit)
-    known = _modulus_errors(fruits, moduli, *level)
-    spread = uncertainty_sources(fruits.read_out, reading, level[0], _pose_shares(biases, places))
+    """Return the assessment of biases (moduli, places) [1]; `presses` are all forces and the errors of level ones."""
+    moduli, (forces, errors) = read_moduli(sensor.design.fruit), presses
+    known = _modulus_errors(sensor, moduli, forces[:, 0], errors)
+    full_scale = np.nanmax(forces, axis=(0, 1, 2))
+    spread = uncertainty_sources(sensor.read_out, reading, forces[:, 0], full_scale, _pose_shares(biases, places))
     rows = tuple(_at_modulus(E, biases[i], places, spread[i]) for i, E in enumerate(moduli))
     widest = int(np.argmax([one.total for one in spread]))
-    largest = int(np.nanmax(np.abs(biases), axis=1).argmax())
+    largest = int(np.argmax([abs(row.bias) for row in rows]))
     return ReadingAssessment(
-        method=fruits.read_out.method,
+        method=sensor.read_out.method,
         lift=lift,
         moduli=rows,
         bias=Estimate(abs(rows[largest].bias), float(known[largest])),
@@ -135,17 +104,18 @@ def _assessed(
 
 
 def _biases(
-    read_out: ReadOut, moduli: Sequence[float], places: Sequence[Placed], forces: Floats
+    sensor: PressedSensor, places: Sequence[Placed], forces: Floats, least: Floats
 ) -> tuple[Floats, str | None]:
     """Return E read / E - 1 (moduli, places), nan where there is no reading, and in words where and why there is none.
 
-    `forces` (moduli, places, samples, tips) [N].
+    `forces` (moduli, places, samples, tips) [N]; one that is not over the `least` (tips,) [N] counts as none.
     """
-    biases, why = np.full((len(moduli), len(places)), np.nan), ""
-    for i, E in enumerate(moduli):
+    biases, why = np.full(forces.shape[:2], np.nan), ""
+    told = np.where(forces > least, forces, 0.0)
+    for i, E in enumerate(read_moduli(sensor.design.fruit)):
         for j, place in enumerate(places):
             try:
-                biases[i, j] = read_out.modulus(forces[i, j]) / E - 1.0
+                biases[i, j] = sensor.read_out.modulus(told[i, j]) / E - 1.0
             except ReadingError as refused:
                 why = why or f"as at {E:.3g} MPa, {place}: {refused}"
     count = int(np.isnan(biases).sum())
@@ -157,9 +127,9 @@ def _at_modulus(E: float, biases: Floats, places: Sequence[Placed], sources: Unc
     return ModulusReading(E=E, bias=float(biases[worst]), worst=places[worst], sources=sources)
 
 
-def _modulus_errors(fruits: Fruits, moduli: Sequence[float], forces: Floats, errors: Floats) -> Floats:
+def _modulus_errors(sensor: PressedSensor, moduli: Sequence[float], forces: Floats, errors: Floats) -> Floats:
     """Return by how much a modulus must move to move the forces at full travel as their errors may [1], (moduli,)."""
-    moved, _ = fruits.presses([E * (1.0 + _STEP) for E in moduli], [Placed()])
+    moved, _ = sensor.presses([E * (1.0 + _STEP) for E in moduli], [Placed()])
     change = np.abs(moved[:, 0, -1] / forces[:, -1] - 1.0).max(axis=1)
     return np.asarray(_STEP * errors[:, -1] / change)
 

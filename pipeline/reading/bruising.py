@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 from cad.design.parameters import Design
 from cad.quantity import Estimate
 from pipeline.reading.placed import Placed, directed
-from pipeline.stages.response import scene_of
-from solve.contact.poses import pose_forces
-from solve.fruit.compliance import FruitCompliance
+from pipeline.reading.pressed_sensor import PressedSensor
 
 Floats = NDArray[np.float64]
 
@@ -30,17 +28,18 @@ class SkinPressure:
         return self.pressure.value / self.limit
 
 
-def skin_pressures(design: Design, contact: FruitCompliance, C: Floats) -> tuple[SkinPressure, ...]:
+def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
     """Return the largest pressure at each modulus shown, at full travel; none where the fruit has no limit.
 
-    C (tips, tips) [mm/N] is the compliance of the springs. Raises as `pose_forces`.
+    Raises as `pose_forces`.
     """
+    design = sensor.design
     limits = design.fruit.bruise_limits_MPa
     if not limits:
         return ()
     placed = _placed(design)
     poses = [each.pressed(E, design.press.travel_mm) for E in design.fruit.E_MPa for each in placed]
-    solved = pose_forces(scene_of(design), contact, C, poses)
+    solved = sensor.in_poses(poses)
     shape = len(limits), len(placed)
     pressures = np.nan_to_num(solved.mean_pressure).max(axis=1).reshape(shape)
     errors = np.nan_to_num(solved.error).reshape(shape)

@@ -74,8 +74,16 @@ class LineReadOut:
 ReadOut = ContrastReadOut | LineReadOut
 
 
-def read_out_of(design: Design, contact: FruitCompliance, C: Floats) -> ReadOut:
-    """Return the read-out of a design on its fruit; C (tips, tips) [mm/N] is the compliance of the springs."""
+def read_out_of(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> ReadOut:
+    """Return the read-out of a design on its fruit; C (tips, tips) [mm/N] is the compliance of the springs.
+
+    `ahead` is how far each tip stands before the foremost one by its weight [mm], which zeroing has told.
+    """
+    known = _read_out(design, contact, C)
+    return known.with_heights(np.array(ahead)) if ahead else known
+
+
+def _read_out(design: Design, contact: FruitCompliance, C: Floats) -> ReadOut:
     tips = design.tips
     if tips.layout == "pair":
         return LineReadOut(C=_rows(C), own_less_other=1.0 / contact.K_m_over_E())

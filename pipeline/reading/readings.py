@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from cad.design.parameters import Design
 from pipeline.reading.assessment import ReadingAssessment, reading_assessment
 from pipeline.reading.bruising import SkinPressure, skin_pressures
-from pipeline.stages.springs import FittedSprings
+from pipeline.reading.pressed_sensor import pressed_sensor
+from pipeline.stages.springs import FittedSprings, tip_leads
 from solve.fruit.compliance import FruitCompliance
 
 
@@ -24,7 +25,5 @@ def assess_readings(design: Design, contact: FruitCompliance, springs: FittedSpr
     """
     if design.reading is None:
         return None
-    C = springs.C
-    return Readings(
-        assessed=reading_assessment(design, design.reading, contact, C), pressures=skin_pressures(design, contact, C)
-    )
+    sensor = pressed_sensor(design, contact, springs.C, tip_leads(springs, design.press.attitude))
+    return Readings(assessed=reading_assessment(sensor, design.reading), pressures=skin_pressures(sensor))

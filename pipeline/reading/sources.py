@@ -12,6 +12,7 @@ from pipeline.reading.read_out import ReadOut
 
 Floats = NDArray[np.float64]
 
+_PLATE_READINGS = 100  # on a hard plate nothing moves: the mean of as many readings is taken
 _STEP = 1e-4  # of a force, a stiffness or a tip's height of 1 mm, for slopes of the modulus
 
 
@@ -34,16 +35,20 @@ class UncertaintySources:
 
 
 def uncertainty_sources(
-    read_out: ReadOut, reading: Reading, forces: Floats, poses: Sequence[Mapping[str, float]]
+    read_out: ReadOut, reading: Reading, forces: Floats, full_scale: Floats, poses: Sequence[Mapping[str, float]]
 ) -> list[UncertaintySources]:
     """Return the sources at each modulus of a level sensor in the middle of its fruit.
 
     `forces` (moduli, samples, tips) [N] are those of its presses; `poses` are the shares of tilt, place and radius [1].
-    The full scale of each channel is its force at the largest modulus. The heights of the tips are those that one
-    reading on a flat hard plate tells: its noise is what it leaves. Raises ReadingError.
+    `full_scale` (tips,) [N] is the largest force of each channel. The heights of the tips are those that the mean of a
+    hundred readings on a flat hard plate tells: its noise is what is left. Raises ReadingError.
     """
-    full_scale = forces.max(axis=(0, 1))
     return [_sources(read_out, reading, press, full_scale, pose) for press, pose in zip(forces, poses, strict=True)]
+
+
+def force_noises(reading: Reading, full_scale: Floats) -> Floats:
+    """Return the standard deviation of the noise of each channel [N] from its full scale [N], (tips,)."""
+    return np.hypot(0.01 * reading.noise_percent * full_scale, reading.noise_N)
 
 
 def noise_to_reach(limit: float, sources: UncertaintySources, reading: Reading) -> float | None:
@@ -60,6 +65,7 @@ def _sources(
     """Return the sources at one modulus: noise, springs, gains and heights beside those of the poses."""
     noise = np.linalg.norm(_noise_slopes(read_out, press), axis=0)
     heights = np.abs(_slopes(read_out, press, _with_heights)) * read_out.zeroed_heights(np.ones(press.shape[1]))
+    heights /= math.sqrt(_PLATE_READINGS)
     by_percent, by_force = ((0.01 * reading.noise_percent) * full_scale, np.full(len(full_scale), reading.noise_N))
     of_springs, of_gains = (_size(_slopes(read_out, press, moved)) for moved in (_with_springs, _with_gains))
     shares = {

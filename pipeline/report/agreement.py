@@ -9,11 +9,12 @@ import numpy as np
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.verdict import Verdict, equal, failed
-from pipeline.report.mapping import FORCE_KEYS, SIZED_KEYS, STIFFNESS_VERDICTS, Plain
-from pipeline.report.recomputed import Recomputed, expected_verdicts, number_at, recomputed, value_at
+from pipeline.report.mapping import FORCE_KEYS, SIZED_KEYS, STIFFNESS_VERDICTS
+from pipeline.report.readings import other_readings
+from pipeline.report.recomputed import Recomputed, expected_verdicts, recomputed
 from pipeline.report.verdict_rule import outcome_of
 from pipeline.stages.springs import NAMES, FittedSpring
-from pipeline.storage.plain import from_plain
+from pipeline.storage.plain import Plain, from_plain, number_at, value_at
 from pipeline.storage.seal import KEY, content_digest
 from pipeline.verdicts.reading_rules import READING_VERDICTS
 from pipeline.verdicts.sensor import paper_verdicts
@@ -73,8 +74,9 @@ def report_verdicts(report: Plain, design: Design, housing: Housing | None) -> t
     digest = equal(
         "report.digest", lost, 0.0, 0.0, unit="1", reference="report.json is as the run wrote it, but for its digest"
     )
+    by_themselves = [*_missing(stored, design), *other_readings(report, design, stored), *_wrong_outcomes(stored)]
     if len(value_at(report, "contact.compliance_per_mm")) != _PAIR:
-        return digest, _count("report.verdicts", _OUTCOMES, [*_missing(stored, design), *_wrong_outcomes(stored)])
+        return digest, _count("report.verdicts", _OUTCOMES, by_themselves)
     try:
         found = recomputed(report, design, housing)
         rows = _rows(report)
@@ -83,8 +85,8 @@ def report_verdicts(report: Plain, design: Design, housing: Housing | None) -> t
     except (ArithmeticError, ValueError) as error:
         reason = f"no springs and no fruit have these numbers ({error})"
         return digest, failed("report.numbers", 0.0, unit="1", reference=reason)
-    outcomes = [*_missing(stored, design), *outcomes, *_wrong_outcomes(stored)]
-    return digest, _count("report.numbers", _NUMBERS, numbers), _count("report.verdicts", _OUTCOMES, outcomes)
+    found_wrong = _count("report.verdicts", _OUTCOMES, [*by_themselves, *outcomes])
+    return digest, _count("report.numbers", _NUMBERS, numbers), found_wrong
 
 
 def _count(name: str, what: str, places: Sequence[str]) -> Verdict:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
 
@@ -14,12 +13,13 @@ from cad.design.tips import Tips
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
 from pipeline.report.notes import notes
-from pipeline.report.reading_mapping import reading_mapping
+from pipeline.report.readings import reading_mapping
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
 from pipeline.stages.response import spring_shares
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSpring
+from pipeline.storage.plain import Plain
 from pipeline.storage.seal import sealed_mapping
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.scene_targets import SceneTargets
@@ -31,8 +31,6 @@ SIZED_KEYS = ("K_l_N_per_m", "K_h_N_per_m")
 FORCE_KEYS = ("F_l_N", "F_h_N")
 STIFFNESS_VERDICTS = ("K_l", "K_h")
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
-
-Plain = dict[str, Any]
 
 
 def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()) -> Plain:

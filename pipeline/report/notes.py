@@ -57,10 +57,10 @@ def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:
     ratio = "a tip is off" if P_max is None else f"{P_max.value:.4g}"
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     noise = found.noise_percent
-    loud = "no noise" if noise is None else f"noise of {noise:.2g} % of full scale"
+    loud = "even without noise it is above" if noise is None else f"noise of {noise:.2g} % of full scale brings it to"
     return [
         f"read-out: {found.method}; P at E_max and full travel is {ratio}, a fact that is not judged",
-        f"noise: {loud} brings the uncertainty of E to 10 %",
+        f"uncertainty of E: {loud} 10 %",
         f"what is read is E / (1 - nu^2): E takes nu = {fruit.poisson:g}, which within {fruit.poisson_spread:g} moves "
         f"it by {moved:.2g} %; twice the time of a press lowers the E of flesh by some 4 %",
     ]

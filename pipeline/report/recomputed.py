@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +13,11 @@ from cad.parts.housing import Housing
 from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
-from pipeline.report.mapping import STIFFNESS_VERDICTS, Plain
+from pipeline.report.mapping import STIFFNESS_VERDICTS
 from pipeline.stages.response import press_scan, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.stages.springs import NAMES, FittedSpring, FittedSprings
-from pipeline.storage.plain import from_plain
+from pipeline.storage.plain import Plain, number_at, value_at
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.rules import monotonic_verdict, printable_verdict, stiffness_verdict, target_verdicts
 from solve.error_estimate import SolveInfo
@@ -114,19 +113,3 @@ def expected_verdicts(found: Recomputed) -> Iterator[Verdict]:
         yield from (printable_verdict(spring) for spring in springs.springs)
     if found.level:
         yield monotonic_verdict(press_scan(found.design, found.contact, found.C))
-
-
-def value_at(data: Plain, path: str) -> Any:  # noqa: ANN401 - JSON data of any kind
-    """Return what stands at a dotted path; raises ValueError where nothing does."""
-    found: Any = data
-    for key in path.split("."):
-        if not isinstance(found, dict) or key not in found:
-            msg = f"{path} is missing"
-            raise ValueError(msg)
-        found = found[key]
-    return found
-
-
-def number_at(data: Plain, path: str) -> float:
-    """Return the number at a dotted path [unit of its key]; raises ValueError where there is none."""
-    return from_plain(float, value_at(data, path), path)

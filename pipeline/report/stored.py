@@ -10,8 +10,8 @@ from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
-from pipeline.report.mapping import SCHEMA, Plain
-from pipeline.storage.plain import from_plain
+from pipeline.report.mapping import SCHEMA
+from pipeline.storage.plain import Plain, from_plain
 from pipeline.storage.seal import file_digest, is_regular
 
 T = TypeVar("T")

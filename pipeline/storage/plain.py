@@ -10,6 +10,7 @@ from cattrs.strategies import configure_union_passthrough
 from cad.quantity import InputError
 
 T = TypeVar("T")
+Plain = dict[str, Any]
 
 _CONVERTER = cattrs.Converter(forbid_extra_keys=True, unstruct_collection_overrides={tuple: list})
 
@@ -76,3 +77,19 @@ for _scalar in (str, int, bool):
     _CONVERTER.register_structure_hook(_scalar, _itself)
 _CONVERTER.register_structure_hook_func(_is_array, lambda data, _: np.array(data, dtype=np.float64))
 _CONVERTER.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
+
+
+def value_at(data: Plain, path: str) -> Any:  # noqa: ANN401 - JSON data of any kind
+    """Return what stands at a dotted path; raises ValueError where nothing does."""
+    found: Any = data
+    for key in path.split("."):
+        if not isinstance(found, dict) or key not in found:
+            msg = f"{path} is missing"
+            raise ValueError(msg)
+        found = found[key]
+    return found
+
+
+def number_at(data: Plain, path: str) -> float:
+    """Return the number at a dotted path [unit of its key]; raises ValueError where there is none."""
+    return from_plain(float, value_at(data, path), path)

@@ -44,7 +44,11 @@ def _bias_verdict(assessed: ReadingAssessment, limit: float) -> Verdict:
 
 
 def _uncertainty_verdict(assessed: ReadingAssessment, reading: Reading) -> Verdict:
-    name, limit, words = "reading.uncertainty", reading.uncertainty_limit, "standard deviation of E read / E"
+    name, limit, words = (
+        "reading.uncertainty",
+        reading.uncertainty_limit,
+        "standard deviation of E read / E, level and in the middle",
+    )
     if assessed.uncertainty is None:
         return failed(name, limit, unit="1", reference=words)
     widest = assessed.worst_uncertainty

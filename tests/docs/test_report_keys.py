@@ -84,6 +84,18 @@ def test_no_explained_key_is_missing(report: dict[str, object], read_report: dic
     assert {key.split(".")[0].split("[")[0] for key in explained("key")} == set(report)
 
 
+def test_readme_has_the_numbers_of_the_sensor_that_works(read_report: dict[str, dict[str, float]]) -> None:
+    """To two digits; its springs are solved roughly here."""
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    numbers = [
+        float(cells.split("|")[2].split()[0])
+        for cells in re.findall(r"^\| (?:largest|standard|pressure).*", readme, re.M)
+    ]
+    reading = read_report["reading"]
+    skin = max(row["pressure_MPa"] / row["limit_MPa"] for row in reading["skin_pressure"])
+    assert numbers == pytest.approx([reading["E_bias_percent"], reading["uncertainty_percent"], skin], rel=0.03)
+
+
 def test_every_verdict_is_explained(
     report: dict[str, list[dict[str, str]]],
     read_report: dict[str, list[dict[str, str]]],

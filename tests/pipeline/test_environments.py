@@ -74,7 +74,8 @@ LIGHT = ("design --list-processes --json", "run --set tips.side_mm=-1", "check n
 
 def ended(place: Place, words: str, folder: Path) -> tuple[int, str, str]:
     """Return exit code, stdout and stderr of a command in a place."""
-    variables = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", **dict(place.variables)}
+    # Streams that are not buffered would hide what a stream holds at exit.
+    variables = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUNBUFFERED": None, **dict(place.variables)}
     line = f'{place.before}; exec "{sys.executable}" -c "$0" {words} {place.streams}'
     done = subprocess.run(
         [shutil.which("bash") or "bash", "-c", line, PROGRAM],

@@ -76,6 +76,14 @@ def test_keys_that_belong_elsewhere_are_refused(keys, message):
             {"tips": SQUARE, "springs": SPRINGS, "fruit": Fruit(width_mm=5.0)},
             "tips.spacing_mm = 6 mm: must be at most fruit.width_mm - side = 4 mm; the tips stand beyond the fruit",
         ),
+        (
+            {"reading": Reading(), "press": Press(tilt_deg=2.0)},
+            "press.tilt_deg = 2 deg: must be 0 beside [reading]; reading.tilt_deg says how far a press tilts",
+        ),
+        (
+            {"reading": Reading(), "springs": SPRINGS},
+            "targets.P_max = 5: must be left out beside [springs] and [reading]; nothing is sized or judged by",
+        ),
     ],
 )
 def test_layouts_that_do_not_fit_are_refused(tables, message):

@@ -3,11 +3,10 @@
 import pytest
 from square_stand_ins import linear_pose_forces
 
-from pipeline.reading import assessment, bruising, lift
+from pipeline.reading import pressed_sensor
 
 
 @pytest.fixture
 def linear_world(monkeypatch):
     """Let every press of the readings be linear."""
-    for module in (assessment, bruising, lift):
-        monkeypatch.setattr(module, "pose_forces", linear_pose_forces)
+    monkeypatch.setattr(pressed_sensor, "pose_forces", linear_pose_forces)

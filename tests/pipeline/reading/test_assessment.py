@@ -13,7 +13,7 @@ from square_stand_ins import (
     square_springs,
 )
 
-from pipeline.reading import assessment, lift
+from pipeline.reading import lift, pressed_sensor
 from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.placed import Placed, occurring, radii, read_moduli
 from pipeline.verdicts.reading_rules import assessed_verdicts
@@ -23,7 +23,11 @@ pytestmark = pytest.mark.usefixtures("linear_world")
 
 def assessed(design=None):
     design = design or square_design()
-    return reading_assessment(design, design.reading, square_contact(), square_springs())
+    return reading_assessment(sensor_of(design), design.reading)
+
+
+def sensor_of(design):
+    return pressed_sensor.pressed_sensor(design, square_contact(), square_springs())
 
 
 def outcomes(found, design):
@@ -56,7 +60,7 @@ def test_planted_misread_spring_fails_the_bias(monkeypatch):
     def stiffer(scene, contact, C, poses):
         return linear_pose_forces(scene, contact, np.asarray(C) * np.array([1.0, 0.9, 1.0, 0.9])[:, None], poses)
 
-    monkeypatch.setattr(assessment, "pose_forces", stiffer)
+    monkeypatch.setattr(pressed_sensor, "pose_forces", stiffer)
     found = assessed(design)
     assert found.bias.value > 0.02
     assert outcomes(found, design)["reading.bias"] is False
@@ -65,7 +69,7 @@ def test_planted_misread_spring_fails_the_bias(monkeypatch):
 def test_planted_noise_fails_the_uncertainty():
     design = square_design(noise_N=0.05)
     assert outcomes(assessed(design), design)["reading.uncertainty"] is False
-    quiet = square_design()
+    quiet = square_design(noise_percent=0.2)
     assert outcomes(assessed(quiet), quiet)["reading.uncertainty"] is True
 
 
@@ -91,7 +95,7 @@ def test_lift_is_where_the_force_of_the_first_tip_ends():
 
     tilts = np.linspace(1.0, 15.0, 5601)
     expected = min(next(tilt for tilt in tilts if least(tilt, E) <= 0.0) for E in read_moduli(design.fruit))
-    found = lift.lift_tilt(design, design.reading, square_contact(), C)
+    found = lift.lift_tilt(sensor_of(design), design.reading)
     assert found.value <= expected * (1.0 + 2e-3)
     assert found.value + found.error >= expected * (1.0 - 2e-3)
 

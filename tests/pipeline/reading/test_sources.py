@@ -19,7 +19,8 @@ def level_press(samples=1):
 
 
 def sources_of(read_out, press, **reading):
-    (found,) = uncertainty_sources(read_out, square_design(**reading).reading, press[None], [NO_POSES])
+    full_scale = press.max(axis=0)
+    (found,) = uncertainty_sources(read_out, square_design(**reading).reading, press[None], full_scale, [NO_POSES])
     return found
 
 

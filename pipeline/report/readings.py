@@ -1,0 +1,120 @@
+"""What report.json says of the tips and of their readings, and whether it agrees with itself."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+from cad.design.parameters import Design
+from cad.design.tips import Tips
+from cad.verdict import Verdict
+from pipeline.reading.assessment import ModulusReading, ReadingAssessment
+from pipeline.reading.readings import Readings
+from pipeline.storage.plain import Plain, from_plain, number_at, value_at
+
+ROUND_OFF = 1e-6
+_PERCENT = 0.01
+
+
+def reading_mapping(tips: Tips, readings: Readings | None) -> Plain:
+    """Return the tips in the order of the forces in every table, and how good their readings are.
+
+    The reading is null where the design asks for none.
+    """
+    return {"tips": _tips(tips), "reading": None if readings is None else _reading(readings)}
+
+
+def _tips(tips: Tips) -> list[Plain]:
+    rows = zip(tips.names, tips.places_mm, tips.springs, strict=True)
+    return [{"name": name, "x_mm": x, "y_mm": y, "spring": spring} for name, (x, y), spring in rows]
+
+
+def _reading(readings: Readings) -> Plain:
+    found = readings.assessed
+    return {
+        **_worst(found),
+        "method": found.method,
+        "lift_deg": found.lift.value,
+        "noise_for_10_percent": found.noise_percent,
+        "refused": found.refused,
+        "moduli": [_at_modulus(row) for row in found.moduli],
+        "skin_pressure": [
+            {"E_MPa": one.E, "pressure_MPa": one.pressure.value, "limit_MPa": one.limit, "worst": str(one.placed)}
+            for one in readings.pressures
+        ],
+    }
+
+
+def _worst(found: ReadingAssessment) -> Plain:
+    """Return the largest bias and uncertainty; null where a pose has no reading."""
+    bias, uncertainty = found.bias, found.uncertainty
+    return {
+        "E_bias_percent": None if bias is None else 100.0 * bias.value,
+        "E_bias_error_percent": None if bias is None else 100.0 * bias.error,
+        "uncertainty_percent": None if uncertainty is None else 100.0 * uncertainty.value,
+        "sources": {} if uncertainty is None else _percent(found.worst_uncertainty.sources.shares),
+    }
+
+
+def _at_modulus(row: ModulusReading) -> Plain:
+    return {
+        "E_MPa": row.E,
+        "E_bias_percent": 100.0 * row.bias,
+        "worst": str(row.worst),
+        "uncertainty_percent": 100.0 * row.sources.total,
+        "sources": _percent(row.sources.shares),
+    }
+
+
+def _percent(shares: Mapping[str, float]) -> Plain:
+    return {f"{name.removesuffix('_percent')}_percent": 100.0 * share for name, share in shares.items()}
+
+
+def other_readings(report: Plain, design: Design, stored: Sequence[Verdict]) -> Iterator[str]:
+    """Yield the names of verdicts and keys on readings that do not follow from the rows of the report and the design.
+
+    Raises ValueError that names a key which is missing or of another kind.
+    """
+    asked = design.reading
+    if asked is None:
+        return
+    verdicts = {verdict.name: verdict for verdict in stored}
+    rows = from_plain(tuple[Plain, ...], value_at(report, "reading.moduli"), "reading.moduli")
+    totals = [math.hypot(*from_plain(dict[str, float], row["sources"], "sources").values()) for row in rows]
+    yield from (
+        f"reading.moduli[{place}].uncertainty_percent"
+        for place, (row, total) in enumerate(zip(rows, totals, strict=True))
+        if not _same(number_at(row, "uncertainty_percent"), total)
+    )
+    biases = [abs(number_at(row, "E_bias_percent")) for row in rows]
+    expected = {
+        "reading.bias": (_PERCENT * max(biases) if biases else None, asked.bias_limit),
+        "reading.uncertainty": (_PERCENT * max(totals) if totals else None, asked.uncertainty_limit),
+        "reading.lift": (number_at(report, "reading.lift_deg"), asked.tilt_deg),
+        **_bruise(report, design),
+    }
+    yield from _other_verdicts(expected, verdicts)
+
+
+def _bruise(report: Plain, design: Design) -> dict[str, tuple[float | None, float]]:
+    """Return pressure and limit [MPa] of the row nearest to its limit; nothing where the fruit has none."""
+    if not design.fruit.bruise_limits_MPa:
+        return {}
+    rows = from_plain(tuple[Plain, ...], value_at(report, "reading.skin_pressure"), "reading.skin_pressure")
+    pairs = [
+        (number_at(row, "pressure_MPa"), limit) for row, limit in zip(rows, design.fruit.bruise_limits_MPa, strict=True)
+    ]
+    return {"bruise": max(pairs, key=lambda pair: pair[0] / pair[1])}
+
+
+def _other_verdicts(
+    expected: Mapping[str, tuple[float | None, float]], verdicts: Mapping[str, Verdict]
+) -> Iterator[str]:
+    for name, (value, limit) in expected.items():
+        given = verdicts.get(name)
+        if given is None or not (_same(given.value, value) and _same(given.limit, limit)):
+            yield name
+
+
+def _same(given: object, expected: object) -> bool:
+    if not isinstance(given, int | float) or not isinstance(expected, int | float):
+        return given is expected
+    return abs(given - expected) <= ROUND_OFF * max(abs(given), abs(expected))
