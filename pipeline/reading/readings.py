@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from cad.design.parameters import Design
+from cad.parts.assembly import mounting_error
 from pipeline.reading.assessment import ReadingAssessment, reading_assessment
 from pipeline.reading.bruising import SkinPressure, skin_pressures
 from pipeline.reading.pressed_sensor import pressed_sensor
@@ -12,10 +13,15 @@ from solve.fruit.compliance import FruitCompliance
 
 @dataclass(frozen=True, kw_only=True)
 class Readings:
-    """The assessment of a design's readings, and the pressure on the skin at each modulus."""
+    """The assessment of a design's readings, and the pressure on the skin at each modulus.
+
+    `plates` is by how much E moves where the two plates of a square are mounted as far off as their holes allow, before
+    the tips are zeroed on a hard plate [1]; 0 for one plate.
+    """
 
     assessed: ReadingAssessment
     pressures: tuple[SkinPressure, ...]
+    plates: float = 0.0
 
 
 def assess_readings(design: Design, contact: FruitCompliance, springs: FittedSprings) -> Readings | None:
@@ -26,4 +32,12 @@ def assess_readings(design: Design, contact: FruitCompliance, springs: FittedSpr
     if design.reading is None:
         return None
     sensor = pressed_sensor(design, contact, springs.C, tip_leads(springs, design.press.attitude))
-    return Readings(assessed=reading_assessment(sensor, design.reading), pressures=skin_pressures(sensor))
+    assessed = reading_assessment(sensor, design.reading)
+    plates = _contrast_of_plates(springs) * max((row.sources.contrast_slope for row in assessed.moduli), default=0.0)
+    return Readings(assessed=assessed, pressures=skin_pressures(sensor), plates=plates)
+
+
+def _contrast_of_plates(springs: FittedSprings) -> float:
+    """Return how far the high tips may stand out before the low ones by the mounting of two plates [mm]."""
+    housing = springs.housing
+    return 0.0 if housing is None else mounting_error(housing, springs.process.accuracy_mm).contrast_mm

@@ -21,12 +21,14 @@ class UncertaintySources:
     """The standard deviation of the modulus by each source, as a share of it [1].
 
     `stiffness_slope` is the share per share by which each spring is off, apart from the others [1]; `noise_slope` that
-    per cent of noise in forces, and in the heights that they tell [1/%].
+    per cent of noise in forces, and in the heights that they tell [1/%]; `contrast_slope` that per mm by which high
+    tips stand out before low ones, 0 where no height matters [1/mm].
     """
 
     shares: Mapping[str, float]
     stiffness_slope: float
     noise_slope: float
+    contrast_slope: float
 
     @property
     def total(self) -> float:
@@ -59,25 +61,47 @@ def noise_to_reach(limit: float, sources: UncertaintySources, reading: Reading) 
     return math.sqrt(limit**2 - rest) / sources.noise_slope
 
 
+@dataclass(frozen=True)
+class _Slopes:
+    """The share by which E moves, for each tip: per force [1/N], per share of its spring and gain [1], per mm."""
+
+    noise: Floats
+    springs: Floats
+    gains: Floats
+    heights: Floats
+
+
 def _sources(
     read_out: ReadOut, reading: Reading, press: Floats, full_scale: Floats, poses: Mapping[str, float]
 ) -> UncertaintySources:
     """Return the sources at one modulus: noise, springs, gains and heights beside those of the poses."""
-    noise = np.linalg.norm(_noise_slopes(read_out, press), axis=0)
-    heights = np.abs(_slopes(read_out, press, _with_heights)) * read_out.zeroed_heights(np.ones(press.shape[1]))
-    heights /= math.sqrt(_PLATE_READINGS)
+    slopes = _Slopes(
+        noise=np.linalg.norm(_noise_slopes(read_out, press), axis=0),
+        springs=_slopes(read_out, press, _with_springs),
+        gains=_slopes(read_out, press, _with_gains),
+        heights=np.abs(_slopes(read_out, press, _with_heights)),
+    )
+    zeroed = slopes.heights * read_out.zeroed_heights(np.ones(press.shape[1])) / math.sqrt(_PLATE_READINGS)
+    shares = {**_shares(slopes, zeroed, reading, full_scale), **poses}
+    return UncertaintySources(
+        shares=shares,
+        stiffness_slope=_size(slopes.springs),
+        noise_slope=0.01 * math.hypot(_size(slopes.noise * full_scale), _size(zeroed * full_scale)),
+        # The weights of the high tips add up to one, as those of the low ones do.
+        contrast_slope=0.5 * float(slopes.heights.sum()),
+    )
+
+
+def _shares(slopes: _Slopes, zeroed: Floats, reading: Reading, full_scale: Floats) -> dict[str, float]:
+    """Return the share of each channel's source; `zeroed` are those of the heights per noise [1/N]."""
     by_percent, by_force = ((0.01 * reading.noise_percent) * full_scale, np.full(len(full_scale), reading.noise_N))
-    of_springs, of_gains = (_size(_slopes(read_out, press, moved)) for moved in (_with_springs, _with_gains))
-    shares = {
-        "noise_percent": _size(noise * by_percent),
-        "noise_N": _size(noise * by_force),
-        "stiffness": 0.01 * reading.stiffness_percent * of_springs,
-        "gain": 0.01 * reading.gain_percent * of_gains,
-        "tip_height": math.hypot(_size(heights * by_percent), _size(heights * by_force)),
-        **poses,
+    return {
+        "noise_percent": _size(slopes.noise * by_percent),
+        "noise_N": _size(slopes.noise * by_force),
+        "stiffness": 0.01 * reading.stiffness_percent * _size(slopes.springs),
+        "gain": 0.01 * reading.gain_percent * _size(slopes.gains),
+        "tip_height": math.hypot(_size(zeroed * by_percent), _size(zeroed * by_force)),
     }
-    noise_slope = 0.01 * math.hypot(_size(noise * full_scale), _size(heights * full_scale))
-    return UncertaintySources(shares=shares, stiffness_slope=of_springs, noise_slope=noise_slope)
 
 
 Moved = Callable[[ReadOut, Floats, Floats], float]

@@ -61,9 +61,16 @@ def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:
     return [
         f"read-out: {found.method}; P at E_max and full travel is {ratio}, a fact that is not judged",
         f"uncertainty of E: {loud} 10 %",
+        *_of_plates(readings.plates),
         f"what is read is E / (1 - nu^2): E takes nu = {fruit.poisson:g}, which within {fruit.poisson_spread:g} moves "
         f"it by {moved:.2g} %; twice the time of a press lowers the E of flesh by some 4 %",
     ]
+
+
+def _of_plates(share: float) -> list[str]:
+    if share == 0.0:
+        return []
+    return [f"plates: mounted as far off as their holes allow they move E by {100.0 * share:.2g} %: zero the tips"]
 
 
 def _paper(result: SensorResult) -> list[str]:

@@ -33,6 +33,7 @@ def _reading(readings: Readings) -> Plain:
         **_worst(found),
         "method": found.method,
         "lift_deg": found.lift.value,
+        "plates_before_zeroing_percent": 100.0 * readings.plates,
         "noise_for_10_percent": found.noise_percent,
         "refused": found.refused,
         "moduli": [_at_modulus(row) for row in found.moduli],
