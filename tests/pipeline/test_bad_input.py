@@ -217,24 +217,28 @@ def test_refusal_imports_nothing_heavy(flags):
 
 
 @pytest.mark.parametrize(
-    ("setting", "line"),
+    ("settings", "line"),
     [
         (
-            "tips.side_mm=5.6",
+            ["tips.spacing_mm=5.8", "tips.side_mm=5.6"],
             "tips.spacing_mm = 5.8 mm: must be at least 6 mm: a plate as deep as a tip is wide, 5.6 mm",
         ),
-        ("tips.spacing_mm=5.5", "tips.spacing_mm = 5.5 mm: must be at least 5.7 mm: a plate as deep as a tip is wide"),
         (
-            "tips.socket=pin",
+            ["tips.spacing_mm=5.5", "tips.side_mm=5.3"],
+            "tips.spacing_mm = 5.5 mm: must be at least 5.7 mm: a plate as deep as a tip is wide",
+        ),
+        (
+            ["tips.spacing_mm=5.8", "tips.side_mm=5.3", "tips.socket=pin"],
             "tips.spacing_mm = 5.8 mm: must be at least 12.7 mm, for feet of 12.4 mm with pins in them",
         ),
     ],
 )
 def test_square_whose_plates_cannot_be_bolted_is_refused_before_anything_is_solved(
-    setting, line, tmp_path, capsys, monkeypatch
+    settings, line, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.setattr(importlib.import_module("pipeline.run"), "fruit_compliance", lambda *_: pytest.fail("solved"))
-    assert main(["run", "--design", "mango", "--set", setting, "--out", str(tmp_path / "out")]) == 2
+    flags = [word for setting in settings for word in ("--set", setting)]
+    assert main(["run", "--design", "mango", *flags, "--out", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err.splitlines()
     assert len(error) == 1
     assert error[0].startswith(f"pipeline: {line}")
