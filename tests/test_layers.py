@@ -34,6 +34,15 @@ STAGES = (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit", "pipel
 READ = (*STAGES, "pipeline.reading")
 JUDGED = (*READ, "pipeline.verdicts")
 SENTENCES = (*JUDGED, "pipeline.uncertainty", "pipeline.result", "pipeline.report")
+AFTER = (
+    "pipeline.check",
+    "pipeline.page",
+    "pipeline.view",
+    "pipeline.compression",
+    "pipeline.unit",
+    "pipeline.explain",
+)
+"""Rooms that start from an output folder or a file of the user; none sees another."""
 
 MAY_SEE: dict[str, tuple[str, ...]] = {
     "cad.quantity": (),
@@ -71,9 +80,15 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.uncertainty": JUDGED,
     "pipeline.result": (*JUDGED, "pipeline.uncertainty"),
     "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),
-    "pipeline.run": SENTENCES,
+    "pipeline.check": (*SENTENCES, "pipeline.limits"),
+    "pipeline.page": SENTENCES,
+    "pipeline.view": SENTENCES,
+    "pipeline.compression": (*LAWS, "pipeline.options", "pipeline.storage"),
+    "pipeline.unit": SENTENCES,
+    "pipeline.explain": SENTENCES,
+    "pipeline.run": (*SENTENCES, "pipeline.page"),
     "pipeline.bench": STAGES,
-    "pipeline.commands": (*SENTENCES, "pipeline.limits", "pipeline.run", "pipeline.bench"),
+    "pipeline.commands": (*SENTENCES, *AFTER, "pipeline.limits", "pipeline.run", "pipeline.bench"),
     "pipeline.cli": ("cad.quantity", "pipeline.limits", "pipeline.options", "pipeline.storage", "pipeline.commands"),
     "pipeline.__main__": ("pipeline.cli",),
 }
@@ -91,6 +106,7 @@ OWNERS = {
     "cattrs": {"pipeline"},
     "ezdxf": {"cad"},
     "gmsh": {"mesh"},
+    "jinja2": {"pipeline"},
     "lib3mf": {"cad"},
     "manifold3d": {"cad"},
     "matplotlib": {"pipeline"},
@@ -103,11 +119,15 @@ OWNERS = {
     "scipy": set(PACKAGES),
     "scipy.sparse": {"solve"},
     "shapely": {"cad"},
+    "shtab": {"pipeline"},
     "skfem": {"mesh", "solve"},
     "skfem.assembly": {"solve"},
     "skfem.helpers": {"solve"},
     "skfem.models": {"solve"},
     "skfem.utils": {"solve"},
+    "trame": {"pipeline"},
+    "trame_vtk": {"pipeline"},
+    "trame_vuetify": {"pipeline"},
     "trimesh": {"cad"},
     "vtk": {"pipeline"},
 }
@@ -117,7 +137,7 @@ FORMS = {"BilinearForm", "LinearForm", "Functional", "TrilinearForm", "asm", "so
 """Names at the top of skfem that make or solve equations; they belong to solve, as skfem.assembly does."""
 
 OPTIONAL = {"pypardiso"}
-DEFERRED_ONLY_IN = ("pipeline.cli", "pipeline.commands")
+DEFERRED_ONLY_IN = ("pipeline.cli", "pipeline.commands", "pipeline.check.limited_check")
 VAGUE = {"utils", "util", "common", "helpers", "helper", "core", "base", "misc"}
 
 Rule = Callable[[Path], list[str]]
@@ -269,7 +289,7 @@ def deferred_imports(root: Path) -> list[str]:
 
 
 def _may_wait(module: str) -> bool:
-    return module == "pipeline" or _inside(module, DEFERRED_ONLY_IN[:2])
+    return module == "pipeline" or _inside(module, DEFERRED_ONLY_IN)
 
 
 def optional_imports_that_do_not_wait(root: Path) -> list[str]:

@@ -168,10 +168,7 @@ class Design:
         farthest = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
         tilted = 0.0 if self.reading is None else farthest * math.tan(math.radians(self.reading.tilt_deg))
         travels = [self.press.travel_mm + tilted + (x - middle) * slope for x in centres]
-        low, high = (
-            max(travel for travel, spring in zip(travels, self.tips.springs, strict=True) if spring == kind)
-            for kind in ("low", "high")
-        )
+        low, high = (max(travels[tip] for tip in kind) for kind in self.tips.kinds)
         return low, high
 
 

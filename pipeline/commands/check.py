@@ -25,7 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Judge a folder or a file and print the verdicts; return 0 when all pass, else 1."""
-    from pipeline.commands.limited_check import verdicts_apart
+    from pipeline.check.limited_check import verdicts_apart
 
     path: Path = arguments.path
     if path.is_dir():

@@ -11,7 +11,8 @@ from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
 from pipeline.reading.lift import lift_tilt
 from pipeline.reading.placed import Placed, occurring, read_moduli
-from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.reading.pressed_sensor import PressedSensor, Presses
+from pipeline.reading.read_out import ReadOut
 from pipeline.reading.sources import UncertaintySources, force_noises, noise_to_reach, uncertainty_sources
 
 Floats = NDArray[np.float64]
@@ -65,32 +66,24 @@ def reading_assessment(sensor: PressedSensor, reading: Reading) -> ReadingAssess
     Raises InputError where the poses are outside the domain of contact or a contact runs off the face of a dome,
     SolveError when a solve is not exact.
     """
-    design = sensor.design
-    moduli, places = read_moduli(design.fruit), list(occurring(design, reading))
     lift = lift_tilt(sensor, reading)
-    forces, errors = sensor.presses(moduli, places)
-    full_scale = np.nanmax(forces, axis=(0, 1, 2))
-    biases, refused = _biases(sensor, places, forces, LEAST_OVER_NOISE * force_noises(reading, full_scale))
+    fruit, places = sensor.design.fruit, tuple(occurring(sensor.design, reading))
+    presses = sensor.presses(read_moduli(fruit), places)
+    biases, refused = _biases(sensor.read_out, presses, LEAST_OVER_NOISE * force_noises(reading, presses.full_scale))
     if np.isnan(biases).all(axis=1).any() or np.isnan(biases[:, 0]).any():
         return ReadingAssessment(method=sensor.read_out.method, lift=lift, refused=refused)
-    found = _assessed(sensor, reading, places, biases, (forces, errors[:, 0]), lift)
-    return replace(found, refused=refused)
+    return replace(_assessed(sensor, reading, presses, biases, lift), refused=refused)
 
 
 def _assessed(
-    sensor: PressedSensor,
-    reading: Reading,
-    places: Sequence[Placed],
-    biases: Floats,
-    presses: tuple[Floats, Floats],
-    lift: Estimate,
+    sensor: PressedSensor, reading: Reading, presses: Presses, biases: Floats, lift: Estimate
 ) -> ReadingAssessment:
-    """Return the assessment of biases (moduli, places) [1]; `presses` are all forces and the errors of level ones."""
-    moduli, (forces, errors) = read_moduli(sensor.design.fruit), presses
-    known = _modulus_errors(sensor, moduli, forces[:, 0], errors)
-    full_scale = np.nanmax(forces, axis=(0, 1, 2))
-    spread = uncertainty_sources(sensor.read_out, reading, forces[:, 0], full_scale, _pose_shares(biases, places))
-    rows = tuple(_at_modulus(E, biases[i], places, spread[i]) for i, E in enumerate(moduli))
+    """Return the assessment of biases (moduli, places) [1], those of `presses`, the first of which are level."""
+    moduli, level = presses.moduli, presses.F[:, 0]
+    known = _modulus_errors(sensor, moduli, level, presses.error[:, 0])
+    poses = _pose_shares(biases, presses.places)
+    spread = uncertainty_sources(sensor.read_out, reading, level, presses.full_scale, poses)
+    rows = tuple(_at_modulus(E, biases[i], presses.places, spread[i]) for i, E in enumerate(moduli))
     widest = int(np.argmax([one.total for one in spread]))
     largest = int(np.argmax([abs(row.bias) for row in rows]))
     return ReadingAssessment(
@@ -103,19 +96,17 @@ def _assessed(
     )
 
 
-def _biases(
-    sensor: PressedSensor, places: Sequence[Placed], forces: Floats, least: Floats
-) -> tuple[Floats, str | None]:
+def _biases(read_out: ReadOut, presses: Presses, least: Floats) -> tuple[Floats, str | None]:
     """Return E read / E - 1 (moduli, places), nan where there is no reading, and in words where and why there is none.
 
-    `forces` (moduli, places, samples, tips) [N]; one that is not over the `least` (tips,) [N] counts as none.
+    A force that is not over the `least` (tips,) [N] counts as none.
     """
-    biases, why = np.full(forces.shape[:2], np.nan), ""
-    told = np.where(forces > least, forces, 0.0)
-    for i, E in enumerate(read_moduli(sensor.design.fruit)):
-        for j, place in enumerate(places):
+    biases, why = np.full(presses.F.shape[:2], np.nan), ""
+    told = np.where(least < presses.F, presses.F, 0.0)
+    for i, E in enumerate(presses.moduli):
+        for j, place in enumerate(presses.places):
             try:
-                biases[i, j] = sensor.read_out.modulus(told[i, j]) / E - 1.0
+                biases[i, j] = read_out.modulus(told[i, j]) / E - 1.0
             except ReadingError as refused:
                 why = why or f"as at {E:.3g} MPa, {place}: {refused}"
     count = int(np.isnan(biases).sum())
@@ -129,7 +120,7 @@ def _at_modulus(E: float, biases: Floats, places: Sequence[Placed], sources: Unc
 
 def _modulus_errors(sensor: PressedSensor, moduli: Sequence[float], forces: Floats, errors: Floats) -> Floats:
     """Return by how much a modulus must move to move the forces at full travel as their errors may [1], (moduli,)."""
-    moved, _ = sensor.presses([E * (1.0 + _STEP) for E in moduli], [Placed()])
+    moved = sensor.presses([E * (1.0 + _STEP) for E in moduli], [Placed()]).F
     change = np.abs(moved[:, 0, -1] / forces[:, -1] - 1.0).max(axis=1)
     return np.asarray(_STEP * errors[:, -1] / change)
 

@@ -17,6 +17,24 @@ from solve.fruit.compliance import FruitCompliance
 Floats = NDArray[np.float64]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Presses:
+    """Presses at moduli [MPa] in places: forces F [N], shape (moduli, places, samples, tips).
+
+    `error` [1], (moduli, places, samples), is the largest relative error of a force.
+    """
+
+    moduli: tuple[float, ...]
+    places: tuple[Placed, ...]
+    F: Floats
+    error: Floats
+
+    @property
+    def full_scale(self) -> Floats:
+        """Return the largest force of each channel [N], (tips,)."""
+        return np.asarray(np.nanmax(self.F, axis=(0, 1, 2)))
+
+
 @dataclass(frozen=True, kw_only=True)
 class PressedSensor:
     """A design on its fruit with its springs: what every press of an assessment needs.
@@ -30,8 +48,8 @@ class PressedSensor:
     read_out: ReadOut
     ahead: Sequence[float] = ()
 
-    def presses(self, moduli: Sequence[float], places: Sequence[Placed]) -> tuple[Floats, Floats]:
-        """Return forces [N], shape (moduli, places, samples, tips), and their relative errors [1] without the tips.
+    def presses(self, moduli: Sequence[float], places: Sequence[Placed]) -> Presses:
+        """Return the presses at moduli [MPa] in places.
 
         Raises InputError where a contact runs off the face of a dome.
         """
@@ -40,7 +58,12 @@ class PressedSensor:
         solved = self.in_poses(poses)
         self._check_faces(solved.face_mm, poses)
         shape = len(moduli), len(places), samples
-        return solved.F.reshape(*shape, -1), solved.error.reshape(shape)
+        return Presses(
+            moduli=tuple(moduli),
+            places=tuple(places),
+            F=solved.F.reshape(*shape, -1),
+            error=solved.error.reshape(shape),
+        )
 
     def in_poses(self, poses: Sequence[Pose]) -> PoseForces:
         """Return the forces of the tips in poses; raises as `pose_forces`."""

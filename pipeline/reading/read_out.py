@@ -35,9 +35,10 @@ class ContrastReadOut:
         """Return the read-out that takes each spring for stiffer by a factor [1], shape (tips,)."""
         return replace(self, law=replace(self.law, C=_stiffened(self.law.C, factors)))
 
-    def zeroed_heights(self, noises: Floats) -> Floats:
-        """Return how well a reading on a hard plate tells the heights of tips [mm] whose forces have a noise [N]."""
-        return np.asarray(np.diag(self.law.C) * noises)
+    @property
+    def gives(self) -> Floats:
+        """Return how far each spring gives per force [mm/N], (tips,): how a hard plate tells heights by forces."""
+        return np.diag(self.law.C)
 
     def with_heights(self, heights: Floats) -> "ContrastReadOut":
         """Return the read-out that takes each tip for longer by a height [mm], shape (tips,)."""
@@ -62,9 +63,10 @@ class LineReadOut:
         """Return the read-out that takes each spring for stiffer by a factor [1], shape (tips,)."""
         return replace(self, C=_stiffened(self.C, factors))
 
-    def zeroed_heights(self, noises: Floats) -> Floats:
-        """Return how well a reading on a hard plate tells the heights of tips [mm] whose forces have a noise [N]."""
-        return np.asarray(np.diag(self.C) * noises)
+    @property
+    def gives(self) -> Floats:
+        """Return how far each spring gives per force [mm/N], (tips,): how a hard plate tells heights by forces."""
+        return np.diag(self.C)
 
     def with_heights(self, _heights: Floats) -> "LineReadOut":
         """Return the same read-out: heights move the intercept of the line alone."""

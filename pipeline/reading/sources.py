@@ -81,7 +81,7 @@ def _sources(
         gains=_slopes(read_out, press, _with_gains),
         heights=np.abs(_slopes(read_out, press, _with_heights)),
     )
-    zeroed = slopes.heights * read_out.zeroed_heights(np.ones(press.shape[1])) / math.sqrt(_PLATE_READINGS)
+    zeroed = slopes.heights * read_out.gives / math.sqrt(_PLATE_READINGS)
     shares = {**_shares(slopes, zeroed, reading, full_scale), **poses}
     return UncertaintySources(
         shares=shares,

@@ -8,9 +8,8 @@ from cad.design.tips import Tips
 from cad.verdict import Verdict
 from pipeline.reading.assessment import ModulusReading, ReadingAssessment
 from pipeline.reading.readings import Readings
-from pipeline.storage.plain import Plain, from_plain, number_at, value_at
+from pipeline.storage.plain import Plain, from_plain, number_at, same_number, value_at
 
-ROUND_OFF = 1e-6
 _PERCENT = 0.01
 
 
@@ -83,7 +82,7 @@ def other_readings(report: Plain, design: Design, stored: Sequence[Verdict]) -> 
     yield from (
         f"reading.moduli[{place}].uncertainty_percent"
         for place, (row, total) in enumerate(zip(rows, totals, strict=True))
-        if not _same(number_at(row, "uncertainty_percent"), total)
+        if not same_number(number_at(row, "uncertainty_percent"), total)
     )
     biases = [abs(number_at(row, "E_bias_percent")) for row in rows]
     expected = {
@@ -111,11 +110,5 @@ def _other_verdicts(
 ) -> Iterator[str]:
     for name, (value, limit) in expected.items():
         given = verdicts.get(name)
-        if given is None or not (_same(given.value, value) and _same(given.limit, limit)):
+        if given is None or not (same_number(given.value, value) and same_number(given.limit, limit)):
             yield name
-
-
-def _same(given: object, expected: object) -> bool:
-    if not isinstance(given, int | float) or not isinstance(expected, int | float):
-        return given is expected
-    return abs(given - expected) <= ROUND_OFF * max(abs(given), abs(expected))

@@ -2,9 +2,9 @@
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
@@ -15,7 +15,6 @@ from pipeline.storage.plain import Plain, from_plain
 from pipeline.storage.seal import file_digest, is_regular
 
 T = TypeVar("T")
-_READ_OF_RESPONSE = ("E_MPa", "x_mm", "P")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,10 +50,34 @@ class StoredResponse:
 
 
 @dataclass(frozen=True, kw_only=True)
+class StoredTip:
+    """A tip: its name, its place from the midpoint of the tips [mm], and on which spring it stands, low or high."""
+
+    name: str
+    x_mm: float
+    y_mm: float
+    spring: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredContact:
+    """The compliance of the fruit under its tips times E [1/mm], shape (tips, tips), and its relative errors [%]."""
+
+    compliance_per_mm: tuple[tuple[float, ...], ...]
+    error_percent: float
+    s11_error_percent: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class StoredReport:
-    """What commands take of a report: design, housing [mm] or None, deflections [mm], response, files."""
+    """What commands take of a report: design, tips, contact, housing [mm] or None, deflections [mm], response, files.
+
+    Tips have the order of all forces and of the compliance.
+    """
 
     design: Design
+    tips: tuple[StoredTip, ...]
+    contact: StoredContact
     housing: Housing | None
     deflections_mm: tuple[float, ...]
     response: tuple[StoredResponse, ...]
@@ -107,6 +130,8 @@ def _report(data: Plain) -> StoredReport:
     rows = _part(tuple[Plain, ...], data, "response")
     return StoredReport(
         design=design_from_mapping(_part(Plain, data, "design")),
+        tips=_part(tuple[StoredTip, ...], data, "tips"),
+        contact=from_plain(StoredContact, _taken(_part(Plain, data, "contact"), StoredContact), "contact"),
         housing=housing,
         deflections_mm=deflections,
         response=tuple(_response(row, f"response[{place}]") for place, row in enumerate(rows)),
@@ -123,7 +148,12 @@ def _part(kind: type[T], data: Plain, key: str) -> T:
 
 def _response(row: Plain, name: str) -> StoredResponse:
     """Return what is read of a row; its other keys stay where they are."""
-    return from_plain(StoredResponse, {key: row[key] for key in _READ_OF_RESPONSE if key in row}, name)
+    return from_plain(StoredResponse, _taken(row, StoredResponse), name)
+
+
+def _taken(row: Plain, kind: type[Any]) -> Plain:
+    """Return of a record the keys that a type has."""
+    return {field.name: row[field.name] for field in fields(kind) if field.name in row}
 
 
 def refused(folder: Path, bound: str) -> InputError:

@@ -82,9 +82,8 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | N
     if springs.fitted is None:
         return None
     stiffness, housing = springs.fitted.stiffness, springs.fitted.housing
-    forces, kinds = press.table.F[:, -1], len(housing.arms)
-    # Tips of one kind follow each other by as many places as there are kinds; the hardest pressed of each counts.
-    hardest = [forces[:, kind::kinds].max(axis=1).tolist() for kind in range(kinds)]
+    forces = press.table.F[:, -1]
+    hardest = [forces[:, list(kind)].max(axis=1).tolist() for kind in springs.tips.kinds]
     arms = {arm.name: _arm_behaviour(springs, i, arm, hardest[i]) for i, arm in enumerate(housing.arms)}
     crosstalk = float(stiffness.C[0, -1] / stiffness.C[-1, -1])
     return SpringBehaviour(crosstalk=crosstalk, gauges=housing.gauges, arms=arms, modes=modes)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from cad.design.parameters import Design
 from cad.quantity import InputError
 from pipeline.stages.springs import FittedSprings, tip_leads
-from solve.contact.linear_response import SensorResponse, TipKinds, travels
+from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene, check_scene
 from solve.contact.scene_cells import scene_footprints
@@ -107,8 +107,7 @@ def _pressed(
     scene: Scene, contact: FruitCompliance, C: Floats, moduli: Sequence[float] | Floats, count: int
 ) -> SensorResponse:
     """Press; raises InputError where the scene is too steep or outside the domain of contact, SolveError."""
-    steps = travels(scene.press.travel_mm, count)
-    return scene_response(scene, contact, C, moduli, steps, TipKinds(*scene.tips.kinds))
+    return scene_response(scene, contact, C, moduli, travels(scene.press.travel_mm, count))
 
 
 def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:

@@ -10,6 +10,7 @@ from cattrs.strategies import configure_union_passthrough
 from cad.quantity import InputError
 
 T = TypeVar("T")
+ROUND_OFF = 1e-6
 Plain = dict[str, Any]
 
 _CONVERTER = cattrs.Converter(forbid_extra_keys=True, unstruct_collection_overrides={tuple: list})
@@ -77,6 +78,17 @@ for _scalar in (str, int, bool):
     _CONVERTER.register_structure_hook(_scalar, _itself)
 _CONVERTER.register_structure_hook_func(_is_array, lambda data, _: np.array(data, dtype=np.float64))
 _CONVERTER.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
+
+
+def same_number(given: object, expected: object, least: float = 0.0) -> bool:
+    """Say whether two stored numbers, of any unit, differ by the round-off of the larger one, or of `least`.
+
+    Numbers are stored with all their digits, and the closed forms between them lose at most nine of sixteen. What is no
+    number is the same as itself.
+    """
+    if not isinstance(given, int | float) or not isinstance(expected, int | float):
+        return given is expected
+    return bool(abs(given - expected) <= ROUND_OFF * max(abs(given), abs(expected), least))
 
 
 def value_at(data: Plain, path: str) -> Any:  # noqa: ANN401 - JSON data of any kind

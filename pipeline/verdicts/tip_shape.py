@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.quantity import Estimate
 from cad.theory.dome_contact import contact_reach, relative_curvature
@@ -42,7 +41,7 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     radius = design.tips.dome_radius_mm or math.inf
     towards = "across the sides of" if design.tips.socket == "none" else "under"
     slopes = [_slope(design, x, y) for x, y in design.tips.places_mm]
-    steepest, curvature = max(slopes), relative_curvature(radius, _least_radius(design.fruit))
+    steepest, curvature = max(slopes), relative_curvature(radius, min(design.fruit.radii_mm))
     reaches = [
         contact_reach(force, E, design.fruit.poisson, curvature, slope)
         for E, forces in zip(press.table.E, press.table.F[:, -1], strict=True)
@@ -64,13 +63,7 @@ def _slope(design: Design, x: float, y: float) -> float:
 
     It is the steepest one, or for a printed tip that towards a side of its square.
     """
-    fruit, press = design.fruit, design.press
-    radius = fruit.radius_mm or math.inf
-    across = fruit.radius_across_mm or radius
+    press, (radius, across) = design.press, design.fruit.radii_mm
     tilt, roll = (math.tan(math.radians(angle)) for angle in (press.tilt_deg, press.roll_deg))
     slopes = (abs(x) / radius + abs(tilt), abs(y) / across + abs(roll))
     return max(slopes) if design.tips.socket == "none" else math.hypot(*slopes)
-
-
-def _least_radius(fruit: Fruit) -> float:
-    return min(fruit.radius_mm or math.inf, fruit.radius_across_mm or math.inf)

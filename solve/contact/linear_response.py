@@ -12,7 +12,6 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
-from cad.design.tips import Spring
 from cad.quantity import fault
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
@@ -24,12 +23,6 @@ class TipKinds:
 
     soft: tuple[int, ...] = (0,)
     stiff: tuple[int, ...] = (-1,)
-
-    @classmethod
-    def of(cls, springs: Sequence[Spring]) -> "TipKinds":
-        """Return the kinds of tips on these springs, in their order."""
-        soft = tuple(place for place, kind in enumerate(springs) if kind != "high")
-        return cls(soft=soft, stiff=tuple(place for place in range(len(springs)) if place not in soft))
 
 
 PAIR = TipKinds()

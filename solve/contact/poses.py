@@ -12,9 +12,7 @@ import numpy as np
 
 from cad.design.fruit import Fruit
 from solve.arrays import Flags, Floats, Ints
-from solve.contact.domes.body import dome_body
-from solve.contact.domes.geometry import dome_poses
-from solve.contact.domes.law import dome_forces
+from solve.contact.domes.law import domes_on
 from solve.contact.scene import Place, Scene, check_scene
 from solve.contact.scene_cells import CELLS, SceneCells, interference, posed, scene_cells
 from solve.contact.unilateral import UnilateralContact
@@ -109,8 +107,7 @@ def _of_domes(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
     E, travel = (np.array([getattr(pose, name) for pose in poses]) for name in ("E", "travel"))
-    radii = np.array([each.fruit.radii_mm[0] for each in scenes])
-    domes = dome_forces(dome_poses(scenes, travel), E, C, dome_body(scene, compliance, radii))
+    domes = domes_on(scene, compliance, C, scenes, E, travel)
     face = domes.face.max(axis=1)
     off_face = face > scene.tips.side_mm
     return PoseForces(

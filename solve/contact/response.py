@@ -42,7 +42,7 @@ def scene_response(
     start = time.perf_counter()
     C, moduli, x = (np.asarray(values, dtype=np.float64) for values in (C, E, x))
     known = compliance.error_pair
-    kinds = TipKinds.of(scene.tips.springs) if kinds is None else kinds
+    kinds = TipKinds(*scene.tips.kinds) if kinds is None else kinds
     if scene.linear:
         exact = linear_response(compliance.S, C, moduli, x, scene.ahead, kinds=kinds)
         return replace(exact, F_error=exact.F_error + known, P_error=exact.P_error + known)
@@ -77,7 +77,7 @@ def _of_domes(
     check_scene(scene)
     moduli, x = over
     E, travel = (values.ravel() for values in np.meshgrid(moduli, x, indexing="ij"))
-    domes = domes_on([scene] * len(E), compliance, C, E, travel)
+    domes = domes_on(scene, compliance, C, [scene] * len(E), E, travel)
     _check_face(scene, float(domes.face.max(initial=0.0)))
     shape = (len(moduli), len(x), len(C))
     F, rates, relative = (values.reshape(shape) for values in (domes.F, domes.rates, domes.relative_error))

@@ -78,17 +78,16 @@ class Scene:
         return np.tan(np.radians([self.press.tilt_deg, self.press.roll_deg]))
 
     @property
-    def radii(self) -> Place | None:
-        """Return the fruit's radii of curvature along and across the tips [mm]; None for a flat fruit."""
-        along, across = self.fruit.radius_mm, self.fruit.radius_across_mm
-        return None if along is None else (along, along if across is None else across)
+    def curved(self) -> bool:
+        """Say whether the fruit's skin is curved."""
+        return self.fruit.radius_mm is not None
 
     def _fruit_slope(self, place: Place) -> Place:
-        return (0.0, 0.0) if self.radii is None else cap_slope(*place, *self.radii)
+        return cap_slope(*place, *self.fruit.radii_mm) if self.curved else (0.0, 0.0)
 
     def fruit_gap(self, x: Floats, y: Floats) -> Floats:
         """Return how far the fruit falls away from the plane at its apex [mm]; infinity beyond it."""
-        return np.zeros_like(x) if self.radii is None else cap_gap(x, y, *self.radii)
+        return cap_gap(x, y, *self.fruit.radii_mm) if self.curved else np.zeros_like(x)
 
     def tip_gap(self, x: Floats, y: Floats) -> Floats:
         """Return the gap of a tip's own shape [mm] at places from its centre [mm]; infinity where it has no face."""

@@ -35,14 +35,8 @@ class CurvedShape:
     @property
     def semi_axes(self) -> tuple[float, float, float]:
         """Return the semi-axes of the ellipsoid along x, y and z [mm]."""
-        radius, across = self._radii
+        radius, across = self.fruit.radii_mm
         return radius, math.sqrt(radius * across), radius
-
-    @property
-    def _radii(self) -> tuple[float, float]:
-        """Return the radii of curvature along and across the tips [mm]."""
-        radius = self.fruit.radius_mm or math.inf
-        return radius, self.fruit.radius_across_mm or radius
 
     @property
     def base_angle(self) -> float:
@@ -67,11 +61,11 @@ class CurvedShape:
 
     def slope(self, x: float, y: float) -> float:
         """Return how steeply the skin falls at a place of the plan [1]; infinite from its rim on."""
-        return math.hypot(*cap_slope(x, y, *self._radii))
+        return math.hypot(*cap_slope(x, y, *self.fruit.radii_mm))
 
     def normal(self, x: float, y: float) -> Vector:
         """Return the outward normal of the skin at a place of the plan [1], z down."""
-        along, across = cap_slope(x, y, *self._radii)
+        along, across = cap_slope(x, y, *self.fruit.radii_mm)
         length = math.hypot(along, across, 1.0)
         return along / length, across / length, -1.0 / length
 
@@ -91,7 +85,7 @@ class CurvedShape:
         return np.stack([x, y, fall + z * (1.0 - fall / self.fruit.depth_mm)])
 
     def _fall(self, x: Floats, y: Floats) -> Floats:
-        return np.asarray(np.minimum(cap_gap(x, y, *self._radii), self.semi_axes[2]))
+        return np.asarray(np.minimum(cap_gap(x, y, *self.fruit.radii_mm), self.semi_axes[2]))
 
     def _whole(self, points: Floats) -> Floats:
         """Turn the plan of the block into discs, then each half section through the axis into one of the fruit."""

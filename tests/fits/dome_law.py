@@ -85,7 +85,7 @@ def of_bar(square: Square) -> float:
     footprints = contact_footprints(scene.fruit, scene.tips)
     known = block_compliance(scene.fruit.equivalent_block, footprints, 1e-4, scene.tips.names)
     E, travel = np.array(MODULI), np.full(len(MODULI), scene.press.travel_mm)
-    found = domes_on([scene] * len(E), known, C, E, travel)
+    found = domes_on(scene, known, C, [scene] * len(E), E, travel)
     truth = np.array([on_cells(scene, known, C, modulus) for modulus in MODULI])
     return float((np.abs(found.F - truth) / (found.error + OWN * truth)).max())
 

@@ -12,9 +12,9 @@ import pytest
 
 import pipeline.bench.bench
 import pipeline.bench.hard.suite
-import pipeline.commands.limited_check
+import pipeline.check.limited_check
 import pipeline.commands.machine
-import pipeline.commands.pictures
+import pipeline.view.pictures
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from mesh.session import MeshError
@@ -192,7 +192,7 @@ def test_check_hands_a_file_to_the_rules_of_its_process(words, process, tmp_path
     part = tmp_path / "part.step"
     part.touch()
     calls = []
-    monkeypatch.setattr(pipeline.commands.limited_check, "verdicts_apart", lambda *each: calls.append(each) or ())
+    monkeypatch.setattr(pipeline.check.limited_check, "verdicts_apart", lambda *each: calls.append(each) or ())
     assert settle(["check", str(part), "--json", *words.split()], capsys) == (0, "[]\n", "")
     assert calls == [(part, process)]
 
@@ -205,7 +205,7 @@ def test_view_shows_a_window_or_writes_the_pictures_that_it_names(monkeypatch, c
         "write_pictures": lambda shown, folder, force: calls.append((shown, folder, force)) or [folder / "housing.png"],
     }
     for name, stand_in in stand_ins.items():
-        monkeypatch.setattr(pipeline.commands.pictures, name, stand_in)
+        monkeypatch.setattr(pipeline.view.pictures, name, stand_in)
     folder = Path("outputs/paper")
     assert settle(["view", str(folder)], capsys) == (0, "", "")
     assert settle(["view", str(folder), "--png", "p"], capsys) == (0, "p/housing.png\n", "")

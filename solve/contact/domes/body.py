@@ -35,7 +35,7 @@ def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
     """
     block, footprints = scene.fruit.equivalent_block, contact_footprints(scene.fruit, scene.tips)
     half_space = level_compliance(footprints, block.poisson, np.zeros(()), nodes_between(footprints))
-    curvature = scene.fruit.radii_mm[0] / radii if scene.radii else np.ones(len(radii))
+    curvature = scene.fruit.radii_mm[0] / radii if scene.curved else np.ones(len(radii))
     other = np.multiply.outer(curvature - 1.0, compliance.shape_change)
     error = max(compliance.error_pair, compliance.error_own)
     return Body(

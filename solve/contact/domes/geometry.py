@@ -136,5 +136,5 @@ def _turned(lever: Floats, axis: Floats) -> Floats:
 
 
 def _semi_axes(scene: Scene) -> tuple[float, float, float]:
-    along, across = scene.radii or (math.inf, math.inf)
+    along, across = scene.fruit.radii_mm
     return along, math.sqrt(along * across), along

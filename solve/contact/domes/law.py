@@ -77,13 +77,15 @@ class _State:
     residual: Floats
 
 
-def domes_on(scenes: Sequence[Scene], compliance: FruitCompliance, C: Floats, E: Floats, travel: Floats) -> DomeForces:
+def domes_on(
+    known: Scene, compliance: FruitCompliance, C: Floats, scenes: Sequence[Scene], E: Floats, travel: Floats
+) -> DomeForces:
     """Return the forces of one sensor in scenes at moduli E [MPa] and travels [mm], both (poses,).
 
-    The compliance is that of the fruit in the first scene. C (tips, tips) [mm/N]. Raises as `dome_forces`.
+    The compliance is that of the fruit in the scene `known`. C (tips, tips) [mm/N]. Raises as `dome_forces`.
     """
     radii = np.array([scene.fruit.radii_mm[0] for scene in scenes])
-    return dome_forces(dome_poses(scenes, travel), E, C, dome_body(scenes[0], compliance, radii))
+    return dome_forces(dome_poses(scenes, travel), E, C, dome_body(known, compliance, radii))
 
 
 def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForces:

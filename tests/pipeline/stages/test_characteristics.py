@@ -8,6 +8,7 @@ import pytest
 from stand_ins import DEFLECTIONS, PETG, default_housing, fitted_housing, housing_stiffness, springs_of
 
 from cad.design.parameters import Design, Print
+from cad.design.tips import Tips
 from pipeline.fit.foils import bonded_foils
 from pipeline.stages.characteristics import LONGEST_SHARE, spring_behaviour, stiffening
 from pipeline.stages.springs import FittedSprings
@@ -101,7 +102,7 @@ def test_springs_that_are_not_made_do_nothing():
 
 def test_behaviour_of_a_square_is_that_of_its_hardest_pressed_tips():
     """Tips alternate between the kinds: the tilt is in proportion to the largest force on a spring of the kind."""
-    given = springs(tilt_per_N=(1e-4, 2e-4))
+    given = dataclasses.replace(springs(tilt_per_N=(1e-4, 2e-4)), tips=Tips(layout="square"))
     four = SimpleNamespace(table=SimpleNamespace(F=np.array([[[0.1, 2.0, 0.4, 1.0]]])))
     arms = spring_behaviour(given, four).arms
     assert arms["low"].tilt_at_full_force_rad == pytest.approx(0.4e-4)

@@ -25,9 +25,9 @@ def solved(monkeypatch):
     presses = []
     solve = pipeline.stages.response.scene_response
 
-    def counted(scene, contact, C, E, x, kinds):
+    def counted(scene, contact, C, E, x):
         presses.append((tuple(np.diag(C)), tuple(E), tuple(x)))
-        return solve(scene, contact, C, E, x, kinds)
+        return solve(scene, contact, C, E, x)
 
     monkeypatch.setattr(pipeline.stages.response, "scene_response", counted)
     return presses

@@ -23,7 +23,7 @@ SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
 TIPS = Tips(layout="square", spacing_mm=4.0)
 SQUARE = TIPS.places_mm
 C = spring_compliance(0.9, 20.0, 0.9, 20.0)
-KINDS = TipKinds.of(TIPS.springs)
+KINDS = TipKinds(*TIPS.kinds)
 SYMMETRY = 1e-7  # of forces: the meshes are turned with the layout, the active set is the same
 
 

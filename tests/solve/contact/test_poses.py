@@ -39,7 +39,7 @@ def forces(poses, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
 
 def alone(pose, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
     posed = posed_scene(square(tips, fruit), pose)
-    return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel], TipKinds.of(tips.springs))
+    return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel], TipKinds(*tips.kinds))
 
 
 def test_scene_of_a_pose():

@@ -100,7 +100,7 @@ def scene(tilt=0.0, roll=0.0, fruit=BLUNT, tips=GENTLE, travel=TRAVEL):
 
 def pressed(posed, modulus=1.0, springs=SPRINGS):
     known = compliance(posed.fruit, posed.tips)
-    return domes_on([posed], known, springs, np.array([modulus]), np.array([posed.press.travel_mm]))
+    return domes_on(posed, known, springs, [posed], np.array([modulus]), np.array([posed.press.travel_mm]))
 
 
 def test_square_is_the_same_seen_from_its_sides():

@@ -10,7 +10,7 @@ from cad.design.processes import PROCESSES, Process
 from cad.files.step import read_step
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, equal, failed
-from pipeline.report.agreement import report_verdicts
+from pipeline.check.agreement import report_verdicts
 from pipeline.report.stored import StoredReport, read_data, refused, report_of
 from pipeline.stages.solids import sensor_of
 from pipeline.storage.seal import is_regular

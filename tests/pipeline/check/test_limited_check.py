@@ -20,8 +20,8 @@ from cad.parts.housing_solid import housing_part
 from cad.parts.pose import print_pose
 from cad.parts.sensor import Body
 from cad.quantity import InputError
-from pipeline.commands import limited_check
-from pipeline.commands.limited_check import verdicts_apart
+from pipeline.check import limited_check
+from pipeline.check.limited_check import verdicts_apart
 
 LINE = json.dumps({"verdict": {
     "name": "files.unchanged", "value": 0.0, "unit": "1", "limit": 0.0, "tolerance": 0.0, "passed": True,

@@ -14,9 +14,9 @@ import pyvista as pv
 from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.quantity import fault
-from pipeline.commands.response_chart import response_chart
 from pipeline.report.stored import read_report
 from pipeline.storage.placed_files import place_files, refuse_taken
+from pipeline.view.response_chart import response_chart
 
 Scene = Any  # a PyVista plotter, or what it draws: its decorated methods have no types that strict mode takes
 Draw = Callable[[Scene], None]

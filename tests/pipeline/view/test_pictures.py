@@ -12,12 +12,12 @@ from stand_ins import result_of
 from cad.design.tips import Tips
 from cad.quantity import InputError
 from pipeline.cli import main
-from pipeline.commands import pictures as viewer
-from pipeline.commands.pictures import deformation_factor, pictures, show_pictures, tip_points, write_pictures
-from pipeline.commands.response_chart import force_ratios
 from pipeline.report.outputs import write_outputs
 from pipeline.report.stored import read_report
 from pipeline.storage.vtu import write_vtu
+from pipeline.view import pictures as viewer
+from pipeline.view.pictures import deformation_factor, pictures, show_pictures, tip_points, write_pictures
+from pipeline.view.response_chart import force_ratios
 
 NAMES = ["housing", "flexure", "fruit", "response"]
 

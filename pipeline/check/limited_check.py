@@ -20,7 +20,7 @@ from pipeline.storage.interruption import interruptible
 
 SECONDS = 50  # of wall time: whole folders take some seconds
 MEMORY_BYTES = 3 << 30  # of data of the process: a check needs less than 1 GiB
-_PROGRAM = "import sys; sys.path[:] = {path!r}; from pipeline.commands.limited_check import work; work(sys.argv[1:])"
+_PROGRAM = "import sys; sys.path[:] = {path!r}; from pipeline.check.limited_check import work; work(sys.argv[1:])"
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 _DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
@@ -97,7 +97,7 @@ def work(words: list[str]) -> None:
 def _verdicts(path: Path, process: str | None = None) -> Iterator[Verdict]:
     from cad.checks.part_checks import check_file
     from cad.design.processes import PROCESSES
-    from pipeline.report.folder_check import folder_verdicts
+    from pipeline.check.folder_check import folder_verdicts
 
     if process is None:
         yield from folder_verdicts(path)

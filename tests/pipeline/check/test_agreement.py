@@ -11,7 +11,7 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings, Print, Targets
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
-from pipeline.report.agreement import report_verdicts
+from pipeline.check.agreement import report_verdicts
 from pipeline.report.mapping import report_mapping
 from pipeline.report.stored import report_of
 from pipeline.report.verdict_rule import outcome_of

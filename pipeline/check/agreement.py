@@ -9,20 +9,18 @@ import numpy as np
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.verdict import Verdict, equal, failed
+from pipeline.check.recomputed import Recomputed, expected_verdicts, recomputed
 from pipeline.report.mapping import FORCE_KEYS, SIZED_KEYS, STIFFNESS_VERDICTS
 from pipeline.report.readings import other_readings
-from pipeline.report.recomputed import Recomputed, expected_verdicts, recomputed
 from pipeline.report.verdict_rule import outcome_of
 from pipeline.stages.springs import NAMES, FittedSpring
-from pipeline.storage.plain import Plain, from_plain, number_at, value_at
+from pipeline.storage.plain import ROUND_OFF, Plain, from_plain, number_at, same_number, value_at
 from pipeline.storage.seal import KEY, content_digest
 from pipeline.verdicts.reading_rules import READING_VERDICTS
 from pipeline.verdicts.sensor import paper_verdicts
 from solve.arrays import Floats
 from solve.contact.linear_response import linear_response
 
-# Numbers are stored with all their digits, and the closed forms between them lose at most nine of sixteen.
-ROUND_OFF = 1e-6
 _PAIR = 2
 _NEEDED = (
     "P_max",
@@ -226,11 +224,8 @@ def _spread(P: Sequence[float | None]) -> float | None:
 
 
 def _same(given: object, expected: object) -> bool:
-    """Say whether two numbers differ by round-off of numbers of order 1 only; two that are none are the same."""
-    if not isinstance(given, int | float) or not isinstance(expected, int | float):
-        return given is expected
-    scale = max(abs(given), abs(expected), 1e-3)  # below, only NL and spreads lie: differences of numbers of order 1
-    return bool(abs(given - expected) <= ROUND_OFF * scale)
+    """Say whether two numbers of order 1 are the same; below, only NL and spreads lie: differences of such numbers."""
+    return same_number(given, expected, 1e-3)
 
 
 def _all_same(given: Sequence[Any] | np.ndarray, expected: Sequence[Any] | np.ndarray) -> bool:

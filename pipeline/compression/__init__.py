@@ -1,0 +1,1 @@
+"""Compression tests of fruit: force over travel to modulus."""

@@ -1,0 +1,1 @@
+"""What every verdict and symbol means: formula, source, and this design's number."""

@@ -1,0 +1,1 @@
+"""A printed unit: its own springs, what its forces tell, and its firmware."""
