@@ -1,7 +1,7 @@
 """Hertz's contact of smooth bodies, its one home: a dome on a fruit, a fruit on a table, a fruit between plates.
 
 Two bodies touch at a point and are pressed together by d: F = 4/3 E* sqrt(R) d^(3/2), with E* = E / (1 - nu^2) where
-one of them is rigid. K. L. Johnson, Contact Mechanics (1985), chapter 4, doi:10.1017/CBO9781139171731. Units: mm, N, MPa.
+one of them is rigid. K. L. Johnson, Contact Mechanics (1985), chapter 4, doi:10.1017/CBO9781139171731. mm, N, MPa.
 """
 
 import math
@@ -46,7 +46,7 @@ def plate_stiffness(radius: float, plates: int) -> float:
 
     Two plates share the travel: each side is pressed in by D / 2. One plate and a support that gives nothing: by D.
     """
-    return 4.0 / 3.0 * math.sqrt(radius) / plates**1.5
+    return 4.0 / 3.0 * math.sqrt(radius / plates**3)
 
 
 def equivalent_radius(radius: float, radius_across: float) -> float:

@@ -43,9 +43,9 @@ def test_equivalent_radius_gives_the_factor_of_the_standard(theta_deg: float, K:
 
 @pytest.mark.parametrize("ratio", [1.001, 1.2, 3.0, 20.0])
 def test_ellipse_of_contact_has_the_force_of_its_integrals(ratio: float):
-    """With e the eccentricity: 1/(2 R') = C [E/(1 - e^2) - K] / e^2, 1/(2 R) = C (K - E) / e^2 and d = C K a^2, where
+    """An independent form, Johnson (3.66) to (3.70), with e the eccentricity and a = 1 the larger axis.
 
-    C a^3 = 3 F (1 - nu^2) / (2 pi E): Johnson (3.66) to (3.70), another form than the code's.
+    1/(2 R') = C (K - E) / e^2, 1/(2 R) = C (E/(1 - e^2) - K) / e^2, d = C K and F / E* = 2 pi C / 3.
     """
     least, most = 1e-9, 1.0 - 1e-15
     for _ in range(200):
