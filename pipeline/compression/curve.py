@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.quantity import InputError, fault
-from pipeline.compression.loading import noise_of
+from pipeline.compression.columns import Kind
+from pipeline.compression.loading import Loading, noise_of
 from pipeline.compression.specimens import Specimen
 
 Floats = NDArray[np.float64]
@@ -13,8 +14,8 @@ LEAST_ROWS = 12
 _JITTER = 0.02  # of the travel: a machine's own reading steps back by less
 _BELOW = 0.1  # of the forces' range: a force so far below the first ones is none of a compression
 _LOUD = 6.0  # standard deviations of noise
-_CONCAVE = 0.75  # slope of the upper half of a load over that of its lower half: a convex fruit has more than 1
-_LOWER, _MIDDLE, _UPPER = 0.1, 0.5, 0.9  # of the load
+_CONCAVE = 0.75  # later slope of a load over the earlier one: a convex fruit has more than 1
+_LOAD = (0.1, 0.3, 0.6)  # shares of the load between which the slopes are taken
 _FIRST = 20  # rows that show where the force begins
 
 
@@ -22,11 +23,10 @@ def checked_curve(specimen: Specimen, *, compression_negative: bool) -> tuple[Fl
     """Return travel [mm] and force [N], shape (rows,) each, both rising in compression.
 
     With `compression_negative` signs of columns that fall are turned. Raises InputError for too few rows, time or
-    travel that runs backwards, a force below the zero line, one that never rises, and columns that look swapped.
+    travel that runs backwards, a force below the zero line, and one that never rises.
     """
     travel, force = specimen.travel, specimen.force
-    if len(travel) < LEAST_ROWS:
-        raise fault(_place(specimen), len(travel), "rows", f"at least {LEAST_ROWS}", "export every point of the test")
+    _refuse_few(specimen, len(travel))
     if specimen.time is not None:
         _refuse_backwards_time(specimen, specimen.time)
     if compression_negative:
@@ -34,16 +34,20 @@ def checked_curve(specimen: Specimen, *, compression_negative: bool) -> tuple[Fl
     _refuse_wrong_sign(specimen, travel, force)
     _refuse_backwards_travel(specimen, travel, force)
     _refuse_low_force(specimen, force)
-    _refuse_concave(specimen, travel, force)
+    _refuse_few(specimen, int(np.argmax(travel)) + 1)
     return travel, force
 
 
-def _place(specimen: Specimen, row: int | None = None, kind: str = "") -> str:
+def _place(specimen: Specimen, row: int | None = None, kind: Kind = "force") -> str:
     """Return where a fault is: file, then line and column, or the specimen."""
     if row is None:
         return f"{specimen.file}, specimen {specimen.name!r}"
-    label = dict(specimen.labels.items()).get(kind, kind)  # type: ignore[call-overload]
-    return f"{specimen.file}, line {specimen.lines[row]}, column {label!r}"
+    return f"{specimen.file}, line {specimen.lines[row]}, column {specimen.labels[kind]!r}"
+
+
+def _refuse_few(specimen: Specimen, rows: int) -> None:
+    if rows < LEAST_ROWS:
+        raise fault(_place(specimen), rows, "rows of load", f"at least {LEAST_ROWS}", "export every point of the test")
 
 
 def _turned(values: Floats) -> Floats:
@@ -60,15 +64,16 @@ def _refuse_backwards_time(specimen: Specimen, time: Floats) -> None:
 
 
 def _refuse_wrong_sign(specimen: Specimen, travel: Floats, force: Floats) -> None:
-    for kind, unit, values in (("force", "N", force), ("travel", "mm", travel)):
+    checked: tuple[tuple[Kind, str, Floats], ...] = (("force", "N", force), ("travel", "mm", travel))
+    for kind, unit, values in checked:
         moved = values - np.median(values[:3])
         row = int(np.argmin(moved))
         if moved[row] < 0.0 and -moved[row] > moved.max():
             remedy = "with --compression-negative its sign is turned"
             raise fault(_place(specimen, row, kind), float(values[row]), unit, "rising in compression", remedy)
-    if float(force.max()) == float(force.min()):
-        place = _place(specimen, 0, "force")
-        raise fault(place, float(force[0]), "N", "a force that rises, and all are this one", "check the load cell")
+        if float(values.max()) == float(values.min()):
+            place = _place(specimen, 0, kind)
+            raise fault(place, float(values[0]), unit, "one that rises, and all are alike", "export the whole test")
 
 
 def _refuse_backwards_travel(specimen: Specimen, travel: Floats, force: Floats) -> None:
@@ -95,16 +100,15 @@ def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
         raise fault(_place(specimen, row, "force"), float(force[row]), "N", bound, "correct it, or leave the row out")
 
 
-def _refuse_concave(specimen: Specimen, travel: Floats, force: Floats) -> None:
-    """Raise InputError where the force rises ever less with the travel, as in a table whose columns are swapped."""
-    end = int(np.argmax(force)) + 1
-    width = max(1, end // 30)
-    smooth = np.convolve(force[:end], np.ones(width) / width, mode="valid")
-    places = travel[width // 2 : width // 2 + len(smooth)]
+def refuse_concave(specimen: Specimen, curve: Loading) -> None:
+    """Raise InputError where a force rises ever less with the travel, as in a table whose columns are swapped."""
+    width = max(1, len(curve.force) // 30)
+    smooth = np.convolve(curve.force, np.ones(width) / width, mode="valid")
+    places = curve.travel[width // 2 : width // 2 + len(smooth)]
     load = (smooth - smooth.min()) / max(float(smooth.max() - smooth.min()), np.finfo(float).tiny)
-    at = [float(places[int(np.argmax(load >= share))]) for share in (_LOWER, _MIDDLE, _UPPER)]
-    first, second = at[1] - at[0], at[2] - at[1]
-    if first < _CONCAVE * second:
+    low, middle, high = (float(places[int(np.argmax(load >= share))]) for share in _LOAD)
+    slopes = (_LOAD[1] - _LOAD[0]) * (high - middle), (_LOAD[2] - _LOAD[1]) * (middle - low)
+    if slopes[1] < _CONCAVE * slopes[0]:
         raise _swapped(specimen)
 
 

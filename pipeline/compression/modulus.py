@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from cad.quantity import LENGTH, Bounds, check_fields, fault, quantity
 from cad.theory.hertz import equivalent_radius, plate_stiffness
-from pipeline.compression.curve import checked_curve
+from pipeline.compression.curve import checked_curve, refuse_concave
 from pipeline.compression.loading import Loading, loading
 from pipeline.compression.range_choice import RangeFit, choose_range
 from pipeline.compression.specimens import Specimen
@@ -19,6 +19,7 @@ PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Moduli of whole fruit and tubers [MPa]: beyond, a unit is wrong."""
 _ASIDE = 0.2  # of the travel to a strain, on each side: what its secant and tangent are read from
 _LEAST_POINTS = 6
+_RISEN = 0.1  # of the largest force: the plate is on the fruit
 _LAST = 0.95  # of the curve, where a stated strain lies beyond it
 _MEASURE = "measure it on the fruit"
 _STRAINS = Bounds(above=0.0, at_most=50.0)
@@ -98,6 +99,8 @@ def measured_modulus(
     """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit."""
     travel, force = checked_curve(specimen, compression_negative=compression_negative)
     curve = loading(travel, force)
+    refuse_concave(specimen, curve)
+    _refuse_long_travel(specimen, curve, geometry)
     radius = equivalent_radius(geometry.radius_mm, geometry.radius_across_mm)
     chosen = choose_range(curve, radius, geometry.plates)
     place = f"{specimen.file}, specimen {specimen.name!r}"
@@ -110,11 +113,6 @@ def measured_modulus(
         name = f"{place}: modulus"
         bound = f"{PLAUSIBLE} for a fruit"
         raise fault(name, float(f"{E:.3g}"), "MPa", bound, "check the units of force and travel, and the radius")
-    depth = float(curve.travel[-1]) - chosen.touch
-    if depth > 0.9 * geometry.height_mm:
-        bound = f"less than the height of the fruit, {geometry.height_mm:g} mm"
-        name = f"{place}: travel"
-        raise fault(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
     secants, notes = _secants(curve, chosen, geometry)
     return CompressionResult(
         specimen=specimen,
@@ -126,6 +124,16 @@ def measured_modulus(
         secants=secants,
         notes=(*specimen.notes, *notes, *_notes(chosen)),
     )
+
+
+def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
+    """Raise InputError where the plate goes through the fruit: from the first force to the end is more than it is."""
+    rising = curve.force > curve.zero + _RISEN * (float(curve.force.max()) - curve.zero)
+    depth = float(curve.travel[-1] - curve.travel[int(np.argmax(rising))])
+    if depth > geometry.height_mm:
+        name = f"{specimen.file}, specimen {specimen.name!r}: travel under load"
+        bound = f"less than the height of the fruit, {geometry.height_mm:g} mm"
+        raise fault(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
 
 
 def _notes(chosen: RangeFit) -> list[str]:

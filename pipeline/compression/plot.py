@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from matplotlib import rc_context
@@ -37,7 +38,8 @@ def _draw_load(axes: Axes, result: CompressionResult, colour: str, *, named: boo
     curve, chosen = result.curve, result.chosen
     axes.plot(curve.travel, curve.force, ".", color=colour, markersize=2.0, alpha=0.4)
     travel = np.linspace(float(curve.travel[0]), chosen.last, _STEPS)
-    label = f"{result.specimen.name}: {result.E_hertz_MPa:.3g} MPa ± {result.u_percent:.2g} %" if named else None
+    name = f"{Path(result.specimen.file).stem} {result.specimen.name}"
+    label = f"{name}: {result.E_hertz_MPa:.3g} MPa ± {result.u_percent:.2g} %" if named else None
     axes.plot(travel, chosen.fit.shown(travel, float(curve.force.max())), color=colour, label=label)
     axes.axvline(chosen.touch, color=colour, linewidth=0.6, linestyle=":")
     if curve.failure is not None:

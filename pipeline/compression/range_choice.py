@@ -1,5 +1,6 @@
 """Which range of a compression curve follows Hertz's law, and how much the modulus depends on that choice."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ _GROUPS = 12  # of points, whose mean residuals show whether the law is followed
 _FITS_WELL = 2.2  # mean square of those means over their error: 99 % of good fits lie below
 _LEAST_POINTS = 12
 _LEAST_IDLE = 10  # points before the touch that a drift is seen in
+_RARE = 10.0  # tests without a drift that is seen for each with one, before a test is looked at
+_TINY = float(np.finfo(float).tiny)
 _WIDE = 3.0  # times the chosen range's error: a range that tells so little tells nothing about the choice
 
 
@@ -94,8 +97,8 @@ def _fit(travel: Floats, force: Floats, zero: float) -> RangeFit | None:
     if drifting is None:
         drifting, share = steady, 0.0
     else:
-        told = drifting.drift / drifting.drift_error if drifting.drift_error > 0.0 else 0.0
-        share = 1.0 / (1.0 + float(np.sqrt(len(travel))) * float(np.exp(-0.5 * min(told**2, 1e3))))
+        told = min(_slope_told(travel[:idle], force[:idle]), abs(drifting.drift) / max(drifting.drift_error, _TINY))
+        share = 1.0 / (1.0 + _RARE * math.sqrt(len(travel)) * math.exp(-0.5 * min(told**2, 1e3)))
     chosen = drifting if share > 0.5 else steady  # noqa: PLR2004 - the more probable of two
     factor, factor_error = _mean(share, (drifting.factor, drifting.factor_error), (steady.factor, steady.factor_error))
     touch, touch_error = _mean(share, (drifting.touch, drifting.touch_error), (steady.touch, steady.touch_error))
@@ -109,6 +112,16 @@ def _fit(travel: Floats, force: Floats, zero: float) -> RangeFit | None:
         follows=_misfit(chosen.residual) < _FITS_WELL,
         idle=idle,
     )
+
+
+def _slope_told(travel: Floats, force: Floats) -> float:
+    """Return the slope of a zero line over its standard error [1]."""
+    place = travel - travel.mean()
+    spread = float(place @ place)
+    slope = float(place @ force) / max(spread, _TINY)
+    residual = force - force.mean() - slope * place
+    error = math.sqrt(float(residual @ residual) / (len(travel) - 2) / max(spread, _TINY))
+    return abs(slope) / max(error, _TINY)
 
 
 def _mean(share: float, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, float]:
