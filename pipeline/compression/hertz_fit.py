@@ -17,7 +17,8 @@ TABULATED = 1e-4  # of the factor: more than the straight lines between those fo
 _BEYOND = 1.6  # of the force at the end of the loading: where the table ends
 _LEAST_SETTLING, _MOST_SETTLING = 0.003, 0.12  # of that force; more would be no settling but the fruit itself
 _LARGEST_TRAVEL = 0.12  # of the loading's, that settling may take
-_GUESS = 0.03  # of that force, of the settling
+_GUESS, _GUESS_TRAVEL = 0.03, 0.01  # of that force and travel: where the settling is looked for first
+_STEP, _WIDE = 0.01, 50.0  # how far a first step goes, and the settling's force farther than the others
 _UPPER = 0.3  # of the force at the end: above, the straight line of F^(2/3) gives a first guess
 _CHANCE = 2.0  # standard errors up to which neighbours are alike by chance
 _SETTLED = 1e-6  # mm: less settling is none
@@ -61,25 +62,29 @@ def fit_hertz(travel: Floats, force: Floats, zero: float, *, with_drift: bool) -
     (1980) 817, doi:10.2307/1912934), wider where neighbouring residuals are alike.
     """
     largest = float(force[-max(3, len(force) // 50) :].mean()) - zero
-    start = _straight_line(travel, force - zero, largest)
-    if start is None:
+    line = _straight_line(travel, force - zero, largest)
+    if line is None:
         return None
     reach = float(travel[-1] - travel[0])
-    count = 6 if with_drift else 5
-    lower = [-np.inf, -np.inf, 0.0, np.log(_LEAST_SETTLING * largest), -np.inf, -np.inf]
-    upper = [np.inf, np.inf, _LARGEST_TRAVEL * reach, np.log(_MOST_SETTLING * largest), np.inf, np.inf]
-    scale = [0.01, 0.01 * reach, 0.01 * reach, 0.5, 0.01 * largest, 0.01 * largest / reach]
+    start = np.array([*line, _GUESS_TRAVEL * reach, np.log(_GUESS * largest), zero, 0.0])
+    scale = np.array([1.0, reach, reach, _WIDE, largest, largest / reach]) * _STEP
+    lower, upper = _bounds(reach, largest)
+    fitted = slice(0, 6 if with_drift else 5)
 
     def missing(law: Floats) -> Floats:
         return _shown(law, travel, largest) - force
 
-    found = least_squares(
-        missing,
-        [*start, 0.01 * reach, np.log(_GUESS * largest), zero, 0.0][:count],
-        bounds=(lower[:count], upper[:count]),
-        x_scale=scale[:count],
-    )
+    bounds = (lower[fitted], upper[fitted])
+    found = least_squares(missing, start[fitted], bounds=bounds, x_scale=scale[fitted])
     return _with_errors(found.x, np.asarray(found.jac), -found.fun) if found.success else None
+
+
+def _bounds(reach: float, largest: float) -> tuple[Floats, Floats]:
+    """Return what (ln k, x0, s, ln F_s, f0, f1) may be at least and at most, for a travel [mm] and a force [N]."""
+    lower, upper = np.full(6, -np.inf), np.full(6, np.inf)
+    lower[2:4] = 0.0, np.log(_LEAST_SETTLING * largest)
+    upper[2:4] = _LARGEST_TRAVEL * reach, np.log(_MOST_SETTLING * largest)
+    return lower, upper
 
 
 def _straight_line(travel: Floats, force: Floats, largest: float) -> tuple[float, float] | None:
@@ -95,36 +100,39 @@ def _shown(law: Floats, travel: Floats, largest: float) -> Floats:
     """Return the force [N] at travels [mm] of a law (ln k, x0, s, ln F_s, f0, f1)."""
     force = _BEYOND * largest * _FINE
     place = law[1] + (force / np.exp(law[0])) ** (2.0 / 3.0) - law[2] * np.exp(-force / np.exp(law[3]))
-    drift = law[5] if len(law) > 5 else 0.0  # noqa: PLR2004 - the last of six
+    drift = law[5:].sum()  # none where it is not fitted
     return np.asarray(np.interp(travel, place, force) + law[4] + drift * travel)
 
 
 def _with_errors(law: Floats, jacobian: Floats, residual: Floats) -> HertzFit:
-    settles = law[2] > _SETTLED
-    fitted = [index for index in range(len(law)) if settles or index not in (2, 3)]
-    table = jacobian[:, fitted]
-    size = np.abs(table).max(axis=0)
-    size[size == 0.0] = 1.0
-    table = table / size
-    inverse = np.linalg.pinv(table.T @ table)
-    meat = (table * residual[:, None] ** 2).T @ table
-    free = len(residual) / max(1, len(residual) - len(fitted))
-    covariance = inverse @ meat @ inverse / np.outer(size, size) * free * _likeness(residual)
+    fitted = [index for index in range(len(law)) if law[2] > _SETTLED or index not in (2, 3)]
     error = np.zeros(6)
-    error[fitted] = np.sqrt(np.diag(covariance))
-    factor = float(np.exp(law[0]))
+    error[fitted] = _errors(jacobian[:, fitted], residual)
+    values = np.append(law, 0.0)[:6]
+    factor = float(np.exp(values[0]))
     return HertzFit(
         factor=factor,
-        touch=float(law[1]),
-        settling=float(law[2]),
-        settling_force=float(np.exp(law[3])),
-        offset=float(law[4]),
-        drift=float(law[5]) if len(law) > 5 else 0.0,  # noqa: PLR2004 - the last of six
+        touch=float(values[1]),
+        settling=float(values[2]),
+        settling_force=float(np.exp(values[3])),
+        offset=float(values[4]),
+        drift=float(values[5]),
         factor_error=factor * float(error[0]),
         touch_error=float(error[1]),
         drift_error=float(error[5]),
         residual=residual,
     )
+
+
+def _errors(jacobian: Floats, residual: Floats) -> Floats:
+    """Return the standard errors of the numbers that a table of derivatives belongs to, shape (numbers,)."""
+    size = np.abs(jacobian).max(axis=0)
+    size[size == 0.0] = 1.0
+    table = jacobian / size
+    inverse = np.linalg.pinv(table.T @ table)
+    meat = (table * residual[:, None] ** 2).T @ table
+    free = len(residual) / max(1, len(residual) - len(size))
+    return np.asarray(np.sqrt(np.diag(inverse @ meat @ inverse) * free * _likeness(residual)) / size)
 
 
 def _likeness(residual: Floats) -> float:

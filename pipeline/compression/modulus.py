@@ -1,5 +1,6 @@
 """The modulus of a fruit from one compression test: by Hertz's law, and as force over plate area over strain."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,16 +104,14 @@ def measured_modulus(
     _refuse_long_travel(specimen, curve, geometry)
     radius = equivalent_radius(geometry.radius_mm, geometry.radius_across_mm)
     chosen = choose_range(curve, radius, geometry.plates)
-    place = f"{specimen.file}, specimen {specimen.name!r}"
     if chosen is None:
         remedy = "check that it is a whole loading, from before the touch on"
-        raise fault(place, f"{len(travel)} rows", "", "a curve that Hertz's law can be fitted to", remedy)
-    scale = (1.0 - geometry.poisson**2) / geometry.stiffness
-    E = scale * chosen.factor
+        raise fault(_place(specimen), f"{len(travel)} rows", "", "a curve that Hertz's law can be fitted to", remedy)
+    E = (1.0 - geometry.poisson**2) / geometry.stiffness * chosen.factor
     if not PLAUSIBLE.hold(E):
-        name = f"{place}: modulus"
-        bound = f"{PLAUSIBLE} for a fruit"
-        raise fault(name, float(f"{E:.3g}"), "MPa", bound, "check the units of force and travel, and the radius")
+        remedy = "check the units of force and travel, and the radius"
+        name = f"{_place(specimen)}: modulus"
+        raise fault(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", remedy)
     secants, notes = _secants(curve, chosen, geometry)
     return CompressionResult(
         specimen=specimen,
@@ -126,12 +125,16 @@ def measured_modulus(
     )
 
 
+def _place(specimen: Specimen) -> str:
+    return f"{specimen.file}, specimen {specimen.name!r}"
+
+
 def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
     """Raise InputError where the plate goes through the fruit: from the first force to the end is more than it is."""
     rising = curve.force > curve.zero + _RISEN * (float(curve.force.max()) - curve.zero)
     depth = float(curve.travel[-1] - curve.travel[int(np.argmax(rising))])
     if depth > geometry.height_mm:
-        name = f"{specimen.file}, specimen {specimen.name!r}: travel under load"
+        name = f"{_place(specimen)}: travel under load"
         bound = f"less than the height of the fruit, {geometry.height_mm:g} mm"
         raise fault(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
 
@@ -164,19 +167,10 @@ def _secants(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> tuple[
 def _secant(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
     """Return secant and tangent at a strain [%] from the parabola through the points about it."""
     depth = 0.01 * strain * geometry.height_mm
-    place = curve.travel - chosen.touch - depth
-    count = min(_LEAST_POINTS, len(place))
-    aside = max(_ASIDE * depth, float(np.partition(np.abs(place), count - 1)[count - 1]))
-    near = np.abs(place) <= aside
-    force = (curve.force - chosen.fit.offset - chosen.fit.drift * curve.travel)[near]
-    table = np.vander(place[near] / aside, 3, increasing=True)
-    found, *_ = np.linalg.lstsq(table, force, rcond=None)
-    residual = force - table @ found
-    free = max(1, len(force) - 3)
-    variance = np.diag(np.linalg.pinv(table.T @ table)) * float(residual @ residual) / free
-    level, slope, bend = float(found[0]), float(found[1]) / aside, 2.0 * float(found[2]) / aside**2
-    level_error = float(np.hypot(np.sqrt(variance[0]), slope * chosen.touch_error))
-    slope_error = float(np.hypot(np.sqrt(variance[1]) / aside, bend * chosen.touch_error))
+    force = curve.force - chosen.fit.offset - chosen.fit.drift * curve.travel
+    (level, slope, bend), errors = _parabola(curve.travel - chosen.touch - depth, force, _ASIDE * depth)
+    level_error = math.hypot(errors[0], slope * chosen.touch_error)
+    slope_error = math.hypot(errors[1], bend * chosen.touch_error)
     stress = geometry.height_mm / geometry.plate_area_mm2
     return PlateModulus(
         strain_percent=strain,
@@ -185,3 +179,20 @@ def _secant(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: fl
         E_tangent_MPa=slope * stress,
         u_tangent_percent=100.0 * COVERAGE * slope_error / abs(slope),
     )
+
+
+def _parabola(place: Floats, force: Floats, aside: float) -> tuple[list[float], list[float]]:
+    """Return force [N], slope [N/mm] and change of slope [N/mm^2] at place 0 [mm], and their standard errors.
+
+    Taken from the points not farther than `aside` [mm], or from the nearest few.
+    """
+    nearest = np.partition(np.abs(place), min(_LEAST_POINTS, len(place)) - 1)
+    aside = max(aside, float(nearest[min(_LEAST_POINTS, len(place)) - 1]))
+    near = np.abs(place) <= aside
+    table = np.vander(place[near] / aside, 3, increasing=True)
+    found, *_ = np.linalg.lstsq(table, force[near], rcond=None)
+    residual = force[near] - table @ found
+    variance = float(residual @ residual) / max(1, len(residual) - 3)
+    error = np.sqrt(np.diag(np.linalg.pinv(table.T @ table)) * variance)
+    scale = np.array([1.0, 1.0 / aside, 2.0 / aside**2])
+    return (found * scale).tolist(), (error * scale).tolist()

@@ -94,11 +94,9 @@ def _fit(travel: Floats, force: Floats, zero: float) -> RangeFit | None:
         return None
     idle = int(np.searchsorted(travel, steady.onset))
     drifting = fit_hertz(travel, force, zero, with_drift=True) if idle >= _LEAST_IDLE else None
-    if drifting is None:
-        drifting, share = steady, 0.0
-    else:
-        told = min(_slope_told(travel[:idle], force[:idle]), abs(drifting.drift) / max(drifting.drift_error, _TINY))
-        share = 1.0 / (1.0 + _RARE * math.sqrt(len(travel)) * math.exp(-0.5 * min(told**2, 1e3)))
+    drifting = drifting or steady
+    told = _slope_told(travel[:idle], force[:idle]) if idle >= _LEAST_IDLE else 0.0
+    share = _share_of_drift(drifting, told, len(travel))
     chosen = drifting if share > 0.5 else steady  # noqa: PLR2004 - the more probable of two
     factor, factor_error = _mean(share, (drifting.factor, drifting.factor_error), (steady.factor, steady.factor_error))
     touch, touch_error = _mean(share, (drifting.touch, drifting.touch_error), (steady.touch, steady.touch_error))
@@ -112,6 +110,12 @@ def _fit(travel: Floats, force: Floats, zero: float) -> RangeFit | None:
         follows=_misfit(chosen.residual) < _FITS_WELL,
         idle=idle,
     )
+
+
+def _share_of_drift(drifting: HertzFit, told: float, count: int) -> float:
+    """Return the probability of a drift [1] that fit and zero line tell, in standard errors, over some points."""
+    least = min(told, abs(drifting.drift) / max(drifting.drift_error, _TINY))
+    return 1.0 / (1.0 + _RARE * math.sqrt(count) * math.exp(-0.5 * min(least**2, 1e3)))
 
 
 def _slope_told(travel: Floats, force: Floats) -> float:

@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 _FINE = 4000  # points of the curve that the rows are taken from
 _POSITIVE, _SHARE = Bounds(above=0.0, at_most=1e6), Bounds(at_least=0.0, at_most=100.0)
 _ANY = Bounds(at_least=-1e6, at_most=1e6)
-_LEFT_AFTER_FAILURE = 0.7  # of the force at failure
+_LEFT_AFTER_FAILURE = (0.7, 0.77)  # of the force at failure
 _DROP_MM = 0.3
 _KNOWN = "give what a real test would have"
 
@@ -56,14 +56,18 @@ class VirtualTest:
         broken = self.failure_strain * 2.0 * self.radius_mm
         strongest = stiffness * broken**1.5
         fine = strongest * np.linspace(0.0, 1.0, _FINE) ** 1.5
-        settled = self.toe_mm * (1.0 - np.exp(-fine / (self.toe_share * strongest)))
-        place = self.gap_mm + (fine / stiffness) ** (2.0 / 3.0) + settled
+        place = self._travel(fine, stiffness, self.toe_share * strongest)
         after = [place[-1] + _DROP_MM, place[-1] + 5.0 * _DROP_MM]
-        left = _LEFT_AFTER_FAILURE * strongest
+        left = strongest * np.array(_LEFT_AFTER_FAILURE)
         travel = np.linspace(0.0, after[-1], self.rows)
-        force = np.interp(travel, [*place, *after], [*fine, left, 1.1 * left])
+        force = np.interp(travel, np.append(place, after), np.append(fine, left))
         noise = np.random.default_rng(self.seed).normal(0.0, 0.01 * self.noise_percent * strongest, self.rows)
         return travel, force + self.offset_N + self.drift_N_per_mm * travel + noise
+
+    def _travel(self, force: Floats, stiffness: float, settling: float) -> Floats:
+        """Return the travel [mm] at forces [N] before the failure."""
+        settled = self.toe_mm * (1.0 - np.exp(-force / settling))
+        return np.asarray(self.gap_mm + (force / stiffness) ** (2.0 / 3.0) + settled)
 
     def csv(self) -> str:
         """Return the test as a file of two columns, `travel_mm,force_N`."""
