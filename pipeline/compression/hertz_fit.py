@@ -61,7 +61,7 @@ def fit_hertz(travel: Floats, force: Floats, zero: float, *, with_drift: bool) -
     `zero` [N] is where the load cell begins. The errors are White's for residuals of unequal size (Econometrica 48
     (1980) 817, doi:10.2307/1912934), wider where neighbouring residuals are alike.
     """
-    largest = float(force[-max(3, len(force) // 50) :].mean()) - zero
+    largest = last_force(force) - zero
     line = _straight_line(travel, force - zero, largest)
     if line is None:
         return None
@@ -77,6 +77,11 @@ def fit_hertz(travel: Floats, force: Floats, zero: float, *, with_drift: bool) -
     bounds = (lower[fitted], upper[fitted])
     found = least_squares(missing, start[fitted], bounds=bounds, x_scale=scale[fitted])
     return _with_errors(found.x, np.asarray(found.jac), -found.fun) if found.success else None
+
+
+def last_force(force: Floats) -> float:
+    """Return the mean force at the end of a loading (points,) [N]."""
+    return float(force[-max(3, len(force) // 50) :].mean())
 
 
 def _bounds(reach: float, largest: float) -> tuple[Floats, Floats]:

@@ -106,7 +106,7 @@ def measured_modulus(
     chosen = choose_range(curve, radius, geometry.plates)
     if chosen is None:
         remedy = "check that it is a whole loading, from before the touch on"
-        raise fault(_place(specimen), f"{len(travel)} rows", "", "a curve that Hertz's law can be fitted to", remedy)
+        raise fault(_place(specimen), "curve", "", "one that Hertz's law can be fitted to", remedy)
     E = (1.0 - geometry.poisson**2) / geometry.stiffness * chosen.factor
     if not PLAUSIBLE.hold(E):
         remedy = "check the units of force and travel, and the radius"

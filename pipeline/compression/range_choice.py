@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.compression.hertz_fit import TABULATED, HertzFit, fit_hertz
+from pipeline.compression.hertz_fit import TABULATED, HertzFit, fit_hertz, last_force
 from pipeline.compression.loading import Loading
 
 Floats = NDArray[np.float64]
@@ -69,8 +69,7 @@ def _fitted(curve: Loading, end: float, radius: float, plates: int) -> RangeFit 
     x, F = curve.travel, curve.force - curve.zero
     width = max(1, len(x) // 60)
     smooth = np.convolve(F, np.ones(width) / width, mode="same")
-    top = float(F[-max(3, len(F) // 50) :].mean())
-    over = np.flatnonzero(smooth > end * top)
+    over = np.flatnonzero(smooth > end * last_force(F))
     count = int(over[0]) if over.size and end < 1.0 else len(x)
     first = _fit(x[:count], curve.force[:count], curve.zero)
     if first is None:

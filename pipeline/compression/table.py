@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
@@ -79,9 +80,9 @@ def _specimens(results: Sequence[CompressionResult]) -> Table:
     heads = ("specimen", "E, Hertz [MPa]", "± [%]", "E, plate [MPa]", "± [%]", "plate reads low by")
     for head in (*heads, "first touch [mm]", "range to [mm]", "failure [mm]"):
         table.add_column(head, justify="left" if head == "specimen" else "right")
-    for one in results:
+    for one, name in zip(results, _names(results), strict=True):
         table.add_row(
-            f"{escape(one.specimen.file)} {escape(one.specimen.name)}",
+            name,
             f"{one.E_hertz_MPa:.4g}",
             f"{one.u_percent:.2g}",
             f"{one.E_plate_MPa:.4g}",
@@ -94,15 +95,23 @@ def _specimens(results: Sequence[CompressionResult]) -> Table:
     return table
 
 
+def _names(results: Sequence[CompressionResult]) -> list[str]:
+    """Return a name for each specimen, with the file's folder only where its name alone is not enough."""
+    files = {result.specimen.file for result in results}
+    short = len({Path(file).name for file in files}) == len(files)
+    shown = [Path(one.specimen.file).name if short else one.specimen.file for one in results]
+    return [escape(f"{file} {one.specimen.name}") for file, one in zip(shown, results, strict=True)]
+
+
 def _strains(results: Sequence[CompressionResult]) -> Table:
     title = "force / plate area over travel / height, errors at 95 %"
     table = Table(title=title, title_justify="left")
     for head in ("specimen", "strain [%]", "secant [MPa]", "± [%]", "tangent [MPa]", "± [%]"):
         table.add_column(head, justify="left" if head == "specimen" else "right")
-    for result in results:
+    for result, name in zip(results, _names(results), strict=True):
         for one in result.secants:
             table.add_row(
-                f"{escape(result.specimen.file)} {escape(result.specimen.name)}",
+                name,
                 f"{one.strain_percent:g}",
                 f"{one.E_secant_MPa:.4g}",
                 f"{one.u_secant_percent:.2g}",

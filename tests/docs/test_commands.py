@@ -1,6 +1,7 @@
 """Every command that the README and the documents show is known to the command line, and is run: here or elsewhere."""
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,10 @@ RUN_HERE = {
     "pipeline run --set springs.K_l_N_per_m=880 --set springs.K_h_N_per_m=20100 --out outputs/unit": 1,
     "pipeline view outputs/paper --png pictures": 0,
     "pipeline doctor": 0,
+    "pipeline modulus docs/examples/fruit-1.csv docs/examples/fruit-2.csv docs/examples/fruit-3.csv --height 70 "
+    "--radius 35": 0,
+    "pipeline modulus docs/examples/fruit-1.csv --height 70 --radius 35 --json": 0,
+    "pipeline modulus docs/examples/fruit-1.csv --height 70 --radius 35 --plot fruit-1.svg": 0,
 }
 """What is run below in one folder, in this order, with its exit code."""
 
@@ -109,6 +114,7 @@ def test_commands_end_as_they_should(tmp_path: Path, monkeypatch: pytest.MonkeyP
     example = re.search(r"(?:^    .*\n|^\n)*^    name = (?:.*\n)(?:    .*\n|\n)*", design_page(), flags=re.MULTILINE)
     assert example is not None
     monkeypatch.chdir(tmp_path)
+    shutil.copytree(ROOT / "docs" / "examples", tmp_path / "docs" / "examples")
     (tmp_path / "mine.toml").write_text(re.sub(r"^    ", "", example[0], flags=re.MULTILINE), encoding="utf-8")
     codes = {command: main(command.split()[1:]) for command in RUN_HERE}
     assert codes == RUN_HERE
