@@ -21,9 +21,9 @@ from solve.fruit.compliance import FruitCompliance
 class SensorResult:
     """A design with what each stage of its run has found.
 
-    `readings` are None where the design asks for none; `read_out` is what a finished sensor is read by. `verdicts` are those of the readings and of the judgement, with
-    advice, and those on what fabrication has made. `seconds` are wall and processor seconds by stage. `left_out` says
-    why a file of fields is not there.
+    `readings` are None where the design asks for none; `read_out` is what a finished sensor is read by. `verdicts` are
+    those of the readings and of the judgement, with advice, and those on what fabrication has made. `seconds` are wall
+    and processor seconds by stage. `left_out` says why a file of fields is not there.
     """
 
     design: Design

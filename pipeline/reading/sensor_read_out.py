@@ -57,7 +57,7 @@ def sensor_read_out(
 
 
 def _level(sensor: PressedSensor) -> tuple[LevelReading, ...]:
-    """Return the readings of a level sensor where every tip is on the fruit and each contact on the face of its dome."""
+    """Return the readings of a level sensor at moduli where all tips touch, each contact on the face of its dome."""
     fruit, samples = sensor.design.fruit, sensor.read_out.samples
     moduli = np.geomspace(min(fruit.E_MPa), sensor.design.largest_E_MPa, LEVEL_MODULI).tolist()
     poses = [pose for E in moduli for pose in press_of(Placed(), E, sensor.design, samples)]
