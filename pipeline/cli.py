@@ -23,6 +23,7 @@ from pipeline.commands.console import (
     drop_output,
     ready_streams,
 )
+from pipeline.commands.measuring import calibrate, read
 from pipeline.limits import LEAST_MEMORY_GIB, refuse_small_memory
 from pipeline.storage.interruption import Interrupted
 
@@ -31,6 +32,7 @@ _REFUSED = {errno.EACCES, errno.EPERM, errno.EMFILE, errno.ENFILE, errno.EIO, er
 
 COMMANDS: dict[str, Any] = {
     "run": run, "design": design, "check": check, "view": view, "bench": bench, "doctor": doctor,
+    "calibrate": calibrate, "read": read,
 }  # fmt: skip
 """Modules with PURPOSE, EXAMPLE, `add_arguments` and `execute`."""
 
