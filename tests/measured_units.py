@@ -1,4 +1,4 @@
-"""Reports of designs as `pipeline read` takes them, without a run: contact solved, springs as given; and random units."""
+"""Reports of designs as `pipeline read` takes them, without a run; and units of them in random poses."""
 
 from dataclasses import replace
 from types import SimpleNamespace

@@ -48,7 +48,8 @@ def measured_rows(path: Path) -> list[MeasuredRow]:
     delimiter = next((sign for sign in (";", "\t") if sign in first), ",")
     lines = list(csv.reader(io.StringIO(text), delimiter=delimiter))
     if not lines or not first.strip():
-        msg = f"MEASURED.csv = {str(path)!r}: empty; must have a header like tip,weight_g,deflection_mm and rows; weigh the unit"
+        bound = "a header like tip,weight_g,deflection_mm and rows"
+        msg = f"MEASURED.csv = {str(path)!r}: empty; must have {bound}; weigh the unit"
         raise InputError(msg)
     columns = [_column(path, name.strip()) for name in lines[0]]
     rows = []
@@ -56,7 +57,8 @@ def measured_rows(path: Path) -> list[MeasuredRow]:
         if not any(cell.strip() for cell in cells):
             continue
         if len(cells) != len(columns):
-            msg = f"{path} line {number}: {len(cells)} values; must be {len(columns)}, as its header; write decimals with a point and leave no value out"
+            bound = f"{len(columns)}, as its header; write decimals with a point and leave no value out"
+            msg = f"{path} line {number}: {len(cells)} values; must be {bound}"
             raise InputError(msg)
         rows.append(_row(path, number, columns, cells))
     if not rows:
@@ -109,7 +111,8 @@ def _row(path: Path, number: int, columns: Sequence[_Column], cells: Sequence[st
         else:
             value = _number(cell)
             if not math.isfinite(value):
-                msg = f"{path} line {number} column {column.header!r} = {cell.strip()!r}: must be a finite number; write decimals with a point"
+                shown = f"{path} line {number} column {column.header!r} = {cell.strip()!r}"
+                msg = f"{shown}: must be a finite number; write decimals with a point"
                 raise InputError(msg)
             numbers["force" if column.name == "weight" else column.name] = value * column.factor
     return MeasuredRow(number, words, numbers)

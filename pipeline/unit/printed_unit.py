@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 import json
+import re
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ _PERCENT = Bounds(at_least=0.0, at_most=100.0)
 _HEIGHT = Bounds(at_least=-5.0, at_most=5.0)
 _GAIN = Bounds(at_least=0.1, at_most=10.0)
 _REMEDY = "take the numbers that pipeline calibrate wrote"
+_PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # it stands in comments of the firmware
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +48,8 @@ class PrintedUnit:
     def __post_init__(self) -> None:
         """Check each field, and that every list has one number for each tip."""
         check_fields(self, "unit")
+        if not _PLAIN.fullmatch(self.method):
+            raise fault("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _REMEDY)
         for item in dataclasses.fields(self):
             values = getattr(self, item.name)
             if "bounds" in item.metadata and len(values) != len(self.tips):

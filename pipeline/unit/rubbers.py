@@ -4,6 +4,7 @@ The contrast (a line or a square) or the difference of both tips (a pair) is lin
 each reading gives one equation. Springs of one kind are prints of one drawing and taken for alike within 3 %.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -51,7 +52,8 @@ def springs_on_rubbers(path: Path, rows: Sequence[MeasuredRow], sensor: Measurin
         moved = {line: E * (1.0 + _MOVED * (line in {row.line for row in own})) for line, E in moduli.items()}
         variances += np.square((_solved(sensor, rows, moved, names)[0] - found) / _MOVED * share)
     if not (found > 0.0).all():
-        msg = f"{path}: the readings need springs below zero: must be forces of this sensor on these rubbers; check units and order of the columns"
+        bound = "must be forces of this sensor on these rubbers; check units and order of the columns"
+        msg = f"{path}: the readings need springs below zero: {bound}"
         raise InputError(msg)
     nominal = np.diag(np.array(sensor.C))
     return RubberSprings(
@@ -147,7 +149,7 @@ def _ties(sensor: MeasuringUnit, columns: int) -> list[Floats]:
     """Return the rows that hold springs of one kind alike."""
     rows = []
     for kind in sensor.design.tips.kinds:
-        for one, other in zip(kind, kind[1:], strict=False):
+        for one, other in itertools.pairwise(kind):
             row = np.zeros(columns)
             row[one], row[other] = 1.0, -1.0
             rows.append(row)

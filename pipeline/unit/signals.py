@@ -204,10 +204,9 @@ def opened_signal(name: str) -> Iterator[BinaryIO]:
     if name == "-":
         yield sys.stdin.buffer
         return
-    try:
-        stream = Path(name).open("rb")
-    except OSError as error:
-        msg = f"FILE.csv = {name!r}: {error.strerror}; must be a CSV file, or - for a stream; check the path"
-        raise InputError(msg) from error
-    with stream:
+    path = Path(name)
+    if not path.is_file():
+        msg = f"FILE.csv = {name!r}: must be a CSV file that is there, or - for a stream; check the path"
+        raise InputError(msg)
+    with path.open("rb") as stream:
         yield stream

@@ -32,7 +32,8 @@ def weighed_springs(path: Path, rows: Sequence[MeasuredRow], word: str, names: S
     only_columns(path, rows, (word, "force", "deflection"))
     for row in rows:
         if row.words[word] not in names:
-            msg = f"{path} line {row.line} column {word!r} = {row.words[word]!r}: must be one of {', '.join(names)}; take the names in report.json"
+            shown = f"{path} line {row.line} column {word!r} = {row.words[word]!r}"
+            msg = f"{shown}: must be one of {', '.join(names)}; take the names in report.json"
             raise InputError(msg)
     return [weighed_spring(path, name, [row for row in rows if row.words[word] == name]) for name in names]
 
@@ -43,7 +44,8 @@ def weighed_spring(path: Path, name: str, rows: Sequence[MeasuredRow]) -> Weighe
     deflections = [row.numbers["deflection"] for row in rows]
     if len(rows) < FEWEST or max(forces) == min(forces):
         weights = len(set(forces))
-        msg = f"{path}: {name} has {len(rows)} rows of {weights} different weights: must have at least {FEWEST} of 2; one weight cannot tell a wrong zero from a wrong stiffness; add the reading at none"
+        bound = f"at least {FEWEST} rows of 2 weights; one weight cannot tell a wrong zero from a wrong stiffness"
+        msg = f"{path}: {name} has {len(rows)} rows, of {weights} different weights: must have {bound}; add one without"
         raise InputError(msg)
     force, deflection = math.fsum(forces) / len(rows), math.fsum(deflections) / len(rows)
     spread = math.fsum((one - force) ** 2 for one in forces)
