@@ -129,6 +129,8 @@ def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, readings: Sequence
     )
     E = sensor.corrected(read)
     _, along, across = plane_through(sensor.places, lowered_tips(law, forces, read))
-    tilt = math.degrees(math.atan(math.hypot(along, across or 0.0)))
+    # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
+    rolling = 1.0 + (sensor.design.tips.dome_radius_mm or 0.0) / sensor.design.fruit.radii_mm[0]
+    tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     direction = None if across is None else math.degrees(math.atan2(across, along))
     return judged_reading(sensor, E, combined(sensor, E, scatter), (tilt, direction), forces)
