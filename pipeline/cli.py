@@ -120,7 +120,7 @@ def _execute(words: list[str]) -> int:
     if "-h" in words or "--help" in words:
         chosen.print_help()
         return PASSED
-    arguments, rest = chosen.parse_known_args(words[1:])
+    arguments, rest = chosen.parse_known_intermixed_args(words[1:])
     if rest:
         if not rest[0].startswith("-"):
             msg = f"{rest[0]!r}: must be a flag or its value; remove it, or see {chosen.prog} -h"

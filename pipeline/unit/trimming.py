@@ -61,14 +61,14 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
 def level_forces(sensor: MeasuringUnit, E: float) -> list[float]:
     """Return the forces of all tips [N] of a level unit at full travel on a fruit of modulus E [MPa].
 
-    Newton's method on travel = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i; raises ReadingError where a tip
-    is off.
+    Newton's method on travel + least gap = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i; raises ReadingError
+    where a tip is off.
     """
     law, C = sensor.law, np.array(sensor.C)
     S = np.array(sensor.report.contact.compliance_per_mm if law is None else law.S)
     gaps = np.zeros(len(C)) if law is None else np.array(law.gaps)
     hertz = 0.0 if law is None else law.hertz * E ** (-2.0 / 3.0)
-    travel = sensor.design.press.travel_mm - gaps
+    travel = sensor.design.press.travel_mm + gaps.min() - gaps  # it counts from the first touch
     linear = C + S / E
     roots = np.cbrt(np.maximum(travel, 0.0) / (np.diag(linear) + hertz))
     for _ in range(_STEPS):

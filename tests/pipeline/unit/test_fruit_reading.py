@@ -48,8 +48,9 @@ def test_planted_causes_raise_their_flags(mango):
     soft = reading_of(sensor, pressed(mango, 0.3))
     assert soft.flags == ("out_of_range",)
     assert pytest.approx(0.3, rel=0.01) == soft.E
-    deep = mango.forces([Pose(E=1.0, travel=0.9)])[0].tolist()
-    assert "press_over_bruise_limit" in reading_of(sensor, deep).flags
+    tender = replace(mango.design, fruit=replace(mango.design.fruit, bruise_limit_MPa=0.04))
+    bruised = replace(sensor, report=replace(sensor.report, design=tender))
+    assert reading_of(bruised, pressed(mango, 0.6)).flags == ("press_over_bruise_limit",)
     for forces, flags in (
         ([0.0, 0.4, 0.06, 0.4], ("lift_off",)),
         ([-1.0, 0.4, 0.06, 0.4], ("bad_force", "lift_off")),
