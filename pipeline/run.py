@@ -5,6 +5,7 @@ from pathlib import Path
 from cad.design.parameters import Design
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
+from pipeline.reading.placed import refuse_steep_poses
 from pipeline.reading.readings import assess_readings
 from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.report.outputs import write_outputs
@@ -32,6 +33,7 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     """
     options = options or RunOptions()
     refuse_unsolvable(design)
+    refuse_steep_poses(design)
     plate_depth(design, design.print.made_by)  # refuses tips that leave no plate, before anything is solved
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder, Stopwatch())

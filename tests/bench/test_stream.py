@@ -1,8 +1,8 @@
 """The bench of streams reads what it presses; its rates depend on the machine and are printed only."""
 
 import pytest
+from bench.stream import samples_a_second
 from measured_units import MeasuredDesign
-from stream import samples_a_second
 
 
 @pytest.mark.parametrize("name", ["mango", "paper"])
