@@ -84,7 +84,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.page": SENTENCES,
     "pipeline.view": SENTENCES,
     "pipeline.compression": (*LAWS, "pipeline.options", "pipeline.storage"),
-    "pipeline.unit": SENTENCES,
+    "pipeline.unit": (*SHAPES, "pipeline.storage", "pipeline.report.stored"),
     "pipeline.explain": SENTENCES,
     "pipeline.run": (*SENTENCES, "pipeline.page"),
     "pipeline.bench": STAGES,

@@ -6,7 +6,8 @@ mean of the high tips less that of the low ones, drop it out of what each tip do
     pose_i = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i ,
 
 with C the springs' compliance, S the body's, and h the Hertz contact of a dome (0 for flat tips). What remains holds
-E alone: a cubic in E^(-1/3), whose largest root in E is the reading.
+E alone: a cubic in E^(-1/3), whose largest root in E is the reading. How that moves with forces, springs and heights
+is -(dg / dF_i) / (dg / dE) and its like, with g(F, E) the contrast.
 """
 
 import math
@@ -86,6 +87,72 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, fl
     rigid = _weighted(law.weights, _product(law.C, forces)) + _weighted(law.weights, law.gaps)
     dome = law.hertz * _weighted(law.weights, [force ** (2.0 / 3.0) for force in forces])
     return rigid, dome, _weighted(law.weights, _product(law.S, forces))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingSlopes:
+    """By which share of E a reading moves, for each tip.
+
+    Per force [1/N], per share by which its spring is stiffer than known [1], per height by which it stands out [1/mm].
+    """
+
+    forces: tuple[float, ...]
+    springs: tuple[float, ...]
+    heights: tuple[float, ...]
+
+
+def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+    """Return the compliance C [mm/N] of springs that are stiffer by factors [1], coupled in the same measure."""
+    shares = [1.0 / math.sqrt(factor) for factor in factors]
+    rows = zip(shares, C, strict=True)
+    return tuple(tuple(own * entry * other for entry, other in zip(row, shares, strict=True)) for own, row in rows)
+
+
+def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
+    """Return how the reading E [MPa] of forces [N], each above 0, moves with what it is read from."""
+    _, dome, body = contrast_terms(law, forces)
+    falling = (2.0 / 3.0) * dome * E ** (-2.0 / 3.0) + body / E  # -E dg/dE [mm]
+    hertz = (2.0 / 3.0) * law.hertz * E ** (-2.0 / 3.0)
+    by_force, by_spring = [], []
+    for tip, (weight, force) in enumerate(zip(law.weights, forces, strict=True)):
+        column = [(own, row[tip]) for own, row in zip(law.weights, law.C, strict=True)]
+        through_springs = math.fsum(own * entry for own, entry in column)
+        through_fruit = math.fsum(own * row[tip] for own, row in zip(law.weights, law.S, strict=True)) / E
+        by_force.append((through_springs + through_fruit + hertz * weight * force ** (-1.0 / 3.0)) / falling)
+        given = math.fsum(entry * other for entry, other in zip(law.C[tip], forces, strict=True))
+        by_spring.append(-0.5 * (weight * given + through_springs * force) / falling)
+    return ReadingSlopes(
+        forces=tuple(by_force),
+        springs=tuple(by_spring),
+        heights=tuple(-weight / falling for weight in law.weights),
+    )
+
+
+def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:
+    """Return how far the housing has lowered each tip [mm] where a fruit of modulus E [MPa] answers with forces [N]."""
+    hertz = law.hertz * E ** (-2.0 / 3.0)
+    rows = zip(law.C, law.S, forces, law.gaps, strict=True)
+    return tuple(
+        math.fsum((a + b / E) * force for a, b, force in zip(springs, fruit, forces, strict=True))
+        + hertz * own ** (2.0 / 3.0)
+        + gap
+        for springs, fruit, own, gap in rows
+    )
+
+
+def plane_through(places: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
+    """Return travel [mm] and slopes along and across [1] of the plane that fits heights [mm] at places [mm] best.
+
+    The places lie in mirror images about their middle. The slope across is None where they lie in one line.
+    """
+    middle = [math.fsum(place[axis] for place in places) / len(places) for axis in (0, 1)]
+    slopes: list[float | None] = []
+    for axis in (0, 1):
+        arms = [place[axis] - middle[axis] for place in places]
+        spread = math.fsum(arm * arm for arm in arms)
+        turned = math.fsum(arm * height for arm, height in zip(arms, heights, strict=True))
+        slopes.append(turned / spread if spread > 0.0 else None)
+    return math.fsum(heights) / len(heights), slopes[0] or 0.0, slopes[1]
 
 
 def _smallest_root(rigid: float, dome: float, body: float) -> float:

@@ -10,11 +10,11 @@ from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
-from pipeline.report.mapping import SCHEMA
 from pipeline.storage.plain import Plain, from_plain
 from pipeline.storage.seal import file_digest, is_regular
 
 T = TypeVar("T")
+SCHEMA = 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,10 +69,48 @@ class StoredContact:
 
 
 @dataclass(frozen=True, kw_only=True)
+class StoredLevel:
+    """What a level sensor reads [MPa] of a fruit of modulus E [MPa]."""
+
+    E_MPa: float
+    read_MPa: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredReadOut:
+    """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line over a press.
+
+    `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, `weights` [1] and `gaps_mm`
+    (tips,). A pair has `own_less_other_per_mm` and None for the terms of a contrast; other layouts the other way round.
+    """
+
+    method: str
+    springs_mm_per_N: tuple[tuple[float, ...], ...]
+    full_scale_N: tuple[float, ...]
+    model_error_percent: float
+    level: tuple[StoredLevel, ...]
+    own_less_other_per_mm: float | None
+    weights: tuple[float, ...] | None
+    gaps_mm: tuple[float, ...] | None
+    fruit_per_mm: tuple[tuple[float, ...], ...] | None
+    hertz: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredModulus:
+    """The largest bias of a reading over all poses at a modulus [%], and what its standard deviation is made of [%]."""
+
+    E_MPa: float
+    E_bias_percent: float
+    uncertainty_percent: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class StoredReport:
     """What commands take of a report: design, tips, contact, housing [mm] or None, deflections [mm], response, files.
 
-    Tips have the order of all forces and of the compliance.
+    Tips have the order of all forces and of the compliance. `read_out` turns forces into a modulus; `moduli` say how
+    good it is, none where the design asks for no readings.
     """
 
     design: Design
@@ -82,6 +120,8 @@ class StoredReport:
     deflections_mm: tuple[float, ...]
     response: tuple[StoredResponse, ...]
     files: tuple[StoredFile, ...]
+    read_out: StoredReadOut
+    moduli: tuple[StoredModulus, ...]
 
 
 def read_report(folder: Path) -> StoredReport:
@@ -136,6 +176,19 @@ def _report(data: Plain) -> StoredReport:
         deflections_mm=deflections,
         response=tuple(_response(row, f"response[{place}]") for place, row in enumerate(rows)),
         files=_part(tuple[StoredFile, ...], data, "files"),
+        read_out=_part(StoredReadOut, data, "read_out"),
+        moduli=_moduli(data),
+    )
+
+
+def _moduli(data: Plain) -> tuple[StoredModulus, ...]:
+    """Return how good readings are at each modulus; nothing where the design asks for none."""
+    if data.get("reading") is None:
+        return ()
+    rows = _part(tuple[Plain, ...], _part(Plain, data, "reading"), "moduli")
+    return tuple(
+        from_plain(StoredModulus, _taken(row, StoredModulus), f"reading.moduli[{place}]")
+        for place, row in enumerate(rows)
     )
 
 
