@@ -45,6 +45,21 @@ ELSEWHERE = {
     "pipeline run --fruit-stiffness hayes": ("tests/pipeline/test_run.py", '"--fruit-stiffness", "hayes"'),
     "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
     "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),
+    "pipeline run --design docs/examples/my-fruit.toml": ("tests/docs/test_tutorial.py", '"from-test-to-firmware.md"'),
+    "pipeline calibrate outputs/my-fruit docs/examples/weights.csv --out unit.toml "
+    "--classes ripe:1.1,turning:2.3,unripe": ("tests/docs/test_tutorial.py", '"from-test-to-firmware.md"'),
+    "pipeline read outputs/my-fruit docs/examples/press.csv --unit unit.toml": (
+        "tests/docs/test_tutorial.py",
+        '"from-test-to-firmware.md"',
+    ),
+    "pipeline read outputs/my-fruit --forces 0.04857,0.46945,0.08482,0.48648 --unit unit.toml --json": (
+        "tests/docs/test_tutorial.py",
+        '"from-test-to-firmware.md"',
+    ),
+    "pipeline read outputs/my-fruit --unit unit.toml --c-header sensor.h --micropython sensor.py": (
+        "tests/docs/test_tutorial.py",
+        '"from-test-to-firmware.md"',
+    ),
     "pipeline bench": ("tests/pipeline/bench/test_bench.py", "quick=True"),
     "pipeline bench --hard": ("tests/pipeline/bench/hard/test_suite.py", "hard("),
 }
