@@ -111,21 +111,21 @@ def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], .
 def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
     """Return how the reading E [MPa] of forces [N], each above 0, moves with what it is read from."""
     _, dome, body = contrast_terms(law, forces)
-    falling = (2.0 / 3.0) * dome * E ** (-2.0 / 3.0) + body / E  # -E dg/dE [mm]
-    hertz = (2.0 / 3.0) * law.hertz * E ** (-2.0 / 3.0)
-    by_force, by_spring = [], []
-    for tip, (weight, force) in enumerate(zip(law.weights, forces, strict=True)):
-        column = [(own, row[tip]) for own, row in zip(law.weights, law.C, strict=True)]
-        through_springs = math.fsum(own * entry for own, entry in column)
-        through_fruit = math.fsum(own * row[tip] for own, row in zip(law.weights, law.S, strict=True)) / E
-        by_force.append((through_springs + through_fruit + hertz * weight * force ** (-1.0 / 3.0)) / falling)
-        given = math.fsum(entry * other for entry, other in zip(law.C[tip], forces, strict=True))
-        by_spring.append(-0.5 * (weight * given + through_springs * force) / falling)
+    softer = E ** (-2.0 / 3.0)
+    falling = dome * softer / 1.5 + body / E  # -E dg/dE [mm]
+    springs, fruit = _contracted(law.weights, law.C), _contracted(law.weights, law.S)
+    rows = list(zip(law.weights, forces, springs, fruit, _product(law.C, forces), strict=True))
+    hertz = law.hertz * softer / 1.5
     return ReadingSlopes(
-        forces=tuple(by_force),
-        springs=tuple(by_spring),
-        heights=tuple(-weight / falling for weight in law.weights),
+        forces=tuple((a + b / E + hertz * w * F ** (-1.0 / 3.0)) / falling for w, F, a, b, _ in rows),
+        springs=tuple(-0.5 * (w * given + a * F) / falling for w, F, a, _, given in rows),
+        heights=tuple(-w / falling for w in law.weights),
     )
+
+
+def _contracted(weights: Sequence[float], matrix: Matrix) -> list[float]:
+    """Return the sum of the rows of a matrix, each times its weight."""
+    return [_weighted(weights, column) for column in zip(*matrix, strict=True)]
 
 
 def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:

@@ -24,14 +24,12 @@ OF_ANOTHER_SENSOR = (
 class PairLine:
     """The modulus of the fruit [MPa] that a press tells, and how far the high tip stands before the low one [mm].
 
-    `error` is the standard deviation of the modulus by the noise of the forces, as a share of it [1], `lead_error` that
-    of the lead [mm].
+    `error` is the standard deviation of the modulus by the noise of the forces, as a share of it [1].
     """
 
     modulus: float
     lead: float
     error: float = 0.0
-    lead_error: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -87,22 +85,13 @@ def line_of_sums(C: Matrix, own_less_other: float, sums: PressSums, noises: Sequ
         msg = f"samples with both tips on the fruit = {sums.count}: must be at least {FEWEST}; press farther"
         raise ReadingError(msg)
     give = C[0][0] - C[1][0], C[0][1] - C[1][1]
-    products = sums.soft_soft, sums.soft_stiff, sums.stiff_stiff
-    variances = noises[0] ** 2, 0.0, noises[1] ** 2
-    xx, xy, yy = _of_line(give, products)
-    noise_xx, noise_xy, noise_yy = _of_line(give, variances)
-    taken = _noise_share((xx, xy, yy), (noise_xx, noise_xy, noise_yy))
-    spread, rise = xx - taken * noise_xx, xy - taken * noise_xy
-    if not (spread > 0.0 and rise > 0.0):
-        raise ReadingError(OF_ANOTHER_SENSOR)
-    slope = rise / spread
-    scatter = max(noise_yy - 2.0 * slope * noise_xy + slope * slope * noise_xx, 0.0)
-    across = sums.stiff - sums.soft
+    noise = _of_line(give, (noises[0] ** 2, 0.0, noises[1] ** 2))
+    slope, spread = _slope(_of_line(give, (sums.soft_soft, sums.soft_stiff, sums.stiff_stiff)), noise)
+    scatter = math.sqrt(max(noise[2] - 2.0 * slope * noise[1] + slope**2 * noise[0], 0.0))
     return PairLine(
         modulus=own_less_other / slope,
-        lead=give[0] * sums.soft + give[1] * sums.stiff - slope * across,
-        error=math.sqrt(scatter / spread) / slope,
-        lead_error=math.sqrt(scatter * (1.0 / sums.count + across * across / spread)),
+        lead=give[0] * sums.soft + give[1] * sums.stiff - slope * (sums.stiff - sums.soft),
+        error=scatter / math.sqrt(spread) / slope,
     )
 
 
@@ -130,6 +119,15 @@ def _of_line(give: Sequence[float], products: Moments) -> Moments:
         give[0] * (mixed - soft) + give[1] * (stiff - mixed),
         give[0] ** 2 * soft + 2.0 * give[0] * give[1] * mixed + give[1] ** 2 * stiff,
     )
+
+
+def _slope(found: Moments, noise: Moments) -> tuple[float, float]:
+    """Return the slope of y over x [mm/N] and the products of x with x, both without noise; raises ReadingError."""
+    taken = _noise_share(found, noise)
+    spread, rise = found[0] - taken * noise[0], found[1] - taken * noise[1]
+    if not (spread > 0.0 and rise > 0.0):
+        raise ReadingError(OF_ANOTHER_SENSOR)
+    return rise / spread, spread
 
 
 def _noise_share(found: Moments, noise: Moments) -> float:

@@ -118,19 +118,29 @@ def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, readings: Sequence
         read = read_modulus(law, forces)
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
-    slopes, unit = contrast_slopes(law, forces, read), sensor.unit
-    springs = zip(slopes.springs, unit.K_percent, strict=True)
-    gains = zip(slopes.forces, forces, unit.gain_percent, strict=True)
-    scatter = math.hypot(
-        *(slope * noise for slope, noise in zip(slopes.forces, sensor.noises, strict=True)),
-        *(slope * 0.01 * percent for slope, percent in springs),
-        *(slope * force * 0.01 * percent for slope, force, percent in gains),
-        *(slope * error for slope, error in zip(slopes.heights, unit.height_error_mm, strict=True)),
-    )
-    E = sensor.corrected(read)
+    E, scatter = sensor.corrected(read), _contrast_scatter(sensor, law, forces, read)
     _, along, across = plane_through(sensor.places, lowered_tips(law, forces, read))
     # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
     rolling = 1.0 + (sensor.design.tips.dome_radius_mm or 0.0) / sensor.design.fruit.radii_mm[0]
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     direction = None if across is None else math.degrees(math.atan2(across, along))
     return judged_reading(sensor, E, combined(sensor, E, scatter), (tilt, direction), forces)
+
+
+def _contrast_scatter(sensor: MeasuringUnit, law: ContrastLaw, forces: Sequence[float], read: float) -> float:
+    """Return the standard deviation of a contrast [1] by noise, springs, gains and heights of the tips."""
+    slopes, unit = contrast_slopes(law, forces, read), sensor.unit
+    gained = [slope * force for slope, force in zip(slopes.forces, forces, strict=True)]
+    sources = (
+        (slopes.forces, sensor.noises, 1.0),
+        (slopes.springs, unit.K_percent, 0.01),
+        (gained, unit.gain_percent, 0.01),
+        (slopes.heights, unit.height_error_mm, 1.0),
+    )
+    return math.hypot(
+        *(
+            factor * slope * error
+            for moved, errors, factor in sources
+            for slope, error in zip(moved, errors, strict=True)
+        )
+    )

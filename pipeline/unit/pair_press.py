@@ -174,27 +174,30 @@ def _unit_shares(sensor: MeasuringUnit, sums: PressSums, *, ratio: bool = False)
     """Return the share of E that each spring and each gain leaves open [1], one standard deviation."""
 
     def read(changed: MeasuringUnit, gains: Sequence[float]) -> float:
-        soft, stiff = gains
-        if ratio:
-            return _ratio(changed, (soft * sums.soft, stiff * sums.stiff))
-        scaled = PressSums(
-            sums.count,
-            soft * sums.soft,
-            stiff * sums.stiff,
-            soft * soft * sums.soft_soft,
-            soft * stiff * sums.soft_stiff,
-            stiff * stiff * sums.stiff_stiff,
-        )
-        return _line(changed, scaled).modulus
+        scaled = _gained(sums, *gains)
+        return _ratio(changed, (scaled.soft, scaled.stiff)) if ratio else _line(changed, scaled).modulus
 
-    E, unit = read(sensor, (1.0, 1.0)), sensor.unit
-    shares = []
+    unit, shares = sensor.unit, []
+    alike = [1.0] * len(unit.tips)
+    E = read(sensor, alike)
     for tip in range(len(unit.tips)):
-        stiffer = read(sensor.with_stiffness(tip, 1.0 + _STEP), (1.0, 1.0)) / E - 1.0
-        gained = read(sensor, [1.0 + _STEP * (tip == other) for other in range(len(unit.tips))]) / E - 1.0
-        shares.append(stiffer / _STEP * 0.01 * unit.K_percent[tip])
-        shares.append(gained / _STEP * 0.01 * unit.gain_percent[tip])
+        gains = [1.0 + _STEP * (tip == other) for other in range(len(unit.tips))]
+        stiffer = read(sensor.with_stiffness(tip, 1.0 + _STEP), alike) / E - 1.0
+        gained = read(sensor, gains) / E - 1.0
+        shares += [0.01 * unit.K_percent[tip] * stiffer / _STEP, 0.01 * unit.gain_percent[tip] * gained / _STEP]
     return shares
+
+
+def _gained(sums: PressSums, soft: float, stiff: float) -> PressSums:
+    """Return the sums of forces that are larger by gains [1]."""
+    return PressSums(
+        sums.count,
+        soft * sums.soft,
+        stiff * sums.stiff,
+        soft * soft * sums.soft_soft,
+        soft * stiff * sums.soft_stiff,
+        stiff * stiff * sums.stiff_stiff,
+    )
 
 
 def _ratio_noise(sensor: MeasuringUnit, forces: Sequence[float]) -> float:

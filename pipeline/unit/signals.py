@@ -17,6 +17,7 @@ _UNITS = {
     "F": {"N": 1.0, "mN": 1e-3},
 }
 _DEFAULT_UNITS = {"t": "s", "x": "mm", "F": "N"}
+_PAIR = "lh"  # how the tips of a pair are named, low and high
 _LONGEST_LINE = 4096  # bytes: what is longer is no line of numbers
 _NAME = re.compile(r"(?P<what>t|x|F)(?:_(?P<tip>l|h|\d+))?(?:_(?P<unit>[A-Za-z]+))?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+")
@@ -53,43 +54,64 @@ def signal_columns(header: str, source: str, tips: int) -> SignalColumns:
     delimiter = next((sign for sign in (";", "\t") if sign in header), ",")
     names = tuple(cell.strip().strip('"') for cell in header.split(delimiter))
     expected = expected_header(tips)
-    places: dict[str, int] = {}
-    factors, assumed = [], []
-    for place, name in enumerate(names):
-        found = _NAME.fullmatch(name)
-        if found is None or (found["what"] != "F") != (found["tip"] is None):
-            msg = f"{source} line 1 column {name!r}: must be a header like {expected}; name each column with its unit"
-            raise InputError(msg)
-        what, unit = found["what"], found["unit"]
-        known = _UNITS[what]
-        if unit is not None and unit not in known:
-            msg = f"{source} line 1 column {name!r}: unit {unit} must be one of {', '.join(known)}; convert the column"
-            raise InputError(msg)
-        if unit is None:
-            assumed.append(f"{source}: column {name!r} gives no unit, taken as {_DEFAULT_UNITS[what]}")
-        factors.append(known[unit or _DEFAULT_UNITS[what]])
-        key = what if found["tip"] is None else f"F_{found['tip']}"
-        if key in places:
+    columns = [_column(name, source, expected) for name in names]
+    keys = [column.key for column in columns]
+    for name, key in zip(names, keys, strict=True):
+        if keys.count(key) > 1:
             msg = f"{source} line 1 column {name!r}: must stand once; remove one of the two"
             raise InputError(msg)
-        places[key] = place
-    forces = force_keys(tips)
-    given = sorted(key for key in places if key.startswith("F_"))
+    _check_forces(keys, source, tips)
+    if "t" not in keys:
+        msg = f"{source} line 1: no column t_s; must be a header like {expected}; add the time of each sample"
+        raise InputError(msg)
+    return SignalColumns(
+        names=names,
+        delimiter=delimiter,
+        factors=tuple(column.factor for column in columns),
+        t=keys.index("t"),
+        x=keys.index("x") if "x" in keys else None,
+        forces=tuple(keys.index(key) for key in force_keys(tips)),
+        assumed=tuple(column.assumed for column in columns if column.assumed),
+    )
+
+
+@dataclass(frozen=True)
+class _Column:
+    """What a column holds: `t`, `x` or a force like `F_1`, what one of its unit is, and what was assumed of it."""
+
+    key: str
+    factor: float
+    assumed: str
+
+
+def _column(name: str, source: str, expected: str) -> _Column:
+    found = _NAME.fullmatch(name)
+    if found is None or (found["what"] != "F") != (found["tip"] is None):
+        msg = f"{source} line 1 column {name!r}: must be a header like {expected}; name each column with its unit"
+        raise InputError(msg)
+    what, unit = found["what"], found["unit"] or _DEFAULT_UNITS[found["what"]]
+    known = _UNITS[what]
+    if unit not in known:
+        msg = f"{source} line 1 column {name!r}: unit {unit} must be one of {', '.join(known)}; convert the column"
+        raise InputError(msg)
+    assumed = "" if found["unit"] else f"{source}: column {name!r} gives no unit, taken as {unit}"
+    return _Column(what if found["tip"] is None else f"F_{found['tip']}", known[unit], assumed)
+
+
+def _check_forces(keys: Sequence[str], source: str, tips: int) -> None:
+    """Raise InputError unless there is one force for each tip."""
+    forces, given = force_keys(tips), sorted(key for key in keys if key.startswith("F_"))
     if given != sorted(forces):
         shown = ", ".join(given) or "none"
         bound = f"{', '.join(forces)}, one for each tip of this sensor"
-        msg = f"{source} line 1: forces {shown}: must be {bound}; write a header like {expected}"
+        msg = f"{source} line 1: forces {shown}: must be {bound}; write a header like {expected_header(tips)}"
         raise InputError(msg)
-    if "t" not in places:
-        msg = f"{source} line 1: no column t_s; must be a header like {expected}; add the time of each sample"
-        raise InputError(msg)
-    columns = tuple(places[key] for key in forces)
-    return SignalColumns(names, delimiter, tuple(factors), places["t"], places.get("x"), columns, tuple(assumed))
 
 
 def force_keys(tips: int) -> tuple[str, ...]:
     """Return the names of the forces of a sensor of so many tips, without their unit."""
-    return ("F_l", "F_h") if tips == len("lh") else tuple(f"F_{tip}" for tip in range(1, tips + 1))
+    names = _PAIR if tips == len(_PAIR) else map(str, range(1, tips + 1))
+    return tuple(f"F_{name}" for name in names)
 
 
 def expected_header(tips: int) -> str:

@@ -9,8 +9,8 @@ from cad.verdict import all_passed
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, complain, print_json
 
 if TYPE_CHECKING:
-    from pipeline.unit.calibration import Calibration
-    from pipeline.unit.coupon_modulus import PrintedModulus
+    from pipeline.unit.calibrating.calibration import Calibration
+    from pipeline.unit.calibrating.coupon_modulus import PrintedModulus
 
 PURPOSE = "find the springs of a printed unit from what was measured of it"
 EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
@@ -31,14 +31,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
     from pipeline.report.stored import read_report
-    from pipeline.unit.calibration import is_coupon
-    from pipeline.unit.measured_table import measured_rows
+    from pipeline.unit.calibrating.calibration import is_coupon
+    from pipeline.unit.calibrating.measured_table import measured_rows
 
     report = read_report(arguments.folder)
     rows = measured_rows(arguments.measured)
     if not is_coupon(rows):
         return _calibrate(arguments)
-    from pipeline.unit.coupon_modulus import modulus_of_coupon
+    from pipeline.unit.calibrating.coupon_modulus import modulus_of_coupon
 
     if arguments.out is not None:
         msg = f"--out = {str(arguments.out)!r}: must be left out for a coupon; it tells a modulus, not a unit"
@@ -52,7 +52,7 @@ def _calibrate(arguments: Namespace) -> int:
 
     from cad.theory.contrast_law import ReadingError
     from pipeline.report.stored import read_report
-    from pipeline.unit.calibration import calibrated
+    from pipeline.unit.calibrating.calibration import calibrated
     from pipeline.unit.printed_unit import unit_as_toml
     from pipeline.unit.ripeness import ripeness_classes
     from pipeline.unit.written import write_new
@@ -105,21 +105,30 @@ def _print(found: "Calibration") -> None:
     """Print springs, table, verdicts and, where the unit misses its targets, how to trim it."""
     from pipeline.report.verdict_table import print_verdicts
 
+    _print_springs(found)
+    _print_table(found)
+    print_verdicts("the unit against its design", found.verdicts)
+    if all_passed(found.verdicts):
+        return
+    for trim in found.trims:
+        what = "file the roots of both leaves, longer by" if trim.longer > 0.0 else "clamp both leaves, shorter by"
+        print(f"{trim.name}: {what} {abs(trim.longer):.2f} mm for {1e3 * trim.target:.1f} N/m")
+
+
+def _print_springs(found: "Calibration") -> None:
     unit = found.unit
     for name, K, percent, nominal in zip(unit.tips, unit.K_N_per_m, unit.K_percent, found.nominal, strict=True):
         against = f"{0.1 * K / nominal - 100.0:+.1f} % against the design's {1e3 * nominal:.1f}"
         print(f"{name:8} K {K:9.1f} N/m +- {2.0 * percent:.2g} % (95 %), {against}")
+
+
+def _print_table(found: "Calibration") -> None:
     print("E [MPa]  P       E +- by springs (95 %)  E read with the design's stiffnesses")
     for row in found.table:
         print(f"{row.E:7.3f}  {row.P:6.3f}  {100.0 * row.u:20.2g} %  {100.0 * row.with_design:+.1f} %")
     worst = max((row.with_design for row in found.table), key=abs)
     print(f"E read with the design's stiffnesses is off by {100.0 * worst:+.1f} % at worst; with these by", end=" ")
     print(f"{100.0 * max(row.u for row in found.table):.2g} % at most (95 %)")
-    print_verdicts("the unit against its design", found.verdicts)
-    if not all_passed(found.verdicts):
-        for trim in found.trims:
-            what = "file the roots of both leaves, longer by" if trim.longer > 0.0 else "clamp both leaves, shorter by"
-            print(f"{trim.name}: {what} {abs(trim.longer):.2f} mm for {1e3 * trim.target:.1f} N/m")
 
 
 def _print_modulus(found: "PrintedModulus", arguments: Namespace) -> None:

@@ -61,7 +61,7 @@ BAD = [
     (b"t_s,F_1_N,F_2_N,F_3_N,F_4_N\n", "forces F_1, F_2, F_3, F_4: must be F_l, F_h, one for each tip of this sensor"),
     (b"t_s,F_l_N\n", "forces F_l: must be F_l, F_h"),
     (b"F_l_N,F_h_N\n", "no column t_s"),
-    (b"t_s,F_l_N,F_l_mN,F_h_N\n", "column 'F_l_mN': must stand once"),
+    (b"t_s,F_l_N,F_l_mN,F_h_N\n", "column 'F_l_N': must stand once"),
     (HEAD + b"0,0,25,0,5\n", "line 2: 5 values; must be 3, as its header; write decimals with a point"),
     (HEAD + b"0,1\n", "line 2: 2 values; must be 3"),
     (HEAD + b"0,1,2\n1,one,2\n", "line 3 column 'F_l_N' = 'one': must be a number; mend that line"),

@@ -36,24 +36,10 @@ class MeasuredRow:
 
 def measured_rows(path: Path) -> list[MeasuredRow]:
     """Return the rows of a table; raises InputError that names line, column and value of what cannot be used."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        msg = f"MEASURED.csv = {str(path)!r}: must be a CSV file in UTF-8 ({type(error).__name__}); check the file"
-        raise InputError(msg) from error
-    if "\0" in text:
-        msg = f"MEASURED.csv = {str(path)!r}: must be text, not a binary file; export it as CSV"
-        raise InputError(msg)
-    first = text.partition("\n")[0]
-    delimiter = next((sign for sign in (";", "\t") if sign in first), ",")
-    lines = list(csv.reader(io.StringIO(text), delimiter=delimiter))
-    if not lines or not first.strip():
-        bound = "a header like tip,weight_g,deflection_mm and rows"
-        msg = f"MEASURED.csv = {str(path)!r}: empty; must have {bound}; weigh the unit"
-        raise InputError(msg)
-    columns = [_column(path, name.strip()) for name in lines[0]]
+    head, *lines = _cells(path)
+    columns = [_column(path, name.strip()) for name in head]
     rows = []
-    for number, cells in enumerate(lines[1:], start=2):
+    for number, cells in enumerate(lines, start=2):
         if not any(cell.strip() for cell in cells):
             continue
         if len(cells) != len(columns):
@@ -65,6 +51,25 @@ def measured_rows(path: Path) -> list[MeasuredRow]:
         msg = f"MEASURED.csv = {str(path)!r}: no rows below its header; must have one for each weight; weigh the unit"
         raise InputError(msg)
     return rows
+
+
+def _cells(path: Path) -> list[list[str]]:
+    """Return the cells of each line of a CSV file, parted by commas, semicolons or tabs."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        msg = f"MEASURED.csv = {str(path)!r}: must be a CSV file in UTF-8 ({type(error).__name__}); check the file"
+        raise InputError(msg) from error
+    if "\0" in text:
+        msg = f"MEASURED.csv = {str(path)!r}: must be text, not a binary file; export it as CSV"
+        raise InputError(msg)
+    first = text.partition("\n")[0]
+    if not first.strip():
+        bound = "a header like tip,weight_g,deflection_mm and rows"
+        msg = f"MEASURED.csv = {str(path)!r}: empty; must have {bound}; weigh the unit"
+        raise InputError(msg)
+    delimiter = next((sign for sign in (";", "\t") if sign in first), ",")
+    return list(csv.reader(io.StringIO(text), delimiter=delimiter))
 
 
 def only_columns(path: Path, rows: Sequence[MeasuredRow], wanted: Sequence[str]) -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 from cad.parts.coupon import coupon_of, modulus_factor
 from cad.quantity import InputError
 from pipeline.report.stored import StoredReport
-from pipeline.unit.measured_table import MeasuredRow
-from pipeline.unit.weighing import weighed_springs
+from pipeline.unit.calibrating.measured_table import MeasuredRow
+from pipeline.unit.calibrating.weighing import weighed_springs
 
 
 @dataclass(frozen=True)
@@ -28,19 +28,17 @@ def modulus_of_coupon(path: Path, rows: Sequence[MeasuredRow], report: StoredRep
         raise InputError(msg)
     coupon = coupon_of(report.housing)
     named = {row.words["coupon"] for row in rows}
-    arms = [arm for arm in coupon.arms if arm.name in named]
-    names = [arm.name for arm in arms] or [arm.name for arm in coupon.arms]
-    springs = weighed_springs(path, rows, "coupon", names)
-    moduli = [
-        modulus_factor(arm.flexure, coupon.arm_beyond_leaf) * spring.K
-        for arm, spring in zip(arms, springs, strict=True)
-    ]
-    weights = [1.0 / spring.share**2 for spring in springs]
+    arms = [arm for arm in coupon.arms if arm.name in named] or list(coupon.arms)
+    springs = weighed_springs(path, rows, "coupon", [arm.name for arm in arms])
+    factors = [modulus_factor(arm.flexure, coupon.arm_beyond_leaf) for arm in arms]
+    moduli = [factor * spring.K for factor, spring in zip(factors, springs, strict=True)]
+    E, share = _weighted_mean(moduli, [1.0 / spring.share**2 for spring in springs])
+    return PrintedModulus(E=E, share=share, of_design=report.design.print.made_by.E_MPa)
+
+
+def _weighted_mean(moduli: Sequence[float], weights: Sequence[float]) -> tuple[float, float]:
+    """Return the mean of moduli [MPa] and its standard deviation as a share [1]: what is left, and how they differ."""
     whole = math.fsum(weights)
     E = math.fsum(weight * modulus for weight, modulus in zip(weights, moduli, strict=True)) / whole
-    apart = math.sqrt(
-        math.fsum(weight * (modulus / E - 1.0) ** 2 for weight, modulus in zip(weights, moduli, strict=True)) / whole
-    )
-    return PrintedModulus(
-        E=E, share=math.hypot(apart, 1.0 / math.sqrt(whole)), of_design=report.design.print.made_by.E_MPa
-    )
+    apart = math.fsum(weight * (modulus / E - 1.0) ** 2 for weight, modulus in zip(weights, moduli, strict=True))
+    return E, math.sqrt((apart + 1.0) / whole)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cad.quantity import InputError
-from pipeline.unit.measured_table import MeasuredRow, only_columns
+from pipeline.unit.calibrating.measured_table import MeasuredRow, only_columns
 
 FEWEST = 3
 # Student's t that holds 95 %, by degrees of freedom from 1; beyond them 2.
@@ -47,16 +47,20 @@ def weighed_spring(path: Path, name: str, rows: Sequence[MeasuredRow]) -> Weighe
         bound = f"at least {FEWEST} rows of 2 weights; one weight cannot tell a wrong zero from a wrong stiffness"
         msg = f"{path}: {name} has {len(rows)} rows, of {weights} different weights: must have {bound}; add one without"
         raise InputError(msg)
-    force, deflection = math.fsum(forces) / len(rows), math.fsum(deflections) / len(rows)
-    spread = math.fsum((one - force) ** 2 for one in forces)
-    pairs = list(zip(forces, deflections, strict=True))
-    slope = math.fsum((one - force) * (other - deflection) for one, other in pairs) / spread
+    slope, zero, error = _straight_line(forces, deflections)
     if not slope > 0.0:
         msg = f"{path}: {name} gives by {slope:g} mm per N: must be more than 0; swap columns, or turn the sign"
         raise InputError(msg)
-    zero = deflection - slope * force
-    left = math.fsum((other - zero - slope * one) ** 2 for one, other in pairs)
-    freedom = len(rows) - 2
-    student = _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else _COVERAGE
-    error = student / _COVERAGE * math.sqrt(left / freedom / spread)
     return WeighedSpring(K=1.0 / slope, share=max(error / slope, _LEAST_SHARE), zero=zero)
+
+
+def _straight_line(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float]:
+    """Return slope and intercept of the line of least squares, and half of what holds the slope with 95 %."""
+    middle, level = math.fsum(x) / len(x), math.fsum(y) / len(y)
+    spread = math.fsum((one - middle) ** 2 for one in x)
+    slope = math.fsum((one - middle) * (other - level) for one, other in zip(x, y, strict=True)) / spread
+    zero = level - slope * middle
+    left = math.fsum((other - zero - slope * one) ** 2 for one, other in zip(x, y, strict=True))
+    freedom = len(x) - 2
+    student = _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else _COVERAGE
+    return slope, zero, student / _COVERAGE * math.sqrt(left / freedom / spread)

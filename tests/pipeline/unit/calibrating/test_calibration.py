@@ -10,14 +10,14 @@ from cad.parts.coupon import coupon_of, modulus_factor
 from cad.quantity import InputError
 from cad.theory.leaf_spring import pair_stiffness
 from cad.theory.two_spring_law import force_ratio, nonlinearity
-from pipeline.unit.calibration import calibrated
-from pipeline.unit.coupon_modulus import modulus_of_coupon
-from pipeline.unit.measured_table import measured_rows
+from pipeline.unit.calibrating.calibration import calibrated
+from pipeline.unit.calibrating.coupon_modulus import modulus_of_coupon
+from pipeline.unit.calibrating.measured_table import measured_rows
+from pipeline.unit.calibrating.trimming import level_forces
 from pipeline.unit.measuring import MeasuringUnit
 from pipeline.unit.presses import reading_of
 from pipeline.unit.printed_unit import nominal_unit
 from pipeline.unit.signals import force_keys
-from pipeline.unit.trimming import level_forces
 from solve.contact.poses import Pose
 
 THICKER = (1.19, 1.11)  # leaves of 0.8 and 1.2 mm that are 0.05 mm too thick, as the issue has them

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,23 +64,25 @@ def level_forces(sensor: MeasuringUnit, E: float) -> list[float]:
     Newton's method on travel + least gap = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i; raises ReadingError
     where a tip is off.
     """
-    law, C = sensor.law, np.array(sensor.C)
-    S = np.array(sensor.report.contact.compliance_per_mm if law is None else law.S)
-    gaps = np.zeros(len(C)) if law is None else np.array(law.gaps)
-    hertz = 0.0 if law is None else law.hertz * E ** (-2.0 / 3.0)
-    travel = sensor.design.press.travel_mm + gaps.min() - gaps  # it counts from the first touch
-    linear = C + S / E
+    linear, hertz, travel = _level_equations(sensor, E)
     roots = np.cbrt(np.maximum(travel, 0.0) / (np.diag(linear) + hertz))
     for _ in range(_STEPS):
         residual = linear @ roots**3 + hertz * roots**2 - travel
         if np.abs(residual).max() <= _SETTLED * np.abs(travel).max():
-            break
+            return [float(force) for force in roots**3]
         step = np.linalg.solve(3.0 * linear * roots**2 + np.diag(2.0 * hertz * roots), residual)
         roots = np.maximum(roots - step, 0.2 * roots)
-    else:
-        msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
-        raise ReadingError(msg)
-    return [float(force) for force in roots**3]
+    msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
+    raise ReadingError(msg)
+
+
+def _level_equations(sensor: MeasuringUnit, E: float) -> tuple[Floats, float, Floats]:
+    """Return C + S / E [mm/N], h E^(-2/3) [mm/N^(2/3)] and how far each tip is pressed in [mm], (tips,)."""
+    law, C = sensor.law, np.array(sensor.C)
+    S = np.array(sensor.report.contact.compliance_per_mm if law is None else law.S)
+    gaps = np.zeros(len(C)) if law is None else np.array(law.gaps)
+    hertz = 0.0 if law is None else law.hertz * E ** (-2.0 / 3.0)
+    return C + S / E, hertz, sensor.design.press.travel_mm + gaps.min() - gaps  # travel counts from the first touch
 
 
 def read_level(sensor: MeasuringUnit, forces: Sequence[float]) -> float:
@@ -134,8 +136,8 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> tuple[Verdi
 
 def _targets_met(sensor: MeasuringUnit, design: Design) -> tuple[Verdict, ...]:
     """Return the verdicts on P_max and NL of a pair, by the law that sized its springs."""
-    soft, stiff = (1.0 / sensor.C[tip][tip] for tip in range(len(sensor.C)))
-    springs = Springs(K_l=soft, K_h=stiff)
+    stiffnesses = zip(fields(Springs), sensor.unit.stiffnesses, strict=True)
+    springs = Springs(**{item.name: K for item, K in stiffnesses})
     own_less_other = sensor.report.read_out.own_less_other_per_mm or math.inf
     K_m, targets = design.fruit.E_max_MPa / own_less_other, design.nominal_targets
     P = force_ratio(springs, K_m)

@@ -15,15 +15,26 @@ from numpy.typing import NDArray
 from cad.quantity import InputError
 from cad.theory.contrast_law import ContrastLaw, contrast_terms
 from cad.theory.hertz import relative_curvature
-from pipeline.unit.measured_table import MeasuredRow, only_columns
+from pipeline.unit.calibrating.measured_table import MeasuredRow, only_columns
 from pipeline.unit.measuring import MeasuringUnit
 from pipeline.unit.signals import force_keys
 
 Floats = NDArray[np.float64]
+Moduli = dict[int, float]  # of the rubber of each line [MPa]
 
 FEWEST_RUBBERS = 2
 ALIKE = 0.03  # of a compliance, one sigma: two prints of one drawing on one machine
+_RANK = 1e-9  # of the largest singular value: below it springs are not told apart
 _MOVED = 1e-3  # of a rubber's modulus, for what its error does to the springs
+
+
+@dataclass(frozen=True)
+class _Equation:
+    """Coefficients of the compliances (and of a pair's leads), the other side [mm], and its noise [mm]."""
+
+    left: Floats
+    right: float
+    noise: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,30 +48,32 @@ class RubberSprings:
 
 def springs_on_rubbers(path: Path, rows: Sequence[MeasuredRow], sensor: MeasuringUnit) -> RubberSprings:
     """Return the springs that readings on at least two rubbers tell; raises InputError for what tells none."""
-    keys = force_keys(len(sensor.report.tips))
-    only_columns(path, rows, ("rubber", *keys))
+    only_columns(path, rows, ("rubber", *force_keys(len(sensor.report.tips))))
     names = list(dict.fromkeys(row.words["rubber"] for row in rows))
     if len(names) < FEWEST_RUBBERS:
         msg = f"{path}: {len(names)} rubber: must be at least {FEWEST_RUBBERS} of different modulus; add a reading"
         raise InputError(msg)
     moduli = {row.line: _modulus(path, row, sensor) for row in rows}
-    found, spread = _solved(sensor, rows, moduli, names)
-    variances = np.square(spread)
-    for name in names:
-        own = [row for row in rows if row.words["rubber"] == name]
-        share = own[0].numbers.get("E_error", 0.0)
-        moved = {line: E * (1.0 + _MOVED * (line in {row.line for row in own})) for line, E in moduli.items()}
-        variances += np.square((_solved(sensor, rows, moved, names)[0] - found) / _MOVED * share)
+    found, spread = _solved(sensor, rows, moduli)
     if not (found > 0.0).all():
         bound = "must be forces of this sensor on these rubbers; check units and order of the columns"
         msg = f"{path}: the readings need springs below zero: {bound}"
         raise InputError(msg)
-    nominal = np.diag(np.array(sensor.C))
+    of_rubbers = [_by_rubber(sensor, rows, moduli, found, name) for name in names]
     return RubberSprings(
-        K=tuple((1.0 / (nominal * found)).tolist()),
-        shares=tuple((np.sqrt(variances) / found).tolist()),
+        K=tuple((1.0 / (np.diag(np.array(sensor.C)) * found)).tolist()),
+        shares=tuple((np.linalg.norm([spread, *of_rubbers], axis=0) / found).tolist()),
         assumed=_assumed(path, rows, sensor),
     )
+
+
+def _by_rubber(sensor: MeasuringUnit, rows: Sequence[MeasuredRow], moduli: Moduli, found: Floats, name: str) -> Floats:
+    """Return by how much the error of one rubber's modulus moves the compliances found [1], (tips,)."""
+    own = [row for row in rows if row.words["rubber"] == name]
+    lines = {row.line for row in own}
+    moved = {line: E * (1.0 + _MOVED * (line in lines)) for line, E in moduli.items()}
+    change = _solved(sensor, rows, moved)[0] - found
+    return np.asarray(change / _MOVED * own[0].numbers.get("E_error", 0.0))
 
 
 def _assumed(path: Path, rows: Sequence[MeasuredRow], sensor: MeasuringUnit) -> tuple[str, ...]:
@@ -91,46 +104,74 @@ def _modulus(path: Path, row: MeasuredRow, sensor: MeasuringUnit) -> float:
     return reduced * (1.0 - nu**2)
 
 
-def _solved(
-    sensor: MeasuringUnit, rows: Sequence[MeasuredRow], moduli: dict[int, float], rubbers: Sequence[str]
-) -> tuple[Floats, Floats]:
+def _solved(sensor: MeasuringUnit, rows: Sequence[MeasuredRow], moduli: Moduli) -> tuple[Floats, Floats]:
     """Return by what each spring is softer than the unit's [1], (tips,), and its standard deviation by noise."""
-    equations = [_equation(sensor, row, moduli[row.line], rubbers) for row in rows]
-    ties = _ties(sensor, len(equations[0][0]))
-    A = np.array([left / noise for left, _, noise in equations] + [left / ALIKE for left in ties])
-    b = np.array([right / noise for _, right, noise in equations] + [0.0] * len(ties))
+    law = sensor.law
+    if law is None:
+        equations = [_pair_equation(sensor, row, moduli[row.line], _leads(row, rows)) for row in rows]
+    else:
+        equations = [_contrast_equation(sensor, law, row, moduli[row.line]) for row in rows]
+    ties = _ties(sensor, len(equations[0].left))
+    A = np.array([each.left / each.noise for each in equations] + [left / ALIKE for left in ties])
+    b = np.array([each.right / each.noise for each in equations] + [0.0] * len(ties))
+    solution, spread = _least_squares(A, b)
+    tips = len(sensor.report.tips)
+    return solution[:tips], spread[:tips]
+
+
+def _least_squares(A: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Return the solution of weighted rows and its standard deviations, by noise or by what is left where that is more.
+
+    Raises InputError where the rows do not tell all unknowns.
+    """
     scale = np.linalg.norm(A, axis=0)
-    solution, _, rank, _ = np.linalg.lstsq(A / scale, b, rcond=1e-9)
+    scaled = A / scale
+    solution, _, rank, _ = np.linalg.lstsq(scaled, b, rcond=_RANK)
     if rank < A.shape[1]:
         msg = "the readings do not tell the springs apart: must be of rubbers of different modulus; add another rubber"
         raise InputError(msg)
-    left = float(np.square(A / scale @ solution - b).sum())
-    covariance = np.linalg.inv((A / scale).T @ (A / scale)) * max(1.0, left / max(1, len(b) - A.shape[1]))
-    tips = len(sensor.report.tips)
-    return (solution / scale)[:tips], (np.sqrt(np.diag(covariance)) / scale)[:tips]
+    left = scaled @ solution - b
+    larger = max(1.0, float(left @ left) / max(1, A.shape[0] - A.shape[1]))
+    spread = np.sqrt(larger * np.diag(np.linalg.inv(scaled.T @ scaled)))
+    return np.asarray(solution / scale), np.asarray(spread / scale)
 
 
-def _equation(sensor: MeasuringUnit, row: MeasuredRow, E: float, rubbers: Sequence[str]) -> tuple[Floats, float, float]:
-    """Return the coefficients of the compliances (and of a pair's leads), the other side [mm], and its noise [mm]."""
+def _leads(row: MeasuredRow, rows: Sequence[MeasuredRow]) -> list[float]:
+    """Return the coefficients of a pair's leads: one tip may stand before the other, on each rubber anew."""
+    names = dict.fromkeys(each.words["rubber"] for each in rows)
+    return [-1.0 if row.words["rubber"] == name else 0.0 for name in names]
+
+
+def _forces(sensor: MeasuringUnit, row: MeasuredRow) -> Floats:
     forces = np.array([row.numbers[key] for key in force_keys(len(sensor.report.tips))])
     if not (forces > 0.0).all():
         msg = f"line {row.line}: a tip is off the rubber: must be forces above 0 N; press farther"
         raise InputError(msg)
+    return forces
+
+
+def _coupled(sensor: MeasuringUnit, forces: Floats) -> Floats:
+    """Return how far the springs of the other tips move each tip through the frame [mm], (tips,)."""
     C = np.array(sensor.C)
-    coupled = (C - np.diag(np.diag(C))) @ forces
-    noises = np.array(sensor.noises)
-    if sensor.law is None:
-        own_less_other = sensor.report.read_out.own_less_other_per_mm or 0.0
-        weights = np.array([1.0, -1.0])
-        right = own_less_other * (forces[1] - forces[0]) / E - float(weights @ coupled)
-        leads = np.array([-1.0 * (row.words["rubber"] == name) for name in rubbers])
-        through = np.hypot(weights * np.diag(C), own_less_other / E)
-        return np.concatenate([weights * np.diag(C) * forces, leads]), right, float(np.linalg.norm(through * noises))
-    law = _on_rubber(sensor, sensor.law, row.numbers.get("radius", np.inf))
+    return np.asarray((C - np.diag(np.diag(C))) @ forces)
+
+
+def _pair_equation(sensor: MeasuringUnit, row: MeasuredRow, E: float, leads: list[float]) -> _Equation:
+    forces, weights, own = _forces(sensor, row), np.array([1.0, -1.0]), np.diag(np.array(sensor.C))
+    fruit = (sensor.report.read_out.own_less_other_per_mm or 0.0) / E
+    right = -fruit * float(weights @ forces) - float(weights @ _coupled(sensor, forces))
+    noise = float(np.linalg.norm(np.hypot(own, fruit) * np.array(sensor.noises)))
+    return _Equation(np.concatenate([weights * own * forces, leads]), right, noise)
+
+
+def _contrast_equation(sensor: MeasuringUnit, known: ContrastLaw, row: MeasuredRow, E: float) -> _Equation:
+    forces, own = _forces(sensor, row), np.diag(np.array(sensor.C))
+    law = _on_rubber(sensor, known, row.numbers.get("radius", np.inf))
     _, dome, body = contrast_terms(law, forces.tolist())
     weights = np.array(law.weights)
-    known = float(weights @ (coupled + np.array(law.gaps))) + dome * E ** (-2.0 / 3.0) + body / E
-    return weights * np.diag(C) * forces, -known, float(np.linalg.norm(weights * np.diag(C) * noises))
+    rest = float(weights @ (_coupled(sensor, forces) + np.array(law.gaps))) + dome * E ** (-2.0 / 3.0) + body / E
+    noise = float(np.linalg.norm(weights * own * np.array(sensor.noises)))
+    return _Equation(weights * own * forces, -rest, noise)
 
 
 def _on_rubber(sensor: MeasuringUnit, law: ContrastLaw, radius: float) -> ContrastLaw:
