@@ -16,7 +16,7 @@ _BELOW = 0.1  # of the forces' range: a force so far below the first ones is non
 _LOUD = 6.0  # standard deviations of noise
 _CONCAVE = 0.75  # later slope of a load over the earlier one: a convex fruit has more than 1
 _LOAD = (0.1, 0.3, 0.6)  # shares of the load between which the slopes are taken
-_FIRST = 20  # rows that show where the force begins
+_FIRST, _FIRST_SHARE = 20, 0.05  # rows, and share of them, that show where the force begins
 
 
 def checked_curve(specimen: Specimen, *, compression_negative: bool) -> tuple[Floats, Floats]:
@@ -92,7 +92,7 @@ def _refuse_backwards_travel(specimen: Specimen, travel: Floats, force: Floats) 
 
 
 def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
-    zero = float(np.median(force[:_FIRST]))
+    zero = float(np.median(force[: max(3, min(_FIRST, round(_FIRST_SHARE * len(force))))]))
     limit = max(_BELOW * float(force.max() - zero), _LOUD * noise_of(force))
     row = int(np.argmin(force))
     if force[row] < zero - limit:

@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 COVERAGE = 1.96  # standard errors on each side: 95 %
 PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Moduli of whole fruit and tubers [MPa]: beyond, a unit is wrong."""
+USUAL = Bounds(at_least=0.1, at_most=12.0)
+"""Moduli that fruit mostly have [MPa]: beyond, the answer asks to look at the units again."""
 _ASIDE = 0.2  # of the travel to a strain, on each side: what its secant and tangent are read from
 _LEAST_POINTS = 6
 _RISEN = 0.1  # of the largest force: the plate is on the fruit
@@ -121,7 +123,7 @@ def measured_modulus(
         E_hertz_MPa=E,
         u_percent=100.0 * COVERAGE * chosen.factor_error / chosen.factor,
         secants=secants,
-        notes=(*specimen.notes, *notes, *_notes(chosen)),
+        notes=(*specimen.notes, *notes, *_notes(E, chosen)),
     )
 
 
@@ -139,8 +141,10 @@ def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeomet
         raise fault(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
 
 
-def _notes(chosen: RangeFit) -> list[str]:
+def _notes(E: float, chosen: RangeFit) -> list[str]:
     found = []
+    if not USUAL.hold(E):
+        found.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
     if not chosen.follows:
         found.append(
             "the curve does not follow Hertz's law within its noise: the shape of the fruit or its flesh differs"

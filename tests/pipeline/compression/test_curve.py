@@ -109,6 +109,18 @@ def test_few_rows_are_refused(tmp_path: Path):
         measure(tmp_path, "\n".join(QUIET.csv().splitlines()[:7]))
 
 
+def test_twenty_rows_are_enough(tmp_path: Path):
+    test = VirtualTest(E_MPa=2.0, rows=20, noise_percent=0.3)
+    found = measure(tmp_path, test.csv())
+    assert found.E_hertz_MPa == pytest.approx(2.0, rel=0.05)
+
+
+def test_unit_that_may_be_wrong_is_asked_about(tmp_path: Path):
+    """Newtons called kilogram-force are 9.8 times too many: 20 MPa may be a nut, and is hardly a fruit."""
+    text = VirtualTest(E_MPa=2.0).csv().replace("force_N", "force_kgf")
+    assert any("unusual for a fruit: check the units" in note for note in measure(tmp_path, text).notes)
+
+
 def test_lost_rows_do_not_move_the_modulus(tmp_path: Path):
     lines = QUIET.csv().splitlines()
     found = measure(tmp_path, "\n".join(lines[:250] + lines[330:]))
