@@ -19,7 +19,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Show an output folder in a window, or write its pictures into the folder `--png`; return exit code 0."""
-    from pipeline.view.pictures import pictures, show_pictures, write_pictures
+    from pipeline.view.pictures import pictures, write_pictures
+    from pipeline.view.window import show_pictures
 
     shown = pictures(arguments.folder)
     if arguments.png is None:
