@@ -17,8 +17,9 @@ Plotter = Any
 
 _CHORD_MM = 0.05
 _ANGLE = 0.2  # rad between two facets of a curved face
-_APART = 3.0  # how many times its place across the sensor a body is moved outwards
+_APART = 4.0  # how many times its place across the sensor a body is moved outwards
 _DIRECTION = (0.55, -1.0, 0.5)
+_APART_DIRECTION = (1.0, -0.9, 0.75)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,16 +62,21 @@ def _top(body: DrawnBody) -> tuple[float, float, float]:
     return x, y, body.surface.bounds[5]
 
 
-def draw_assembly(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str, *, named: bool = False) -> None:
-    """Draw bodies in their colours, with their names where asked for."""
-    light_body(plotter)
+def draw_bodies(plotter: Plotter, bodies: tuple[DrawnBody, ...]) -> None:
+    """Draw bodies in their colours, with their edges."""
     for body in bodies:
         plotter.add_mesh(body.surface, color=body.colour, smooth_shading=True, split_sharp_edges=True, ambient=0.2)
         plotter.add_mesh(sharp_edges(body.surface), color=EDGE, line_width=1)
+
+
+def draw_assembly(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str, *, named: bool = False) -> None:
+    """Draw bodies in their colours, with their names where asked for."""
+    light_body(plotter)
+    draw_bodies(plotter, bodies)
     whole = pv.merge([body.surface for body in bodies])
     if named:
         first = {body.name.rstrip("0123456789 "): body for body in reversed(bodies)}
         add_labels(plotter, [_top(body) for body in first.values()], list(first), ACCENT, 18)
     add_title(plotter, title)
     add_rule(plotter, whole)
-    look_at(plotter, _DIRECTION, whole)
+    look_at(plotter, _APART_DIRECTION if named else _DIRECTION, whole)

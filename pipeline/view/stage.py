@@ -1,6 +1,7 @@
 """What every picture has around its body: light, a title, a rule for the size, and the eye."""
 
 import math
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,8 @@ _SHARP = 25.0  # degrees between two facets that make an edge worth a line
 _RULE = 0.25  # of the width of a body, at most
 _BELOW = 0.06  # of the size of a body, how far below it the rule lies
 _UP = (0.0, 0.0, 1.0)
-_LONGEST_LINE = 90  # letters of a title
+_LARGEST_LETTERS, _SMALLEST_LETTERS, _FULL_WIDTH = 11, 7, 1600  # of a title, and where they are the largest
+_LETTER = 1.35  # width of a letter over its size
 _TOP, _BOTTOM, _SIDES = 0.12, 0.24, 0.9  # of the picture: room for the title, for rule and bar, and what is filled
 
 
@@ -32,10 +34,18 @@ def light_body(plotter: Plotter) -> None:
 
 
 def add_title(plotter: Plotter, text: str) -> None:
-    """Write a title above a body, in two lines where it is long."""
-    if len(text) > _LONGEST_LINE and "; " in text:
-        text = text.replace("; ", "\n", 1)
-    plotter.add_text(text, position="upper_edge", font_size=11, color="black")
+    """Write a title above a body, in as many lines as the width of the picture asks for."""
+    width, _ = picture_size(plotter)
+    size = min(_LARGEST_LETTERS, max(_SMALLEST_LETTERS, round(_LARGEST_LETTERS * width / _FULL_WIDTH)))
+    lines = textwrap.wrap(text, max(1, int(width / (_LETTER * size))))
+    plotter.add_text("\n".join(lines), position="upper_edge", font_size=size, color="black")
+
+
+def picture_size(plotter: Plotter) -> tuple[int, int]:
+    """Return the width and height of what is drawn in [pixels]: the window, or its part that is being filled."""
+    width, height = plotter.window_size
+    left, bottom, right, top = plotter.renderer.viewport
+    return max(1, round(width * (right - left))), max(1, round(height * (top - bottom)))
 
 
 def sharp_edges(surface: Mesh) -> Mesh:
@@ -62,7 +72,7 @@ def add_rule(plotter: Plotter, mesh: Mesh, focus: Box | None = None) -> None:
     plotter.add_mesh(pv.Line(start, end), color=EDGE, line_width=4)
     for tick in (start, end):
         plotter.add_mesh(pv.Line(tick, tick + up), color=EDGE, line_width=3)
-    add_labels(plotter, [end + 0.1 * along], [f"{length:g} mm"], EDGE)
+    add_labels(plotter, [start - 3.0 * up], [f"{length:g} mm"], EDGE)
 
 
 def add_labels(plotter: Plotter, places: Any, texts: list[str], colour: str = ACCENT, size: int = 20) -> None:  # noqa: ANN401
@@ -96,7 +106,7 @@ def _leave_margins(plotter: Plotter, lower: Corner, upper: Corner) -> None:
     upward = np.cross(right, view)
     corners = np.stack(np.meshgrid(*zip(lower, upper, strict=True)), axis=-1).reshape(-1, 3)
     across, along = corners @ right, corners @ upward
-    width, height = plotter.renderer.size if hasattr(plotter.renderer, "size") else plotter.window_size
+    width, height = picture_size(plotter)
     free = 1.0 - _TOP - _BOTTOM
     scale = 0.5 * max(np.ptp(along) / free, np.ptp(across) * height / width / _SIDES)
     middle = 0.5 * np.array([across.max() + across.min(), along.max() + along.min()])
