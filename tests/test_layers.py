@@ -101,6 +101,7 @@ MOST_FILES = 12
 """In one folder, its `__init__.py` not counted: what one can take in at a glance."""
 
 OWNERS = {
+    "aiohttp": {"pipeline"},
     "OCP": {"cad"},
     "cadquery": {"cad"},
     "cattrs": {"pipeline"},
@@ -130,6 +131,7 @@ OWNERS = {
     "trame_vuetify": {"pipeline"},
     "trimesh": {"cad"},
     "vtk": {"pipeline"},
+    "vtkmodules": {"pipeline"},
 }
 """The folders that may import a package; the longest name that fits decides."""
 

@@ -3,6 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from cad.quantity import fault
 from pipeline.commands.console import add_force_flag
 from pipeline.storage.interruption import interruptible
 
@@ -16,11 +17,22 @@ def add_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("--png", metavar="DIR", type=Path, help="write pictures there instead of opening a window")
     add("--html", metavar="FILE", type=Path, help="write the scenes as one web page that needs no network")
+    add("--pvd", metavar="DIR", type=Path, help="write flexures and fruit over the travel there, a series for ParaView")
     add_force_flag(parser)
+    add(
+        "--serve", action="store_true", help="serve the scenes to a browser on this machine, with sliders, until Ctrl-C"
+    )
+    add(
+        "--host", metavar="ADDRESS", help="with --serve: listen to this address (default 127.0.0.1, this machine alone)"
+    )
+    add("--port", metavar="N", type=int, help="with --serve: the port (default: a free one)")
 
 
 def execute(arguments: Namespace) -> int:
     """Show an output folder in a window, or write what the flags ask for and print the paths; return exit code 0."""
+    if arguments.serve:
+        return _served(arguments)
+    _refuse_without_server(arguments)
     if not _asked_to_write(arguments):
         from pipeline.view.pictures import pictures
         from pipeline.view.window import show_pictures
@@ -34,8 +46,25 @@ def execute(arguments: Namespace) -> int:
     return 0
 
 
+def _served(arguments: Namespace) -> int:
+    """Serve an output folder until a signal ends it."""
+    if _asked_to_write(arguments):
+        raise fault("--serve", "given with another flag", "", "alone", "write files with a command of their own")
+    from pipeline.view.serving.server import LOCAL, serve
+
+    with interruptible():
+        serve(arguments.folder, arguments.host or LOCAL, arguments.port or 0)
+    return 0
+
+
+def _refuse_without_server(arguments: Namespace) -> None:
+    for flag, value in (("--host", arguments.host), ("--port", arguments.port)):
+        if value is not None:
+            raise fault(flag, value, "", "given with --serve", "add --serve, or leave it out")
+
+
 def _asked_to_write(arguments: Namespace) -> bool:
-    return any(path is not None for path in (arguments.png, arguments.html))
+    return any(path is not None for path in (arguments.png, arguments.html, arguments.pvd))
 
 
 def _written(arguments: Namespace) -> list[Path]:
@@ -49,4 +78,8 @@ def _written(arguments: Namespace) -> list[Path]:
         from pipeline.view.web_page import write_web_page
 
         paths.append(write_web_page(arguments.folder, arguments.html, force=arguments.force))
+    if arguments.pvd is not None:
+        from pipeline.view.series import write_series
+
+        paths += write_series(arguments.folder, arguments.pvd, force=arguments.force)
     return paths
