@@ -18,6 +18,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--png", metavar="DIR", type=Path, help="write pictures there instead of opening a window")
     add("--html", metavar="FILE", type=Path, help="write the scenes as one web page that needs no network")
     add("--pvd", metavar="DIR", type=Path, help="write flexures and fruit over the travel there, a series for ParaView")
+    add("--inp", metavar="DIR", type=Path, help="write the scenes there as decks that CalculiX runs as they are")
     add_force_flag(parser)
     add(
         "--serve", action="store_true", help="serve the scenes to a browser on this machine, with sliders, until Ctrl-C"
@@ -64,7 +65,7 @@ def _refuse_without_server(arguments: Namespace) -> None:
 
 
 def _asked_to_write(arguments: Namespace) -> bool:
-    return any(path is not None for path in (arguments.png, arguments.html, arguments.pvd))
+    return any(path is not None for path in (arguments.png, arguments.html, arguments.pvd, arguments.inp))
 
 
 def _written(arguments: Namespace) -> list[Path]:
@@ -82,4 +83,8 @@ def _written(arguments: Namespace) -> list[Path]:
         from pipeline.view.series import write_series
 
         paths += write_series(arguments.folder, arguments.pvd, force=arguments.force)
+    if arguments.inp is not None:
+        from pipeline.view.calculix_decks import write_decks
+
+        paths += write_decks(arguments.folder, arguments.inp, force=arguments.force)
     return paths
