@@ -38,7 +38,7 @@ class StoredFile:
 class StoredResponse:
     """The response at one modulus E [MPa]: P [1] over the travel [mm]; None where a tip was off the fruit.
 
-    F_l, F_h are the forces of a low and a high tip [N], means where there are more.
+    Forces [N] are those of a low and a high tip, means where there are more.
     """
 
     E_MPa: float
@@ -46,6 +46,11 @@ class StoredResponse:
     P: tuple[float | None, ...]
     F_l_N: tuple[float, ...] = ()
     F_h_N: tuple[float, ...] = ()
+
+    @property
+    def forces_N(self) -> tuple[tuple[float, ...], ...]:
+        """Return the force of a tip over the travel [N] for each spring, the low one's first."""
+        return self.F_l_N, self.F_h_N
 
     @property
     def last_P(self) -> float | None:

@@ -16,6 +16,7 @@ from pipeline.storage.placed_files import place_files
 from solve.arrays import Floats
 from solve.fruit.direct import MIDDLE, mesh_compliance
 from solve.housing.element_study import element_stiffness
+from solve.housing.stiffness import SPRINGS
 
 FLAG = "--inp"
 INDENTATION = 0.1  # of the side of a tip
@@ -44,13 +45,14 @@ def _flexure(report: StoredReport) -> str | None:
     process, mesh = PROCESSES[report.design.print.process], flexure_mesh(report.housing)
     scene = flexure_deck(mesh, *HEXAHEDRA, process.E_MPa, process.poisson)
     found = element_stiffness(mesh, HEXAHEDRA[0], process.E_MPa, process.poisson)
+    stiffnesses = ", ".join(f"{K:.9g} N/mm of the {name} spring" for name, K in zip(SPRINGS, found.K, strict=True))
     heading = [
         f"{_ascii(report.design.name)}: half y >= 0 of the housing, N, mm, MPa; step 1: 0.5 N on half of the low tip,",
         "that is 1 N on the whole, step 2: the same on the high tip. The walls of the holes are held: a mount of its",
         "own, to compare solvers with; covers and washers hold the frame in another way, and report.json is of those.",
         "Displacements of the nodes of both tips' faces are printed. Stiffness = 1 N over the mean of u_z over the",
         "face of the tip (nodes weighted as the forces of its step). twintip finds on this very mesh, hexahedra of 20",
-        f"nodes and 8 Gauss points: K_l = {found.K[0]:.9g} N/mm, K_h = {found.K[1]:.9g} N/mm.",
+        f"nodes and 8 Gauss points: {stiffnesses}.",
     ]
     return scene.deck.text(heading)
 

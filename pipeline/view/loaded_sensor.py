@@ -96,19 +96,18 @@ def _spring_compliance(report: StoredReport) -> Floats:
     return np.diag([1e3 / (K or 1.0) for K in own])
 
 
-def forces_at(response: Sequence[StoredResponse], E: float, x: float) -> tuple[float, float]:
-    """Return the forces of a low and a high tip [N] at modulus E [MPa] and travel x [mm], from a stored response.
+def forces_at(response: Sequence[StoredResponse], E: float, x: float) -> tuple[float, ...]:
+    """Return the force of a tip on each spring [N], the low one's first, at modulus E [MPa] and travel x [mm].
 
-    Between travels a force is taken as a straight line, from 0 at the first touch; between moduli the give x / F as one
+    Of a stored response, between travels a force is taken as a straight line, from 0 at the first touch; between moduli the give x / F as one
     over 1 / E, which it is where the scene is linear and its tips do not disturb each other. Outside the moduli the
     nearest counts.
     """
     rows = sorted(response, key=lambda row: row.E_MPa)
     softness = [1.0 / row.E_MPa for row in reversed(rows)]
-    tables = ([row.F_l_N for row in reversed(rows)], [row.F_h_N for row in reversed(rows)])
     travels = [row.x_mm for row in reversed(rows)]
-    low, high = (_force(softness, travels, table, 1.0 / E, x) for table in tables)
-    return low, high
+    tables = zip(*(row.forces_N for row in reversed(rows)), strict=True)
+    return tuple(_force(softness, travels, table, 1.0 / E, x) for table in tables)
 
 
 def _force(

@@ -13,14 +13,14 @@ import pyvista as pv
 from cad.quantity import fault
 from pipeline.report.stored import StoredReport, read_report
 from pipeline.storage.placed_files import place_files, refuse_taken
-from pipeline.view.assembly_scene import assembly, draw_assembly, drawn_apart
-from pipeline.view.field import SHARE_OF_LIMIT, VERTICAL_PRESSURE
-from pipeline.view.flexure_scenes import flexure_scenes
-from pipeline.view.fruit_scene import fruit_scene
-from pipeline.view.mirrored import whole_model
 from pipeline.view.printed_part import draw_printed_part
 from pipeline.view.response_chart import draw_response_chart
-from pipeline.view.scene import FieldScene, draw_plain, draw_scene
+from pipeline.view.scenes.assembly import assembly, draw_assembly, drawn_apart
+from pipeline.view.scenes.field import SHARE_OF_LIMIT, VERTICAL_PRESSURE
+from pipeline.view.scenes.flexures import flexure_scenes
+from pipeline.view.scenes.fruit import fruit_scene
+from pipeline.view.scenes.mirrored import whole_model
+from pipeline.view.scenes.scene import FieldScene, draw_plain, draw_scene
 
 Plotter = Any  # a PyVista plotter: its decorated methods have no types that strict mode takes
 Draw = Callable[[Plotter], None]

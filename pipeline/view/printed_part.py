@@ -6,7 +6,7 @@ import numpy as np
 
 from cad.design.parameters import Design
 from cad.design.tips import Tips
-from pipeline.view.stage import BODY, EDGE, add_labels, add_rule, add_title, light_body, look_at, sharp_edges
+from pipeline.view.scenes.stage import BODY, EDGE, add_labels, add_rule, add_title, light_body, look_at, sharp_edges
 
 Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
 Plotter = Any

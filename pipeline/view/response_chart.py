@@ -4,13 +4,14 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from cad.quantity import fault
 from pipeline.report.stored import StoredReport
-from pipeline.view.stage import ACCENT, picture_size
+from pipeline.view.scenes.stage import ACCENT, picture_size
 
 Plotter = Any  # a PyVista plotter: its decorated methods have no types that strict mode takes
 
@@ -33,11 +34,18 @@ def draw_response_chart(plotter: Plotter, report: StoredReport) -> None:
 
 def chart_pixels(report: StoredReport, width: int, height: int) -> NDArray[np.uint8]:
     """Return the chart as a picture, shape (height, width, 3); raises InputError where there is nothing to draw."""
-    E, P = force_ratios(report)
-    targets = report.design.targets
     inches = min(_WIDEST, width / _DOTS_PER_INCH)
     figure = Figure(figsize=(inches, inches * height / width), dpi=width / inches, layout="constrained")
-    axes = figure.add_subplot()
+    _plot(figure.add_subplot(), report)
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+
+
+def _plot(axes: Axes, report: StoredReport) -> None:
+    """Plot P over E with what is aimed at, where there are targets."""
+    E, P = force_ratios(report)
+    targets = report.design.targets
     axes.plot(E, P, "o-", color=_CURVE, linewidth=2.5, label="P at full travel")
     if targets is not None:
         E_max, P_max = report.design.fruit.E_max_MPa, targets.P_max
@@ -48,9 +56,6 @@ def chart_pixels(report: StoredReport, width: int, height: int) -> NDArray[np.ui
     axes.set_title(f"{report.design.name}: force ratio over modulus")
     axes.grid(alpha=0.3)
     axes.legend(loc="lower right")
-    canvas: Any = FigureCanvasAgg(figure)
-    canvas.draw()
-    return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
 
 
 def force_ratios(report: StoredReport) -> tuple[list[float], list[float]]:

@@ -25,11 +25,11 @@ from trame_vtk.tools.vtksz2html import HTML_VIEWER_PATH
 from cad.quantity import fault
 from pipeline.report.stored import read_report
 from pipeline.storage.placed_files import place_files, refuse_taken
-from pipeline.view.assembly_scene import assembly, draw_bodies
-from pipeline.view.field import Field
 from pipeline.view.pictures import draw_without_display, field_scenes
-from pipeline.view.scene import COLOURS, FieldScene, draw_body
-from pipeline.view.stage import light_body, look_at
+from pipeline.view.scenes.assembly import assembly, draw_bodies
+from pipeline.view.scenes.field import Field
+from pipeline.view.scenes.scene import COLOURS, FieldScene, draw_body
+from pipeline.view.scenes.stage import light_body, look_at
 
 Plotter = Any  # a PyVista plotter: its decorated methods have no types that strict mode takes
 

@@ -4,13 +4,16 @@ from typing import Any
 
 import pyvista as pv
 from trame.app import get_server
-from trame.ui.vuetify3 import SinglePageWithDrawerLayout
-from trame.widgets import html, vtk, vuetify3
+from trame.widgets import html
+from trame_vtk.widgets import vtk
+from trame_vuetify.ui.vuetify3 import SinglePageWithDrawerLayout
+from trame_vuetify.widgets import vuetify3
 from vtkmodules.vtkRenderingCore import vtkCellPicker
 
 from pipeline.report.stored import StoredReport
-from pipeline.view.serving.scenes import AXES, Probe, ServedScenes, View, chosen_field
+from pipeline.view.serving.served_scenes import AXES, Probe, ServedScenes, View, chosen_field
 
+Item = dict[str, object]  # of a list: its title and its value
 Server = Any  # of trame, whose attributes have no types that strict mode takes
 
 _STEPS = 40  # of a slider
@@ -110,33 +113,39 @@ class Application:
             layout.footer.hide()
             layout.title.set_text(f"twintip: {report.design.name}")
             with layout.drawer, vuetify3.VContainer():
-                _choice("Scene", "scene", [{"title": name, "value": name} for name in self.scenes.names])
-                vuetify3.VSelect(label="Field", v_model=("field",), items=("fields",), density="compact")
-                travel = report.design.press.travel_mm
-                _slider("E of the fruit [MPa]", "E_MPa", min(moduli), max(moduli))
-                _slider("travel [mm]", "x_mm", travel / _STEPS, travel)
-                factors = [{"title": f"{factor:g}" if factor else "as fits", "value": factor} for factor in _FACTORS]
-                _choice("Displacements drawn, times", "factor", factors)
-                _choice("Cut across", "cut_axis", [{"title": name or "as is", "value": name} for name in ("", *AXES)])
-                _slider("cut at, share of the body", "cut_at", 0.01, 0.99)
-                with html.Div(style="display: flex; gap: 0.3rem"):
-                    for axis in AXES:
-                        vuetify3.VTextField(
-                            label=f"{axis} [mm]", v_model=(f"probe_{axis}",), type="number", density="compact"
-                        )
-                vuetify3.VBtn("Value there", click=self.probe, block=True, classes="probe")
-                html.P("{{ probe }}", classes="probed mt-3")
-                html.P("{{ message }}", classes="text-error", role="alert")
+                self._lay_out_choices(report, moduli)
+                self._lay_out_probe()
             with layout.content, vuetify3.VContainer(fluid=True, classes="pa-0 fill-height"):
                 view = vtk.VtkRemoteView(self.plotter.render_window, interactive_ratio=1)
                 self.server.controller.view_update = view.update
+
+    def _lay_out_choices(self, report: StoredReport, moduli: list[float]) -> None:
+        """Lay out what is shown, under which press, and how it is drawn."""
+        travel = report.design.press.travel_mm
+        factors: list[Item] = [{"title": f"{each:g}" if each else "as fits", "value": each} for each in _FACTORS]
+        _choice("Scene", "scene", [{"title": name, "value": name} for name in self.scenes.names])
+        vuetify3.VSelect(label="Field", v_model=("field",), items=("fields",), density="compact")
+        _slider("E of the fruit [MPa]", "E_MPa", min(moduli), max(moduli))
+        _slider("travel [mm]", "x_mm", travel / _STEPS, travel)
+        _choice("Displacements drawn, times", "factor", factors)
+        _choice("Cut across", "cut_axis", [{"title": name or "as is", "value": name} for name in ("", *AXES)])
+        _slider("cut at, share of the body", "cut_at", 0.01, 0.99)
+
+    def _lay_out_probe(self) -> None:
+        """Lay out the place whose value is asked for, and the answer."""
+        with html.Div(style="display: flex; gap: 0.3rem"):
+            for axis in AXES:
+                vuetify3.VTextField(label=f"{axis} [mm]", v_model=(f"probe_{axis}",), type="number", density="compact")
+        vuetify3.VBtn("Value there", click=self.probe, block=True, classes="probe")
+        html.P("{{ probe }}", classes="probed mt-3")
+        html.P("{{ message }}", classes="text-error", role="alert")
 
 
 def _plotter() -> Any:  # noqa: ANN401 - a PyVista plotter
     return pv.Plotter(off_screen=True, window_size=list(_FIRST_SIZE))
 
 
-def _choice(label: str, key: str, items: list[dict[str, Any]]) -> None:
+def _choice(label: str, key: str, items: list[Item]) -> None:
     vuetify3.VSelect(label=label, v_model=(key,), items=(f"{key}_items", items), density="compact")
 
 

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.view.field import DISPLACEMENT, Field
-from pipeline.view.stage import BODY, EDGE, add_rule, add_title, light_body, look_at, picture_size, sharp_edges
+from pipeline.view.scenes.field import DISPLACEMENT, Field
+from pipeline.view.scenes.stage import BODY, EDGE, add_rule, add_title, light_body, look_at, picture_size, sharp_edges
 
 Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
 Plotter = Any
+ColourBar = dict[str, object]  # what PyVista takes
 Vector = tuple[float, float, float]
 
 COLOURS = "YlOrRd"  # pale where there is little: the shape stays readable
@@ -86,7 +87,7 @@ def draw_scene(plotter: Plotter, scene: FieldScene, field: Field | None = None) 
 
 
 def draw_body(
-    plotter: Plotter, scene: FieldScene, field: Field, bar: dict[str, Any] | None = None, facets: int = FACETS
+    plotter: Plotter, scene: FieldScene, field: Field, bar: ColourBar | None = None, facets: int = FACETS
 ) -> None:
     """Draw the body of a scene alone, with a bar of its colours where one is given."""
     before, moved = deformed_surface(scene, facets)
@@ -106,7 +107,7 @@ def draw_body(
     plotter.add_mesh(sharp_edges(moved), color=EDGE, line_width=1.5)
 
 
-def colour_bar(plotter: Plotter, scene: FieldScene, field: Field) -> dict[str, Any]:
+def colour_bar(plotter: Plotter, scene: FieldScene, field: Field) -> ColourBar:
     """Return how the bar of a field is drawn; its title is that of one scene, for bars of one title are one bar."""
     wide = picture_size(plotter)[0] > _NARROW
     text = {"title": f"{scene.name}: {field.title}\n", "color": "black", "fmt": "%.3g", "n_labels": 5 if wide else 3}

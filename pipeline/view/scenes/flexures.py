@@ -7,9 +7,9 @@ import numpy as np
 
 from cad.design.processes import PROCESSES
 from pipeline.report.stored import StoredReport
-from pipeline.view.field import DISPLACEMENT, FLEXURE_FIELDS, add_derived_fields, fields_on
-from pipeline.view.mirrored import whole_model
-from pipeline.view.scene import FieldScene, deformation_factor
+from pipeline.view.scenes.field import DISPLACEMENT, FLEXURE_FIELDS, add_derived_fields, fields_on
+from pipeline.view.scenes.mirrored import whole_model
+from pipeline.view.scenes.scene import FieldScene, deformation_factor
 from solve.housing.stiffness import SPRINGS, tip_face
 
 Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes

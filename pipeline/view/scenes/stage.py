@@ -101,17 +101,24 @@ def look_at(plotter: Plotter, direction: Vector, mesh: Mesh, focus: Box | None =
 def _leave_margins(plotter: Plotter, lower: Corner, upper: Corner) -> None:
     """Let a box [mm] fill the picture but for the room of title, rule and bar of colours."""
     camera = plotter.camera
-    view = np.array(camera.direction) / np.linalg.norm(camera.direction)
-    right = np.cross(view, _UP) / np.linalg.norm(np.cross(view, _UP))
-    upward = np.cross(right, view)
+    right, upward = _picture_axes(camera)
     corners = np.stack(np.meshgrid(*zip(lower, upper, strict=True)), axis=-1).reshape(-1, 3)
     across, along = corners @ right, corners @ upward
     width, height = picture_size(plotter)
-    free = 1.0 - _TOP - _BOTTOM
-    scale = 0.5 * max(np.ptp(along) / free, np.ptp(across) * height / width / _SIDES)
-    middle = 0.5 * np.array([across.max() + across.min(), along.max() + along.min()])
-    shift = scale * (_BOTTOM - _TOP)
-    moved = (middle[0] - camera.focal_point @ right) * right
-    moved = moved + (middle[1] - shift - camera.focal_point @ upward) * upward
-    camera.position, camera.focal_point = tuple(camera.position + moved), tuple(camera.focal_point + moved)
+    scale = 0.5 * max(np.ptp(along) / (1.0 - _TOP - _BOTTOM), np.ptp(across) * height / width / _SIDES)
+    eye = np.array(camera.focal_point)
+    shift = (_middle(across) - eye @ right) * right
+    shift += (_middle(along) - scale * (_BOTTOM - _TOP) - eye @ upward) * upward
+    camera.position, camera.focal_point = tuple(camera.position + shift), tuple(eye + shift)
     camera.parallel_scale = scale
+
+
+def _middle(places: Corner) -> float:
+    return 0.5 * float(places.max() + places.min())
+
+
+def _picture_axes(camera: Any) -> tuple[Corner, Corner]:  # noqa: ANN401 - of PyVista
+    """Return the directions to the right of the picture and upwards in it [1]."""
+    view = np.array(camera.direction) / np.linalg.norm(camera.direction)
+    right = np.cross(view, _UP) / np.linalg.norm(np.cross(view, _UP))
+    return right, np.cross(right, view)

@@ -9,12 +9,12 @@ import pyvista as pv
 
 from cad.quantity import InputError
 from pipeline.report.stored import StoredReport
-from pipeline.view.assembly_scene import DrawnBody, assembly, draw_assembly
-from pipeline.view.field import Field
-from pipeline.view.flexure_scenes import flexure_scenes
-from pipeline.view.fruit_scene import fruit_scene
 from pipeline.view.loaded_sensor import LoadedHousing, as_drawn, forces_at, fruit_under, housing_of
-from pipeline.view.scene import Cut, FieldScene, deformed_surface, draw_scene
+from pipeline.view.scenes.assembly import DrawnBody, assembly, draw_assembly
+from pipeline.view.scenes.field import Field
+from pipeline.view.scenes.flexures import flexure_scenes
+from pipeline.view.scenes.fruit import fruit_scene
+from pipeline.view.scenes.scene import Cut, FieldScene, deformed_surface, draw_scene
 from solve.housing.stiffness import SPRINGS
 from solve.linear import SolveError
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from cad.design.parameters import Design
-from pipeline.view.field import DISPLACEMENT, FRUIT_FIELDS, add_derived_fields, fields_on
-from pipeline.view.scene import Cut, FieldScene, Vector
+from pipeline.view.scenes.field import DISPLACEMENT, FRUIT_FIELDS, add_derived_fields, fields_on
+from pipeline.view.scenes.scene import Cut, FieldScene, Vector
 from solve.fruit.curved_body import core_of
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import smooth_loads
