@@ -99,9 +99,9 @@ def _spring_compliance(report: StoredReport) -> Floats:
 def forces_at(response: Sequence[StoredResponse], E: float, x: float) -> tuple[float, ...]:
     """Return the force of a tip on each spring [N], the low one's first, at modulus E [MPa] and travel x [mm].
 
-    Of a stored response, between travels a force is taken as a straight line, from 0 at the first touch; between moduli the give x / F as one
-    over 1 / E, which it is where the scene is linear and its tips do not disturb each other. Outside the moduli the
-    nearest counts.
+    Between the travels of a stored response a force is taken as a straight line, from 0 at the first touch; between
+    its moduli the give x / F as one over 1 / E, which it is where the scene is linear and its tips do not disturb each
+    other. Outside the moduli the nearest counts.
     """
     rows = sorted(response, key=lambda row: row.E_MPa)
     softness = [1.0 / row.E_MPa for row in reversed(rows)]

@@ -3,6 +3,7 @@
 import base64
 import io
 import json
+import re
 import zipfile
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -37,7 +38,9 @@ FLAG = "--html"
 _TEMPLATE = "scenes.html.j2"
 _FACETS = 1  # how often the facet of a quadratic cell is halved: the page is to stay small
 _SHADES = 12
+_ICONS = b"https://kitware.github.io/vtk-js/icon/"
 _DATE = (1980, 1, 1, 0, 0, 0)  # of every file in an archive: the same bytes every time
+_ADDRESS = re.compile(r"(?<=[\"{])[0-9a-f]{16}(?=[\"}-])")  # of an object, in its name and where it is named
 _LOOK = (0.55, -1.0, 0.5)
 
 
@@ -79,10 +82,16 @@ def web_page(folder: Path) -> bytes:
     page = templates.get_template(_TEMPLATE).render(
         name=name,
         scenes=scenes,
-        viewer=base64.b64encode(HTML_VIEWER_PATH.read_bytes()).decode(),
+        viewer=base64.b64encode(_viewer()).decode(),
         colours=[mpl.colors.to_hex(mpl.colormaps[COLOURS](shade / (_SHADES - 1))) for shade in range(_SHADES)],
     )
     return page.encode()
+
+
+def _viewer() -> bytes:
+    """Return the page that draws one scene, its icons, which it would ask of the network, left out."""
+    page: bytes = HTML_VIEWER_PATH.read_bytes()
+    return page.replace(_ICONS, b"data:,")
 
 
 def _web_scenes(folder: Path) -> Iterator[WebScene]:
@@ -125,6 +134,7 @@ def _archived(plotter: Plotter) -> str:
     context.set_ignore_last_dependencies(True)
     state = serialize(None, window, reference_id(window), context, 1)
     camera = plotter.camera
+    state["mtime"] = 1  # else it counts all that this process has drawn
     state["extra"] = {
         "vtkRefId": reference_id(window),
         "centerOfRotation": list(camera.focal_point),
@@ -134,9 +144,16 @@ def _archived(plotter: Plotter) -> str:
         entry["hash"]: {**entry, "content": context.get_cached_data_array(entry["hash"], False)}  # noqa: FBT003
         for entry in extract_array_hash(state)
     }
-    text = json.dumps({"hashes": arrays, "scene": state}, sort_keys=True)
+    text = json.dumps({"hashes": arrays, "scene": _numbered(state)}, sort_keys=True)
     plotter.close()
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         archive.writestr(zipfile.ZipInfo("index.json", _DATE), text, zipfile.ZIP_DEFLATED)
     return base64.b64encode(packed.getvalue()).decode()
+
+
+def _numbered(state: object) -> object:
+    """Return a scene whose objects are named by numbers, not by their addresses, which are others every time."""
+    text = json.dumps(state, sort_keys=True)
+    numbers = {name: number for number, name in enumerate(dict.fromkeys(_ADDRESS.findall(text)), start=1)}
+    return json.loads(_ADDRESS.sub(lambda found: f"{numbers[found[0]]:016x}", text))

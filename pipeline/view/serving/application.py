@@ -1,5 +1,6 @@
 """The page that a browser shows: the picture that this machine draws, and the controls beside it."""
 
+import asyncio
 from typing import Any
 
 import pyvista as pv
@@ -17,6 +18,7 @@ Item = dict[str, object]  # of a list: its title and its value
 Server = Any  # of trame, whose attributes have no types that strict mode takes
 
 _STEPS = 40  # of a slider
+_REST = 0.25  # seconds without a change
 _FIRST_SIZE = (980, 770)  # of the picture [pixels], before a browser tells its own
 _FACTORS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 
@@ -31,6 +33,7 @@ class Application:
         self.plotter = _plotter()
         self.plotter.set_background("white")
         self._drawn: View | None = None
+        self._waiting: asyncio.TimerHandle | None = None
         moduli = [row.E_MPa for row in report.response]
         self.server.state.update(
             {
@@ -51,7 +54,9 @@ class Application:
             }
         )
         self._lay_out(report, moduli)
-        self.server.state.change("scene", "field", "E_MPa", "x_mm", "factor", "cut_axis", "cut_at")(self.redraw)
+        self.server.state.change("scene", "field", "E_MPa", "x_mm", "factor", "cut_axis", "cut_at")(
+            self._wait_to_redraw
+        )
         self.plotter.iren.interactor.AddObserver("LeftButtonPressEvent", self.pick)
         self.redraw()
 
@@ -69,7 +74,17 @@ class Application:
             cut_at=float(state.cut_at),
         )
 
-    def redraw(self, **_: object) -> None:
+    def _wait_to_redraw(self, **_: object) -> None:
+        """Draw when the controls have come to rest: a slider that is dragged passes many values."""
+        if self._waiting is not None:
+            self._waiting.cancel()
+        self._waiting = asyncio.get_running_loop().call_later(_REST, self._redraw_at_rest)
+
+    def _redraw_at_rest(self) -> None:
+        with self.server.state:
+            self.redraw()
+
+    def redraw(self) -> None:
         """Draw what the controls ask for; the eye stays where it is while the scene stays."""
         view, state = self.view, self.server.state
         if view == self._drawn:
@@ -150,11 +165,10 @@ def _choice(label: str, key: str, items: list[Item]) -> None:
 
 
 def _slider(label: str, key: str, least: float, largest: float) -> None:
-    """Lay out a slider whose value counts when it is let go, with the number above it."""
+    """Lay out a slider with its number above it."""
     html.Label(f"{label}: {{{{ Number({key}).toPrecision(3) }}}}")
     vuetify3.VSlider(
-        model_value=(key,),
-        end=f"{key} = $event",
+        v_model=(key,),
         min=least,
         max=largest,
         step=(largest - least) / _STEPS if largest > least else 1.0,
