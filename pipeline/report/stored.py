@@ -36,11 +36,21 @@ class StoredFile:
 
 @dataclass(frozen=True, kw_only=True)
 class StoredResponse:
-    """The response at one modulus E [MPa]: P [1] over the travel [mm]; None where a tip was off the fruit."""
+    """The response at one modulus E [MPa]: P [1] over the travel [mm]; None where a tip was off the fruit.
+
+    Forces [N] are those of a low and a high tip, means where there are more.
+    """
 
     E_MPa: float
     x_mm: tuple[float, ...]
     P: tuple[float | None, ...]
+    F_l_N: tuple[float, ...] = ()
+    F_h_N: tuple[float, ...] = ()
+
+    @property
+    def forces_N(self) -> tuple[tuple[float, ...], ...]:
+        """Return the force of a tip over the travel [N] for each spring, the low one's first."""
+        return self.F_l_N, self.F_h_N
 
     @property
     def last_P(self) -> float | None:
@@ -106,16 +116,27 @@ class StoredModulus:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StoredReport:
-    """What commands take of a report: design, tips, contact, housing [mm] or None, deflections [mm], response, files.
+class StoredFlexure:
+    """A spring: its stiffness [N/m], the strain at its root [1] with its error [%]; None where it is not made."""
 
-    Tips have the order of all forces and of the compliance. `read_out` turns forces into a modulus; `moduli` say how
-    good it is, none where the design asks for no readings.
+    stiffness_N_per_m: float | None
+    root_strain: float | None
+    root_strain_error_percent: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredReport:
+    """What commands take of a report: design, tips, contact, springs, housing [mm] or None, response, files.
+
+    Tips have the order of all forces and of the compliance; `flexures` are by the name of the spring, and deflections
+    [mm] those at which their strain is judged. `read_out` turns forces into a modulus; `moduli` say how good it is, none
+    where the design asks for no readings.
     """
 
     design: Design
     tips: tuple[StoredTip, ...]
     contact: StoredContact
+    flexures: dict[str, StoredFlexure]
     housing: Housing | None
     deflections_mm: tuple[float, ...]
     response: tuple[StoredResponse, ...]
@@ -172,6 +193,7 @@ def _report(data: Plain) -> StoredReport:
         design=design_from_mapping(_part(Plain, data, "design")),
         tips=_part(tuple[StoredTip, ...], data, "tips"),
         contact=from_plain(StoredContact, _taken(_part(Plain, data, "contact"), StoredContact), "contact"),
+        flexures={name: _flexure(row, name) for name, row in _part(Plain, data, "flexures").items()},
         housing=housing,
         deflections_mm=deflections,
         response=tuple(_response(row, f"response[{place}]") for place, row in enumerate(rows)),
@@ -197,6 +219,10 @@ def _part(kind: type[T], data: Plain, key: str) -> T:
         msg = f"{key} is missing"
         raise ValueError(msg)
     return from_plain(kind, data[key], key)
+
+
+def _flexure(row: Plain, name: str) -> StoredFlexure:
+    return from_plain(StoredFlexure, _taken(row, StoredFlexure), f"flexures.{name}")
 
 
 def _response(row: Plain, name: str) -> StoredResponse:
