@@ -9,6 +9,8 @@ from cad.verdict import Verdict
 from pipeline.reading.assessment import ModulusReading, ReadingAssessment
 from pipeline.reading.readings import Readings
 from pipeline.storage.plain import Plain, from_plain, number_at, same_number, value_at
+from pipeline.uncertainty.reading_table import ReadingTable
+from solve.arrays import Floats
 
 _PERCENT = 0.01
 
@@ -19,6 +21,27 @@ def reading_mapping(tips: Tips, readings: Readings | None) -> Plain:
     The reading is null where the design asks for none.
     """
     return {"tips": _tips(tips), "reading": None if readings is None else _reading(readings)}
+
+
+def curve_mapping(table: ReadingTable) -> Plain:
+    """Return P at full travel over the modulus, with the moduli that may show it; null where a tip is off the fruit."""
+    response = table.response
+    bands = {"as_printed": table.printed, "calibrated": table.calibrated}
+    return {
+        "x_mm": float(response.x[-1]),
+        "P_softest": _numbers(response.P[:1, -1])[0],
+        "E_MPa": _numbers(response.E[1:]),
+        "P": _numbers(response.P[1:, -1]),
+        **{
+            f"E_{end}_{name}_MPa": _numbers(band[1:, -1, place])
+            for name, band in bands.items()
+            for place, end in enumerate(("lower", "upper"))
+        },
+    }
+
+
+def _numbers(values: Floats) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in values.tolist()]
 
 
 def _tips(tips: Tips) -> list[Plain]:

@@ -11,6 +11,17 @@ from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
 from pipeline.report.mapping import SCHEMA
+from pipeline.report.stored_records import (
+    StoredBudget,
+    StoredCurve,
+    StoredModulus,
+    StoredPaper,
+    StoredPressure,
+    StoredReading,
+    StoredSolve,
+    StoredSpring,
+    StoredVerdict,
+)
 from pipeline.storage.plain import Plain, from_plain
 from pipeline.storage.seal import file_digest, is_regular
 
@@ -36,11 +47,23 @@ class StoredFile:
 
 @dataclass(frozen=True, kw_only=True)
 class StoredResponse:
-    """The response at one modulus E [MPa]: P [1] over the travel [mm]; None where a tip was off the fruit."""
+    """The response at one modulus E [MPa] over the travel [mm]: P [1] and forces [N]; None where a tip was off.
+
+    `F_l_N` and `F_h_N` are means over the tips of a kind; `F_N` has a row for each tip, none for a pair.
+    """
 
     E_MPa: float
     x_mm: tuple[float, ...]
     P: tuple[float | None, ...]
+    F_l_N: tuple[float | None, ...] = ()
+    F_h_N: tuple[float | None, ...] = ()
+    F_N: tuple[tuple[float | None, ...], ...] = ()
+    P_error_percent: tuple[float | None, ...] = ()
+
+    @property
+    def tip_forces(self) -> tuple[tuple[float | None, ...], ...]:
+        """Return the forces of each tip over the travel [N], shape (tips, travels), in the order of the tips."""
+        return self.F_N or (self.F_l_N, self.F_h_N)
 
     @property
     def last_P(self) -> float | None:
@@ -72,16 +95,31 @@ class StoredContact:
 class StoredReport:
     """What commands take of a report: design, tips, contact, housing [mm] or None, deflections [mm], response, files.
 
-    Tips have the order of all forces and of the compliance.
+    Tips have the order of all forces and of the compliance. `crosstalk` [1] is C_12 / C_22 of the springs, 0 where they
+    are not made; `tolerance` [1] and `fruit_stiffness` are what the run was asked for.
     """
 
     design: Design
     tips: tuple[StoredTip, ...]
     contact: StoredContact
+    contact_solve: StoredSolve
     housing: Housing | None
     deflections_mm: tuple[float, ...]
     response: tuple[StoredResponse, ...]
+    curve: StoredCurve
     files: tuple[StoredFile, ...]
+    verdicts: tuple[StoredVerdict, ...]
+    paper: StoredPaper | None
+    remedy: str | None
+    springs: dict[str, StoredSpring]
+    crosstalk: float
+    errors: dict[str, StoredBudget | None]
+    reading: StoredReading | None
+    notes: tuple[str, ...]
+    tolerance: float
+    fruit_stiffness: str
+    versions: dict[str, str]
+    seconds: dict[str, float]
 
 
 def read_report(folder: Path) -> StoredReport:
@@ -127,15 +165,65 @@ def _report(data: Plain) -> StoredReport:
     if housing is not None and len(deflections) != len(housing.arms):
         msg = f"deflections_mm has {len(deflections)} numbers; must be one for each of {len(housing.arms)} springs"
         raise ValueError(msg)
-    rows = _part(tuple[Plain, ...], data, "response")
+    behaviour = _nullable(data, "behaviour")
     return StoredReport(
         design=design_from_mapping(_part(Plain, data, "design")),
         tips=_part(tuple[StoredTip, ...], data, "tips"),
-        contact=from_plain(StoredContact, _taken(_part(Plain, data, "contact"), StoredContact), "contact"),
+        contact=_record(StoredContact, data, "contact"),
+        contact_solve=_record(StoredSolve, data, "contact"),
         housing=housing,
         deflections_mm=deflections,
-        response=tuple(_response(row, f"response[{place}]") for place, row in enumerate(rows)),
+        response=_records(StoredResponse, data, "response"),
+        curve=_record(StoredCurve, data, "curve"),
         files=_part(tuple[StoredFile, ...], data, "files"),
+        verdicts=_records(StoredVerdict, data, "verdicts"),
+        paper=_paper(data),
+        remedy=None if data.get("remedy", "") is None else _part(str, data, "remedy"),
+        springs={name: _record(StoredSpring, _part(Plain, data, "flexures"), name) for name in data["flexures"]},
+        crosstalk=0.0 if behaviour is None else _part(float, behaviour, "crosstalk_C12_over_C22"),
+        errors=_part(dict[str, StoredBudget | None], data, "errors"),
+        reading=_reading(data),
+        notes=_part(tuple[str, ...], data, "notes"),
+        tolerance=_part(float, _part(Plain, data, "accuracy"), "tolerance"),
+        fruit_stiffness=_part(str, _part(Plain, data, "springs"), "fruit_stiffness"),
+        versions=_part(dict[str, str], data, "versions"),
+        seconds=_part(dict[str, float], data, "seconds"),
+    )
+
+
+def _nullable(data: Plain, key: str) -> Plain | None:
+    """Return the object at a key, or None where it is null; raises ValueError where the key is missing."""
+    return None if data.get(key, "") is None else _part(Plain, data, key)
+
+
+def _record(kind: type[T], data: Plain, key: str) -> T:
+    """Return the record at a key, of whose other keys nothing is read."""
+    return from_plain(kind, _taken(_part(Plain, data, key), kind), key)
+
+
+def _records(kind: type[T], data: Plain, key: str) -> tuple[T, ...]:
+    """Return the records of a list, of whose other keys nothing is read."""
+    rows = _part(tuple[Plain, ...], data, key)
+    return tuple(from_plain(kind, _taken(row, kind), f"{key}[{place}]") for place, row in enumerate(rows))
+
+
+def _paper(data: Plain) -> StoredPaper | None:
+    paper = _nullable(data, "paper")
+    if paper is None:
+        return None
+    K = {key: _part(float, paper, key) for key in ("K_l_N_per_m", "K_h_N_per_m")}
+    return StoredPaper(**K, verdicts=_records(StoredVerdict, paper, "verdicts"))
+
+
+def _reading(data: Plain) -> StoredReading | None:
+    reading = _nullable(data, "reading")
+    if reading is None:
+        return None
+    return StoredReading(
+        method=_part(str, reading, "method"),
+        lift_deg=_part(float, reading, "lift_deg"),
+        moduli=_records(StoredModulus, reading, "moduli"),
+        skin_pressure=_records(StoredPressure, reading, "skin_pressure") if "skin_pressure" in reading else (),
     )
 
 
@@ -144,11 +232,6 @@ def _part(kind: type[T], data: Plain, key: str) -> T:
         msg = f"{key} is missing"
         raise ValueError(msg)
     return from_plain(kind, data[key], key)
-
-
-def _response(row: Plain, name: str) -> StoredResponse:
-    """Return what is read of a row; its other keys stay where they are."""
-    return from_plain(StoredResponse, _taken(row, StoredResponse), name)
 
 
 def _taken(row: Plain, kind: type[Any]) -> Plain:

@@ -1,0 +1,216 @@
+"""Plots of fields: the flexures under full travel with their stress, the contact of two tips in section."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.tri import Triangulation
+
+from cad.design.processes import PROCESSES
+from cad.theory.contrast_law import hertz_factor
+from pipeline.page.fields import Fields, FlexureSection, Floats, Ints, TipPressure
+from pipeline.page.picture import BAD, INK, MUTED, SERIES, Picture, plot_axes, plot_picture, plot_style
+from pipeline.report.stored import StoredReport
+
+_DRAWN = 0.06  # largest deflection as drawn, as a share of the width
+_SHADES = mpl.colormaps["YlOrRd"]
+_CORNERS = ((7, 0, 1), (1, 2, 3), (3, 4, 5), (5, 6, 7), (7, 1, 3), (7, 3, 5))
+"""Triangles of a face of eight nodes, corners and middles in turn."""
+_REACH = 1.9  # half width of a section, in half widths of what touches
+_HALF = math.pi / 2.0
+
+
+def flexure_picture(report: StoredReport, fields: Fields) -> Picture | None:
+    """Return the deflected flexures with von Mises stress [MPa] and the limit; None where no stress is known."""
+    section = fields.flexure
+    if section is None:
+        return None
+    process = PROCESSES[report.design.print.process]
+    limit, largest = process.E_MPa * process.strain_limit, float(section.stress.max())
+    deflection = float(np.linalg.norm(section.moves, axis=1).max())
+    factor = _drawn_factor(deflection, float(np.ptp(section.places[:, 0])))
+    axes = plot_axes("x [mm]", "z [mm]", (6.6, 4.1))
+    axes.set_position((0.1, 0.3, 0.88, 0.68))
+    _draw_flexure(axes, section, factor, max(limit, largest))
+    _stress_bar(axes, limit, max(limit, largest))
+    safety = [
+        f"{name} spring {spring.safety_factor:.3g}" for name, spring in report.springs.items() if spring.safety_factor
+    ]
+    caption = (
+        f"Middle plane at full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises "
+        f"stress {largest:.3g} MPa, limit {limit:.3g} MPa (E of {process.name} times its strain limit). "
+        f"Safety against the strain limit: {', '.join(safety)}."
+    )
+    title = "Flexures under load"
+    return plot_picture(axes, "flexure", title, caption, f"Front view of the bent leaves. {caption}")
+
+
+def _draw_flexure(axes: Axes, section: FlexureSection, factor: float, most: float) -> None:
+    moved = section.places + factor * section.moves
+    triangles = np.concatenate([section.faces[:, list(corner)] for corner in _CORNERS])
+    shape = Triangulation(moved[:, 0], moved[:, 1], triangles)
+    axes.tripcolor(shape, section.stress, shading="gouraud", cmap=_SHADES, vmin=0.0, vmax=most, rasterized=True)
+    outline = _outline(section.faces)
+    axes.add_collection(LineCollection(section.places[outline].tolist(), colors=MUTED, linewidths=0.5, linestyles=":"))
+    axes.add_collection(LineCollection(moved[outline].tolist(), colors=INK, linewidths=0.7))
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+    axes.autoscale_view()
+
+
+def _outline(faces: Ints) -> Ints:
+    """Return the edges that belong to one face only, as three nodes each, shape (edges, 3)."""
+    edges = np.concatenate([faces[:, [start, start + 1, (start + 2) % 8]] for start in (0, 2, 4, 6)])
+    _, first, count = np.unique(edges[:, 1], return_index=True, return_counts=True)
+    alone: Ints = edges[first[count == 1]]
+    return alone
+
+
+def _stress_bar(axes: Axes, limit: float, most: float) -> None:
+    """Draw the scale of stress [MPa] below the picture, with a line at the limit."""
+    with plot_style():
+        bar = axes.figure.add_axes((0.2, 0.12, 0.6, 0.035))
+    steps = np.linspace(0.0, most, 65)
+    bar.pcolormesh(steps, [0.0, 1.0], 0.5 * (steps[1:] + steps[:-1])[None], cmap=_SHADES, rasterized=True)
+    bar.axvline(limit, color=BAD, linewidth=2.5)
+    bar.set_yticks([])
+    bar.set_xlabel("von Mises stress [MPa]; the line is the limit")
+
+
+def _drawn_factor(deflection: float, width: float) -> float:
+    """Return by how much deflections are drawn larger [1]: 1, 2 or 5 times a power of ten, at least 1."""
+    wanted = _DRAWN * width / deflection if deflection > 0.0 else 1.0
+    power = 10.0 ** math.floor(math.log10(max(wanted, 1.0)))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= max(wanted, 1.0))
+
+
+def contact_picture(report: StoredReport, fields: Fields) -> Picture | None:
+    """Return pressure [MPa] and section of one tip of each kind at E_max and full travel; None where not known."""
+    row = max(report.response, key=lambda one: one.E_MPa)
+    forces = [force[-1] for force in row.tip_forces]
+    shown = {tip.spring: place for place, tip in reversed(list(enumerate(report.tips)))}
+    if any(forces[place] is None for place in shown.values()):
+        return None
+    drawn = []
+    for kind, place in sorted(shown.items(), key=lambda item: item[1]):
+        touch = _touch(report, fields, place, row.E_MPa, float(forces[place] or 0.0))
+        if touch is None:
+            return None
+        drawn.append((kind, touch))
+    axes = plot_axes("", "pressure [MPa]", (6.6, 4.6))
+    _draw_sections(axes, drawn)
+    peaks = ", ".join(f"{kind} tip {touch.mean:.3g} MPa in the mean" for kind, touch in drawn)
+    caption = (
+        f"On a fruit of {row.E_MPa:g} MPa at full travel, in a section through the tips: {peaks}. Above the pressure "
+        "along the section, below tip and skin in their true proportions, the dotted line the skin before the press. "
+        + ("Under the edge of a flat tip the pressure has no bound; cells show what they average." if not _domed(report)
+           else "Pressure of domes by Hertz.")
+    )  # fmt: skip
+    return plot_picture(axes, "contact", "Pressure where the tips touch", caption, f"Two tips in the skin. {caption}")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Touch:
+    """One tip on the fruit: its pressure and their mean [MPa], outlines of tip, skin, and skin at rest [mm]."""
+
+    pressure: TipPressure
+    tip: Floats
+    skin: Floats
+    rest: Floats
+    mean: float
+
+
+def _domed(report: StoredReport) -> bool:
+    return report.design.tips.dome_radius_mm is not None
+
+
+def _touch(report: StoredReport, fields: Fields, place: int, E: float, force: float) -> _Touch | None:
+    if _domed(report):
+        return _dome_touch(report, E, force)
+    if place >= len(fields.pressures) or force <= 0.0:
+        return None
+    tips, S = report.design.tips, np.array(report.contact.compliance_per_mm)
+    half, depth = 0.5 * tips.side_mm, float(S[place, place] * force / E)
+    x = np.linspace(-_REACH * half, _REACH * half, 121)
+    # beside a flat circle the skin goes down by 2 d / pi asin(a / r): Johnson, Contact Mechanics, (3.38)
+    inside = np.minimum(1.0, half / np.maximum(np.abs(x), half))
+    skin = -depth * np.arcsin(inside) / _HALF
+    box = np.array([[-half, 2.0 * half], [-half, -depth], [half, -depth], [half, 2.0 * half]])
+    mean = force / tips.face_mm2
+    return _Touch(pressure=fields.pressures[place], tip=box, skin=_line(x, skin), rest=_line(x, 0.0 * x), mean=mean)
+
+
+def _dome_touch(report: StoredReport, E: float, force: float) -> _Touch:
+    """Return a dome by Hertz: K. L. Johnson, Contact Mechanics, (4.22) to (4.24) and (3.42a)."""
+    radius, dome = contact_radius(report, E, force), report.design.tips.dome_radius_mm or math.inf
+    across = report.design.fruit.radii_mm[0]
+    depth, peak = radius**2 * (1.0 / dome + 1.0 / across), 1.5 * force / (math.pi * radius**2)
+    x = np.linspace(-_REACH * radius, _REACH * radius, 121)
+    r = np.maximum(np.abs(x), radius)
+    outside = (2.0 * radius**2 - r**2) * np.arcsin(radius / r) + radius * np.sqrt(r**2 - radius**2)
+    cap, rest = x**2 / (2.0 * dome) - depth, -(x**2) / (2.0 * across)
+    skin = np.where(np.abs(x) <= radius, cap, rest - depth * outside / (math.pi * radius**2))
+    pressure = TipPressure(places=x, pressure=peak * np.sqrt(np.maximum(0.0, 1.0 - (x / radius) ** 2)))
+    return _Touch(pressure=pressure, tip=_line(x, cap), skin=_line(x, skin), rest=_line(x, rest), mean=peak / 1.5)
+
+
+def _line(x: Floats, z: Floats) -> Floats:
+    return np.stack([x, z], axis=1)
+
+
+def contact_radius(report: StoredReport, E: float, force: float) -> float:
+    """Return the radius that a dome touches with [mm] at modulus E [MPa] and a force [N]; Hertz."""
+    fruit, dome = report.design.fruit, report.design.tips.dome_radius_mm or math.inf
+    along, across = fruit.radii_mm
+    relative = 1.0 / (1.0 / dome + 0.5 / along + 0.5 / across)
+    depth = hertz_factor(relative, fruit.poisson) * (force / E) ** (2.0 / 3.0)
+    return math.sqrt(relative * depth)
+
+
+def _draw_sections(axes: Axes, drawn: Sequence[tuple[str, _Touch]]) -> None:
+    """Draw pressure above and section below for each kind of tip, side by side on common scales."""
+    most = max(float(touch.pressure.pressure.max()) for _, touch in drawn)
+    width = 0.88 / len(drawn)
+    axes.set_visible(False)
+    for place, (kind, touch) in enumerate(drawn):
+        left = 0.1 + place * width
+        with plot_style():
+            upper = axes.figure.add_axes((left, 0.56, width - 0.04, 0.36))
+            lower = axes.figure.add_axes((left, 0.1, width - 0.04, 0.38))
+        _draw_pressure(upper, touch, SERIES[place], most)
+        _draw_section(lower, touch)
+        upper.set_title(f"tip on the {kind} spring", fontsize=10, color=INK)
+        if place == 0:
+            upper.set_ylabel("pressure [MPa]")
+            lower.set_ylabel("height [mm]")
+        else:
+            upper.set_yticklabels([])
+
+
+def _draw_pressure(axes: Axes, touch: _Touch, colour: str, most: float) -> None:
+    line = touch.pressure
+    axes.fill_between(line.places, line.pressure, color=colour, alpha=0.35, linewidth=0.0)
+    axes.plot(line.places, line.pressure, color=colour)
+    axes.axhline(touch.mean, color=INK, linestyle="--", linewidth=0.9)
+    place, across = (0.99, touch.mean), ("axes fraction", "data")
+    axes.annotate("mean", place, xycoords=across, ha="right", va="bottom", fontsize=8.5, color=INK)
+    axes.set_ylim(0.0, 1.08 * most)
+    axes.set_xlim(float(touch.skin[0, 0]), float(touch.skin[-1, 0]))
+
+
+def _draw_section(axes: Axes, touch: _Touch) -> None:
+    reach = float(touch.skin[-1, 0])
+    top = np.full(len(touch.tip), reach)
+    axes.fill_between(touch.tip[:, 0], touch.tip[:, 1], top, color=MUTED, alpha=0.4, linewidth=0.0)
+    axes.fill_between(touch.skin[:, 0], touch.skin[:, 1], -2.0 * reach, color=SERIES[3], alpha=0.35, linewidth=0.0)
+    axes.plot(touch.tip[:, 0], touch.tip[:, 1], color=INK, linewidth=1.0)
+    axes.plot(touch.skin[:, 0], touch.skin[:, 1], color=INK, linewidth=1.0)
+    axes.plot(touch.rest[:, 0], touch.rest[:, 1], color=INK, linestyle=":", linewidth=0.9)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(-0.6 * reach, 0.3 * reach)
+    axes.set_xlabel("from the tip's middle [mm]")
