@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 @dataclass(frozen=True, kw_only=True)
-class TestedMango:
+class CompressedMango:
     """One mango of a compression test: its number, its variety, its modulus E and the scatter of E [MPa]."""
 
     number: int
@@ -27,13 +27,13 @@ class MangoTests:
 
     source: str
     isbn: str
-    mangoes: tuple[TestedMango, ...]
+    mangoes: tuple[CompressedMango, ...]
 
 
 def read_mango_tests(path: Path) -> MangoTests:
     """Return the tests of a file [MPa]; raises OSError, ValueError or TypeError where it is not a table of them."""
     data = tomllib.loads(path.read_text(encoding="utf-8"))
-    mangoes = tuple(TestedMango(**row) for row in data["mango"])
+    mangoes = tuple(CompressedMango(**row) for row in data["mango"])
     return MangoTests(source=data["source"], isbn=data["isbn"], mangoes=mangoes)
 
 

@@ -26,12 +26,12 @@ from cad.parts.pin_socket import pins
 from cad.parts.pose import sensor_pose
 from cad.parts.sensor import STEEL_COLOUR
 from pipeline.page.picture import Label, Picture, pixel_picture
-from pipeline.page.solid_view import Facets, Floats, rendered, view_of
+from pipeline.page.solid_view import Facets, Floats, Rendering, rendered, view_of
 from pipeline.report.stored import StoredReport
 
 _EYE = (0.55, -1.0, 0.55)
 _EYE_APART = (0.95, -1.0, 0.6)
-_WIDTH = 900
+_WIDTH = 760
 _APART = 14.0  # [mm] between the bodies that are drawn apart
 _CHORD, _ANGLE = 0.15, 0.35  # of the triangles [mm, rad]
 _SIDES = 24
@@ -50,7 +50,7 @@ def part_picture(report: StoredReport, folder: Path) -> Picture | None:
     what = "one of two equal plates" if report.housing is not None and report.housing.back_to_back else "one piece"
     title = "The printed part"
     words = (f"{what}, {size} mm", f"The housing with its two springs and their tips, {what}, {size} mm.")
-    return pixel_picture(rendered([part], view), tips, "part", title, words)
+    return pixel_picture(rendered([part], view).pixels, tips, "part", title, words)
 
 
 def exploded_picture(report: StoredReport, folder: Path) -> Picture | None:
@@ -60,13 +60,11 @@ def exploded_picture(report: StoredReport, folder: Path) -> Picture | None:
         return None
     bodies = list(_apart(report, part, housing))
     view = view_of(bodies, _EYE_APART, _WIDTH, margin=0.09)
-    places: dict[str, Floats] = {}
-    for body in bodies:
-        places.setdefault(body.name, view.pixels_of(body.corners.reshape(-1, 3)))
-    labels = _spread_labels(places, view.size)
+    picture = rendered(bodies, view)
+    labels = _labels(bodies, picture, view.size)
     names = ", ".join(dict.fromkeys(body.name for body in bodies))
     words = (f"drawn apart across the plate: {names}", f"Exploded view of {names}.")
-    return pixel_picture(rendered(bodies, view), labels, "assembly", "How it goes together", words)
+    return pixel_picture(picture.pixels, labels, "assembly", "How it goes together", words)
 
 
 def _printed(report: StoredReport, folder: Path) -> Facets | None:
@@ -180,22 +178,22 @@ def _of_shape(name: str, shape: cq.Shape, colour: tuple[float, float, float]) ->
     return Facets(name=name, corners=places[np.array(triangles)], colour=colour)
 
 
-def _spread_labels(places: dict[str, Floats], size: tuple[int, int]) -> tuple[Label, ...]:
-    """Return one label for each name, in a row above and a row below the bodies so that none covers another."""
+def _labels(bodies: list[Facets], picture: Rendering, size: tuple[int, int]) -> tuple[Label, ...]:
+    """Return one label for each name, half of them in a row above the bodies and half below.
+
+    A label leads to the first body of its name that is seen.
+    """
+    anchors: dict[str, tuple[float, float]] = {}
+    for place, body in enumerate(bodies):
+        anchor = None if body.name in anchors else picture.anchor(place)
+        if anchor is not None:
+            anchors[body.name] = anchor
     width, height = size
-    anchors = {name: _anchor(seen) for name, seen in places.items()}
-    ordered = sorted(anchors, key=lambda name: anchors[name][0])
-    rows = (ordered[::2], ordered[1::2])
+    by_level = sorted(anchors, key=lambda name: anchors[name][1])
+    half = (len(by_level) + 1) // 2
     labels = []
-    for row, level in zip(rows, (26.0, height - 12.0), strict=True):
-        for place, name in enumerate(row):
+    for row, level in ((by_level[:half], 26.0), (by_level[half:], height - 12.0)):
+        for place, name in enumerate(sorted(row, key=lambda name: anchors[name][0])):
             x, y = anchors[name]
             labels.append(Label(text=name, x=(place + 0.5) * width / len(row), y=level, at_x=x, at_y=y))
     return tuple(labels)
-
-
-def _anchor(seen: Floats) -> tuple[float, float]:
-    """Return the place of the body's nearest corner to its own middle."""
-    middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
-    nearest = seen[np.abs(seen[:, :2] - middle[:2]).sum(axis=1).argmin()]
-    return float(nearest[0]), float(nearest[1])

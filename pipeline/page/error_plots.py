@@ -16,8 +16,9 @@ def budget_plot(report: StoredReport) -> Picture | None:
     known = {name: budget for name, budget in report.errors.items() if budget is not None}
     if not known:
         return None
-    axes = plot_axes("share of the number [%], logarithmic", "", (5.4, 0.9 + 0.62 * len(known)))
-    axes.set_position((0.16, 0.6 / (0.9 + 0.62 * len(known)), 0.8, 0.72))
+    height = 0.95 + 0.5 * len(known)
+    axes = plot_axes("share of the number [%], logarithmic", "", (5.4, height))
+    axes.set_position((0.16, 0.58 / height, 0.8, 1.0 - 0.95 / height))
     rows = np.arange(len(known), dtype=np.float64)
     for place, kind in enumerate(_KINDS):
         sizes = [(b.discretisation_percent, b.model_percent, b.inputs_percent)[place] for b in known.values()]
@@ -25,8 +26,7 @@ def budget_plot(report: StoredReport) -> Picture | None:
     axes.set_xscale("log")
     axes.set_yticks(rows, list(known))
     axes.invert_yaxis()
-    axes.set_xlim(right=10.0 * axes.get_xlim()[1])
-    plot_legend(axes, "right")
+    plot_legend(axes, None)
     said = [
         f"{name}: mesh {b.discretisation_percent:.2g} %, model {b.model_percent:.2g} %, prints {b.inputs_percent:.2g} %"
         for name, b in known.items()
@@ -107,7 +107,7 @@ def speed_plot(report: StoredReport) -> Picture | None:
     axes = plot_axes("wall time of the solve [s]", "error bar [%]")
     for place, (name, seconds, percent) in enumerate(solves):
         axes.plot(seconds, percent, "o", color=SERIES[place], markersize=8)
-        axes.annotate(f"{name}: {percent:.2g} %", (seconds, percent), (10, -3), textcoords="offset points")
+        axes.annotate(f"{name}: {percent:.2g} %", (seconds, percent), (10, -3), textcoords="offset points", color=INK)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.axhline(100.0 * report.tolerance, color=BAD, linestyle="--")

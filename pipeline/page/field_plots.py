@@ -1,7 +1,7 @@
 """Plots of fields: the flexures under full travel with their stress, the contact of two tips in section."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import matplotlib as mpl
@@ -13,15 +13,17 @@ from matplotlib.tri import Triangulation
 from cad.design.processes import PROCESSES
 from cad.theory.contrast_law import hertz_factor
 from pipeline.page.fields import Fields, FlexureSection, Floats, Ints, TipPressure
-from pipeline.page.picture import BAD, INK, MUTED, SERIES, Picture, plot_axes, plot_picture, plot_style
+from pipeline.page.picture import INK, MUTED, SERIES, Picture, plot_axes, plot_picture, plot_style
 from pipeline.report.stored import StoredReport
 
-_DRAWN = 0.06  # largest deflection as drawn, as a share of the width
+_DRAWN = 0.025  # largest deflection as drawn, as a share of the width
+_OUTLINE = "#505050"  # on the pale shades of little stress, in light and dark
 _SHADES = mpl.colormaps["YlOrRd"]
 _CORNERS = ((7, 0, 1), (1, 2, 3), (3, 4, 5), (5, 6, 7), (7, 1, 3), (7, 3, 5))
 """Triangles of a face of eight nodes, corners and middles in turn."""
 _REACH = 1.9  # half width of a section, in half widths of what touches
 _HALF = math.pi / 2.0
+_CUT = 3.0  # mean pressures at which a plot ends: under an edge there is no bound
 
 
 def flexure_picture(report: StoredReport, fields: Fields) -> Picture | None:
@@ -33,10 +35,12 @@ def flexure_picture(report: StoredReport, fields: Fields) -> Picture | None:
     limit, largest = process.E_MPa * process.strain_limit, float(section.stress.max())
     deflection = float(np.linalg.norm(section.moves, axis=1).max())
     factor = _drawn_factor(deflection, float(np.ptp(section.places[:, 0])))
-    axes = plot_axes("x [mm]", "z [mm]", (6.6, 4.1))
-    axes.set_position((0.1, 0.3, 0.88, 0.68))
-    _draw_flexure(axes, section, factor, max(limit, largest))
-    _stress_bar(axes, limit, max(limit, largest))
+    share = float(np.ptp(section.places[:, 1]) / np.ptp(section.places[:, 0]))
+    height = 6.2 * share + 1.5  # inches: the picture in proportion, then axis and scale
+    axes = plot_axes("x [mm]", "z [mm]", (6.6, height))
+    axes.set_position((0.1, 1.35 / height, 0.88, 1.0 - 1.42 / height))
+    _draw_flexure(axes, section, factor, 1.06 * max(limit, largest))
+    _stress_bar(axes, limit, 1.06 * max(limit, largest))
     safety = [
         f"{name} spring {spring.safety_factor:.3g}" for name, spring in report.springs.items() if spring.safety_factor
     ]
@@ -56,7 +60,7 @@ def _draw_flexure(axes: Axes, section: FlexureSection, factor: float, most: floa
     axes.tripcolor(shape, section.stress, shading="gouraud", cmap=_SHADES, vmin=0.0, vmax=most, rasterized=True)
     outline = _outline(section.faces)
     axes.add_collection(LineCollection(section.places[outline].tolist(), colors=MUTED, linewidths=0.5, linestyles=":"))
-    axes.add_collection(LineCollection(moved[outline].tolist(), colors=INK, linewidths=0.7))
+    axes.add_collection(LineCollection(moved[outline].tolist(), colors=_OUTLINE, linewidths=0.7))
     axes.set_aspect("equal")
     axes.grid(visible=False)
     axes.autoscale_view()
@@ -72,11 +76,12 @@ def _outline(faces: Ints) -> Ints:
 
 def _stress_bar(axes: Axes, limit: float, most: float) -> None:
     """Draw the scale of stress [MPa] below the picture, with a line at the limit."""
+    height = axes.figure.bbox.height / axes.figure.dpi
     with plot_style():
-        bar = axes.figure.add_axes((0.2, 0.12, 0.6, 0.035))
+        bar = axes.figure.add_axes((0.2, 0.5 / height, 0.6, 0.14 / height))
     steps = np.linspace(0.0, most, 65)
     bar.pcolormesh(steps, [0.0, 1.0], 0.5 * (steps[1:] + steps[:-1])[None], cmap=_SHADES, rasterized=True)
-    bar.axvline(limit, color=BAD, linewidth=2.5)
+    bar.axvline(limit, color="black", linewidth=3.0)
     bar.set_yticks([])
     bar.set_xlabel("von Mises stress [MPa]; the line is the limit")
 
@@ -95,21 +100,20 @@ def contact_picture(report: StoredReport, fields: Fields) -> Picture | None:
     shown = {tip.spring: place for place, tip in reversed(list(enumerate(report.tips)))}
     if any(forces[place] is None for place in shown.values()):
         return None
-    drawn = []
-    for kind, place in sorted(shown.items(), key=lambda item: item[1]):
-        touch = _touch(report, fields, place, row.E_MPa, float(forces[place] or 0.0))
-        if touch is None:
-            return None
-        drawn.append((kind, touch))
+    carried = {place: float(forces[place] or 0.0) for place in sorted(shown.values())}
+    touches = [(report.tips[place].spring, _touch(report, fields, row.E_MPa, carried, place)) for place in carried]
+    drawn = [(kind, touch) for kind, touch in touches if touch is not None]
+    if len(drawn) < len(touches):
+        return None
     axes = plot_axes("", "pressure [MPa]", (6.6, 4.6))
     _draw_sections(axes, drawn)
     peaks = ", ".join(f"{kind} tip {touch.mean:.3g} MPa in the mean" for kind, touch in drawn)
+    edge = "Under the edge of a flat tip the pressure has no bound: the plot ends at three times the mean."
     caption = (
         f"On a fruit of {row.E_MPa:g} MPa at full travel, in a section through the tips: {peaks}. Above the pressure "
         "along the section, below tip and skin in their true proportions, the dotted line the skin before the press. "
-        + ("Under the edge of a flat tip the pressure has no bound; cells show what they average." if not _domed(report)
-           else "Pressure of domes by Hertz.")
-    )  # fmt: skip
+        f"{'Pressure of domes by Hertz.' if _domed(report) else edge}"
+    )
     return plot_picture(axes, "contact", "Pressure where the tips touch", caption, f"Two tips in the skin. {caption}")
 
 
@@ -128,9 +132,12 @@ def _domed(report: StoredReport) -> bool:
     return report.design.tips.dome_radius_mm is not None
 
 
-def _touch(report: StoredReport, fields: Fields, place: int, E: float, force: float) -> _Touch | None:
+def _touch(report: StoredReport, fields: Fields, E: float, carried: Mapping[int, float], place: int) -> _Touch | None:
+    """Return one tip on the fruit; `carried` are the forces of the tips that are drawn [N]."""
+    force = carried[place]
     if _domed(report):
-        return _dome_touch(report, E, force)
+        reach = _REACH * max(contact_radius(report, E, one) for one in carried.values())
+        return _dome_touch(report, E, force, reach)
     if place >= len(fields.pressures) or force <= 0.0:
         return None
     tips, S = report.design.tips, np.array(report.contact.compliance_per_mm)
@@ -144,12 +151,12 @@ def _touch(report: StoredReport, fields: Fields, place: int, E: float, force: fl
     return _Touch(pressure=fields.pressures[place], tip=box, skin=_line(x, skin), rest=_line(x, 0.0 * x), mean=mean)
 
 
-def _dome_touch(report: StoredReport, E: float, force: float) -> _Touch:
+def _dome_touch(report: StoredReport, E: float, force: float, reach: float) -> _Touch:
     """Return a dome by Hertz: K. L. Johnson, Contact Mechanics, (4.22) to (4.24) and (3.42a)."""
     radius, dome = contact_radius(report, E, force), report.design.tips.dome_radius_mm or math.inf
     across = report.design.fruit.radii_mm[0]
     depth, peak = radius**2 * (1.0 / dome + 1.0 / across), 1.5 * force / (math.pi * radius**2)
-    x = np.linspace(-_REACH * radius, _REACH * radius, 121)
+    x = np.linspace(-reach, reach, 241)
     r = np.maximum(np.abs(x), radius)
     outside = (2.0 * radius**2 - r**2) * np.arcsin(radius / r) + radius * np.sqrt(r**2 - radius**2)
     cap, rest = x**2 / (2.0 * dome) - depth, -(x**2) / (2.0 * across)
@@ -173,37 +180,38 @@ def contact_radius(report: StoredReport, E: float, force: float) -> float:
 
 def _draw_sections(axes: Axes, drawn: Sequence[tuple[str, _Touch]]) -> None:
     """Draw pressure above and section below for each kind of tip, side by side on common scales."""
-    most = max(float(touch.pressure.pressure.max()) for _, touch in drawn)
+    most = max(min(1.08 * float(one.pressure.pressure.max()), _CUT * one.mean) for _, one in drawn)
+    reach = max(float(one.skin[-1, 0]) for _, one in drawn)
     width = 0.88 / len(drawn)
     axes.set_visible(False)
     for place, (kind, touch) in enumerate(drawn):
-        left = 0.1 + place * width
+        left = 0.12 + place * width
         with plot_style():
-            upper = axes.figure.add_axes((left, 0.56, width - 0.04, 0.36))
-            lower = axes.figure.add_axes((left, 0.1, width - 0.04, 0.38))
-        _draw_pressure(upper, touch, SERIES[place], most)
-        _draw_section(lower, touch)
+            upper = axes.figure.add_axes((left, 0.55, width - 0.05, 0.38))
+            lower = axes.figure.add_axes((left, 0.1, width - 0.05, 0.36))
+        _draw_pressure(upper, touch, SERIES[place])
+        _draw_section(lower, touch, reach)
+        upper.set_ylim(0.0, most)
+        upper.set_xlim(-reach, reach)
         upper.set_title(f"tip on the {kind} spring", fontsize=10, color=INK)
         if place == 0:
             upper.set_ylabel("pressure [MPa]")
             lower.set_ylabel("height [mm]")
         else:
-            upper.set_yticklabels([])
+            upper.tick_params(labelleft=False)
+            lower.tick_params(labelleft=False)
 
 
-def _draw_pressure(axes: Axes, touch: _Touch, colour: str, most: float) -> None:
+def _draw_pressure(axes: Axes, touch: _Touch, colour: str) -> None:
     line = touch.pressure
     axes.fill_between(line.places, line.pressure, color=colour, alpha=0.35, linewidth=0.0)
     axes.plot(line.places, line.pressure, color=colour)
     axes.axhline(touch.mean, color=INK, linestyle="--", linewidth=0.9)
     place, across = (0.99, touch.mean), ("axes fraction", "data")
     axes.annotate("mean", place, xycoords=across, ha="right", va="bottom", fontsize=8.5, color=INK)
-    axes.set_ylim(0.0, 1.08 * most)
-    axes.set_xlim(float(touch.skin[0, 0]), float(touch.skin[-1, 0]))
 
 
-def _draw_section(axes: Axes, touch: _Touch) -> None:
-    reach = float(touch.skin[-1, 0])
+def _draw_section(axes: Axes, touch: _Touch, reach: float) -> None:
     top = np.full(len(touch.tip), reach)
     axes.fill_between(touch.tip[:, 0], touch.tip[:, 1], top, color=MUTED, alpha=0.4, linewidth=0.0)
     axes.fill_between(touch.skin[:, 0], touch.skin[:, 1], -2.0 * reach, color=SERIES[3], alpha=0.35, linewidth=0.0)

@@ -161,8 +161,12 @@
     return found;
   }
 
+  function digits(value) {
+    return String(Number(Number(value).toPrecision(4)));
+  }
+
   function text(value, unit) {
-    return value === null || value === undefined ? "none" : `${Number(value).toPrecision(4)}${unit ? ` ${unit}` : ""}`;
+    return value === null || value === undefined ? "none" : `${digits(value)}${unit ? ` ${unit}` : ""}`;
   }
 
   function judged(passes, words) {
@@ -215,7 +219,7 @@
   function show() {
     const found = evaluate(asked());
     for (const key of keys) {
-      document.getElementById(`shown-${key}`).textContent = Number(sliders[key].value).toPrecision(4);
+      document.getElementById(`shown-${key}`).textContent = digits(sliders[key].value);
     }
     const rows = rowsOf(found);
     document.querySelector("#live-numbers tbody").replaceChildren(...rows.map(([name, value, verdict]) => {

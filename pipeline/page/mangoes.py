@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.design.mango_tests import MANGO_TESTS, TestedMango
+from cad.design.mango_tests import MANGO_TESTS, CompressedMango
 from pipeline.page.fields import Floats
 from pipeline.report.stored import StoredReport
 
@@ -17,7 +17,7 @@ class SeenMango:
     None where the sensor has no reading; a bound is infinite where the springs set none.
     """
 
-    mango: TestedMango
+    mango: CompressedMango
     P: float
     printed: tuple[float, float] | None
     calibrated: tuple[float, float] | None

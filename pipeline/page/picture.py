@@ -28,7 +28,7 @@ _VARIABLES = {
     INK: "ink", MUTED: "muted", LINE: "line", PAPER: "paper", GOOD: "good", BAD: "bad",
     **{colour: f"c{number}" for number, colour in enumerate(SERIES, start=1)},
 }  # fmt: skip
-Place = Literal["best", "lower right", "upper left", "right", "center right"]
+Place = Literal["lower right", "upper left", "center right"]
 _NO_SOFTWARE: Any = {"Software": None}  # else the version of Matplotlib
 _SIZE_IN = (5.4, 3.6)
 _STYLE: Any = {  # Matplotlib's own type of it lists every key
@@ -104,10 +104,13 @@ def plot_picture(axes: Axes, name: str, title: str, caption: str, alt: str) -> P
     return Picture(name=name, title=title, caption=caption, alt=alt, svg=svg)
 
 
-def plot_legend(axes: Axes, place: Place = "best") -> None:
-    """Draw the legend of the axes at one of Matplotlib's places."""
+def plot_legend(axes: Axes, place: Place | None) -> None:
+    """Draw the legend of the axes at one of Matplotlib's places, or in a row above them."""
     with plot_style():
-        axes.legend(loc=place)
+        if place is None:
+            axes.legend(loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=3, columnspacing=1.0, borderpad=0.0)
+        else:
+            axes.legend(loc=place)
 
 
 def _inside_a_page(text: str, name: str, title: str, alt: str) -> str:
@@ -121,6 +124,7 @@ def _inside_a_page(text: str, name: str, title: str, alt: str) -> str:
     inner = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", inner)
     for colour, variable in _VARIABLES.items():
         inner = inner.replace(colour, f"var(--{variable})")
+    inner = re.sub(r"<path(?![^>]*\sd=)", '<path d="M0 0"', inner)  # of a blank
     inner = re.sub(r"\s*\n\s*", "\n", inner)
     return _svg(view[1] if view else "0 0 1 1", title, alt, inner)
 

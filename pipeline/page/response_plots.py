@@ -9,11 +9,12 @@ from matplotlib.axes import Axes
 from pipeline.page.field_plots import contact_radius
 from pipeline.page.fields import Floats
 from pipeline.page.mangoes import SeenMango, numbers
-from pipeline.page.picture import BAD, MUTED, SERIES, Picture, plot_axes, plot_legend, plot_picture
+from pipeline.page.picture import BAD, INK, MUTED, SERIES, Picture, plot_axes, plot_legend, plot_picture
 from pipeline.report.stored import StoredReport, StoredResponse
 
 _LABEL_STEP = 0.055  # of the width of a plot, between the numbers of mangoes
 _PAIR = 2
+_NOTHING = 1e-9
 
 
 def modulus_plot(report: StoredReport, mangoes: Sequence[SeenMango]) -> Picture | None:
@@ -28,7 +29,8 @@ def modulus_plot(report: StoredReport, mangoes: Sequence[SeenMango]) -> Picture 
         (_band(report, "calibrated"), "after calibrating", 0.35),
     ):
         axes.fill_betweenx(P, *ends, color=SERIES[0], alpha=alpha, linewidth=0.0, label=f"E that may show P, {words}")
-    axes.plot(E, P, color=SERIES[0], linewidth=2.0, label="P at full travel")
+    start = [] if curve.P_softest is None else [curve.P_softest]
+    axes.plot([0.0, *E][-len(P) - len(start) :], [*start, *P], color=SERIES[0], linewidth=2.0, label="P at full travel")
     nonlinearity = _draw_chord(axes, report, E, P)
     _draw_mangoes(axes, mangoes, float(E[-1]))
     axes.set_xlim(0.0, 1.02 * float(E[-1]))
@@ -91,7 +93,9 @@ def _draw_mangoes(axes: Axes, mangoes: Sequence[SeenMango], E_max: float) -> Non
     for place, index in zip(places, order, strict=True):
         number = str(mangoes[index].mango.number)
         arrow = {"arrowstyle": "-", "color": MUTED, "linewidth": 0.6, "shrinkB": 3.0}
-        axes.annotate(number, (E[index], P[index]), (float(place), level), ha="center", fontsize=9.0, arrowprops=arrow)
+        axes.annotate(
+            number, (E[index], P[index]), (float(place), level), ha="center", fontsize=9.0, color=INK, arrowprops=arrow
+        )
 
 
 def _apart(places: Floats, step: float) -> Floats:
@@ -132,10 +136,14 @@ def travel_plot(report: StoredReport) -> Picture | None:
         )
     spread = max(_spread(row) for row in rows)
     caption = (
-        f"The paper's Fig. 11. P varies by at most {100.0 * spread:.2g} % of its mean over the travel; "
+        f"The paper's Fig. 11. P varies by {_percent(spread)} of its mean over the travel; "
         f"the bands are its error bars from mesh and springs, at most {widest:.2g} %."
     )
     return plot_picture(axes, "travel", "Force ratio over travel", caption, f"One line for each modulus. {caption}")
+
+
+def _percent(share: float) -> str:
+    return f"at most {100.0 * share:.2g} %" if share > _NOTHING else "no more than round-off"
 
 
 def _spread(row: StoredResponse) -> float:

@@ -62,8 +62,24 @@ def view_of(bodies: Sequence[Facets], eye: tuple[float, float, float], width: in
     return View(axes=axes, scale=scale, corner=corner, size=(width, round(scale * float(span[1]))))
 
 
-def rendered(bodies: Sequence[Facets], view: View) -> Pixels:
-    """Return the picture, shape (height, width, 4): shaded faces, dark edges, nothing where no body is."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rendering:
+    """A picture, shape (height, width, 4), and which body is seen at each pixel, shape (height, width), -1 for none."""
+
+    pixels: Pixels
+    seen: Ints
+
+    def anchor(self, body: int) -> tuple[float, float] | None:
+        """Return the pixel (x, y) of a body nearest to the middle of what is seen of it; None where it is hidden."""
+        y, x = np.nonzero(self.seen == body)
+        if not len(x):
+            return None
+        nearest = int(np.hypot(x - np.median(x), y - np.median(y)).argmin())
+        return float(x[nearest]), float(y[nearest])
+
+
+def rendered(bodies: Sequence[Facets], view: View) -> Rendering:
+    """Return the picture: shaded faces, dark edges, nothing where no body is."""
     corners = np.concatenate([body.corners for body in bodies])
     owner = np.repeat(np.arange(len(bodies)), [len(body.corners) for body in bodies])
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -80,7 +96,8 @@ def rendered(bodies: Sequence[Facets], view: View) -> Pixels:
     picture[filled, :3] = (colours * shade[:, None])[front[filled]]
     picture[filled, 3] = 1.0
     picture[_edges(front, depth, normals, owner[seen])] = (0.10, 0.11, 0.13, 1.0)
-    return _reduced(picture)
+    shown = np.append(owner[seen], -1)[front][::_FINE, ::_FINE]
+    return Rendering(pixels=_reduced(picture), seen=shown)
 
 
 def _frontmost(places: Floats, width: int, height: int) -> tuple[Ints, Floats]:
