@@ -7,6 +7,7 @@ from cad.design.processes import PROCESSES
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
 from pipeline.page.page import page_of_run
+from pipeline.reading.placed import refuse_steep_poses
 from pipeline.reading.readings import assess_readings
 from pipeline.report.outputs import write_outputs
 from pipeline.result import SensorResult
@@ -33,6 +34,7 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     """
     options = options or RunOptions()
     refuse_unsolvable(design)
+    refuse_steep_poses(design)
     plate_depth(design, PROCESSES[design.print.process])  # refuses tips that leave no plate, before anything is solved
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder, Stopwatch())
