@@ -1,6 +1,6 @@
 """The answer in words, and the rows of the verdict table with their bars."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from pipeline.report.stored import StoredReport
@@ -117,27 +117,39 @@ def bar_of(verdict: StoredVerdict) -> Bar | None:
     value, limit, tolerance = verdict.value, verdict.limit, verdict.tolerance
     if value is None or not isinstance(limit, int | float) or not isinstance(tolerance, int | float):
         return None
-    error = verdict.error or 0.0
     width = tolerance * abs(limit) if verdict.relative else tolerance
     if width > 0.0:
-        scale = 50.0 / (_SIDEWAYS * width)
-        ends = [50.0 + scale * (at - limit) for at in (value, value - error, value + error)]
-        passing = (50.0 - scale * width, 50.0 + scale * width)
-        words = f"{(value - limit) / width:+.2g} of the tolerance from the target"
-        return _bar(ends, passing, 50.0, words)
-    if not limit > 0.0:
-        return None
-    scale = 100.0 / (_MOST * limit)
-    ends = [scale * at for at in (value, value - error, value + error)]
-    at_limit = scale * limit
+        return _bar_about(verdict, value, limit, width)
+    return _bar_to(verdict, value, limit) if limit > 0.0 else None
+
+
+def _bar_about(verdict: StoredVerdict, value: float, target: float, width: float) -> Bar:
+    """Return the bar about a target, of which `width` to either side passes [unit of the verdict]."""
+    scale, error = 50.0 / (_SIDEWAYS * width), verdict.error or 0.0
+    return Bar(
+        value=_cut(50.0 + scale * (value - target)),
+        error=(_cut(50.0 + scale * (value - error - target)), _cut(50.0 + scale * (value + error - target))),
+        passing=(50.0 - scale * width, 50.0 + scale * width),
+        limit=50.0,
+        words=f"{(value - target) / width:+.2g} of the tolerance from the target",
+    )
+
+
+def _bar_to(verdict: StoredVerdict, value: float, limit: float) -> Bar:
+    """Return the bar from 0 to beyond a limit, on whose one side or the other a value passes."""
+    scale, error = 100.0 / (_MOST * limit), verdict.error or 0.0
     below = (value <= limit) is (verdict.passed is not False)
-    passing = (0.0, at_limit) if below else (at_limit, 100.0)
-    return _bar(ends, passing, at_limit, f"{value / limit:.2g} of the limit")
+    return Bar(
+        value=_cut(scale * value),
+        error=(_cut(scale * (value - error)), _cut(scale * (value + error))),
+        passing=(0.0, scale * limit) if below else (scale * limit, 100.0),
+        limit=scale * limit,
+        words=f"{value / limit:.2g} of the limit",
+    )
 
 
-def _bar(ends: Sequence[float], passing: tuple[float, float], limit: float, words: str) -> Bar:
-    value, start, end = (min(100.0, max(0.0, at)) for at in ends)
-    return Bar(value=value, error=(start, end), passing=passing, limit=limit, words=words)
+def _cut(place: float) -> float:
+    return min(100.0, max(0.0, place))
 
 
 def dimension_rows(report: StoredReport) -> Iterable[tuple[str, str]]:

@@ -4,10 +4,9 @@ import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import cadquery as cq
 import numpy as np
 
-from cad.files.stl import read_stl
+from cad.files.stl import coarse_triangles, read_stl
 from cad.parts.assembly import (
     COVER_COLOUR,
     HEAD_HEIGHT_MM,
@@ -20,11 +19,11 @@ from cad.parts.assembly import (
     screw_length,
 )
 from cad.parts.cover import WASHER_MM, Cover, cover_level, cover_part
-from cad.parts.fruit import curved_fruit
+from cad.parts.fruit import bare_fruit
 from cad.parts.housing import DOWEL_MM, Housing
 from cad.parts.pin_socket import pins
 from cad.parts.pose import sensor_pose
-from cad.parts.sensor import STEEL_COLOUR
+from cad.parts.sensor import STEEL_COLOUR, Body
 from pipeline.page.picture import Label, Picture, pixel_picture
 from pipeline.page.solid_view import Facets, Floats, Rendering, rendered, view_of
 from pipeline.report.stored import StoredReport
@@ -33,7 +32,7 @@ _EYE = (0.55, -1.0, 0.55)
 _EYE_APART = (0.95, -1.0, 0.6)
 _WIDTH = 760
 _APART = 14.0  # [mm] between the bodies that are drawn apart
-_CHORD, _ANGLE = 0.15, 0.35  # of the triangles [mm, rad]
+_NUT_CORNERS_MM = NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)
 _SIDES = 24
 _HOUSING = (0.47, 0.57, 0.69)  # the housing's blue, so light that dark edges show
 _FRUIT = (0.98, 0.78, 0.42)
@@ -97,15 +96,14 @@ def _apart(report: StoredReport, part: Facets, housing: Housing) -> Iterator[Fac
     yield from plates
     if housing.mount == "covers":
         cover = Cover(housing=housing, foot_level=cover_level(housing.protrusion, report.design.press))
-        back = _of_shape("cover", cover_part(cover).shape, COVER_COLOUR)
-        # `cover_part` stands behind a single plate; of two it stands behind the stack
-        shift = half - 0.5 * housing.depth
-        yield back.moved(0.0, shift + outer + _APART, 0.0)
-        yield _turned(back.moved(0.0, shift + outer + _APART, 0.0), housing)
+        drawn = _facets(Body(name="cover", shape=cover_part(cover).shape, colour=COVER_COLOUR))
+        # `cover_part` stands behind a single plate, of a square it stands behind the stack
+        back = drawn.moved(0.0, half - 0.5 * housing.depth + outer + _APART, 0.0)
+        yield from (back, _turned(back, housing))
         half, outer = half + cover.thickness, outer + _APART
     yield from _screws(housing, half, outer)
     for pin in pins(housing, report.design.tips).values():
-        shape = _of_shape("pin", pin, STEEL_COLOUR).moved(0.0, 0.0, -_APART)
+        shape = _facets(Body(name="pin", shape=pin, colour=STEEL_COLOUR)).moved(0.0, 0.0, -_APART)
         yield from _plates(shape, housing)
     yield _fruit(report, 0.6 * _APART + housing.pin_out)
 
@@ -129,17 +127,15 @@ def _turned(body: Facets, housing: Housing) -> Facets:
 def _screws(housing: Housing, half: float, outer: float) -> Iterator[Facets]:
     """Yield screws with washers and nuts, drawn out of the grip of twice `half` [mm], and dowels."""
     length = screw_length(2.0 * half) or math.ceil(2.0 * half + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
-    out = half + outer + _APART
-    corners = NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)
+    out = half + outer
     for x, z in housing.holes:
-        yield _cylinder("screw", (x, -out, z), HEAD_MM, HEAD_HEIGHT_MM)
-        yield _cylinder("screw", (x, -out + HEAD_HEIGHT_MM, z), SCREW_MM, float(length))
-        yield _cylinder("washer", (x, -half - outer - 0.3 * _APART, z), WASHER_MM, WASHER_THICKNESS_MM)
-        yield _cylinder("washer", (x, half + outer + 0.3 * _APART, z), WASHER_MM, WASHER_THICKNESS_MM)
-        yield _cylinder("nut", (x, half + outer + 0.8 * _APART, z), corners, NUT_MM, sides=6)
+        yield _cylinder("screw", (x, -out - _APART, z), HEAD_MM, HEAD_HEIGHT_MM)
+        yield _cylinder("screw", (x, -out - _APART + HEAD_HEIGHT_MM, z), SCREW_MM, float(length))
+        yield _cylinder("washer", (x, -out - 0.3 * _APART, z), WASHER_MM, WASHER_THICKNESS_MM)
+        yield _cylinder("washer", (x, out + 0.3 * _APART, z), WASHER_MM, WASHER_THICKNESS_MM)
+        yield _cylinder("nut", (x, out + 0.8 * _APART, z), _NUT_CORNERS_MM, NUT_MM, sides=6)
     dowel = float(dowel_length(housing) or housing.stack)
-    for x, z in housing.dowels:
-        yield _cylinder("dowel", (x, -0.5 * dowel, z), DOWEL_MM, dowel)
+    yield from (_cylinder("dowel", (x, -0.5 * dowel, z), DOWEL_MM, dowel) for x, z in housing.dowels)
 
 
 def _cylinder(
@@ -163,19 +159,12 @@ def _cylinder(
 
 def _fruit(report: StoredReport, below: float) -> Facets:
     """Return the fruit that is solved, its apex below the tips by a way [mm]."""
-    fruit = report.design.fruit
-    if fruit.shape == "block":
-        corner = cq.Vector(-0.5 * fruit.length_mm, -0.5 * fruit.width_mm, -fruit.depth_mm)
-        shape: cq.Shape = cq.Solid.makeBox(fruit.length_mm, fruit.width_mm, fruit.depth_mm, corner)
-    else:
-        shape = curved_fruit(fruit).shape
-    return _of_shape("fruit", shape, _FRUIT).moved(-report.design.tips.offset_mm, 0.0, -below)
+    body = Body(name="fruit", shape=bare_fruit(report.design.fruit), colour=_FRUIT)
+    return _facets(body).moved(-report.design.tips.offset_mm, 0.0, -below)
 
 
-def _of_shape(name: str, shape: cq.Shape, colour: tuple[float, float, float]) -> Facets:
-    vertices, triangles = shape.tessellate(_CHORD, _ANGLE)
-    places = np.array([vertex.toTuple() for vertex in vertices])
-    return Facets(name=name, corners=places[np.array(triangles)], colour=colour)
+def _facets(body: Body) -> Facets:
+    return Facets(name=body.name, corners=coarse_triangles(body.shape), colour=body.colour)
 
 
 def _labels(bodies: list[Facets], picture: Rendering, size: tuple[int, int]) -> tuple[Label, ...]:

@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.tri import Triangulation
 
 from cad.design.processes import PROCESSES
+from cad.design.tips import Tips
 from cad.theory.contrast_law import hertz_factor
 from pipeline.page.fields import Fields, FlexureSection, Floats, Ints, TipPressure
 from pipeline.page.picture import INK, MUTED, SERIES, Picture, plot_axes, plot_picture, plot_style
@@ -22,7 +23,9 @@ _SHADES = mpl.colormaps["YlOrRd"]
 _CORNERS = ((7, 0, 1), (1, 2, 3), (3, 4, 5), (5, 6, 7), (7, 1, 3), (7, 3, 5))
 """Triangles of a face of eight nodes, corners and middles in turn."""
 _REACH = 1.9  # half width of a section, in half widths of what touches
-_HALF = math.pi / 2.0
+_QUARTER = math.pi / 2.0
+_BY_HERTZ = "Pressure of domes by Hertz."
+_NO_BOUND = "Under the edge of a flat tip the pressure has no bound: the plot ends at three times the mean."
 _CUT = 3.0  # mean pressures at which a plot ends: under an edge there is no bound
 
 
@@ -33,24 +36,25 @@ def flexure_picture(report: StoredReport, fields: Fields) -> Picture | None:
         return None
     process = PROCESSES[report.design.print.process]
     limit, largest = process.E_MPa * process.strain_limit, float(section.stress.max())
-    deflection = float(np.linalg.norm(section.moves, axis=1).max())
-    factor = _drawn_factor(deflection, float(np.ptp(section.places[:, 0])))
-    share = float(np.ptp(section.places[:, 1]) / np.ptp(section.places[:, 0]))
-    height = 6.2 * share + 1.5  # inches: the picture in proportion, then axis and scale
+    width, rise = np.ptp(section.places, axis=0).tolist()
+    factor = _drawn_factor(float(np.linalg.norm(section.moves, axis=1).max()), width)
+    height = 6.2 * rise / width + 1.5  # inches: the picture in proportion, then axis and scale
     axes = plot_axes("x [mm]", "z [mm]", (6.6, height))
     axes.set_position((0.1, 1.35 / height, 0.88, 1.0 - 1.42 / height))
-    _draw_flexure(axes, section, factor, 1.06 * max(limit, largest))
-    _stress_bar(axes, limit, 1.06 * max(limit, largest))
-    safety = [
-        f"{name} spring {spring.safety_factor:.3g}" for name, spring in report.springs.items() if spring.safety_factor
-    ]
+    most = 1.06 * max(limit, largest)
+    _draw_flexure(axes, section, factor, most)
+    _stress_bar(axes, limit, most)
     caption = (
         f"Middle plane at full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises "
         f"stress {largest:.3g} MPa, limit {limit:.3g} MPa (E of {process.name} times its strain limit). "
-        f"Safety against the strain limit: {', '.join(safety)}."
+        f"Safety against the strain limit: {_safety(report)}."
     )
-    title = "Flexures under load"
-    return plot_picture(axes, "flexure", title, caption, f"Front view of the bent leaves. {caption}")
+    return plot_picture(axes, "flexure", "Flexures under load", caption, f"Front view of the bent leaves. {caption}")
+
+
+def _safety(report: StoredReport) -> str:
+    known = ((name, spring.safety_factor) for name, spring in report.springs.items())
+    return ", ".join(f"{name} spring {factor:.3g}" for name, factor in known if factor is not None) or "not known"
 
 
 def _draw_flexure(axes: Axes, section: FlexureSection, factor: float, most: float) -> None:
@@ -96,23 +100,19 @@ def _drawn_factor(deflection: float, width: float) -> float:
 def contact_picture(report: StoredReport, fields: Fields) -> Picture | None:
     """Return pressure [MPa] and section of one tip of each kind at E_max and full travel; None where not known."""
     row = max(report.response, key=lambda one: one.E_MPa)
-    forces = [force[-1] for force in row.tip_forces]
-    shown = {tip.spring: place for place, tip in reversed(list(enumerate(report.tips)))}
-    if any(forces[place] is None for place in shown.values()):
-        return None
-    carried = {place: float(forces[place] or 0.0) for place in sorted(shown.values())}
-    touches = [(report.tips[place].spring, _touch(report, fields, row.E_MPa, carried, place)) for place in carried]
-    drawn = [(kind, touch) for kind, touch in touches if touch is not None]
+    first = {tip.spring: place for place, tip in reversed(list(enumerate(report.tips)))}
+    forces = {place: row.tip_forces[place][-1] or 0.0 for place in sorted(first.values())}
+    touches = {report.tips[place].spring: _touch(report, fields, row.E_MPa, forces, place) for place in forces}
+    drawn = [(kind, touch) for kind, touch in touches.items() if touch is not None]
     if len(drawn) < len(touches):
         return None
     axes = plot_axes("", "pressure [MPa]", (6.6, 4.6))
     _draw_sections(axes, drawn)
     peaks = ", ".join(f"{kind} tip {touch.mean:.3g} MPa in the mean" for kind, touch in drawn)
-    edge = "Under the edge of a flat tip the pressure has no bound: the plot ends at three times the mean."
     caption = (
         f"On a fruit of {row.E_MPa:g} MPa at full travel, in a section through the tips: {peaks}. Above the pressure "
         "along the section, below tip and skin in their true proportions, the dotted line the skin before the press. "
-        f"{'Pressure of domes by Hertz.' if _domed(report) else edge}"
+        f"{_BY_HERTZ if _domed(report) else _NO_BOUND}"
     )
     return plot_picture(axes, "contact", "Pressure where the tips touch", caption, f"Two tips in the skin. {caption}")
 
@@ -132,37 +132,50 @@ def _domed(report: StoredReport) -> bool:
     return report.design.tips.dome_radius_mm is not None
 
 
-def _touch(report: StoredReport, fields: Fields, E: float, carried: Mapping[int, float], place: int) -> _Touch | None:
-    """Return one tip on the fruit; `carried` are the forces of the tips that are drawn [N]."""
-    force = carried[place]
-    if _domed(report):
-        reach = _REACH * max(contact_radius(report, E, one) for one in carried.values())
-        return _dome_touch(report, E, force, reach)
-    if place >= len(fields.pressures) or force <= 0.0:
+def _touch(report: StoredReport, fields: Fields, E: float, forces: Mapping[int, float], place: int) -> _Touch | None:
+    """Return one tip on the fruit, by its place among the tips; `forces` are those of the tips that are drawn [N]."""
+    if min(forces.values()) <= 0.0:
         return None
-    tips, S = report.design.tips, np.array(report.contact.compliance_per_mm)
-    half, depth = 0.5 * tips.side_mm, float(S[place, place] * force / E)
+    if _domed(report):
+        reach = _REACH * max(contact_radius(report, E, force) for force in forces.values())
+        return _dome_touch(report, E, forces[place], reach)
+    if place >= len(fields.pressures):
+        return None
+    depth = report.contact.compliance_per_mm[place][place] * forces[place] / E
+    return _flat_touch(report.design.tips, fields.pressures[place], forces[place], depth)
+
+
+def _flat_touch(tips: Tips, pressure: TipPressure, force: float, depth: float) -> _Touch:
+    """Return a flat tip under a force [N], pressed in by a depth [mm].
+
+    The skin beside it is that beside a circle: 2 depth / pi asin(half / r), K. L. Johnson, Contact Mechanics, (3.38).
+    """
+    half = 0.5 * tips.side_mm
     x = np.linspace(-_REACH * half, _REACH * half, 121)
-    # beside a flat circle the skin goes down by 2 d / pi asin(a / r): Johnson, Contact Mechanics, (3.38)
-    inside = np.minimum(1.0, half / np.maximum(np.abs(x), half))
-    skin = -depth * np.arcsin(inside) / _HALF
+    skin = -depth * np.arcsin(half / np.maximum(np.abs(x), half)) / _QUARTER
     box = np.array([[-half, 2.0 * half], [-half, -depth], [half, -depth], [half, 2.0 * half]])
-    mean = force / tips.face_mm2
-    return _Touch(pressure=fields.pressures[place], tip=box, skin=_line(x, skin), rest=_line(x, 0.0 * x), mean=mean)
+    return _Touch(pressure=pressure, tip=box, skin=_line(x, skin), rest=_line(x, 0.0 * x), mean=force / tips.face_mm2)
 
 
 def _dome_touch(report: StoredReport, E: float, force: float, reach: float) -> _Touch:
-    """Return a dome by Hertz: K. L. Johnson, Contact Mechanics, (4.22) to (4.24) and (3.42a)."""
-    radius, dome = contact_radius(report, E, force), report.design.tips.dome_radius_mm or math.inf
-    across = report.design.fruit.radii_mm[0]
-    depth, peak = radius**2 * (1.0 / dome + 1.0 / across), 1.5 * force / (math.pi * radius**2)
-    x = np.linspace(-reach, reach, 241)
-    r = np.maximum(np.abs(x), radius)
-    outside = (2.0 * radius**2 - r**2) * np.arcsin(radius / r) + radius * np.sqrt(r**2 - radius**2)
-    cap, rest = x**2 / (2.0 * dome) - depth, -(x**2) / (2.0 * across)
-    skin = np.where(np.abs(x) <= radius, cap, rest - depth * outside / (math.pi * radius**2))
-    pressure = TipPressure(places=x, pressure=peak * np.sqrt(np.maximum(0.0, 1.0 - (x / radius) ** 2)))
-    return _Touch(pressure=pressure, tip=_line(x, cap), skin=_line(x, skin), rest=_line(x, rest), mean=peak / 1.5)
+    """Return a dome by Hertz: K. L. Johnson, Contact Mechanics, (3.42a) and (4.22) to (4.24)."""
+    radius, x = contact_radius(report, E, force), np.linspace(-reach, reach, 241)
+    bent, along = 1.0 / (report.design.tips.dome_radius_mm or math.inf), 1.0 / report.design.fruit.radii_mm[0]
+    depth, mean = radius**2 * (bent + along), force / (math.pi * radius**2)
+    cap, rest = 0.5 * bent * x**2 - depth, -0.5 * along * x**2
+    skin = np.where(np.abs(x) <= radius, cap, rest - depth * _beside(np.abs(x) / radius))
+    pressure = TipPressure(places=x, pressure=1.5 * mean * _ellipse(x / radius))
+    return _Touch(pressure=pressure, tip=_line(x, cap), skin=_line(x, skin), rest=_line(x, rest), mean=mean)
+
+
+def _ellipse(r: Floats) -> Floats:
+    return np.asarray(np.sqrt(np.maximum(0.0, 1.0 - r**2)))
+
+
+def _beside(r: Floats) -> Floats:
+    """Return how deep the skin is at r radii from the middle of Hertz's pressure, in depths of the tip [1]."""
+    r = np.maximum(r, 1.0)
+    return np.asarray(((2.0 - r**2) * np.arcsin(1.0 / r) + np.sqrt(r**2 - 1.0)) / math.pi)
 
 
 def _line(x: Floats, z: Floats) -> Floats:
@@ -182,24 +195,27 @@ def _draw_sections(axes: Axes, drawn: Sequence[tuple[str, _Touch]]) -> None:
     """Draw pressure above and section below for each kind of tip, side by side on common scales."""
     most = max(min(1.08 * float(one.pressure.pressure.max()), _CUT * one.mean) for _, one in drawn)
     reach = max(float(one.skin[-1, 0]) for _, one in drawn)
-    width = 0.88 / len(drawn)
     axes.set_visible(False)
     for place, (kind, touch) in enumerate(drawn):
-        left = 0.12 + place * width
-        with plot_style():
-            upper = axes.figure.add_axes((left, 0.55, width - 0.05, 0.38))
-            lower = axes.figure.add_axes((left, 0.1, width - 0.05, 0.36))
+        upper, lower = _panels(axes, place, len(drawn))
         _draw_pressure(upper, touch, SERIES[place])
         _draw_section(lower, touch, reach)
         upper.set_ylim(0.0, most)
         upper.set_xlim(-reach, reach)
         upper.set_title(f"tip on the {kind} spring", fontsize=10, color=INK)
-        if place == 0:
-            upper.set_ylabel("pressure [MPa]")
-            lower.set_ylabel("height [mm]")
-        else:
-            upper.tick_params(labelleft=False)
-            lower.tick_params(labelleft=False)
+
+
+def _panels(axes: Axes, place: int, count: int) -> tuple[Axes, Axes]:
+    """Return the panels of pressure and of section in one of so many columns; the first one has the scales."""
+    width = 0.88 / count
+    left = 0.12 + place * width
+    with plot_style():
+        upper = axes.figure.add_axes((left, 0.55, width - 0.05, 0.38))
+        lower = axes.figure.add_axes((left, 0.1, width - 0.05, 0.36))
+    for panel, words in ((upper, "pressure [MPa]"), (lower, "height [mm]")):
+        panel.set_ylabel(words if place == 0 else "")
+        panel.tick_params(labelleft=place == 0)
+    return upper, lower
 
 
 def _draw_pressure(axes: Axes, touch: _Touch, colour: str) -> None:

@@ -141,12 +141,13 @@ def _stored_pressures(report: StoredReport, path: Path) -> tuple[TipPressure, ..
         return ()
     top = np.flatnonzero(grid.points[:, 2] > grid.points[:, 2].max() - _NEAR)
     places, pressure = grid.points[top], -np.asarray(grid.point_data[TENSOR], dtype=np.float64)[top, _ZZ]
-    found = []
-    for tip in report.tips:
-        away = np.abs(places[:, 1] - tip.y_mm)
-        line = np.flatnonzero(away < away.min() + _NEAR)
-        line = line[np.argsort(places[line, 0])]
-        from_centre = places[line, 0] - tip.x_mm
-        near = np.abs(from_centre) <= 0.5 * report.design.tips.side_mm
-        found.append(TipPressure(places=from_centre[near], pressure=np.maximum(pressure[line][near], 0.0)))
-    return tuple(found)
+    half = 0.5 * report.design.tips.side_mm
+    return tuple(_along_tip(places - np.array([tip.x_mm, tip.y_mm, 0.0]), pressure, half) for tip in report.tips)
+
+
+def _along_tip(away: Floats, pressure: Floats, half: float) -> TipPressure:
+    """Return the pressure [MPa] at the places on the middle line of a tip, at most half its side away [mm]."""
+    across = np.abs(away[:, 1])
+    line = np.flatnonzero((across < across.min() + _NEAR) & (np.abs(away[:, 0]) <= half))
+    line = line[np.argsort(away[line, 0])]
+    return TipPressure(places=away[line, 0], pressure=np.maximum(pressure[line], 0.0))

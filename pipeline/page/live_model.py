@@ -5,7 +5,7 @@ travel and stiffness; elsewhere from the table of the report, between its rows.
 """
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
@@ -43,6 +43,12 @@ class LiveModel:
     read_out: ContrastReadOut | None
 
     @property
+    def springs(self) -> Springs:
+        """Return the soft and the stiff spring [N/mm]."""
+        own = [1.0 / float(self.C[kind[0], kind[0]]) for kind in (self.kinds.soft, self.kinds.stiff)]
+        return Springs(**{field.name: K for field, K in zip(fields(Springs), own, strict=True)})
+
+    @property
     def by_ratio(self) -> bool:
         """Say whether the modulus is read from the force ratio, and not from the contrast of three or more tips."""
         return self.read_out is None
@@ -62,25 +68,15 @@ class LiveModel:
             if not (F > 0.0).all():
                 return math.nan
             ratio = float(F[list(self.kinds.stiff)].mean() / F[list(self.kinds.soft)].mean())
-            K = [1.0 / float(self.C[kind[0], kind[0]]) for kind in (self.kinds.soft, self.kinds.stiff)]
-            springs = Springs(K_l=K[0], K_h=K[1])  # fmt: skip
-            return fruit_stiffness(springs, ratio, self.stiffness_ratio) / self.K_m_over_E
+            return fruit_stiffness(self.springs, ratio, self.stiffness_ratio) / self.K_m_over_E
         except (ReadingError, ValueError):
             return math.nan
 
 
 def live_model(report: StoredReport) -> LiveModel:
     """Return the model of a report; raises InputError as its scene does."""
-    design, tips = report.design, report.design.tips
-    contact = FruitCompliance(
-        tips=tuple(tip.name for tip in report.tips),
-        S=np.array(report.contact.compliance_per_mm),
-        error_pair=0.01 * report.contact.error_percent,
-        error_own=0.01 * report.contact.s11_error_percent,
-        info=SolveInfo(**asdict(report.contact_solve)),
-    )
-    C, kinds = spring_compliances(report, tips), TipKinds(*tips.kinds)
-    pair = contact.of_kinds(*tips.kinds)
+    design, tips, contact = report.design, report.design.tips, _compliance(report)
+    C, pair = spring_compliances(report, tips), contact.of_kinds(*tips.kinds)
     level_by_weight = design.press.attitude == "side" or report.housing is None
     x = np.array([tip.x_mm for tip in report.tips])
     read_out = None if tips.layout == "pair" else read_out_of(design, contact, C)
@@ -88,12 +84,22 @@ def live_model(report: StoredReport) -> LiveModel:
         linear=scene_of(design).linear and level_by_weight,
         S=contact.S,
         C=C,
-        kinds=kinds,
+        kinds=TipKinds(*tips.kinds),
         along=x - x.mean(),
         ahead=tips.ahead_mm,
         K_m_over_E=pair.K_m_over_E(),
         stiffness_ratio=pair.stiffness_ratio(),
         read_out=read_out if isinstance(read_out, ContrastReadOut) else None,
+    )
+
+
+def _compliance(report: StoredReport) -> FruitCompliance:
+    return FruitCompliance(
+        tips=tuple(tip.name for tip in report.tips),
+        S=np.array(report.contact.compliance_per_mm),
+        error_pair=0.01 * report.contact.error_percent,
+        error_own=0.01 * report.contact.s11_error_percent,
+        info=SolveInfo(**asdict(report.contact_solve)),
     )
 
 
@@ -109,8 +115,6 @@ def spring_compliances(report: StoredReport, tips: Tips) -> Floats:
 def live_data(report: StoredReport, model: LiveModel) -> Plain:
     """Return what the page's own script needs, as plain data; units are mm, N, MPa, stiffness in N/mm."""
     design, tips = report.design, report.design.tips
-    targets = None if design.reading is not None else design.nominal_targets
-    law = None if model.read_out is None else asdict(model.read_out.law)
     return {
         "linear": model.linear,
         "S": model.S.tolist(),
@@ -118,25 +122,38 @@ def live_data(report: StoredReport, model: LiveModel) -> Plain:
         "springs": list(tips.springs),
         "names": [tip.name for tip in report.tips],
         "soft": list(model.kinds.soft),
-        "stiff": [place % len(tips.springs) for place in model.kinds.stiff],
+        "stiff": list(model.kinds.stiff),
         "along": model.along.tolist(),
         "ahead": list(model.ahead),
         "K_m_over_E": model.K_m_over_E,
         "stiffness_ratio": model.stiffness_ratio,
-        "E_max": design.fruit.E_max_MPa,
-        "targets": targets and {"P_max": targets.P_max, "NL": targets.NL, "definition": targets.NL_definition},
-        "contrast": law,
-        "bruise": {"E": list(design.fruit.E_MPa), "limit": list(design.fruit.bruise_limits_MPa)},
+        "contrast": None if model.read_out is None else asdict(model.read_out.law),
         "face": tips.face_mm2,
         "dome": _dome(report),
-        "table": {
-            "E": [row.E_MPa for row in report.response],
-            "x": list(report.response[0].x_mm),
-            "F": [[list(force) for force in row.tip_forces] for row in report.response],
-            "P": [list(row.P) for row in report.response],
-        },
-        "start": {"E": _middle(design.fruit.E_MPa), "travel": design.press.travel_mm},
-        "verdicts": {verdict.name: verdict.passed for verdict in report.verdicts},
+        "start": {"E": design.fruit.E_MPa[len(design.fruit.E_MPa) // 2], "travel": design.press.travel_mm},
+        **_asked(report),
+        "table": _table(report),
+    }
+
+
+def _asked(report: StoredReport) -> Plain:
+    """Return what is asked of the sensor: its range, its targets where they are judged, what the fruit stands."""
+    design, fruit = report.design, report.design.fruit
+    targets = None if design.reading is not None else design.nominal_targets
+    return {
+        "E_max": fruit.E_max_MPa,
+        "targets": targets and {"P_max": targets.P_max, "NL": targets.NL, "definition": targets.NL_definition},
+        "bruise": {"E": list(fruit.E_MPa), "limit": list(fruit.bruise_limits_MPa)},
+    }
+
+
+def _table(report: StoredReport) -> Plain:
+    rows = report.response
+    return {
+        "E": [row.E_MPa for row in rows],
+        "x": list(rows[0].x_mm),
+        "F": [[list(force) for force in row.tip_forces] for row in rows],
+        "P": [list(row.P) for row in rows],
     }
 
 
@@ -147,7 +164,3 @@ def _dome(report: StoredReport) -> Plain | None:
         return None
     along, across = fruit.radii_mm
     return {"radius": 1.0 / (1.0 / radius + 0.5 / along + 0.5 / across), "poisson": fruit.poisson}
-
-
-def _middle(moduli: tuple[float, ...]) -> float:
-    return moduli[len(moduli) // 2]

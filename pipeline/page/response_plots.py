@@ -13,7 +13,6 @@ from pipeline.page.picture import BAD, INK, MUTED, SERIES, Picture, plot_axes, p
 from pipeline.report.stored import StoredReport, StoredResponse
 
 _LABEL_STEP = 0.055  # of the width of a plot, between the numbers of mangoes
-_PAIR = 2
 _NOTHING = 1e-9
 
 
@@ -21,27 +20,33 @@ def modulus_plot(report: StoredReport, mangoes: Sequence[SeenMango]) -> Picture 
     """Return P [1] over the modulus [MPa] at full travel, with chord, NL and mangoes; None where no P is known."""
     curve = report.curve
     E, P = numbers(curve.E_MPa), numbers(curve.P)
-    if not np.isfinite(P).any():
+    known = P[np.isfinite(P)]
+    if not len(known):
         return None
     axes = plot_axes("modulus of the fruit E [MPa]", "force ratio P [1]")
-    for ends, words, alpha in (
-        (_band(report, "as_printed"), "as printed", 0.16),
-        (_band(report, "calibrated"), "after calibrating", 0.35),
-    ):
-        axes.fill_betweenx(P, *ends, color=SERIES[0], alpha=alpha, linewidth=0.0, label=f"E that may show P, {words}")
-    start = [] if curve.P_softest is None else [curve.P_softest]
-    axes.plot([0.0, *E][-len(P) - len(start) :], [*start, *P], color=SERIES[0], linewidth=2.0, label="P at full travel")
+    _draw_curve(axes, report, E, P)
     nonlinearity = _draw_chord(axes, report, E, P)
     _draw_mangoes(axes, mangoes, float(E[-1]))
     axes.set_xlim(0.0, 1.02 * float(E[-1]))
-    axes.set_ylim(0.0, 1.12 * float(np.nanmax(P)))
+    axes.set_ylim(0.0, 1.12 * float(known.max()))
     plot_legend(axes, "lower right")
     caption = (
-        f"At {curve.x_mm:g} mm travel, from {P[np.isfinite(P)][0]:.3g} to {P[np.isfinite(P)][-1]:.4g}{nonlinearity}. "
+        f"At {curve.x_mm:g} mm travel, from {known[0]:.3g} to {known[-1]:.4g}{nonlinearity}. "
         "The numbers are the mangoes of the paper's Table I, bars the scatter of their own tests."
     )
     title = "Force ratio over modulus"
     return plot_picture(axes, "modulus", title, caption, f"Line plot of P over E. {caption}")
+
+
+def _draw_curve(axes: Axes, report: StoredReport, E: Floats, P: Floats) -> None:
+    """Draw P with its bands of moduli, from the softest fruit on where its P is known."""
+    for name, words, alpha in (("as_printed", "as printed", 0.16), ("calibrated", "after calibrating", 0.35)):
+        words = f"E that may show P, {words}"
+        axes.fill_betweenx(P, *_band(report, name), color=SERIES[0], alpha=alpha, linewidth=0.0, label=words)
+    softest = report.curve.P_softest
+    if softest is not None:
+        E, P = np.concatenate([[0.0], E]), np.concatenate([[softest], P])
+    axes.plot(E, P, color=SERIES[0], linewidth=2.0, label="P at full travel")
 
 
 def _band(report: StoredReport, name: str) -> tuple[Floats, Floats]:
@@ -115,31 +120,36 @@ def travel_plot(report: StoredReport) -> Picture | None:
     if not rows:
         return None
     axes = plot_axes("travel x [mm]", "force ratio P [1]")
-    widest = 0.0
     for place, row in enumerate(rows):
-        colour = SERIES[place % len(SERIES)]
-        P, error = numbers(row.P), 0.01 * numbers(row.P_error_percent)
-        widest = max(widest, float(np.nanmax(100.0 * error)))
-        axes.fill_between(row.x_mm, P * (1.0 - error), P * (1.0 + error), color=colour, alpha=0.3, linewidth=0.0)
-        axes.plot(row.x_mm, P, color=colour, marker="o", markersize=2.5)
-    travel = report.design.press.travel_mm
-    axes.set_xlim(0.0, 1.22 * travel)
+        _draw_ratio(axes, row, SERIES[place % len(SERIES)])
     axes.set_ylim(0.0, None)
-    levels = _apart(np.array([row.last_P for row in rows]), 0.05 * axes.get_ylim()[1])
-    for place, (row, level) in enumerate(zip(rows, levels, strict=True)):
-        axes.annotate(
-            f"{row.E_MPa:g} MPa",
-            (1.02 * travel, float(level)),
-            color=SERIES[place % len(SERIES)],
-            va="center",
-            fontsize=9,
-        )
-    spread = max(_spread(row) for row in rows)
+    _label_moduli(axes, rows, [row.last_P or 0.0 for row in rows], report.design.press.travel_mm)
+    spread, widest = max(_spread(row) for row in rows), max(error for row in rows for error in _errors(row))
     caption = (
         f"The paper's Fig. 11. P varies by {_percent(spread)} of its mean over the travel; "
         f"the bands are its error bars from mesh and springs, at most {widest:.2g} %."
     )
     return plot_picture(axes, "travel", "Force ratio over travel", caption, f"One line for each modulus. {caption}")
+
+
+def _draw_ratio(axes: Axes, row: StoredResponse, colour: str) -> None:
+    P, error = numbers(row.P), 0.01 * numbers(row.P_error_percent)
+    axes.fill_between(row.x_mm, P * (1.0 - error), P * (1.0 + error), color=colour, alpha=0.3, linewidth=0.0)
+    axes.plot(row.x_mm, P, color=colour, marker="o", markersize=2.5)
+
+
+def _label_moduli(axes: Axes, rows: Sequence[StoredResponse], ends: Sequence[float], travel: float) -> None:
+    """Write the modulus at the end of each line, apart from each other."""
+    axes.set_xlim(0.0, 1.22 * travel)
+    order = np.argsort(ends, kind="stable")
+    levels = _apart(np.array(ends)[order], 0.05 * axes.get_ylim()[1])
+    for place, level in zip(order.tolist(), levels.tolist(), strict=True):
+        colour = SERIES[place % len(SERIES)]
+        axes.annotate(f"{rows[place].E_MPa:g} MPa", (1.02 * travel, level), color=colour, va="center", fontsize=9)
+
+
+def _errors(row: StoredResponse) -> list[float]:
+    return [error for error in row.P_error_percent if error is not None]
 
 
 def _percent(share: float) -> str:
@@ -154,32 +164,29 @@ def _spread(row: StoredResponse) -> float:
 def pressure_plot(report: StoredReport) -> Picture:
     """Return the mean pressure under the worst tip [MPa] over the travel [mm] at each modulus, with the limits."""
     axes = plot_axes("travel x [mm]", "mean pressure under a tip [MPa]")
-    limits = report.design.fruit.bruise_limits_MPa
-    travel = report.design.press.travel_mm
-    lasts = []
-    for place, row in enumerate(report.response):
-        colour = SERIES[place % len(SERIES)]
-        pressures = mean_pressures(report, row)
-        lasts.append(float(pressures[-1]))
-        axes.plot(row.x_mm, pressures, color=colour)
-        if len(set(limits)) > 1:
-            axes.plot(
-                [0.9 * travel, 1.0 * travel], [limits[place]] * _PAIR, color=colour, linestyle="--", linewidth=2.0
-            )
+    limits, travel = report.design.fruit.bruise_limits_MPa, report.design.press.travel_mm
+    pressures = [mean_pressures(report, row) for row in report.response]
+    for place, (row, pressure) in enumerate(zip(report.response, pressures, strict=True)):
+        axes.plot(row.x_mm, pressure, color=SERIES[place % len(SERIES)])
+    _draw_limits(axes, limits, travel)
+    lasts = [float(pressure[-1]) for pressure in pressures]
+    axes.set_ylim(0.0, 1.08 * max((*lasts, *limits)) or 1.0)
+    _label_moduli(axes, report.response, lasts, travel)
+    what = "Dashed: what the fruit stands." if limits else "No limit is set for this fruit (fruit.bruise_limit_MPa)."
+    caption = f"At full travel up to {max(lasts):.3g} MPa, in the pose of the design. {what}"
+    title = "Pressure on the skin over travel"
+    return plot_picture(axes, "pressure", title, caption, f"One line for each modulus. {caption}")
+
+
+def _draw_limits(axes: Axes, limits: Sequence[float], travel: float) -> None:
+    """Draw one limit over the whole travel, or that of each modulus at its end [MPa]."""
     if len(set(limits)) == 1:
         axes.axhline(limits[0], color=BAD, linestyle="--", linewidth=2.0)
         axes.annotate("limit", (0.02 * travel, limits[0]), va="bottom", color=BAD)
-    axes.set_xlim(0.0, 1.22 * travel)
-    axes.set_ylim(0.0, 1.08 * max([*(last for last in lasts if math.isfinite(last)), *limits], default=1.0))
-    levels = _apart(np.array(sorted(lasts)), 0.05 * axes.get_ylim()[1])
-    for place, level in zip(np.argsort(lasts, kind="stable"), levels, strict=True):
-        words = f"{report.response[place].E_MPa:g} MPa"
-        axes.annotate(words, (1.02 * travel, float(level)), color=SERIES[place % len(SERIES)], va="center", fontsize=9)
-    what = "Dashed: what the fruit stands." if limits else "No limit is set for this fruit (fruit.bruise_limit_MPa)."
-    caption = f"At full travel up to {max(lasts):.3g} MPa, in the pose of the design. {what}"
-    return plot_picture(
-        axes, "pressure", "Pressure on the skin over travel", caption, f"One line for each modulus. {caption}"
-    )
+        return
+    for place, limit in enumerate(limits):
+        colour = SERIES[place % len(SERIES)]
+        axes.hlines(limit, 0.9 * travel, travel, color=colour, linestyle="--", linewidth=2.0)
 
 
 def mean_pressures(report: StoredReport, row: StoredResponse) -> Floats:

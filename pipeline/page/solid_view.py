@@ -14,6 +14,7 @@ _LIGHT = np.array([-0.35, -0.75, 0.95])
 _AMBIENT = 0.42
 _FOLD = 0.92  # cosine between neighbouring faces below which an edge is drawn
 _STEP = 1.2  # [mm] of depth between neighbouring pixels that is another body part behind
+_DARK = (0.10, 0.11, 0.13, 1.0)  # of edges
 _FINE = 2  # pixels drawn for each pixel kept, each way
 
 
@@ -54,11 +55,11 @@ def view_of(bodies: Sequence[Facets], eye: tuple[float, float, float], width: in
     right /= np.linalg.norm(right)
     axes = np.array([right, np.cross(back, right), back])
     seen = np.concatenate([body.corners.reshape(-1, 3) for body in bodies]) @ axes.T
-    low, high = seen.min(axis=0)[:2], seen.max(axis=0)[:2]
-    border = margin * float((high - low).max())
-    span = high - low + 2.0 * border
+    least, most = seen.min(axis=0)[:2], seen.max(axis=0)[:2]
+    border = margin * float((most - least).max())
+    span = most - least + 2.0 * border
     scale = width / float(span[0])
-    corner = np.array([low[0] - border, high[1] + border])
+    corner = np.array([least[0] - border, most[1] + border])
     return View(axes=axes, scale=scale, corner=corner, size=(width, round(scale * float(span[1]))))
 
 
@@ -82,54 +83,71 @@ def rendered(bodies: Sequence[Facets], view: View) -> Rendering:
     """Return the picture: shaded faces, dark edges, nothing where no body is."""
     corners = np.concatenate([body.corners for body in bodies])
     owner = np.repeat(np.arange(len(bodies)), [len(body.corners) for body in bodies])
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normals, axis=1)
-    seen = (length > 0.0) & (normals @ view.axes[2] > 0.0)
-    normals = normals[seen] / length[seen, None]
-    width, height = (_FINE * count for count in view.size)
-    places = view.pixels_of(corners[seen]) * np.array([_FINE, _FINE, 1.0])
-    front, depth = _frontmost(places, width, height)
-    colours = np.array([body.colour for body in bodies])[owner[seen]]
-    shade = _AMBIENT + (1.0 - _AMBIENT) * np.clip(normals @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
-    picture = np.zeros((height, width, 4))
-    filled = front >= 0
-    picture[filled, :3] = (colours * shade[:, None])[front[filled]]
-    picture[filled, 3] = 1.0
-    picture[_edges(front, depth, normals, owner[seen])] = (0.10, 0.11, 0.13, 1.0)
-    shown = np.append(owner[seen], -1)[front][::_FINE, ::_FINE]
+    seen, normals = _turned_to(view, corners)
+    owner = owner[seen]
+    front, depth = _frontmost(view.pixels_of(corners[seen]) * np.array([_FINE, _FINE, 1.0]), view.size)
+    colours = np.array([body.colour for body in bodies])[owner] * _shade(normals)[:, None]
+    picture = np.concatenate([colours[front], (front >= 0)[..., None]], axis=-1)
+    picture[_edges(front, depth, normals, owner)] = _DARK
+    shown = np.append(owner, -1)[front][::_FINE, ::_FINE]
     return Rendering(pixels=_reduced(picture), seen=shown)
 
 
-def _frontmost(places: Floats, width: int, height: int) -> tuple[Ints, Floats]:
-    """Return for each pixel the triangle in front, -1 for none, and its depth; places (triangles, 3, 3) in pixels."""
+def _turned_to(view: View, corners: Floats) -> tuple[Ints, Floats]:
+    """Return which triangles (triangles, 3, 3) [mm] are turned to the eye, and the unit normals of these."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normals, axis=1)
+    seen = np.flatnonzero((length > 0.0) & (normals @ view.axes[2] > 0.0))
+    return seen, normals[seen] / length[seen, None]
+
+
+def _shade(normals: Floats) -> Floats:
+    """Return how bright faces are [1], shape (faces,), by their unit normals (faces, 3)."""
+    towards_light = normals @ (_LIGHT / np.linalg.norm(_LIGHT))
+    return np.asarray(_AMBIENT + (1.0 - _AMBIENT) * np.clip(towards_light, 0.0, 1.0))
+
+
+def _frontmost(places: Floats, size: tuple[int, int]) -> tuple[Ints, Floats]:
+    """Return for each fine pixel the triangle in front, -1 for none, and its depth; places (triangles, 3, 3)."""
+    width, height = (_FINE * count for count in size)
     pixel, triangle = _covered(places, width, height)
-    a, b, c = places[triangle, 0], places[triangle, 1], places[triangle, 2]
+    slope, level = _planes(places)
     x, y = (pixel % width) + 0.5, (pixel // width) + 0.5
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    area = np.where(area == 0.0, 1.0, area)
-    of_b = ((x - a[:, 0]) * (c[:, 1] - a[:, 1]) - (y - a[:, 1]) * (c[:, 0] - a[:, 0])) / area
-    of_c = ((b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0])) / area
-    depth = a[:, 2] + of_b * (b[:, 2] - a[:, 2]) + of_c * (c[:, 2] - a[:, 2])
+    depth = level[triangle] + slope[triangle, 0] * x + slope[triangle, 1] * y
     order = np.argsort(depth, kind="stable")  # the last one written to a pixel stays: the nearest
     front, nearest = np.full(width * height, -1), np.full(width * height, -np.inf)
     front[pixel[order]], nearest[pixel[order]] = triangle[order], depth[order]
     return front.reshape(height, width), nearest.reshape(height, width)
 
 
+def _planes(places: Floats) -> tuple[Floats, Floats]:
+    """Return the slopes (triangles, 2) and the level (triangles,) of the depth of triangles over the picture."""
+    start = places[:, 0]
+    normal = np.cross(places[:, 1] - start, places[:, 2] - start)
+    upright = np.where(normal[:, 2] == 0.0, 1.0, normal[:, 2])  # one that is seen from its edge covers no pixel
+    slope = -normal[:, :2] / upright[:, None]
+    return slope, start[:, 2] - (slope * start[:, :2]).sum(axis=1)
+
+
 def _covered(places: Floats, width: int, height: int) -> tuple[Ints, Ints]:
     """Return every pixel whose middle a triangle covers, and the triangle, line by line."""
     y = places[:, :, 1]
-    first = np.clip(np.ceil(y.min(axis=1) - 0.5), 0, height).astype(np.int64)
-    last = np.clip(np.ceil(y.max(axis=1) - 0.5), 0, height).astype(np.int64)
-    triangle = np.repeat(np.arange(len(places)), last - first)
-    row = np.arange(len(triangle)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
-    row += first[triangle]
-    left, right = _ends(places[triangle], row + 0.5)
-    start = np.clip(np.ceil(left - 0.5), 0, width).astype(np.int64)
-    count = np.maximum(np.clip(np.ceil(right - 0.5), 0, width).astype(np.int64) - start, 0)
-    line = np.repeat(np.arange(len(row)), count)
-    column = np.arange(len(line)) - np.repeat(np.cumsum(count) - count, count) + start[line]
+    triangle, row = _runs(*_middles(y.min(axis=1), y.max(axis=1), height))
+    line, column = _runs(*_middles(*_ends(places[triangle], np.asarray(row + 0.5, dtype=np.float64)), width))
     return row[line] * width + column, triangle[line]
+
+
+def _middles(start: Floats, end: Floats, size: int) -> tuple[Ints, Ints]:
+    """Return the first pixel whose middle lies beyond each start, and how many lie before the end, within a size."""
+    first, last = (np.clip(np.ceil(at - 0.5), 0, size).astype(np.int64) for at in (start, end))
+    return first, np.maximum(last - first, 0)
+
+
+def _runs(first: Ints, count: Ints) -> tuple[Ints, Ints]:
+    """Return, for runs of so many numbers from a first one, which run each number is of, and the number."""
+    run = np.repeat(np.arange(len(count)), count)
+    before = np.cumsum(count) - count
+    return run, np.arange(len(run)) - before[run] + first[run]
 
 
 def _ends(corners: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -149,8 +167,8 @@ def _ends(corners: Floats, y: Floats) -> tuple[Floats, Floats]:
 def _edges(front: Ints, depth: Floats, normals: Floats, owner: Ints) -> NDArray[np.bool_]:
     """Return the pixels on an edge: where the next pixel shows another body, a face turned away, or what is behind."""
     found = np.zeros(front.shape, dtype=bool)
-    for here, there in (((slice(None), slice(1, None)), (slice(None), slice(None, -1))),
-                        ((slice(1, None), slice(None)), (slice(None, -1), slice(None)))):  # fmt: skip
+    whole, later, earlier = slice(None), slice(1, None), slice(None, -1)
+    for here, there in (((whole, later), (whole, earlier)), ((later, whole), (earlier, whole))):
         a, b = front[here], front[there]
         both = (a >= 0) & (b >= 0)
         turned = np.einsum("...i,...i", normals[a], normals[b]) < _FOLD

@@ -2,15 +2,15 @@
 
 import json
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
 
 from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
 from pipeline.report.mapping import SCHEMA
+from pipeline.report.stored_parts import optional, part, record, records
 from pipeline.report.stored_records import (
     StoredBudget,
     StoredCurve,
@@ -22,10 +22,8 @@ from pipeline.report.stored_records import (
     StoredSpring,
     StoredVerdict,
 )
-from pipeline.storage.plain import Plain, from_plain
+from pipeline.storage.plain import Plain
 from pipeline.storage.seal import file_digest, is_regular
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,83 +158,68 @@ def _finite(text: str) -> float:
 
 def _report(data: Plain) -> StoredReport:
     """Return the report of its JSON data; raises ValueError that names the first key that does not fit."""
-    housing = None if data.get("housing", "") is None else _part(Housing, data, "housing")
-    deflections = _part(tuple[float, ...], data, "deflections_mm")
+    housing = optional(Housing, data, "housing")
+    return StoredReport(
+        design=design_from_mapping(part(Plain, data, "design")),
+        tips=part(tuple[StoredTip, ...], data, "tips"),
+        contact=record(StoredContact, data, "contact"),
+        contact_solve=record(StoredSolve, data, "contact"),
+        housing=housing,
+        deflections_mm=_deflections(data, housing),
+        response=records(StoredResponse, data, "response"),
+        curve=record(StoredCurve, data, "curve"),
+        files=part(tuple[StoredFile, ...], data, "files"),
+        verdicts=records(StoredVerdict, data, "verdicts"),
+        paper=_paper(data),
+        remedy=optional(str, data, "remedy"),
+        springs=_springs(data),
+        crosstalk=_crosstalk(data),
+        errors=part(dict[str, StoredBudget | None], data, "errors"),
+        reading=_reading(data),
+        notes=part(tuple[str, ...], data, "notes"),
+        tolerance=part(float, part(Plain, data, "accuracy"), "tolerance"),
+        fruit_stiffness=part(str, part(Plain, data, "springs"), "fruit_stiffness"),
+        versions=part(dict[str, str], data, "versions"),
+        seconds=part(dict[str, float], data, "seconds"),
+    )
+
+
+def _deflections(data: Plain, housing: Housing | None) -> tuple[float, ...]:
+    deflections = part(tuple[float, ...], data, "deflections_mm")
     if housing is not None and len(deflections) != len(housing.arms):
         msg = f"deflections_mm has {len(deflections)} numbers; must be one for each of {len(housing.arms)} springs"
         raise ValueError(msg)
-    behaviour = _nullable(data, "behaviour")
-    return StoredReport(
-        design=design_from_mapping(_part(Plain, data, "design")),
-        tips=_part(tuple[StoredTip, ...], data, "tips"),
-        contact=_record(StoredContact, data, "contact"),
-        contact_solve=_record(StoredSolve, data, "contact"),
-        housing=housing,
-        deflections_mm=deflections,
-        response=_records(StoredResponse, data, "response"),
-        curve=_record(StoredCurve, data, "curve"),
-        files=_part(tuple[StoredFile, ...], data, "files"),
-        verdicts=_records(StoredVerdict, data, "verdicts"),
-        paper=_paper(data),
-        remedy=None if data.get("remedy", "") is None else _part(str, data, "remedy"),
-        springs={name: _record(StoredSpring, _part(Plain, data, "flexures"), name) for name in data["flexures"]},
-        crosstalk=0.0 if behaviour is None else _part(float, behaviour, "crosstalk_C12_over_C22"),
-        errors=_part(dict[str, StoredBudget | None], data, "errors"),
-        reading=_reading(data),
-        notes=_part(tuple[str, ...], data, "notes"),
-        tolerance=_part(float, _part(Plain, data, "accuracy"), "tolerance"),
-        fruit_stiffness=_part(str, _part(Plain, data, "springs"), "fruit_stiffness"),
-        versions=_part(dict[str, str], data, "versions"),
-        seconds=_part(dict[str, float], data, "seconds"),
-    )
+    return deflections
 
 
-def _nullable(data: Plain, key: str) -> Plain | None:
-    """Return the object at a key, or None where it is null; raises ValueError where the key is missing."""
-    return None if data.get(key, "") is None else _part(Plain, data, key)
+def _springs(data: Plain) -> dict[str, StoredSpring]:
+    springs = part(Plain, data, "flexures")
+    return {name: record(StoredSpring, springs, name) for name in springs}
 
 
-def _record(kind: type[T], data: Plain, key: str) -> T:
-    """Return the record at a key, of whose other keys nothing is read."""
-    return from_plain(kind, _taken(_part(Plain, data, key), kind), key)
-
-
-def _records(kind: type[T], data: Plain, key: str) -> tuple[T, ...]:
-    """Return the records of a list, of whose other keys nothing is read."""
-    rows = _part(tuple[Plain, ...], data, key)
-    return tuple(from_plain(kind, _taken(row, kind), f"{key}[{place}]") for place, row in enumerate(rows))
+def _crosstalk(data: Plain) -> float:
+    behaviour = optional(Plain, data, "behaviour")
+    return 0.0 if behaviour is None else part(float, behaviour, "crosstalk_C12_over_C22")
 
 
 def _paper(data: Plain) -> StoredPaper | None:
-    paper = _nullable(data, "paper")
+    paper = optional(Plain, data, "paper")
     if paper is None:
         return None
-    K = {key: _part(float, paper, key) for key in ("K_l_N_per_m", "K_h_N_per_m")}
-    return StoredPaper(**K, verdicts=_records(StoredVerdict, paper, "verdicts"))
+    K = {key: part(float, paper, key) for key in ("K_l_N_per_m", "K_h_N_per_m")}
+    return StoredPaper(**K, verdicts=records(StoredVerdict, paper, "verdicts"))
 
 
 def _reading(data: Plain) -> StoredReading | None:
-    reading = _nullable(data, "reading")
+    reading = optional(Plain, data, "reading")
     if reading is None:
         return None
     return StoredReading(
-        method=_part(str, reading, "method"),
-        lift_deg=_part(float, reading, "lift_deg"),
-        moduli=_records(StoredModulus, reading, "moduli"),
-        skin_pressure=_records(StoredPressure, reading, "skin_pressure") if "skin_pressure" in reading else (),
+        method=part(str, reading, "method"),
+        lift_deg=part(float, reading, "lift_deg"),
+        moduli=records(StoredModulus, reading, "moduli"),
+        skin_pressure=records(StoredPressure, reading, "skin_pressure") if "skin_pressure" in reading else (),
     )
-
-
-def _part(kind: type[T], data: Plain, key: str) -> T:
-    if key not in data:
-        msg = f"{key} is missing"
-        raise ValueError(msg)
-    return from_plain(kind, data[key], key)
-
-
-def _taken(row: Plain, kind: type[Any]) -> Plain:
-    """Return of a record the keys that a type has."""
-    return {field.name: row[field.name] for field in fields(kind) if field.name in row}
 
 
 def refused(folder: Path, bound: str) -> InputError:
