@@ -101,7 +101,7 @@ def _tilt_plot(report: StoredReport, model: LiveModel) -> Picture:
     size = max(abs(float(np.interp(1.0, _TILTS, error))) for error in errors)
     caption = (
         f"Layout {report.design.tips.layout}, read by the {what} of one reading: one degree moves E by up to "
-        f"{size:.3g} %. Tips are taken as standing higher or lower; the grey band is the tilt that a press may be off by."
+        f"{size:.3g} %. Tips are taken as higher or lower; the grey band is the tilt that a press may be off by."
     )
     return plot_picture(axes, "pose", "Error of the reading against tilt", caption, f"Three lines. {caption}")
 
