@@ -5,6 +5,7 @@ from pathlib import Path
 from cad.design.parameters import Design
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
+from pipeline.page.page import page_of_run
 from pipeline.reading.placed import refuse_steep_poses
 from pipeline.reading.readings import assess_readings
 from pipeline.reading.sensor_read_out import sensor_read_out
@@ -37,7 +38,7 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     plate_depth(design, design.print.made_by)  # refuses tips that leave no plate, before anything is solved
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder, Stopwatch())
-        write_outputs(result, folder)
+        write_outputs(result, folder, None if options.out is None else page_of_run(result))
     return result
 
 
