@@ -1,5 +1,6 @@
 """The main job: targets -> springs -> solids -> meshes -> solutions -> verdicts, each stage from result to result."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from cad.design.parameters import Design
@@ -7,6 +8,7 @@ from cad.design.processes import PROCESSES
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
 from pipeline.reading.readings import assess_readings
+from pipeline.remedies.sentences import with_remedies
 from pipeline.report.outputs import write_outputs
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import solved_behaviour
@@ -34,7 +36,10 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     refuse_unsolvable(design)
     plate_depth(design, PROCESSES[design.print.process])  # refuses tips that leave no plate, before anything is solved
     with output_folder(options.out, force=options.force) as folder:
-        result = _stages(design, options, folder, Stopwatch())
+        timed = Stopwatch()
+        result = _stages(design, options, folder, timed)
+        verdicts = timed("remedies", with_remedies, result)  # where some did not pass
+        result = replace(result, verdicts=verdicts, seconds=timed.seconds())
         write_outputs(result, folder)
     return result
 
@@ -60,7 +65,7 @@ def _stages(design: Design, options: RunOptions, folder: Path, timed: Stopwatch)
         behaviour=timed("behaviour", solved_behaviour, springs, press),
         judgement=judged,
         readings=readings,
-        verdicts=all_verdicts(design, readings, judged, springs, options, making),
+        verdicts=all_verdicts(design, readings, judged, making),
         errors=errors,
         left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),
         seconds=timed.seconds(),

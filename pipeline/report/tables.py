@@ -40,8 +40,6 @@ def _print_advice(console: Console, result: SensorResult) -> None:
     print_reasons(console, wrong[:_ADVICE])
     if len(wrong) > _ADVICE:
         console.print(f"and {len(wrong) - _ADVICE} more: --verbose lists them all")
-    if result.judgement.remedy is not None:
-        console.print(escape(result.judgement.remedy))
 
 
 def print_everything(result: SensorResult) -> None:
@@ -50,8 +48,6 @@ def print_everything(result: SensorResult) -> None:
     console.print(_headline(result))
     console.print(verdict_table(f"twintip · {result.design.name}", result.verdicts))
     print_reasons(console, [verdict for verdict in result.verdicts if verdict.passed is not True])
-    if result.judgement.remedy is not None:
-        console.print(escape(result.judgement.remedy))
     console.print(_spring_table(result))
     console.print(_error_table(result))
     console.print(_response_table(result))
