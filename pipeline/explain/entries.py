@@ -1,6 +1,7 @@
 """What each verdict and symbol means: the entries of verdicts.toml and symbols.toml; the standard library only."""
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,11 @@ def entries() -> tuple[Entry, ...]:
             }
             found.append(Entry(name=name, is_verdict=kind == "verdicts", **texts))
     return tuple(found)
+
+
+def _entry(name: str, table: Mapping[str, Any], *, is_verdict: bool) -> Entry:
+    values: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
+    return Entry(name=name, is_verdict=is_verdict, **values)
 
 
 def entry_names() -> tuple[str, ...]:

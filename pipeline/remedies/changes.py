@@ -17,6 +17,7 @@ Ladder = tuple[Changes, ...]
 
 SMALLER, LARGER = (0.85, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1), (1.2, 1.5, 2.0, 3.0, 4.0)
 FAR_SMALLER, FAR_LARGER = (*SMALLER, 0.05, 0.03, 0.01), (*LARGER, 7.0, 10.0, 20.0, 50.0)  # where a trial costs nothing
+SOME_SMALLER, SOME_LARGER = (0.85, 0.7, 0.5), (1.2, 1.5, 2.0)  # of domes, whose fruit costs a solve each time
 DEAR_SMALLER, DEAR_LARGER = (0.5, 0.25), (2.0, 4.0)  # where each trial solves contact on cells
 _SPACING_OF_SIDE = 2.5  # tips so close that a round fruit is nearly flat under them, and still apart
 _WHOLE_CHANGE = 1.0  # size of a change that is no ratio: another word, a key that is unset or set to 0
@@ -100,25 +101,28 @@ def ladders(design: Design, wrong: Sequence[str], *, dear: bool) -> Iterator[Lad
     if {"printable", "K_l", "K_h"} & kinds or "geometry.made" in wrong:
         yield from _of_the_print(design)
     if "geometry.tip_face" in wrong or reads:
-        yield from _scaled(design, "tips.side_mm", LARGER)
-    yield from _scaled(design, "press.travel_mm", *_steps(dear=dear))
-    if of_the_ratio or reads or "bruise" in kinds:
-        yield from _of_the_tips(design, wrong, dear=dear)
+        yield from _scaled(design, "tips.side_mm", SOME_LARGER)
+    steps = _steps(design, dear=dear)
+    yield from _scaled(design, "press.travel_mm", *steps)
     if reads or "printable" in kinds or "bruise" in kinds:
         for key in _SPRINGS:
-            yield from _scaled(design, key, *_steps(dear=dear))
+            yield from _scaled(design, key, *steps)
     if reads:
         yield from _of_the_reading(design, wrong)
+    if of_the_ratio or reads or "bruise" in kinds:
+        yield from _of_the_tips(design, wrong, dear=dear)
 
 
-def _steps(*, dear: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the factors [1] by which a number becomes smaller and larger."""
-    return (DEAR_SMALLER, DEAR_LARGER) if dear else (FAR_SMALLER, LARGER)
+def _steps(design: Design, *, dear: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the factors [1] by which a number becomes smaller and larger, fewer where a trial costs more."""
+    if dear:
+        return DEAR_SMALLER, DEAR_LARGER
+    return (SOME_SMALLER, SOME_LARGER) if design.tips.shape == "dome" else (FAR_SMALLER, LARGER)
 
 
 def _of_the_tips(design: Design, wrong: Sequence[str], *, dear: bool) -> Iterator[Ladder]:
     """Yield other sides, spacings and radii of tips; each costs another compliance of the fruit."""
-    factors = (DEAR_SMALLER, DEAR_LARGER) if dear else (SMALLER, LARGER)
+    factors = _steps(design, dear=dear)
     if design.tips.shape == "dome":
         yield from _scaled(design, "tips.dome_radius_mm", *factors)
     else:

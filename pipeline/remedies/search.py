@@ -14,6 +14,7 @@ from solve.linear import SolveError
 MOST_ROUNDS = 3
 _KEPT = 4  # changes that did not pass on which the next round builds
 _BISECTIONS, _DEAR_BISECTIONS = 6, 2
+_TO_BISECT = 300  # of the budget, so that what passes is also brought near
 _BEYOND = 0.02  # by how much a bound that was found is passed over, so that the run with its errors passes too
 
 
@@ -53,6 +54,7 @@ def nearest_passing(
     started, keys = trials.count, dict[str, None]()
     passing, least = _searched(design, wrong, fixed, keys, trials)
     ordered = _nearest_first(design, passing)
+    trials.allow(_TO_BISECT)
     exact = _nearest_first(design, [_nearer(design, one, trials) for one in ordered[:_KEPT]])
     return Search(passing=(*exact, *ordered[_KEPT:]), least=least, keys=tuple(keys), count=trials.count - started)
 

@@ -11,13 +11,13 @@ from pipeline.remedies.changes import Changes, flags, in_digits, value_of
 from pipeline.remedies.own import own_remedy
 from pipeline.remedies.search import Search, nearest_passing, tried
 from pipeline.remedies.trial import Trials
-from pipeline.result import SensorResult
+from pipeline.result import JudgedSensor
 
-BUDGET = 400  # hundredths of a processor second that a run may look for a remedy
+BUDGET = 600  # hundredths of a processor second that a run may look for a remedy
 _SHOWN = 3  # keys of a sentence, and alternatives
 
 
-def with_remedies(result: SensorResult) -> tuple[Verdict, ...]:
+def with_remedies(result: JudgedSensor) -> tuple[Verdict, ...]:
     """Return the verdicts of a run, those that did not pass with what would make the whole design pass.
 
     A verdict that its own numbers can mend, like one that a smaller `--tol` decides, says that instead.
@@ -40,11 +40,12 @@ def with_remedies(result: SensorResult) -> tuple[Verdict, ...]:
 
 def common_remedy(design: Design, wrong: Sequence[str], trials: Trials, options: RunOptions) -> str:
     """Return in a sentence what would make a design pass in which verdicts of these names do not."""
+    itself = tried(design, {}, trials)
+    if itself is None or not itself.trial.passes:
+        return sentence(design, nearest_passing(design, wrong, trials))
     if options.fruit_stiffness == "hayes":
-        itself = tried(design, {}, trials)
-        if itself is not None and itself.trial.passes:
-            return "passes with --fruit-stiffness contact, which sizes the springs for the true contact"
-    return sentence(design, nearest_passing(design, wrong, trials))
+        return "passes with --fruit-stiffness contact, which sizes the springs for the true contact"
+    return f"none found: with ideal springs all passes, and no key is known to mend {' and '.join(wrong[:_SHOWN])}"
 
 
 def sentence(design: Design, search: Search) -> str:

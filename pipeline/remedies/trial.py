@@ -36,7 +36,8 @@ from solve.fruit.compliance import FruitCompliance
 
 ROUGH = 0.005  # relative error of the compliance that is enough to try a change
 # Costs of the parts of a trial, in hundredths of a second of a processor where they were measured.
-_SCENE, _ASSESSMENT, _QUICK, _CONTACT, _CURVE = 1, 20, 40, 40, 200
+_SCENE, _ASSESSMENT, _QUICK, _CURVE = 1, 20, 40, 200
+_FLAT_CONTACT, _CURVED_CONTACT = 8, 60
 _NO_NUMBER = 3.0  # how far a verdict without a number counts as off
 
 
@@ -87,6 +88,10 @@ class Trials:
         self._ahead = ahead
         self._contacts: dict[tuple[Fruit, Tips], FruitCompliance] = {}
 
+    def allow(self, least: int) -> None:
+        """See that at least so much of the budget is left."""
+        self.left = max(self.left, least)
+
     def remember(self, design: Design, contact: FruitCompliance) -> None:
         """Keep a compliance that was solved for a design."""
         self._contacts[_of_contact(design)] = contact
@@ -107,7 +112,7 @@ class Trials:
     def _contact(self, design: Design) -> FruitCompliance:
         key = _of_contact(design)
         if key not in self._contacts:
-            self.left -= _CONTACT
+            self.left -= _FLAT_CONTACT if design.fruit.shape == "block" else _CURVED_CONTACT
             self._contacts[key] = contact_compliance(design.fruit, design.tips, "split", ROUGH)
         return self._contacts[key]
 

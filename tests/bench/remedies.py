@@ -1,18 +1,20 @@
-"""Random designs that fail: does what is printed as their remedy, or what `pipeline suggest` finds, make them pass?
+"""Random designs that fail, and whether their printed remedy or what `pipeline suggest` finds makes them pass.
 
 Run from the root of the repository: `python tests/bench/remedies.py [--count 30] [--first 0] [--seed 1] [--out docs]`.
 Each design is run, its printed remedy is followed, and where that does not pass `pipeline suggest` is asked. It writes
 remedies.md into a folder, prints it, and exits 1 when the goal is missed; Ctrl-C ends it with those that were run.
+With `--kept FOLDER` outcomes are kept there and taken from there, so that it can go on, or be shared by processes.
 """
 
 import argparse
+import json
 import random
 import shlex
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -22,9 +24,10 @@ from cad.design.parameters import Design  # noqa: E402
 from cad.design.processes import PROCESSES  # noqa: E402
 from cad.quantity import InputError  # noqa: E402
 from mesh.session import MeshError  # noqa: E402
-from pipeline import RunOptions, load_design, run  # noqa: E402
+from pipeline import RunOptions, judged, load_design  # noqa: E402
 from pipeline.bench.bench import OUT  # noqa: E402
 from pipeline.bench.table import Sheet, page, publish  # noqa: E402
+from pipeline.remedies.sentences import with_remedies  # noqa: E402
 from pipeline.remedies.trial import Trials  # noqa: E402
 from pipeline.suggest.suggestion import suggestion  # noqa: E402
 from solve.linear import SolveError  # noqa: E402
@@ -159,8 +162,7 @@ def settings_in(remedy: str) -> dict[str, str]:
 def outcome(number: int, kind: str, preset: str, settings: Mapping[str, str]) -> Outcome:
     """Run one design, follow its printed remedy, and where that does not pass ask for a suggestion."""
     design = load_design(preset, settings)
-    result = run(design)
-    wrong = [verdict for verdict in result.verdicts if verdict.passed is not True]
+    wrong = [verdict for verdict in with_remedies(judged(design)) if verdict.passed is not True]
     names = tuple(verdict.name for verdict in wrong)
     remedies = [verdict.remedy or "no remedy" for verdict in wrong]
     for remedy in dict.fromkeys(remedies):
@@ -171,10 +173,23 @@ def outcome(number: int, kind: str, preset: str, settings: Mapping[str, str]) ->
     return suggested(number, kind, names, design)
 
 
+def kept_outcome(folder: Path | None, seed: int, number: int) -> Outcome:
+    """Return the outcome of a design, from its file where there is one."""
+    path = None if folder is None else folder / f"{seed}-{number}.json"
+    if path is not None and path.exists():
+        data = json.loads(path.read_text(encoding="utf-8"))
+        return Outcome(**{**data, "wrong": tuple(data["wrong"])})
+    found = outcome(number, *failing_design(seed, number))
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(asdict(found)), encoding="utf-8")
+    return found
+
+
 def passes(preset: str, settings: Mapping[str, str]) -> bool:
     """Say whether a run of a preset with settings passes; one that is refused does not."""
     try:
-        return run(load_design(preset, settings)).passed is True
+        return judged(load_design(preset, settings)).passed is True
     except (InputError, MeshError, SolveError):
         return False
 
@@ -221,13 +236,14 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--count", type=int, default=30, help="designs to mend")
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--kept", type=Path, help="folder of outcomes, one file a design")
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder of the page (default {OUT})")
     asked = parser.parse_args(arguments)
     outcomes: list[Outcome] = []
     with suppress(KeyboardInterrupt):
         for number in range(asked.first, asked.first + asked.count):
             started = time.process_time()
-            outcomes.append(outcome(number, *failing_design(asked.seed, number)))
+            outcomes.append(kept_outcome(asked.kept, asked.seed, number))
             one = outcomes[-1]
             cost = time.process_time() - started
             print(
