@@ -15,7 +15,7 @@ MOST_ROUNDS = 3
 _KEPT = 4  # changes that did not pass on which the next round builds
 _BISECTIONS, _DEAR_BISECTIONS = 6, 2
 _TO_BISECT = 300  # of the budget, so that what passes is also brought near
-_BEYOND = 0.02  # by how much a bound that was found is passed over, so that the run with its errors passes too
+_BEYOND = 0.05  # by how much a bound that was found is passed over, so that the solved leaves and error bars pass too
 
 
 Base = tuple[Changes, Design, Sequence[str]]
