@@ -23,6 +23,7 @@ from pipeline.commands.console import (
     drop_output,
     ready_streams,
 )
+from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.limits import LEAST_MEMORY_GIB, refuse_small_memory
 from pipeline.storage.interruption import Interrupted
 
@@ -31,15 +32,9 @@ _REFUSED = {errno.EACCES, errno.EPERM, errno.EMFILE, errno.ENFILE, errno.EIO, er
 
 COMMANDS: dict[str, Any] = {
     "run": run, "design": design, "suggest": suggest, "explain": explain, "check": check, "view": view,
-    "bench": bench, "doctor": doctor,
+    "bench": bench, "doctor": doctor, "modulus": modulus, "calibrate": calibrate, "read": read,
 }  # fmt: skip
 """Modules with PURPOSE, EXAMPLE, `add_arguments` and `execute`."""
-
-
-_TOP_FLAGS = (
-    ("--version", None, "print the version"),
-    ("--print-completion", "SHELL", "print the completion of a shell: bash, zsh or tcsh"),
-)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -126,7 +121,7 @@ def _execute(words: list[str]) -> int:
     if "-h" in words or "--help" in words:
         chosen.print_help()
         return PASSED
-    arguments, rest = chosen.parse_known_args(words[1:])
+    arguments, rest = chosen.parse_known_intermixed_args(words[1:])
     if rest:
         if not rest[0].startswith("-"):
             msg = f"{rest[0]!r}: must be a flag or its value; remove it, or see {chosen.prog} -h"
@@ -142,7 +137,7 @@ def _chosen(word: str, parsers: dict[str, "_Parser"]) -> "_Parser":
     if word in parsers:
         return parsers[word]
     kind = "flag" if word.startswith("-") else "command"
-    known = ("--help", *(flag for flag, _, _ in _TOP_FLAGS)) if kind == "flag" else tuple(parsers)
+    known = ("--help", "--version", "--print-completion") if kind == "flag" else tuple(parsers)
     raise _unknown(kind, word, known)
 
 
@@ -184,8 +179,9 @@ def command_parsers() -> tuple[_Parser, dict[str, _Parser]]:
         epilog=f"example: pipeline run --nl 0.05 --p-max 5      each command has its own -h\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    for flag, metavar, purpose in _TOP_FLAGS:
-        parser.add_argument(flag, metavar=metavar, help=purpose)
+    parser.add_argument("--version", action="store_true", help="print the version")
+    words = "print the completion of a shell: bash, zsh or tcsh"
+    parser.add_argument("--print-completion", metavar="SHELL", help=words)
     adder = parser.add_subparsers(metavar="COMMAND", parser_class=_Parser)
     parsers = {}
     for name, command in COMMANDS.items():

@@ -6,6 +6,7 @@ from cad.design.parameters import Design
 from cad.verdict import Verdict, all_passed
 from pipeline.options import RunOptions
 from pipeline.reading.readings import Readings
+from pipeline.reading.sensor_read_out import SensorReadOut
 from pipeline.stages.characteristics import SpringBehaviour
 from pipeline.stages.response import ScenePress
 from pipeline.stages.sizing import SpringSizing
@@ -44,10 +45,12 @@ class JudgedSensor:
 class SensorResult(JudgedSensor):
     """A design with what each stage of its run has found; its verdicts have their remedies.
 
-    `seconds` are wall and processor seconds by stage. `left_out` says why a file of fields is not there.
+    `read_out` is what a finished sensor is read by. `seconds` are wall and processor seconds by stage. `left_out` says
+    why a file of fields is not there.
     """
 
     behaviour: SpringBehaviour | None
+    read_out: SensorReadOut
     errors: SensorErrors
     left_out: str | None
     seconds: Seconds

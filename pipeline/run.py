@@ -4,10 +4,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
+from pipeline.reading.placed import refuse_steep_poses
 from pipeline.reading.readings import assess_readings
+from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.remedies.sentences import with_remedies
 from pipeline.report.outputs import write_outputs
 from pipeline.result import JudgedSensor, SensorResult
@@ -34,7 +35,8 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     """
     options = options or RunOptions()
     refuse_unsolvable(design)
-    plate_depth(design, PROCESSES[design.print.process])  # refuses tips that leave no plate, before anything is solved
+    refuse_steep_poses(design)
+    plate_depth(design, design.print.made_by)  # refuses tips that leave no plate, before anything is solved
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder, Stopwatch())
         write_outputs(result, folder)
@@ -48,7 +50,8 @@ def judged(design: Design, options: RunOptions | None = None) -> JudgedSensor:
     """
     options = replace(options or RunOptions(), out=None)
     refuse_unsolvable(design)
-    plate_depth(design, PROCESSES[design.print.process])
+    refuse_steep_poses(design)
+    plate_depth(design, design.print.made_by)
     with output_folder(None) as folder:
         return _judged(design, options, folder, Stopwatch())
 
@@ -84,6 +87,7 @@ def _stages(design: Design, options: RunOptions, folder: Path, timed: Stopwatch)
     return SensorResult(
         **{**vars(found), "verdicts": verdicts},
         behaviour=timed("behaviour", solved_behaviour, springs, press),
+        read_out=timed("reading", sensor_read_out, design, contact, springs, press, found.readings),
         errors=errors,
         left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),
         seconds=timed.seconds(),

@@ -84,13 +84,14 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),
     "pipeline.check": (*SENTENCES, "pipeline.limits"),
     "pipeline.page": SENTENCES,
-    "pipeline.view": SENTENCES,
+    "pipeline.view": (*SENTENCES, "pipeline.decks"),
     "pipeline.compression": (*LAWS, "pipeline.options", "pipeline.storage"),
-    "pipeline.unit": SENTENCES,
+    "pipeline.unit": (*SHAPES, "pipeline.storage", "pipeline.report.stored"),
     "pipeline.explain": SENTENCES,
     "pipeline.run": (*SENTENCES, "pipeline.remedies", "pipeline.page"),
     "pipeline.suggest": (*SENTENCES, "pipeline.remedies", "pipeline.run"),
-    "pipeline.bench": STAGES,
+    "pipeline.decks": (*BELOW, "pipeline.storage"),
+    "pipeline.bench": (*STAGES, "pipeline.decks"),
     "pipeline.commands": (
         *SENTENCES,
         *AFTER,
@@ -112,6 +113,7 @@ MOST_FILES = 12
 """In one folder, its `__init__.py` not counted: what one can take in at a glance."""
 
 OWNERS = {
+    "aiohttp": {"pipeline"},
     "OCP": {"cad"},
     "cadquery": {"cad"},
     "cattrs": {"pipeline"},
@@ -141,6 +143,7 @@ OWNERS = {
     "trame_vuetify": {"pipeline"},
     "trimesh": {"cad"},
     "vtk": {"pipeline"},
+    "vtkmodules": {"pipeline"},
 }
 """The folders that may import a package; the longest name that fits decides."""
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.printability import check_printable
-from cad.design.processes import PROCESSES
 from cad.design.tips import Tips
 from cad.quantity import Estimate
 from cad.verdict import Verdict, failed
 from pipeline.options import RunOptions
+from pipeline.reading.placed import refuse_steep_poses
 from pipeline.reading.readings import assess_readings
 from pipeline.stages.contact import contact_compliance
 from pipeline.stages.response import TRAVELS, ScenePress, press_scene, refuse_unsolvable, scene_of
@@ -101,6 +101,7 @@ class Trials:
         self.count += 1
         self.left -= _SCENE
         refuse_unsolvable(design)
+        refuse_steep_poses(design)
         contact = self._contact(design)
         sizing = spring_sizing(design, contact, RunOptions())
         springs = ideal_springs(design, sizing)
@@ -156,7 +157,7 @@ def _of_contact(design: Design) -> tuple[Fruit, Tips]:
 
 def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     """Return springs that are just as stiff as asked for, with what the beam law says of their leaves."""
-    process, ratio = PROCESSES[design.print.process], sizing.sizing_stiffness_ratio
+    process, ratio = design.print.made_by, sizing.sizing_stiffness_ratio
     printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
     rows = zip(NAMES, sizing.springs.stiffnesses, printable, strict=True)
     return FittedSprings(
