@@ -51,7 +51,7 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         **reading_mapping(result.design.tips, result.read_out, result.readings),
         "level": _level(result.judgement.reached),
         "verdicts": _verdicts(result.verdicts),
-        "remedy": result.judgement.remedy,
+        "remedy": _first_remedy(result.verdicts),
         "errors": {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()},
         "paper": _paper(result.judgement.paper),
         "accuracy": _accuracy(result),
@@ -62,6 +62,10 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "cpu_seconds": result.seconds.cpu,
     }
     return sealed_mapping(report | _tolerance(result))
+
+
+def _first_remedy(verdicts: Iterable[Verdict]) -> str | None:
+    return next((one.remedy for one in verdicts if one.remedy is not None), None)
 
 
 def _tolerance(result: SensorResult) -> Plain:
