@@ -31,6 +31,9 @@ RUN_HERE = {
     "pipeline run --set springs.K_l_N_per_m=880 --set springs.K_h_N_per_m=20100 --out outputs/unit": 1,
     "pipeline view outputs/paper --png pictures": 0,
     "pipeline doctor": 0,
+    "pipeline explain NL --out outputs/paper": 0,
+    "pipeline run --design mango --set reading.noise_percent= --out outputs/mine": 0,
+    "pipeline suggest paper --set fruit.bruise_limit_MPa=0.29": 0,
     "pipeline modulus docs/examples/fruit-1.csv docs/examples/fruit-2.csv docs/examples/fruit-3.csv --height 70 "
     "--radius 35": 0,
     "pipeline modulus docs/examples/fruit-1.csv --height 70 --radius 35 --json": 0,
