@@ -89,7 +89,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.unit": (*SHAPES, "pipeline.storage", "pipeline.report.stored"),
     "pipeline.explain": SENTENCES,
     "pipeline.run": (*SENTENCES, "pipeline.remedies", "pipeline.page"),
-    "pipeline.suggest": (*SENTENCES, "pipeline.remedies", "pipeline.run"),
+    "pipeline.suggest": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
     "pipeline.decks": (*BELOW, "pipeline.storage"),
     "pipeline.bench": (*STAGES, "pipeline.decks"),
     "pipeline.commands": (

@@ -3,7 +3,7 @@
 import dataclasses
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +104,7 @@ def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str
     return tables
 
 
-def _unset(tables: dict[str, Any], name: str) -> None:
+def _unset(tables: MutableMapping[str, Any], name: str) -> None:
     """Take a key out of the tables, or a whole table; raises InputError for a name that is neither."""
     table, _, key = name.partition(".")
     if name in TABLES:
