@@ -28,7 +28,11 @@ RUN_HERE = {
     "pipeline run --design paper-on-mango": 1,
     "pipeline design --set print.gauges=foil --out outputs/gauged": 0,
     "pipeline run --set springs.K_l_N_per_m=880 --set springs.K_h_N_per_m=20100 --out outputs/unit": 1,
+    "pipeline design --fields": 0,
     "pipeline view outputs/paper --png pictures": 0,
+    "pipeline view outputs/paper --html scenes.html": 0,
+    "pipeline view outputs/paper --inp decks": 0,
+    "pipeline view outputs/paper --pvd press": 0,
     "pipeline doctor": 0,
 }
 """What is run below in one folder, in this order, with its exit code."""
@@ -40,6 +44,7 @@ ELSEWHERE = {
     "pipeline run --fruit-stiffness hayes": ("tests/pipeline/test_run.py", '"--fruit-stiffness", "hayes"'),
     "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
     "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),
+    "pipeline view outputs/paper --serve": ("tests/pipeline/view/test_serving.py", '"view", str(folder), "--serve"'),
     "pipeline bench": ("tests/pipeline/bench/test_bench.py", "quick=True"),
     "pipeline bench --hard": ("tests/pipeline/bench/hard/test_suite.py", "hard("),
 }
