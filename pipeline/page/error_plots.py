@@ -70,7 +70,7 @@ def _reading_plot(reading: StoredReading, asked: Reading) -> Picture:
     known = [abs(value) for value in (*bias, *scatter) if value is not None]
     axes.set_ylim(0.0, 1.18 * max(*known, 100.0 * asked.bias_limit, 100.0 * asked.uncertainty_limit))
     plot_legend(axes, "center right")
-    worst = max(reading.moduli, key=lambda row: abs(row.E_bias_percent or 0.0))
+    worst = max(reading.moduli, key=lambda row: abs(row.E_bias_percent))
     caption = (
         f"Read as {reading.method}. Every pose that occurs is in it, with tilts up to {asked.tilt_deg:g} degrees; the "
         f"worst is {worst.worst}, at {worst.E_MPa:g} MPa. The first tip lifts off at {reading.lift_deg:.3g} degrees. "

@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.tri import Triangulation
 
 from cad.design.processes import PROCESSES
-from cad.theory.contrast_law import hertz_factor
+from cad.theory.hertz import hertz_factor
 from pipeline.page.fields import Fields, FlexureSection, Floats, Ints, TipPressure
 from pipeline.page.picture import INK, MUTED, SERIES, Picture, plot_axes, plot_picture, plot_style
 from pipeline.report.stored import StoredReport

@@ -9,7 +9,6 @@ from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
-from pipeline.report.mapping import SCHEMA
 from pipeline.report.stored_parts import optional, part, record, records
 from pipeline.report.stored_records import (
     StoredBudget,
@@ -18,12 +17,15 @@ from pipeline.report.stored_records import (
     StoredPaper,
     StoredPressure,
     StoredReading,
+    StoredReadOut,
     StoredSolve,
     StoredSpring,
     StoredVerdict,
 )
 from pipeline.storage.plain import Plain
 from pipeline.storage.seal import file_digest, is_regular
+
+SCHEMA = 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +59,11 @@ class StoredResponse:
     F_h_N: tuple[float | None, ...] = ()
     F_N: tuple[tuple[float | None, ...], ...] = ()
     P_error_percent: tuple[float | None, ...] = ()
+
+    @property
+    def kind_forces(self) -> tuple[tuple[float | None, ...], ...]:
+        """Return the force of a tip over the travel [N] for each spring, the low one's first; means over its tips."""
+        return self.F_l_N, self.F_h_N
 
     @property
     def tip_forces(self) -> tuple[tuple[float | None, ...], ...]:
@@ -93,8 +100,8 @@ class StoredContact:
 class StoredReport:
     """What commands take of a report: design, tips, contact, housing [mm] or None, deflections [mm], response, files.
 
-    Tips have the order of all forces and of the compliance. `crosstalk` [1] is C_12 / C_22 of the springs, 0 where they
-    are not made; `tolerance` [1] and `fruit_stiffness` are what the run was asked for.
+    Tips have the order of all forces and of the compliance. `read_out` turns forces into a modulus. `crosstalk` [1] is
+    C_12 / C_22 of the springs, 0 where they are not made; `tolerance` [1] and `fruit_stiffness` are what was asked for.
     """
 
     design: Design
@@ -112,12 +119,18 @@ class StoredReport:
     springs: dict[str, StoredSpring]
     crosstalk: float
     errors: dict[str, StoredBudget | None]
+    read_out: StoredReadOut
     reading: StoredReading | None
     notes: tuple[str, ...]
     tolerance: float
     fruit_stiffness: str
     versions: dict[str, str]
     seconds: dict[str, float]
+
+    @property
+    def moduli(self) -> tuple[StoredModulus, ...]:
+        """Return how well each modulus is read, none where the design asks for no readings."""
+        return () if self.reading is None else self.reading.moduli
 
 
 def read_report(folder: Path) -> StoredReport:
@@ -175,6 +188,7 @@ def _report(data: Plain) -> StoredReport:
         springs=_springs(data),
         crosstalk=_crosstalk(data),
         errors=part(dict[str, StoredBudget | None], data, "errors"),
+        read_out=part(StoredReadOut, data, "read_out"),
         reading=_reading(data),
         notes=part(tuple[str, ...], data, "notes"),
         tolerance=part(float, part(Plain, data, "accuracy"), "tolerance"),

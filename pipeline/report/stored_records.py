@@ -30,6 +30,7 @@ class StoredSpring:
     error_percent: float | None
     dimensions_mm: Flexure | None
     root_strain: float | None
+    root_strain_error_percent: float | None
     safety_factor: float | None
     dofs: int | None
     seconds: float | None
@@ -75,9 +76,9 @@ class StoredModulus:
     """How well one modulus E [MPa] is read: its bias with its pose, and its standard deviation [%]."""
 
     E_MPa: float
-    E_bias_percent: float | None
+    E_bias_percent: float
     worst: str
-    uncertainty_percent: float | None
+    uncertainty_percent: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,6 +89,34 @@ class StoredPressure:
     pressure_MPa: float
     limit_MPa: float
     worst: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredLevel:
+    """What a level sensor reads [MPa] of a fruit of modulus E [MPa]."""
+
+    E_MPa: float
+    read_MPa: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredReadOut:
+    """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line over a press.
+
+    `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, `weights` [1] and `gaps_mm`
+    (tips,). A pair has `own_less_other_per_mm` and None for the terms of a contrast; other layouts the other way round.
+    """
+
+    method: str
+    springs_mm_per_N: tuple[tuple[float, ...], ...]
+    full_scale_N: tuple[float, ...]
+    model_error_percent: float
+    level: tuple[StoredLevel, ...]
+    own_less_other_per_mm: float | None
+    weights: tuple[float, ...] | None
+    gaps_mm: tuple[float, ...] | None
+    fruit_per_mm: tuple[tuple[float, ...], ...] | None
+    hertz: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
