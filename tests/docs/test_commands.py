@@ -29,6 +29,7 @@ RUN_HERE = {
     "pipeline design --set print.gauges=foil --out outputs/gauged": 0,
     "pipeline run --set springs.K_l_N_per_m=880 --set springs.K_h_N_per_m=20100 --out outputs/unit": 1,
     "pipeline view outputs/paper --png pictures": 0,
+    "pipeline design --set print.E_MPa=1750 --out outputs/second": 0,
     "pipeline doctor": 0,
 }
 """What is run below in one folder, in this order, with its exit code."""
@@ -40,6 +41,18 @@ ELSEWHERE = {
     "pipeline run --fruit-stiffness hayes": ("tests/pipeline/test_run.py", '"--fruit-stiffness", "hayes"'),
     "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
     "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),
+    **{
+        command: ("tests/docs/test_read_a_fruit.py", command)
+        for command in (
+            "pipeline calibrate outputs/paper weights.csv --out unit.toml --classes ripe:0.8,turning:1.6,unripe",
+            "pipeline calibrate outputs/paper rubbers.csv",
+            "pipeline calibrate outputs/paper coupon.csv",
+            "pipeline read outputs/paper press.csv --unit unit.toml --json",
+            "pipeline read outputs/paper --unit unit.toml --forces 0.411,1.076",
+            "pipeline read outputs/paper --unit unit.toml --c-header unit.h",
+            "pipeline read outputs/paper --unit unit.toml --micropython unit.py",
+        )
+    },
     "pipeline bench": ("tests/pipeline/bench/test_bench.py", "quick=True"),
     "pipeline bench --hard": ("tests/pipeline/bench/hard/test_suite.py", "hard("),
 }
