@@ -119,10 +119,12 @@ def test_rubbers_tell_the_springs_of_any_layout(name, rng, tmp_path, request):
     noisy = calibrated(measured.report, on_rubbers(tmp_path / "b.csv", measured, factors, rng, 3e-4))
     share = np.array(noisy.unit.stiffnesses) / (measured.K * factors) - 1.0
     assert (np.abs(share) <= 0.03 * np.array(noisy.unit.K_percent) + 0.01).all()
-    with pytest.raises(
-        InputError, match=r"the readings leave the spring of tip \w+ open by \d+ %: must be known to 30 %"
-    ):
-        calibrated(measured.report, on_rubbers(tmp_path / "c.csv", measured, factors, rng, 0.02))
+
+
+def test_rubbers_that_leave_a_spring_open_are_refused(paper, rng, tmp_path):
+    path = on_rubbers(tmp_path / "rubbers.csv", paper, THICKER, rng, 2e-3)
+    with pytest.raises(InputError, match=r"leave the spring of tip high open by \d+ %: must be known to 30 %"):
+        calibrated(paper.report, path)
 
 
 def test_second_print_from_the_coupon_is_within_a_hundredth(rng, tmp_path, paper):
