@@ -32,7 +32,7 @@ class ContrastLaw:
     """What the contrast of a sensor needs to know.
 
     `weights` [1], `gaps` [mm] under each tip before the press; `C` [mm/N] and `S`, times E [1/mm], have a row and a
-    column for each tip; `hertz`, times E^(2/3) [mm (MPa/N)^(2/3)], is that of `hertz_factor`.
+    column for each tip; `hertz`, times E^(2/3) [mm (MPa/N)^(2/3)], is that of `hertz.hertz_factor`.
     """
 
     weights: tuple[float, ...]
@@ -64,15 +64,6 @@ def contrast_weights(places: Sequence[Place], springs: Sequence[str]) -> tuple[f
             bound = "a line or a square: low and high tips about one middle"
             raise fault("tips.layout", "pair", "", bound, "one reading of a pair cannot tell tilt from stiffness")
     return weights
-
-
-def hertz_factor(radius: float, poisson: float) -> float:
-    """Return h [mm (MPa/N)^(2/3)] of d = h (F / E)^(2/3) for a relative radius of curvature [mm].
-
-    Hertz, F = 4/3 E / (1 - nu^2) sqrt(R) d^(3/2): K. L. Johnson, Contact Mechanics, (4.23),
-    doi:10.1017/CBO9781139171731.
-    """
-    return math.pow(0.75 * (1.0 - poisson**2) / math.sqrt(radius), 2.0 / 3.0)
 
 
 def read_modulus(law: ContrastLaw, forces: Sequence[float]) -> float:

@@ -13,7 +13,7 @@ from cad.design.tips import Tips
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
 from pipeline.report.notes import notes
-from pipeline.report.readings import reading_mapping
+from pipeline.report.readings import curve_mapping, reading_mapping
 from pipeline.report.stored import SCHEMA
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
@@ -47,10 +47,11 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "behaviour": _behaviour(result.behaviour),
         "contact": _contact(result),
         "response": _response(result),
+        "curve": curve_mapping(result.errors.reading),
         **reading_mapping(result.design.tips, result.read_out, result.readings),
         "level": _level(result.judgement.reached),
         "verdicts": _verdicts(result.verdicts),
-        "remedy": result.judgement.remedy,
+        "remedy": _first_remedy(result.verdicts),
         "errors": {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()},
         "paper": _paper(result.judgement.paper),
         "accuracy": _accuracy(result),
@@ -61,6 +62,10 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "cpu_seconds": result.seconds.cpu,
     }
     return sealed_mapping(report | _tolerance(result))
+
+
+def _first_remedy(verdicts: Iterable[Verdict]) -> str | None:
+    return next((one.remedy for one in verdicts if one.remedy is not None), None)
 
 
 def _tolerance(result: SensorResult) -> Plain:

@@ -11,6 +11,8 @@ from pipeline.reading.read_out import LineReadOut
 from pipeline.reading.readings import Readings
 from pipeline.reading.sensor_read_out import SensorReadOut
 from pipeline.storage.plain import Plain, from_plain, number_at, same_number, value_at
+from pipeline.uncertainty.reading_table import ReadingTable
+from solve.arrays import Floats
 
 _PERCENT = 0.01
 
@@ -50,6 +52,27 @@ def _read_out(known: SensorReadOut) -> Plain:
 
 def _rows(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
     return [list(row) for row in matrix]
+
+
+def curve_mapping(table: ReadingTable) -> Plain:
+    """Return P at full travel over the modulus, with the moduli that may show it; null where a tip is off the fruit."""
+    response = table.response
+    bands = {"as_printed": table.printed, "calibrated": table.calibrated}
+    return {
+        "x_mm": float(response.x[-1]),
+        "P_softest": _numbers(response.P[:1, -1])[0],
+        "E_MPa": _numbers(response.E[1:]),
+        "P": _numbers(response.P[1:, -1]),
+        **{
+            f"E_{end}_{name}_MPa": _numbers(band[1:, -1, place])
+            for name, band in bands.items()
+            for place, end in enumerate(("lower", "upper"))
+        },
+    }
+
+
+def _numbers(values: Floats) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in values.tolist()]
 
 
 def _tips(tips: Tips) -> list[Plain]:

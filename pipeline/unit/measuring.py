@@ -9,7 +9,7 @@ from functools import cached_property
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE, Reading
 from cad.theory.contrast_law import ContrastLaw, Matrix, Place, stiffened
-from cad.theory.dome_contact import contact_radius, relative_curvature
+from cad.theory.hertz import contact_radius, relative_curvature
 from pipeline.report.stored import StoredReport
 from pipeline.unit.printed_unit import PrintedUnit
 from pipeline.unit.ripeness import RipenessClasses

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cad.quantity import InputError
 from cad.theory.contrast_law import ContrastLaw, contrast_terms
-from cad.theory.dome_contact import relative_curvature
+from cad.theory.hertz import relative_curvature
 from pipeline.unit.calibrating.measured_table import MeasuredRow, only_columns
 from pipeline.unit.measuring import MeasuringUnit
 from pipeline.unit.signals import force_keys

@@ -13,12 +13,12 @@ from cad.theory.contrast_law import (
     ReadingError,
     contrast_slopes,
     contrast_weights,
-    hertz_factor,
     lowered_tips,
     plane_through,
     read_modulus,
     stiffened,
 )
+from cad.theory.hertz import hertz_factor
 
 SQUARE = ((-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0))
 KINDS = ("low", "high", "low", "high")
@@ -76,12 +76,6 @@ def test_domes_are_read_exactly_in_any_pose():
         if not found.success or found.x.min() <= 0.05:
             continue
         assert read_modulus(law, (found.x**3).tolist()) == pytest.approx(E, rel=1e-7)
-
-
-def test_hertz_factor_is_that_of_a_ball():
-    """F = 4/3 E* sqrt(R) d^(3/2)."""
-    F = 4.0 / 3.0 * (2.0 / (1.0 - 0.09)) * math.sqrt(5.0) * 0.1**1.5
-    assert hertz_factor(5.0, 0.3) * (F / 2.0) ** (2.0 / 3.0) == pytest.approx(0.1, rel=1e-14)
 
 
 def test_pair_lets_a_tilt_through():
