@@ -34,6 +34,7 @@ RUN_HERE = {
     "pipeline view outputs/paper --html scenes.html": 0,
     "pipeline view outputs/paper --inp decks": 0,
     "pipeline view outputs/paper --pvd press": 0,
+    "pipeline design --set print.E_MPa=1750 --out outputs/second": 0,
     "pipeline doctor": 0,
     "pipeline explain NL --out outputs/paper": 0,
     "pipeline run --design mango --set reading.noise_percent= --out outputs/mine": 0,
@@ -54,6 +55,18 @@ ELSEWHERE = {
     "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
     "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),
     "pipeline view outputs/paper --serve": ("tests/pipeline/view/test_serving.py", '"view", str(folder), "--serve"'),
+    **{
+        command: ("tests/docs/test_read_a_fruit.py", command)
+        for command in (
+            "pipeline calibrate outputs/paper weights.csv --out unit.toml --classes ripe:0.8,turning:1.6,unripe",
+            "pipeline calibrate outputs/paper rubbers.csv",
+            "pipeline calibrate outputs/paper coupon.csv",
+            "pipeline read outputs/paper press.csv --unit unit.toml --json",
+            "pipeline read outputs/paper --unit unit.toml --forces 0.411,1.076",
+            "pipeline read outputs/paper --unit unit.toml --c-header unit.h",
+            "pipeline read outputs/paper --unit unit.toml --micropython unit.py",
+        )
+    },
     "pipeline run --design docs/examples/my-fruit.toml": ("tests/docs/test_tutorial.py", '"from-test-to-firmware.md"'),
     "pipeline calibrate outputs/my-fruit docs/examples/weights.csv --out unit.toml "
     "--classes ripe:1.1,turning:2.3,unripe": ("tests/docs/test_tutorial.py", '"from-test-to-firmware.md"'),

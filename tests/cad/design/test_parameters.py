@@ -215,3 +215,11 @@ def test_every_table_is_frozen_and_takes_names_only(kind):
 def test_tables_are_those_of_the_module():
     assert TABLES == ("targets", "springs", "fruit", "tips", "press", "reading", "print")
     assert all(getattr(parameters, kind.__name__) is kind for kind in KINDS.values())
+
+
+def test_modulus_of_a_coupon_takes_the_place_of_the_process():
+    nominal, printed = Print().made_by, Print(E_MPa=1750.0).made_by
+    assert nominal == PROCESSES["fdm-petg"]
+    assert printed == dataclasses.replace(nominal, E_MPa=1750.0)
+    with pytest.raises(InputError, match=r"^print\.E_MPa = -1 MPa: must be at least 1e-06 .*; give what the coupon"):
+        Print(E_MPa=-1.0)
