@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
 from pipeline.reading.readings import assess_readings
@@ -32,7 +31,7 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     """
     options = options or RunOptions()
     refuse_unsolvable(design)
-    plate_depth(design, PROCESSES[design.print.process])  # refuses tips that leave no plate, before anything is solved
+    plate_depth(design, design.process)  # refuses tips that leave no plate, before anything is solved
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder, Stopwatch())
         write_outputs(result, folder)
