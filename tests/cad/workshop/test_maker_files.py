@@ -7,14 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from cad.files.drawing import Title
+from cad.files.maker_files import fabrication_sheet, write_fabrication
 from squares import RESIN, square_sensor
 
 from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
-from cad.files.drawing import Title
-from cad.files.maker_files import fabrication_sheet, write_fabrication
 from cad.files.sensor_files import write_sensor
 from cad.parts.coupon import coupon_of, modulus_factor
 from cad.parts.cover import cover_of

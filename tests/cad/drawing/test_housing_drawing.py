@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import ezdxf
 import pytest
+from cad.files.drafting import Arc, Line, Words, horizontal_dimension, write_dxf, write_svg
+from cad.files.drawing import Title, gauge_marks, housing_drawing, section
 from squares import square_sensor
 
 from cad.design.processes import PROCESSES
-from cad.files.drafting import Arc, Line, Words, horizontal_dimension, write_dxf, write_svg
-from cad.files.drawing import Title, gauge_marks, housing_drawing, section
 from cad.parts.housing import fillet_corners
 from cad.quantity import InputError
 

@@ -1,0 +1,66 @@
+"""The bracket that carries a sensor: an angle, bolted behind it, with the holes of a robot's flange above it.
+
+The flange is ISO 9409-1-50-4-M6: four M6 on a circle of 50 mm, about the axis of the press. Sensor frame, mm.
+"""
+
+import math
+
+import cadquery as cq
+
+from cad.parts.assembly import WASHER_THICKNESS_MM, grip
+from cad.parts.cover import cover_of
+from cad.parts.pose import largest_tilt
+from cad.parts.sensor import Sensor
+
+FLANGE_CIRCLE_MM, FLANGE_HOLE_MM, FLANGE_MM = 50.0, 6.6, 63.0  # ISO 9409-1-50-4-M6; holes for M6, ISO 273 medium
+FLANGE_SCREW_MM = 12.0  # through the bracket, and 7 mm into the flange
+PLATE_MM = 5.0
+HEAD_ROOM_MM = 8.0  # under the flange's screws, whose heads are 6 mm high: ISO 4762
+HEAD_MM = 10.0  # diameter of those heads
+_BEHIND = 6.0  # of the plate behind the outermost hole of the flange
+_REACH = 1.0
+
+
+def back_of(sensor: Sensor) -> float:
+    """Return the place y of the face behind cover or washers [mm], on which the bracket lies."""
+    return 0.5 * grip(sensor) + (0.0 if sensor.housing.mount == "covers" else WASHER_THICKNESS_MM)
+
+
+def mounted_grip(sensor: Sensor) -> float:
+    """Return what the four screws must span with the bracket behind the sensor [mm]."""
+    return grip(sensor) + PLATE_MM
+
+
+def flange_holes() -> tuple[tuple[float, float], ...]:
+    """Return x and y of the holes for the flange's screws [mm]: on the axes, clear of the upright plate."""
+    half = 0.5 * FLANGE_CIRCLE_MM
+    return (half, 0.0), (0.0, half), (-half, 0.0), (0.0, -half)
+
+
+def mount_solid(sensor: Sensor) -> cq.Solid:
+    """Return the bracket in its place behind the sensor [mm]."""
+    housing, back = sensor.housing, back_of(sensor)
+    left, right = housing.left, housing.right
+    rise = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
+    foot, shelf = cover_of(sensor).foot_level + math.ceil(10.0 * rise) / 10.0, housing.top_level + HEAD_ROOM_MM
+    upright = cq.Solid.makeBox(right - left, PLATE_MM, shelf + PLATE_MM - foot, cq.Vector(left, back, foot))
+    half, front = 0.5 * FLANGE_MM, -0.5 * FLANGE_MM
+    behind = max(back + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND)
+    shelf_plate = cq.Solid.makeBox(FLANGE_MM, behind - front, PLATE_MM, cq.Vector(-half, front, shelf))
+    body = cq.Workplane(obj=upright.fuse(shelf_plate).clean())
+    across = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _REACH, 0.0))
+    screws = across.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
+    down = cq.Workplane("XY", origin=(0.0, 0.0, shelf - _REACH))
+    flange = down.pushPoints(list(flange_holes())).circle(0.5 * FLANGE_HOLE_MM)
+    drilled = body.cut(screws.extrude(PLATE_MM + 2.0 * _REACH)).cut(flange.extrude(PLATE_MM + 2.0 * _REACH))
+    return drilled.findSolid().Solids()[0]
+
+
+def flange_heads(sensor: Sensor) -> cq.Shape:
+    """Return the heads of the flange's screws under the bracket [mm], as high as the room for them."""
+    level, up = sensor.housing.top_level, cq.Vector(0.0, 0.0, 1.0)
+    heads = [
+        cq.Solid.makeCylinder(0.5 * HEAD_MM, HEAD_ROOM_MM - _REACH, cq.Vector(x, y, level + _REACH), up)
+        for x, y in flange_holes()
+    ]
+    return cq.Compound.makeCompound(heads)
