@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
 
 from cad.design.processes import Process
-from cad.parts.assembly import dowel_length, screw_length
+from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import Sensor
 from cad.theory.strain_gauge import FOIL
@@ -53,7 +53,8 @@ def _fasteners(sensor: Sensor) -> Iterator[Row]:
     housing = sensor.housing
     count, length = len(housing.holes), screw_length(mounted_grip(sensor))
     screw = "M3 threaded rod, cut" if length is None else f"M3 x {length}"
-    through = "housing, covers and bracket" if housing.mount == "covers" else "housing and bracket"
+    bare, covered = screw_length(grip(sensor)), ", covers" if housing.mount == "covers" else ""
+    through = f"housing{covered} and bracket; {'rod' if bare is None else f'M3 x {bare}'} without the bracket"
     yield Row(count=count, part="screw", size=screw, standard="ISO 4762", note=f"through {through}")
     yield Row(count=count, part="nut", size="M3", standard="ISO 4032", note="one on each screw")
     yield Row(count=2 * count, part="washer", size="M3", standard="ISO 7089", note="under each head and each nut")

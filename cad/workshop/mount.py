@@ -31,10 +31,16 @@ def mounted_grip(sensor: Sensor) -> float:
     return grip(sensor) + PLATE_MM
 
 
-def flange_holes() -> tuple[tuple[float, float], ...]:
-    """Return x and y of the holes for the flange's screws [mm]: on the axes, clear of the upright plate."""
+def flange_holes(sensor: Sensor) -> tuple[tuple[float, float], ...]:
+    """Return x and y of the holes for the flange's screws [mm].
+
+    On the axes behind a thick sensor, else on the diagonals: so that the heads are clear of the upright plate.
+    """
     half = 0.5 * FLANGE_CIRCLE_MM
-    return (half, 0.0), (0.0, half), (-half, 0.0), (0.0, -half)
+    if back_of(sensor) >= 0.5 * HEAD_MM + _REACH:
+        return (half, 0.0), (0.0, half), (-half, 0.0), (0.0, -half)
+    side = math.sqrt(0.5) * half
+    return (side, side), (-side, side), (-side, -side), (side, -side)
 
 
 def mount_solid(sensor: Sensor) -> cq.Solid:
@@ -51,7 +57,7 @@ def mount_solid(sensor: Sensor) -> cq.Solid:
     across = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _REACH, 0.0))
     screws = across.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     down = cq.Workplane("XY", origin=(0.0, 0.0, shelf - _REACH))
-    flange = down.pushPoints(list(flange_holes())).circle(0.5 * FLANGE_HOLE_MM)
+    flange = down.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
     drilled = body.cut(screws.extrude(PLATE_MM + 2.0 * _REACH)).cut(flange.extrude(PLATE_MM + 2.0 * _REACH))
     return drilled.findSolid().Solids()[0]
 
@@ -61,6 +67,6 @@ def flange_heads(sensor: Sensor) -> cq.Shape:
     level, up = sensor.housing.top_level, cq.Vector(0.0, 0.0, 1.0)
     heads = [
         cq.Solid.makeCylinder(0.5 * HEAD_MM, HEAD_ROOM_MM - _REACH, cq.Vector(x, y, level + _REACH), up)
-        for x, y in flange_holes()
+        for x, y in flange_holes(sensor)
     ]
     return cq.Compound.makeCompound(heads)

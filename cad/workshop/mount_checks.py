@@ -39,7 +39,7 @@ def _holes(sensor: Sensor, mount: cq.Shape) -> Verdict:
     across = _places((face for face in faces if is_hole(face, housing.hole_diameter)), 0, 2)
     upright = _places((face for face in faces if _is_upright_hole(face)), 0, 1)
     wanted = sorted((*place, 0.5 * housing.hole_diameter) for place in housing.holes)
-    flange = sorted((*place, 0.5 * FLANGE_HOLE_MM) for place in flange_holes())
+    flange = sorted((*place, 0.5 * FLANGE_HOLE_MM) for place in flange_holes(sensor))
     if (len(across), len(upright)) != (len(wanted), len(flange)):
         reference = f"{len(across)} holes for the housing, {len(upright)} for the flange: must be 4 and 4"
         return failed(name, 0.0, unit="mm", reference=reference)

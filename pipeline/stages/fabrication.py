@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cad.checks.assembly_checks import cover_verdicts
-from cad.checks.slicer import PrintEstimate, print_estimate, slicer_absence
+from cad.checks.slicer import print_estimate, slicer_absence
+from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
-from cad.design.processes import Process
 from cad.drawing.sheet import Title
 from cad.quantity import Estimate
 from cad.verdict import Verdict
@@ -17,10 +17,9 @@ from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.mesh_pairs import COARSE
 from pipeline.fit.mounts import attached_to
 from pipeline.options import RunOptions
-from pipeline.stages.solids import sensor_of
+from pipeline.stages.solids import Written, sensor_of, written_once
 from pipeline.stages.springs import FittedSpring, FittedSprings
 from pipeline.storage.cache import cached
-from pipeline.storage.seal import file_digest
 from pipeline.verdicts.rules import margin_verdict
 from solve.housing.stiffness import sideways_stiffness
 
@@ -49,11 +48,24 @@ def write_maker_files(design: Design, springs: FittedSprings, folder: Path) -> t
     """
     if springs.housing is None:
         return ()
+    inputs = {
+        "design": design_as_mapping(design),
+        "process": springs.process,
+        "housing": springs.housing,
+        "springs": springs_to_read(springs),
+        "slicer": slicer_absence(),
+    }
+    return written_once("maker files", inputs, lambda: _written(design, springs, folder), folder)
+
+
+def _written(design: Design, springs: FittedSprings, folder: Path) -> Written:
+    if springs.housing is None:
+        return (), ()
     sensor, process = sensor_of(design, springs.housing), springs.process
-    estimate = _print_estimate(folder / "housing.stl", process)
+    estimate = print_estimate(folder / "housing.stl", process)
     title = Title(name=design.name, process=process)
     made = write_fabrication(sensor, title, springs_to_read(springs), estimate, folder)
-    return (*cover_verdicts(sensor, made.cover, process), *mount_verdicts(sensor, made.mount, process))
+    return made.paths, (*cover_verdicts(sensor, made.cover, process), *mount_verdicts(sensor, made.mount, process))
 
 
 def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:
@@ -73,20 +85,6 @@ def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:
         )
         for i, (arm, spring, deflection) in rows
     )
-
-
-def _print_estimate(path: Path, process: Process) -> PrintEstimate | None:
-    """Return what the slicer says of a part, kept by its file; None where there is no slicer for the process."""
-    if slicer_absence() or process.kind != "fdm":
-        return None
-    inputs = {"file": file_digest(path), "process": process}
-    found = cached("slicer", inputs, lambda: _estimates(path, process), tuple[PrintEstimate, ...])
-    return found[0] if found else None
-
-
-def _estimates(path: Path, process: Process) -> tuple[PrintEstimate, ...]:
-    estimate = print_estimate(path, process)
-    return () if estimate is None else (estimate,)
 
 
 def sideways_verdicts(springs: FittedSprings) -> tuple[Verdict, ...]:
