@@ -51,9 +51,13 @@ def print_estimate(path: Path, process: Process) -> PrintEstimate | None:
     if program is None or process.kind != "fdm" or not process.line_width_mm or not process.layer_mm:
         return None
     settings = {
-        "layer-height": process.layer_mm, "nozzle-diameter": process.line_width_mm, "fill-density": "100%",
-        "fill-pattern": "rectilinear", "filament-density": process.density_g_per_cm3, "filament-diameter": 1.75,
-    }  # fmt: skip
+        "layer-height": process.layer_mm,
+        "nozzle-diameter": process.line_width_mm,
+        "fill-density": "100%",
+        "fill-pattern": "rectilinear",
+        "filament-density": process.density_g_per_cm3,
+        "filament-diameter": 1.75,
+    }
     flags = [word for key, value in settings.items() for word in (f"--{key}", str(value))]
     with tempfile.TemporaryDirectory(prefix="twintip-") as folder:
         code = Path(folder) / "part.gcode"

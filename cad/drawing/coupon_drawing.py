@@ -1,10 +1,9 @@
 """The drawing of a coupon: its section, the view from the left, and every dimension once [mm]."""
 
-import math
 from collections.abc import Iterator, Sequence
 
-from cad.drawing.items import Box, Dimension, Item, text_width, union, written
-from cad.drawing.placing import TEXT_MM, Wanted, in_rows
+from cad.drawing.items import Box, Dimension, Item, Point, text_width, union, written
+from cad.drawing.placing import TEXT_MM, Callout, Wanted, called_out, in_rows
 from cad.drawing.section import section
 from cad.drawing.sheet import Sheet, Title, on_sheet, rectangle
 from cad.parts.coupon import CLAMP_INSET, Coupon
@@ -30,73 +29,88 @@ def coupon_drawing(part: Part, coupon: Coupon, title: Title) -> Sheet:
 
 
 def _views(profile: Sequence[Item], coupon: Coupon, title: Title, scale: float) -> Iterator[Item]:
-    low, high = coupon.arms[0], coupon.arms[-1]
-    half, tall = 0.5 * coupon.block_width, 0.5 * coupon.block_height
-    ends = [half + arm.flexure.length + coupon.pad_side for arm in (low, high)]
-    outline: Box = (-ends[0], -tall, ends[1], tall)
-    front = [*profile, *in_rows([*_wanted(coupon, title.process.accuracy_mm)], outline, scale)]
-    front += [
-        *_radii(coupon, scale),
-        *(_thickness(coupon, arm, title.process.accuracy_mm, scale) for arm in coupon.arms),
-    ]
+    ends = [0.5 * coupon.block_width + arm.flexure.length + coupon.pad_side for arm in coupon.arms]
+    tall, accuracy = 0.5 * coupon.block_height, title.process.accuracy_mm
+    wanted = [*_block(coupon), *_leaves(coupon, accuracy), *_pads(coupon)]
+    front = [*profile, *in_rows(wanted, (-ends[0], -tall, ends[-1], tall), scale)]
+    front += [called_out(one, scale) for one in (_fillet(coupon, scale), *_holes(coupon, scale))]
+    front += [_thickness(coupon, arm, accuracy, scale) for arm in coupon.arms]
     yield from front
-    start, deep = union([item.box for item in front])[2] + _BETWEEN_MM / scale, low.flexure.depth
-    side: Box = (start, -tall, start + deep, tall)
+    yield from _from_the_left(coupon, union([item.box for item in front])[2] + _BETWEEN_MM / scale, scale)
+
+
+def _from_the_left(coupon: Coupon, start: float, scale: float) -> Iterator[Item]:
+    """Yield the view from the left from a place x of the sheet on, with its depth."""
+    tall, end = 0.5 * coupon.block_height, start + coupon.arms[0].flexure.depth
+    side: Box = (start, -tall, end, tall)
     yield from rectangle(side, "PART")
-    yield from in_rows([Wanted(side="top", start=(start, tall), end=(start + deep, tall))], side, scale)
+    yield from in_rows([Wanted(side="top", start=(start, tall), end=(end, tall))], side, scale)
 
 
-def _wanted(coupon: Coupon, accuracy: float) -> Iterator[Wanted]:
-    """Yield widths, heights and places of block, leaves, pads and holes."""
-    half, tall, pad = 0.5 * coupon.block_width, 0.5 * coupon.block_height, coupon.pad_side
-    clamp, low = half - CLAMP_INSET, coupon.arms[0]
+def _block(coupon: Coupon) -> Iterator[Wanted]:
+    """Yield the sizes of the block and the places of its holes."""
+    half, tall = 0.5 * coupon.block_width, 0.5 * coupon.block_height
+    clamp = half - CLAMP_INSET
     yield Wanted(side="top", start=(-half, tall), end=(half, tall))
     yield Wanted(side="top", start=(-clamp, 0.0), end=(clamp, 0.0))
     yield Wanted(side="left", start=(-half, -tall), end=(-half, tall))
+
+
+def _leaves(coupon: Coupon, accuracy: float) -> Iterator[Wanted]:
+    """Yield the lengths of the leaves."""
+    half = 0.5 * coupon.block_width
     for arm in coupon.arms:
         under, end = -0.5 * arm.flexure.thickness, half + arm.flexure.length
-        a, b = sorted((arm.sign * half, arm.sign * end))
-        yield Wanted(side="bottom", start=(a, under), end=(b, under), label=f"<> ±{accuracy:g}")
-    end = half + low.flexure.length
-    yield Wanted(side="bottom", start=(-end - pad, -0.5 * pad), end=(-end, -0.5 * pad), label="<> 2x")
-    yield Wanted(
-        side="top", start=(-end - pad, 0.5 * pad), end=(-end - pad + coupon.arm_beyond_leaf, 0.0), label="<> 2x"
-    )
-    yield Wanted(side="left", start=(-end - pad, -0.5 * pad), end=(-end - pad, 0.5 * pad), label="<> 2x")
+        start, stop = (arm.sign * half, under), (arm.sign * end, under)
+        yield Wanted(side="bottom", start=start, end=stop, label=f"<> ±{accuracy:g}")
+
+
+def _pads(coupon: Coupon) -> Iterator[Wanted]:
+    """Yield the sizes of a pad and the place of its hole."""
+    half, side = 0.5 * coupon.pad_side, coupon.pad_side
+    root = -0.5 * coupon.block_width - coupon.arms[0].flexure.length
+    yield Wanted(side="bottom", start=(root - side, -half), end=(root, -half), label="<> 2x")
+    yield Wanted(side="top", start=(root - side, half), end=(root - coupon.arm_beyond_leaf, 0.0), label="<> 2x")
+    yield Wanted(side="left", start=(root - side, -half), end=(root - side, half), label="<> 2x")
 
 
 def _thickness(coupon: Coupon, arm: Arm, accuracy: float, scale: float) -> Dimension:
     """Return the thickness of a leaf, its text above it."""
-    height, half = TEXT_MM / scale, 0.5 * arm.flexure.thickness
-    label = f"<> ±{accuracy:g}"
-    width = text_width(f"{written(2.0 * half)} ±{accuracy:g}", height)
-    middle = arm.sign * (0.5 * coupon.block_width + 0.5 * arm.flexure.length)
-    place = middle - 0.5 * width
-    return Dimension(
-        kind="z", start=(place, -half), end=(place, half), label=label, level=place,
-        text_at=(place + 0.6 * height + 0.5 * width, half + 2.4 * height), height=height,
-    )  # fmt: skip
+    height, half, label = TEXT_MM / scale, 0.5 * arm.flexure.thickness, f"<> ±{accuracy:g}"
+    width = text_width(label.replace("<>", written(2.0 * half)), height)
+    place = arm.sign * 0.5 * (coupon.block_width + arm.flexure.length) - 0.5 * width
+    at = (place + 0.6 * height + 0.5 * width, half + 2.4 * height)
+    ends: tuple[Point, Point] = ((place, -half), (place, half))
+    return Dimension(kind="z", start=ends[0], end=ends[1], label=label, level=place, text_at=at, height=height)
 
 
-def _radii(coupon: Coupon, scale: float) -> Iterator[Dimension]:
-    """Yield the diameters of both kinds of holes and the radius of the fillets."""
-    height, low = TEXT_MM / scale, coupon.arms[0]
-    half, tall, radius = 0.5 * coupon.block_width, 0.5 * coupon.block_height, low.flexure.fillet
-    turn = math.sqrt(0.5)
-    label = "<> 8x"
-    centre = (-half - radius, -0.5 * low.flexure.thickness - radius)
-    at = (-half - 2.0 * height - 0.5 * text_width("R0.5 8x", height), -tall + 1.3 * height)
-    yield Dimension(
-        kind="radius", start=centre, end=(centre[0] + turn * radius, centre[1] + turn * radius),
-        label=label, text_at=at, height=height,
-    )  # fmt: skip
-    for x, size, place in (
-        (half - CLAMP_INSET, coupon.clamp_hole, (0.0, -0.6 * tall)),
-        (half + coupon.arms[-1].flexure.length + coupon.arm_beyond_leaf, coupon.weight_hole, None),
+def _fillet(coupon: Coupon, scale: float) -> Callout:
+    """Return the radius of the fillets, at the root of the first leaf in the block."""
+    half, radius, first = 0.5 * coupon.block_width, coupon.arms[0].flexure.fillet, coupon.arms[0].flexure
+    centre = (-half - radius, -0.5 * first.thickness - radius)
+    beside = (-half, -0.5 * coupon.block_height + 1.3 * TEXT_MM / scale)
+    count = 4 * len(coupon.arms)
+    return Callout(
+        kind="radius", centre=centre, radius=radius, turn=45.0, label=f"<> {count}x", beside=beside, side="left"
+    )
+
+
+def _holes(coupon: Coupon, scale: float) -> Iterator[Callout]:
+    """Yield the diameters of the holes for the clamp and for weights."""
+    last, height = coupon.arms[-1], TEXT_MM / scale
+    clamp = 0.5 * coupon.block_width - CLAMP_INSET
+    weight = 0.5 * coupon.block_width + last.flexure.length + coupon.arm_beyond_leaf
+    under = -0.5 * coupon.block_height
+    for x, size, turn, beside, side in (
+        (clamp, coupon.clamp_hole, 225.0, (clamp, 0.6 * under), "left"),
+        (weight, coupon.weight_hole, 315.0, (weight + 0.5 * coupon.pad_side, under - 0.5 * height), "right"),
     ):
-        corner = 0.5 * size * turn
-        beyond = x + coupon.pad_side + 0.5 * text_width("Ø2.5 2x", height)
-        yield Dimension(
-            kind="diameter", start=(x, 0.0), end=(x + (corner if place is None else -corner), -corner),
-            label="<> 2x", text_at=place or (beyond, -tall - 0.5 * height), height=height,
-        )  # fmt: skip
+        yield Callout(
+            kind="diameter",
+            centre=(x, 0.0),
+            radius=0.5 * size,
+            turn=turn,
+            label="<> 2x",
+            beside=beside,
+            side="left" if side == "left" else "right",
+        )

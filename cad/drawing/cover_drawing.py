@@ -1,11 +1,10 @@
 """The drawing of a cover: its rim seen along the depth, the section across it, and every dimension once [mm]."""
 
 import itertools
-import math
 from collections.abc import Iterator, Sequence
 
-from cad.drawing.items import Box, Dimension, Item, Line, text_width, union
-from cad.drawing.placing import TEXT_MM, Wanted, in_rows
+from cad.drawing.items import Box, Dimension, Item, Line, union
+from cad.drawing.placing import TEXT_MM, Callout, Wanted, called_out, in_rows
 from cad.drawing.section import section
 from cad.drawing.sheet import Sheet, Title, on_sheet, rectangle
 from cad.parts.cover import Cover
@@ -33,34 +32,45 @@ def cover_drawing(part: Part, cover: Cover, title: Title) -> Sheet:
 def _views(profile: Sequence[Item], cover: Cover, scale: float) -> Iterator[Item]:
     housing, foot = cover.housing, cover.foot_level
     outline: Box = (housing.left, foot, housing.right, housing.top_level)
-    front = [*profile, *in_rows([*_wanted(cover)], outline, scale), _hole(cover, scale)]
+    front = [*profile, *in_rows([*_wanted(cover), *_rim(cover)], outline, scale), _hole(cover, scale)]
     yield from front
     yield from _across(cover, union([item.box for item in front])[2] + _BETWEEN_MM / scale, scale)
 
 
 def _wanted(cover: Cover) -> Iterator[Wanted]:
-    """Yield the outer sizes, the places of the holes and the widths of the rim."""
+    """Yield the outer sizes and the places of the holes."""
     housing, foot, top = cover.housing, cover.foot_level, cover.housing.top_level
-    left, right = housing.left, housing.right
-    (x0, z0), (x1, z1) = housing.holes[0], housing.holes[-1]
-    wall, bar = housing.wall_width - cover.setback, housing.cavity_level + cover.setback
-    yield Wanted(side="top", start=(left, top), end=(right, top))
+    left, (x0, z0), (x1, z1) = housing.left, housing.holes[0], housing.holes[-1]
+    yield Wanted(side="top", start=(left, top), end=(housing.right, top))
     yield Wanted(side="top", start=(x0, z1), end=(x1, z1))
     yield Wanted(side="top", start=(left, top), end=(x0, z1))
     yield Wanted(side="left", start=(left, foot), end=(left, top))
     yield Wanted(side="left", start=(x0, z0), end=(x0, z1))
     yield Wanted(side="left", start=(left, foot), end=(x0, z0))
-    yield Wanted(side="bottom", start=(left, foot), end=(left + wall, foot), label="<> 2x")
-    yield Wanted(side="right", start=(right - wall, bar), end=(right, top))
+
+
+def _rim(cover: Cover) -> Iterator[Wanted]:
+    """Yield the widths of the rim, at a post and at the bar."""
+    housing, foot = cover.housing, cover.foot_level
+    wall, bar = housing.wall_width - cover.setback, housing.cavity_level + cover.setback
+    yield Wanted(side="bottom", start=(housing.left, foot), end=(housing.left + wall, foot), label="<> 2x")
+    yield Wanted(side="right", start=(housing.right - wall, bar), end=(housing.right, housing.top_level))
 
 
 def _hole(cover: Cover, scale: float) -> Dimension:
     """Return the diameter of the holes, its text beside the upper left corner."""
-    housing, height = cover.housing, TEXT_MM / scale
-    (x, z), turn = housing.holes[1], math.sqrt(0.125) * housing.hole_diameter
-    label = f"<> {len(housing.holes)}x"
-    at = (housing.left - 2.0 * height - 0.5 * text_width(label, height), housing.top_level + 2.4 * height)
-    return Dimension(kind="diameter", start=(x, z), end=(x - turn, z + turn), label=label, text_at=at, height=height)
+    housing = cover.housing
+    beside = (housing.left, housing.top_level + 2.4 * TEXT_MM / scale)
+    callout = Callout(
+        kind="diameter",
+        centre=housing.holes[1],
+        radius=0.5 * housing.hole_diameter,
+        turn=135.0,
+        label=f"<> {len(housing.holes)}x",
+        beside=beside,
+        side="left",
+    )
+    return called_out(callout, scale)
 
 
 def _across(cover: Cover, start: float, scale: float) -> Iterator[Item]:

@@ -1,13 +1,13 @@
 """The drawing of a housing: section, view from the left, and every dimension once, on a sheet [mm]."""
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 
 from cad.design.processes import Process
 from cad.drawing.gauge_views import gauge_views
-from cad.drawing.items import Box, Dimension, Item, Line, Point, Words, text_width, union, written
-from cad.drawing.placing import TEXT_MM, Wanted, in_rows
+from cad.drawing.items import Box, Dimension, Item, Words, text_width, union, written
+from cad.drawing.left_view import from_the_left
+from cad.drawing.placing import TEXT_MM, Callout, Wanted, called_out, in_rows
 from cad.drawing.section import section
 from cad.drawing.sheet import Sheet, Title, on_sheet, rectangle
 from cad.parts.housing import Arm, Housing, fillet_corners
@@ -29,28 +29,34 @@ def housing_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
 
 def _views(profile: Sequence[Item], housing: Housing, process: Process, scale: float) -> Iterator[Item]:
     outline: Box = (housing.left, 0.0, housing.right, housing.top_level)
-    wanted = [*_frame(housing), *_springs(housing, process), *_tips(housing), *_plate(housing)]
+    wanted = [*_frame(housing), *_heights(housing), *_springs(housing, process), *_tips(housing), *_plate(housing)]
     dimensions = [*in_rows(wanted, outline, scale), *_within(housing, process, scale)]
     front = [*profile, *dimensions, *_pins(housing, scale)]
     yield from front
     box = union([item.box for item in front])
-    yield from _from_the_left(housing, box[2] + _BETWEEN_MM / scale, scale)
+    yield from from_the_left(housing, box[2] + _BETWEEN_MM / scale, scale)
     yield from gauge_views(housing, box[3] + _BETWEEN_MM / scale, scale)
 
 
 def _frame(housing: Housing) -> Iterator[Wanted]:
     """Yield what places the outer sides, the holes and the top bar."""
-    left, right, top, bottom = housing.left, housing.right, housing.top_level, housing.protrusion
-    (x0, z0), (x1, z1), low = housing.holes[0], housing.holes[-1], housing.arms[0]
+    left, right, top = housing.left, housing.right, housing.top_level
+    (x0, _), (x1, z1), low = housing.holes[0], housing.holes[-1], housing.arms[0]
     yield Wanted(side="top", start=(left, top), end=(right, top))
     yield Wanted(side="top", start=(x0, z1), end=(x1, z1))
     yield Wanted(side="top", start=(left, top), end=(x0, z1))
-    yield Wanted(side="left", start=(left, bottom), end=(left, top))
+    yield Wanted(side="bottom", start=(low.outer, housing.protrusion), end=(low.wall, housing.protrusion))
+    yield Wanted(side="right", start=(housing.arms[-1].wall, housing.cavity_level), end=(right, top))
+
+
+def _heights(housing: Housing) -> Iterator[Wanted]:
+    """Yield what places the outer sides and the holes over the tips."""
+    left, bottom, low = housing.left, housing.protrusion, housing.arms[0]
+    (x0, z0), (_, z1) = housing.holes[0], housing.holes[-1]
+    yield Wanted(side="left", start=(left, bottom), end=(left, housing.top_level))
     yield Wanted(side="left", start=(x0, z0), end=(x0, z1))
     yield Wanted(side="left", start=(left, bottom), end=(x0, z0))
     yield Wanted(side="left", start=(low.centre - 0.5 * housing.tip_side, 0.0), end=(left, bottom))
-    yield Wanted(side="bottom", start=(low.outer, bottom), end=(low.wall, bottom))
-    yield Wanted(side="right", start=(housing.arms[-1].wall, housing.cavity_level), end=(right, top))
 
 
 def _springs(housing: Housing, process: Process) -> Iterator[Wanted]:
@@ -89,32 +95,58 @@ def _within(housing: Housing, process: Process, scale: float) -> Iterator[Item]:
     for arm in housing.arms:
         yield from _in_window(arm, process, scale)
         yield _stop(housing, arm, scale)
-    yield _fillet(housing, scale)
-    height, (x, z), radius = TEXT_MM / scale, housing.holes[1], 0.5 * housing.hole_diameter
-    turn = math.sqrt(0.5) * radius
-    label = f"<> {len(housing.holes)}x"
-    middle = housing.left - 2.0 * height - 0.5 * text_width(label, height)
-    at = (middle, housing.top_level + 2.4 * height)
-    yield _round("diameter", (x, z), (x - turn, z + turn), label, at, height)
-    if housing.dowels:
-        (x, z), radius = max(housing.dowels), 0.5 * housing.dowel_hole
-        turn, label = math.sqrt(0.5) * radius, "<> 2x, dowels"
-        at = (housing.right + 2.0 * height + 0.5 * text_width(label, height), housing.top_level + 2.4 * height)
-        yield _round("diameter", (x, z), (x + turn, z + turn), label, at, height)
-    if housing.dome_radius:
-        radius, arm = housing.dome_radius, housing.arms[0]
-        turn = 0.25 * housing.tip_side / radius
-        end = (arm.centre - radius * math.sin(turn), radius * (1.0 - math.cos(turn)))
-        label = "<> 2x, domes"
-        at = (housing.left - 2.0 * height - 0.5 * text_width(label, height), -6.0 * height)
-        yield _round("radius", (arm.centre, radius), end, label, at, height)
+    for callout in (
+        *_fillet(housing, scale),
+        *_holes(housing, scale),
+        *_dowels(housing, scale),
+        *_dome(housing, scale),
+    ):
+        yield called_out(callout, scale)
 
 
-def _round(kind: str, centre: Point, end: Point, label: str, at: Point, height: float) -> Dimension:
-    """Return a radius or a diameter with its text about a place."""
-    return Dimension(
-        kind="radius" if kind == "radius" else "diameter", start=centre, end=end, label=label, text_at=at, height=height
+def _holes(housing: Housing, scale: float) -> Iterator[Callout]:
+    """Yield the diameter of the holes for screws, at the upper left one."""
+    beside, count = (housing.left, housing.top_level + 2.4 * TEXT_MM / scale), len(housing.holes)
+    yield Callout(
+        kind="diameter",
+        centre=housing.holes[1],
+        radius=0.5 * housing.hole_diameter,
+        turn=135.0,
+        label=f"<> {count}x",
+        beside=beside,
+        side="left",
     )
+
+
+def _dowels(housing: Housing, scale: float) -> Iterator[Callout]:
+    """Yield the diameter of the holes for dowels, where there are any."""
+    beside = (housing.right, housing.top_level + 2.4 * TEXT_MM / scale)
+    for place in housing.dowels[-1:]:
+        yield Callout(
+            kind="diameter",
+            centre=place,
+            radius=0.5 * housing.dowel_hole,
+            turn=45.0,
+            label="<> 2x, dowels",
+            beside=beside,
+            side="right",
+        )
+
+
+def _dome(housing: Housing, scale: float) -> Iterator[Callout]:
+    """Yield the radius of the domes, where tips are domes."""
+    radius, beside = housing.dome_radius, (housing.left, -6.0 * TEXT_MM / scale)
+    if radius:
+        off = math.degrees(0.25 * housing.tip_side / radius)
+        yield Callout(
+            kind="radius",
+            centre=(housing.arms[0].centre, radius),
+            radius=radius,
+            turn=270.0 - off,
+            label="<> 2x, domes",
+            beside=beside,
+            side="left",
+        )
 
 
 def _in_window(arm: Arm, process: Process, scale: float) -> Iterator[Item]:
@@ -148,46 +180,19 @@ def _stop(housing: Housing, arm: Arm, scale: float) -> Dimension:
     )
 
 
-def _fillet(housing: Housing, scale: float) -> Dimension:
-    """Return the radius of all fillets, at the lower leaf's root in the wall of the low spring."""
+def _fillet(housing: Housing, scale: float) -> Iterator[Callout]:
+    """Yield the radius of all fillets, at the lower leaf's root in the wall of the low spring."""
     arm, height, radius = housing.arms[0], TEXT_MM / scale, housing.low.fillet
-    label = f"<> {len(fillet_corners(housing))}x"
-    corner = arm.wall, arm.levels[0] + 0.5 * arm.flexure.thickness
-    centre = corner[0] + radius, corner[1] + radius
-    turn = math.sqrt(0.5) * radius
-    width = text_width(label.replace("<>", written(radius)), height)
-    at = (corner[0] + 2.0 * height + 0.5 * width, corner[1] + 1.4 * height)
-    return _round("radius", centre, (centre[0] - turn, centre[1] - turn), label, at, height)
-
-
-def _from_the_left(housing: Housing, start: float, scale: float) -> Iterator[Item]:
-    """Yield the view from the left, from a place x of the sheet on: the front of the plate to its right."""
-    deep, tip, top = 0.5 * housing.depth, 0.5 * housing.tip_side, housing.top_level
-    pad, foot = housing.pad_height, max(housing.cover_level, housing.protrusion)
-    middle = start + pad + deep
-    plate: Box = (middle - deep, housing.protrusion, middle + deep, top)
-    yield from rectangle(plate, "PART")
-    for side in (-1.0, 1.0):
-        yield from _neck_side(housing, middle, side)
-    yield Line(start=(middle - tip, 0.0), end=(middle + tip, 0.0))
-    wanted = [
-        Wanted(side="top", start=(plate[0], top), end=(plate[2], top)),
-        Wanted(side="bottom", start=(middle - tip, 0.0), end=(middle + tip, 0.0)),
-    ]
-    if pad:
-        yield from rectangle((plate[0] - pad, foot, plate[0], top), "PART")
-        wanted.append(Wanted(side="top", start=(plate[0] - pad, top), end=(plate[0], top)))
-        wanted.append(Wanted(side="left", start=(plate[0], housing.protrusion), end=(plate[0] - pad, foot)))
-    yield from in_rows(wanted, (plate[0] - pad, 0.0, plate[2], top), scale)
-
-
-def _neck_side(housing: Housing, middle: float, side: float) -> Iterator[Line]:
-    """Yield one edge of tip and taper, from the face up to the plate, where it is narrower than the plate."""
-    deep, tip = middle + side * 0.5 * housing.depth, middle + side * 0.5 * housing.tip_side
-    corners = [(tip, 0.0), (tip, housing.tip_height), (deep, housing.neck_level)]
-    for start, end in itertools.pairwise(corners):
-        if math.dist(start, end) > NEAR_MM:
-            yield Line(start=start, end=end)
+    x, z = arm.wall, arm.levels[0] + 0.5 * arm.flexure.thickness
+    yield Callout(
+        kind="radius",
+        centre=(x + radius, z + radius),
+        radius=radius,
+        turn=225.0,
+        label=f"<> {len(fillet_corners(housing))}x",
+        beside=(x, z + 1.4 * height),
+        side="right",
+    )
 
 
 def _pins(housing: Housing, scale: float) -> Iterator[Item]:

@@ -1,6 +1,7 @@
 """What a drawing consists of, in millimetres of the part: lines, arcs, words, and dimensions that know their value."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -154,26 +155,33 @@ def overlap(one: Box, other: Box) -> bool:
 
 def _linear_lines(item: Dimension) -> tuple[Line, ...]:
     """Return the lines of a dimension along x or z, which is drawn along x and mirrored for z."""
-    flip = item.kind == "z"
 
     def turned(point: Point) -> Point:
-        return (point[1], point[0]) if flip else point
+        return (point[1], point[0]) if item.kind == "z" else point
 
-    (a, foot_a), (b, foot_b) = sorted((turned(item.start), turned(item.end)))
-    past, arrow = 0.4 * item.height, 0.8 * item.height
-    lines = []
-    for place, foot in ((a, foot_a), (b, foot_b)):
+    feet = sorted((turned(item.start), turned(item.end)))
+    strokes = [*_witnesses(item, feet), *_arrows(item, (feet[0][0], feet[1][0]), turned(item.text_at)[0])]
+    return tuple(_thin(turned(start), turned(end)) for start, end in strokes)
+
+
+def _witnesses(item: Dimension, feet: list[Point]) -> Iterator[tuple[Point, Point]]:
+    """Yield the lines from what is measured to a dimension line along x."""
+    past = 0.4 * item.height
+    for place, foot in feet:
         if abs(item.level - foot) > past:
             away = math.copysign(past, item.level - foot)
-            lines.append(((place, foot + away), (place, item.level + away)))
-    text = turned(item.text_at)[0]
+            yield (place, foot + away), (place, item.level + away)
+
+
+def _arrows(item: Dimension, ends: Point, text: float) -> Iterator[tuple[Point, Point]]:
+    """Yield a dimension line along x with its arrows, from outside where there is no room, and as far as its text."""
+    (a, b), arrow, level = ends, 0.8 * item.height, item.level
     inside = b - a >= 3.0 * arrow
-    reach = 0.0 if inside else 2.0 * arrow
-    lines.append(((min(a - reach, text), item.level), (max(b + reach, text), item.level)))
-    for tip, way in ((a, 1.0 if inside else -1.0), (b, -1.0 if inside else 1.0)):
-        barb = tip + way * arrow
-        lines += [((tip, item.level), (barb, item.level + side * 0.2 * arrow)) for side in (-1.0, 1.0)]
-    return tuple(_thin(turned(start), turned(end)) for start, end in lines)
+    reach, way = (0.0, 1.0) if inside else (2.0 * arrow, -1.0)
+    yield (min(a - reach, text), level), (max(b + reach, text), level)
+    for tip, barb in ((a, a + way * arrow), (b, b - way * arrow)):
+        for side in (-0.2, 0.2):
+            yield (tip, level), (barb, level + side * arrow)
 
 
 def _radial_lines(item: Dimension) -> tuple[Line, ...]:

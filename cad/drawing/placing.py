@@ -1,5 +1,6 @@
 """Dimensions in rows around a view: short ones near it, long ones outside, no text on another or on a line to one."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -59,20 +60,25 @@ def _first_free(one: Wanted, rows: Sequence[_Row], ends: Sequence[float], scale:
 
     A text that no line to any of the `ends` on this side [mm] could cross goes before one that some may.
     """
-    (a, b), height = _ends(one), TEXT_MM / scale
-    width = text_width(one.label.replace("<>", written(b - a)), height)
-    beyond, middle = 2.0 * height, 0.5 * (a + b)
-    texts = [(b + beyond, b + beyond + width), (a - beyond - width, a - beyond)]
-    if b - a >= width + 1.2 * height:
-        texts.insert(0, (middle - 0.5 * width, middle + 0.5 * width))
-    texts.sort(key=lambda text: sum(text[0] < end < text[1] for end in ends))
+    height, own = TEXT_MM / scale, _ends(one)
+    texts = sorted(_places(one, height), key=lambda text: sum(text[0] < end < text[1] for end in ends))
     beyond_all = 1 + max((other.row for other in rows), default=-1)
     for row in range(beyond_all + 1):
         for text in texts:
-            found = _Row(row, (a, b), text)
-            if all(not _meet(found, other, 0.4 * height) for other in rows):
+            found = _Row(row, own, text)
+            if not any(_meet(found, other, 0.4 * height) for other in rows):
                 return found
-    return _Row(beyond_all, (a, b), texts[0])  # a line to it crosses a text of an inner row, and would in any row
+    return _Row(beyond_all, own, texts[0])  # a line to it crosses a text of an inner row, and would in any row
+
+
+def _places(one: Wanted, height: float) -> list[Point]:
+    """Return where the text may begin and end along its side [mm]: in the middle where there is room, or beyond."""
+    a, b = _ends(one)
+    width = text_width(one.label.replace("<>", written(b - a)), height)
+    beyond, middle = 2.0 * height, 0.5 * (a + b)
+    outside = [(b + beyond, b + beyond + width), (a - beyond - width, a - beyond)]
+    fits = b - a >= width + 1.2 * height
+    return [(middle - 0.5 * width, middle + 0.5 * width), *outside] if fits else outside
 
 
 def _meet(one: _Row, other: _Row, gap: float) -> bool:
@@ -108,3 +114,30 @@ def _placed(one: Wanted, found: _Row, view: Box, scale: float) -> Dimension:
     if one.side in ("top", "bottom"):
         return drawn
     return replace(drawn, kind="z", text_at=(level - over, middle), turn=90.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Callout:
+    """A radius or a diameter whose text stands apart: centre, radius and direction [deg] of the arrow on the arc.
+
+    The text begins or ends, by its `side`, at a place from which the sheet leaves it a gap.
+    """
+
+    kind: Literal["radius", "diameter"]
+    centre: Point
+    radius: float
+    turn: float
+    label: str
+    beside: Point
+    side: Literal["left", "right"]
+
+
+def called_out(one: Callout, scale: float) -> Dimension:
+    """Return the dimension of a callout, for a sheet of the scale."""
+    height, turn = TEXT_MM / scale, math.radians(one.turn)
+    (x, z), r = one.centre, one.radius
+    width = text_width(one.label.replace("<>", "R" + written(2.0 * r)), height)
+    way = -1.0 if one.side == "left" else 1.0
+    at = (one.beside[0] + way * (2.0 * height + 0.5 * width), one.beside[1])
+    end = (x + r * math.cos(turn), z + r * math.sin(turn))
+    return Dimension(kind=one.kind, start=one.centre, end=end, label=one.label, text_at=at, height=height)

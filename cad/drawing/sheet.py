@@ -51,24 +51,40 @@ def general_tolerance(process: Process) -> str:
 
 def on_sheet(views: Callable[[float], Sequence[Item]], notes: Sequence[str], title: Title) -> Sheet:
     """Return the smallest sheet with the largest scale on which the views fit, above title block and notes."""
-    left, bottom, right, top = _EDGES
-    below = max(_BLOCK[1], _NOTE_STEP_MM * (len(notes) + 1)) + bottom
+    below = max(_BLOCK[1], _NOTE_STEP_MM * (len(notes) + 1)) + _EDGES[1]
     for size, scale in _CHOICES:
-        width, height = SIZES[size]
-        factor = SCALES[scale]
-        items = tuple(views(factor))
+        items, free = tuple(views(SCALES[scale])), _free(size, below)
         box = union([item.box for item in items])
-        wide, high = (factor * (box[2] - box[0]), factor * (box[3] - box[1]))
-        room = (width - left - right - 2.0 * _ROOM, height - below - top - 2.0 * _ROOM)
-        if wide <= room[0] and high <= room[1]:
+        if all(SCALES[scale] * side <= room for side, room in zip(_sides(box), _sides(free), strict=True)):
             break
-    # The views stand in the middle of what is free; the sheet is laid around them, so that they keep their places.
-    middle = (left + 0.5 * (width - left - right), below + 0.5 * (height - below - top))
-    origin = (0.5 * (box[0] + box[2]) - middle[0] / factor, 0.5 * (box[1] + box[3]) - middle[1] / factor)
-    window = (origin[0], origin[1], origin[0] + width / factor, origin[1] + height / factor)
-    paper = (*_frame(width, height), *_block(title, size, scale, width), *_notes(notes))
-    placed = (_moved(item, origin, factor) for item in paper)
+    # The sheet is laid around the views, in the middle of what is free, so that they keep their places.
+    origin = _origin(box, free, SCALES[scale])
+    paper = (*_frame(*SIZES[size]), *_block(title, size, scale), *_notes(notes))
+    placed = tuple(_moved(item, origin, SCALES[scale]) for item in paper)
+    window = _window(origin, size, SCALES[scale])
     return Sheet(items=(*items, *placed), title=title, size=size, scale=scale, window=window)
+
+
+def _window(origin: Point, size: str, factor: float) -> Box:
+    """Return the edges of the sheet [mm of the part] whose corner is at the origin."""
+    width, height = SIZES[size]
+    return origin[0], origin[1], origin[0] + width / factor, origin[1] + height / factor
+
+
+def _free(size: str, below: float) -> Box:
+    """Return what frame, title block and notes leave of a sheet for the views [mm of paper]."""
+    (width, height), (left, _, right, top) = SIZES[size], _EDGES
+    return left + _ROOM, below + _ROOM, width - right - _ROOM, height - top - _ROOM
+
+
+def _sides(box: Box) -> Point:
+    return box[2] - box[0], box[3] - box[1]
+
+
+def _origin(box: Box, free: Box, factor: float) -> Point:
+    """Return where the corner of the sheet stands [mm of the part], with the views in the middle of what is free."""
+    x, y = (0.5 * (box[i] + box[i + 2] - (free[i] + free[i + 2]) / factor) for i in (0, 1))
+    return x, y
 
 
 def _moved(item: Line | Arc | Words, origin: Point, factor: float) -> Item:
@@ -108,29 +124,44 @@ def _notes(notes: Sequence[str]) -> Iterator[Words]:
         yield Words(text=note, at=at, height=_NOTE_MM, centred=False, layer="NOTES")
 
 
-def _block(title: Title, size: str, scale: str, width: float) -> Iterator[Line | Arc | Words]:
+def _block(title: Title, size: str, scale: str) -> Iterator[Line | Arc | Words]:
     """Yield the title block [mm of paper]: rows of cells, each with what it is above what stands in it."""
-    (wide, high), process = _BLOCK, title.process
-    x0, y0 = width - _EDGES[2] - wide, _EDGES[1]
-    day = file_date().strftime("%Y-%m-%d")
-    rows = (
-        (("part", f"{title.name}: {title.part}", wide),),
-        (("material", process.material, 62.0), ("process", process.name, 62.0)),
-        (("general tolerance", general_tolerance(process), 40.0), ("scale", scale, 18.0),
-         ("sheet", f"{size} 1/1", 20.0), ("date", day, 26.0), ("first angle", "", 20.0)),
-    )  # fmt: skip
+    wide, high = _BLOCK
+    x0, y0, rows = SIZES[size][0] - _EDGES[2] - wide, _EDGES[1], _rows(title, size, scale)
     step = high / len(rows)
     yield from rectangle((x0, y0, x0 + wide, y0 + high), "SHEET")
     for count, row in enumerate(rows):
         base, x = y0 + high - step * (count + 1), x0
         yield Line(start=(x0, base), end=(x0 + wide, base), layer="SHEET")
         for head, text, room in row:
-            yield Words(text=head, at=(x + 1.0, base + step - 2.0), height=1.4, centred=False, layer="NOTES")
-            height = min(3.0, (room - 3.0) / (LETTER * max(1, len(text))))
-            yield Words(text=text, at=(x + 1.5, base + 3.8), height=height, centred=False, layer="SHEET")
+            yield from _cell((x, base), step, head, text, room)
             x += room
-            yield Line(start=(x, base), end=(x, base + step), layer="SHEET")
     yield from _first_angle((x0 + wide - 10.0, y0 + 4.0))
+
+
+def _rows(title: Title, size: str, scale: str) -> tuple[tuple[tuple[str, str, float], ...], ...]:
+    """Return the cells of the title block by row: what it is, what stands there, how wide it is [mm of paper]."""
+    process, day = title.process, file_date().strftime("%Y-%m-%d")
+    return (
+        (("part", f"{title.name}: {title.part}", _BLOCK[0]),),
+        (("material", process.material, 62.0), ("process", process.name, 62.0)),
+        (
+            ("general tolerance", general_tolerance(process), 40.0),
+            ("scale", scale, 18.0),
+            ("sheet", f"{size} 1/1", 20.0),
+            ("date", day, 26.0),
+            ("first angle", "", 20.0),
+        ),
+    )
+
+
+def _cell(corner: Point, high: float, head: str, text: str, room: float) -> Iterator[Line | Words]:
+    """Yield one cell from its lower left corner: its head, its text as large as there is room, its right edge."""
+    x, base = corner
+    yield Words(text=head, at=(x + 1.0, base + high - 2.0), height=1.4, centred=False, layer="NOTES")
+    height = min(3.0, (room - 3.0) / (LETTER * max(1, len(text))))
+    yield Words(text=text, at=(x + 1.5, base + 3.8), height=height, centred=False, layer="SHEET")
+    yield Line(start=(x + room, base), end=(x + room, base + high), layer="SHEET")
 
 
 def _first_angle(middle: Point) -> Iterator[Line | Arc]:

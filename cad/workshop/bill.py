@@ -29,7 +29,12 @@ def bill_of_materials(
     sensor: Sensor, process: Process, bridges: Sequence[Bridge], masses: dict[str, float]
 ) -> tuple[Row, ...]:
     """Return every line of the bill; `masses` are those of the printed parts by name [g]."""
-    return (*_made(sensor, process, masses), *_fasteners(sensor), *_electronics(sensor, process, bridges))
+    return (
+        *_made(sensor, process, masses),
+        *_fasteners(sensor),
+        *_inserts(sensor),
+        *_electronics(sensor, process, bridges),
+    )
 
 
 def _made(sensor: Sensor, process: Process, masses: dict[str, float]) -> Iterator[Row]:
@@ -49,27 +54,33 @@ def _made(sensor: Sensor, process: Process, masses: dict[str, float]) -> Iterato
 
 
 def _fasteners(sensor: Sensor) -> Iterator[Row]:
-    """Yield screws, nuts, washers, dowels and pins."""
-    housing = sensor.housing
-    count, length = len(housing.holes), screw_length(mounted_grip(sensor))
-    screw = "M3 threaded rod, cut" if length is None else f"M3 x {length}"
-    bare, covered = screw_length(grip(sensor)), ", covers" if housing.mount == "covers" else ""
-    through = f"housing{covered} and bracket; {'rod' if bare is None else f'M3 x {bare}'} without the bracket"
-    yield Row(count=count, part="screw", size=screw, standard="ISO 4762", note=f"through {through}")
+    """Yield screws, nuts and washers."""
+    count = len(sensor.housing.holes)
+    length, bare = (_screw(grip_mm) for grip_mm in (mounted_grip(sensor), grip(sensor)))
+    covered = ", covers" if sensor.housing.mount == "covers" else ""
+    through = f"housing{covered} and bracket; {bare} without the bracket"
+    flange = f"M6 x {FLANGE_SCREW_MM:g}"
+    yield Row(count=count, part="screw", size=length, standard="ISO 4762", note=f"through {through}")
     yield Row(count=count, part="nut", size="M3", standard="ISO 4032", note="one on each screw")
     yield Row(count=2 * count, part="washer", size="M3", standard="ISO 7089", note="under each head and each nut")
-    yield Row(
-        count=4, part="screw", size=f"M6 x {FLANGE_SCREW_MM:g}", standard="ISO 4762", note="bracket to the flange"
-    )
+    yield Row(count=4, part="screw", size=flange, standard="ISO 4762", note="bracket to the flange")
+
+
+def _screw(grip_mm: float) -> str:
+    """Return the screw that holds a grip [mm]."""
+    length = screw_length(grip_mm)
+    return "M3 threaded rod, cut" if length is None else f"M3 x {length}"
+
+
+def _inserts(sensor: Sensor) -> Iterator[Row]:
+    """Yield dowels between the plates of a square, and pins that are tips."""
+    housing, tips = sensor.housing, len(sensor.tips.springs)
     if housing.dowels:
         size = f"{DOWEL_MM:g} x {dowel_length(housing) or housing.stack:g}"
         yield Row(count=2, part="dowel", size=size, standard="ISO 8734", note="between the plates")
     if housing.pin_side:
-        tips = len(sensor.tips.springs)
         size = f"{housing.pin_side:g} x {housing.pin_out + housing.pocket_depth:g} mm"
-        yield Row(
-            count=tips, part="pin", size=size, standard="pin.step, ground steel", note="a tip, glued in its pocket"
-        )
+        yield Row(count=tips, part="pin", size=size, standard="pin.step, ground steel", note="a tip, glued in")
 
 
 def _electronics(sensor: Sensor, process: Process, bridges: Sequence[Bridge]) -> Iterator[Row]:

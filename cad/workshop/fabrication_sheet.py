@@ -39,37 +39,47 @@ class SheetFacts:
 
 def fabrication_sheet(sensor: Sensor, title: Title, facts: SheetFacts) -> str:
     """Return the sheet in Markdown."""
-    process, housing, cover = title.process, sensor.housing, cover_of(sensor)
-    side, length, volume = housing.pin_side, screw_length(mounted_grip(sensor)), sensor.part.shape.Volume()
-    estimate = facts.estimate
+    process, housing, estimate = title.process, sensor.housing, facts.estimate
     return _template(process, housing).format(
         title=title,
         process=process,
         housing=housing,
-        cover=cover,
         gauge=GAUGES[housing.gauges],
-        volume_cm3=1e-3 * volume,
-        mass_g=1e-3 * volume * process.density_g_per_cm3,
-        print_time=f"{estimate.time} by {estimate.slicer}"
-        if estimate
-        else "not known, no slicer for this process here",
+        print_time=f"{estimate.time} by {estimate.slicer}" if estimate else _NO_SLICER,
         bill=bill_table(facts.bill),
         tool="Make" if process.kind == "other" else "Print",
         lines=[arm.flexure.thickness / (process.line_width_mm or 1.0) for arm in housing.arms],
         coupon_rows=_coupon_rows(coupon_of(housing), process),
         plate_factor=1.0 / (1.0 - process.poisson**2),
-        pin_section=f"diameter {side:g} mm" if housing.pin_round else f"{side:g} x {side:g} mm",
-        pin_length=housing.pin_out + housing.pocket_depth,
-        nut_mm=NUT_MM,
-        bracket_mm=PLATE_MM,
-        screw="threaded rod" if length is None else f"M3 x {length}",
-        torque=_TORQUE_N_M,
         tilt_deg=math.degrees(process.accuracy_mm / housing.spacing),
-        washer=WASHER_MM,
-        hides="" if housing.back_to_back else " The front one hides the marks.",
+        **_of_mass(sensor, process),
+        **_of_mount(sensor),
         **_of_two_plates(housing, process),
         **_of_readout(facts.bridges, housing, process),
     )
+
+
+def _of_mass(sensor: Sensor, process: Process) -> dict[str, object]:
+    """Return by name volume [cm3] and mass [g] of the housing."""
+    volume = 1e-3 * sensor.part.shape.Volume()
+    return {"volume_cm3": volume, "mass_g": volume * process.density_g_per_cm3}
+
+
+def _of_mount(sensor: Sensor) -> dict[str, object]:
+    """Return by name what the sheet says of covers, screws, bracket and pins [mm]."""
+    housing, length = sensor.housing, screw_length(mounted_grip(sensor))
+    side = housing.pin_side
+    return {
+        "cover": cover_of(sensor),
+        "nut_mm": NUT_MM,
+        "bracket_mm": PLATE_MM,
+        "screw": "threaded rod" if length is None else f"M3 x {length}",
+        "torque": _TORQUE_N_M,
+        "washer": WASHER_MM,
+        "hides": "" if housing.back_to_back else " The front one hides the marks.",
+        "pin_section": f"diameter {side:g} mm" if housing.pin_round else f"{side:g} x {side:g} mm",
+        "pin_length": housing.pin_out + housing.pocket_depth,
+    }
 
 
 def _of_two_plates(housing: Housing, process: Process) -> dict[str, object]:

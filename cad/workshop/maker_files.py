@@ -1,12 +1,13 @@
 """What a maker needs beside the part: drawings, coupon, cover, bracket, bill of materials and sheet."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cadquery as cq
 
 from cad.checks.slicer import PrintEstimate
+from cad.design.processes import Process
 from cad.drawing.coupon_drawing import coupon_drawing
 from cad.drawing.cover_drawing import cover_drawing
 from cad.drawing.dxf import write_dxf
@@ -17,6 +18,7 @@ from cad.files.sensor_files import export_step, export_stl
 from cad.parts.assembly import COVER_COLOUR
 from cad.parts.coupon import coupon_of, coupon_part
 from cad.parts.cover import cover_of, cover_part
+from cad.parts.part import Part
 from cad.parts.pose import print_pose
 from cad.parts.sensor import STEEL_COLOUR, Body, Colour, Sensor
 from cad.workshop.bill import bill_csv, bill_of_materials
@@ -43,32 +45,46 @@ def write_fabrication(
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
-    coupon, cover = coupon_of(sensor.housing), cover_of(sensor)
-    coupon_made, cover_made = coupon_part(coupon), cover_part(cover)
-    sheets = {
-        "drawing": housing_drawing(sensor.part, sensor.housing, title),
-        "drawing-coupon": coupon_drawing(coupon_made, coupon, replace(title, part="coupon")),
-        "drawing-cover": cover_drawing(cover_made, cover, replace(title, part="cover, make two")),
-    }
-    drawings = [path for name, sheet in sheets.items() for path in _write_drawing(sheet, folder / name)]
+    coupon, cover = coupon_part(coupon_of(sensor.housing)), cover_part(cover_of(sensor))
+    drawings = [
+        path for name, sheet in _sheets(sensor, title, coupon, cover) for path in _write_drawing(sheet, folder / name)
+    ]
+    of_coupon, _ = _write_solid(coupon.shape, folder / "coupon", _COUPON_COLOUR)
+    of_cover, cover_read = _write_solid(cover.shape, folder / "cover", COVER_COLOUR)
     bracket = mount_solid(sensor)
-    of_coupon, _ = _write_solid(coupon_made.shape, folder / "coupon", _COUPON_COLOUR)
-    of_cover, cover_read = _write_solid(cover_made.shape, folder / "cover", COVER_COLOUR)
     of_mount, mount_read = _write_solid(bracket, folder / "mount", STEEL_COLOUR)
-    shapes = {"housing": sensor.part.shape, "cover": cover_made.shape, "coupon": coupon_made.shape, "mount": bracket}
-    masses = {name: 1e-3 * shape.Volume() * title.process.density_g_per_cm3 for name, shape in shapes.items()}
+    shapes = {"housing": sensor.part.shape, "cover": cover.shape, "coupon": coupon.shape, "mount": bracket}
+    facts = _facts(sensor, title, springs, _masses(shapes, title.process), estimate)
+    sheet = fabrication_sheet(sensor, title, facts)
+    texts = _write_texts({"bom.csv": bill_csv(facts.bill), "fabrication.md": sheet}, folder)
+    return MakerFiles(paths=(*drawings, *of_coupon, *of_cover, *of_mount, *texts), cover=cover_read, mount=mount_read)
+
+
+def _facts(
+    sensor: Sensor, title: Title, springs: Sequence[Spring], masses: dict[str, float], estimate: PrintEstimate | None
+) -> SheetFacts:
+    """Return bill and read-out for parts of these masses [g]."""
     wired = bridges(springs, sensor.housing, title.process)
     bill = bill_of_materials(sensor, title.process, wired, masses)
-    texts = {
-        folder / "bom.csv": bill_csv(bill),
-        folder / "fabrication.md": fabrication_sheet(
-            sensor, title, SheetFacts(bill=bill, bridges=wired, estimate=estimate)
-        ),
-    }
-    for path, text in texts.items():
-        path.write_text(text, encoding="utf-8")
-    paths = (*drawings, *of_coupon, *of_cover, *of_mount, *texts)
-    return MakerFiles(paths=paths, cover=cover_read, mount=mount_read)
+    return SheetFacts(bill=bill, bridges=wired, estimate=estimate)
+
+
+def _masses(shapes: Mapping[str, cq.Shape], process: Process) -> dict[str, float]:
+    """Return by name the mass of solid parts [g]."""
+    return {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
+
+
+def _write_texts(texts: Mapping[str, str], folder: Path) -> tuple[Path, ...]:
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return tuple(folder / name for name in texts)
+
+
+def _sheets(sensor: Sensor, title: Title, coupon: Part, cover: Part) -> Iterator[tuple[str, Sheet]]:
+    """Yield the drawings by the names of their files."""
+    yield "drawing", housing_drawing(sensor.part, sensor.housing, title)
+    yield "drawing-coupon", coupon_drawing(coupon, coupon_of(sensor.housing), replace(title, part="coupon"))
+    yield "drawing-cover", cover_drawing(cover, cover_of(sensor), replace(title, part="cover, make two"))
 
 
 def _write_drawing(sheet: Sheet, path: Path) -> tuple[Path, Path]:

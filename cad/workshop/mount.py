@@ -46,20 +46,31 @@ def flange_holes(sensor: Sensor) -> tuple[tuple[float, float], ...]:
 def mount_solid(sensor: Sensor) -> cq.Solid:
     """Return the bracket in its place behind the sensor [mm]."""
     housing, back = sensor.housing, back_of(sensor)
-    left, right = housing.left, housing.right
-    rise = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
-    foot, shelf = cover_of(sensor).foot_level + math.ceil(10.0 * rise) / 10.0, housing.top_level + HEAD_ROOM_MM
-    upright = cq.Solid.makeBox(right - left, PLATE_MM, shelf + PLATE_MM - foot, cq.Vector(left, back, foot))
-    half, front = 0.5 * FLANGE_MM, -0.5 * FLANGE_MM
-    behind = max(back + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND)
-    shelf_plate = cq.Solid.makeBox(FLANGE_MM, behind - front, PLATE_MM, cq.Vector(-half, front, shelf))
-    body = cq.Workplane(obj=upright.fuse(shelf_plate).clean())
+    shelf, through = housing.top_level + HEAD_ROOM_MM, PLATE_MM + 2.0 * _REACH
+    body = cq.Workplane(obj=_upright(sensor, shelf + PLATE_MM).fuse(_shelf(back, shelf)).clean())
     across = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _REACH, 0.0))
-    screws = across.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
     down = cq.Workplane("XY", origin=(0.0, 0.0, shelf - _REACH))
-    flange = down.pushPoints(list(flange_holes(sensor))).circle(0.5 * FLANGE_HOLE_MM)
-    drilled = body.cut(screws.extrude(PLATE_MM + 2.0 * _REACH)).cut(flange.extrude(PLATE_MM + 2.0 * _REACH))
-    return drilled.findSolid().Solids()[0]
+    for plane, places, diameter in (
+        (across, housing.holes, housing.hole_diameter),
+        (down, flange_holes(sensor), FLANGE_HOLE_MM),
+    ):
+        body = body.cut(plane.pushPoints(list(places)).circle(0.5 * diameter).extrude(through))
+    return body.findSolid().Solids()[0]
+
+
+def _upright(sensor: Sensor, top: float) -> cq.Solid:
+    """Return the plate behind the sensor [mm], whose foot stays above the cover's in every tilt."""
+    housing, back = sensor.housing, back_of(sensor)
+    rise = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
+    foot = cover_of(sensor).foot_level + math.ceil(10.0 * rise) / 10.0
+    return cq.Solid.makeBox(housing.right - housing.left, PLATE_MM, top - foot, cq.Vector(housing.left, back, foot))
+
+
+def _shelf(back: float, level: float) -> cq.Solid:
+    """Return the plate under the flange [mm], from a level on."""
+    half = 0.5 * FLANGE_MM
+    behind = max(back + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND)
+    return cq.Solid.makeBox(FLANGE_MM, behind + half, PLATE_MM, cq.Vector(-half, -half, level))
 
 
 def flange_heads(sensor: Sensor) -> cq.Shape:
