@@ -22,7 +22,7 @@ def coupon_drawing(part: Part, coupon: Coupon, title: Title) -> Sheet:
 
     notes = (
         "Millimetres. Section in the middle of the depth, and view from the left.",
-        "Made flat beside the housing, with the same settings; leaves as those of the housing.",
+        "Made flat beside the housing, with the same settings; leaves as its own.",
         "Clamp the block; hang a weight in the hole of a pad, see the sheet.",
     )
     return on_sheet(views, notes, title)
