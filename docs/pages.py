@@ -63,6 +63,7 @@ MEANINGS = {
     "print.process_file": "a TOML file with a printer of your own, its path from the design file, see "
     "[processes](processes.md#a-printer-of-your-own)",
     "print.max_length_mm": "longest leaf that fits the machine",
+    "print.E_MPa": "modulus that a printed coupon showed, in place of that of the process",
     "print.gauges": "strain gauges glued on the leaves; what they stiffen is included",
     "print.mount": "what the screws clamp the frame between: the two covers, or a washer on each side of each hole",
 }

@@ -13,7 +13,7 @@ from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES, Process
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips, check_tips_on_fruit
-from cad.quantity import LENGTH, Bounds, check_choice, check_fields, choice, fault, quantity, text_field
+from cad.quantity import LENGTH, MODULUS, Bounds, check_choice, check_fields, choice, fault, quantity, text_field
 from cad.theory.strain_gauge import GAUGES
 from cad.theory.two_spring_law import PAPER_SPRINGS, Definition
 
@@ -76,11 +76,13 @@ class Print:
     """How the housing is made, which strain gauges are glued on its leaves, and what the screws clamp it between.
 
     `process_file` is a key of the design file only: reading it puts the process into `Design.printer`.
+    `E_MPa` is the modulus that a printed coupon showed; without it that of the process holds.
     """
 
     process: str = choice(tuple(PROCESSES), default="fdm-petg")
     process_file: str | None = text_field(default=None, remedy="the path of a TOML file")
     max_length_mm: float = quantity("mm", LENGTH, default=120.0, remedy="longest leaf that fits the machine")
+    E_MPa: float | None = quantity("MPa", MODULUS, default=None, remedy="give what the coupon shows")
     gauges: str = choice(tuple(GAUGES), default="none")
     mount: Mount = choice(("covers", "washers"), default="covers")
 
@@ -136,8 +138,9 @@ class Design:
 
     @property
     def process(self) -> Process:
-        """Return how the housing is made: a known process, or the design's own."""
-        return self.printer or PROCESSES[self.print.process]
+        """Return how the housing is made: a known process or the design's own, with the modulus of its coupon."""
+        process = self.printer or PROCESSES[self.print.process]
+        return process if self.print.E_MPa is None else dataclasses.replace(process, E_MPa=self.print.E_MPa)
 
     def _check_what_judges(self) -> None:
         """Refuse keys that a reading leaves without a meaning."""

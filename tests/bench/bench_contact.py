@@ -6,7 +6,6 @@ Run as a script from the root of the repository, one thread: `OMP_NUM_THREADS=1 
 
 import argparse
 import dataclasses
-import importlib.util
 import sys
 from functools import partial
 from pathlib import Path
@@ -15,7 +14,9 @@ from types import ModuleType
 import numpy as np
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from scripts import loaded_script  # noqa: E402
 
 from cad.design.parameters import Fruit, Press, Tips  # noqa: E402
 from cad.parts.fruit import curved_fruit  # noqa: E402
@@ -68,14 +69,7 @@ def twelve_scenes() -> None:
 
 def independent() -> ModuleType:
     """Return the module of the independent computation, which the tests run on coarser meshes."""
-    path = ROOT / "tests" / "validation" / "test_partial_contact.py"
-    spec = importlib.util.spec_from_file_location("partial_contact", path)
-    if spec is None or spec.loader is None:
-        raise ImportError(path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return loaded_script(ROOT / "tests" / "validation" / "test_partial_contact.py")
 
 
 def partial_contact() -> None:

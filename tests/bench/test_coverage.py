@@ -1,12 +1,11 @@
 """Ten random scenes of the coverage script, judged by the next finer mesh; and planted errors that it sees."""
 
 import dataclasses
-import importlib.util
-import sys
 import types
 from pathlib import Path
 
 import pytest
+from scripts import loaded_script
 from skfem import ElementHex1
 
 import solve.fruit.remainder
@@ -23,12 +22,7 @@ SCRIPT = Path(__file__).with_name("coverage.py")
 
 @pytest.fixture(scope="module")
 def coverage():
-    spec = importlib.util.spec_from_file_location("error_bar_coverage", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    yield module
-    del sys.modules[spec.name]
+    return loaded_script(SCRIPT)
 
 
 @pytest.fixture

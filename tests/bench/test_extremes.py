@@ -1,11 +1,10 @@
 """The page of extreme designs: the same designs for a seed, and every kind of bad end of a run is seen."""
 
-import importlib.util
 import json
-import sys
 from pathlib import Path
 
 import pytest
+from scripts import loaded_script
 
 from pipeline.bench.resources import ResourceUsage
 from pipeline.options import load_design
@@ -16,12 +15,8 @@ REFUSED = "pipeline: tips.side_mm = 3 mm: must be less\n"
 
 
 @pytest.fixture
-def extremes(monkeypatch):
-    spec = importlib.util.spec_from_file_location("extremes_table", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, spec.name, module)
-    spec.loader.exec_module(module)
-    return module
+def extremes():
+    return loaded_script(SCRIPT)
 
 
 def used(code: int = 0, err: str = "", out: str = "", memory: float = 500.0) -> ResourceUsage:

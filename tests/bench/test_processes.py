@@ -1,12 +1,11 @@
 """The page of processes: its columns by formulas, and a spring, a peer or tetrahedra that disagree are seen."""
 
-import importlib.util
 import itertools
-import sys
 import types
 from pathlib import Path
 
 import pytest
+from scripts import loaded_script
 
 from cad.design.parameters import Design, Print
 from cad.design.processes import PROCESSES
@@ -19,12 +18,8 @@ TARGETS = (0.9, 20.0)
 
 
 @pytest.fixture
-def processes(monkeypatch):
-    spec = importlib.util.spec_from_file_location("processes_table", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, spec.name, module)
-    spec.loader.exec_module(module)
-    return module
+def processes():
+    return loaded_script(SCRIPT)
 
 
 @pytest.fixture

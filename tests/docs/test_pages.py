@@ -1,11 +1,11 @@
 """The documents are true of the tree: links lead somewhere, generated pages are up to date, rooms and types exist."""
 
-import importlib.util
 import re
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+from scripts import loaded_script
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -52,12 +52,7 @@ def missing_sources(text: str) -> list[str]:
 
 def generator() -> ModuleType:
     """Return docs/pages.py as a module."""
-    spec = importlib.util.spec_from_file_location("docs_pages", ROOT / "docs" / "pages.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return loaded_script(ROOT / "docs" / "pages.py")
 
 
 def test_readme_is_short() -> None:
