@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.tri import Triangulation
 
-from cad.design.processes import PROCESSES
 from cad.theory.hertz import hertz_factor
 from pipeline.page.fields import Fields, FlexureSection, Floats, Ints, TipPressure
 from pipeline.page.picture import INK, MUTED, SERIES, Picture, plot_axes, plot_picture, plot_style
@@ -33,7 +32,7 @@ def flexure_picture(report: StoredReport, fields: Fields) -> Picture | None:
     section = fields.flexure
     if section is None:
         return None
-    process = PROCESSES[report.design.print.process]
+    process = report.design.process
     limit, largest = process.E_MPa * process.strain_limit, float(section.stress.max())
     width, rise = np.ptp(section.places, axis=0).tolist()
     factor = _drawn_factor(float(np.linalg.norm(section.moves, axis=1).max()), width)

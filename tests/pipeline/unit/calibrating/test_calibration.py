@@ -131,7 +131,7 @@ def test_second_print_from_the_coupon_is_within_a_hundredth(rng, tmp_path, paper
     """A print whose material is 15 % softer: its coupon shows the modulus that makes the second print right."""
     report = replace(paper.report, housing=default_housing())
     coupon = coupon_of(report.housing)
-    modulus = 0.85 * report.design.print.made_by.E_MPa
+    modulus = 0.85 * report.design.process.E_MPa
     lines = ["coupon;weight_g;deflection_mm"]
     for arm in coupon.arms:
         for weight in (0, 5, 10, 15, 20):
@@ -140,12 +140,12 @@ def test_second_print_from_the_coupon_is_within_a_hundredth(rng, tmp_path, paper
     path = tmp_path / "coupon.csv"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     found = modulus_of_coupon(path, measured_rows(path), report)
-    second = replace(report.design.print, E_MPa=found.E).made_by
+    second = replace(report.design, print=replace(report.design.print, E_MPa=found.E)).process
     assert second.E_MPa == pytest.approx(modulus, rel=0.01)
     # Leaves sized for the modulus found have, in the material as it is, their target times modulus over found.
     assert modulus / found.E == pytest.approx(1.0, abs=0.01)
     assert abs(modulus / found.E - 1.0) <= 2.0 * found.share + 0.005
-    assert found.of_design == report.design.print.made_by.E_MPa
+    assert found.of_design == report.design.process.E_MPa
 
 
 def test_level_forces_are_those_of_the_engine(mango, paper):
