@@ -69,6 +69,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "solve.fruit": (*LAWS, *ELASTIC, "solve.halfspace"),
     "solve.contact": (*LAWS, *ELASTIC, "solve.halfspace", "solve.fruit"),
     "solve.housing": (*LAWS, *ELASTIC),
+    "solve.large_strain": (*LAWS, *ELASTIC),
     "pipeline.options": LAWS,
     "pipeline.limits": ("cad.quantity",),
     "pipeline.storage": LAWS,
