@@ -67,7 +67,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "solve.nodal_fields": (*LAWS, "solve.arrays", "solve.elasticity"),
     "solve.halfspace": (*LAWS, *ELASTIC),
     "solve.fruit": (*LAWS, *ELASTIC, "solve.halfspace"),
-    "solve.contact": (*LAWS, *ELASTIC, "solve.halfspace", "solve.fruit"),
+    "solve.contact": (*LAWS, *ELASTIC, "solve.halfspace", "solve.fruit", "solve.large_strain"),
     "solve.housing": (*LAWS, *ELASTIC),
     "solve.large_strain": (*LAWS, *ELASTIC),
     "pipeline.options": LAWS,

@@ -39,6 +39,10 @@ def remedy(design: Design, verdicts: Sequence[Verdict], press: ScenePress) -> st
     if any(press.ahead):
         apart = max(press.ahead) - min(press.ahead)
         return f"zero the tips in this attitude: their own weight sets them {apart:.2g} mm off level"
+    if design.press.strain == "large":
+        return (
+            "springs are sized for linear flesh: press less deep or take wider tips, so that large strain moves P less"
+        )
     if press.level:
         return _shorter_travel(design, press) if [one.name for one in failed] == ["bruise"] else None
     trials = [trial for words, change in _changes(design) if (trial := _tried(words, change)) is not None]

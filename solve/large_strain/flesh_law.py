@@ -7,16 +7,14 @@ per undeformed volume, E = 1. Saint-Venant-Kirchhoff is left out: it softens in 
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from cad.quantity import fault
+from cad.theory.soft_tissue import FLESH_LAWS, FleshLawName
 from solve.arrays import Floats
 from solve.elasticity import lame_parameters
 
-LawName = Literal["neo-hooke", "hencky", "foam"]
-LAWS: tuple[LawName, ...] = ("neo-hooke", "hencky", "foam")
 LARGEST_POISSON = 0.49  # up to which the elements were measured
 FOAM_EXPONENT = 4.0
 
@@ -31,13 +29,13 @@ class FleshLaw:
     doi 10.1016/0022-5096(86)90033-5, with exponent 4.
     """
 
-    name: LawName = "neo-hooke"
+    name: FleshLawName = "neo-hooke"
     poisson: float = 0.3
 
     def __post_init__(self) -> None:
         """Check the name and Poisson's ratio."""
-        if self.name not in LAWS:
-            raise fault("name", self.name, "", f"one of {', '.join(LAWS)}", "take neo-hooke")
+        if self.name not in FLESH_LAWS:
+            raise fault("name", self.name, "", f"one of {', '.join(FLESH_LAWS)}", "take neo-hooke")
         if not 0.0 <= self.poisson <= LARGEST_POISSON:
             remedy = "large strain is solved there only; take press.strain = 'linear'"
             raise fault("fruit.poisson", self.poisson, "", f"from 0 to {LARGEST_POISSON:g}", remedy)

@@ -52,6 +52,17 @@ class ForceCurve:
         curve = PchipInterpolator(self.depths, self.factors)
         return np.asarray(curve(np.maximum(depth, self.depths[0])), dtype=np.float64)
 
+    def force(self, depth: Floats) -> tuple[Floats, Floats]:
+        """Return g(d) d [tip sides] and its slope [1] at depths d [tip sides] of any shape; 0 above the skin.
+
+        Beyond the deepest that was solved the factor goes on as at it, for iterations on the way to an equilibrium.
+        """
+        within = np.clip(depth, self.depths[0], self.depths[-1])
+        curve = PchipInterpolator(self.depths, self.factors)
+        inside, touching = within == depth, np.maximum(depth, 0.0)
+        slope = curve(within) + np.where(inside, touching * curve.derivative()(within), 0.0)
+        return np.asarray(curve(within) * touching), np.where(depth > 0.0, slope, 0.0)
+
     def error(self, depth: Floats) -> Floats:
         """Return the error of the factor [1] at depths [tip sides] of any shape; raises as `factor`."""
         self._check(depth)
