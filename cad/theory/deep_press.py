@@ -27,8 +27,8 @@ class DeepPress:
 
     def ratio(self, K_m: float, travel: float) -> float:
         """Return P [1] on a fruit of stiffness K_m [N/mm] at a travel [mm]."""
-        low, high = (self.force(K, K_m, travel) for K in self.springs.stiffnesses)
-        return high / low
+        soft, stiff = (self.force(K, K_m, travel) for K in self.springs.stiffnesses)
+        return stiff / soft
 
     def drift(self, K_m: float, travels: tuple[float, ...]) -> float:
         """Return P at the last travel over P at the first, less 1 [1]; travels in mm."""
@@ -43,9 +43,9 @@ class DeepPress:
 
     def _depth(self, K: float, K_m: float, travel: float) -> float:
         """Return the indentation [mm] at which spring and fruit carry the same."""
-        low, high = 0.0, travel
+        above, below = 0.0, travel
         for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
+            middle = 0.5 * (above + below)
             flesh = K_m * large_strain_factor(middle / self.side, self.poisson, self.law) * middle
-            low, high = (middle, high) if flesh < K * (travel - middle) else (low, middle)
-        return 0.5 * (low + high)
+            above, below = (middle, below) if flesh < K * (travel - middle) else (above, middle)
+        return 0.5 * (above + below)

@@ -94,28 +94,61 @@ def _pressed(
 ) -> _Pressed:
     """Return the equilibrium of springs and flesh, by Newton's method on the depths of the tips."""
     moduli, x = over
-    side, own = scene.tips.side_mm, np.diag(compliance.S)
-    reach = x[:, None] + np.asarray(scene.ahead)
-    crosstalk = (compliance.S - np.diag(own)) / moduli[:, None, None]
-    M = (C + crosstalk)[:, None]  # (moduli, 1, tips, tips)
-    stiffness = moduli[:, None, None] / own
-    unit = np.eye(len(own))
-    d = np.linalg.solve(
-        unit + M * stiffness[..., None, :], np.broadcast_to(reach, (len(moduli), *reach.shape))[..., None]
+    own = np.diag(compliance.S)
+    others = (C + (compliance.S - np.diag(own)) / moduli[:, None, None])[:, None]
+    balance = _Balance(
+        curve=curve,
+        side=scene.tips.side_mm,
+        reach=x[:, None] + np.asarray(scene.ahead),
+        stiffness=(moduli[:, None] / own)[:, None],
+        others=others,
     )
-    d = np.minimum(d[..., 0], reach)
-    for _ in range(MOST_ITERATIONS):
-        force, slope = (stiffness * part for part in curve.force(d / side))
-        force, tangent = side * force, unit + M * slope[..., None, :]
-        residual = d + (M @ force[..., None])[..., 0] - reach
-        if np.abs(residual).max() <= RESIDUAL_LIMIT * np.abs(reach).max():
-            curve.factor(np.maximum(d / side, 0.0))
-            rates = slope * np.linalg.solve(tangent, np.ones_like(d)[..., None])[..., 0]
-            springs = np.einsum("...ii->...i", M) * slope
-            return _Pressed(depth=np.maximum(d / side, 0.0), F=force, rates=rates, fruit_share=1.0 / (1.0 + springs))
-        d = d - np.linalg.solve(tangent, residual[..., None])[..., 0]
-    msg = "large strain: springs and flesh found no equilibrium; check springs and travel"
-    raise SolveError(msg)
+    depths = balance.depths()
+    force, slope = balance.force(depths)
+    rates = slope * np.linalg.solve(balance.tangent(slope), np.ones_like(depths)[..., None])[..., 0]
+    springs = np.einsum("...ii->...i", others) * slope
+    return _Pressed(
+        depth=np.maximum(depths / balance.side, 0.0), F=force, rates=rates, fruit_share=1.0 / (1.0 + springs)
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Balance:
+    """Depth + others F(depth) = reach: what spring and other tips, `others`, leave of the travel of each tip.
+
+    `reach` (travels, tips) [mm], `stiffness` of the flesh at first touch (moduli, 1, tips) [N/mm], `others` (moduli, 1,
+    tips, tips) [mm/N].
+    """
+
+    curve: ForceCurve
+    side: float
+    reach: Floats
+    stiffness: Floats
+    others: Floats
+
+    def force(self, depths: Floats) -> tuple[Floats, Floats]:
+        """Return forces [N] and their slopes over the depth [N/mm] at depths [mm], all (moduli, travels, tips)."""
+        share, slope = self.curve.force(depths / self.side)
+        return np.asarray(self.side * self.stiffness * share), np.asarray(self.stiffness * slope)
+
+    def tangent(self, slope: Floats) -> Floats:
+        """Return the derivative of the balance (moduli, travels, tips, tips) [1]."""
+        return np.asarray(np.eye(slope.shape[-1]) + self.others * slope[..., None, :])
+
+    def depths(self) -> Floats:
+        """Return the depths [mm]; raises SolveError, and InputError where one is beyond the curve."""
+        at_once = np.broadcast_to(self.reach, (len(self.stiffness), *self.reach.shape))
+        slope = np.broadcast_to(self.stiffness, at_once.shape)
+        depths: Floats = np.linalg.solve(self.tangent(slope), at_once[..., None])[..., 0].astype(np.float64)
+        for _ in range(MOST_ITERATIONS):
+            force, slope = self.force(depths)
+            residual = depths + (self.others @ force[..., None])[..., 0] - self.reach
+            if np.abs(residual).max() <= RESIDUAL_LIMIT * np.abs(self.reach).max():
+                self.curve.factor(np.maximum(depths / self.side, 0.0))  # refuses what is beyond the curve
+                return depths
+            depths = np.asarray(depths - np.linalg.solve(self.tangent(slope), residual[..., None])[..., 0])
+        msg = "large strain: springs and flesh found no equilibrium; check springs and travel"
+        raise SolveError(msg)
 
 
 def _errors(scene: Scene, curve: ForceCurve, depth: Floats) -> Floats:
