@@ -23,6 +23,7 @@ from pipeline.commands.console import (
     drop_output,
     ready_streams,
 )
+from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.limits import LEAST_MEMORY_GIB, refuse_small_memory
 from pipeline.storage.interruption import Interrupted
 
@@ -31,6 +32,7 @@ _REFUSED = {errno.EACCES, errno.EPERM, errno.EMFILE, errno.ENFILE, errno.EIO, er
 
 COMMANDS: dict[str, Any] = {
     "run": run, "design": design, "check": check, "view": view, "bench": bench, "doctor": doctor,
+    "modulus": modulus, "calibrate": calibrate, "read": read,
 }  # fmt: skip
 """Modules with PURPOSE, EXAMPLE, `add_arguments` and `execute`."""
 
@@ -118,7 +120,7 @@ def _execute(words: list[str]) -> int:
     if "-h" in words or "--help" in words:
         chosen.print_help()
         return PASSED
-    arguments, rest = chosen.parse_known_args(words[1:])
+    arguments, rest = chosen.parse_known_intermixed_args(words[1:])
     if rest:
         if not rest[0].startswith("-"):
             msg = f"{rest[0]!r}: must be a flag or its value; remove it, or see {chosen.prog} -h"

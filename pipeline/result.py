@@ -6,6 +6,7 @@ from cad.design.parameters import Design
 from cad.verdict import Verdict, all_passed
 from pipeline.options import RunOptions
 from pipeline.reading.readings import Readings
+from pipeline.reading.sensor_read_out import SensorReadOut
 from pipeline.stages.characteristics import SpringBehaviour
 from pipeline.stages.response import ScenePress
 from pipeline.stages.sizing import SpringSizing
@@ -20,9 +21,9 @@ from solve.fruit.compliance import FruitCompliance
 class SensorResult:
     """A design with what each stage of its run has found.
 
-    `readings` are None where the design asks for none. `verdicts` are those of the readings and of the judgement, with
-    advice, and those on what fabrication has made. `seconds` are wall and processor seconds by stage. `left_out` says
-    why a file of fields is not there.
+    `readings` are None where the design asks for none; `read_out` is what a finished sensor is read by. `verdicts` are
+    those of the readings and of the judgement, with advice, and those on what fabrication has made. `seconds` are wall
+    and processor seconds by stage. `left_out` says why a file of fields is not there.
     """
 
     design: Design
@@ -34,6 +35,7 @@ class SensorResult:
     behaviour: SpringBehaviour | None
     judgement: Judgement
     readings: Readings | None
+    read_out: SensorReadOut
     verdicts: tuple[Verdict, ...]
     errors: SensorErrors
     left_out: str | None

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
 from pipeline.reading.placed import refuse_steep_poses
 from pipeline.reading.readings import assess_readings
+from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.report.outputs import write_outputs
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import solved_behaviour
@@ -34,7 +34,7 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     options = options or RunOptions()
     refuse_unsolvable(design)
     refuse_steep_poses(design)
-    plate_depth(design, PROCESSES[design.print.process])  # refuses tips that leave no plate, before anything is solved
+    plate_depth(design, design.print.made_by)  # refuses tips that leave no plate, before anything is solved
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder, Stopwatch())
         write_outputs(result, folder)
@@ -62,6 +62,7 @@ def _stages(design: Design, options: RunOptions, folder: Path, timed: Stopwatch)
         behaviour=timed("behaviour", solved_behaviour, springs, press),
         judgement=judged,
         readings=readings,
+        read_out=timed("reading", sensor_read_out, design, contact, springs, press, readings),
         verdicts=all_verdicts(design, readings, judged, springs, options, making),
         errors=errors,
         left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),

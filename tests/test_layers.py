@@ -83,12 +83,13 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),
     "pipeline.check": (*SENTENCES, "pipeline.limits"),
     "pipeline.page": SENTENCES,
-    "pipeline.view": SENTENCES,
+    "pipeline.view": (*SENTENCES, "pipeline.decks"),
     "pipeline.compression": (*LAWS, "pipeline.options", "pipeline.storage"),
-    "pipeline.unit": SENTENCES,
+    "pipeline.unit": (*SHAPES, "pipeline.storage", "pipeline.report.stored"),
     "pipeline.explain": SENTENCES,
     "pipeline.run": (*SENTENCES, "pipeline.page"),
-    "pipeline.bench": STAGES,
+    "pipeline.decks": (*BELOW, "pipeline.storage"),
+    "pipeline.bench": (*STAGES, "pipeline.decks"),
     "pipeline.commands": (*SENTENCES, *AFTER, "pipeline.limits", "pipeline.run", "pipeline.bench"),
     "pipeline.cli": ("cad.quantity", "pipeline.limits", "pipeline.options", "pipeline.storage", "pipeline.commands"),
     "pipeline.__main__": ("pipeline.cli",),
@@ -102,6 +103,7 @@ MOST_FILES = 12
 """In one folder, its `__init__.py` not counted: what one can take in at a glance."""
 
 OWNERS = {
+    "aiohttp": {"pipeline"},
     "OCP": {"cad"},
     "cadquery": {"cad"},
     "cattrs": {"pipeline"},
@@ -131,6 +133,7 @@ OWNERS = {
     "trame_vuetify": {"pipeline"},
     "trimesh": {"cad"},
     "vtk": {"pipeline"},
+    "vtkmodules": {"pipeline"},
 }
 """The folders that may import a package; the longest name that fits decides."""
 

@@ -14,6 +14,7 @@ from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
 from pipeline.report.notes import notes
 from pipeline.report.readings import reading_mapping
+from pipeline.report.stored import SCHEMA
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
 from pipeline.stages.response import spring_shares
@@ -26,7 +27,6 @@ from pipeline.verdicts.scene_targets import SceneTargets
 from solve.contact.linear_response import SensorResponse
 from solve.housing.modes import Modes
 
-SCHEMA = 1
 SIZED_KEYS = ("K_l_N_per_m", "K_h_N_per_m")
 FORCE_KEYS = ("F_l_N", "F_h_N")
 STIFFNESS_VERDICTS = ("K_l", "K_h")
@@ -47,7 +47,7 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "behaviour": _behaviour(result.behaviour),
         "contact": _contact(result),
         "response": _response(result),
-        **reading_mapping(result.design.tips, result.readings),
+        **reading_mapping(result.design.tips, result.read_out, result.readings),
         "level": _level(result.judgement.reached),
         "verdicts": _verdicts(result.verdicts),
         "remedy": result.judgement.remedy,

@@ -7,18 +7,49 @@ from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.verdict import Verdict
 from pipeline.reading.assessment import ModulusReading, ReadingAssessment
+from pipeline.reading.read_out import LineReadOut
 from pipeline.reading.readings import Readings
+from pipeline.reading.sensor_read_out import SensorReadOut
 from pipeline.storage.plain import Plain, from_plain, number_at, same_number, value_at
 
 _PERCENT = 0.01
 
 
-def reading_mapping(tips: Tips, readings: Readings | None) -> Plain:
-    """Return the tips in the order of the forces in every table, and how good their readings are.
+def reading_mapping(tips: Tips, read_out: SensorReadOut, readings: Readings | None) -> Plain:
+    """Return the tips in the order of the forces in every table, what reads them, and how good their readings are.
 
-    The reading is null where the design asks for none.
+    The last is null where the design asks for none.
     """
-    return {"tips": _tips(tips), "reading": None if readings is None else _reading(readings)}
+    reading = None if readings is None else _reading(readings)
+    return {"tips": _tips(tips), "read_out": _read_out(read_out), "reading": reading}
+
+
+def _read_out(known: SensorReadOut) -> Plain:
+    """Return the numbers that turn forces into a modulus: those of the contrast, or of the line over a press."""
+    read_out = known.read_out
+    shared = {
+        "method": read_out.method,
+        "full_scale_N": list(known.full_scale),
+        "model_error_percent": 100.0 * known.model_error,
+        "level": [{"E_MPa": row.E, "read_MPa": row.read} for row in known.level],
+    }
+    if isinstance(read_out, LineReadOut):
+        springs = {"springs_mm_per_N": _rows(read_out.C), "own_less_other_per_mm": read_out.own_less_other}
+        return {**shared, **springs, "weights": None, "gaps_mm": None, "fruit_per_mm": None, "hertz": None}
+    law = read_out.law
+    return {
+        **shared,
+        "springs_mm_per_N": _rows(law.C),
+        "own_less_other_per_mm": None,
+        "weights": list(law.weights),
+        "gaps_mm": list(law.gaps),
+        "fruit_per_mm": _rows(law.S),
+        "hertz": law.hertz,
+    }
+
+
+def _rows(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
+    return [list(row) for row in matrix]
 
 
 def _tips(tips: Tips) -> list[Plain]:

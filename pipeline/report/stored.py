@@ -10,11 +10,11 @@ from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
-from pipeline.report.mapping import SCHEMA
 from pipeline.storage.plain import Plain, from_plain
 from pipeline.storage.seal import file_digest, is_regular
 
 T = TypeVar("T")
+SCHEMA = 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,11 +36,21 @@ class StoredFile:
 
 @dataclass(frozen=True, kw_only=True)
 class StoredResponse:
-    """The response at one modulus E [MPa]: P [1] over the travel [mm]; None where a tip was off the fruit."""
+    """The response at one modulus E [MPa]: P [1] over the travel [mm]; None where a tip was off the fruit.
+
+    Forces [N] are those of a low and a high tip, means where there are more.
+    """
 
     E_MPa: float
     x_mm: tuple[float, ...]
     P: tuple[float | None, ...]
+    F_l_N: tuple[float, ...] = ()
+    F_h_N: tuple[float, ...] = ()
+
+    @property
+    def forces_N(self) -> tuple[tuple[float, ...], ...]:
+        """Return the force of a tip over the travel [N] for each spring, the low one's first."""
+        return self.F_l_N, self.F_h_N
 
     @property
     def last_P(self) -> float | None:
@@ -69,19 +79,70 @@ class StoredContact:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StoredReport:
-    """What commands take of a report: design, tips, contact, housing [mm] or None, deflections [mm], response, files.
+class StoredLevel:
+    """What a level sensor reads [MPa] of a fruit of modulus E [MPa]."""
 
-    Tips have the order of all forces and of the compliance.
+    E_MPa: float
+    read_MPa: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredReadOut:
+    """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line over a press.
+
+    `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, `weights` [1] and `gaps_mm`
+    (tips,). A pair has `own_less_other_per_mm` and None for the terms of a contrast; other layouts the other way round.
+    """
+
+    method: str
+    springs_mm_per_N: tuple[tuple[float, ...], ...]
+    full_scale_N: tuple[float, ...]
+    model_error_percent: float
+    level: tuple[StoredLevel, ...]
+    own_less_other_per_mm: float | None
+    weights: tuple[float, ...] | None
+    gaps_mm: tuple[float, ...] | None
+    fruit_per_mm: tuple[tuple[float, ...], ...] | None
+    hertz: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredModulus:
+    """The largest bias of a reading over all poses at a modulus [%], and what its standard deviation is made of [%]."""
+
+    E_MPa: float
+    E_bias_percent: float
+    uncertainty_percent: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredFlexure:
+    """A spring: its stiffness [N/m], the strain at its root [1] with its error [%]; None where it is not made."""
+
+    stiffness_N_per_m: float | None
+    root_strain: float | None
+    root_strain_error_percent: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredReport:
+    """What commands take of a report: design, tips, contact, springs, housing [mm] or None, response, files.
+
+    Tips have the order of all forces and of the compliance; `flexures` are by the name of the spring, and deflections
+    [mm] those at which their strain is judged. `read_out` turns forces into a modulus; `moduli` say how good it is, none
+    where the design asks for no readings.
     """
 
     design: Design
     tips: tuple[StoredTip, ...]
     contact: StoredContact
+    flexures: dict[str, StoredFlexure]
     housing: Housing | None
     deflections_mm: tuple[float, ...]
     response: tuple[StoredResponse, ...]
     files: tuple[StoredFile, ...]
+    read_out: StoredReadOut
+    moduli: tuple[StoredModulus, ...]
 
 
 def read_report(folder: Path) -> StoredReport:
@@ -132,10 +193,24 @@ def _report(data: Plain) -> StoredReport:
         design=design_from_mapping(_part(Plain, data, "design")),
         tips=_part(tuple[StoredTip, ...], data, "tips"),
         contact=from_plain(StoredContact, _taken(_part(Plain, data, "contact"), StoredContact), "contact"),
+        flexures={name: _flexure(row, name) for name, row in _part(Plain, data, "flexures").items()},
         housing=housing,
         deflections_mm=deflections,
         response=tuple(_response(row, f"response[{place}]") for place, row in enumerate(rows)),
         files=_part(tuple[StoredFile, ...], data, "files"),
+        read_out=_part(StoredReadOut, data, "read_out"),
+        moduli=_moduli(data),
+    )
+
+
+def _moduli(data: Plain) -> tuple[StoredModulus, ...]:
+    """Return how good readings are at each modulus; nothing where the design asks for none."""
+    if data.get("reading") is None:
+        return ()
+    rows = _part(tuple[Plain, ...], _part(Plain, data, "reading"), "moduli")
+    return tuple(
+        from_plain(StoredModulus, _taken(row, StoredModulus), f"reading.moduli[{place}]")
+        for place, row in enumerate(rows)
     )
 
 
@@ -144,6 +219,10 @@ def _part(kind: type[T], data: Plain, key: str) -> T:
         msg = f"{key} is missing"
         raise ValueError(msg)
     return from_plain(kind, data[key], key)
+
+
+def _flexure(row: Plain, name: str) -> StoredFlexure:
+    return from_plain(StoredFlexure, _taken(row, StoredFlexure), f"flexures.{name}")
 
 
 def _response(row: Plain, name: str) -> StoredResponse:

@@ -6,7 +6,7 @@ import numpy as np
 
 from cad.design.parameters import Design
 from cad.quantity import Estimate
-from cad.theory.dome_contact import contact_reach, relative_curvature
+from cad.theory.hertz import contact_reach, relative_curvature
 from cad.verdict import Verdict
 from pipeline.stages.response import ScenePress
 from pipeline.verdicts.rules import margin_verdict
