@@ -49,6 +49,7 @@ MEANINGS = {
     "press.tilt_deg": "tilt of the sensor along the tips; a positive one lowers the high tip",
     "press.tilt_spread_deg": "how far the tilt of one press may be off, two sigma; it moves P of a level sensor",
     "press.roll_deg": "roll of the sensor across the tips; a positive one lowers the side y > 0 of each tip",
+    "press.strain": "linear flesh, or flesh at large strain under level flat tips on a block; see docs/accuracy.md",
     "press.attitude": "where the tips point; the weight of the moving parts then shifts the tips before the press",
     "reading.tilt_deg": "largest tilt of a press, in any direction",
     "reading.off_centre_mm": "how far from the apex a press may be, in any direction",
