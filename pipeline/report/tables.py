@@ -8,7 +8,7 @@ from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.report.notes import notes
 from pipeline.report.verdict_table import OUTCOME, print_reasons, shown, verdict_table, wide_console
 from pipeline.result import SensorResult
-from pipeline.stages.springs import FittedSpring
+from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.uncertainty.budget import UncertaintyBudget
 
 _TARGETS = (

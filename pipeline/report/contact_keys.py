@@ -1,0 +1,63 @@
+"""What report.json says of the contact, of the springs that it sizes and of the forces; it needs no solid."""
+
+import math
+from dataclasses import asdict
+
+import numpy as np
+
+from cad.design.tips import Tips
+from pipeline.stages.sizing import SpringSizing
+from pipeline.storage.plain import Plain
+from pipeline.verdicts.scene_targets import SceneTargets
+from solve.contact.linear_response import SensorResponse
+from solve.fruit.compliance import FruitCompliance
+
+
+def sizing_mapping(sizing: SpringSizing) -> Plain:
+    """Return the springs that were sized [N/m] and the fruit stiffness that sized them."""
+    return {
+        "K_l_N_per_m": 1e3 * sizing.springs.K_l,
+        "K_h_N_per_m": 1e3 * sizing.springs.K_h,
+        "K_m_max_N_per_m": 1e3 * sizing.K_m_max,
+        "K_m_over_E_mm": sizing.K_m_over_E,
+        "fruit_stiffness": sizing.basis,
+    }
+
+
+def contact_mapping(contact: FruitCompliance) -> Plain:
+    """Return the compliance of the fruit [1/mm] with its errors [%] and what it cost."""
+    return {
+        "error_percent": 100.0 * contact.error_pair,
+        "s11_error_percent": 100.0 * contact.error_own,
+        **asdict(contact.info),
+        "compliance_per_mm": contact.S.tolist(),
+        "K_m_over_E_mm": contact.K_m_over_E(),
+    }
+
+
+def response_row(table: SensorResponse, i: int, tips: Tips, of_springs: np.ndarray) -> Plain:
+    """Return the response at one modulus; `of_springs` (tips,) are the errors of the forces [1] by the springs."""
+    soft, stiff = (table.F[i, :, list(kind)].mean(axis=0) for kind in tips.kinds)
+    columns = {
+        "F_l_N": soft,
+        "F_h_N": stiff,
+        "P": table.P[i],
+        "slope_ratio": table.slope_ratio[i],
+        "F_error_percent": 100.0 * (table.F_error[i] + of_springs.max()),
+        "P_error_percent": 100.0 * (table.P_error[i] + of_springs.sum()),
+    }
+    row = {"E_MPa": float(table.E[i]), "x_mm": _numbers(table.x)}
+    row |= {name: _numbers(values) for name, values in columns.items()}
+    if tips.layout != "pair":
+        row["F_N"] = [_numbers(forces) for forces in table.F[i].T]
+    return row
+
+
+def level_mapping(reached: SceneTargets) -> Plain:
+    """Return P_max and NL of a level sensor with flat sharp tips on flat fruit, whatever scene was asked for."""
+    P_max, NL = reached.level
+    return {"P_max": P_max.value, "P_max_error": P_max.error, "NL": NL.value, "NL_error": NL.error}
+
+
+def _numbers(values: np.ndarray) -> list[float | None]:
+    return [float(value) if math.isfinite(value) else None for value in values]
