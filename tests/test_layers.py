@@ -87,8 +87,9 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.unit": SENTENCES,
     "pipeline.explain": SENTENCES,
     "pipeline.run": (*SENTENCES, "pipeline.page"),
+    "pipeline.study": (*SENTENCES, "pipeline.page", "pipeline.run"),
     "pipeline.bench": STAGES,
-    "pipeline.commands": (*SENTENCES, *AFTER, "pipeline.limits", "pipeline.run", "pipeline.bench"),
+    "pipeline.commands": (*SENTENCES, *AFTER, "pipeline.limits", "pipeline.run", "pipeline.bench", "pipeline.study"),
     "pipeline.cli": ("cad.quantity", "pipeline.limits", "pipeline.options", "pipeline.storage", "pipeline.commands"),
     "pipeline.__main__": ("pipeline.cli",),
 }
@@ -104,6 +105,7 @@ OWNERS = {
     "OCP": {"cad"},
     "cadquery": {"cad"},
     "cattrs": {"pipeline"},
+    "distributed": {"pipeline"},
     "ezdxf": {"cad"},
     "gmsh": {"mesh"},
     "jinja2": {"pipeline"},
@@ -112,6 +114,7 @@ OWNERS = {
     "matplotlib": {"pipeline"},
     "meshio": {"pipeline"},
     "numpy": set(PACKAGES),
+    "pyarrow": {"pipeline"},
     "pypardiso": {"solve"},
     "pyvista": {"pipeline"},
     "rich": {"pipeline"},
@@ -136,8 +139,13 @@ OWNERS = {
 FORMS = {"BilinearForm", "LinearForm", "Functional", "TrilinearForm", "asm", "solve", "condense", "enforce", "penalize"}
 """Names at the top of skfem that make or solve equations; they belong to solve, as skfem.assembly does."""
 
-OPTIONAL = {"pypardiso"}
-DEFERRED_ONLY_IN = ("pipeline.cli", "pipeline.commands", "pipeline.check.limited_check")
+OPTIONAL = {"distributed", "pyarrow", "pypardiso"}
+DEFERRED_ONLY_IN = (
+    "pipeline.cli",
+    "pipeline.commands",
+    "pipeline.check.limited_check",
+    "pipeline.study.levels.direct_solve",
+)
 VAGUE = {"utils", "util", "common", "helpers", "helper", "core", "base", "misc"}
 
 Rule = Callable[[Path], list[str]]

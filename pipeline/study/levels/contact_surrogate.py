@@ -1,0 +1,164 @@
+"""A polynomial that stands for the contact of a study: the half-space in closed form, the smooth rest fitted.
+
+S of a block under flat tips of side 1 is that of the half-space, (1 - nu^2) / (pi r) from tip to tip, and a remainder
+that the free sides and the base make. The remainder is smooth in side over length and in Poisson's ratio: a polynomial
+of low total degree in Chebyshev's basis, fitted by least squares to solves.
+"""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.study.levels.unit_scene import UnitScene, scene_compliance
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance
+from solve.fruit.split import SplitDomainError, check_domain, tip_footprints
+
+Floats = NDArray[np.float64]
+Solved = tuple[Sequence[UnitScene], Sequence[FruitCompliance]]
+
+LENGTHS = ("length_mm", "width_mm", "height_mm", "spacing_mm")
+POISSON = "poisson"
+SAFETY = 2.0  # times the largest error over scenes that were not fitted
+# Of a rigid flat tip of side 1 on a half-space, times E / (1 - nu^2) per force; the square as solve/halfspace has it.
+_OWN = {"cube": 1.0 / 1.152302, "cylinder": 1.0}
+_OUTSIDE = 1e-3  # of half the width of the domain, which the scenes nearest to its ends leave
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSurrogate:
+    """S of tips of side 1 by Chebyshev polynomials of the remainder over the coordinates of a scene.
+
+    `low` and `high` bound each coordinate; `degrees` has a row of one degree a coordinate for each term, `coefficients`
+    a row for each entry (i, j <= i) of S. `error` [1] is that of s11 - s12 over scenes not fitted, with its safety;
+    `solve_error` and `own_error` [1] are the largest of the solves.
+    """
+
+    coordinates: tuple[str, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    degrees: tuple[tuple[int, ...], ...]
+    coefficients: tuple[tuple[float, ...], ...]
+    error: float
+    solve_error: float
+    own_error: float
+    solves: int
+    tolerance: float
+
+    def compliance(self, scene: UnitScene) -> FruitCompliance:
+        """Return the compliance of a scene in its size [1/mm]; one outside the domain is solved in full.
+
+        Raises as `scene_compliance`.
+        """
+        place = scene_coordinates(scene, self.coordinates)
+        if not self._covers(scene, place):
+            return scene_compliance(scene, self.tolerance)
+        basis = chebyshev_terms(self._scaled(place[None, :]), np.array(self.degrees))[0]
+        S = half_space(scene) + symmetric(np.array(self.coefficients) @ basis, len(scene.tips.names))
+        info = SolveInfo(method="split, interpolated", dofs=0, seconds=0.0, status=self._status())
+        return FruitCompliance(
+            tips=scene.tips.names,
+            S=S / (scene.scale * scene.tips.side_mm),
+            error_pair=self.solve_error + self.error,
+            error_own=self.own_error + self.error,
+            info=info,
+        )
+
+    def _status(self) -> str:
+        return f"polynomial of {len(self.degrees)} terms through {self.solves} solves, off by at most {self.error:.1e}"
+
+    def _scaled(self, places: Floats) -> Floats:
+        return scaled(places, np.array(self.low), np.array(self.high))
+
+    def _covers(self, scene: UnitScene, place: Floats) -> bool:
+        if np.abs(self._scaled(place)).max(initial=0.0) > 1.0 + _OUTSIDE:
+            return False
+        try:
+            check_domain(scene.fruit, tip_footprints(scene.tips))
+        except SplitDomainError:
+            return False
+        return True
+
+
+def scene_coordinates(scene: UnitScene, names: Sequence[str]) -> Floats:
+    """Return the coordinates of a scene [1], (coordinates,): side over length, or Poisson's ratio."""
+    values = dataclasses.asdict(scene.fruit) | {"spacing_mm": scene.tips.spacing_mm}
+    side = scene.tips.side_mm
+    return np.array([values[name] if name == POISSON else side / values[name] for name in names])
+
+
+def half_space(scene: UnitScene) -> Floats:
+    """Return S of the tips on a half-space, far tips as points, times their side [1], shape (tips, tips)."""
+    places = np.array(scene.tips.places_mm) / scene.tips.side_mm
+    distance = np.linalg.norm(places[:, None] - places[None, :], axis=2)
+    np.fill_diagonal(distance, 1.0)
+    S = (1.0 - scene.fruit.poisson**2) / (math.pi * distance)
+    np.fill_diagonal(S, (1.0 - scene.fruit.poisson**2) * _OWN[scene.tips.shape])
+    return np.asarray(S)
+
+
+def fit_surrogate(
+    fitted: Solved, checked: Solved, names: tuple[str, ...], degree: int, tolerance: float
+) -> ContactSurrogate:
+    """Return the polynomial of a total degree through fitted scenes, its error taken over checked ones.
+
+    `tolerance` [1] is that of the springs, for scenes outside that are solved in full.
+    """
+    scenes, solved = fitted
+    places = np.array([scene_coordinates(scene, names) for scene in scenes])
+    remainders = np.array([_of_side_one(scene, one) - half_space(scene) for scene, one in zip(*fitted, strict=True)])
+    rows, columns = np.tril_indices(len(scenes[0].tips.names))
+    low, high = places.min(axis=0), places.max(axis=0)
+    degrees = total_degrees(len(names), degree)
+    terms = chebyshev_terms(scaled(places, low, high), degrees)
+    coefficients = np.linalg.lstsq(terms, remainders[:, rows, columns], rcond=None)[0].T
+    model = ContactSurrogate(
+        coordinates=names,
+        low=tuple(low.tolist()),
+        high=tuple(high.tolist()),
+        degrees=tuple(tuple(row) for row in degrees.tolist()),
+        coefficients=tuple(tuple(row) for row in coefficients.tolist()),
+        error=0.0,
+        solve_error=max(one.error_pair for one in (*solved, *checked[1])),
+        own_error=max(one.error_own for one in (*solved, *checked[1])),
+        solves=len(solved) + len(checked[1]),
+        tolerance=tolerance,
+    )
+    pairs = zip(*checked, strict=True)
+    misses = [abs(model.compliance(scene).K_m_over_E() / one.K_m_over_E() - 1.0) for scene, one in pairs]
+    return dataclasses.replace(model, error=SAFETY * max(misses))
+
+
+def _of_side_one(scene: UnitScene, solved: FruitCompliance) -> Floats:
+    """Return S of tips of side 1 [1], shape (tips, tips)."""
+    return solved.S * scene.scale * scene.tips.side_mm
+
+
+def scaled(places: Floats, low: Floats, high: Floats) -> Floats:
+    """Return coordinates [1] on -1 to 1 where they lie between their bounds."""
+    return np.asarray((2.0 * places - low - high) / np.where(high > low, high - low, 1.0))
+
+
+def total_degrees(count: int, degree: int) -> NDArray[np.int64]:
+    """Return the degrees of every term whose sum is at most the total degree, shape (terms, count)."""
+    rows = [row for row in itertools.product(range(degree + 1), repeat=count) if sum(row) <= degree]
+    return np.array(rows, dtype=np.int64).reshape(len(rows), count)
+
+
+def chebyshev_terms(places: Floats, degrees: NDArray[np.int64]) -> Floats:
+    """Return the products of Chebyshev polynomials at places on -1 to 1, shape (places, terms)."""
+    values = np.polynomial.chebyshev.chebvander(places, int(degrees.max()))  # (places, coordinates, degrees)
+    columns = np.arange(degrees.shape[1])
+    return np.asarray(values[:, columns, degrees].prod(axis=2))
+
+
+def symmetric(entries: Floats, count: int) -> Floats:
+    """Return the symmetric matrix of its entries (i, j <= i), shape (count, count) [their unit]."""
+    matrix = np.zeros((count, count))
+    matrix[np.tril_indices(count)] = entries
+    return np.asarray(matrix + np.tril(matrix, -1).T)

@@ -1,0 +1,228 @@
+"""A study as a person writes it: a base design, what varies, how, and what is wanted; checked when it is read."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, Literal
+
+from cad.design.design_file import TABLE_TYPES, design_from_mapping, overridden, read_design
+from cad.design.parameters import TABLES
+from cad.quantity import InputError, fault, nearest
+from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
+from pipeline.storage.plain import Plain
+from pipeline.study.report_keys import LEVELS, Level, level_of, refuse_unknown
+from pipeline.study.variation import Variation, variation
+
+How = Literal["sobol", "grid", "points"]
+Contact = Literal["auto", "solve", "surrogate"]
+
+HOW = ("sobol", "grid", "points")
+CONTACT = ("auto", "solve", "surrogate")
+MOST_POINTS = 10_000_000
+_FILE_KEYS = (
+    "base", "samples", "seed", "wanted", "vary", "set", "how", "points", "tol", "level", "contact", "audit", "optimise"
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Goal:
+    """What `pipeline optimise` makes least, in how many points, and the verdicts that must pass; none names all."""
+
+    minimise: str = "verdicts.reading.uncertainty.value"
+    under: tuple[str, ...] = ("verdicts.reading.bias", "verdicts.reading.lift", "verdicts.bruise")
+    evaluations: int = 600
+
+    def __post_init__(self) -> None:
+        """Refuse a goal that is no key of a report, and too few points to search with."""
+        refuse_unknown("optimise.minimise", (self.minimise,))
+        refuse_unknown("optimise.under", tuple(f"{name}.passed" for name in self.under))
+        if self.evaluations < 1:
+            raise fault("optimise.evaluations", self.evaluations, "", "at least 1", "600 is the default")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """A base design [as nested tables], the keys that vary, how points are drawn, and the keys of report.json wanted.
+
+    `tol` is the relative error [1] allowed to the springs, and to the contact where a surrogate stands for it. `audit`
+    is the share of points [1] that are solved in full beside the surrogate. `rows` are the points of a CSV file.
+    """
+
+    name: str
+    base: Mapping[str, object]
+    vary: Mapping[str, Variation]
+    wanted: tuple[str, ...]
+    how: How = "sobol"
+    samples: int = 0
+    seed: int = 0
+    tol: float = DEFAULT_TOLERANCE
+    level: Level = "contact"
+    contact: Contact = "auto"
+    audit: float = 0.001
+    rows: tuple[tuple[str, ...], ...] = ()
+    goal: Goal = field(default_factory=Goal)
+
+    def __post_init__(self) -> None:
+        """Check every number and word; raises InputError."""
+        for name, value, known in (("how", self.how, HOW), ("level", self.level, LEVELS)):
+            _check_word(name, value, known)
+        _check_word("contact", self.contact, CONTACT)
+        if not self.wanted:
+            raise fault("wanted", "[]", "", "a list of keys of report.json", "for instance springs.K_l_N_per_m")
+        for key in self.wanted:
+            if not key.replace(".", "").replace("_", "").isalnum():
+                raise fault("wanted", key, "", "letters, digits, _ and dots", "write it as in report.json")
+        refuse_unknown("wanted", self.wanted)
+        if not self.vary:
+            raise fault("vary", "{}", "", "a table of at least one key", "name a key of the design file under [vary]")
+        for key in self.vary:
+            _check_design_key(key)
+        if self.how == "sobol" and not 0 < self.samples <= MOST_POINTS:
+            raise fault("samples", self.samples, "", f"at least 1 and at most {MOST_POINTS}", "say how many points")
+        if self.seed < 0:
+            raise fault("seed", self.seed, "", "at least 0", "any whole number will do")
+        if not TOLERANCES.hold(self.tol):
+            raise fault("tol", self.tol, "1", str(TOLERANCES), f"the default is {DEFAULT_TOLERANCE:g}")
+        if not (math.isfinite(self.audit) and 0.0 <= self.audit <= 1.0):
+            raise fault("audit", self.audit, "1", "from 0 to 1", "0.001 solves one point in a thousand in full")
+
+
+def read_study(path: Path) -> Study:
+    """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one."""
+    data = read_design(path)
+    for key in data:
+        if key not in _FILE_KEYS:
+            known = ", ".join(_FILE_KEYS)
+            msg = f"{key}: unknown key of a study; must be one of {known}; did you mean {nearest(key, _FILE_KEYS)}?"
+            raise InputError(msg)
+    return study_of(path.stem, data, path.parent)
+
+
+def study_of(name: str, data: Mapping[str, Any], folder: Path) -> Study:
+    """Return the study that the tables of a study file describe; files that it names lie beside it, in the folder."""
+    wanted = tuple(_texts("wanted", data.get("wanted", [])))
+    vary = {key: variation(key, given) for key, given in _flat(data.get("vary", {})).items()}
+    how: How = data.get("how", "points" if "points" in data else "sobol")
+    rows: tuple[tuple[str, ...], ...] = ()
+    if how == "points":
+        from_file = _text(data, "points", "")
+        header, rows = _read_rows(folder / from_file)
+        vary = {**vary, **{key: variation(key, sorted(set(values))) for key, values in _columns(header, rows).items()}}
+        vary = {key: vary[key] for key in header}
+    asked: Level = data.get("level", "contact")
+    goal = _goal(data.get("optimise", {}))
+    return Study(
+        name=name,
+        base=_base(data, folder),
+        vary=vary,
+        wanted=wanted,
+        how=how,
+        samples=_whole(data, "samples", 0),
+        seed=_whole(data, "seed", 0),
+        tol=_real(data, "tol", DEFAULT_TOLERANCE),
+        level=max(asked, level_of(wanted), key=LEVELS.index) if asked in LEVELS else asked,
+        contact=data.get("contact", "auto"),
+        audit=_real(data, "audit", 0.001),
+        rows=rows,
+        goal=goal,
+    )
+
+
+def _base(data: Mapping[str, Any], folder: Path) -> Plain:
+    """Return the tables of the base design with `[set]` on top; refuses a base that is no design itself."""
+    base = _text(data, "base", "paper")
+    path = folder / base if base.endswith(".toml") else design_path(base)
+    given = _flat(data.get("set", {}))
+    settings = {key: value if isinstance(value, str) else json.dumps(value) for key, value in given.items()}
+    tables = overridden({"name": path.stem, **read_design(path)}, settings)
+    design_from_mapping(tables)
+    return tables
+
+
+def _goal(given: object) -> Goal:
+    known = tuple(item.name for item in fields(Goal))
+    if not isinstance(given, Mapping):
+        raise fault("optimise", str(given), "", "a table", "write [optimise] and its keys below it")
+    for key in given:
+        if key not in known:
+            msg = f"optimise.{key}: unknown key; must be one of {', '.join(known)}; did you mean {nearest(key, known)}?"
+            raise InputError(msg)
+    under = tuple(_texts("optimise.under", given.get("under", Goal.under)))
+    return Goal(
+        minimise=_text(given, "minimise", Goal.minimise), under=under, evaluations=_whole(given, "evaluations", 600)
+    )
+
+
+def _flat(given: object) -> dict[str, object]:
+    """Return a table whose keys are `table.key`, quoted or not, by these names."""
+    if not isinstance(given, Mapping):
+        raise fault("vary", str(given), "", "a table", "write [vary] and the keys below it")
+    found: dict[str, object] = {}
+    for key, value in given.items():
+        if key in TABLES and isinstance(value, Mapping):
+            found |= {f"{key}.{inner}": held for inner, held in value.items()}
+        else:
+            found[key] = value
+    return found
+
+
+def _check_design_key(key: str) -> None:
+    known = [f"{table}.{item.name}" for table, kind in TABLE_TYPES.items() for item in fields(kind)]
+    if key not in known:
+        msg = f"vary {key}: unknown key of a design; must be table.key; did you mean {nearest(key, known)}?"
+        raise InputError(msg)
+
+
+def _check_word(name: str, value: object, known: tuple[str, ...]) -> None:
+    if value not in known:
+        bound = f"one of {', '.join(known)}"
+        raise fault(name, str(value), "", bound, f"did you mean {nearest(str(value), known)}?")
+
+
+def _texts(name: str, given: object) -> list[str]:
+    if not isinstance(given, list | tuple) or not all(isinstance(word, str) for word in given):
+        raise fault(name, str(given), "", "a list of texts", 'for instance ["springs.K_l_N_per_m"]')
+    return [str(word) for word in given]
+
+
+def _text(data: Mapping[str, Any], name: str, default: str) -> str:
+    value = data.get(name, default)
+    if not isinstance(value, str) or not value:
+        raise fault(name, str(value), "", "text", "write it in quotes")
+    return value
+
+
+def _whole(data: Mapping[str, Any], name: str, default: int) -> int:
+    value = data.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise fault(name, str(value), "", "a whole number", "write it without a point")
+    return value
+
+
+def _real(data: Mapping[str, Any], name: str, default: float) -> float:
+    value = data.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise fault(name, str(value), "", "a number", f"the default is {default:g}")
+    return float(value)
+
+
+def _read_rows(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
+    """Return the header and the rows of a CSV file of points."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise fault("points", path.name, "", "a CSV file beside the study file", "check the name") from error
+    rows = [tuple(cell.strip() for cell in line.split(",")) for line in lines if line.strip()]
+    if len(rows) < 2:  # noqa: PLR2004 - a header and a point
+        raise fault("points", path.name, "", "a header of keys and at least one row", "the file has no points")
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(rows[0]):
+            name, bound = f"points row {number}", f"as many cells as the header has, {len(rows[0])}"
+            raise fault(name, len(row), "", bound, "mend that row")
+    return rows[0], tuple(rows[1:])
+
+
+def _columns(header: tuple[str, ...], rows: tuple[tuple[str, ...], ...]) -> dict[str, list[str]]:
+    return {key: [row[place] for row in rows] for place, key in enumerate(header)}
