@@ -12,12 +12,13 @@ from pipeline.verdicts.scene_targets import SceneTargets
 from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 
+SIZED_KEYS = ("K_l_N_per_m", "K_h_N_per_m")
+
 
 def sizing_mapping(sizing: SpringSizing) -> Plain:
     """Return the springs that were sized [N/m] and the fruit stiffness that sized them."""
     return {
-        "K_l_N_per_m": 1e3 * sizing.springs.K_l,
-        "K_h_N_per_m": 1e3 * sizing.springs.K_h,
+        **{key: 1e3 * K for key, K in zip(SIZED_KEYS, sizing.springs.stiffnesses, strict=True)},
         "K_m_max_N_per_m": 1e3 * sizing.K_m_max,
         "K_m_over_E_mm": sizing.K_m_over_E,
         "fruit_stiffness": sizing.basis,

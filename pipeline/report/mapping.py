@@ -27,7 +27,6 @@ from solve.fruit.compliance import FruitCompliance
 from solve.housing.modes import Modes
 
 SCHEMA = 1
-SIZED_KEYS = ("K_l_N_per_m", "K_h_N_per_m")
 FORCE_KEYS = ("F_l_N", "F_h_N")
 STIFFNESS_VERDICTS = ("K_l", "K_h")
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
@@ -46,7 +45,7 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "material": _material(springs.process),
         "behaviour": _behaviour(result.behaviour),
         "contact": contact_mapping(result.contact),
-        "response": response_mapping(result.design.tips, result.contact, springs, result.press.table),
+        "response": _response(result),
         **reading_mapping(result.design.tips, result.readings),
         "level": level_mapping(result.judgement.reached),
         "verdicts": _verdicts(result.verdicts),
@@ -123,6 +122,10 @@ def _modes(modes: Modes | None) -> list[Plain]:
     return [
         {"frequency_Hz": frequency, "error_percent": 100.0 * error, "shape": shape} for frequency, error, shape in rows
     ]
+
+
+def _response(result: SensorResult) -> list[Plain]:
+    return response_mapping(result.design.tips, result.contact, result.springs, result.press.table)
 
 
 def response_mapping(

@@ -52,7 +52,9 @@ def _sobol(study: Study, start: int, stop: int) -> Iterator[Point]:
     sequence = qmc.Sobol(len(study.vary), scramble=True, bits=SOBOL_BITS, rng=study.seed)
     if start:
         sequence.fast_forward(start)
-    for number, shares in enumerate(sequence.random(stop - start).tolist(), start):
+    # The first point by itself: a call for more would ask for a power of two.
+    drawn = [*sequence.random(min(1, stop - start)).tolist(), *sequence.random(max(0, stop - start - 1)).tolist()]
+    for number, shares in enumerate(drawn, start):
         yield point_at(study, number, shares)
 
 

@@ -3,7 +3,9 @@
 from collections.abc import Iterable, Sequence
 from typing import Literal
 
+from cad.design.tips import Tips
 from cad.quantity import InputError, nearest
+from pipeline.report.contact_keys import SIZED_KEYS
 from pipeline.storage.plain import Plain
 
 Stage = Literal["sizing", "targets", "response", "reading", "flexures", "files"]
@@ -12,6 +14,7 @@ Level = Literal["contact", "flexures", "files"]
 LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
 """By what they cost: closed forms and contact; springs fitted by finite elements; a whole run with its files."""
 
+_SPRINGS = Tips().names
 _VERDICT_FIELDS = ("value", "error", "limit", "passed")
 _CONTACT = ("error_percent", "s11_error_percent", "method", "dofs", "K_m_over_E_mm", "compliance_per_mm")
 _SPRING = (
@@ -30,13 +33,12 @@ _READING = (
 )
 
 TABLE: tuple[tuple[str, tuple[str, ...], Stage], ...] = (
-    ("springs", ("K_l_N_per_m", "K_h_N_per_m", "K_m_max_N_per_m", "K_m_over_E_mm"), "sizing"),
+    ("springs", (*SIZED_KEYS, "K_m_max_N_per_m", "K_m_over_E_mm"), "sizing"),
     ("contact", _CONTACT, "sizing"),
     ("level", ("P_max", "P_max_error", "NL", "NL_error"), "sizing"),
     ("verdicts.P_max", _VERDICT_FIELDS, "targets"),
     ("verdicts.NL", _VERDICT_FIELDS, "targets"),
-    ("verdicts.printable.low", _VERDICT_FIELDS, "sizing"),
-    ("verdicts.printable.high", _VERDICT_FIELDS, "sizing"),
+    *((f"verdicts.printable.{name}", _VERDICT_FIELDS, "sizing") for name in _SPRINGS),
     ("verdicts.P_displacement_independent", _VERDICT_FIELDS, "response"),
     ("verdicts.P_monotonic", _VERDICT_FIELDS, "response"),
     ("verdicts.geometry.tip_face", _VERDICT_FIELDS, "response"),
@@ -47,10 +49,8 @@ TABLE: tuple[tuple[str, tuple[str, ...], Stage], ...] = (
     ("verdicts.reading.lift", _VERDICT_FIELDS, "reading"),
     ("reading", _READING, "reading"),
     ("response", (), "response"),
-    ("verdicts.K_l", _VERDICT_FIELDS, "flexures"),
-    ("verdicts.K_h", _VERDICT_FIELDS, "flexures"),
-    ("flexures.low", _SPRING, "flexures"),
-    ("flexures.high", _SPRING, "flexures"),
+    *((f"verdicts.{key.removesuffix('_N_per_m')}", _VERDICT_FIELDS, "flexures") for key in SIZED_KEYS),
+    *((f"flexures.{name}", _SPRING, "flexures") for name in _SPRINGS),
     ("deflections_mm", (), "flexures"),
     ("behaviour", (), "files"),
     ("errors", (), "files"),

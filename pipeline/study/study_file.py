@@ -13,10 +13,11 @@ from cad.quantity import InputError, fault, nearest
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
 from pipeline.storage.plain import Plain
 from pipeline.study.report_keys import LEVELS, Level, level_of, refuse_unknown
-from pipeline.study.variation import Variation, variation
+from pipeline.study.variation import Choices, Variation, variation
 
 How = Literal["sobol", "grid", "points"]
 Contact = Literal["auto", "solve", "surrogate"]
+Row = tuple[str, ...]
 
 HOW = ("sobol", "grid", "points")
 CONTACT = ("auto", "solve", "surrogate")
@@ -61,14 +62,21 @@ class Study:
     level: Level = "contact"
     contact: Contact = "auto"
     audit: float = 0.001
-    rows: tuple[tuple[str, ...], ...] = ()
+    rows: tuple[Row, ...] = ()
     goal: Goal = field(default_factory=Goal)
 
     def __post_init__(self) -> None:
         """Check every number and word; raises InputError."""
-        for name, value, known in (("how", self.how, HOW), ("level", self.level, LEVELS)):
+        for name, value, known in (
+            ("how", self.how, HOW),
+            ("level", self.level, LEVELS),
+            ("contact", self.contact, CONTACT),
+        ):
             _check_word(name, value, known)
-        _check_word("contact", self.contact, CONTACT)
+        self._check_keys()
+        self._check_numbers()
+
+    def _check_keys(self) -> None:
         if not self.wanted:
             raise fault("wanted", "[]", "", "a list of keys of report.json", "for instance springs.K_l_N_per_m")
         for key in self.wanted:
@@ -79,6 +87,8 @@ class Study:
             raise fault("vary", "{}", "", "a table of at least one key", "name a key of the design file under [vary]")
         for key in self.vary:
             _check_design_key(key)
+
+    def _check_numbers(self) -> None:
         if self.how == "sobol" and not 0 < self.samples <= MOST_POINTS:
             raise fault("samples", self.samples, "", f"at least 1 and at most {MOST_POINTS}", "say how many points")
         if self.seed < 0:
@@ -105,18 +115,12 @@ def study_of(name: str, data: Mapping[str, Any], folder: Path) -> Study:
     wanted = tuple(_texts("wanted", data.get("wanted", [])))
     vary = {key: variation(key, given) for key, given in _flat(data.get("vary", {})).items()}
     how: How = data.get("how", "points" if "points" in data else "sobol")
-    rows: tuple[tuple[str, ...], ...] = ()
-    if how == "points":
-        from_file = _text(data, "points", "")
-        header, rows = _read_rows(folder / from_file)
-        vary = {**vary, **{key: variation(key, sorted(set(values))) for key, values in _columns(header, rows).items()}}
-        vary = {key: vary[key] for key in header}
+    header, rows = _read_rows(folder / _text(data, "points", "")) if how == "points" else ((), ())
     asked: Level = data.get("level", "contact")
-    goal = _goal(data.get("optimise", {}))
     return Study(
         name=name,
         base=_base(data, folder),
-        vary=vary,
+        vary=_columns(header, rows) or vary,
         wanted=wanted,
         how=how,
         samples=_whole(data, "samples", 0),
@@ -126,7 +130,7 @@ def study_of(name: str, data: Mapping[str, Any], folder: Path) -> Study:
         contact=data.get("contact", "auto"),
         audit=_real(data, "audit", 0.001),
         rows=rows,
-        goal=goal,
+        goal=_goal(data.get("optimise", {})),
     )
 
 
@@ -208,7 +212,7 @@ def _real(data: Mapping[str, Any], name: str, default: float) -> float:
     return float(value)
 
 
-def _read_rows(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
+def _read_rows(path: Path) -> tuple[Row, tuple[Row, ...]]:
     """Return the header and the rows of a CSV file of points."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
@@ -224,5 +228,6 @@ def _read_rows(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]
     return rows[0], tuple(rows[1:])
 
 
-def _columns(header: tuple[str, ...], rows: tuple[tuple[str, ...], ...]) -> dict[str, list[str]]:
-    return {key: [row[place] for row in rows] for place, key in enumerate(header)}
+def _columns(header: Row, rows: tuple[Row, ...]) -> dict[str, Variation]:
+    """Return what varies in a file of points: the values of each column."""
+    return {key: Choices(values=tuple(sorted({row[place] for row in rows}))) for place, key in enumerate(header)}

@@ -24,27 +24,27 @@ class Span:
     distribution, and the source says where its ends are from.
     """
 
-    low: float
-    high: float
+    start: float
+    end: float
     steps: int | None = None
     log: bool = False
     source: str | None = None
 
     def __post_init__(self) -> None:
         """Refuse ends that leave nothing between them, and steps that are none."""
-        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
-            bound = f"greater than from = {self.low:g}"
-            raise fault("to", self.high, "", bound, "an empty range has no points")
-        if self.log and self.low <= 0.0:
-            raise fault("from", self.low, "", "greater than 0 with log = true", "leave log out")
+        if not (math.isfinite(self.start) and math.isfinite(self.end) and self.start < self.end):
+            bound = f"greater than from = {self.start:g}"
+            raise fault("to", self.end, "", bound, "an empty range has no points")
+        if self.log and self.start <= 0.0:
+            raise fault("from", self.start, "", "greater than 0 with log = true", "leave log out")
         if self.steps is not None and not 1 < self.steps <= _MOST_STEPS:
             raise fault("steps", self.steps, "", f"at least 2 and at most {_MOST_STEPS}", "count both ends")
 
     def at(self, share: float) -> float:
         """Return the number that a share [1] of the span, or of the distribution, lies below [unit of the key]."""
         if self.log:
-            return self.low * math.pow(self.high / self.low, share)
-        return self.low + (self.high - self.low) * share
+            return self.start * math.pow(self.end / self.start, share)
+        return self.start + (self.end - self.start) * share
 
     def grid(self) -> tuple[Setting, ...]:
         """Return the numbers of a grid [unit of the key]; raises InputError where no steps were given."""
@@ -121,18 +121,20 @@ def _variation(given: object) -> Variation:
             msg = f"{word}: unknown key; must be one of {', '.join(_KEYS)}; did you mean {nearest(word, _KEYS)}?"
             raise InputError(msg)
     if "mean" in given or "sd" in given:
-        mean, sd = _number(given, "mean"), _number(given, "sd")
-        return Normal(mean=mean, sd=sd, source=_source(given))
-    kind = given.get("distribution")
+        return Normal(mean=_number(given, "mean"), sd=_number(given, "sd"), source=_source(given))
+    return _span(given)
+
+
+def _span(given: Mapping[str, Any]) -> Span:
+    kind, steps, log = given.get("distribution"), given.get("steps"), given.get("log", False)
     if kind not in (None, "uniform"):
         raise fault("distribution", str(kind), "", "uniform", "a normal one is given by mean and sd")
-    steps, log = given.get("steps"), given.get("log", False)
     if not isinstance(log, bool):
         raise fault("log", str(log), "", "true or false", "true spaces the values by equal ratios")
     if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int)):
         raise fault("steps", str(steps), "", "a whole number", "count both ends")
     source = _source(given) if kind else None
-    return Span(low=_number(given, "from"), high=_number(given, "to"), steps=steps, log=log, source=source)
+    return Span(start=_number(given, "from"), end=_number(given, "to"), steps=steps, log=log, source=source)
 
 
 def _number(given: Mapping[str, Any], word: str) -> float:

@@ -34,14 +34,14 @@ _OUTSIDE = 1e-3  # of half the width of the domain, which the scenes nearest to 
 class ContactSurrogate:
     """S of tips of side 1 by Chebyshev polynomials of the remainder over the coordinates of a scene.
 
-    `low` and `high` bound each coordinate; `degrees` has a row of one degree a coordinate for each term, `coefficients`
-    a row for each entry (i, j <= i) of S. `error` [1] is that of s11 - s12 over scenes not fitted, with its safety;
+    `lower` and `upper` bound each coordinate; `degrees` has a row of one degree a coordinate for each term,
+    `coefficients` a row for each entry (i, j <= i) of S. `error` [1] is that of s11 - s12 over scenes not fitted, with its safety;
     `solve_error` and `own_error` [1] are the largest of the solves.
     """
 
     coordinates: tuple[str, ...]
-    low: tuple[float, ...]
-    high: tuple[float, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
     degrees: tuple[tuple[int, ...], ...]
     coefficients: tuple[tuple[float, ...], ...]
     error: float
@@ -73,7 +73,7 @@ class ContactSurrogate:
         return f"polynomial of {len(self.degrees)} terms through {self.solves} solves, off by at most {self.error:.1e}"
 
     def _scaled(self, places: Floats) -> Floats:
-        return scaled(places, np.array(self.low), np.array(self.high))
+        return scaled(places, np.array(self.lower), np.array(self.upper))
 
     def _covers(self, scene: UnitScene, place: Floats) -> bool:
         if np.abs(self._scaled(place)).max(initial=0.0) > 1.0 + _OUTSIDE:
@@ -111,27 +111,38 @@ def fit_surrogate(
     """
     scenes, solved = fitted
     places = np.array([scene_coordinates(scene, names) for scene in scenes])
-    remainders = np.array([_of_side_one(scene, one) - half_space(scene) for scene, one in zip(*fitted, strict=True)])
-    rows, columns = np.tril_indices(len(scenes[0].tips.names))
-    low, high = places.min(axis=0), places.max(axis=0)
+    lower, upper = places.min(axis=0), places.max(axis=0)
     degrees = total_degrees(len(names), degree)
-    terms = chebyshev_terms(scaled(places, low, high), degrees)
-    coefficients = np.linalg.lstsq(terms, remainders[:, rows, columns], rcond=None)[0].T
+    terms = chebyshev_terms(scaled(places, lower, upper), degrees)
+    coefficients = np.linalg.lstsq(terms, _remainders(scenes, solved), rcond=None)[0].T
+    every = (*solved, *checked[1])
     model = ContactSurrogate(
         coordinates=names,
-        low=tuple(low.tolist()),
-        high=tuple(high.tolist()),
+        lower=tuple(lower.tolist()),
+        upper=tuple(upper.tolist()),
         degrees=tuple(tuple(row) for row in degrees.tolist()),
         coefficients=tuple(tuple(row) for row in coefficients.tolist()),
         error=0.0,
-        solve_error=max(one.error_pair for one in (*solved, *checked[1])),
-        own_error=max(one.error_own for one in (*solved, *checked[1])),
-        solves=len(solved) + len(checked[1]),
+        solve_error=max(one.error_pair for one in every),
+        own_error=max(one.error_own for one in every),
+        solves=len(every),
         tolerance=tolerance,
     )
+    return dataclasses.replace(model, error=SAFETY * _largest_miss(model, checked))
+
+
+def _largest_miss(model: ContactSurrogate, checked: Solved) -> float:
+    """Return the largest relative error of K_m / E [1] over solved scenes."""
     pairs = zip(*checked, strict=True)
-    misses = [abs(model.compliance(scene).K_m_over_E() / one.K_m_over_E() - 1.0) for scene, one in pairs]
-    return dataclasses.replace(model, error=SAFETY * max(misses))
+    return max(abs(model.compliance(scene).K_m_over_E() / one.K_m_over_E() - 1.0) for scene, one in pairs)
+
+
+def _remainders(scenes: Sequence[UnitScene], solved: Sequence[FruitCompliance]) -> Floats:
+    """Return S of tips of side 1 less that of the half-space [1], shape (scenes, entries (i, j <= i))."""
+    pairs = zip(scenes, solved, strict=True)
+    rest = np.array([_of_side_one(scene, one) - half_space(scene) for scene, one in pairs])
+    rows, columns = np.tril_indices(rest.shape[1])
+    return np.asarray(rest[:, rows, columns])
 
 
 def _of_side_one(scene: UnitScene, solved: FruitCompliance) -> Floats:
@@ -139,9 +150,9 @@ def _of_side_one(scene: UnitScene, solved: FruitCompliance) -> Floats:
     return solved.S * scene.scale * scene.tips.side_mm
 
 
-def scaled(places: Floats, low: Floats, high: Floats) -> Floats:
+def scaled(places: Floats, lower: Floats, upper: Floats) -> Floats:
     """Return coordinates [1] on -1 to 1 where they lie between their bounds."""
-    return np.asarray((2.0 * places - low - high) / np.where(high > low, high - low, 1.0))
+    return np.asarray((2.0 * places - lower - upper) / np.where(upper > lower, upper - lower, 1.0))
 
 
 def total_degrees(count: int, degree: int) -> NDArray[np.int64]:

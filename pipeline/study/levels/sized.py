@@ -100,7 +100,7 @@ def _printable(design: Design, sizing: SpringSizing) -> Iterator[Verdict]:
     """Yield whether the process can make each spring, by the beam law."""
     process, ratio = PROCESSES[design.print.process], sizing.sizing_stiffness_ratio
     found = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
-    for name, K, printable in zip(("low", "high"), sizing.springs.stiffnesses, found, strict=True):
+    for name, K, printable in zip(design.tips.as_pair.names, sizing.springs.stiffnesses, found, strict=True):
         yield printable_verdict(FittedSpring(name=name, target=K, printable=printable))
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from cad.design.tip_mount import plate_depth
-from pipeline import RunOptions, run
+from pipeline import run
+from pipeline.options import RunOptions
 from pipeline.reading.sensor_readings import assess_readings
 from pipeline.report.contact_keys import contact_mapping, level_mapping, sizing_mapping
 from pipeline.report.mapping import report_mapping, response_mapping, spring_mapping
