@@ -23,7 +23,7 @@ from pipeline.commands.console import (
     drop_output,
     ready_streams,
 )
-from pipeline.commands.studying import study
+from pipeline.commands.studying import optimise, study
 from pipeline.limits import LEAST_MEMORY_GIB, refuse_small_memory
 from pipeline.storage.interruption import Interrupted
 
@@ -31,8 +31,8 @@ _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.ENOMEM}
 _REFUSED = {errno.EACCES, errno.EPERM, errno.EMFILE, errno.ENFILE, errno.EIO, errno.ELOOP, errno.ENAMETOOLONG}
 
 COMMANDS: dict[str, Any] = {
-    "run": run, "design": design, "check": check, "view": view, "study": study, "bench": bench,
-    "doctor": doctor,
+    "run": run, "design": design, "check": check, "view": view, "study": study, "optimise": optimise,
+    "bench": bench, "doctor": doctor,
 }  # fmt: skip
 """Modules with PURPOSE, EXAMPLE, `add_arguments` and `execute`."""
 

@@ -14,7 +14,7 @@ from pipeline.study.levels.unit_scene import UnitScene, scene_compliance, unit_s
 from pipeline.study.points import Point, design_of, point_count, points_between
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import Study
-from pipeline.study.tasks import PointResult, Task, solve_task
+from pipeline.study.tasks import Task, lost_task, solve_task
 from pipeline.study.workers.engine import Engine, completed
 from solve.fruit.compliance import FruitCompliance
 
@@ -54,7 +54,7 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Progress | N
         before = solved = len(store.numbers())
         surrogate = _surrogate(study, count, store, engine)
         tasks = _tasks(study, count, store, surrogate, folder)
-        for results in completed(engine, solve_task, tasks, _lost):
+        for results in completed(engine, solve_task, tasks, lost_task):
             store.put(results)
             solved += len(results)
             if progress is not None:
@@ -99,16 +99,6 @@ def _solved_scene(given: tuple[int, UnitScene, float]) -> tuple[int, FruitCompli
 def _lost_scene(given: tuple[int, UnitScene, float]) -> tuple[int, FruitCompliance]:
     msg = f"the worker that solved the contact of tips of {given[1].scale:g} mm was lost again and again; free memory"
     raise InputError(msg)
-
-
-def _lost(task: Task) -> tuple[PointResult, ...]:
-    """Return the points of a task whose workers were lost, failed."""
-    ranged = points_between(task.study, task.start, task.stop) if task.stop > task.start else ()
-    why = "the worker that solved this point was lost again and again; it may need more memory"
-    return tuple(
-        PointResult(number=point.number, settings=point.settings, status="failed", values={}, error=why, seconds=0.0)
-        for point in (*task.points, *ranged)
-    )
 
 
 def _tasks(

@@ -31,6 +31,10 @@ def point_count(study: Study) -> int:
         return len(study.rows)
     if study.how == "sobol":
         return study.samples
+    if study.how == "sensitivity":
+        return study.samples * (len(study.vary) + 2)
+    if study.how == "search":
+        raise fault("how", study.how, "", "sobol, grid or points for a study", "run it with: pipeline optimise")
     count = math.prod(len(varied.grid()) for varied in study.vary.values())
     if count > MOST_POINTS:
         raise fault("vary", count, "points", f"at most {MOST_POINTS}", "take fewer steps")
@@ -40,21 +44,37 @@ def point_count(study: Study) -> int:
 def points_between(study: Study, start: int, stop: int) -> Iterator[Point]:
     """Yield the points from a number up to, not including, another one; the same ones whoever asks."""
     if study.how == "sobol":
-        yield from _sobol(study, start, stop)
+        for number, shares in enumerate(sobol_shares(len(study.vary), study.seed, start, stop), start):
+            yield point_at(study, number, shares)
+        return
+    if study.how == "sensitivity":
+        yield from _exchanged(study, start, stop)
         return
     for number in range(start, stop):
         values = _row(study, number) if study.how == "points" else _grid_values(study, number)
         yield Point(number=number, settings=dict(zip(study.vary, values, strict=True)))
 
 
-def _sobol(study: Study, start: int, stop: int) -> Iterator[Point]:
-    """Yield the points of a scrambled Sobol sequence: a longer study begins with the points of a shorter one."""
-    sequence = qmc.Sobol(len(study.vary), scramble=True, bits=SOBOL_BITS, rng=study.seed)
+def sobol_shares(keys: int, seed: int, start: int, stop: int) -> list[list[float]]:
+    """Return points of a scrambled Sobol sequence [1], (points, keys): a longer one begins with those of a shorter."""
+    sequence = qmc.Sobol(keys, scramble=True, bits=SOBOL_BITS, rng=seed)
     if start:
         sequence.fast_forward(start)
     # The first point by itself: a call for more would ask for a power of two.
-    drawn = [*sequence.random(min(1, stop - start)).tolist(), *sequence.random(max(0, stop - start - 1)).tolist()]
-    for number, shares in enumerate(drawn, start):
+    drawn = sequence.random(min(1, stop - start)).tolist(), sequence.random(max(0, stop - start - 1)).tolist()
+    return [*drawn[0], *drawn[1]]
+
+
+def _exchanged(study: Study, start: int, stop: int) -> Iterator[Point]:
+    """Yield points of a study of sensitivities: sample A, sample B, then for each key A with this key from B."""
+    keys = len(study.vary)
+    drawn = sobol_shares(2 * keys, study.seed, 0, study.samples)
+    for number in range(start, stop):
+        block, row = divmod(number, study.samples)
+        own, other = drawn[row][:keys], drawn[row][keys:]
+        shares = other if block == 1 else list(own)
+        if block > 1:
+            shares[block - 2] = other[block - 2]
         yield point_at(study, number, shares)
 
 

@@ -9,17 +9,19 @@ from typing import Any, Literal
 
 from cad.design.design_file import TABLE_TYPES, design_from_mapping, overridden, read_design
 from cad.design.parameters import TABLES
+from cad.design.tips import Tips
 from cad.quantity import InputError, fault, nearest
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
 from pipeline.storage.plain import Plain
+from pipeline.study.file_values import real_at, text_at, texts, whole_at
 from pipeline.study.report_keys import LEVELS, Level, level_of, refuse_unknown
 from pipeline.study.variation import Choices, Variation, variation
 
-How = Literal["sobol", "grid", "points"]
+How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 Contact = Literal["auto", "solve", "surrogate"]
 Row = tuple[str, ...]
 
-HOW = ("sobol", "grid", "points")
+HOW = ("sobol", "grid", "points", "search", "sensitivity")
 CONTACT = ("auto", "solve", "surrogate")
 MOST_POINTS = 10_000_000
 _FILE_KEYS = (
@@ -29,16 +31,22 @@ _FILE_KEYS = (
 
 @dataclass(frozen=True, kw_only=True)
 class Goal:
-    """What `pipeline optimise` makes least, in how many points, and the verdicts that must pass; none names all."""
+    """What `pipeline optimise` makes least, in how many points, and the names of the verdicts that must pass."""
 
     minimise: str = "verdicts.reading.uncertainty.value"
-    under: tuple[str, ...] = ("verdicts.reading.bias", "verdicts.reading.lift", "verdicts.bruise")
+    under: tuple[str, ...] = (
+        "reading.bias",
+        "reading.uncertainty",
+        "reading.lift",
+        "bruise",
+        *(f"printable.{name}" for name in Tips().names),
+    )
     evaluations: int = 600
 
     def __post_init__(self) -> None:
         """Refuse a goal that is no key of a report, and too few points to search with."""
         refuse_unknown("optimise.minimise", (self.minimise,))
-        refuse_unknown("optimise.under", tuple(f"{name}.passed" for name in self.under))
+        refuse_unknown("optimise.under", verdict_keys(self))
         if self.evaluations < 1:
             raise fault("optimise.evaluations", self.evaluations, "", "at least 1", "600 is the default")
 
@@ -91,6 +99,10 @@ class Study:
     def _check_numbers(self) -> None:
         if self.how == "sobol" and not 0 < self.samples <= MOST_POINTS:
             raise fault("samples", self.samples, "", f"at least 1 and at most {MOST_POINTS}", "say how many points")
+        power_of_two = 1 < self.samples <= MOST_POINTS and self.samples & (self.samples - 1) == 0
+        if self.how == "sensitivity" and not power_of_two:
+            bound = f"a power of 2, at least 2 and at most {MOST_POINTS}"
+            raise fault("samples", self.samples, "", bound, "there are this many times the keys and two more points")
         if self.seed < 0:
             raise fault("seed", self.seed, "", "at least 0", "any whole number will do")
         if not TOLERANCES.hold(self.tol):
@@ -112,10 +124,11 @@ def read_study(path: Path) -> Study:
 
 def study_of(name: str, data: Mapping[str, Any], folder: Path) -> Study:
     """Return the study that the tables of a study file describe; files that it names lie beside it, in the folder."""
-    wanted = tuple(_texts("wanted", data.get("wanted", [])))
     vary = {key: variation(key, given) for key, given in _flat(data.get("vary", {})).items()}
-    how: How = data.get("how", "points" if "points" in data else "sobol")
-    header, rows = _read_rows(folder / _text(data, "points", "")) if how == "points" else ((), ())
+    how: How = data.get("how", _how(data))
+    goal = _goal(data.get("optimise", {}))
+    wanted = _wanted(data, goal if how == "search" else None)
+    header, rows = _read_rows(folder / text_at(data, "points", "")) if how == "points" else ((), ())
     asked: Level = data.get("level", "contact")
     return Study(
         name=name,
@@ -123,20 +136,38 @@ def study_of(name: str, data: Mapping[str, Any], folder: Path) -> Study:
         vary=_columns(header, rows) or vary,
         wanted=wanted,
         how=how,
-        samples=_whole(data, "samples", 0),
-        seed=_whole(data, "seed", 0),
-        tol=_real(data, "tol", DEFAULT_TOLERANCE),
+        samples=whole_at(data, "samples", 0),
+        seed=whole_at(data, "seed", 0),
+        tol=real_at(data, "tol", DEFAULT_TOLERANCE),
         level=max(asked, level_of(wanted), key=LEVELS.index) if asked in LEVELS else asked,
         contact=data.get("contact", "auto"),
-        audit=_real(data, "audit", 0.001),
+        audit=real_at(data, "audit", 0.001),
         rows=rows,
-        goal=_goal(data.get("optimise", {})),
+        goal=goal,
     )
+
+
+def _wanted(data: Mapping[str, Any], goal: Goal | None) -> tuple[str, ...]:
+    """Return the keys that are wanted, and those that a goal of a search needs."""
+    asked = tuple(texts("wanted", data.get("wanted", [])))
+    return asked if goal is None else tuple(dict.fromkeys((*asked, goal.minimise, *verdict_keys(goal))))
+
+
+def _how(data: Mapping[str, Any]) -> How:
+    """Return how points come about where the file does not say."""
+    if "points" in data:
+        return "points"
+    return "search" if "optimise" in data and "samples" not in data else "sobol"
+
+
+def verdict_keys(goal: Goal) -> tuple[str, ...]:
+    """Return the keys of report.json that say whether the verdicts of a goal pass."""
+    return tuple(f"verdicts.{name}.{word}" for name in goal.under for word in ("value", "limit", "error", "passed"))
 
 
 def _base(data: Mapping[str, Any], folder: Path) -> Plain:
     """Return the tables of the base design with `[set]` on top; refuses a base that is no design itself."""
-    base = _text(data, "base", "paper")
+    base = text_at(data, "base", "paper")
     path = folder / base if base.endswith(".toml") else design_path(base)
     given = _flat(data.get("set", {}))
     settings = {key: value if isinstance(value, str) else json.dumps(value) for key, value in given.items()}
@@ -153,9 +184,9 @@ def _goal(given: object) -> Goal:
         if key not in known:
             msg = f"optimise.{key}: unknown key; must be one of {', '.join(known)}; did you mean {nearest(key, known)}?"
             raise InputError(msg)
-    under = tuple(_texts("optimise.under", given.get("under", Goal.under)))
+    under = tuple(texts("optimise.under", given.get("under", Goal.under)))
     return Goal(
-        minimise=_text(given, "minimise", Goal.minimise), under=under, evaluations=_whole(given, "evaluations", 600)
+        minimise=text_at(given, "minimise", Goal.minimise), under=under, evaluations=whole_at(given, "evaluations", 600)
     )
 
 
@@ -183,33 +214,6 @@ def _check_word(name: str, value: object, known: tuple[str, ...]) -> None:
     if value not in known:
         bound = f"one of {', '.join(known)}"
         raise fault(name, str(value), "", bound, f"did you mean {nearest(str(value), known)}?")
-
-
-def _texts(name: str, given: object) -> list[str]:
-    if not isinstance(given, list | tuple) or not all(isinstance(word, str) for word in given):
-        raise fault(name, str(given), "", "a list of texts", 'for instance ["springs.K_l_N_per_m"]')
-    return [str(word) for word in given]
-
-
-def _text(data: Mapping[str, Any], name: str, default: str) -> str:
-    value = data.get(name, default)
-    if not isinstance(value, str) or not value:
-        raise fault(name, str(value), "", "text", "write it in quotes")
-    return value
-
-
-def _whole(data: Mapping[str, Any], name: str, default: int) -> int:
-    value = data.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise fault(name, str(value), "", "a whole number", "write it without a point")
-    return value
-
-
-def _real(data: Mapping[str, Any], name: str, default: float) -> float:
-    value = data.get(name, default)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise fault(name, str(value), "", "a number", f"the default is {default:g}")
-    return float(value)
 
 
 def _read_rows(path: Path) -> tuple[Row, tuple[Row, ...]]:

@@ -62,6 +62,16 @@ def solve_task(task: Task) -> tuple[PointResult, ...]:
     return tuple(_solved(task, point) for point in (*task.points, *ranged))
 
 
+def lost_task(task: Task) -> tuple[PointResult, ...]:
+    """Return the points of a task whose workers were lost, failed."""
+    ranged = points_between(task.study, task.start, task.stop) if task.stop > task.start else ()
+    why = "the worker that solved this point was lost again and again; it may need more memory"
+    return tuple(
+        PointResult(number=point.number, settings=point.settings, status="failed", values={}, error=why, seconds=0.0)
+        for point in (*task.points, *ranged)
+    )
+
+
 def _solved(task: Task, point: Point) -> PointResult:
     start = time.process_time()
     status: Status = "done"

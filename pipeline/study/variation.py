@@ -46,6 +46,12 @@ class Span:
             return self.start * math.pow(self.end / self.start, share)
         return self.start + (self.end - self.start) * share
 
+    def share_of(self, value: float) -> float:
+        """Return the share [1] of the span that lies below a number [unit of the key]."""
+        if self.log:
+            return math.log(value / self.start) / math.log(self.end / self.start)
+        return (value - self.start) / (self.end - self.start)
+
     def grid(self) -> tuple[Setting, ...]:
         """Return the numbers of a grid [unit of the key]; raises InputError where no steps were given."""
         if self.steps is None:

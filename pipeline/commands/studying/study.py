@@ -9,6 +9,7 @@ from cad.quantity import fault
 from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
 
 if TYPE_CHECKING:
+    from pipeline.study.answers.sensitivity import Sensitivity
     from pipeline.study.execute import StudySummary
 
 PURPOSE = "solve many designs around one: what varies, how, and what is wanted stand in a file"
@@ -34,6 +35,7 @@ def add_engine_flags(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1."""
+    from pipeline.study.answers.sensitivity import sensitivities
     from pipeline.study.execute import run_study
     from pipeline.study.export import export_table, refuse_kind
     from pipeline.study.store import stored_study
@@ -51,11 +53,13 @@ def execute(arguments: Namespace) -> int:
         if arguments.export is not None:
             export_table(store, study, arguments.export)
         refusals = store.messages()
+        shares = sensitivities(store, study) if study.how == "sensitivity" else ()
     with answering():
         if arguments.json:
-            print_json({**_plain(summary), "messages": refusals})
+            print_json({**_plain(summary), "messages": refusals, "sensitivities": [asdict(one) for one in shares]})
         else:
             _print(summary, refusals)
+            _print_sensitivities(shares)
     return FAILED if summary.failed or not summary.done else PASSED
 
 
@@ -87,3 +91,11 @@ def _print(summary: "StudySummary", messages: dict[str, int]) -> None:
         rate = summary.solved / summary.seconds
         print(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points a second")
     print(f"{summary.folder / 'study.sqlite'}")
+
+
+def _print_sensitivities(shares: "tuple[Sensitivity, ...]") -> None:
+    """Print which share of the variance of each number a key makes, alone and with others, with 95 % intervals."""
+    for one in shares:
+        first, total = one.first_interval, one.total_interval
+        alone = f"alone {one.first:.3f} ({first[0]:.3f} to {first[1]:.3f})"
+        print(f"{one.wanted} by {one.key}: {alone}, with others {one.total:.3f} ({total[0]:.3f} to {total[1]:.3f})")

@@ -35,8 +35,8 @@ class ContactSurrogate:
     """S of tips of side 1 by Chebyshev polynomials of the remainder over the coordinates of a scene.
 
     `lower` and `upper` bound each coordinate; `degrees` has a row of one degree a coordinate for each term,
-    `coefficients` a row for each entry (i, j <= i) of S. `error` [1] is that of s11 - s12 over scenes not fitted, with its safety;
-    `solve_error` and `own_error` [1] are the largest of the solves.
+    `coefficients` a row for each entry (i, j <= i) of S. `error` [1] is that of s11 - s12 over scenes not fitted,
+    with its safety; `solve_error` and `own_error` [1] are the largest of the solves.
     """
 
     coordinates: tuple[str, ...]
