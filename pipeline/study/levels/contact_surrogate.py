@@ -1,14 +1,15 @@
 """A polynomial that stands for the contact of a study: the half-space in closed form, the smooth rest fitted.
 
 S of a block under flat tips of side 1 is that of the half-space, (1 - nu^2) / (pi r) from tip to tip, and a remainder
-that the free sides and the base make. The remainder is smooth in side over length and in Poisson's ratio: a polynomial
-of low total degree in Chebyshev's basis, fitted by least squares to solves.
+that the free sides and the base make. Far from base and sides a tip is a point, so that the remainder goes with
+1 / height: times the height it is a smooth function of ratios of the fruit's lengths and of Poisson's ratio, and
+depends little on side over height. A polynomial of low total degree in Chebyshev's basis is fitted to solves.
 """
 
 import dataclasses
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,9 +23,14 @@ from solve.fruit.split import SplitDomainError, check_domain, tip_footprints
 Floats = NDArray[np.float64]
 Solved = tuple[Sequence[UnitScene], Sequence[FruitCompliance]]
 
-LENGTHS = ("length_mm", "width_mm", "height_mm", "spacing_mm")
+RATIOS = {
+    "height / length": ("height_mm", "length_mm"),
+    "spacing / length": ("spacing_mm", "length_mm"),
+    "width / length": ("width_mm", "length_mm"),
+    "side / height": ("side_mm", "height_mm"),
+}
 POISSON = "poisson"
-SAFETY = 2.0  # times the largest error over scenes that were not fitted
+SAFETY = 3.0  # times the largest of 64 errors: tests/bench/studies.py shows it against those of its audits
 # Of a rigid flat tip of side 1 on a half-space, times E / (1 - nu^2) per force; the square as solve/halfspace has it.
 _OWN = {"cube": 1.0 / 1.152302, "cylinder": 1.0}
 _OUTSIDE = 1e-3  # of half the width of the domain, which the scenes nearest to its ends leave
@@ -59,7 +65,8 @@ class ContactSurrogate:
         if not self._covers(scene, place):
             return scene_compliance(scene, self.tolerance)
         basis = chebyshev_terms(self._scaled(place[None, :]), np.array(self.degrees))[0]
-        S = half_space(scene) + symmetric(np.array(self.coefficients) @ basis, len(scene.tips.names))
+        rest = symmetric(np.array(self.coefficients) @ basis, len(scene.tips.names))
+        S = half_space(scene) + rest / _height(scene)
         info = SolveInfo(method="split, interpolated", dofs=0, seconds=0.0, status=self._status())
         return FruitCompliance(
             tips=scene.tips.names,
@@ -86,10 +93,17 @@ class ContactSurrogate:
 
 
 def scene_coordinates(scene: UnitScene, names: Sequence[str]) -> Floats:
-    """Return the coordinates of a scene [1], (coordinates,): side over length, or Poisson's ratio."""
-    values = dataclasses.asdict(scene.fruit) | {"spacing_mm": scene.tips.spacing_mm}
-    side = scene.tips.side_mm
-    return np.array([values[name] if name == POISSON else side / values[name] for name in names])
+    """Return the coordinates of a scene [1], (coordinates,): ratios of lengths, and Poisson's ratio."""
+    fruit, tips = scene.fruit, scene.tips
+    values = {**vars(fruit), "spacing_mm": tips.spacing_mm, "side_mm": tips.side_mm}
+    return np.array([_coordinate(values, name) for name in names])
+
+
+def _coordinate(values: Mapping[str, float], name: str) -> float:
+    if name == POISSON:
+        return values[name]
+    above, below = RATIOS[name]
+    return values[above] / values[below]
 
 
 def half_space(scene: UnitScene) -> Floats:
@@ -138,11 +152,16 @@ def _largest_miss(model: ContactSurrogate, checked: Solved) -> float:
 
 
 def _remainders(scenes: Sequence[UnitScene], solved: Sequence[FruitCompliance]) -> Floats:
-    """Return S of tips of side 1 less that of the half-space [1], shape (scenes, entries (i, j <= i))."""
+    """Return S of tips of side 1 less that of the half-space, times the height [1], shape (scenes, entries)."""
     pairs = zip(scenes, solved, strict=True)
-    rest = np.array([_of_side_one(scene, one) - half_space(scene) for scene, one in pairs])
+    rest = np.array([_height(scene) * (_of_side_one(scene, one) - half_space(scene)) for scene, one in pairs])
     rows, columns = np.tril_indices(rest.shape[1])
     return np.asarray(rest[:, rows, columns])
+
+
+def _height(scene: UnitScene) -> float:
+    """Return the height of the fruit over the side of a tip [1]."""
+    return scene.fruit.height_mm / scene.tips.side_mm
 
 
 def _of_side_one(scene: UnitScene, solved: FruitCompliance) -> Floats:

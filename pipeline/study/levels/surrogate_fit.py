@@ -3,10 +3,11 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 
+import numpy as np
 from scipy.stats import qmc
 
 from cad.quantity import InputError
-from pipeline.study.levels.contact_surrogate import LENGTHS, POISSON, ContactSurrogate, fit_surrogate
+from pipeline.study.levels.contact_surrogate import POISSON, RATIOS, ContactSurrogate, fit_surrogate
 from pipeline.study.levels.unit_scene import UnitScene, unit_scene
 from pipeline.study.points import design_of, point_at
 from pipeline.study.study_file import Study
@@ -19,11 +20,13 @@ SolveScenes = Callable[[Sequence[UnitScene]], list[FruitCompliance]]
 FEWEST_SCENES = 2_000  # points of a study from which a fit costs less than the solves that it saves
 DEGREES = (3, 4, 5, 6)
 SHARE = 0.5  # of the study's tolerance: the other half is for the solves
-_OVER = 2.0  # scenes for each term
+_OVER = 1.8  # scenes for each term
 _CHECKED = 64
+_FIT_SEED, _CHECK_SEED = 1, 2
 _CONTACT_TABLES = ("fruit", "tips")
 _FREE = ("fruit.E_MPa", "fruit.E_max_MPa", "fruit.bruise_limit_MPa", "fruit.poisson_spread", "tips.gap_mm")
-_VARIABLE = (*(f"fruit.{name}" for name in (*LENGTHS[:3], POISSON)), "tips.spacing_mm", "tips.side_mm")
+_LENGTHS = ("fruit.length_mm", "fruit.width_mm", "fruit.height_mm", "tips.spacing_mm", "tips.side_mm")
+_VARIABLE = (*_LENGTHS, f"fruit.{POISSON}")
 
 
 def scene_keys(study: Study) -> tuple[str, ...]:
@@ -64,24 +67,30 @@ def _no_polynomial(study: Study, keys: Sequence[str]) -> str:
 
 
 def coordinates(study: Study) -> tuple[str, ...]:
-    """Return the coordinates of the scenes of a study: each length that varies, one for all others if the side does.
+    """Return the fewest coordinates that tell the scenes of a study apart: ratios of lengths, and Poisson's ratio.
 
-    Lengths count over the side of a tip, so that side and all lengths together have one coordinate less than keys.
+    The logarithm of a ratio is linear in those of the lengths: ratios are taken while their rank grows. Where all
+    lengths vary there is one less, as size alone changes no scene.
     """
-    varied = {key.split(".")[1] for key in scene_keys(study)}
-    fixed = [name for name in LENGTHS if name not in varied]
-    of_side = fixed[:1] if "side_mm" in varied else []
-    return tuple(name for name in (*LENGTHS, POISSON) if name in varied or name in of_side)
+    varied = [key.split(".")[1] for key in scene_keys(study)]
+    chosen: list[str] = []
+    rows: list[list[int]] = []
+    for name, (above, below) in RATIOS.items():
+        row = [(key == above) - (key == below) for key in varied if key != POISSON]
+        if row and np.linalg.matrix_rank([*rows, row]) > len(rows):
+            chosen.append(name)
+            rows.append(row)
+    return (*chosen, *([POISSON] if POISSON in varied else []))
 
 
-def training_scenes(study: Study, count: int, *, dense_ends: bool) -> Iterator[UnitScene]:
-    """Yield scenes of a study inside the domain of the split, drawn apart from its points.
+def drawn_scenes(study: Study, count: int, seed: int) -> Iterator[UnitScene]:
+    """Yield scenes of a study inside the domain of the split, drawn apart from its points by a seed of their own.
 
-    With dense ends they crowd at the ends of the spans as the zeros of a Chebyshev polynomial do.
+    They crowd at the ends of the spans as the zeros of a Chebyshev polynomial do: there a fit errs most.
     """
-    sequence = qmc.Sobol(len(study.vary), scramble=True, rng=study.seed + 1)
+    sequence = qmc.Sobol(len(study.vary), scramble=True, rng=study.seed + seed)
     for shares in sequence.random(count).tolist():
-        drawn = [0.5 - 0.5 * math.cos(math.pi * share) if dense_ends else share for share in shares]
+        drawn = [0.5 - 0.5 * math.cos(math.pi * share) for share in shares]
         try:
             scene = unit_scene(design_of(study, point_at(study, 0, drawn).settings))
             check_domain(scene.fruit, tip_footprints(scene.tips))
@@ -96,13 +105,13 @@ def fitted_surrogate(study: Study, solve: SolveScenes) -> ContactSurrogate | Non
     `solve` gives the compliance of scenes, in their order. Raises what it raises.
     """
     names = coordinates(study)
-    checked = list(training_scenes(study, _CHECKED, dense_ends=False))
+    checked = list(drawn_scenes(study, _CHECKED, _CHECK_SEED))
     checks = solve(checked)
     scenes: list[UnitScene] = []
     solved: list[FruitCompliance] = []
     for degree in DEGREES:
         terms = math.comb(len(names) + degree, degree)
-        wanted = list(training_scenes(study, 2 ** math.ceil(math.log2(_OVER * terms)), dense_ends=True))
+        wanted = list(training_scenes(study, 2 ** math.ceil(math.log2(_OVER * terms)), _FIT_SEED))
         solved += solve(wanted[len(scenes) :])
         scenes = wanted
         if len(scenes) < terms or not checked:

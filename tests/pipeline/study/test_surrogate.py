@@ -9,7 +9,7 @@ import pytest
 from cad.quantity import InputError
 from pipeline.study import Study, read_study
 from pipeline.study.levels.contact_surrogate import half_space
-from pipeline.study.levels.surrogate_fit import coordinates, fitted_surrogate, may_interpolate, training_scenes
+from pipeline.study.levels.surrogate_fit import coordinates, drawn_scenes, fitted_surrogate, may_interpolate
 from pipeline.study.levels.unit_scene import UnitScene, scene_compliance
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
@@ -50,7 +50,7 @@ def test_truth_lies_inside_the_bar(written: Callable[..., Path]) -> None:
     model = fitted(study)
     assert model is not None
     assert model.error <= study.tol
-    for scene in training_scenes(study, 256, dense_ends=False):
+    for scene in drawn_scenes(study, 256, 9):
         found, truth = model.compliance(scene), by_formula(scene)
         assert found.K_m_over_E() == pytest.approx(truth.K_m_over_E(), rel=model.error)
         assert found.error_pair == pytest.approx(1e-4 + model.error)
@@ -61,11 +61,11 @@ def test_rough_contact_has_no_polynomial(written: Callable[..., Path]) -> None:
 
 
 def test_scale_costs_no_coordinate(written: Callable[..., Path]) -> None:
-    """Four keys of lengths that vary with length and width fixed have four ratios; with all lengths free, one less."""
-    assert coordinates(read_study(written(TEXT))) == ("length_mm", "height_mm", "spacing_mm", "poisson")
+    """Three lengths that vary beside fixed ones have three ratios; five lengths that all vary have four."""
+    assert coordinates(read_study(written(TEXT))) == ("height / length", "spacing / length", "side / height", "poisson")
     free = '"fruit.length_mm" = { from = 18, to = 22 }\n"fruit.width_mm" = { from = 18, to = 22 }\n"targets.P_max"'
     names = coordinates(read_study(written(TEXT, **{'"targets.P_max"': free})))
-    assert names == ("length_mm", "width_mm", "height_mm", "spacing_mm", "poisson")
+    assert names == ("height / length", "spacing / length", "width / length", "side / height", "poisson")
 
 
 @pytest.mark.parametrize(
@@ -100,6 +100,6 @@ def test_solved_contact_has_a_polynomial(written: Callable[..., Path]) -> None:
     study = read_study(written("\n".join(lines)))
     model = fitted_surrogate(study, lambda scenes: [scene_compliance(scene, study.tol) for scene in scenes])
     assert model is not None
-    for scene in training_scenes(study, 8, dense_ends=False):
+    for scene in drawn_scenes(study, 8, 9):
         solved = scene_compliance(scene, study.tol)
         assert model.compliance(scene).K_m_over_E() == pytest.approx(solved.K_m_over_E(), rel=model.error)
