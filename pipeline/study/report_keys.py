@@ -15,7 +15,7 @@ LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
 """By what they cost: closed forms and contact; springs fitted by finite elements; a whole run with its files."""
 
 _SPRINGS = Tips().names
-_VERDICT_FIELDS = ("value", "error", "limit", "passed")
+_VERDICT_FIELDS = ("value", "error", "limit", "tolerance", "passed")
 _CONTACT = ("error_percent", "s11_error_percent", "method", "dofs", "K_m_over_E_mm", "compliance_per_mm")
 _SPRING = (
     "target_N_per_m", "stiffness_N_per_m", "error_percent", "root_strain", "root_strain_error_percent", "safety_factor",

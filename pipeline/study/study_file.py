@@ -162,7 +162,7 @@ def _how(data: Mapping[str, Any]) -> How:
 
 def verdict_keys(goal: Goal) -> tuple[str, ...]:
     """Return the keys of report.json that say whether the verdicts of a goal pass."""
-    return tuple(f"verdicts.{name}.{word}" for name in goal.under for word in ("value", "limit", "error", "passed"))
+    return tuple(f"verdicts.{name}.{word}" for name in goal.under for word in ("value", "limit", "tolerance", "passed"))
 
 
 def _base(data: Mapping[str, Any], folder: Path) -> Plain:

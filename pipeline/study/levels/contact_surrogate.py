@@ -33,11 +33,20 @@ POISSON = "poisson"
 SAFETY = 3.0  # times the largest of 64 errors: tests/bench/studies.py shows it against those of its audits
 # Of a rigid flat tip of side 1 on a half-space, times E / (1 - nu^2) per force; the square as solve/halfspace has it.
 _OWN = {"cube": 1.0 / 1.152302, "cylinder": 1.0}
-_OUTSIDE = 1e-3  # of half the width of the domain, which the scenes nearest to its ends leave
+_OUTSIDE = 1e-9  # of half the width of the domain: round-off
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactSurrogate:
+class Domain:
+    """The coordinates of the scenes of a study, and the bounds of each [1]."""
+
+    coordinates: tuple[str, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSurrogate(Domain):
     """S of tips of side 1 by Chebyshev polynomials of the remainder over the coordinates of a scene.
 
     `lower` and `upper` bound each coordinate; `degrees` has a row of one degree a coordinate for each term,
@@ -45,9 +54,6 @@ class ContactSurrogate:
     with its safety; `solve_error` and `own_error` [1] are the largest of the solves.
     """
 
-    coordinates: tuple[str, ...]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
     degrees: tuple[tuple[int, ...], ...]
     coefficients: tuple[tuple[float, ...], ...]
     error: float
@@ -96,10 +102,11 @@ def scene_coordinates(scene: UnitScene, names: Sequence[str]) -> Floats:
     """Return the coordinates of a scene [1], (coordinates,): ratios of lengths, and Poisson's ratio."""
     fruit, tips = scene.fruit, scene.tips
     values = {**vars(fruit), "spacing_mm": tips.spacing_mm, "side_mm": tips.side_mm}
-    return np.array([_coordinate(values, name) for name in names])
+    return np.array([coordinate(values, name) for name in names])
 
 
-def _coordinate(values: Mapping[str, float], name: str) -> float:
+def coordinate(values: Mapping[str, float], name: str) -> float:
+    """Return one coordinate [1] of lengths [mm] and Poisson's ratio by their keys."""
     if name == POISSON:
         return values[name]
     above, below = RATIOS[name]
@@ -116,24 +123,19 @@ def half_space(scene: UnitScene) -> Floats:
     return np.asarray(S)
 
 
-def fit_surrogate(
-    fitted: Solved, checked: Solved, names: tuple[str, ...], degree: int, tolerance: float
-) -> ContactSurrogate:
+def fit_surrogate(fitted: Solved, checked: Solved, domain: Domain, degree: int, tolerance: float) -> ContactSurrogate:
     """Return the polynomial of a total degree through fitted scenes, its error taken over checked ones.
 
     `tolerance` [1] is that of the springs, for scenes outside that are solved in full.
     """
     scenes, solved = fitted
-    places = np.array([scene_coordinates(scene, names) for scene in scenes])
-    lower, upper = places.min(axis=0), places.max(axis=0)
-    degrees = total_degrees(len(names), degree)
-    terms = chebyshev_terms(scaled(places, lower, upper), degrees)
+    places = np.array([scene_coordinates(scene, domain.coordinates) for scene in scenes])
+    degrees = total_degrees(len(domain.coordinates), degree)
+    terms = chebyshev_terms(scaled(places, np.array(domain.lower), np.array(domain.upper)), degrees)
     coefficients = np.linalg.lstsq(terms, _remainders(scenes, solved), rcond=None)[0].T
     every = (*solved, *checked[1])
     model = ContactSurrogate(
-        coordinates=names,
-        lower=tuple(lower.tolist()),
-        upper=tuple(upper.tolist()),
+        **vars(domain),
         degrees=tuple(tuple(row) for row in degrees.tolist()),
         coefficients=tuple(tuple(row) for row in coefficients.tolist()),
         error=0.0,

@@ -1,5 +1,6 @@
 """Whether a polynomial may stand for the contact of a study, and the scenes that it is fitted to."""
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 
@@ -7,7 +8,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from cad.quantity import InputError
-from pipeline.study.levels.contact_surrogate import POISSON, RATIOS, ContactSurrogate, fit_surrogate
+from pipeline.study.levels.contact_surrogate import POISSON, RATIOS, ContactSurrogate, Domain, coordinate, fit_surrogate
 from pipeline.study.levels.unit_scene import UnitScene, unit_scene
 from pipeline.study.points import design_of, point_at
 from pipeline.study.study_file import Study
@@ -83,6 +84,21 @@ def coordinates(study: Study) -> tuple[str, ...]:
     return (*chosen, *([POISSON] if POISSON in varied else []))
 
 
+def scene_domain(study: Study) -> Domain:
+    """Return the coordinates of the scenes of a study with their bounds: those at the ends of all spans together."""
+    names = coordinates(study)
+    spans = {key: varied for key in scene_keys(study) if isinstance(varied := study.vary[key], Span)}
+    design = design_of(study, point_at(study, 0, [0.5] * len(study.vary)).settings)
+    middle = {**vars(design.fruit), "spacing_mm": design.tips.spacing_mm, "side_mm": design.tips.side_mm}
+    corners = []
+    for ends in itertools.product((0.0, 1.0), repeat=len(spans)):
+        pairs = zip(spans.items(), ends, strict=True)
+        given = {key.split(".")[1]: span.at(end) for (key, span), end in pairs}
+        corners.append([coordinate({**middle, **given}, name) for name in names])
+    columns = list(zip(*corners, strict=True))
+    return Domain(coordinates=names, lower=tuple(map(min, columns)), upper=tuple(map(max, columns)))
+
+
 def drawn_scenes(study: Study, count: int, seed: int) -> Iterator[UnitScene]:
     """Yield scenes of a study inside the domain of the split, drawn apart from its points by a seed of their own.
 
@@ -104,19 +120,19 @@ def fitted_surrogate(study: Study, solve: SolveScenes) -> ContactSurrogate | Non
 
     `solve` gives the compliance of scenes, in their order. Raises what it raises.
     """
-    names = coordinates(study)
+    domain = scene_domain(study)
     checked = list(drawn_scenes(study, _CHECKED, _CHECK_SEED))
     checks = solve(checked)
     scenes: list[UnitScene] = []
     solved: list[FruitCompliance] = []
     for degree in DEGREES:
-        terms = math.comb(len(names) + degree, degree)
-        wanted = list(training_scenes(study, 2 ** math.ceil(math.log2(_OVER * terms)), _FIT_SEED))
+        terms = math.comb(len(domain.coordinates) + degree, degree)
+        wanted = list(drawn_scenes(study, 2 ** math.ceil(math.log2(_OVER * terms)), _FIT_SEED))
         solved += solve(wanted[len(scenes) :])
         scenes = wanted
         if len(scenes) < terms or not checked:
             return None
-        found = fit_surrogate((scenes, solved), (checked, checks), names, degree, study.tol)
+        found = fit_surrogate((scenes, solved), (checked, checks), domain, degree, study.tol)
         if found.error <= SHARE * study.tol:
             return found
     return None

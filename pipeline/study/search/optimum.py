@@ -75,14 +75,15 @@ def candidate(study: Study, result: PointResult) -> Candidate:
 
 def _violation(name: str, values: Mapping[str, object]) -> float:
     """Return by how much a verdict fails [1]; whether a process can make a spring may be left to the run to decide."""
-    value, limit, passed = (values[f"verdicts.{name}.{word}"] for word in ("value", "limit", "passed"))
+    words = ("value", "limit", "tolerance", "passed")
+    value, limit, tolerance, passed = (values[f"verdicts.{name}.{word}"] for word in words)
     if passed is None and name.startswith("printable."):
         return 0.0
     if not isinstance(value, int | float) or not isinstance(limit, int | float):
         return 0.0 if passed else 1.0
     distance = abs(value - limit) / abs(limit)
-    if passed:
-        return max(0.0, MARGIN - distance)
+    if passed:  # a target has a tolerance, a limit has none
+        return 0.0 if tolerance else max(0.0, MARGIN - distance)
     return MARGIN + distance
 
 
