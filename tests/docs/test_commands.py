@@ -40,6 +40,15 @@ ELSEWHERE = {
     "pipeline run --fruit-stiffness hayes": ("tests/pipeline/test_run.py", '"--fruit-stiffness", "hayes"'),
     "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
     "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),
+    "pipeline study springs.toml --export springs.csv --processes 8": (
+        "tests/pipeline/study/test_execute.py",
+        '"--export", str(csv)',
+    ),
+    "pipeline study springs.toml --scheduler tcp://10.0.0.5:8786": (
+        "tests/pipeline/study/test_engines.py",
+        '"--scheduler", address',
+    ),
+    "pipeline optimise sharper.toml": ("tests/pipeline/study/test_optimum.py", 'main(["optimise", str(written(text))'),
     "pipeline bench": ("tests/pipeline/bench/test_bench.py", "quick=True"),
     "pipeline bench --hard": ("tests/pipeline/bench/hard/test_suite.py", "hard("),
 }

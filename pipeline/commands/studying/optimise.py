@@ -49,21 +49,28 @@ def execute(arguments: Namespace) -> int:
 
 def _print(folder: Path, candidates: "tuple[Candidate, ...]", proof: "Proof | None", *, as_json: bool) -> None:
     possible = sum(one.violation == 0.0 for one in candidates)
-    found = None if proof is None else proof.candidate
     if as_json:
-        plain: dict[str, object] = {"candidates": len(candidates), "possible": possible, "design": None, "passed": None}
-        if proof is not None and found is not None:
-            plain |= {"design": str(proof.design), "passed": proof.passed, "value": found.value}
-            plain |= {"settings": dict(found.result.settings)}
-        print_json(plain)
+        counts = {"candidates": len(candidates), "possible": possible}
+        print_json(counts | ({"design": None, "passed": None} if proof is None else _plain(proof)))
         return
     print(f"{len(candidates)} candidates, {possible} of them pass the verdicts that the file names")
-    if proof is None or found is None:
+    if proof is None:
         print("no candidate passes: widen the spans under [vary], or name fewer verdicts")
         return
-    print(f"best: {found.value:.4g} at point {found.result.number}")
-    for key, value in found.result.settings.items():
+    _print_best(proof)
+    print(f"{folder / 'pareto.svg'}")
+
+
+def _plain(proof: "Proof") -> dict[str, object]:
+    best = proof.candidate
+    settings = dict(best.result.settings)
+    return {"design": str(proof.design), "passed": proof.passed, "value": best.value, "settings": settings}
+
+
+def _print_best(proof: "Proof") -> None:
+    best = proof.candidate
+    print(f"best: {best.value:.4g} at point {best.result.number}")
+    for key, value in best.result.settings.items():
         print(f"  {key} = {value:.6g}" if isinstance(value, float) else f"  {key} = {value}")
     print(f"its run {'passes' if proof.passed else 'does not pass'} all verdicts")
     print(f"{proof.design}")
-    print(f"{folder / 'pareto.svg'}")

@@ -22,6 +22,14 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("file", metavar="FILE.toml", type=Path, help="the study file, see docs/studies.md")
     add_engine_flags(parser)
     add("--export", metavar="FILE.csv|FILE.parquet", type=Path, help="write the table of all points")
+    add(
+        "--html",
+        metavar="FILE.html",
+        type=Path,
+        nargs="?",
+        const=Path(),
+        help="write its page (DIR/study.html)",
+    )
     add_json_flag(parser)
 
 
@@ -36,6 +44,7 @@ def add_engine_flags(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1."""
     from pipeline.study.answers.sensitivity import sensitivities
+    from pipeline.study.answers.study_page import write_page
     from pipeline.study.execute import run_study
     from pipeline.study.export import export_table, refuse_kind
     from pipeline.study.store import stored_study
@@ -52,14 +61,12 @@ def execute(arguments: Namespace) -> int:
     with stored_study(folder) as store:
         if arguments.export is not None:
             export_table(store, study, arguments.export)
+        if arguments.html is not None:
+            write_page(store, study, folder / "study.html" if arguments.html == Path() else arguments.html)
         refusals = store.messages()
         shares = sensitivities(store, study) if study.how == "sensitivity" else ()
     with answering():
-        if arguments.json:
-            print_json({**_plain(summary), "messages": refusals, "sensitivities": [asdict(one) for one in shares]})
-        else:
-            _print(summary, refusals)
-            _print_sensitivities(shares)
+        _print(summary, refusals, shares, as_json=arguments.json)
     return FAILED if summary.failed or not summary.done else PASSED
 
 
@@ -80,7 +87,17 @@ def _plain(summary: "StudySummary") -> dict[str, object]:
     }
 
 
-def _print(summary: "StudySummary", messages: dict[str, int]) -> None:
+def _print(
+    summary: "StudySummary", messages: dict[str, int], shares: "tuple[Sensitivity, ...]", *, as_json: bool
+) -> None:
+    if as_json:
+        print_json({**_plain(summary), "messages": messages, "sensitivities": [asdict(one) for one in shares]})
+    else:
+        _print_counts(summary, messages)
+        _print_sensitivities(shares)
+
+
+def _print_counts(summary: "StudySummary", messages: dict[str, int]) -> None:
     print(f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed")
     if summary.surrogate is not None:
         error, solves = summary.surrogate.error, summary.surrogate.solves

@@ -6,7 +6,7 @@ A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, doi 10.1016/j.cpc.2009
 import math
 import warnings
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,25 +64,32 @@ def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
     blocks = values.reshape(len(study.vary) + 2, 1, count)
     outputs: dict[Literal["f_A", "f_B", "f_AB"], Floats] = {"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}
     result = sobol_indices(func=outputs, n=count)
-    with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a key that moves nothing has no scatter to resample
-        spread = result.bootstrap(confidence_level=LEVEL, n_resamples=RESAMPLES)
-    first, total = spread.first_order.confidence_interval, spread.total_order.confidence_interval
+    first, total = _intervals(result)
     shares = np.ravel(result.first_order).tolist(), np.ravel(result.total_order).tolist()
     return [
         Sensitivity(
             wanted=wanted,
             key=key,
             first=shares[0][i],
-            first_interval=_ends(shares[0][i], first.low, first.high, i),
+            first_interval=_ends(shares[0][i], first, i),
             total=shares[1][i],
-            total_interval=_ends(shares[1][i], total.low, total.high, i),
+            total_interval=_ends(shares[1][i], total, i),
         )
         for i, key in enumerate(study.vary)
     ]
 
 
-def _ends(share: float, lower: object, upper: object, place: int) -> tuple[float, float]:
+def _intervals(result: Any) -> tuple[tuple[object, ...], tuple[object, ...]]:  # noqa: ANN401 - SciPy's own record
+    """Return the lower and upper ends of the first and of the total indices [1], each of shape (1, keys)."""
+    with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a key that moves nothing has no scatter to resample
+        spread = result.bootstrap(confidence_level=LEVEL, n_resamples=RESAMPLES)
+    first, total = spread.first_order.confidence_interval, spread.total_order.confidence_interval
+    first, total = spread.first_order.confidence_interval, spread.total_order.confidence_interval
+    return tuple(first), tuple(total)
+
+
+def _ends(share: float, interval: tuple[object, ...], place: int) -> tuple[float, float]:
     """Return the ends of the interval of one key [1]; of a key that moves nothing both are its share."""
-    lowest, largest = (float(np.ravel(np.asarray(end))[place]) for end in (lower, upper))
+    lowest, largest = (float(np.ravel(np.asarray(end))[place]) for end in interval)
     return (lowest, largest) if math.isfinite(lowest) and math.isfinite(largest) else (share, share)

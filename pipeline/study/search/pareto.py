@@ -1,9 +1,11 @@
 """A plot of two numbers that pull against each other: no candidate on the front is beaten in both."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pipeline.study.search.optimum import Candidate
@@ -32,21 +34,26 @@ def write_pareto(study: Study, candidates: Sequence[Candidate], path: Path) -> N
         return
     passing = [_place(one) for one in candidates if one.violation == 0.0]
     failing = [_place(one) for one in candidates if one.violation > 0.0 and one.result.status == "done"]
+    figure = Figure(figsize=(6.4, 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    _dots(axes, [place for place in failing if math.isfinite(place[1])], "#b8b8b8", "a verdict fails")
+    _dots(axes, passing, "#1f6fb2", "verdicts pass")
+    best = front(passing)
+    axes.step([x for x, _ in best], [y for _, y in best], where="post", color="#c0392b", label="front")
+    axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
+    axes.set_xlabel("pressure on the skin over its limit [1]")
+    axes.set_ylabel(f"{study.goal.minimise.removeprefix('verdicts.').removesuffix('.value')} [1]")
+    axes.legend(frameon=False)
     # The same bytes every time, and text that can be searched.
     with mpl.rc_context({"svg.hashsalt": "twintip", "svg.fonttype": "none"}):
-        figure = Figure(figsize=(6.4, 4.4), layout="constrained")
-        axes = figure.add_subplot()
-        for places, colour, label in ((failing, "#b8b8b8", "a verdict fails"), (passing, "#1f6fb2", "verdicts pass")):
-            axes.scatter([x for x, _ in places], [y for _, y in places], s=12, color=colour, label=label)
-        best = front([place for place in passing if place[0] == place[0] and place[1] == place[1]])
-        axes.step([x for x, _ in best], [y for _, y in best], where="post", color="#c0392b", label="front")
-        axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
-        axes.set_xlabel("pressure on the skin over its limit [1]")
-        axes.set_ylabel(f"{study.goal.minimise.removeprefix('verdicts.').removesuffix('.value')} [1]")
-        axes.legend(frameon=False)
         figure.savefig(path, format="svg", metadata={"Date": None})
 
 
+def _dots(axes: Axes, places: Sequence[Place], colour: str, label: str) -> None:
+    axes.scatter([x for x, _ in places], [y for _, y in places], s=12, color=colour, label=label)
+
+
 def _place(one: Candidate) -> Place:
-    pressure, limit = (float(str(one.result.values[key])) for key in AGAINST)
-    return pressure / limit, one.value
+    pressure, limit = (one.result.values[key] for key in AGAINST)
+    known = isinstance(pressure, int | float) and isinstance(limit, int | float)
+    return (float(str(pressure)) / float(str(limit)) if known else math.nan), one.value
