@@ -1,6 +1,7 @@
 """A Dask cluster that somebody started: the very same tasks as in a pool of processes."""
 
 from collections.abc import Iterator
+from concurrent.futures import Executor
 from contextlib import contextmanager
 
 from cad.quantity import InputError, fault
@@ -8,6 +9,11 @@ from pipeline.storage.cache import code_digest
 from pipeline.study.workers.engine import Engine
 
 _SECONDS = 15  # to reach the scheduler
+
+
+def _shut(executor: Executor) -> None:
+    """Let go of what is still out; Dask's executor cancels it when nobody waits."""
+    executor.shutdown(wait=False)
 
 
 @contextmanager
@@ -38,6 +44,6 @@ def cluster_engine(address: str) -> Iterator[Engine]:
             msg = f"--scheduler: worker {others[0]} has other code than this machine; install the same version there"
             raise InputError(msg)
         threads = sum(client.nthreads().values())
-        yield Engine(open=client.get_executor, workers=threads, lost=(KilledWorker, FutureCancelledError))
+        yield Engine(open=client.get_executor, workers=threads, lost=(KilledWorker, FutureCancelledError), close=_shut)
     finally:
         client.close()

@@ -22,13 +22,18 @@ _IN_FLIGHT = 4  # tasks a worker: enough that none waits, few enough that a mill
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
+def _shut(executor: Executor) -> None:
+    executor.shutdown(wait=False, cancel_futures=True)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Engine:
-    """Opens executors, says how many workers they have, and which errors mean that a worker was lost."""
+    """Opens and closes executors, says how many workers they have, and which errors mean that a worker was lost."""
 
     open: Callable[[], Executor]
     workers: int
     lost: tuple[type[Exception], ...]
+    close: Callable[[Executor], None] = _shut
 
 
 def available_cores() -> int:
@@ -88,7 +93,7 @@ def completed(
         while flight.fill():
             yield from flight.land(lost)
     finally:
-        flight.executor.shutdown(wait=False, cancel_futures=True)
+        engine.close(flight.executor)
 
 
 class _Flight(Generic[Given, Found]):
@@ -138,5 +143,5 @@ class _Flight(Generic[Given, Found]):
         if isinstance(self.executor, ProcessPoolExecutor):
             self._again += [(thing, attempts + 1) for thing, attempts in self._waiting.values()]
             self._waiting.clear()
-            self.executor.shutdown(wait=False, cancel_futures=True)
+            self._engine.close(self.executor)
             self.executor = self._engine.open()
