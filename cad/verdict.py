@@ -9,7 +9,8 @@ class Verdict:
     """One target, what came out, and whether it passed; None where the error bar or a failed check leaves it open.
 
     The tolerance is a share of the limit where `relative`, else in the unit of the value. `error` is the half width of
-    the value's error bar [unit of the value]; `reference` says what was compared, or why there is no number.
+    the value's error bar [unit of the value]; `reference` says what was compared, or why there is no number. `remedy`
+    says what would make it pass, or that nothing does; None where it passed or nobody looked.
     """
 
     name: str
@@ -21,6 +22,7 @@ class Verdict:
     reference: str
     error: float | None = None
     relative: bool = False
+    remedy: str | None = None
 
 
 def equal(name: str, value: float, limit: float, tolerance: float, *, unit: str, reference: str) -> Verdict:

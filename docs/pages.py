@@ -61,6 +61,7 @@ MEANINGS = {
     "reading.uncertainty_limit": "largest standard deviation of the modulus, all causes together",
     "print.process": "how the housing is made, see [processes](processes.md)",
     "print.max_length_mm": "longest leaf that fits the machine",
+    "print.E_MPa": "modulus that a printed coupon showed, in place of that of the process",
     "print.gauges": "strain gauges glued on the leaves; what they stiffen is included",
     "print.mount": "what the screws clamp the frame between: the two covers, or a washer on each side of each hole",
 }

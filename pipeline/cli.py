@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
 from cad.quantity import InputError, fault, nearest
-from pipeline.commands import bench, check, design, doctor, run, view
+from pipeline.commands import bench, check, design, doctor, explain, run, suggest, view
 from pipeline.commands.console import (
     EXIT_CODES,
     FAILED,
@@ -23,6 +23,7 @@ from pipeline.commands.console import (
     drop_output,
     ready_streams,
 )
+from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.commands.studying import optimise, study
 from pipeline.limits import LEAST_MEMORY_GIB, refuse_small_memory
 from pipeline.storage.interruption import Interrupted
@@ -31,8 +32,9 @@ _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.ENOMEM}
 _REFUSED = {errno.EACCES, errno.EPERM, errno.EMFILE, errno.ENFILE, errno.EIO, errno.ELOOP, errno.ENAMETOOLONG}
 
 COMMANDS: dict[str, Any] = {
-    "run": run, "design": design, "check": check, "view": view, "study": study, "optimise": optimise,
-    "bench": bench, "doctor": doctor,
+    "run": run, "design": design, "suggest": suggest, "explain": explain, "check": check, "view": view,
+    "bench": bench, "doctor": doctor, "modulus": modulus, "calibrate": calibrate, "read": read,
+    "study": study, "optimise": optimise,
 }  # fmt: skip
 """Modules with PURPOSE, EXAMPLE, `add_arguments` and `execute`."""
 
@@ -112,15 +114,16 @@ def _execute(words: list[str]) -> int:
 
         print(f"twintip {version('twintip')}")
         return PASSED
-    chosen = parsers.get(words[0])
-    if chosen is None:
-        kind = "flag" if words[0].startswith("-") else "command"
-        known = ("--help", "--version") if kind == "flag" else tuple(parsers)
-        raise _unknown(kind, words[0], known)
+    if words[0] == "--print-completion":
+        from pipeline.commands.completion import completion
+
+        print(completion(parser, parsers, words[1:]), end="")
+        return PASSED
+    chosen = _chosen(words[0], parsers)
     if "-h" in words or "--help" in words:
         chosen.print_help()
         return PASSED
-    arguments, rest = chosen.parse_known_args(words[1:])
+    arguments, rest = chosen.parse_known_intermixed_args(words[1:])
     if rest:
         if not rest[0].startswith("-"):
             msg = f"{rest[0]!r}: must be a flag or its value; remove it, or see {chosen.prog} -h"
@@ -129,6 +132,15 @@ def _execute(words: list[str]) -> int:
     _refuse_unfit_machine(words[0])
     code: int = COMMANDS[words[0]].execute(arguments)
     return code
+
+
+def _chosen(word: str, parsers: dict[str, "_Parser"]) -> "_Parser":
+    """Return the parser of a command; raises InputError for a word that is none."""
+    if word in parsers:
+        return parsers[word]
+    kind = "flag" if word.startswith("-") else "command"
+    known = ("--help", "--version", "--print-completion") if kind == "flag" else tuple(parsers)
+    raise _unknown(kind, word, known)
 
 
 def _refuse_unfit_machine(command: str) -> None:
@@ -169,6 +181,9 @@ def command_parsers() -> tuple[_Parser, dict[str, _Parser]]:
         epilog=f"example: pipeline run --nl 0.05 --p-max 5      each command has its own -h\n{EXIT_CODES}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--version", action="store_true", help="print the version")
+    words = "print the completion of a shell: bash, zsh or tcsh"
+    parser.add_argument("--print-completion", metavar="SHELL", help=words)
     adder = parser.add_subparsers(metavar="COMMAND", parser_class=_Parser)
     parsers = {}
     for name, command in COMMANDS.items():

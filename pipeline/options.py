@@ -57,11 +57,16 @@ class RunOptions:
         return CONTACT_SHARE * self.tolerance
 
 
+def preset_names() -> tuple[str, ...]:
+    """Return the names of the designs that come with the program."""
+    return tuple(sorted(path.stem for path in DESIGNS.glob("*.toml")))
+
+
 def design_path(design: str | Path) -> Path:
     """Return the file of a preset's name, or the path itself; raises InputError for a name that is no preset."""
     if isinstance(design, Path) or design.endswith(".toml") or os.sep in design:
         return Path(design)
-    known = tuple(sorted(path.stem for path in DESIGNS.glob("*.toml")))
+    known = preset_names()
     if design not in known:
         remedy = f"did you mean {nearest(design, known)}?" if known else "give a path"
         raise fault("--design", design, "", f"one of {', '.join(known)}, or a path that ends in .toml", remedy)
@@ -71,7 +76,7 @@ def design_path(design: str | Path) -> Path:
 def load_design(design: str | Path = DEFAULT_DESIGN, settings: Mapping[str, object] | None = None) -> Design:
     """Return the design of a preset or a file with `table.key` settings on top, numbers, lists or their TOML text.
 
-    A file that gives no name is named for itself. Raises InputError.
+    A setting of None or "" unsets its key. A file that gives no name is named for itself. Raises InputError.
     """
     path = design_path(design)
     texts = {key: value if isinstance(value, str) else _as_text(key, value) for key, value in (settings or {}).items()}
@@ -79,7 +84,9 @@ def load_design(design: str | Path = DEFAULT_DESIGN, settings: Mapping[str, obje
 
 
 def _as_text(key: str, value: object) -> str:
-    """Return a number or a list of numbers as TOML writes it."""
+    """Return a number or a list of numbers as TOML writes it; nothing for None."""
+    if value is None:
+        return ""
     try:
         return json.dumps(value, allow_nan=False)
     except (TypeError, ValueError) as error:

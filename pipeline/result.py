@@ -6,6 +6,7 @@ from cad.design.parameters import Design
 from cad.verdict import Verdict, all_passed
 from pipeline.options import RunOptions
 from pipeline.reading.readings import Readings
+from pipeline.reading.sensor_read_out import SensorReadOut
 from pipeline.stages.characteristics import SpringBehaviour
 from pipeline.stages.response import ScenePress
 from pipeline.stages.sizing import SpringSizing
@@ -17,12 +18,11 @@ from solve.fruit.compliance import FruitCompliance
 
 
 @dataclass(frozen=True, kw_only=True)
-class SensorResult:
-    """A design with what each stage of its run has found.
+class JudgedSensor:
+    """A design with what the stages have found that its verdicts follow from.
 
-    `readings` are None where the design asks for none. `verdicts` are those of the readings and of the judgement, with
-    advice, and those on what fabrication has made. `seconds` are wall and processor seconds by stage. `left_out` says
-    why a file of fields is not there.
+    `readings` are None where the design asks for none. `verdicts` are those of the readings and of the judgement, and
+    those on what fabrication has made.
     """
 
     design: Design
@@ -31,15 +31,26 @@ class SensorResult:
     sizing: SpringSizing
     springs: FittedSprings
     press: ScenePress
-    behaviour: SpringBehaviour | None
     judgement: Judgement
     readings: Readings | None
     verdicts: tuple[Verdict, ...]
-    errors: SensorErrors
-    left_out: str | None
-    seconds: Seconds
 
     @property
     def passed(self) -> bool | None:
         """Say whether every verdict passed; None when one is undecided and none failed."""
         return all_passed(self.verdicts)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorResult(JudgedSensor):
+    """A design with what each stage of its run has found; its verdicts have their remedies.
+
+    `read_out` is what a finished sensor is read by. `seconds` are wall and processor seconds by stage. `left_out` says
+    why a file of fields is not there.
+    """
+
+    behaviour: SpringBehaviour | None
+    read_out: SensorReadOut
+    errors: SensorErrors
+    left_out: str | None
+    seconds: Seconds

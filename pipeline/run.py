@@ -1,14 +1,18 @@
 """The main job: targets -> springs -> solids -> meshes -> solutions -> verdicts, each stage from result to result."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
+from pipeline.page.page import page_of_run
+from pipeline.reading.placed import refuse_steep_poses
+from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.reading.sensor_readings import assess_readings
+from pipeline.remedies.sentences import with_remedies
 from pipeline.report.outputs import write_outputs
-from pipeline.result import SensorResult
+from pipeline.result import JudgedSensor, SensorResult
 from pipeline.stages.characteristics import solved_behaviour
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.fabrication import make_fabrication
@@ -32,35 +36,59 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     """
     options = options or RunOptions()
     refuse_unsolvable(design)
-    plate_depth(design, PROCESSES[design.print.process])  # refuses tips that leave no plate, before anything is solved
+    refuse_steep_poses(design)
+    plate_depth(design, design.print.made_by)  # refuses tips that leave no plate, before anything is solved
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder, Stopwatch())
-        write_outputs(result, folder)
+        write_outputs(result, folder, None if options.out is None else page_of_run(result))
     return result
 
 
-def _stages(design: Design, options: RunOptions, folder: Path, timed: Stopwatch) -> SensorResult:
+def judged(design: Design, options: RunOptions | None = None) -> JudgedSensor:
+    """Return the verdicts of a run and what they follow from, without the sizes of errors and without files.
+
+    Raises as `run`.
+    """
+    options = replace(options or RunOptions(), out=None)
+    refuse_unsolvable(design)
+    refuse_steep_poses(design)
+    plate_depth(design, design.print.made_by)
+    with output_folder(None) as folder:
+        return _judged(design, options, folder, Stopwatch())
+
+
+def _judged(design: Design, options: RunOptions, folder: Path, timed: Stopwatch) -> JudgedSensor:
     contact = timed("contact", fruit_compliance, design, options)  # meshes and solves the fruit
     sizing = timed("sizing", spring_sizing, design, contact, options)  # closed form
     springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
     geometry = timed("solids", write_solids, design, springs, folder)
     press = timed("response", press_of_springs, design, contact, springs)
     readings = timed("reading", assess_readings, design, contact, springs)  # where the design asks for it
-    judged = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
-    sensor = timed("mounts", assessed_sensor, design, contact, sizing, springs)
-    errors = timed("errors", sensor_errors, sensor, judged.reached, press, options, readings)
+    judgement = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
     making = timed("fabrication", make_fabrication, design, springs, options, folder)
-    return SensorResult(
+    return JudgedSensor(
         design=design,
         options=options,
         contact=contact,
         sizing=sizing,
         springs=springs,
         press=press,
-        behaviour=timed("behaviour", solved_behaviour, springs, press),
-        judgement=judged,
+        judgement=judgement,
         readings=readings,
-        verdicts=all_verdicts(design, readings, judged, springs, options, making),
+        verdicts=all_verdicts(design, readings, judgement, making),
+    )
+
+
+def _stages(design: Design, options: RunOptions, folder: Path, timed: Stopwatch) -> SensorResult:
+    found = _judged(design, options, folder, timed)
+    contact, springs, press = found.contact, found.springs, found.press
+    verdicts = timed("remedies", with_remedies, found)  # where some did not pass
+    sensor = timed("mounts", assessed_sensor, design, contact, found.sizing, springs)
+    errors = timed("errors", sensor_errors, sensor, found.judgement.reached, press, options, found.readings)
+    return SensorResult(
+        **{**vars(found), "verdicts": verdicts},
+        behaviour=timed("behaviour", solved_behaviour, springs, press),
+        read_out=timed("reading", sensor_read_out, design, contact, springs, press, found.readings),
         errors=errors,
         left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),
         seconds=timed.seconds(),

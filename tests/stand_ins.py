@@ -13,6 +13,7 @@ from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.fit.leaf_lengths import FittedHousing
 from pipeline.options import RunOptions
+from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import spring_behaviour
 from pipeline.stages.fitted_spring import FittedSpring
@@ -123,6 +124,7 @@ def result_of(design: Design | None = None, options: RunOptions | None = None, *
         behaviour=spring_behaviour(springs, press),
         judgement=judged,
         readings=None,
+        read_out=sensor_read_out(design, CONTACT, springs, press, None),
         verdicts=judged.verdicts,
         errors=sensor_errors(sensor, judged.reached, press, RunOptions()),
         left_out=None,

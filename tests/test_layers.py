@@ -30,7 +30,7 @@ ELASTIC = (
     "solve.nodal_fields",
 )
 BELOW = ("cad", "mesh", "solve")
-STAGES = (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit", "pipeline.stages")
+STAGES = (*BELOW, "pipeline.progress", "pipeline.options", "pipeline.storage", "pipeline.fit", "pipeline.stages")
 READ = (*STAGES, "pipeline.reading")
 JUDGED = (*READ, "pipeline.verdicts")
 SENTENCES = (*JUDGED, "pipeline.uncertainty", "pipeline.result", "pipeline.report")
@@ -71,7 +71,8 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "solve.housing": (*LAWS, *ELASTIC),
     "pipeline.options": LAWS,
     "pipeline.limits": ("cad.quantity",),
-    "pipeline.storage": LAWS,
+    "pipeline.progress": (),
+    "pipeline.storage": (*LAWS, "pipeline.progress"),
     "pipeline.fit": (*BELOW, "pipeline.options", "pipeline.storage"),
     "pipeline.stages": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit"),
     "pipeline.stages.fabrication": JUDGED,
@@ -79,17 +80,29 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.verdicts": READ,
     "pipeline.uncertainty": JUDGED,
     "pipeline.result": (*JUDGED, "pipeline.uncertainty"),
+    "pipeline.remedies": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),
     "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),
     "pipeline.check": (*SENTENCES, "pipeline.limits"),
     "pipeline.page": SENTENCES,
-    "pipeline.view": SENTENCES,
+    "pipeline.view": (*SENTENCES, "pipeline.decks"),
     "pipeline.compression": (*LAWS, "pipeline.options", "pipeline.storage"),
-    "pipeline.unit": SENTENCES,
+    "pipeline.unit": (*SHAPES, "pipeline.storage", "pipeline.report.stored"),
     "pipeline.explain": SENTENCES,
-    "pipeline.run": (*SENTENCES, "pipeline.page"),
-    "pipeline.study": (*SENTENCES, "pipeline.page", "pipeline.run"),
-    "pipeline.bench": STAGES,
-    "pipeline.commands": (*SENTENCES, *AFTER, "pipeline.limits", "pipeline.run", "pipeline.bench", "pipeline.study"),
+    "pipeline.run": (*SENTENCES, "pipeline.remedies", "pipeline.page"),
+    "pipeline.suggest": (*SENTENCES, "pipeline.remedies", "pipeline.run"),
+    "pipeline.study": (*SENTENCES, "pipeline.remedies", "pipeline.run"),
+    "pipeline.decks": (*BELOW, "pipeline.storage"),
+    "pipeline.bench": (*STAGES, "pipeline.decks"),
+    "pipeline.commands": (
+        *SENTENCES,
+        *AFTER,
+        "pipeline.remedies",
+        "pipeline.suggest",
+        "pipeline.limits",
+        "pipeline.run",
+        "pipeline.bench",
+        "pipeline.study",
+    ),
     "pipeline.cli": ("cad.quantity", "pipeline.limits", "pipeline.options", "pipeline.storage", "pipeline.commands"),
     "pipeline.__main__": ("pipeline.cli",),
 }
@@ -102,6 +115,7 @@ MOST_FILES = 12
 """In one folder, its `__init__.py` not counted: what one can take in at a glance."""
 
 OWNERS = {
+    "aiohttp": {"pipeline"},
     "OCP": {"cad"},
     "cadquery": {"cad"},
     "cattrs": {"pipeline"},
@@ -133,6 +147,7 @@ OWNERS = {
     "trame_vuetify": {"pipeline"},
     "trimesh": {"cad"},
     "vtk": {"pipeline"},
+    "vtkmodules": {"pipeline"},
 }
 """The folders that may import a package; the longest name that fits decides."""
 

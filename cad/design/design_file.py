@@ -80,15 +80,22 @@ def read_design(path: Path) -> dict[str, Any]:
 
 
 def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str, Any]:
-    """Return the tables with `table.key` settings laid on top; values are TOML, bare words are text."""
+    """Return the tables with `table.key` settings laid on top; values are TOML, bare words are text.
+
+    An empty value unsets a key, which then has its default; that of a whole table, like `reading`, drops the table.
+    Raises InputError for a key that is not known.
+    """
     tables = {key: dict(value) if isinstance(value, Mapping) else value for key, value in data.items()}
     for name, text in settings.items():
         table, dot, key = name.partition(".")
         if name == "name":
             tables["name"] = text
             continue
+        if not text:
+            _unset(tables, name)
+            continue
         if not dot or table not in TABLES:
-            raise _unknown("setting", name, name, ["name", *_every_key()])
+            raise _unknown("setting", name, name, ["name", *every_key()])
         held = tables.setdefault(table, {})
         if not isinstance(held, dict):
             msg = f"{table} = {held}: must be a table; write [{table}] and its keys below it"
@@ -97,7 +104,19 @@ def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str
     return tables
 
 
-def _every_key() -> list[str]:
+def _unset(tables: dict[str, Any], name: str) -> None:
+    """Take a key out of the tables, or a whole table; raises InputError for a name that is neither."""
+    table, _, key = name.partition(".")
+    if name in TABLES:
+        tables.pop(name, None)
+    elif name not in every_key():
+        raise _unknown("setting", name, name, ["name", *every_key()])
+    elif isinstance(tables.get(table), dict):
+        tables[table].pop(key, None)
+
+
+def every_key() -> list[str]:
+    """Return the name of every key of a design file, TABLE.KEY."""
     return [f"{table}.{item.name}" for table, kind in TABLE_TYPES.items() for item in dataclasses.fields(kind)]
 
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from cad.design.fruit import Fruit
-from cad.design.processes import PROCESSES
+from cad.design.processes import PROCESSES, Process
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips, check_tips_on_fruit
-from cad.quantity import LENGTH, Bounds, check_fields, choice, fault, quantity
+from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, fault, quantity
 from cad.theory.strain_gauge import GAUGES
 from cad.theory.two_spring_law import PAPER_SPRINGS, Definition
 
@@ -73,16 +73,26 @@ class GivenSprings:
 
 @dataclass(frozen=True, kw_only=True)
 class Print:
-    """How the housing is made, which strain gauges are glued on its leaves, and what the screws clamp it between."""
+    """How the housing is made, which strain gauges are glued on its leaves, and what the screws clamp it between.
+
+    `E_MPa` is the modulus that a printed coupon showed; without it that of the process holds.
+    """
 
     process: str = choice(tuple(PROCESSES), default="fdm-petg")
     max_length_mm: float = quantity("mm", LENGTH, default=120.0, remedy="longest leaf that fits the machine")
+    E_MPa: float | None = quantity("MPa", MODULUS, default=None, remedy="give what the coupon shows")
     gauges: str = choice(tuple(GAUGES), default="none")
     mount: Mount = choice(("covers", "washers"), default="covers")
 
     def __post_init__(self) -> None:
         """Check each field."""
         check_fields(self, "print")
+
+    @property
+    def made_by(self) -> Process:
+        """Return the process with the modulus [MPa] of what it prints."""
+        process = PROCESSES[self.process]
+        return process if self.E_MPa is None else dataclasses.replace(process, E_MPa=self.E_MPa)
 
 
 @dataclass(frozen=True, kw_only=True)

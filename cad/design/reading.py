@@ -3,6 +3,7 @@
 A design that has this table is judged by the modulus that it reads, not by its force ratio.
 """
 
+import math
 from dataclasses import dataclass
 
 from cad.quantity import Bounds, check_fields, quantity
@@ -13,6 +14,8 @@ _SHARE = Bounds(at_least=0.0, at_most=0.5)
 _PERCENT = Bounds(at_least=0.0, at_most=50.0)
 _FORCE = Bounds(at_least=0.0, at_most=10.0)
 _LIMIT = Bounds(at_least=1e-3, at_most=1.0)
+
+LEAST_OVER_NOISE = 4.0  # standard deviations: a tip with less force on it counts as off the fruit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,3 +41,7 @@ class Reading:
     def __post_init__(self) -> None:
         """Check each field."""
         check_fields(self, "reading")
+
+    def force_noise(self, full_scale: float) -> float:
+        """Return the standard deviation of the noise of a channel [N] from its largest force [N]."""
+        return math.hypot(0.01 * self.noise_percent * full_scale, self.noise_N)

@@ -6,7 +6,8 @@ mean of the high tips less that of the low ones, drop it out of what each tip do
     pose_i = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i ,
 
 with C the springs' compliance, S the body's, and h the Hertz contact of a dome (0 for flat tips). What remains holds
-E alone: a cubic in E^(-1/3), whose largest root in E is the reading.
+E alone: a cubic in E^(-1/3), whose largest root in E is the reading. How that moves with forces, springs and heights
+is -(dg / dF_i) / (dg / dE) and its like, with g(F, E) the contrast.
 """
 
 import math
@@ -31,7 +32,7 @@ class ContrastLaw:
     """What the contrast of a sensor needs to know.
 
     `weights` [1], `gaps` [mm] under each tip before the press; `C` [mm/N] and `S`, times E [1/mm], have a row and a
-    column for each tip; `hertz`, times E^(2/3) [mm (MPa/N)^(2/3)], is that of `hertz_factor`.
+    column for each tip; `hertz`, times E^(2/3) [mm (MPa/N)^(2/3)], is that of `hertz.hertz_factor`.
     """
 
     weights: tuple[float, ...]
@@ -65,15 +66,6 @@ def contrast_weights(places: Sequence[Place], springs: Sequence[str]) -> tuple[f
     return weights
 
 
-def hertz_factor(radius: float, poisson: float) -> float:
-    """Return h [mm (MPa/N)^(2/3)] of d = h (F / E)^(2/3) for a relative radius of curvature [mm].
-
-    Hertz, F = 4/3 E / (1 - nu^2) sqrt(R) d^(3/2): K. L. Johnson, Contact Mechanics, (4.23),
-    doi:10.1017/CBO9781139171731.
-    """
-    return math.pow(0.75 * (1.0 - poisson**2) / math.sqrt(radius), 2.0 / 3.0)
-
-
 def read_modulus(law: ContrastLaw, forces: Sequence[float]) -> float:
     """Return the modulus of the fruit [MPa] from the forces of all tips [N]; raises ReadingError."""
     z = _smallest_root(*contrast_terms(law, forces))
@@ -95,6 +87,72 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, fl
     rigid = _weighted(law.weights, _product(law.C, forces)) + _weighted(law.weights, law.gaps)
     dome = law.hertz * _weighted(law.weights, [force ** (2.0 / 3.0) for force in forces])
     return rigid, dome, _weighted(law.weights, _product(law.S, forces))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingSlopes:
+    """By which share of E a reading moves, for each tip.
+
+    Per force [1/N], per share by which its spring is stiffer than known [1], per height by which it stands out [1/mm].
+    """
+
+    forces: tuple[float, ...]
+    springs: tuple[float, ...]
+    heights: tuple[float, ...]
+
+
+def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+    """Return the compliance C [mm/N] of springs that are stiffer by factors [1], coupled in the same measure."""
+    shares = [1.0 / math.sqrt(factor) for factor in factors]
+    rows = zip(shares, C, strict=True)
+    return tuple(tuple(own * entry * other for entry, other in zip(row, shares, strict=True)) for own, row in rows)
+
+
+def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
+    """Return how the reading E [MPa] of forces [N], each above 0, moves with what it is read from."""
+    _, dome, body = contrast_terms(law, forces)
+    softer = E ** (-2.0 / 3.0)
+    falling = dome * softer / 1.5 + body / E  # -E dg/dE [mm]
+    springs, fruit = _contracted(law.weights, law.C), _contracted(law.weights, law.S)
+    rows = list(zip(law.weights, forces, springs, fruit, _product(law.C, forces), strict=True))
+    hertz = law.hertz * softer / 1.5
+    return ReadingSlopes(
+        forces=tuple((a + b / E + hertz * w * F ** (-1.0 / 3.0)) / falling for w, F, a, b, _ in rows),
+        springs=tuple(-0.5 * (w * given + a * F) / falling for w, F, a, _, given in rows),
+        heights=tuple(-w / falling for w in law.weights),
+    )
+
+
+def _contracted(weights: Sequence[float], matrix: Matrix) -> list[float]:
+    """Return the sum of the rows of a matrix, each times its weight."""
+    return [_weighted(weights, column) for column in zip(*matrix, strict=True)]
+
+
+def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:
+    """Return how far the housing has lowered each tip [mm] where a fruit of modulus E [MPa] answers with forces [N]."""
+    hertz = law.hertz * E ** (-2.0 / 3.0)
+    rows = zip(law.C, law.S, forces, law.gaps, strict=True)
+    return tuple(
+        math.fsum((a + b / E) * force for a, b, force in zip(springs, fruit, forces, strict=True))
+        + hertz * own ** (2.0 / 3.0)
+        + gap
+        for springs, fruit, own, gap in rows
+    )
+
+
+def plane_through(places: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
+    """Return travel [mm] and slopes along and across [1] of the plane that fits heights [mm] at places [mm] best.
+
+    The places lie in mirror images about their middle. The slope across is None where they lie in one line.
+    """
+    middle = [math.fsum(place[axis] for place in places) / len(places) for axis in (0, 1)]
+    slopes: list[float | None] = []
+    for axis in (0, 1):
+        arms = [place[axis] - middle[axis] for place in places]
+        spread = math.fsum(arm * arm for arm in arms)
+        turned = math.fsum(arm * height for arm, height in zip(arms, heights, strict=True))
+        slopes.append(turned / spread if spread > 0.0 else None)
+    return math.fsum(heights) / len(heights), slopes[0] or 0.0, slopes[1]
 
 
 def _smallest_root(rigid: float, dome: float, body: float) -> float:

@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cad.theory.hertz import approach
+
 _HALVINGS = 40
 _STEADY_DEG = 5.0  # beyond, the tips no longer stand where they stood, and a linear angle means nothing
 
@@ -22,11 +24,10 @@ class TableContact:
 def table_contact(force: float, E: float, poisson: float, radius: float) -> TableContact:
     """Return how an elastic ball of a radius [mm] and modulus E [MPa] rests on a rigid table under a force [N].
 
-    a^3 = 3 F R / (4 E*), approach a^2 / R, with E* = E / (1 - nu^2): K. L. Johnson, Contact Mechanics (1985), equations
-    (4.22) and (4.23), doi:10.1017/CBO9781139171731.
+    Both are those of Hertz's contact, cad/theory/hertz.py.
     """
-    contact = math.cbrt(0.75 * force * radius * (1.0 - poisson**2) / E)
-    return TableContact(approach_mm=contact**2 / radius, radius_mm=contact)
+    given = approach(force, E, poisson, radius)
+    return TableContact(approach_mm=given, radius_mm=math.sqrt(radius * given))
 
 
 def table_share(force: float, travel: float, E: float, poisson: float, radius: float) -> float:

@@ -1,4 +1,4 @@
-"""CalculiX, another solver, on the meshes and with the elements of this one.
+"""CalculiX run on a deck.
 
 It ends with exit code 0 on some failures, so its text is read and its reactions must balance.
 """
@@ -7,60 +7,19 @@ import re
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from pipeline.bench.resources import ONE_THREAD, resource_usage
-from pipeline.storage.vtu import VTK_NODES
-from solve.arrays import Floats, Ints
-from solve.housing.element_study import boundary_places, element_basis
+from pipeline.decks.deck import Deck, LinearStep
+from solve.arrays import Floats
 from solve.linear import SolveError
 
-SkfemMesh = Any
-
 CALCULIX = "CalculiX (ccx)"
-VERTICAL = 3  # components count from 1
 BALANCE_LIMIT = 1e-5  # CalculiX prints seven digits
-SAME_PLACE = 1e-7  # [mm]
-# CalculiX numbers the nodes of an element as VTK does.
-_NODES = {
-    "C3D10": VTK_NODES["tetra10"],
-    "C3D20": VTK_NODES["hexahedron20"],
-    "C3D20R": VTK_NODES["hexahedron20"],
-}
-_AXES = {10: (0, 1, 2, 3), 20: (0, 1, 3, 4)}  # a corner, and the ends of its edges
 _TABLE = re.compile(r"^ *(total force|displacements) .*for set (\S+) and time.*$", re.MULTILINE)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Elements:
-    """Quadratic elements for a peer: nodes (3, n) [mm], node numbers (m, 10 or 20), element type of CalculiX."""
-
-    nodes: Floats
-    cells: Ints
-    kind: str
-
-    def at(self, places: Floats) -> Ints:
-        """Return the numbers of the nodes at places, shape (3, n) [mm]; raises SolveError where there is none."""
-        distance, index = cKDTree(self.nodes.T).query(places.T)
-        farthest = float(np.max(distance))
-        if not farthest <= SAME_PLACE:
-            msg = f"peer mesh: a node is missing by {farthest:.1e} mm: must be at its place; check the element type"
-            raise SolveError(msg)
-        return np.asarray(index, dtype=np.int64)
-
-
-@dataclass(frozen=True, kw_only=True)
-class LinearStep:
-    """One static step: held components by node set, prescribed u_z by node set [mm], forces along z (nodes,) [N]."""
-
-    held: Mapping[str, Sequence[int]]
-    pressed: Mapping[str, float] = field(default_factory=dict)
-    loads: Floats = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,96 +35,36 @@ def is_installed() -> bool:
     return shutil.which("ccx") is not None
 
 
-def peer_elements(mesh: SkfemMesh, choice: str, kind: str) -> Elements:
-    """Return the nodes [mm] and cells that a choice of `solve.housing.element_study` has on a mesh, as a peer's kind.
+def calculix(deck: Deck) -> tuple[list[StepResult], float]:
+    """Return CalculiX's answer to each step of a deck [N, mm from MPa], and its CPU seconds [s].
 
-    A cell that is inside out is turned: CalculiX needs a positive volume.
+    The displacements are those of the set that the deck asks for. Raises SolveError when the program is absent, stops,
+    prints an error, or its reactions do not balance.
     """
-    basis = element_basis(mesh, choice)
-    numbers, cells = np.unique(np.asarray(basis.element_dofs)[2::3], return_inverse=True)
-    cells = cells.reshape(len(_NODES[kind]), -1)
-    nodes = np.asarray(basis.doflocs)[:, numbers]
-    element = cKDTree(np.asarray(basis.elem.doflocs)[2::3])
-    straight, turned = (cells[element.query(_NODES[kind][:, axes])[1]] for axes in ([0, 1, 2], [1, 0, 2]))
-    first, *others = (nodes[:, straight[corner]] for corner in _AXES[len(cells)])
-    inside_out = np.linalg.det(np.stack([(corner - first).T for corner in others], axis=1)) < 0.0
-    return Elements(nodes=nodes, cells=np.where(inside_out, turned, straight).T, kind=kind)
+    return calculix_on(deck.text(), deck)
 
 
-def boundary_sets(elements: Elements, mesh: SkfemMesh, choice: str, names: Sequence[str]) -> dict[str, Ints]:
-    """Return the node numbers of named boundaries of a mesh, each of shape (nodes,)."""
-    return {name: elements.at(boundary_places(mesh, choice, name)) for name in names}
-
-
-def calculix(
-    elements: Elements, sets: Mapping[str, Ints], E: float, poisson: float, steps: Sequence[LinearStep], asked: str
-) -> tuple[list[StepResult], float]:
-    """Return CalculiX's answer to linear static steps [N, mm from E in MPa], and its CPU seconds [s].
-
-    The displacements are those of the set `asked`. Raises SolveError when the program is absent, stops, prints an
-    error, or its reactions do not balance.
-    """
+def calculix_on(text: str, deck: Deck) -> tuple[list[StepResult], float]:
+    """Return CalculiX's answer to the text of a deck as `calculix` does."""
     program = shutil.which("ccx")
     if program is None:
         msg = "CalculiX = absent: the program ccx must be on the path; install it (Debian: calculix-ccx)"
         raise SolveError(msg)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        supports = {f"support{number}": _support(step, sets) for number, step in enumerate(steps)}
-        with (folder / "scene.inp").open("w", encoding="ascii") as file:
-            _write_model(file, elements, {**sets, **supports}, E, poisson)
-            for support, step in zip(supports, steps, strict=True):
-                _write_step(file, step, support, asked)
+        (folder / "scene.inp").write_text(text, encoding="ascii")
         (folder / "scene.dat").touch()
         usage = resource_usage([program, "-i", "scene"], folder, ONE_THREAD)
-        text = (folder / "scene.dat").read_text(encoding="ascii")
+        printed = (folder / "scene.dat").read_text(encoding="ascii")
     error = re.search(r"\*ERROR.*", usage.out)
     if usage.exit_code or error or "Job finished" not in usage.out:
         reason = error.group() if error else "job not finished"
         raise SolveError(_refusal(f"exit code {usage.exit_code}, {reason}"))
-    return _checked_results(text, steps, elements.nodes.shape[1]), usage.cpu
+    return _checked_results(printed, deck.steps, deck.elements.nodes.shape[1]), usage.cpu
 
 
 def _refusal(reason: str) -> str:
     return f"CalculiX: {reason}: must finish its job with reactions that balance; look at its text"
-
-
-def _write_model(file: TextIO, elements: Elements, sets: Mapping[str, Ints], E: float, poisson: float) -> None:
-    """Write nodes, elements, sets and material; CalculiX reads 16 numbers of a line, and 20 characters of a number."""
-    nodes = np.column_stack([np.arange(1, elements.nodes.shape[1] + 1), elements.nodes.T])
-    cells = np.column_stack([np.arange(1, len(elements.cells) + 1), elements.cells + 1])
-    words = np.array_split(["%d"] * cells.shape[1], range(8, cells.shape[1], 8))
-    file.write("*NODE, NSET=EVERY\n")
-    np.savetxt(file, nodes, "%d, %.12e, %.12e, %.12e")
-    file.write(f"*ELEMENT, TYPE={elements.kind}, ELSET=SOLID\n")
-    np.savetxt(file, cells, ",\n".join(", ".join(line) for line in words))
-    for name, numbers in sets.items():
-        file.write(f"*NSET, NSET={name.upper()}\n")
-        np.savetxt(file, numbers + 1, "%d,")
-    file.write(f"*MATERIAL, NAME=ONE\n*ELASTIC\n{E:.12e}, {poisson:.12e}\n")
-    file.write("*SOLID SECTION, ELSET=SOLID, MATERIAL=ONE\n")
-
-
-def _write_step(file: TextIO, step: LinearStep, support: str, asked: str) -> None:
-    file.write("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n")
-    for name, components in step.held.items():
-        file.writelines(f"{name.upper()}, {component}, {component}\n" for component in components)
-    for name, shift in step.pressed.items():
-        file.write(f"{name.upper()}, {VERTICAL}, {VERTICAL}, {shift:.12e}\n")
-    if step.loads.any():
-        loaded = np.flatnonzero(step.loads)
-        file.write("*CLOAD, OP=NEW\n")
-        np.savetxt(file, np.column_stack([loaded + 1, step.loads[loaded]]), f"%d, {VERTICAL}, %.12e")
-    for name in (support, *step.pressed):
-        file.write(f"*NODE PRINT, NSET={name.upper()}, TOTALS=ONLY\nRF\n")
-    file.write(f"*NODE PRINT, NSET={asked.upper()}\nU\n*END STEP\n")
-
-
-def _support(step: LinearStep, sets: Mapping[str, Ints]) -> Ints:
-    """Return the nodes whose u_z is held at zero, each once: sets meet along edges."""
-    held = np.concatenate([sets[name] for name, components in step.held.items() if VERTICAL in components])
-    pressed = [sets[name] for name in step.pressed]
-    return np.setdiff1d(held, np.concatenate(pressed) if pressed else [])
 
 
 def _checked_results(text: str, steps: Sequence[LinearStep], count: int) -> list[StepResult]:

@@ -15,9 +15,11 @@ from cad.design.tips import Press, Tips
 from cad.parts.fruit import fruit_quarter
 from mesh.fruit import REFINEMENTS, fruit_mesh, fruit_size
 from mesh.volume import volume_mesh
-from pipeline.bench.calculix import LinearStep, SkfemMesh, boundary_sets, calculix, peer_elements
+from pipeline.bench.calculix import calculix
 from pipeline.bench.harness import Bench, Reference, print_measurements, timed
 from pipeline.bench.table import Measurement
+from pipeline.decks.elements import SkfemMesh
+from pipeline.decks.scenes import contact_deck
 from solve.arrays import Floats
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
@@ -101,20 +103,14 @@ def direct_rows() -> Iterator[Measurement]:
 
 
 def _peer_rows(method: str, name: str, mesh: SkfemMesh, meshing: float) -> Iterator[Measurement]:
-    elements = peer_elements(mesh, "tet P2", "C3D10")
-    sets = boundary_sets(elements, mesh, "tet P2", ("base", "symmetry_x", "symmetry_y", "high_tip"))
-    held = {"base": (1, 2, 3), "symmetry_y": (2,)}
-    # On x = 0 when both tips press alike, and when they press against each other.
-    steps = [
-        LinearStep(held={**held, "symmetry_x": components}, pressed={"high_tip": 1.0}) for components in ((1,), (2, 3))
-    ]
+    deck = contact_deck(mesh, 1.0, FRUIT.poisson, 1.0)
 
     def solve() -> tuple[tuple[float, float], float]:
-        results, cpu = calculix(elements, sets, 1.0, FRUIT.poisson, steps, "high_tip")
+        results, cpu = calculix(deck)
         alike, against = (0.5 / result.forces["high_tip"] for result in results)
         return (against, 0.5 * (alike + against)), cpu
 
-    yield from BENCH.peer_rows(method, name, meshing, 3 * elements.nodes.shape[1], solve)
+    yield from BENCH.peer_rows(method, name, meshing, 3 * deck.elements.nodes.shape[1], solve)
 
 
 def scene_rows() -> Iterator[Measurement]:

@@ -7,20 +7,19 @@ import itertools
 from collections.abc import Iterator
 from functools import partial
 
-import numpy as np
-
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_half
 from cad.theory.leaf_spring import Flexure, pair_stiffness
 from mesh.housing.sweep import flexure_mesh
 from mesh.volume import SizeField, volume_mesh
-from pipeline.bench.calculix import LinearStep, SkfemMesh, boundary_sets, calculix, peer_elements
+from pipeline.bench.calculix import calculix
 from pipeline.bench.harness import Bench, Reference, print_measurements, timed
 from pipeline.bench.table import Measurement
+from pipeline.decks.elements import SkfemMesh, peer_elements
+from pipeline.decks.scenes import flexure_deck
 from pipeline.fit.leaf_lengths import solve_on
 from pipeline.fit.mesh_pairs import MESH_PAIRS
-from solve.housing.element_study import element_stiffness, face_load, straightened
-from solve.housing.stiffness import SPRINGS, tip_face
+from solve.housing.element_study import element_stiffness, straightened
 
 OURS = "ours: hex 20, reduced, curved"
 BENCH = Bench(
@@ -119,17 +118,9 @@ def calculix_stiffness(
     `choice` names the like element of `solve.housing.element_study`, whose nodes and loads are taken, `kind` that of
     CalculiX. Raises SolveError.
     """
-    elements = peer_elements(mesh, choice, kind)
-    sets = boundary_sets(elements, mesh, choice, ("mounting_holes", "symmetry"))
-    faces = [face_load(mesh, choice, tip) for tip in map(tip_face, SPRINGS)]
-    count = elements.nodes.shape[1]
-    forces = [np.bincount(elements.at(face.places), face.forces, minlength=count) for face in faces]
-    sets["tips"] = np.flatnonzero(np.any(forces, axis=0))
-    held = {"mounting_holes": (1, 2, 3), "symmetry": (2,)}
-    # Half the force on half the part.
-    steps = [LinearStep(held=held, loads=np.asarray(0.5 * force)) for force in forces]
-    results, cpu = calculix(elements, sets, E, poisson, steps, "tips")
-    return tuple(1.0 / float(r.displacements @ force) for r, force in zip(results, forces, strict=True)), cpu
+    scene = flexure_deck(mesh, choice, kind, E, poisson)
+    results, cpu = calculix(scene.deck)
+    return tuple(1.0 / float(r.displacements @ force) for r, force in zip(results, scene.forces, strict=True)), cpu
 
 
 if __name__ == "__main__":

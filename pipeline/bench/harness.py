@@ -17,6 +17,7 @@ from cad.quantity import fault
 from pipeline.bench.calculix import CALCULIX, is_installed
 from pipeline.bench.resources import ONE_THREAD, resource_usage
 from pipeline.bench.table import Measurement, Sheet, percent, work_sheet
+from pipeline.progress.announcement import announce
 from solve.linear import SolveError
 
 T = TypeVar("T")
@@ -125,6 +126,7 @@ def measurements_of(module: str, *, quick: bool) -> list[Measurement]:
     """Return what a module measures as a program on one thread; raises InputError when it does not end well."""
     paths = os.pathsep.join(filter(None, (ROOT, os.environ.get("PYTHONPATH", ""))))
     command = [sys.executable, "-m", module, *([QUICK] if quick else [])]
+    announce(f"bench: {module.rpartition('.')[2]}, beside other methods")
     usage = resource_usage(command, environment={**ONE_THREAD, "PYTHONPATH": paths})
     if usage.exit_code:
         bound = f"0; it says: {usage.last_line}"

@@ -6,7 +6,7 @@ from pathlib import Path
 from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file, unreadable
 from cad.checks.sensor_checks import check_sensor
-from cad.design.processes import PROCESSES, Process
+from cad.design.processes import Process
 from cad.files.step import read_step
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, equal, failed
@@ -67,7 +67,7 @@ def _check_geometry(report: StoredReport, folder: Path) -> Iterator[Verdict]:
         yield failed("geometry.readable", "a readable file", unit="1", reference=reason)
         return
     sensor = sensor_of(report.design, report.housing)
-    process = PROCESSES[report.design.print.process]
+    process = report.design.print.made_by
     yield from check_sensor(sensor, report.deflections_mm, folder)
     yield from (one for one in check_file(folder / "housing.3mf", process) if one.name not in _ALREADY)
     yield from _check_cover(folder / "cover.step", sensor, process)

@@ -4,6 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from pipeline.commands.console import add_force_flag, add_json_flag
+from pipeline.progress.line import showing_progress
 from pipeline.storage.interruption import interruptible
 
 PURPOSE = "measure speed against error on this machine"
@@ -24,9 +25,9 @@ def execute(arguments: Namespace) -> int:
     if arguments.hard:
         from pipeline.bench.hard.suite import hard
 
-        with interruptible():
+        with interruptible(), showing_progress("hard cases", quiet=arguments.json):
             return hard(as_json=arguments.json, force=arguments.force, **place)
     from pipeline.bench.bench import bench
 
-    with interruptible():
+    with interruptible(), showing_progress("speed against error", quiet=arguments.json):
         return bench(as_json=arguments.json, force=arguments.force, **place)

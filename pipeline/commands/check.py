@@ -8,6 +8,7 @@ from cad.design.processes import PROCESSES
 from cad.quantity import fault, nearest
 from cad.verdict import Verdict, all_passed
 from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
+from pipeline.progress.line import showing_progress
 
 PURPOSE = "judge the geometry of files, own or foreign"
 EXAMPLE = "pipeline check outputs/paper"
@@ -40,7 +41,8 @@ def execute(arguments: Namespace) -> int:
     else:
         remedy = "name an output folder, or a STEP, STL or 3MF file"
         raise fault("PATH", str(path), "", "an existing file or folder", remedy)
-    verdicts = verdicts_apart(path.absolute(), process)
+    with showing_progress(f"reads and judges {path.name}", quiet=arguments.json):
+        verdicts = verdicts_apart(path.absolute(), process)
     with answering():
         _print(str(path), verdicts, as_json=arguments.json)
     return PASSED if all_passed(verdicts) else FAILED

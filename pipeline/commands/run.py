@@ -16,6 +16,7 @@ from pipeline.options import (
     RunOptions,
     load_design,
 )
+from pipeline.progress.line import showing_progress
 from pipeline.storage.folder import refuse_unusable
 from pipeline.storage.interruption import interruptible
 
@@ -24,14 +25,26 @@ EXAMPLE = "pipeline run --nl 0.05 --out outputs/mine"
 _SETTING_OF = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.process"}
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Add the flags that give a design and the options of its run."""
+def add_design_flags(parser: ArgumentParser) -> None:
+    """Add the flags that give a design."""
     add = parser.add_argument
     add("--nl", metavar="NL", help="target nonlinearity [fraction, 0.05 = 5 %%], greater than 0 and less than 0.5")
     add("--p-max", metavar="P", help="target force ratio at the largest modulus [1], greater than 1 and at most 100")
     add("--design", metavar="NAME|FILE.toml", default=DEFAULT_DESIGN, help=f"preset or file (default {DEFAULT_DESIGN})")
     add("--process", metavar="NAME", help="print process, see pipeline design --list-processes")
-    add("--set", metavar="TABLE.KEY=VALUE", action="append", default=[], help="any key of the design file; repeatable")
+    add(
+        "--set",
+        metavar="TABLE.KEY=VALUE",
+        action="append",
+        default=[],
+        help="any key of the design file, unset where VALUE is left out; repeatable",
+    )
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the flags that give a design and the options of its run."""
+    add = parser.add_argument
+    add_design_flags(parser)
     add("--out", metavar="DIR", type=Path, help="the output folder itself (default outputs/NAME)")
     stiffnesses, methods = "|".join(FRUIT_STIFFNESSES), "|".join(CONTACT_METHODS)
     add_force_flag(parser)
@@ -50,7 +63,7 @@ def execute(arguments: Namespace) -> int:
 
 def asked(arguments: Namespace) -> tuple[Design, RunOptions]:
     """Return the design and the options that flags ask for; raises InputError."""
-    design = load_design(arguments.design, _settings(arguments))
+    design = load_design(arguments.design, settings_of(arguments))
     options = RunOptions(
         out=arguments.out or Path("outputs") / design.name,
         fruit_stiffness=arguments.fruit_stiffness,
@@ -77,7 +90,7 @@ def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> in
     from solve.linear import SolveError
 
     try:
-        with interruptible():
+        with interruptible(), showing_progress("start", quiet=arguments.json):
             result = run(design, options)
     except (ExportError, MeshError, SolveError, SplitDomainError) as error:
         raise InputError(str(error)) from error
@@ -92,7 +105,7 @@ def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> in
     return code
 
 
-def _settings(arguments: Namespace) -> dict[str, str]:
+def settings_of(arguments: Namespace) -> dict[str, str]:
     """Return the design keys that flags set; raises InputError for one that is set twice."""
     settings: dict[str, str] = {}
     given = [(key, getattr(arguments, flag)) for flag, key in _SETTING_OF.items()]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.design.reading import Reading
+from cad.design.reading import LEAST_OVER_NOISE, Reading
 from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
 from pipeline.reading.lift import lift_tilt
@@ -18,7 +18,6 @@ from pipeline.reading.sources import UncertaintySources, force_noises, noise_to_
 Floats = NDArray[np.float64]
 
 NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stated
-LEAST_OVER_NOISE = 4.0  # standard deviations: a tip with less force on it counts as off the fruit
 _STEP = 1e-3  # of the modulus, by which forces are moved to weigh their errors
 
 
@@ -39,6 +38,7 @@ class ReadingAssessment:
     `refused` says in how many poses there is no reading, and why, None where there always is: bias and uncertainty are
     those of the others, None where a level press has no reading.
     `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
+    `full_scale` is the largest force of each channel over all poses [N], (tips,).
     """
 
     method: str
@@ -48,6 +48,7 @@ class ReadingAssessment:
     uncertainty: Estimate | None = None
     noise_percent: float | None = None
     refused: str | None = None
+    full_scale: tuple[float, ...] | None = None
 
     @property
     def worst_bias(self) -> ModulusReading:
@@ -72,7 +73,8 @@ def reading_assessment(sensor: PressedSensor, reading: Reading) -> ReadingAssess
     biases, refused = _biases(sensor.read_out, presses, LEAST_OVER_NOISE * force_noises(reading, presses.full_scale))
     if np.isnan(biases).all(axis=1).any() or np.isnan(biases[:, 0]).any():
         return ReadingAssessment(method=sensor.read_out.method, lift=lift, refused=refused)
-    return replace(_assessed(sensor, reading, presses, biases, lift), refused=refused)
+    found = _assessed(sensor, reading, presses, biases, lift)
+    return replace(found, refused=refused, full_scale=tuple(presses.full_scale.tolist()))
 
 
 def _assessed(

@@ -10,8 +10,11 @@ import numpy as np
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.reading import Reading
+from cad.quantity import fault
+from pipeline.stages.response import scene_of
 from solve.contact.linear_response import travels
-from solve.contact.poses import Pose
+from solve.contact.poses import Pose, posed_scene
+from solve.contact.scene import STEEPEST_DEG
 
 Vector = tuple[float, float]
 
@@ -117,3 +120,23 @@ def _off_centre(tilt: Vector, distance: float) -> list[Vector]:
     if length == 0.0:
         return directed(distance)
     return [(sign * distance * tilt[0] / length, sign * distance * tilt[1] / length) for sign in (-1.0, 1.0)]
+
+
+def refuse_steep_poses(design: Design) -> None:
+    """Raise InputError where a pose that the reading shall stand is too steep to be solved; solves nothing."""
+    reading, scene = design.reading, scene_of(design)
+    if reading is None:
+        return
+    for placed in occurring(design, reading):
+        posed = posed_scene(scene, placed.pressed(design.fruit.E_max_MPa, design.press.travel_mm))
+        if posed.steepest_deg > STEEPEST_DEG:
+            key, value, unit = "reading.tilt_deg", reading.tilt_deg, "deg"
+            if reading.off_centre_mm and not any(placed.tilt_deg):
+                key, value, unit = "reading.off_centre_mm", reading.off_centre_mm, "mm"
+            bound = (
+                f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {posed.steepest_deg:.3g} "
+                f"deg at {placed}"
+            )
+            raise fault(
+                key, value, unit, bound, "take less tilt, a place nearer to the apex, or a smaller spread of radius"
+            )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
-from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
+from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, stiffened
 from cad.theory.pair_line import line_over_press
 from pipeline.stages.response import scene_of
 from solve.contact.domes.law import dome_contrast
@@ -33,7 +33,7 @@ class ContrastReadOut:
 
     def with_springs(self, factors: Floats) -> "ContrastReadOut":
         """Return the read-out that takes each spring for stiffer by a factor [1], shape (tips,)."""
-        return replace(self, law=replace(self.law, C=_stiffened(self.law.C, factors)))
+        return replace(self, law=replace(self.law, C=stiffened(self.law.C, factors.tolist())))
 
     @property
     def gives(self) -> Floats:
@@ -61,7 +61,7 @@ class LineReadOut:
 
     def with_springs(self, factors: Floats) -> "LineReadOut":
         """Return the read-out that takes each spring for stiffer by a factor [1], shape (tips,)."""
-        return replace(self, C=_stiffened(self.C, factors))
+        return replace(self, C=stiffened(self.C, factors.tolist()))
 
     @property
     def gives(self) -> Floats:
@@ -107,11 +107,6 @@ def _dome_law(design: Design, contact: FruitCompliance, C: Floats, weights: tupl
     return ContrastLaw(
         weights=weights, gaps=tuple((fall - tips.ahead_mm).tolist()), C=_rows(C), S=_rows(found.S), hertz=found.hertz
     )
-
-
-def _stiffened(C: Sequence[Sequence[float]], factors: Floats) -> tuple[tuple[float, ...], ...]:
-    share = 1.0 / np.sqrt(factors)
-    return _rows(share[:, None] * np.array(C) * share)
 
 
 def _rows(matrix: Floats) -> tuple[tuple[float, ...], ...]:

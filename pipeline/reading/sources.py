@@ -50,7 +50,7 @@ def uncertainty_sources(
 
 def force_noises(reading: Reading, full_scale: Floats) -> Floats:
     """Return the standard deviation of the noise of each channel [N] from its full scale [N], (tips,)."""
-    return np.hypot(0.01 * reading.noise_percent * full_scale, reading.noise_N)
+    return np.array([reading.force_noise(force) for force in full_scale.tolist()])
 
 
 def noise_to_reach(limit: float, sources: UncertaintySources, reading: Reading) -> float | None:

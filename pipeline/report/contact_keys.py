@@ -1,11 +1,14 @@
-"""What report.json says of the contact, of the springs that it sizes and of the forces; it needs no solid."""
+"""What report.json says of contact, the springs that it sizes, forces and readings: what needs no solid."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 
 import numpy as np
 
 from cad.design.tips import Tips
+from pipeline.reading.assessment import ModulusReading, ReadingAssessment
+from pipeline.reading.readings import Readings
 from pipeline.stages.sizing import SpringSizing
 from pipeline.storage.plain import Plain
 from pipeline.verdicts.scene_targets import SceneTargets
@@ -62,3 +65,46 @@ def level_mapping(reached: SceneTargets) -> Plain:
 
 def _numbers(values: np.ndarray) -> list[float | None]:
     return [float(value) if math.isfinite(value) else None for value in values]
+
+
+def assessed_mapping(readings: Readings) -> Plain:
+    """Return how good readings are, in per cent of the modulus, and how hard the tips press the skin [MPa]."""
+    found = readings.assessed
+    return {
+        **_worst(found),
+        "method": found.method,
+        "lift_deg": found.lift.value,
+        "plates_before_zeroing_percent": 100.0 * readings.plates,
+        "noise_for_10_percent": found.noise_percent,
+        "refused": found.refused,
+        "moduli": [_at_modulus(row) for row in found.moduli],
+        "skin_pressure": [
+            {"E_MPa": one.E, "pressure_MPa": one.pressure.value, "limit_MPa": one.limit, "worst": str(one.placed)}
+            for one in readings.pressures
+        ],
+    }
+
+
+def _worst(found: ReadingAssessment) -> Plain:
+    """Return the largest bias and uncertainty; null where a pose has no reading."""
+    bias, uncertainty = found.bias, found.uncertainty
+    return {
+        "E_bias_percent": None if bias is None else 100.0 * bias.value,
+        "E_bias_error_percent": None if bias is None else 100.0 * bias.error,
+        "uncertainty_percent": None if uncertainty is None else 100.0 * uncertainty.value,
+        "sources": {} if uncertainty is None else _percent(found.worst_uncertainty.sources.shares),
+    }
+
+
+def _at_modulus(row: ModulusReading) -> Plain:
+    return {
+        "E_MPa": row.E,
+        "E_bias_percent": 100.0 * row.bias,
+        "worst": str(row.worst),
+        "uncertainty_percent": 100.0 * row.sources.total,
+        "sources": _percent(row.sources.shares),
+    }
+
+
+def _percent(shares: Mapping[str, float]) -> Plain:
+    return {f"{name.removesuffix('_percent')}_percent": 100.0 * share for name, share in shares.items()}

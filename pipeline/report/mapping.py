@@ -13,7 +13,8 @@ from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
 from pipeline.report.contact_keys import contact_mapping, level_mapping, response_row, sizing_mapping
 from pipeline.report.notes import notes
-from pipeline.report.readings import reading_mapping
+from pipeline.report.readings import curve_mapping, reading_mapping
+from pipeline.report.stored import SCHEMA
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
 from pipeline.stages.fitted_spring import FittedSpring
@@ -26,7 +27,6 @@ from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.modes import Modes
 
-SCHEMA = 1
 FORCE_KEYS = ("F_l_N", "F_h_N")
 STIFFNESS_VERDICTS = ("K_l", "K_h")
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
@@ -46,20 +46,29 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
         "behaviour": _behaviour(result.behaviour),
         "contact": contact_mapping(result.contact),
         "response": _response(result),
-        **reading_mapping(result.design.tips, result.readings),
+        "curve": curve_mapping(result.errors.reading),
+        **reading_mapping(result.design.tips, result.read_out, result.readings),
         "level": level_mapping(result.judgement.reached),
         "verdicts": _verdicts(result.verdicts),
-        "remedy": result.judgement.remedy,
+        "remedy": _first_remedy(result.verdicts),
         "errors": {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()},
         "paper": _paper(result.judgement.paper),
         "accuracy": _accuracy(result),
         "notes": notes(result),
-        "versions": {name: version(name) for name in PACKAGES},
+        "versions": _versions(),
         "files": list(files),
         "seconds": result.seconds.wall,
         "cpu_seconds": result.seconds.cpu,
     }
     return sealed_mapping(report | _tolerance(result))
+
+
+def _first_remedy(verdicts: Iterable[Verdict]) -> str | None:
+    return next((one.remedy for one in verdicts if one.remedy is not None), None)
+
+
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in PACKAGES}
 
 
 def _tolerance(result: SensorResult) -> Plain:

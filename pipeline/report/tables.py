@@ -6,7 +6,15 @@ from rich.table import Table
 
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.report.notes import notes
-from pipeline.report.verdict_table import OUTCOME, print_reasons, shown, verdict_table, wide_console
+from pipeline.report.verdict_table import (
+    OUTCOME,
+    print_line,
+    print_reasons,
+    print_table,
+    print_verdict_table,
+    shown,
+    wide_console,
+)
 from pipeline.result import SensorResult
 from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.uncertainty.budget import UncertaintyBudget
@@ -21,46 +29,40 @@ _ADVICE = 3  # lines of what is wrong before the rest is counted
 def print_summary(result: SensorResult) -> None:
     """Print the answer on one screen: the verdict, targets against values, springs, what is wrong, where to look."""
     console = wide_console()
-    console.print(_headline(result))
+    print_line(console, _headline(result))
     shown = [verdict for verdict in result.verdicts if verdict.name in _TARGETS]
     rest = [verdict for verdict in result.verdicts if verdict.name not in _TARGETS]
-    table = verdict_table("", shown)
     passed = sum(verdict.passed is True for verdict in rest)
-    table.add_row(f"{len(rest)} on geometry and print", "", "", "", "", f"{passed} passed")
-    console.print(table)
+    counted = (f"{len(rest)} on geometry and print", "", "", "", "", f"{passed} passed")
+    print_verdict_table(console, "", shown, counted)
     for spring in result.springs.springs:
-        console.print(escape(_spring_line(spring, result)))
+        print_line(console, escape(_spring_line(spring, result)))
     _print_advice(console, result)
-    console.print(_next_steps(result))
+    print_line(console, _next_steps(result))
 
 
 def _print_advice(console: Console, result: SensorResult) -> None:
-    """Print why the first verdicts did not pass, and what would make the scene pass."""
+    """Print why the first verdicts did not pass, and what would make them pass."""
     wrong = sorted((v for v in result.verdicts if v.passed is not True), key=lambda verdict: verdict.passed is None)
     print_reasons(console, wrong[:_ADVICE])
     if len(wrong) > _ADVICE:
-        console.print(f"and {len(wrong) - _ADVICE} more: --verbose lists them all")
-    if result.judgement.remedy is not None:
-        console.print(escape(result.judgement.remedy))
+        print_line(console, f"and {len(wrong) - _ADVICE} more: --verbose lists them all")
 
 
 def print_everything(result: SensorResult) -> None:
     """Print every verdict, the springs, the make-up of errors, the response, the paper's springs, notes and costs."""
     console = wide_console()
-    console.print(_headline(result))
-    console.print(verdict_table(f"twintip · {result.design.name}", result.verdicts))
+    print_line(console, _headline(result))
+    print_verdict_table(console, f"twintip · {result.design.name}", result.verdicts)
     print_reasons(console, [verdict for verdict in result.verdicts if verdict.passed is not True])
-    if result.judgement.remedy is not None:
-        console.print(escape(result.judgement.remedy))
-    console.print(_spring_table(result))
-    console.print(_error_table(result))
-    console.print(_response_table(result))
+    for table in (_spring_table(result), _error_table(result), _response_table(result)):
+        print_table(console, table)
     if result.judgement.paper is not None:
         K_l, K_h = (1e3 * K for K in PAPER_SPRINGS.stiffnesses)
         title = f"the paper's springs, {K_l:g} and {K_h:g} N/m, under the same contact"
-        console.print(verdict_table(title, result.judgement.paper))
+        print_verdict_table(console, title, result.judgement.paper)
     for line in (*_method_lines(result), *notes(result), *_scatter_lines(result), _cost_line(result)):
-        console.print(escape(line))
+        print_line(console, escape(line))
 
 
 def _headline(result: SensorResult) -> str:

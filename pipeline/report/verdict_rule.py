@@ -46,5 +46,15 @@ def outcome_of(verdict: Verdict) -> Outcomes:
     return (held, False) if rule == "at most, if read" else (held,)
 
 
+def bound_sense(verdict: Verdict) -> str | None:
+    """Return "at most" or "at least" for a verdict whose limit is a number that bounds its value on one side."""
+    rule = _rule_of(verdict.name) or ""
+    if not isinstance(verdict.limit, int | float):
+        return None
+    if rule.startswith("at most"):
+        return "at most"
+    return "at least" if rule in ("at least", "reaches") else None
+
+
 def _rule_of(name: str) -> str | None:
     return next((rule for pattern, rule in _RULES.items() if fnmatchcase(name, pattern)), None)

@@ -47,7 +47,7 @@ def write_fields(
     except InputError as error:
         return f"fruit.vtu is left out: {error}"
     mesh, fields = fruit_fields(design.fruit, pressure)
-    write_vtu(folder / "fruit.vtu", mesh, _arrays(fields))
+    write_vtu(folder / "fruit.vtu", mesh, field_arrays(fields))
     return None
 
 
@@ -64,10 +64,10 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
         mark = np.zeros(len(fields.displacement))
         mark[most_strained_node(mesh, leaf_faces(spring.name), fields)] = 1.0
         marks[f"{spring.name}_largest_strain_place"] = mark
-    write_vtu(folder / "flexure.vtu", mesh, {**_arrays(fields), **marks})
+    write_vtu(folder / "flexure.vtu", mesh, {**field_arrays(fields), **marks})
 
 
-def _arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:
+def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:
     """Return the arrays of a VTU file, their names with units; a tensor's components are xx, yy, zz, xy, yz, xz."""
     return {
         "displacement_mm": fields.displacement,

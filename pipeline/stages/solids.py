@@ -16,7 +16,7 @@ from cad.verdict import Verdict, failed
 from pipeline.stages.springs import FittedSprings
 from pipeline.storage.cache import cached
 
-_NO_LINE = failed(
+NO_LINE = failed(
     "geometry.layout",
     "pair or square",
     unit="1",
@@ -50,7 +50,7 @@ def write_solids(design: Design, springs: FittedSprings, folder: Path) -> tuple[
     """
     housing = springs.housing
     if design.tips.layout == "line":
-        return (_NO_LINE,)
+        return (NO_LINE,)
     if housing is None:
         return ()
     inputs = {

@@ -1,6 +1,7 @@
 """A seal tells a file as it was written from one that a person changed or made: the sha256 of its own content.
 
-A JSON object carries it as its key `digest`, a text as a comment in its last line, a picture as a PNG text chunk.
+A JSON object carries it as its key `digest`, a text as a comment in its last line, written as `**` in a deck of
+CalculiX, a picture as a PNG text chunk.
 """
 
 import hashlib
@@ -16,7 +17,7 @@ from typing import Any
 KEY = "digest"
 _COMMENT = "<!-- sha256 of the text above: {} -->\n"
 _LAST_LINE = re.compile(re.escape(_COMMENT).replace(r"\{\}", "[0-9a-f]{64}"))
-_LAST_LINE_LENGTH = len(_COMMENT.format("0" * 64))
+_DECK_COMMENT = "** sha256 of the text above: {}\n"
 _PNG_HEAD = 33  # signature and IHDR, after which a text chunk may stand
 _PNG_KEYWORD = b"twintip sha256\0"
 
@@ -48,12 +49,12 @@ def sealed_mapping(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def sealed(name: str, content: bytes) -> bytes:
-    """Return the content of a .json, .png, .md or .svg file with its seal."""
+    """Return the content of a .json, .png or .inp file, or of one whose comments are those of XML, with its seal."""
     if name.endswith(".json"):
         return (json.dumps(sealed_mapping(json.loads(content)), indent=2) + "\n").encode()
     if name.endswith(".png"):
         return content[:_PNG_HEAD] + _png_chunk(content) + content[_PNG_HEAD:]
-    return content + _COMMENT.format(hashlib.sha256(content).hexdigest()).encode()
+    return content + _comment(name).format(hashlib.sha256(content).hexdigest()).encode()
 
 
 def has_seal(path: Path) -> bool:
@@ -71,8 +72,15 @@ def has_seal(path: Path) -> bool:
         length = len(_png_chunk(b""))
         bare = content[:_PNG_HEAD] + content[_PNG_HEAD + length :]
         return content[_PNG_HEAD : _PNG_HEAD + length] == _png_chunk(bare)
-    text, line = content[:-_LAST_LINE_LENGTH], content[-_LAST_LINE_LENGTH:]
-    return line == _COMMENT.format(hashlib.sha256(text).hexdigest()).encode()
+    comment = _comment(path.name)
+    length = len(comment.format("0" * 64))
+    text, line = content[:-length], content[-length:]
+    return line == comment.format(hashlib.sha256(text).hexdigest()).encode()
+
+
+def _comment(name: str) -> str:
+    """Return the comment that seals a text file, by the ending of its name."""
+    return _DECK_COMMENT if name.endswith(".inp") else _COMMENT
 
 
 def without_seal(text: str) -> str:

@@ -5,6 +5,25 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ParamSpec, TypeVar
 
+from pipeline.progress.announcement import announce
+
+WORK = {
+    "contact": "how the fruit gives under the tips, meshed and solved",
+    "sizing": "springs that the targets ask for",
+    "springs": "both springs, meshed, solved and fitted by finite elements",
+    "solids": "solids, their files and the checks of both",
+    "response": "forces over travel and modulus",
+    "reading": "what the sensor reads in every pose",
+    "verdicts": "verdicts",
+    "mounts": "what other mounts do to the springs",
+    "errors": "what each error is made of",
+    "fabrication": "files for fabrication, and the springs across the plate",
+    "behaviour": "modes of vibration",
+    "remedies": "changes that would make the design pass",
+    "fields": "displacement and stress for ParaView",
+}
+"""What a stage of a run does, in words."""
+
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -28,6 +47,7 @@ class Stopwatch:
 
     def __call__(self, stage: str, work: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
         """Return what a piece of work returns, its seconds counted to a stage."""
+        announce(f"{stage}: {WORK[stage]}" if stage in WORK else stage)
         wall, cpu = time.perf_counter(), time.process_time()
         try:
             return work(*arguments, **keywords)

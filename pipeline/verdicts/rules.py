@@ -20,6 +20,7 @@ SPREAD_TOLERANCE = 0.01
 _PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
 
 _ZERO = Estimate(0.0, 0.0)
+UNDECIDED = "undecided by its error bar"
 
 
 def target_verdict(
@@ -80,18 +81,17 @@ def deciding_tolerance(asked: float, allowed: float, error: float) -> float | No
     return rounded if rounded < asked and TOLERANCES.hold(rounded) else None
 
 
-def with_tolerance_advice(verdict: Verdict, asked: float) -> Verdict:
-    """Return a verdict whose error bar leaves it undecided with the `--tol` [1] that would decide it."""
+def tolerance_remedy(verdict: Verdict, asked: float) -> str | None:
+    """Return the `--tol` [1] that would decide a verdict that its error bar leaves undecided, None for any other."""
     limit, tolerance, error = verdict.limit, verdict.tolerance, verdict.error
     if verdict.passed is not None or error is None or not isinstance(limit, float) or not isinstance(tolerance, float):
-        return verdict
+        return None
     scale = abs(limit) or 1.0
     allowed = tolerance if verdict.relative else tolerance / scale
     if error / scale <= allowed:
-        return verdict
+        return None
     tighter = deciding_tolerance(asked, allowed, error / scale)
-    advice = "no --tol would decide" if tighter is None else f"--tol {tighter:g} would decide"
-    return replace(verdict, reference=f"{verdict.reference}; undecided by its error bar, {advice}")
+    return f"{UNDECIDED}, no --tol would decide" if tighter is None else f"{UNDECIDED}, --tol {tighter:g} would decide"
 
 
 def printable_verdict(spring: FittedSpring) -> Verdict:

@@ -7,7 +7,6 @@ from cad.design.parameters import PAPER_TARGETS, Design
 from cad.quantity import Estimate
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict, failed
-from pipeline.options import RunOptions
 from pipeline.reading.readings import Readings
 from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, spring_shares
 from pipeline.stages.sizing import SpringSizing
@@ -15,7 +14,6 @@ from pipeline.stages.springs import FittedSprings
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.edge_drift import edge_drift
 from pipeline.verdicts.reading_rules import reading_verdicts
-from pipeline.verdicts.remedies import remedy
 from pipeline.verdicts.rules import (
     bruise_verdict,
     displacement_verdict,
@@ -23,7 +21,6 @@ from pipeline.verdicts.rules import (
     printable_verdict,
     stiffness_verdict,
     target_verdicts,
-    with_tolerance_advice,
 )
 from pipeline.verdicts.scene_targets import SceneTargets, scene_targets
 from pipeline.verdicts.tip_shape import tip_shape_verdicts
@@ -46,14 +43,13 @@ def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSpring
 
 @dataclass(frozen=True, kw_only=True)
 class Judgement:
-    """The verdicts on a sensor, the P_max and NL that its scene reaches, and what would make a failed scene pass.
+    """The verdicts on a sensor, and the P_max and NL that its scene reaches.
 
     `paper` are the verdicts on the paper's own springs, None where fruit or tips are not the paper's.
     """
 
     verdicts: tuple[Verdict, ...]
     reached: SceneTargets
-    remedy: str | None
     paper: tuple[Verdict, ...] | None
 
 
@@ -77,12 +73,11 @@ def judge(
         *(printable_verdict(spring) for spring in springs.springs),
         *(geometry or (_NOT_MADE,)),
         *tip_shape_verdicts(design, press),
-        *_bruise(design, contact, springs, press),
+        *bruise_verdicts(design, contact, springs, press),
     )
     return Judgement(
         verdicts=verdicts,
         reached=reached,
-        remedy=None if design.reading is not None else remedy(design, verdicts, press),
         paper=paper_verdicts(design, contact, sizing),
     )
 
@@ -121,7 +116,9 @@ def _stiffness_verdicts(springs: FittedSprings) -> Iterator[Verdict]:
         yield stiffness_verdict(name, spring, monolithic=springs.monolithic)
 
 
-def _bruise(design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress) -> tuple[Verdict, ...]:
+def bruise_verdicts(
+    design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress
+) -> tuple[Verdict, ...]:
     """Return the verdict on the pressure under the tips, where the fruit has a limit and no reading judges it."""
     limits = design.fruit.bruise_limits_MPa
     if not limits or design.reading is not None:
@@ -147,22 +144,10 @@ def _drift(design: Design, contact: FruitCompliance, springs: FittedSprings) -> 
 
 
 def all_verdicts(
-    design: Design,
-    readings: Readings | None,
-    judged: Judgement,
-    springs: FittedSprings,
-    options: RunOptions,
-    making: Sequence[Verdict],
+    design: Design, readings: Readings | None, judged: Judgement, making: Sequence[Verdict]
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts on readings, where there are any, those of the judgement with advice, and on what is made."""
-    return *reading_verdicts(design, readings), *advised(judged.verdicts, springs, options), *making
-
-
-def advised(verdicts: Sequence[Verdict], springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
-    """Return verdicts with the `--tol` that would decide each undecided one; gauges and pins have their own bars."""
-    if not springs.monolithic:
-        return tuple(verdicts)
-    return tuple(with_tolerance_advice(verdict, options.tolerance) for verdict in verdicts)
+    """Return the verdicts on readings, where there are any, those of the judgement, and those on what is made."""
+    return *reading_verdicts(design, readings), *judged.verdicts, *making
 
 
 def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizing) -> tuple[Verdict, ...] | None:

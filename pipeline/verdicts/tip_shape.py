@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from cad.design.parameters import Design
+from cad.design.tips import Tips
 from cad.quantity import Estimate
-from cad.theory.dome_contact import contact_reach, relative_curvature
+from cad.theory.hertz import contact_reach, relative_curvature
 from cad.verdict import Verdict
 from pipeline.stages.response import ScenePress
 from pipeline.verdicts.rules import margin_verdict
@@ -25,9 +26,13 @@ _NOT_THESE = Verdict(
 
 def tip_shape_verdicts(design: Design, press: ScenePress) -> tuple[Verdict, ...]:
     """Return geometry.tip_shape where the tips are not those of the housing, and geometry.tip_face [mm] of domes."""
-    tips = design.tips
-    if tips.shape == "dome":
+    if design.tips.shape == "dome":
         return (tip_face_verdict(design, press),)
+    return flat_shape_verdicts(design.tips)
+
+
+def flat_shape_verdicts(tips: Tips) -> tuple[Verdict, ...]:
+    """Return geometry.tip_shape where tips that are no domes are not those that a housing is printed with."""
     if tips.socket == "pin" or (tips.shape == "cube" and tips.fillet_mm == 0.0):
         return ()
     return (_NOT_THESE,)

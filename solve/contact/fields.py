@@ -27,9 +27,12 @@ FINEST = 0.125  # step under a tip [sides of what touches]
 GROWTH = 0.4
 COARSEST = 0.1  # [lengths of the block]
 NEAR = 1.5  # within these sides of a tip its patches of pressure are seen, beyond only their moments
-PATCHES = 12
+PATCHES = 24
 NODES = 3
-SKIN = 1e-6  # depth [cells] at which stress of the surface is taken: at the corners of patches it is infinite
+# Depth [sides of a patch] at which stress of the surface is taken: at the corners of patches it is infinite, and so
+# deep the steps between them have faded by exp(-pi), while what is as wide as a tip has not.
+SKIN = 0.5
+SURFACE = 1e-6  # depth [skin] at which displacement of the surface is taken, where its closed form has no 0 / 0
 UPWARD = np.array([1.0, 1.0, -1.0])  # turns a vector from z down to z up
 
 
@@ -71,9 +74,12 @@ def _unit_fields(block: Fruit, tips: Sequence[_Patches], lines: Lines) -> tuple[
     """Return displacement times E (3, nx, ny, nz) [N/mm] and stress (3, 3, nx, ny, nz) [MPa] on crossings of lines."""
     points = [_as_points(patches) for patches in tips]
     basis, v = _remainder(block, points)
-    near = _half_space((*lines[:2], np.maximum(lines[2], SKIN * lines[2][1])), tips, points)
+    skin = SKIN * min(float(patches.sides.min()) for patches in tips)
+    near = _half_space((*lines[:2], np.maximum(lines[2], skin)), tips, points)
+    top = _half_space((*lines[:2], np.array([SURFACE * skin])), tips, points)
     smooth, gradient = _evaluated(basis, v, lines)
     u = halfspace.displacement(near, 1.0, block.poisson) + smooth
+    u[..., :1] = halfspace.displacement(top, 1.0, block.poisson) + smooth[..., :1]
     return u, halfspace.stress(near, block.poisson) + stress(gradient, 1.0, block.poisson)
 
 

@@ -231,9 +231,14 @@ def test_refusal_imports_nothing_heavy(flags):
             ["tips.spacing_mm=5.8", "tips.side_mm=5.3", "tips.socket=pin"],
             "tips.spacing_mm = 5.8 mm: must be at least 12.7 mm, for feet of 12.4 mm with pins in them",
         ),
+        (
+            ["reading.tilt_deg=14"],
+            "reading.tilt_deg = 14 deg: must be such that no tip meets the fruit at more than 20",
+        ),
+        (["reading.off_centre_mm=9"], "reading.off_centre_mm = 9 mm: must be such that no tip meets the fruit at more"),
     ],
 )
-def test_square_whose_plates_cannot_be_bolted_is_refused_before_anything_is_solved(
+def test_square_that_cannot_be_bolted_or_read_is_refused_before_anything_is_solved(
     settings, line, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.setattr(importlib.import_module("pipeline.run"), "fruit_compliance", lambda *_: pytest.fail("solved"))

@@ -27,7 +27,7 @@ from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
 
 ROOT = Path(__file__).parents[2]
-COMMANDS = ("run", "design", "check", "view", "bench", "doctor")
+COMMANDS = ("run", "design", "suggest", "explain", "check", "view", "bench", "doctor")
 
 
 def settle(arguments, capsys):

@@ -100,7 +100,7 @@ def test_loose_tolerance_takes_coarser_meshes_and_says_which_would_decide(defaul
         assert fine["flexures"][name]["error_percent"] <= 0.1 < rough["flexures"][name]["error_percent"] <= 2.0
     for name in ("K_l", "K_h"):
         assert verdicts_of(rough)[name]["passed"] is None
-        assert "--tol 0.0005 would decide" in verdicts_of(rough)[name]["reference"]
+        assert "--tol 0.0005 would decide" in verdicts_of(rough)[name]["remedy"]
     worst = max(spring["error_percent"] for spring in rough["flexures"].values())
     assert rough["accuracy"]["springs"]["error_percent"] == worst
     assert rough["errors"]["K_l"]["discretisation_percent"] == rough["flexures"]["low"]["error_percent"]

@@ -15,8 +15,10 @@ from cad.parts.cover import WASHER_MM, Cover, cover_part
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from mesh.housing.sweep import flexure_mesh
-from pipeline.bench.calculix import _write_model, boundary_sets, is_installed, peer_elements
+from pipeline.bench.calculix import is_installed
 from pipeline.bench.flexure import calculix_stiffness
+from pipeline.decks.deck import write_model
+from pipeline.decks.elements import boundary_sets, peer_elements
 from pipeline.fit.mounts import attached_to
 from solve.error_estimate import richardson
 from solve.housing.modes import Solid, housing_modes
@@ -79,7 +81,7 @@ def calculix_modes(mesh, folder: Path) -> np.ndarray:
     frequencies = []
     for name, components in (("even", (2,)), ("odd", (1, 3))):
         with (folder / f"{name}.inp").open("w", encoding="ascii") as file:
-            _write_model(file, elements, sets, *MATERIAL)
+            write_model(file, elements, sets, *MATERIAL)
             # Properties of the last material: *SOLID SECTION ends its block, so the density comes with its own.
             held = [("MOUNTING_HOLES", component) for component in (1, 2, 3)]
             held += [("SYMMETRY", component) for component in components]

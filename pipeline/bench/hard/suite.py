@@ -19,6 +19,7 @@ from pipeline.bench.hard.flexure import design_checks, grounded_checks, jittered
 from pipeline.bench.hard.press import level_checks, press_checks
 from pipeline.bench.hard.reference_check import HardCase, Outcome, ReferenceCheck, evaluate
 from pipeline.bench.table import Sheet, page, percent, publish, signed_percent
+from pipeline.progress.announcement import announce, fresh_line
 from pipeline.storage.placed_files import refuse_taken
 
 OUT = Path("outputs") / "bench"
@@ -58,8 +59,9 @@ def hard(*, as_json: bool, out: Path = OUT, cases: Iterable[HardCase] | None = N
         refuse_taken(out, FILES, "--out")
     outcomes = []
     for case in every_case() if cases is None else cases:
+        announce(f"hard case: {case.name}")
         outcomes.append(evaluate(case))
-        print(f"  {outcomes[-1].verdict:12} {case.name}", file=sys.stderr, flush=True)
+        print(f"{fresh_line()}  {outcomes[-1].verdict:12} {case.name}", file=sys.stderr, flush=True)
     sheet = hard_sheet(outcomes)
     text = json.dumps({"schema": 1, "cases": list(sheet.records)}, indent=2, allow_nan=False)
     files = dict(zip(FILES, (page("Hard cases", INTRODUCTION, sheet.markdown()), text + "\n"), strict=True))

@@ -7,17 +7,16 @@ import numpy as np
 
 from cad.design.parameters import Design
 from cad.design.printability import check_printable
-from cad.design.processes import PROCESSES
 from cad.design.reading import Reading
 from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.bruising import skin_pressures
+from pipeline.reading.placed import refuse_steep_poses
 from pipeline.reading.pressed_sensor import pressed_sensor
 from pipeline.reading.readings import Readings
-from pipeline.report.contact_keys import contact_mapping, level_mapping, response_row, sizing_mapping
-from pipeline.report.readings import reading_mapping
+from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, response_row, sizing_mapping
 from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, refuse_unsolvable, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
@@ -50,13 +49,14 @@ def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Sta
     report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
     if stages - {"sizing"}:
         refuse_unsolvable(design)
+        refuse_steep_poses(design)
     press, readings = None, None
     if _presses(design, stages):
         press = press_scene(design, contact, _compliance(design, sizing))
         report["response"] = _rows(design, press)
     if "reading" in stages and design.reading is not None:
         readings = _readings(design, contact, sizing, design.reading)
-        report |= reading_mapping(design.tips, readings)
+        report["reading"] = assessed_mapping(readings)
     reached = _reached(design, contact, sizing, press)
     verdicts = (
         *_printable(design, sizing),
@@ -98,7 +98,7 @@ def _readings(design: Design, contact: FruitCompliance, sizing: SpringSizing, re
 
 def _printable(design: Design, sizing: SpringSizing) -> Iterator[Verdict]:
     """Yield whether the process can make each spring, by the beam law."""
-    process, ratio = PROCESSES[design.print.process], sizing.sizing_stiffness_ratio
+    process, ratio = design.print.made_by, sizing.sizing_stiffness_ratio
     found = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
     for name, K, printable in zip(design.tips.as_pair.names, sizing.springs.stiffnesses, found, strict=True):
         yield printable_verdict(FittedSpring(name=name, target=K, printable=printable))

@@ -195,7 +195,7 @@ def test_name_is_set_as_text():
         ({"target.NL": "0.1"}, r"^target\.NL: unknown setting; must be one of name, .*did you mean targets\.NL\?$"),
         ({"targets.NLL": "0.1"}, r"^targets\.NLL: unknown key; must be one of P_max, NL, .*did you mean NL\?$"),
         ({"targets.NL": "five"}, r"^targets\.NL = 'five': must be a number at least 1e-05 and at most 0\.4999; give"),
-        ({"targets.NL": ""}, r"^targets\.NL = '': must be a number at least 1e-05"),
+        ({"targets.NLL": ""}, r"^targets\.NLL: unknown setting; must be one of name, .*did you mean targets\.NL\?$"),
         ({"targets.NL": "nan"}, r"^targets\.NL = nan: must be at least 1e-05"),
         ({"targets.NL": "0.1\nP_max = 3"}, r"^targets\.NL = '0\.1\\nP_max = 3': must be a number at least 1e-05"),
         ({"targets.P_max": "1" * 5000}, r"^targets\.P_max = '1+': must be a number at least 1\.001"),
@@ -226,3 +226,23 @@ def test_numbers_survive_to_the_last_digit():
         targets=Targets(NL=math.nextafter(1e-5, 1.0), P_max=math.nextafter(2.0, 3.0)), tips=Tips(offset_mm=-0.0)
     )
     assert design_from_mapping(tomllib.loads(design_as_toml(design))) == design
+
+
+def test_empty_setting_unsets_a_key_or_a_table():
+    """A radius of no sphere must go; a key with a default has that again; a table that is optional is dropped."""
+    round_fruit = {"fruit": {"shape": "sphere", "radius_mm": 35.0, "height_mm": 10.0}, "reading": {"tilt_deg": 8.0}}
+    flat = design_from_mapping(
+        overridden(
+            round_fruit,
+            {"fruit.shape": "block", "fruit.radius_mm": "", "fruit.height_mm": "", "reading.tilt_deg": ""},
+        )
+    )
+    assert (flat.fruit.radius_mm, flat.fruit.height_mm) == (None, 12.0)
+    assert flat.reading is not None
+    assert flat.reading.tilt_deg == 4.0
+    assert design_from_mapping(overridden({"reading": {"tilt_deg": 8.0}}, {"reading": ""})).reading is None
+
+
+def test_unset_key_that_another_needs_is_one_line():
+    with pytest.raises(InputError, match=r"^fruit\.radius_mm = None: must be given for fruit\.shape = 'sphere'; give"):
+        design_from_mapping(overridden({"fruit": {"shape": "sphere", "radius_mm": 35.0}}, {"fruit.radius_mm": ""}))

@@ -1,13 +1,24 @@
 """The contrast of a reading: exact for what it models, blind to the pose, refused where it tells nothing."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import root
 
 from cad.quantity import InputError
-from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, hertz_factor, read_modulus
+from cad.theory.contrast_law import (
+    ContrastLaw,
+    ReadingError,
+    contrast_slopes,
+    contrast_weights,
+    lowered_tips,
+    plane_through,
+    read_modulus,
+    stiffened,
+)
+from cad.theory.hertz import hertz_factor
 
 SQUARE = ((-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0))
 KINDS = ("low", "high", "low", "high")
@@ -67,12 +78,6 @@ def test_domes_are_read_exactly_in_any_pose():
         assert read_modulus(law, (found.x**3).tolist()) == pytest.approx(E, rel=1e-7)
 
 
-def test_hertz_factor_is_that_of_a_ball():
-    """F = 4/3 E* sqrt(R) d^(3/2)."""
-    F = 4.0 / 3.0 * (2.0 / (1.0 - 0.09)) * math.sqrt(5.0) * 0.1**1.5
-    assert hertz_factor(5.0, 0.3) * (F / 2.0) ** (2.0 / 3.0) == pytest.approx(0.1, rel=1e-14)
-
-
 def test_pair_lets_a_tilt_through():
     with pytest.raises(InputError, match=r"^tips\.layout = 'pair': must be a line or a square"):
         contrast_weights(((-4.0, 0.0), (4.0, 0.0)), ("low", "high"))
@@ -102,3 +107,39 @@ def test_forces_that_tell_nothing_are_refused(forces, words):
 def test_tables_of_another_number_of_tips_are_refused():
     with pytest.raises(ValueError, match="must have one for each tip"):
         ContrastLaw(weights=(1.0, -1.0), gaps=(0.0,), C=[[1.0]], S=[[1.0]])
+
+
+def dome_reading():
+    """Return the law of a square of domes, and forces that it reads as some modulus."""
+    law, *_ = law_of(np.random.default_rng(18), SQUARE, KINDS, hertz=hertz_factor(7.8, 0.3))
+    return law, (0.30, 1.0, 0.34, 1.1)
+
+
+def test_slopes_are_those_of_small_changes():
+    law, forces = dome_reading()
+    E = read_modulus(law, forces)
+    slopes = contrast_slopes(law, forces, E)
+    step = 1e-6
+    for tip in range(4):
+        one = np.arange(4) == tip
+        by_force = [read_modulus(law, np.array(forces) + sign * step * one) for sign in (1.0, -1.0)]
+        by_spring = [
+            read_modulus(replace(law, C=stiffened(law.C, 1.0 + sign * step * one)), forces) for sign in (1.0, -1.0)
+        ]
+        by_height = [
+            read_modulus(replace(law, gaps=tuple(np.array(law.gaps) - sign * step * one)), forces)
+            for sign in (1.0, -1.0)
+        ]
+        pairs = zip((by_force, by_spring, by_height), (slopes.forces, slopes.springs, slopes.heights), strict=True)
+        for (more, less), slope in pairs:
+            assert slope[tip] == pytest.approx((more - less) / (2.0 * step * E), rel=1e-5)
+
+
+def test_reading_tells_the_plane_of_its_pose():
+    """Forces of flat tips in a known pose; a line tells the slope along it alone."""
+    rng = np.random.default_rng(19)
+    law, C, S, gaps = law_of(rng, SQUARE, KINDS)
+    E, slopes = 2.0, (0.02, -0.03)
+    forces = np.linalg.solve(C + S / E, 0.6 + np.array(SQUARE) @ slopes - gaps)
+    assert plane_through(SQUARE, lowered_tips(law, forces.tolist(), E)) == pytest.approx((0.6, *slopes), rel=ROUND_OFF)
+    assert plane_through(LINE, (0.5, 0.6, 0.7)) == (pytest.approx(0.6), pytest.approx(0.04), None)

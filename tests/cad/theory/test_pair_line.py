@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cad.theory.contrast_law import ReadingError
-from cad.theory.pair_line import line_over_press
+from cad.theory.pair_line import PressSums, line_of_sums, line_over_press, ratio_modulus
+from cad.theory.two_spring_law import Springs, fruit_stiffness
 
 ROUND_OFF = 1e-9
 
@@ -37,3 +38,47 @@ def test_forces_of_another_sensor_are_refused():
     C = [[0.05, 0.0], [0.0, 1.0]]
     with pytest.raises(ReadingError, match="belong to no modulus"):
         line_over_press(C, 0.76, [[0.1, 0.2], [0.2, 0.4], [0.3, 0.6]])
+
+
+def test_noise_on_both_forces_does_not_bias_the_line():
+    """An ordinary fit of y over x would, by the share of noise in the spread of x; the error bar holds the rest."""
+    rng = np.random.default_rng(5)
+    C, S, E, noises = np.diag([1.0 / 0.753, 1.0 / 17.3]), np.array([[0.8, 0.04], [0.04, 0.8]]), 0.5, (0.02, 0.02)
+    read, ordinary, errors = [], [], []
+    for _ in range(300):
+        forces = np.array([np.linalg.solve(C + S / E, [x, x]) for x in np.linspace(0.1, 0.6, 200)])
+        forces += np.array(noises) * rng.normal(size=forces.shape)
+        sums = PressSums()
+        for soft, stiff in forces.tolist():
+            sums = sums.joined(PressSums(1, soft, stiff))
+        found = line_of_sums(C.tolist(), 0.76, sums, noises)
+        read.append(found.modulus / E - 1.0)
+        errors.append(found.error)
+        ordinary.append(line_of_sums(C.tolist(), 0.76, sums).modulus / E - 1.0)
+    assert abs(np.median(read)) < 3.0 * np.std(read) / np.sqrt(300)
+    assert np.mean(np.abs(read) <= 2.0 * np.array(errors)) > 0.92
+    assert abs(np.median(ordinary)) > 0.1
+
+
+def test_sums_in_any_grouping_are_those_of_all_samples():
+    rng = np.random.default_rng(6)
+    forces = rng.uniform(0.1, 1.0, (60, 2))
+    whole = PressSums()
+    for soft, stiff in forces.tolist():
+        whole = whole.joined(PressSums(1, soft, stiff))
+    left = forces - forces.mean(axis=0)
+    assert (whole.soft, whole.stiff) == pytest.approx(tuple(forces.mean(axis=0)), rel=ROUND_OFF)
+    products = (whole.soft_soft, whole.soft_stiff, whole.stiff_stiff)
+    assert products == pytest.approx(tuple((left.T @ left)[np.triu_indices(2)]), rel=ROUND_OFF)
+    assert PressSums().joined(PressSums()) == PressSums()
+
+
+def test_force_ratio_is_4_of_the_paper_and_a_lead_moves_it():
+    C, S, E = np.diag([1.0 / 0.753, 1.0 / 17.3]), np.array([[0.8, 0.04], [0.04, 0.8]]), 2.0
+    soft, stiff = np.linalg.solve(C + S / E, [0.6, 0.6])
+    K_m = fruit_stiffness(Springs(K_l=0.753, K_h=17.3), stiff / soft)
+    assert ratio_modulus(C.tolist(), 0.76, (soft, stiff)) == pytest.approx(0.76 * K_m, rel=ROUND_OFF)
+    tilted = np.linalg.solve(C + S / E, [0.53, 0.67])  # 1 degree over 8 mm
+    assert ratio_modulus(C.tolist(), 0.76, tilted) > 1.3 * E
+    with pytest.raises(ReadingError, match="belong to no modulus"):
+        ratio_modulus(C.tolist(), 0.76, (stiff, soft))

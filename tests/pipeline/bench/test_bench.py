@@ -21,11 +21,13 @@ from pipeline.bench import bench as bench_module
 from pipeline.bench import calculix as peer
 from pipeline.bench import command, contact, flexure, harness
 from pipeline.bench.bench import bench
-from pipeline.bench.calculix import LinearStep, boundary_sets, calculix, peer_elements
+from pipeline.bench.calculix import calculix
 from pipeline.bench.harness import measurements_of
 from pipeline.bench.plot import error_over_cost
 from pipeline.bench.resources import ResourceUsage, resource_usage
 from pipeline.bench.table import Measurement, percent, publish, work_sheet
+from pipeline.decks.deck import Deck, LinearStep
+from pipeline.decks.elements import boundary_sets, peer_elements
 from solve.fruit.direct import mesh_compliance
 from solve.housing.element_study import CHOICES, element_stiffness, straightened
 from solve.housing.stiffness import tip_compliance
@@ -48,7 +50,8 @@ def contact_scene():
     elements = peer_elements(mesh, "tet P2", "C3D10")
     held = {"base": (1, 2, 3), "symmetry_y": (2,), "symmetry_x": (1,)}
     step = LinearStep(held=held, pressed={"high_tip": 1.0})
-    return mesh, elements, boundary_sets(elements, mesh, "tet P2", NAMES), step
+    sets = boundary_sets(elements, mesh, "tet P2", NAMES)
+    return mesh, Deck(elements=elements, sets=sets, E=1.0, poisson=FRUIT.poisson, steps=[step], asked="high_tip")
 
 
 def row(method="split", cpu=0.1, errors=(1e-4, -2e-4), **changed):
@@ -170,11 +173,11 @@ def test_beams_are_the_guided_beam_and_shear_of_a_rectangle():
 
 @needs_ccx
 def test_calculix_on_the_same_tetrahedra_agrees(contact_scene):
-    mesh, elements, sets, step = contact_scene
-    (found,), cpu = calculix(elements, sets, 1.0, FRUIT.poisson, [step], "high_tip")
+    mesh, deck = contact_scene
+    (found,), cpu = calculix(deck)
     S = mesh_compliance(mesh, FRUIT.poisson).S
     assert 0.5 / found.forces["high_tip"] == pytest.approx(S[0, 0] + S[0, 1], rel=1e-6)
-    assert set(found.displacements[sets["high_tip"]]) == {1.0}
+    assert set(found.displacements[deck.sets["high_tip"]]) == {1.0}
     assert cpu > 0.0
 
 
@@ -198,7 +201,7 @@ def test_calculix_on_the_same_hexahedra_agrees(kind, choice, housing_mesh):
 def test_calculix_that_ends_with_exit_code_0_and_garbage_is_refused(
     printed, table, words, contact_scene, tmp_path, monkeypatch
 ):
-    _, elements, sets, step = contact_scene
+    _, deck = contact_scene
     dat = (
         " total force (fx,fy,fz) for set SUPPORT0 and time  1\n\n 0. 0. -0.4\n\n"
         " total force (fx,fy,fz) for set HIGH_TIP and time  1\n\n 0. 0. 0.5\n\n"
@@ -210,15 +213,15 @@ def test_calculix_that_ends_with_exit_code_0_and_garbage_is_refused(
     program.chmod(program.stat().st_mode | stat.S_IXUSR)
     monkeypatch.setattr(peer.shutil, "which", lambda _: str(program))
     with pytest.raises(SolveError, match=words):
-        calculix(elements, sets, 1.0, 0.3, [step], "high_tip")
+        calculix(deck)
     monkeypatch.setattr(peer.shutil, "which", lambda _: None)
     with pytest.raises(SolveError, match="CalculiX = absent: the program ccx must be on the path"):
-        calculix(elements, {}, 1.0, 0.3, [], "tips")
+        calculix(deck)
 
 
 def test_missing_node_is_refused(contact_scene):
     with pytest.raises(SolveError, match="a node is missing by"):
-        contact_scene[1].at(np.array([[0.1234], [0.1234], [-0.1234]]))
+        contact_scene[1].elements.at(np.array([[0.1234], [0.1234], [-0.1234]]))
 
 
 def test_measurement_that_ends_badly_is_refused():

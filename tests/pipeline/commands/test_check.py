@@ -18,9 +18,9 @@ from cad.files.stl import read_stl
 from cad.parts.cover import cover_of, cover_part
 from cad.parts.sensor import Body
 from cad.quantity import InputError
+from pipeline.check import folder_check
 from pipeline.check.folder_check import check_folder
 from pipeline.cli import main
-from pipeline.report import folder_check
 from pipeline.report.outputs import write_outputs
 from pipeline.stages.solids import sensor_of
 from pipeline.storage.seal import sealed_mapping

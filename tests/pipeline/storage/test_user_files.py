@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli import main
-from pipeline.commands import pictures
 from pipeline.report.outputs import file_entries
 from pipeline.storage import folder as outputs
 from pipeline.storage.belongings import foreign_files, keep_aside
 from pipeline.storage.folder import OutputError, output_folder
 from pipeline.storage.placed_files import place_files
 from pipeline.storage.seal import has_seal, sealed, sealed_mapping
+from pipeline.view import pictures
 
 PRECIOUS = "precious \u00b1\n"
 PNG = b"\x89PNG\r\n\x1a\n" + b"\0\0\0\rIHDR" + bytes(17) + b"\0\0\0\0IEND\xaeB`\x82"

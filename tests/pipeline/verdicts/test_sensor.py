@@ -3,15 +3,14 @@
 import dataclasses
 
 import pytest
-from stand_ins import CONTACT, GOOD, default_housing, result_of, sizing_of, springs_of
+from stand_ins import CONTACT, GOOD, result_of, sizing_of, springs_of
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Targets
 from cad.design.tips import Tips
-from pipeline.options import RunOptions
 from pipeline.stages.response import press_scene
 from pipeline.verdicts.characteristic import characteristic
-from pipeline.verdicts.sensor import advised, judge, paper_verdicts, tip_pressure
+from pipeline.verdicts.sensor import judge, paper_verdicts, tip_pressure
 
 ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high"]
 
@@ -64,16 +63,6 @@ def test_error_of_the_pressure_is_that_of_the_worst_spring_and_of_the_contact(so
     shares = [K_m / (K_m + spring.stiffness) * spring.K.relative for spring in springs.springs]
     assert pressure.relative == pytest.approx(max(shares) + added, rel=1e-9)
     assert pressure.unit == "MPa"
-
-
-def test_advice_is_for_springs_of_one_piece():
-    """Gauges and pins have bars of their own, which no tolerance brings down."""
-    springs, options = springs_of(Design()), RunOptions(tolerance=0.02)
-    open_ = dataclasses.replace(GOOD, name="K_l", limit=900.0, tolerance=0.001, relative=True, error=9.0, passed=None)
-    (whole,) = advised([open_], springs, options)
-    assert whole.reference.endswith("--tol 0.0005 would decide")
-    gauged = dataclasses.replace(springs.fitted, housing=dataclasses.replace(default_housing(), gauges="foil"))
-    assert advised([open_], dataclasses.replace(springs, fitted=gauged), options) == (open_,)
 
 
 def test_papers_springs_are_judged_by_the_papers_targets_whatever_the_design_asks():

@@ -10,7 +10,7 @@ from stand_ins import CONTACT, springs_of
 
 from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
-from cad.theory.dome_contact import contact_radius, contact_reach, relative_curvature
+from cad.theory.hertz import contact_radius, contact_reach, relative_curvature
 from pipeline.stages.response import press_scene
 from pipeline.verdicts.tip_shape import tip_face_verdict, tip_shape_verdicts
 

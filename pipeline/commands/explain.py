@@ -1,0 +1,76 @@
+"""`pipeline explain`: what a verdict or a symbol means, its formula, its source, and this design's number."""
+
+import shutil
+import sys
+import textwrap
+from argparse import ArgumentParser, Namespace
+from dataclasses import asdict
+from pathlib import Path
+
+from pipeline.commands.console import PASSED, add_json_flag, answering, print_json
+
+PURPOSE = "say what a verdict or a symbol means"
+EXAMPLE = "pipeline explain NL --out outputs/paper"
+_WIDTH = 100
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add NAME, DIR, --out and --json."""
+    add = parser.add_argument
+    add("name", metavar="NAME", nargs="?", help="a verdict or a symbol; without it all are listed")
+    add("folder", metavar="DIR", nargs="?", type=Path, help="an output folder, whose number is told too")
+    add("--out", metavar="DIR", type=Path, help="the same")
+    add_json_flag(parser)
+
+
+def execute(arguments: Namespace) -> int:
+    """Print what a name means, or the list of names; return 0. Raises InputError for an unknown name."""
+    from pipeline.explain.closed_form import default_numbers
+    from pipeline.explain.entries import entry_of
+
+    if arguments.name is None:
+        with answering():
+            _print_list(arguments)
+        return PASSED
+    entry = entry_of(arguments.name)
+    folder = arguments.out or arguments.folder
+    if folder is None:
+        of_default = default_numbers().get(entry.name)
+        number, whose = of_default, "the default design"
+    else:
+        from pipeline.explain.number import number_in
+
+        number, whose = number_in(folder, entry, arguments.name), str(folder)
+    with answering():
+        if arguments.json:
+            print_json({**asdict(entry), "number": number})
+            return PASSED
+        _print_wrapped("", f"{arguments.name}: {entry.meaning}")
+        _print_wrapped("formula: ", entry.formula)
+        _print_wrapped("source: ", entry.source)
+        if number is not None:
+            _print_wrapped(f"{whose}: ", number)
+        else:
+            print("--out DIR tells the number of a run")
+    return PASSED
+
+
+def _print_list(arguments: Namespace) -> None:
+    from pipeline.explain.entries import entries
+
+    if arguments.json:
+        print_json([asdict(entry) for entry in entries()])
+        return
+    for entry in entries():
+        first, stop, _ = entry.meaning.partition(". ")
+        words = first if "?" not in first else first.partition("?")[0] + "?"
+        _print_wrapped(f"{entry.name}: ", words + (stop.strip() if words == first else ""))
+
+
+def _print_wrapped(head: str, text: str) -> None:
+    """Print a text in lines as wide as the terminal, or as 100 letters where there is none; no word is cut."""
+    width = shutil.get_terminal_size((_WIDTH, 24)).columns if sys.stdout.isatty() else _WIDTH
+    lines = textwrap.wrap(
+        head + text, width=max(20, width), subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+    )
+    print("\n".join(lines))

@@ -1,0 +1,1 @@
+"""Commands for what was measured: compression tests, a printed unit, its readings."""

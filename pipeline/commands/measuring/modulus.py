@@ -1,0 +1,116 @@
+"""`pipeline modulus`: compression tests of fruit, force over travel, to the modulus that a sensor is designed for."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from cad.quantity import fault
+from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, print_json
+
+PURPOSE = "turn compression tests into the modulus of the fruit"
+EXAMPLE = "pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35"
+
+PAPER_HEIGHT_MM = 70.0  # of the paper's fruit, 65 to 70 mm
+PAPER_PLATE_MM2 = 900.0  # of the paper's plate, 30 x 30 mm
+PLATES = {"plate": 2, "seat": 1}
+PLOT_KINDS = {".svg": "svg", ".png": "png"}
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add FILE and the flags on fruit, plates, units and output."""
+    add = parser.add_argument
+    add("files", metavar="FILE", nargs="+", type=Path, help="CSV with force and travel, or an export of TRAPEZIUM X")
+    add(
+        "--height", metavar="MM", type=float, help="height of the fruit along the press [mm] (default twice the radius)"
+    )
+    add("--radius", metavar="MM", type=float, help="its radius where a plate touches it [mm] (default half the height)")
+    add("--radius-across", metavar="MM", type=float, help="the other radius of curvature there [mm] (default the same)")
+    add("--poisson", metavar="NU", type=float, default=0.3, help="Poisson's ratio of the flesh (default 0.3)")
+    add("--support", choices=tuple(PLATES), default="plate", help="under the fruit: a plate, or a fitting seat")
+    add("--plate-area", metavar="MM2", type=float, help="area that the paper's modulus divides by [mm^2] (default 900)")
+    add("--strain", metavar="PERCENT", default="5,2,10", help="strains of secant and tangent [%%] (default 5,2,10)")
+    add("--force-unit", metavar="UNIT", help="unit of the force where the file gives none (N, kN, kgf, ...)")
+    add("--travel-unit", metavar="UNIT", help="unit of the travel where the file gives none (mm, um, in, ...)")
+    add("--compression-negative", action="store_true", help="the machine counts compression negative: turn the signs")
+    add("--per", choices=("file", "folder"), default="file", help="what holds the tests of one fruit (default file)")
+    add("--plot", metavar="FILE", type=Path, help="draw curves and fits into an SVG or PNG file")
+    add_force_flag(parser)
+    add_json_flag(parser)
+
+
+def execute(arguments: Namespace) -> int:
+    """Print the moduli of every specimen in the files; return exit code 0."""
+    from pipeline.compression.batch import design_range, fruit_summaries
+    from pipeline.compression.columns import given_units
+    from pipeline.compression.modulus import TestGeometry, measured_modulus
+    from pipeline.compression.specimens import read_specimens
+    from pipeline.compression.table import print_results, result_mapping
+
+    _refuse_plot(arguments.plot)
+    sizes, assumed = _sizes(arguments)
+    geometry = TestGeometry(
+        **sizes,
+        poisson=arguments.poisson,
+        plates=PLATES[arguments.support],
+        strains_percent=_strains(arguments.strain),
+    )
+    units = given_units(arguments.force_unit, arguments.travel_unit)
+    results = [
+        measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative)
+        for path in dict.fromkeys(arguments.files)
+        for specimen in read_specimens(path, units)
+    ]
+    if arguments.plot is not None:
+        from pipeline.compression.plot import plotted
+        from pipeline.storage.placed_files import place_files
+
+        path: Path = arguments.plot
+        content = plotted(results, PLOT_KINDS[path.suffix.lower()])
+        place_files(path.parent, {path.name: content}, "--plot", force=arguments.force)
+    with answering():
+        if arguments.json:
+            print_json([result_mapping(result, assumed) for result in results])
+        else:
+            fruit = fruit_summaries(results, by_folder=arguments.per == "folder")
+            print_results(results, fruit, design_range(results), assumed)
+    return PASSED
+
+
+def _refuse_plot(path: Path | None) -> None:
+    if path is None:
+        return
+    if path.suffix.lower() not in PLOT_KINDS:
+        raise fault("--plot", str(path), "", f"a file that ends in {' or '.join(PLOT_KINDS)}", "rename it")
+    if path.is_dir():
+        raise fault("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
+
+
+def _sizes(arguments: Namespace) -> tuple[dict[str, float], list[str]]:
+    """Return the lengths [mm] and the area [mm^2] of the test, and a sentence on each that no flag gives."""
+    height, radius, across, area = arguments.height, arguments.radius, arguments.radius_across, arguments.plate_area
+    assumed = []
+    if height is None and radius is None:
+        height = PAPER_HEIGHT_MM
+        assumed.append(f"no --height and no --radius: the paper's fruit, {height:g} mm high, is assumed")
+    if radius is None:
+        radius = 0.5 * height
+        assumed.append(f"no --radius: half the height, {radius:g} mm, is assumed")
+    if height is None:
+        height = 2.0 * radius
+        assumed.append(f"no --height: twice the radius, {height:g} mm, is assumed")
+    if across is None:
+        across = radius
+        assumed.append(f"no --radius-across: a ball there, {radius:g} mm both ways, is assumed")
+    if area is None:
+        area = PAPER_PLATE_MM2
+        assumed.append(f"no --plate-area: the paper's plate, {area:g} mm^2, is assumed")
+    under = {"plate": "a plate: above and below each take half the travel", "seat": "a seat that gives nothing"}
+    assumed.append(f"--support {arguments.support}: under the fruit is {under[arguments.support]}")
+    sizes = {"height_mm": height, "radius_mm": radius, "radius_across_mm": across, "plate_area_mm2": area}
+    return sizes, assumed
+
+
+def _strains(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError as error:
+        raise fault("--strain", text, "%", "numbers parted by commas", "write for instance --strain 5,2,10") from error

@@ -1,0 +1,136 @@
+"""`pipeline read`: forces of a sensor to the modulus of the fruit, from one reading, a press or a stream."""
+
+import sys
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cad.quantity import fault
+from pipeline.commands.console import FAILED, PASSED, answering, complain, print_json
+
+if TYPE_CHECKING:
+    from pipeline.unit.fruit_reading import FruitReading
+    from pipeline.unit.measuring import MeasuringUnit
+
+PURPOSE = "read the modulus and ripeness of a fruit from forces"
+EXAMPLE = "pipeline read outputs/mango --forces 0.06,0.30,0.06,0.30"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add OUT, FILE.csv and the flags of a reading."""
+    add = parser.add_argument
+    add("folder", metavar="OUT", type=Path, help="the output folder of the sensor's design")
+    add("signal", metavar="FILE.csv", nargs="?", help="columns t_s, x_mm if it is there, one force for each tip; or -")
+    add("--forces", metavar="F1,F2,...", help="one reading [N], in the order of the tips")
+    add("--unit", metavar="unit.toml", type=Path, help="the unit as pipeline calibrate found it (default: as designed)")
+    add("--classes", metavar="NAMES", help="ripeness by modulus [MPa], as in ripe:0.8,turning:1.6,unripe")
+    add("--each", action="store_true", help="a reading for each sample instead of one for each press")
+    add("--c-header", metavar="FILE.h", type=Path, help="write the read-out of this unit in C99")
+    add("--micropython", metavar="FILE.py", type=Path, help="write the read-out of this unit in MicroPython")
+    add("--force", action="store_true", help="replace a FILE.h or FILE.py that is there")
+    parser.add_argument("--json", action="store_true", help="print JSON, one object a line for a signal")
+
+
+def execute(arguments: Namespace) -> int:
+    """Read, or write firmware; return 1 where forces tell no modulus, else 0."""
+    sensor = _sensor(arguments)
+    written = _write_firmware(arguments, sensor)
+    if arguments.forces is None and arguments.signal is None:
+        if written:
+            return PASSED
+        raise fault("FILE.csv", None, "", "a file, - or left out beside --forces", "say what to read")
+    if arguments.forces is not None and arguments.signal is not None:
+        raise fault("--forces", arguments.forces, "", f"left out beside {arguments.signal}", "read one of the two")
+    if not sensor.report.moduli:
+        complain(
+            "note: the design has no [reading]; the uncertainty holds for level presses in the middle of the fruit"
+        )
+    if arguments.unit is None:
+        complain("note: no --unit; springs as designed, as uncertain as their process prints them")
+    if arguments.forces is not None:
+        return _read_forces(arguments, sensor)
+    return _read_signal(arguments, sensor)
+
+
+def _sensor(arguments: Namespace) -> "MeasuringUnit":
+    from pipeline.report.stored import read_report
+    from pipeline.unit.measuring import MeasuringUnit
+    from pipeline.unit.printed_unit import nominal_unit, read_unit
+    from pipeline.unit.ripeness import ripeness_classes
+
+    report = read_report(arguments.folder)
+    unit = nominal_unit(report) if arguments.unit is None else read_unit(arguments.unit, report)
+    text, flag = (arguments.classes, "--classes") if arguments.classes else (unit.classes, "unit.classes")
+    return MeasuringUnit(report=report, unit=unit, classes=ripeness_classes(text, flag) if text else None)
+
+
+def _write_firmware(arguments: Namespace, sensor: "MeasuringUnit") -> bool:
+    from pipeline.unit.firmware import c_header, micropython
+    from pipeline.unit.written import write_new
+
+    written = False
+    for flag, path, text_of in (
+        ("--c-header", arguments.c_header, c_header),
+        ("--micropython", arguments.micropython, micropython),
+    ):
+        if path is not None:
+            write_new(path, text_of(sensor), flag, force=arguments.force)
+            print(path, file=sys.stderr if arguments.json else sys.stdout)
+            written = True
+    return written
+
+
+def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
+    from pipeline.unit.fruit_reading import reading_as_mapping
+    from pipeline.unit.presses import reading_of, refuse_bad_forces
+    from pipeline.unit.signals import forces_of_text
+
+    forces = forces_of_text(arguments.forces, len(sensor.report.tips))
+    refuse_bad_forces(sensor, forces)
+    reading = reading_of(sensor, forces)
+    if sensor.law is None:
+        complain("note: one reading of a pair is its force ratio, right only for a level press; read a press instead")
+    with answering():
+        if arguments.json:
+            print_json(reading_as_mapping(reading))
+        else:
+            _print(reading)
+    return FAILED if reading.E is None else PASSED
+
+
+def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
+    import json
+
+    from pipeline.unit.fruit_reading import reading_as_mapping
+    from pipeline.unit.presses import readings_of
+    from pipeline.unit.signals import Signal, opened_signal
+
+    told = False
+    with opened_signal(arguments.signal) as stream:
+        signal = Signal(stream, arguments.signal, len(sensor.report.tips))
+        for assumed in signal.columns.assumed:
+            complain(f"note: {assumed}")
+        for reading in readings_of(sensor, signal, every_sample=arguments.each):
+            told = told or reading.E is not None
+            if arguments.json:
+                print(json.dumps(reading_as_mapping(reading), allow_nan=False), flush=True)
+            else:
+                _print(reading)
+    return PASSED if told else FAILED
+
+
+def _print(reading: "FruitReading") -> None:
+    """Print a reading on one line."""
+    time = "" if reading.t is None else f"t {reading.t:.3f} s  "
+    flags = f"  flags: {', '.join(reading.flags)}" if reading.flags else ""
+    if reading.E is None or reading.u is None:
+        print(f"{time}no modulus{flags}", flush=True)
+        return
+    parts = [f"E/(1 - nu^2) {reading.reduced:.4g} MPa", f"E {reading.E:.4g} MPa +- {100.0 * reading.u:.2g} % (95 %)"]
+    if reading.tilt is not None:
+        towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
+        parts.append(f"tilt {reading.tilt:.2g} deg{towards}")
+    parts += [f"by {name.replace('_', ' ')} {value:.4g} MPa" for name, value in reading.others.items()]
+    if reading.ripeness is not None:
+        parts.append(f"class {reading.ripeness}")
+    print(f"{time}{'  '.join(parts)}{flags}", flush=True)

@@ -1,0 +1,127 @@
+"""`pipeline suggest`: the nearest design that passes, as a command, a table and a design file."""
+
+import shlex
+from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cad.design.design_file import design_as_mapping, design_as_toml, every_key
+from cad.quantity import InputError, fault, nearest
+from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
+from pipeline.commands.run import add_design_flags, settings_of
+from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
+from pipeline.progress.line import showing_progress
+from pipeline.storage.interruption import interruptible
+
+if TYPE_CHECKING:
+    from pipeline.suggest.suggestion import Suggestion
+
+PURPOSE = "find the nearest design that passes"
+EXAMPLE = "pipeline suggest paper --set fruit.bruise_limit_MPa=0.29"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add DESIGN, the flags that give a design, --keep, --out and --json."""
+    add = parser.add_argument
+    add("named", metavar="DESIGN", nargs="?", help=f"preset or file (default {DEFAULT_DESIGN})")
+    add_design_flags(parser)
+    add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")
+    add("--out", metavar="FILE.toml", type=Path, help="write the design that passes there; a file that exists stays")
+    add_json_flag(parser)
+
+
+def execute(arguments: Namespace) -> int:
+    """Search, prove and print; return 0 where a design passes, 1 where none was found."""
+    if arguments.named is not None:
+        if arguments.design != DEFAULT_DESIGN:
+            raise fault("--design", arguments.design, "", "left out beside DESIGN", "give the design once")
+        arguments.design = arguments.named
+    settings = settings_of(arguments)
+    design = load_design(arguments.design, settings)
+    keep = frozenset(_known_key(key) for key in arguments.keep)
+    _refuse_file(arguments.out)
+    from cad.files.sensor_files import ExportError
+    from mesh.session import MeshError
+    from pipeline.suggest.suggestion import suggestion
+    from solve.linear import SolveError
+
+    try:
+        with interruptible(), showing_progress("start", quiet=arguments.json):
+            found = suggestion(design, RunOptions(), keep)
+    except (ExportError, MeshError, SolveError) as error:
+        raise InputError(str(error)) from error
+    if arguments.out is not None and found.changes is not None:
+        arguments.out.write_text(f"# {command_of(arguments.design, settings, found)}\n{design_as_toml(found.changed)}")
+    with answering():
+        _print(found, command_of(arguments.design, settings, found), arguments)
+    return FAILED if found.changes is None else PASSED
+
+
+def _known_key(key: str) -> str:
+    if key not in every_key():
+        raise fault("--keep", key, "", "a key of the design file", f"did you mean {nearest(key, every_key())}?")
+    return key
+
+
+def _refuse_file(path: Path | None) -> None:
+    if path is None:
+        return
+    if path.suffix != ".toml":
+        raise fault("--out", str(path), "", "a file that ends in .toml", "name a design file, not a folder")
+    if path.exists() or not path.absolute().parent.is_dir():
+        raise fault("--out", str(path), "", "a new file in a folder that exists", "choose another name")
+
+
+def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") -> str:
+    """Return the command that runs the design that was found; flags that set keys are `--set` there."""
+    from pipeline.remedies.changes import written
+
+    every = {**settings, **{key: written(value) for key, value in (found.changes or {}).items()}}
+    sets = [word for key, value in every.items() for word in ("--set", f"{key}={value}")]
+    return shlex.join(["pipeline", "run", "--design", design, *sets])
+
+
+def _print(found: "Suggestion", command: str, arguments: Namespace) -> None:
+    from pipeline.remedies.changes import value_of
+
+    rows = [(key, value_of(found.design, key), value) for key, value in (found.changes or {}).items()]
+    if arguments.json:
+        data = {
+            "design": design_as_mapping(found.changed),
+            "passes": found.changes is not None,
+            "changes": [{"key": key, "from": before, "to": after} for key, before, after in rows],
+            "command": None if found.changes is None else command,
+            "reason": found.reason,
+            "tried": found.tried,
+            "runs": found.runs,
+            "verdicts": [asdict(verdict) for verdict in found.verdicts],
+        }
+        print_json(data)
+        return
+    print(f"{found.design.name}: {found.reason}")
+    if found.changes is None:
+        for verdict in found.verdicts:
+            if verdict.passed is not True:
+                print(f"{'undecided' if verdict.passed is None else 'failed'} {verdict.name}: {verdict.reference}")
+        return
+    _print_changes(rows)
+    print(command)
+    if arguments.out is not None:
+        print(f"written to {arguments.out}")
+
+
+def _print_changes(rows: Sequence[tuple[str, object, object]]) -> None:
+    """Print the keys that change in columns, as wide as their longest word."""
+    heads = ("key", "from", "to")
+    table = [heads, *((key, _shown(before), _shown(after)) for key, before, after in rows)] if rows else []
+    widths = [max(len(row[column]) for row in table) for column in range(len(heads))] if table else []
+    for row in table:
+        print("  ".join(word.ljust(width) for word, width in zip(row, widths, strict=True)).rstrip())
+
+
+def _shown(value: object) -> str:
+    if value is None:
+        return "not set"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,69 @@
+"""What a finished sensor is read by: its read-out, the scale of its channels, and what is known of its errors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cad.design.parameters import Design
+from pipeline.reading.placed import Placed, press_of
+from pipeline.reading.pressed_sensor import PressedSensor, pressed_sensor
+from pipeline.reading.read_out import LineReadOut, ReadOut
+from pipeline.reading.readings import Readings
+from pipeline.stages.response import ScenePress
+from pipeline.stages.springs import FittedSprings
+from solve.fruit.compliance import FruitCompliance
+
+LEVEL_MODULI = 9
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelReading:
+    """What is read [MPa] of a fruit of modulus E [MPa] by a level sensor in its middle: the shape of the fruit."""
+
+    E: float
+    read: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorReadOut:
+    """The read-out of a sensor, largest force of each channel [N] (tips,), the error of the model as a share of E [1].
+
+    `level` are readings over the range of E which a contrast is corrected by; a line over the press has none.
+    """
+
+    read_out: ReadOut
+    full_scale: tuple[float, ...]
+    model_error: float
+    level: tuple[LevelReading, ...] = ()
+
+
+def sensor_read_out(
+    design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress, readings: Readings | None
+) -> SensorReadOut:
+    """Return what a sensor is read by; raises SolveError when a solve is not exact."""
+    sensor = pressed_sensor(design, contact, springs.C, press.ahead)
+    error = max(contact.error_own, contact.error_pair)
+    full_scale = press.hardest.F[-1, -1]
+    if readings is not None and readings.assessed.full_scale is not None:
+        full_scale = np.array(readings.assessed.full_scale)
+    if readings is not None and readings.assessed.bias is not None:
+        error = max(error, readings.assessed.bias.error)
+    return SensorReadOut(
+        read_out=sensor.read_out,
+        full_scale=tuple(np.maximum(full_scale, 0.0).tolist()),
+        model_error=error,
+        level=() if isinstance(sensor.read_out, LineReadOut) else _level(sensor),
+    )
+
+
+def _level(sensor: PressedSensor) -> tuple[LevelReading, ...]:
+    """Return the readings of a level sensor at moduli where all tips touch, each contact on the face of its dome."""
+    fruit, samples = sensor.design.fruit, sensor.read_out.samples
+    moduli = np.geomspace(min(fruit.E_MPa), sensor.design.largest_E_MPa, LEVEL_MODULI).tolist()
+    poses = [pose for E in moduli for pose in press_of(Placed(), E, sensor.design, samples)]
+    forces = sensor.in_poses(poses).F.reshape(len(moduli), samples, -1)
+    rows = []
+    for E, press in zip(moduli, forces, strict=True):
+        if np.nanmin(press[-1]) > 0.0 and np.isfinite(press).all():
+            rows.append(LevelReading(E=E, read=sensor.read_out.modulus(press)))
+    return tuple(rows)

@@ -1,0 +1,1 @@
+"""The nearest design that passes, proved by a run."""

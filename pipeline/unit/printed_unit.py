@@ -1,0 +1,143 @@
+"""A printed unit: what calibration found of its springs, tips and channels; unit.toml and back."""
+
+import dataclasses
+import hashlib
+import json
+import re
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cad.design.design_file import design_as_toml
+from cad.design.parameters import Design
+from cad.design.reading import Reading
+from cad.quantity import Bounds, InputError, check_fields, fault, quantity
+from pipeline.report.stored import StoredReport
+from pipeline.storage.plain import from_plain
+
+_STIFFNESS = Bounds(above=0.0, at_most=1e9)
+_PERCENT = Bounds(at_least=0.0, at_most=100.0)
+_HEIGHT = Bounds(at_least=-5.0, at_most=5.0)
+_GAIN = Bounds(at_least=0.1, at_most=10.0)
+_REMEDY = "take the numbers that pipeline calibrate wrote"
+_PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # it stands in comments of the firmware
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrintedUnit:
+    """The springs, tips and channels of one unit, in the order of its tips, each with its standard deviation.
+
+    `design_sha256` is the digest of the design that it is a print of. Each reading of a channel [N] times its gain is
+    the force. `height_mm` is how far a tip stands out more than designed, after zeroing. `classes` are ripeness classes
+    as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found.
+    """
+
+    design: str
+    design_sha256: str
+    tips: tuple[str, ...]
+    method: str
+    K_N_per_m: tuple[float, ...] = quantity("N/m", _STIFFNESS, remedy=_REMEDY)
+    K_percent: tuple[float, ...] = quantity("%", _PERCENT, remedy=_REMEDY)
+    height_mm: tuple[float, ...] = quantity("mm", _HEIGHT, remedy=_REMEDY)
+    height_error_mm: tuple[float, ...] = quantity("mm", _HEIGHT, remedy=_REMEDY)
+    gain: tuple[float, ...] = quantity("1", _GAIN, remedy="a channel that needs no correction has 1")
+    gain_percent: tuple[float, ...] = quantity("%", _PERCENT, remedy=_REMEDY)
+    classes: str = ""
+
+    def __post_init__(self) -> None:
+        """Check each field, and that every list has one number for each tip."""
+        check_fields(self, "unit")
+        if not _PLAIN.fullmatch(self.method):
+            raise fault("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _REMEDY)
+        for item in dataclasses.fields(self):
+            values = getattr(self, item.name)
+            if "bounds" in item.metadata and len(values) != len(self.tips):
+                bound = f"a list of {len(self.tips)} numbers, one for each tip"
+                name = f"unit.{item.name}"
+                raise fault(name, list(values), "", bound, _REMEDY)
+
+    @property
+    def stiffnesses(self) -> tuple[float, ...]:
+        """Return the stiffness of each spring [N/mm]."""
+        return tuple(1e-3 * K for K in self.K_N_per_m)
+
+
+def design_digest(design: Design) -> str:
+    """Return the sha256 of a design as its design.toml has it, which tells the units of one design from another's."""
+    return hashlib.sha256(design_as_toml(design).encode()).hexdigest()
+
+
+def nominal_unit(report: StoredReport) -> PrintedUnit:
+    """Return the unit that is exactly as designed, its springs as uncertain as the process prints them.
+
+    A leaf's stiffness goes with its modulus and the third power of its thickness, whose scatters are the process's.
+    """
+    design, C = report.design, report.read_out.springs_mm_per_N
+    process = design.print.made_by
+    thicknesses = design.tips.each(*process.leaf_thicknesses_mm)
+    scatter = tuple(
+        100.0 * ((3.0 * 0.5 * process.accuracy_mm / thickness) ** 2 + process.E_scatter**2) ** 0.5
+        for thickness in thicknesses
+    )
+    asked = design.reading or Reading()
+    return unit_of(
+        report,
+        stiffnesses=[1.0 / C[tip][tip] for tip in range(len(C))],
+        percent=scatter,
+        method="nominal: not calibrated, springs as uncertain as their process prints them",
+        gain_percent=asked.gain_percent,
+    )
+
+
+def unit_of(
+    report: StoredReport, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str, gain_percent: float
+) -> PrintedUnit:
+    """Return a unit of a report's design with springs [N/mm], their standard deviations [%] and that of gains [%].
+
+    Its tips are zeroed on a flat hard plate: what is left of their heights is the noise of a hundred readings.
+    """
+    count, asked = len(report.tips), report.design.reading or Reading()
+    noises = [asked.force_noise(force) for force in report.read_out.full_scale_N]
+    return PrintedUnit(
+        design=report.design.name,
+        design_sha256=design_digest(report.design),
+        tips=tuple(tip.name for tip in report.tips),
+        method=method,
+        K_N_per_m=tuple(1e3 * K for K in stiffnesses),
+        K_percent=tuple(percent),
+        height_mm=(0.0,) * count,
+        height_error_mm=tuple(0.1 * noise / K for noise, K in zip(noises, stiffnesses, strict=True)),
+        gain=(1.0,) * count,
+        gain_percent=(gain_percent,) * count,
+    )
+
+
+def read_unit(path: Path, report: StoredReport) -> PrintedUnit:
+    """Return the unit of a file; raises InputError, in one line, for a file that is none, or one of another design."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        unit = from_plain(PrintedUnit, data, "unit")
+    except (OSError, ValueError) as error:
+        reason = " ".join((str(error).splitlines() or [type(error).__name__])[0].split())
+        msg = f"--unit = {str(path)!r}: must be a unit.toml of pipeline calibrate ({reason}); calibrate the unit"
+        raise InputError(msg) from error
+    names = tuple(tip.name for tip in report.tips)
+    if unit.tips != names:
+        bound = f"those of the design, {', '.join(names)}"
+        raise fault("unit.tips", ", ".join(unit.tips), "", bound, "take the unit.toml of this design")
+    expected = design_digest(report.design)
+    if (unit.design, unit.design_sha256) != (report.design.name, expected):
+        bound = f"the unit of design {report.design.name!r} as it is in this folder"
+        shown = f"{unit.design} {unit.design_sha256[:12]}"
+        raise fault("unit.design", shown, "", bound, f"its digest begins {expected[:12]}; calibrate against it")
+    return unit
+
+
+def unit_as_toml(unit: PrintedUnit) -> str:
+    """Return a unit as TOML text that reads back as the same unit."""
+    lines = ["# A printed unit, written by pipeline calibrate; pipeline read --unit takes it."]
+    for item in dataclasses.fields(unit):
+        value = getattr(unit, item.name)
+        lines.append(f"{item.name} = {json.dumps(list(value) if isinstance(value, tuple) else value)}")
+    return "\n".join(lines) + "\n"

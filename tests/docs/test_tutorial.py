@@ -1,0 +1,82 @@
+"""docs/from-test-to-firmware.md: its commands run in their order, and the numbers that it shows come out."""
+
+import re
+import runpy
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from pipeline.cli import main
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "from-test-to-firmware.md").read_text(encoding="utf-8")
+TRUTH_MPA = 1.5  # of the fruit in press.csv
+ONE_PERCENT = 0.01  # what another processor's meshes may move a number by
+
+
+def commands() -> list[list[str]]:
+    return [line.split()[1:] for line in PAGE.splitlines() if line.startswith("    pipeline ")]
+
+
+def number(pattern: str, text: str) -> float:
+    """Return the one number that a text has in the place of a pattern's group."""
+    found = re.findall(pattern, text)
+    assert len(found) == 1
+    return float(found[0])
+
+
+def test_page_has_the_whole_chain() -> None:
+    assert [words[0] for words in commands()] == ["modulus", "run", "calibrate", "read", "read", "read"]
+
+
+@pytest.mark.slow
+def test_chain_runs_from_curves_to_c(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The fruit of the press is read within the error bar that is printed, by the commands, in C and in MicroPython."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(ROOT / "docs" / "examples", tmp_path / "docs" / "examples")
+    answers = []
+    for words in commands():
+        assert main(words) == 0
+        answers.append(capsys.readouterr().out)
+    tests, _, weighed, press, single, _ = answers
+    shown = re.search(r"`E_max_MPa = [\d.]+`", PAGE)
+    assert shown is not None
+    assert shown[0].strip("`") in tests.splitlines()
+    assert "off by -43" in weighed
+    E, error = number(r"E ([\d.]+) MPa", press), number(r"\+- (\d+) %", press)
+    assert abs(E / TRUTH_MPA - 1.0) < 0.01 * error
+    assert pytest.approx(number(r"MPa  E ([\d.]+) MPa", PAGE), rel=ONE_PERCENT) == E
+    read = number(r'"E_MPa": ([\d.]+)', single)
+    assert number(r"prints ([\d.]+) MPa", PAGE) == pytest.approx(read, rel=ONE_PERCENT)
+    assert in_micropython() == pytest.approx(read, rel=1e-5)
+    if shutil.which("cc"):
+        assert in_c() == pytest.approx(read, abs=1e-3)
+
+
+def forces() -> list[float]:
+    text = re.search(r"--forces (\S+)", PAGE)
+    assert text is not None
+    return [float(force) for force in text[1].split(",")]
+
+
+def in_micropython() -> float:
+    E: float = runpy.run_path("sensor.py")["read"](forces())[0]
+    return E
+
+
+def in_c() -> float:
+    """Compile the page's program by the page's command and run it."""
+    source, command = (
+        re.search(r"^```c\n(.+?)^```", PAGE, flags=re.M | re.S),
+        re.search(r"^    (cc .+)$", PAGE, flags=re.M),
+    )
+    assert source is not None
+    assert command is not None
+    assert ", ".join(f"{force:g}f" for force in forces()) in source[1]
+    Path("main.c").write_text(source[1], encoding="utf-8")
+    subprocess.run(command[1].split(), check=True)
+    return number(r"E ([\d.]+) MPa", subprocess.run(["./main"], check=True, capture_output=True, text=True).stdout)

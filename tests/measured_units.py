@@ -1,0 +1,107 @@
+"""Reports of designs as `pipeline read` takes them, without a run; and units of them in random poses."""
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+
+import numpy as np
+
+from cad.design.parameters import Design
+from cad.design.reading import Reading
+from cad.parts.housing import Housing
+from pipeline.options import RunOptions, load_design
+from pipeline.reading.assessment import reading_assessment
+from pipeline.reading.pressed_sensor import pressed_sensor
+from pipeline.reading.readings import Readings
+from pipeline.reading.sensor_read_out import sensor_read_out
+from pipeline.report.readings import reading_mapping
+from pipeline.report.stored import StoredContact, StoredTip
+from pipeline.report.stored_records import StoredModulus, StoredReadOut
+from pipeline.stages.contact import fruit_compliance
+from pipeline.stages.response import scene_of
+from pipeline.storage.plain import from_plain
+from pipeline.unit.measuring import MeasuringUnit
+from pipeline.unit.printed_unit import unit_of
+from solve.contact.linear_response import spring_compliance
+from solve.contact.poses import Pose, pose_forces
+
+PAPER = (906.0, 20830.0)  # [N/m] springs that its targets size
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportOfUnits:
+    """What measuring takes of a `StoredReport`."""
+
+    design: Design
+    tips: tuple[StoredTip, ...]
+    contact: StoredContact
+    read_out: StoredReadOut
+    moduli: tuple[StoredModulus, ...]
+    housing: Housing | None = None
+
+
+class MeasuredDesign:
+    """A design with its contact and springs: its stored report, and the forces of its units on fruit."""
+
+    def __init__(self, name, *, assessed=True, reading=None, **settings):
+        """Solve the contact, and assess the readings where the design asks for them."""
+        self.design = load_design(name, settings)
+        if reading is not None:
+            self.design = replace(self.design, reading=Reading(**reading))
+        design = self.design
+        self.contact = fruit_compliance(design, RunOptions())
+        given = design.springs
+        kinds = [given.K_l_N_per_m, given.K_h_N_per_m] if given.given else PAPER
+        self.K = np.array(design.tips.each(*(1e-3 * K for K in kinds)))
+        self.C = spring_compliance(*self.K)
+        sensor = pressed_sensor(design, self.contact, self.C)
+        found = reading_assessment(sensor, design.reading) if assessed and design.reading else None
+        readings = None if found is None else Readings(assessed=found, pressures=())
+        level = self.forces([Pose(E=design.largest_E_MPa, travel=design.press.travel_mm)])
+        press = SimpleNamespace(ahead=(), hardest=SimpleNamespace(F=level[None]))
+        known = sensor_read_out(design, self.contact, SimpleNamespace(C=self.C), press, readings)
+        data = reading_mapping(design.tips, known, readings)
+        rows = [] if data["reading"] is None else data["reading"]["moduli"]
+        self.report = ReportOfUnits(
+            design=design,
+            tips=tuple(from_plain(StoredTip, tip) for tip in data["tips"]),
+            contact=StoredContact(
+                compliance_per_mm=tuple(map(tuple, self.contact.S.tolist())),
+                error_percent=100.0 * self.contact.error_pair,
+                s11_error_percent=100.0 * self.contact.error_own,
+            ),
+            read_out=from_plain(StoredReadOut, data["read_out"]),
+            moduli=tuple(
+                StoredModulus(**{key: row[key] for key in ("E_MPa", "E_bias_percent", "worst", "uncertainty_percent")})
+                for row in rows
+            ),
+        )
+
+    def forces(self, poses, factors=1.0):
+        """Return the forces [N] of a unit whose springs are stiffer by factors in poses, (poses, tips)."""
+        share = 1.0 / np.sqrt(np.broadcast_to(factors, self.K.shape))
+        return pose_forces(scene_of(self.design), self.contact, share[:, None] * self.C * share, poses).F
+
+    def measuring(self, factors=1.0, percent=0.0, gain_percent=0.0, classes=None):
+        """Return a unit that takes its springs for stiffer by factors than designed."""
+        count = len(self.K)
+        unit = unit_of(
+            self.report,
+            stiffnesses=(self.K * factors * np.ones(count)).tolist(),
+            percent=(percent,) * count,
+            method="test",
+            gain_percent=gain_percent,
+        )
+        return MeasuringUnit(report=self.report, unit=unit, classes=classes)
+
+
+def random_pose(design, rng, E, travel):
+    """Return a pose at random among those that a design's [reading] allows."""
+    asked = design.reading
+    tilt, place = (
+        length * np.sqrt(rng.random()) * np.array([np.cos(angle), np.sin(angle)])
+        for length, angle in zip((asked.tilt_deg, asked.off_centre_mm), rng.uniform(0.0, 2.0 * np.pi, 2), strict=True)
+    )
+    radius = None
+    if design.fruit.radius_mm is not None and asked.radius_spread > 0.0:
+        radius = design.fruit.radius_mm * (1.0 + asked.radius_spread * rng.uniform(-1.0, 1.0))
+    return Pose(E=E, travel=travel, tilt_deg=tuple(tilt), off_centre_mm=tuple(place), radius_mm=radius)

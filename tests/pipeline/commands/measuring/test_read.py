@@ -1,0 +1,153 @@
+"""`pipeline read` from the command line: forces, files, streams, firmware, and its exit codes."""
+
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from stand_ins import CONTACT, result_of
+
+from pipeline.cli import main
+from pipeline.report.outputs import write_outputs
+
+ROOT = Path(__file__).parents[4]
+KEYS = {"E_MPa", "E_over_1_minus_nu2_MPa", "u_percent", "tilt_deg", "flags", "class"}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return the folder of a paper sensor whose contact and springs stand in for solved ones, and its result."""
+    folder = tmp_path_factory.mktemp("read") / "paper"
+    folder.mkdir()
+    result = result_of()
+    write_outputs(result, folder)
+    return folder, result
+
+
+def forces_at(result, E, travel=0.6):
+    return np.linalg.solve(result.springs.C + CONTACT.S / E, [travel, travel])
+
+
+def press_csv(result, E):
+    rows = [forces_at(result, E, x) for x in np.linspace(0.02, 0.6, 30)]
+    lines = "".join(f"{0.001 * place},{soft},{stiff}\n" for place, (soft, stiff) in enumerate(rows))
+    return "t_s,F_l_N,F_h_N\n" + lines
+
+
+def test_forces_of_a_pair(made, capsys):
+    folder, result = made
+    forces = ",".join(map(str, forces_at(result, 1.5)))
+    assert main(["read", str(folder), "--forces", forces, "--json", "--classes", "ripe:0.8,unripe"]) == 0
+    answer = capsys.readouterr()
+    reading = json.loads(answer.out)
+    assert reading.keys() >= KEYS
+    assert reading["E_MPa"] == pytest.approx(1.5, rel=1e-6)
+    assert (reading["class"], reading["flags"]) == ("unripe", [])
+    assert "force ratio" in answer.err
+    assert "no --unit" in answer.err
+
+
+def test_flags_may_stand_before_the_file(made, capsys, tmp_path):
+    folder, result = made
+    path = tmp_path / "press.csv"
+    path.write_text(press_csv(result, 2.0), encoding="utf-8")
+    assert main(["read", str(folder), "--json", str(path)]) == 0
+    assert json.loads(capsys.readouterr().out)["E_MPa"] == pytest.approx(2.0, rel=1e-6)
+
+
+def test_file_and_stream_read_alike(made, capsys, tmp_path, monkeypatch):
+    folder, result = made
+    text = press_csv(result, 2.5)
+    path = tmp_path / "press.csv"
+    path.write_text(text, encoding="utf-8")
+    assert main(["read", str(folder), str(path), "--json"]) == 0
+    from_file = capsys.readouterr().out
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    assert main(["read", str(folder), "-", "--json"]) == 0
+    assert capsys.readouterr().out == from_file
+    (line,) = from_file.splitlines()
+    assert json.loads(line)["E_MPa"] == pytest.approx(2.5, rel=1e-6)
+    assert main(["read", str(folder), str(path), "--each"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) > 25
+
+
+def test_calibrated_unit_is_taken_with_its_classes(made, capsys, tmp_path):
+    folder, result = made
+    K = 1.0 / np.diag(result.springs.C)
+    lines = ["tip,weight_g,deflection_mm"]
+    lines += [
+        f"{name},{g},{g * 9.80665e-3 / K[i] / 1.2}" for i, name in enumerate(("low", "high")) for g in (0, 10, 30)
+    ]
+    table, unit = tmp_path / "weights.csv", tmp_path / "unit.toml"
+    table.write_text("\n".join(lines), encoding="utf-8")
+    assert main(["calibrate", str(folder), str(table), "--out", str(unit), "--classes", "ripe:0.8,unripe"]) == 1
+    answer = capsys.readouterr().out
+    assert "+20.0 % against the design's" in answer
+    assert "is off by -16.7 % at worst" in answer
+    assert main(["calibrate", str(folder), str(table), "--json"]) == 1
+    first = json.loads(capsys.readouterr().out)["table"][0]
+    assert first["with_design_stiffness_percent"] == pytest.approx(-16.7, abs=0.1)
+    forces = np.linalg.solve(result.springs.C / 1.2 + CONTACT.S / 1.5, [0.6, 0.6])
+    words = ["read", str(folder), "--unit", str(unit), "--forces", ",".join(map(str, forces)), "--json"]
+    assert main(words) == 0
+    reading = json.loads(capsys.readouterr().out)
+    assert reading["E_MPa"] == pytest.approx(1.5, rel=1e-3)
+    assert reading["class"] == "unripe"
+    assert main(["calibrate", str(folder), str(table), "--out", str(unit)]) == 2
+    assert "must be a file that is not there yet" in capsys.readouterr().err
+
+
+def test_firmware_is_written_and_not_over_another_file(made, capsys, tmp_path):
+    folder, _ = made
+    header, module = tmp_path / "unit.h", tmp_path / "unit.py"
+    words = ["read", str(folder), "--c-header", str(header), "--micropython", str(module)]
+    assert main(words) == 0
+    assert capsys.readouterr().out.split() == [str(header), str(module)]
+    assert "twintip_end" in header.read_text(encoding="utf-8")
+    header.write_text("mine", encoding="utf-8")
+    assert main(words) == 2
+    assert header.read_text(encoding="utf-8") == "mine"
+    assert main([*words, "--force"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "FILE.csv = None: must be a file, - or left out beside --forces"),
+        (["--forces", "1,2,3"], "3 forces; must be 2 in N"),
+        (["--forces", "0.2,nan"], "tip high = nan N: must be from"),
+        (["--forces=-1,0.2"], "tip low = -1 N: must be from"),
+        (["--forces", "200,2000"], "check zero, sign and unit of the channel"),
+        (["--forces", "0.2,0.5", "press.csv"], "must be left out beside press.csv"),
+        (["nowhere.csv"], "must be a CSV file that is there"),
+        (["--forces", "0.2,0.5", "--unit", "nowhere.toml"], "must be a unit.toml of pipeline calibrate"),
+        (["--forces", "0.2,0.5", "--classes", "ripe:0.8"], "--classes = 'ripe:0.8'"),
+    ],
+)
+def test_wrong_input_is_one_line(made, capsys, words, message):
+    folder, _ = made
+    assert main(["read", str(folder), *words]) == 2
+    error = capsys.readouterr().err.splitlines()
+    assert message in error[-1]
+
+
+def test_forces_that_tell_nothing_exit_with_one(made, capsys):
+    folder, _ = made
+    assert main(["read", str(folder), "--forces", "0,0.5"]) == 1
+    assert "no modulus  flags: lift_off" in capsys.readouterr().out
+
+
+def test_reading_imports_no_solver(made):
+    """A reading is instant: neither solids nor meshes nor solves are loaded."""
+    folder, _ = made
+    code = f"""
+import sys
+from pipeline.cli import main
+assert main(["read", {str(folder)!r}, "--forces", "0.37,1.07"]) == 0
+print(sorted({{"cadquery", "OCP", "gmsh", "skfem", "pyvista", "scipy"}} & set(sys.modules)))
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

@@ -1,0 +1,48 @@
+"""The completion scripts name every command and the names that flags take, and shells can read them."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cad.design.processes import PROCESSES
+from pipeline.cli import COMMANDS, main
+from pipeline.options import preset_names
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
+def test_script_knows_commands_presets_processes_and_names(shell, capsys):
+    assert main(["--print-completion", shell]) == 0
+    script = capsys.readouterr().out
+    for word in (*COMMANDS, *PROCESSES, *preset_names(), "reading.bias", "press.travel_mm"):
+        assert word in script
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
+def test_bash_completes_a_preset(tmp_path, capsys):
+    assert main(["--print-completion", "bash"]) == 0
+    script = tmp_path / "pipeline.bash"
+    script.write_text(capsys.readouterr().out, encoding="utf-8")
+    words = "COMP_WORDS=(pipeline run --design pap); COMP_CWORD=3"
+    program = f'source {script}; {words}; _shtab_pipeline; echo "${{COMPREPLY[@]}}"'
+    done = subprocess.run(["bash", "-c", program], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.split() == ["paper", "paper-on-mango"]
+
+
+@pytest.mark.parametrize("words", [["fish"], [], ["bash", "more"]])
+def test_other_shell_is_refused_in_a_line(words, capsys):
+    assert main(["--print-completion", *words]) == 2
+    assert "must be one of bash, zsh, tcsh" in capsys.readouterr().err
+
+
+def test_help_stays_with_the_standard_library():
+    """Shtab and all that is heavy wait until they are asked for."""
+    program = "import sys; from pipeline.cli import main; main(['--help']); print(*sys.modules, file=sys.stderr)"
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True, timeout=60
+    )
+    assert {"shtab", "numpy", "rich", "cadquery", "gmsh"} & set(done.stderr.split()) == set()

@@ -1,0 +1,31 @@
+"""`pipeline explain` lists names, explains one, and refuses an unknown one in a line."""
+
+import json
+
+from pipeline.cli import main
+from pipeline.explain.entries import entries
+
+
+def test_names_are_listed(capsys):
+    assert main(["explain"]) == 0
+    out = capsys.readouterr().out
+    assert [entry.name for entry in entries() if f"{entry.name}: " not in out] == []
+
+
+def test_one_name_has_meaning_formula_source_and_number(capsys):
+    assert main(["explain", "K_m"]) == 0
+    out = capsys.readouterr().out
+    for words in (
+        "K_m: Stiffness of the fruit",
+        "formula: K_m = E",
+        "source: docs/theory.md",
+        "the default design: 3846",
+    ):
+        assert words in out
+    assert main(["explain", "K_m", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["name"] == "K_m"
+
+
+def test_unknown_name_is_wrong_input(capsys):
+    assert main(["explain", "NLL"]) == 2
+    assert capsys.readouterr().err.startswith("pipeline: NAME = 'NLL': must be a verdict or a symbol; did you mean NL?")

@@ -1,0 +1,91 @@
+"""`pipeline suggest` prints a table and a command that gives the design, and writes a design file where asked."""
+
+import json
+import shlex
+
+import pytest
+
+from cad.design.design_file import design_as_toml
+from pipeline.cli import main
+from pipeline.options import load_design
+from pipeline.suggest import suggestion as room
+from pipeline.suggest.suggestion import Suggestion
+
+BRUISED = ["suggest", "paper", "--set", "fruit.bruise_limit_MPa=0.29", "--nl", "0.04"]
+
+
+@pytest.fixture
+def found(monkeypatch, tmp_path):
+    """Put a suggestion in the place of the search; return how it was asked."""
+    monkeypatch.chdir(tmp_path)
+    asked = []
+
+    def stand_in(design, options, keep):
+        asked.append((design, options, keep))
+        return Suggestion(design=design, changes={"press.travel_mm": 0.07}, verdicts=(), reason="passes", runs=2)
+
+    monkeypatch.setattr(room, "suggestion", stand_in)
+    return asked
+
+
+def test_command_that_is_printed_gives_the_design(found, capsys):
+    assert main([*BRUISED, "--keep", "print.process"]) == 0
+    table, command = capsys.readouterr().out.splitlines()[1:3], None
+    (design, _, keep) = found[0]
+    assert keep == {"print.process"}
+    assert table == ["key              from  to", "press.travel_mm  0.6   0.07"]
+    command = _command(main, capsys)
+    settings = dict(word.split("=", 1) for word in command if "=" in word)
+    changed = load_design("paper", settings)
+    assert (changed.press.travel_mm, changed.targets.NL) == (0.07, 0.04)
+    assert changed.fruit == design.fruit
+
+
+def _command(main_, capsys):
+    assert main_(BRUISED) == 0
+    return shlex.split(capsys.readouterr().out.splitlines()[-1])
+
+
+@pytest.mark.usefixtures("found")
+def test_json_says_what_changes(capsys):
+    assert main([*BRUISED, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["changes"] == [{"key": "press.travel_mm", "from": 0.6, "to": 0.07}]
+    assert data["design"]["press"]["travel_mm"] == 0.07
+    assert data["command"].endswith("--set press.travel_mm=0.07")
+
+
+@pytest.mark.usefixtures("found")
+def test_design_file_reads_back_as_the_design(tmp_path):
+    assert main([*BRUISED, "--out", "mended.toml"]) == 0
+    text = (tmp_path / "mended.toml").read_text(encoding="utf-8")
+    assert text.startswith("# pipeline run --design paper ")
+    assert design_as_toml(load_design(tmp_path / "mended.toml")) in text
+    assert main([*BRUISED, "--out", "mended.toml"]) == 2
+
+
+def test_design_without_a_remedy_ends_with_1(monkeypatch, capsys):
+    def none(design, _options, _keep):
+        return Suggestion(design=design, changes=None, verdicts=(), reason="none found: of 3 designs none passes")
+
+    monkeypatch.setattr(room, "suggestion", none)
+    assert main(["suggest"]) == 1
+    assert capsys.readouterr().out == "paper: none found: of 3 designs none passes\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["--keep", "press.travel"],
+            "--keep = 'press.travel': must be a key of the design file; did you mean press.travel_mm?",
+        ),
+        (["--out", "folder"], "--out = 'folder': must be a file that ends in .toml"),
+        (["--out", "nowhere/a.toml"], "--out = 'nowhere/a.toml': must be a new file in a folder that exists"),
+        (["--design", "mango"], "--design = 'mango': must be left out beside DESIGN"),
+    ],
+)
+def test_wrong_words_are_one_line(words, said, found, capsys):
+    assert main([*BRUISED, *words]) == 2
+    assert capsys.readouterr().err.startswith(f"pipeline: {said}")
+    assert found == []
