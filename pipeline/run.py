@@ -8,8 +8,8 @@ from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
 from pipeline.page.page import page_of_run
 from pipeline.reading.placed import refuse_steep_poses
-from pipeline.reading.readings import assess_readings
 from pipeline.reading.sensor_read_out import sensor_read_out
+from pipeline.reading.sensor_readings import assess_readings
 from pipeline.remedies.sentences import with_remedies
 from pipeline.report.outputs import write_outputs
 from pipeline.result import JudgedSensor, SensorResult
@@ -17,10 +17,10 @@ from pipeline.stages.characteristics import solved_behaviour
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.fabrication import make_fabrication
 from pipeline.stages.fields import write_fields
-from pipeline.stages.response import press_of_springs, refuse_unsolvable
+from pipeline.stages.response import refuse_unsolvable
 from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.solids import write_solids
-from pipeline.stages.springs import fit_springs
+from pipeline.stages.springs import fit_springs, press_of_springs
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.uncertainty.cause import assessed_sensor

@@ -17,8 +17,9 @@ from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.mesh_pairs import COARSE
 from pipeline.fit.mounts import attached_to
 from pipeline.options import RunOptions
+from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.stages.solids import Written, sensor_of, written_once
-from pipeline.stages.springs import FittedSpring, FittedSprings
+from pipeline.stages.springs import FittedSprings
 from pipeline.storage.cache import cached
 from pipeline.verdicts.rules import margin_verdict
 from solve.housing.stiffness import sideways_stiffness

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.quantity import InputError
-from pipeline.stages.springs import FittedSprings, tip_leads
 from pipeline.stages.tip_curve import refuse_large_strain, tip_curve
 from solve.contact.large_response import large_response
 from solve.contact.linear_response import SensorResponse, travels
@@ -50,11 +49,6 @@ class ScenePress:
 def scene_of(design: Design, ahead: Sequence[float] = ()) -> Scene:
     """Return the scene of contact of a design; `ahead` is how far each tip stands before the others [mm]."""
     return Scene(fruit=design.fruit, tips=design.tips, press=design.press, ahead_mm=tuple(ahead))
-
-
-def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSprings) -> ScenePress:
-    """Return the presses of the springs as they are made, whose tips their weight may set off level."""
-    return press_scene(design, contact, springs.C, tip_leads(springs, design.press.attitude))
 
 
 def refuse_unsolvable(design: Design) -> None:

@@ -67,6 +67,15 @@ ELSEWHERE = {
             "pipeline read outputs/paper --unit unit.toml --micropython unit.py",
         )
     },
+    "pipeline study springs.toml --export springs.csv --processes 8": (
+        "tests/pipeline/study/test_execute.py",
+        '"--export", str(csv)',
+    ),
+    "pipeline study springs.toml --scheduler tcp://10.0.0.5:8786": (
+        "tests/pipeline/study/test_engines.py",
+        '"--scheduler", address',
+    ),
+    "pipeline optimise sharper.toml": ("tests/pipeline/study/test_optimum.py", 'main(["optimise", str(written(text))'),
     "pipeline run --design docs/examples/my-fruit.toml": ("tests/docs/test_tutorial.py", '"from-test-to-firmware.md"'),
     "pipeline calibrate outputs/my-fruit docs/examples/weights.csv --out unit.toml "
     "--classes ripe:1.1,turning:2.3,unripe": ("tests/docs/test_tutorial.py", '"from-test-to-firmware.md"'),

@@ -212,7 +212,7 @@ def test_tables_are_those_of_the_module():
 
 
 def test_modulus_of_a_coupon_takes_the_place_of_the_process():
-    nominal, printed = Print().made_by, Print(E_MPa=1750.0).made_by
+    nominal, printed = Design().process, Design(print=Print(E_MPa=1750.0)).process
     assert nominal == PROCESSES["fdm-petg"]
     assert printed == dataclasses.replace(nominal, E_MPa=1750.0)
     with pytest.raises(InputError, match=r"^print\.E_MPa = -1 MPa: must be at least 1e-06 .*; give what the coupon"):
