@@ -36,8 +36,7 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     """
     options = options or RunOptions()
     refuse_unsolvable(design)
-    refuse_steep_poses(design)
-    plate_depth(design, design.print.made_by)  # refuses tips that leave no plate, before anything is solved
+    plate_depth(design, design.process)  # refuses tips that leave no plate, before anything is solved
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder, Stopwatch())
         write_outputs(result, folder, None if options.out is None else page_of_run(result))
@@ -52,7 +51,7 @@ def judged(design: Design, options: RunOptions | None = None) -> JudgedSensor:
     options = replace(options or RunOptions(), out=None)
     refuse_unsolvable(design)
     refuse_steep_poses(design)
-    plate_depth(design, design.print.made_by)
+    plate_depth(design, design.process)
     with output_folder(None) as folder:
         return _judged(design, options, folder, Stopwatch())
 

@@ -44,8 +44,9 @@ def entries() -> tuple[Entry, ...]:
 
 
 def _entry(name: str, table: Mapping[str, Any], *, is_verdict: bool) -> Entry:
-    values: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
-    return Entry(name=name, is_verdict=is_verdict, **values)
+    listed = {key: tuple(table.get(key, ())) for key in ("aliases", "each")}
+    texts = {key: value for key, value in table.items() if key not in listed}
+    return Entry(name=name, is_verdict=is_verdict, aliases=listed["aliases"], each=listed["each"], **texts)
 
 
 def entry_names() -> tuple[str, ...]:

@@ -10,8 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.tri import Triangulation
 
-from cad.design.processes import PROCESSES
-from cad.design.tips import Tips
 from cad.theory.hertz import hertz_factor
 from pipeline.page.fields import Fields, FlexureSection, Floats, Ints, TipPressure
 from pipeline.page.picture import INK, MUTED, SERIES, Picture, plot_axes, plot_picture, plot_style
@@ -34,7 +32,7 @@ def flexure_picture(report: StoredReport, fields: Fields) -> Picture | None:
     section = fields.flexure
     if section is None:
         return None
-    process = PROCESSES[report.design.print.process]
+    process = report.design.process
     limit, largest = process.E_MPa * process.strain_limit, float(section.stress.max())
     width, rise = np.ptp(section.places, axis=0).tolist()
     factor = _drawn_factor(float(np.linalg.norm(section.moves, axis=1).max()), width)
@@ -142,19 +140,29 @@ def _touch(report: StoredReport, fields: Fields, E: float, forces: Mapping[int, 
     if place >= len(fields.pressures):
         return None
     depth = report.contact.compliance_per_mm[place][place] * forces[place] / E
-    return _flat_touch(report.design.tips, fields.pressures[place], forces[place], depth)
+    return _flat_touch(report, fields.pressures[place], place, (forces[place], depth))
 
 
-def _flat_touch(tips: Tips, pressure: TipPressure, force: float, depth: float) -> _Touch:
-    """Return a flat tip under a force [N], pressed in by a depth [mm].
+def _flat_touch(report: StoredReport, pressure: TipPressure, place: int, pressed: tuple[float, float]) -> _Touch:
+    """Return the flat tip of a place under a force [N], pressed in by a depth [mm].
 
     The skin beside it is that beside a circle: 2 depth / pi asin(half / r), K. L. Johnson, Contact Mechanics, (3.38).
     """
-    half = 0.5 * tips.side_mm
+    (force, depth), half = pressed, 0.5 * report.design.tips.side_mm
     x = np.linspace(-_REACH * half, _REACH * half, 121)
-    skin = -depth * np.arcsin(half / np.maximum(np.abs(x), half)) / _QUARTER
+    rest = _rest(report, place, x)
+    beside = rest - depth * np.arcsin(half / np.maximum(np.abs(x), half)) / _QUARTER
+    skin = np.where(np.abs(x) <= half, np.minimum(rest, -depth), beside)
     box = np.array([[-half, 2.0 * half], [-half, -depth], [half, -depth], [half, 2.0 * half]])
-    return _Touch(pressure=pressure, tip=box, skin=_line(x, skin), rest=_line(x, 0.0 * x), mean=force / tips.face_mm2)
+    mean = force / report.design.tips.face_mm2
+    return _Touch(pressure=pressure, tip=box, skin=_line(x, skin), rest=_line(x, rest), mean=mean)
+
+
+def _rest(report: StoredReport, place: int, x: Floats) -> Floats:
+    """Return the skin before the press [mm] at places x [mm] along the tips from the middle of a tip, 0 there."""
+    tip, fruit = report.tips[place], report.design.fruit
+    falls = [fruit.fall_mm(tip.x_mm + away, tip.y_mm) for away in x.tolist()]
+    return np.asarray(fruit.fall_mm(tip.x_mm, tip.y_mm) - np.array(falls))
 
 
 def _dome_touch(report: StoredReport, E: float, force: float, reach: float) -> _Touch:

@@ -33,7 +33,7 @@ def changed(design: Design, changes: Changes) -> Design:
     for name, value in changes.items():
         table, _, key = name.partition(".")
         tables.setdefault(table, {})[key] = value
-    records: dict[str, Any] = {table: _replaced(design, table, values) for table, values in tables.items()}
+    records: Mapping[str, Any] = {table: _replaced(design, table, values) for table, values in tables.items()}
     return dataclasses.replace(design, **records)
 
 

@@ -158,7 +158,7 @@ def _of_contact(design: Design) -> tuple[Fruit, Tips]:
 
 def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     """Return springs that are just as stiff as asked for, with what the beam law says of their leaves."""
-    process, ratio = design.print.made_by, sizing.sizing_stiffness_ratio
+    process, ratio = design.process, sizing.sizing_stiffness_ratio
     printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
     rows = zip(NAMES, sizing.springs.stiffnesses, printable, strict=True)
     return FittedSprings(

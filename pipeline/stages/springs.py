@@ -89,7 +89,7 @@ def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> Fi
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
     two springs stand for all tips of their kinds: those of a square are in two equal plates, a line has no housing.
     """
-    process = design.print.made_by
+    process = design.process
     ratio, targets = sizing.sizing_stiffness_ratio, sizing.springs.stiffnesses
     deflections = sizing.deflections(design.full_travels_mm)
     printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
@@ -108,7 +108,7 @@ def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> Fi
 
 def _judged_again(design: Design, sizing: SpringSizing, housing: Housing) -> tuple[Printable, ...]:
     """Return whether each spring can be printed with its leaves as long as they were solved."""
-    process, lengths = design.print.made_by, tuple(arm.flexure.length for arm in housing.arms)
+    process, lengths = design.process, tuple(arm.flexure.length for arm in housing.arms)
     ratio = sizing.sizing_stiffness_ratio
     return check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
 

@@ -14,7 +14,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from cad.design.processes import PROCESSES, Process
+from cad.design.processes import Process
 from cad.parts.housing import Housing
 from cad.quantity import fault
 from mesh.housing.sweep import flexure_mesh
@@ -65,7 +65,7 @@ def housing_of(report: StoredReport) -> LoadedHousing:
     """Return the housing of a report with its unit loads; raises InputError where it has none, SolveError."""
     if report.housing is None:
         raise fault("DIR", report.design.name, "", "a design with a housing", "run a design that can be made")
-    return loaded_housing(report.housing, PROCESSES[report.design.print.process])
+    return loaded_housing(report.housing, report.design.process)
 
 
 def fruit_under(report: StoredReport, E: float, x: float) -> tuple[SolvedMesh, dict[str, Floats]]:

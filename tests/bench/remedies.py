@@ -220,7 +220,7 @@ def sheet(outcomes: Sequence[Outcome]) -> Sheet:
         title="What mends them",
         heads=("design", "kind", "not passed", "mended by", "change, or why none"),
         rows=rows,
-        notes=(f"{count} of {len(outcomes)} pass: {told}",),
+        notes=(f"{count} of the {len(outcomes)} designs that were run pass: {told}",),
     )
 
 
@@ -237,11 +237,14 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kept", type=Path, help="folder of outcomes, one file a design")
+    parser.add_argument("--only-kept", action="store_true", help="run none, write those that are kept")
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder of the page (default {OUT})")
     asked = parser.parse_args(arguments)
     outcomes: list[Outcome] = []
     with suppress(KeyboardInterrupt):
         for number in range(asked.first, asked.first + asked.count):
+            if asked.only_kept and not (asked.kept / f"{asked.seed}-{number}.json").exists():
+                continue
             started = time.process_time()
             outcomes.append(kept_outcome(asked.kept, asked.seed, number))
             one = outcomes[-1]
@@ -251,7 +254,7 @@ def main(arguments: Sequence[str]) -> int:
                 file=sys.stderr,
                 flush=True,
             )
-    flags = f"--first {asked.first} --count {len(outcomes)} --seed {asked.seed}"
+    flags = f"--first {asked.first} --count {asked.count} --seed {asked.seed}"
     words = INTRODUCTION.format(flags=flags, kinds=len(set(KINDS)))
     publish(asked.out, {"remedies.md": page("Remedies", words, sheet(outcomes).markdown())}, as_json=False)
     return 0 if reached(outcomes) else 1

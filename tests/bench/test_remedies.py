@@ -61,4 +61,4 @@ def test_page_has_a_row_for_each_design_and_the_sum(remedies, monkeypatch, tmp_p
     assert remedies.main(["--count", "2", "--out", str(tmp_path)]) == 0
     page = (tmp_path / "remedies.md").read_text(encoding="utf-8")
     assert page.count("| tilted |") == 2
-    assert "2 of 2 pass" in page
+    assert "2 of the 2 designs that were run pass" in page

@@ -98,7 +98,7 @@ def _readings(design: Design, contact: FruitCompliance, sizing: SpringSizing, re
 
 def _printable(design: Design, sizing: SpringSizing) -> Iterator[Verdict]:
     """Yield whether the process can make each spring, by the beam law."""
-    process, ratio = design.print.made_by, sizing.sizing_stiffness_ratio
+    process, ratio = design.process, sizing.sizing_stiffness_ratio
     found = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
     for name, K, printable in zip(design.tips.as_pair.names, sizing.springs.stiffnesses, found, strict=True):
         yield printable_verdict(FittedSpring(name=name, target=K, printable=printable))

@@ -28,7 +28,7 @@ def fitted_report(design: Design, tolerance: float) -> Plain:
     options = RunOptions(tolerance=tolerance)
     refuse_unsolvable(design)
     refuse_steep_poses(design)
-    plate_depth(design, design.print.made_by)  # refuses tips that leave no plate
+    plate_depth(design, design.process)  # refuses tips that leave no plate
     contact = fruit_compliance(design, options)
     sizing = spring_sizing(design, contact, options)
     springs = fit_springs(design, sizing, options)
