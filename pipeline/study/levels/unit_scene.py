@@ -7,7 +7,7 @@ larger by a factor is smaller by it, and its indentation is over E.
 import dataclasses
 import functools
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
@@ -15,6 +15,7 @@ from cad.design.tips import Tips
 from cad.quantity import InputError
 from pipeline.options import CONTACT_SHARE
 from pipeline.stages.level_contact import level_compliance
+from pipeline.storage.plain import Plain
 from pipeline.study.levels.direct_solve import direct_solve
 from solve.fruit.compliance import FruitCompliance
 
@@ -63,7 +64,7 @@ def _neutral_tips(tips: Tips) -> Tips:
 
 def _over(record: Record, scale: float) -> Record:
     """Return a record with every length over a scale [mm]."""
-    lengths: dict[str, Any] = {
+    lengths: Plain = {
         item.name: float(f"{value / scale:.{_DIGITS}g}")
         for item in dataclasses.fields(record)
         if item.name.endswith("_mm") and (value := getattr(record, item.name)) is not None
