@@ -67,8 +67,8 @@ def _reading_plot(reading: StoredReading, asked: Reading) -> Picture:
     for colour, (values, words, limit) in zip(SERIES, drawn, strict=False):
         axes.plot(E, np.abs(numbers(values)), "o-", color=colour, label=words)
         _draw_limit(axes, 100.0 * limit, "limit", colour)
-    known = [abs(value) for value in (*bias, *scatter) if value is not None]
-    axes.set_ylim(0.0, 1.18 * max(*known, 100.0 * asked.bias_limit, 100.0 * asked.uncertainty_limit))
+    known = np.abs(numbers([*bias, *scatter]))
+    axes.set_ylim(0.0, 1.18 * max(float(np.nanmax(known)), 100.0 * asked.bias_limit, 100.0 * asked.uncertainty_limit))
     plot_legend(axes, "center right")
     worst = max(reading.moduli, key=lambda row: abs(row.E_bias_percent))
     caption = (
