@@ -67,16 +67,20 @@ def _reading_plot(reading: StoredReading, asked: Reading) -> Picture:
     for colour, (values, words, limit) in zip(SERIES, drawn, strict=False):
         axes.plot(E, np.abs(numbers(values)), "o-", color=colour, label=words)
         _draw_limit(axes, 100.0 * limit, "limit", colour)
-    known = [abs(value) for value in (*bias, *scatter)]
-    axes.set_ylim(0.0, 1.18 * max(*known, 100.0 * asked.bias_limit, 100.0 * asked.uncertainty_limit))
+    axes.set_ylim(0.0, 1.12 * max(axes.dataLim.y1, 100.0 * asked.bias_limit, 100.0 * asked.uncertainty_limit))
     plot_legend(axes, "center right")
+    caption = _of_the_worst(reading, asked.tilt_deg)
+    return plot_picture(axes, "pose", "Error of the reading in the worst pose", caption, f"Two lines. {caption}")
+
+
+def _of_the_worst(reading: StoredReading, tilt_deg: float) -> str:
+    """Return in words how a sensor reads, in which pose worst, and when a tip lifts off."""
     worst = max(reading.moduli, key=lambda row: abs(row.E_bias_percent))
-    caption = (
-        f"Read as {reading.method}. Every pose that occurs is in it, with tilts up to {asked.tilt_deg:g} degrees; the "
+    return (
+        f"Read as {reading.method}. Every pose that occurs is in it, with tilts up to {tilt_deg:g} degrees; the "
         f"worst is {worst.worst}, at {worst.E_MPa:g} MPa. The first tip lifts off at {reading.lift_deg:.3g} degrees. "
         "The deviation is one standard deviation."
     )
-    return plot_picture(axes, "pose", "Error of the reading in the worst pose", caption, f"Two lines. {caption}")
 
 
 def _draw_limit(axes: Axes, limit: float, words: str, colour: str) -> None:

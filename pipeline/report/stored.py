@@ -9,7 +9,7 @@ from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
-from pipeline.report.stored_parts import optional, part, record, records
+from pipeline.report.stored_parts import inner, optional, part, record, records
 from pipeline.report.stored_records import (
     StoredBudget,
     StoredCurve,
@@ -191,8 +191,8 @@ def _report(data: Plain) -> StoredReport:
         read_out=part(StoredReadOut, data, "read_out"),
         reading=_reading(data),
         notes=part(tuple[str, ...], data, "notes"),
-        tolerance=part(float, part(Plain, data, "accuracy"), "tolerance"),
-        fruit_stiffness=part(str, part(Plain, data, "springs"), "fruit_stiffness"),
+        tolerance=inner(float, data, "accuracy", "tolerance"),
+        fruit_stiffness=inner(str, data, "springs", "fruit_stiffness"),
         versions=part(dict[str, str], data, "versions"),
         seconds=part(dict[str, float], data, "seconds"),
     )

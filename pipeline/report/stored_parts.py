@@ -16,6 +16,11 @@ def part(kind: type[T], data: Plain, key: str) -> T:
     return from_plain(kind, data[key], key)
 
 
+def inner(kind: type[T], data: Plain, key: str, under: str) -> T:
+    """Return what stands at a key of the object at another key; raises ValueError as `part` does."""
+    return part(kind, part(Plain, data, key), under)
+
+
 def optional(kind: type[T], data: Plain, key: str) -> T | None:
     """Return what stands at a key, or None where it is null; raises ValueError where the key is missing."""
     return None if data.get(key, "") is None else part(kind, data, key)
