@@ -4,7 +4,7 @@ import dataclasses
 import difflib
 import math
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -96,6 +96,15 @@ def choice(options: Sequence[str], *, default: str | None, remedy: str = "choose
     return field(default=default, metadata={"options": tuple(options), "remedy": remedy})
 
 
+def text_field(
+    *,
+    remedy: str,
+    default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
+) -> Any:  # noqa: ANN401 - stands where a field's value will stand
+    """Declare a field of free text on one line, and what to do when it is none."""
+    return field(default=default, metadata={"text": "a line of text", "remedy": remedy})
+
+
 def fault(name: str, value: object, unit: str, bound: str, remedy: str) -> InputError:
     """Return the error for one bad value, in the one form that every message has."""
     in_unit = "" if unit in ("", "1") else f" {unit}"
@@ -123,13 +132,17 @@ def as_float(number: float) -> float:
         return math.inf if number > 0 else -math.inf
 
 
-def check_fields(record: Any, table: str) -> None:  # noqa: ANN401 - any frozen dataclass
-    """Check every declared field of a frozen record; raises InputError at the first bad one."""
+def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # noqa: ANN401 - any frozen dataclass
+    """Check every declared field of a frozen record but the named ones; raises InputError at the first bad one."""
     for item in dataclasses.fields(record):
+        if item.name in but:
+            continue
         value = getattr(record, item.name)
         if value is None and item.default is None:
             continue
-        if "options" in item.metadata:
+        if "text" in item.metadata:
+            _check_text(f"{table}.{item.name}", value, item)
+        elif "options" in item.metadata:
             _check_choice(f"{table}.{item.name}", value, item)
         elif "bounds" in item.metadata:
             _check_number(f"{table}.{item.name}", value, item)
@@ -146,16 +159,34 @@ def check_sources(record: Any, table: str, remedy: str) -> None:  # noqa: ANN401
 
 def sourced_records(path: Path, kind: type[Record], label: str, remedy: str) -> dict[str, Record]:
     """Return by name the records with `sources` of a TOML file; raises InputError for an unknown or bad key."""
-    fields, records = dataclasses.fields(kind), {}  # type: ignore[arg-type]
+    tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    return {name: sourced_record(name, table, kind, label, remedy) for name, table in tables.items()}
+
+
+def sourced_record(name: str, table: object, kind: type[Record], label: str, remedy: str) -> Record:
+    """Return the record of one table with its `sources`; raises InputError for an unknown or bad key."""
+    if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
+        shown, bound = f"{label} {name}", "a table of numbers with a table of their sources"
+        raise fault(shown, str(table), "", bound, remedy)
+    fields = dataclasses.fields(kind)  # type: ignore[arg-type]
     keys = [item.name for item in fields if item.name != "name"]
     left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
-    for name, table in tomllib.loads(path.read_text(encoding="utf-8")).items():
-        for key in table.keys() - keys:
-            shown, bound = f"{label} {name}.{key}", f"left out; did you mean {nearest(key, keys)}?"
-            raise fault(shown, table[key], "", bound, remedy)
-        sources = tuple(table.get("sources", {}).items())
-        records[name] = kind(**{**left_out, **table, "name": name, "sources": sources})
-    return records
+    for key in sorted(table.keys() - keys):
+        shown, bound = f"{label} {name}.{key}", f"left out; did you mean {nearest(key, keys)}?"
+        raise fault(shown, table[key], "", bound, remedy)
+    sources = tuple(table.get("sources", {}).items())
+    return kind(**{**left_out, **table, "name": name, "sources": sources})
+
+
+def _check_text(name: str, value: object, item: Field[Any]) -> None:
+    if not isinstance(value, str) or not value.strip() or not value.isprintable():
+        raise fault(name, value, "", item.metadata["text"], item.metadata["remedy"])
+
+
+def check_choice(name: str, value: object, kind: type[Any]) -> None:
+    """Raise InputError unless a value is one of the options of the field `table.key` of a record type."""
+    key = name.rpartition(".")[2]
+    _check_choice(name, value, next(item for item in dataclasses.fields(kind) if item.name == key))
 
 
 def _check_choice(name: str, value: object, item: Field[Any]) -> None:

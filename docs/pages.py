@@ -49,6 +49,7 @@ MEANINGS = {
     "press.tilt_deg": "tilt of the sensor along the tips; a positive one lowers the high tip",
     "press.tilt_spread_deg": "how far the tilt of one press may be off, two sigma; it moves P of a level sensor",
     "press.roll_deg": "roll of the sensor across the tips; a positive one lowers the side y > 0 of each tip",
+    "press.strain": "linear flesh, or flesh at large strain under level flat tips on a block; see docs/accuracy.md",
     "press.attitude": "where the tips point; the weight of the moving parts then shifts the tips before the press",
     "reading.tilt_deg": "largest tilt of a press, in any direction",
     "reading.off_centre_mm": "how far from the apex a press may be, in any direction",
@@ -60,6 +61,8 @@ MEANINGS = {
     "reading.bias_limit": "largest error of the modulus over all poses, without noise",
     "reading.uncertainty_limit": "largest standard deviation of the modulus, all causes together",
     "print.process": "how the housing is made, see [processes](processes.md)",
+    "print.process_file": "a TOML file with a printer of your own, its path from the design file, see "
+    "[processes](processes.md#a-printer-of-your-own)",
     "print.max_length_mm": "longest leaf that fits the machine",
     "print.E_MPa": "modulus that a printed coupon showed, in place of that of the process",
     "print.gauges": "strain gauges glued on the leaves; what they stiffen is included",
@@ -143,8 +146,7 @@ PROCESS_HEAD = """\
 `pipeline design --list-processes`.
 
 The processes fdm-petg, fdm-pla, sls-pa12 and sla-resin can make the default design, and so can the two metal ones.
-strip-steel cannot: its leaves are clamped in a body of another material, which is not modelled, and its verdict says
-so. How exactly each process meets the default targets is shown in [springs of each process](process-springs.md).
+How exactly each process meets the default targets is shown in [springs of each process](process-springs.md).
 
 Leaf thicknesses of the filament processes are multiples of the printer's line: the low leaf is two lines of 0.4 mm,
 the high one three. These are the first and a middle layer in the slicer:
@@ -153,6 +155,22 @@ the high one three. These are the first and a middle layer in the slicer:
 
 Sources that begin with "typical" are values in common use that were not checked against a data sheet. All others were
 read where they say. They set the first print: calibrate each printed unit before its numbers are trusted.
+"""
+
+PROCESS_TAIL = """\
+## A printer of your own
+
+Copy the table of the process that is nearest to yours from `cad/design/processes.toml` into a file of your own, give
+it a new name, and change what you have measured. Every number needs its source, and one that is out of bounds or
+unknown is refused in a line. `kind` is fdm, sla, sls, dmls or other: it decides what the fabrication sheet says of
+supports, washing, heat and powder. Name the file in the design, with its path from the design file:
+
+    [print]
+    process_file = "my-printer.toml"
+
+A file with several processes needs `process = "NAME"` beside it. The process itself, with its sources, then stands in
+`design.toml` and in `report.json` of every output folder as the table `printer`, so the folder stands alone.
+`pipeline design --list-processes` shows it too where the design is named.
 """
 
 Rows = Iterable[Sequence[str]]
@@ -181,7 +199,7 @@ def design_row(name: str, item: dataclasses.Field[Any]) -> tuple[str, ...]:
     """Return one key of the design file: name, unit, bounds, default and meaning."""
     data = item.metadata
     choices = ", ".join(data.get("options", ()))
-    bounds = f"one of {choices}" if choices else str(data["bounds"])
+    bounds = f"one of {choices}" if choices else str(data.get("bounds") or data["text"])
     return f"`{item.name}`", unit_shown(data.get("unit", "text")), bounds, shown(item.default), MEANINGS[name]
 
 
@@ -226,7 +244,7 @@ def process_page() -> str:
     for name, process in PROCESSES.items():
         sources = table(("number", "source"), [(f"`{key}`", text) for key, text in process.sources])
         parts += [f"### {name}\n", sources + "\n"]
-    return "\n".join(parts)
+    return "\n".join([*parts, PROCESS_TAIL])
 
 
 PAGES = {"design-file.md": design_page, "processes.md": process_page}

@@ -24,6 +24,7 @@ from pipeline.commands.console import (
     ready_streams,
 )
 from pipeline.commands.measuring import calibrate, modulus, read
+from pipeline.commands.studying import optimise, study
 from pipeline.limits import LEAST_MEMORY_GIB, refuse_small_memory
 from pipeline.storage.interruption import Interrupted
 
@@ -33,6 +34,7 @@ _REFUSED = {errno.EACCES, errno.EPERM, errno.EMFILE, errno.ENFILE, errno.EIO, er
 COMMANDS: dict[str, Any] = {
     "run": run, "design": design, "suggest": suggest, "explain": explain, "check": check, "view": view,
     "bench": bench, "doctor": doctor, "modulus": modulus, "calibrate": calibrate, "read": read,
+    "study": study, "optimise": optimise,
 }  # fmt: skip
 """Modules with PURPOSE, EXAMPLE, `add_arguments` and `execute`."""
 

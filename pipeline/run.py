@@ -6,9 +6,10 @@ from pathlib import Path
 from cad.design.parameters import Design
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
+from pipeline.page.page import page_of_run
 from pipeline.reading.placed import refuse_steep_poses
-from pipeline.reading.readings import assess_readings
 from pipeline.reading.sensor_read_out import sensor_read_out
+from pipeline.reading.sensor_readings import assess_readings
 from pipeline.remedies.sentences import with_remedies
 from pipeline.report.outputs import write_outputs
 from pipeline.result import JudgedSensor, SensorResult
@@ -16,10 +17,10 @@ from pipeline.stages.characteristics import solved_behaviour
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.fabrication import make_fabrication
 from pipeline.stages.fields import write_fields
-from pipeline.stages.response import press_of_springs, refuse_unsolvable
+from pipeline.stages.response import refuse_unsolvable
 from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.solids import write_solids
-from pipeline.stages.springs import fit_springs
+from pipeline.stages.springs import fit_springs, press_of_springs
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.uncertainty.cause import assessed_sensor
@@ -35,11 +36,10 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     """
     options = options or RunOptions()
     refuse_unsolvable(design)
-    refuse_steep_poses(design)
-    plate_depth(design, design.print.made_by)  # refuses tips that leave no plate, before anything is solved
+    plate_depth(design, design.process)  # refuses tips that leave no plate, before anything is solved
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder, Stopwatch())
-        write_outputs(result, folder)
+        write_outputs(result, folder, None if options.out is None else page_of_run(result))
     return result
 
 
@@ -51,7 +51,7 @@ def judged(design: Design, options: RunOptions | None = None) -> JudgedSensor:
     options = replace(options or RunOptions(), out=None)
     refuse_unsolvable(design)
     refuse_steep_poses(design)
-    plate_depth(design, design.print.made_by)
+    plate_depth(design, design.process)
     with output_folder(None) as folder:
         return _judged(design, options, folder, Stopwatch())
 

@@ -1,18 +1,21 @@
 """Reports of designs as `pipeline read` takes them, without a run; and units of them in random poses."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
 
+from cad.design.parameters import Design
 from cad.design.reading import Reading
+from cad.parts.housing import Housing
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.pressed_sensor import pressed_sensor
 from pipeline.reading.readings import Readings
 from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.report.readings import reading_mapping
-from pipeline.report.stored import StoredContact, StoredModulus, StoredReadOut, StoredReport, StoredTip
+from pipeline.report.stored import StoredContact, StoredTip
+from pipeline.report.stored_records import StoredModulus, StoredReadOut
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.response import scene_of
 from pipeline.storage.plain import from_plain
@@ -22,6 +25,18 @@ from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 
 PAPER = (906.0, 20830.0)  # [N/m] springs that its targets size
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportOfUnits:
+    """What measuring takes of a `StoredReport`."""
+
+    design: Design
+    tips: tuple[StoredTip, ...]
+    contact: StoredContact
+    read_out: StoredReadOut
+    moduli: tuple[StoredModulus, ...]
+    housing: Housing | None = None
 
 
 class MeasuredDesign:
@@ -46,7 +61,7 @@ class MeasuredDesign:
         known = sensor_read_out(design, self.contact, SimpleNamespace(C=self.C), press, readings)
         data = reading_mapping(design.tips, known, readings)
         rows = [] if data["reading"] is None else data["reading"]["moduli"]
-        self.report = StoredReport(
+        self.report = ReportOfUnits(
             design=design,
             tips=tuple(from_plain(StoredTip, tip) for tip in data["tips"]),
             contact=StoredContact(
@@ -54,13 +69,9 @@ class MeasuredDesign:
                 error_percent=100.0 * self.contact.error_pair,
                 s11_error_percent=100.0 * self.contact.error_own,
             ),
-            housing=None,
-            deflections_mm=(),
-            response=(),
-            files=(),
             read_out=from_plain(StoredReadOut, data["read_out"]),
             moduli=tuple(
-                StoredModulus(**{key: row[key] for key in ("E_MPa", "E_bias_percent", "uncertainty_percent")})
+                StoredModulus(**{key: row[key] for key in ("E_MPa", "E_bias_percent", "worst", "uncertainty_percent")})
                 for row in rows
             ),
         )

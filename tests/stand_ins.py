@@ -16,9 +16,10 @@ from pipeline.options import RunOptions
 from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import spring_behaviour
+from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.stages.response import press_scene
 from pipeline.stages.sizing import SpringSizing, spring_sizing
-from pipeline.stages.springs import FittedSpring, FittedSprings
+from pipeline.stages.springs import FittedSprings
 from pipeline.storage.stopwatch import Seconds
 from pipeline.uncertainty.cause import assessed_sensor
 from pipeline.uncertainty.sensor_errors import sensor_errors

@@ -51,7 +51,9 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "cad.design": (*NUMBERS, "cad.theory"),
     "cad.parts": LAWS,
     "cad.files": SHAPES,
+    "cad.drawing": (*SHAPES, "cad.files"),
     "cad.checks": (*SHAPES, "cad.files"),
+    "cad.workshop": (*SHAPES, "cad.files", "cad.drawing", "cad.checks"),
     "mesh.session": ("cad.quantity",),
     "mesh.gmsh_arrays": ("mesh.session",),
     "mesh.quality": ("cad.quantity", "mesh.session", "mesh.gmsh_arrays"),
@@ -67,8 +69,9 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "solve.nodal_fields": (*LAWS, "solve.arrays", "solve.elasticity"),
     "solve.halfspace": (*LAWS, *ELASTIC),
     "solve.fruit": (*LAWS, *ELASTIC, "solve.halfspace"),
-    "solve.contact": (*LAWS, *ELASTIC, "solve.halfspace", "solve.fruit"),
+    "solve.contact": (*LAWS, *ELASTIC, "solve.halfspace", "solve.fruit", "solve.large_strain"),
     "solve.housing": (*LAWS, *ELASTIC),
+    "solve.large_strain": (*LAWS, *ELASTIC),
     "pipeline.options": LAWS,
     "pipeline.limits": ("cad.quantity",),
     "pipeline.progress": (),
@@ -90,6 +93,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.explain": SENTENCES,
     "pipeline.run": (*SENTENCES, "pipeline.remedies", "pipeline.page"),
     "pipeline.suggest": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
+    "pipeline.study": (*SENTENCES, "pipeline.remedies", "pipeline.run"),
     "pipeline.decks": (*BELOW, "pipeline.storage"),
     "pipeline.bench": (*STAGES, "pipeline.decks"),
     "pipeline.commands": (
@@ -100,6 +104,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
         "pipeline.limits",
         "pipeline.run",
         "pipeline.bench",
+        "pipeline.study",
     ),
     "pipeline.cli": ("cad.quantity", "pipeline.limits", "pipeline.options", "pipeline.storage", "pipeline.commands"),
     "pipeline.__main__": ("pipeline.cli",),
@@ -117,6 +122,7 @@ OWNERS = {
     "OCP": {"cad"},
     "cadquery": {"cad"},
     "cattrs": {"pipeline"},
+    "distributed": {"pipeline"},
     "ezdxf": {"cad"},
     "gmsh": {"mesh"},
     "jinja2": {"pipeline"},
@@ -125,6 +131,7 @@ OWNERS = {
     "matplotlib": {"pipeline"},
     "meshio": {"pipeline"},
     "numpy": set(PACKAGES),
+    "pyarrow": {"pipeline"},
     "pypardiso": {"solve"},
     "pyvista": {"pipeline"},
     "rich": {"pipeline"},
@@ -150,8 +157,13 @@ OWNERS = {
 FORMS = {"BilinearForm", "LinearForm", "Functional", "TrilinearForm", "asm", "solve", "condense", "enforce", "penalize"}
 """Names at the top of skfem that make or solve equations; they belong to solve, as skfem.assembly does."""
 
-OPTIONAL = {"pypardiso"}
-DEFERRED_ONLY_IN = ("pipeline.cli", "pipeline.commands", "pipeline.check.limited_check")
+OPTIONAL = {"distributed", "pyarrow", "pypardiso"}
+DEFERRED_ONLY_IN = (
+    "pipeline.cli",
+    "pipeline.commands",
+    "pipeline.check.limited_check",
+    "pipeline.study.levels.direct_solve",
+)
 VAGUE = {"utils", "util", "common", "helpers", "helper", "core", "base", "misc"}
 
 Rule = Callable[[Path], list[str]]

@@ -9,6 +9,7 @@ from typing import Any
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import TABLES, Design, GivenSprings, Print, Targets
+from cad.design.processes import PROCESSES, Process, own_process, process_as_table, read_process_file
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError, as_float, fault, nearest
@@ -39,10 +40,36 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
     name = data.get("name", "paper")
     if not isinstance(name, str):
         raise fault("name", name, "", "text", "it names files and folders")
-    tables = {table: _table(table, data[table]) for table in TABLES if table in data}
+    tables = {table: _table(table, data[table]) for table in TABLE_TYPES if table in data}
+    if "printer" in data:
+        tables["printer"] = _printer(tables.get("print", Print()), data["printer"])
     if "springs" in tables and tables["springs"].given:
         tables.setdefault("targets", None)  # springs that are given leave nothing to size
     return Design(name=name, **tables)
+
+
+def _printer(chosen: Print, table: object) -> Process:
+    """Return the design's own process, which `print.process` names."""
+    frozen = {key: _frozen(value) for key, value in table.items()} if isinstance(table, Mapping) else table
+    return own_process(chosen.process, frozen)
+
+
+def with_process_file(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """Return the tables with the process of `print.process_file`, a path from a folder, as the table `printer`.
+
+    Raises InputError where the file cannot be used, or where both stand in the tables.
+    """
+    chosen = data.get("print")
+    name = chosen.get("process_file") if isinstance(chosen, Mapping) else None
+    if not isinstance(chosen, Mapping) or name is None:
+        return data
+    if not isinstance(name, str) or not name.isprintable():
+        raise fault("print.process_file", name, "", "the path of a TOML file", "write it in quotes")
+    if "printer" in data:
+        raise fault("print.process_file", name, "", "left out beside [printer]", "keep one of the two")
+    process, table = read_process_file(folder / name, chosen.get("process"))
+    kept = {key: value for key, value in chosen.items() if key != "process_file"}
+    return {**data, "print": {**kept, "process": process}, "printer": table}
 
 
 def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables
@@ -101,7 +128,19 @@ def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str
             msg = f"{table} = {held}: must be a table; write [{table}] and its keys below it"
             raise InputError(msg)
         held[key] = _parsed(text)
+        _replace_process(tables, held, name, text)
     return tables
+
+
+def _replace_process(tables: MutableMapping[str, Any], held: MutableMapping[str, Any], name: str, text: str) -> None:
+    """Drop what a setting takes the place of: a known process that of a file, a process file the one before."""
+    if name == "print.process" and text in PROCESSES:
+        tables.pop("printer", None)
+        held.pop("process_file", None)
+    if name == "print.process_file":
+        tables.pop("printer", None)
+        if held.get("process") in PROCESSES:
+            held.pop("process")
 
 
 def _unset(tables: MutableMapping[str, Any], name: str) -> None:
@@ -136,6 +175,9 @@ def design_as_mapping(design: Design) -> dict[str, Any]:
         record = getattr(design, table)
         if record is None:
             continue
+        if isinstance(record, Process):
+            tables[table] = process_as_table(record)
+            continue
         held = {item.name: getattr(record, item.name) for item in dataclasses.fields(record)}
         kept = {key: list(value) if isinstance(value, tuple) else value for key, value in held.items()}
         tables[table] = {key: value for key, value in kept.items() if value is not None}
@@ -147,8 +189,11 @@ def design_as_toml(design: Design) -> str:
     tables = design_as_mapping(design)
     lines = [f"name = {_toml(tables.pop('name'))}"]
     for table, values in tables.items():
-        if values:
-            lines += ["", f"[{table}]", *(f"{key} = {_toml(value)}" for key, value in values.items())]
+        inner = {f"{table}.{key}": value for key, value in values.items() if isinstance(value, Mapping)}
+        plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
+        for name, part in {table: plain, **inner}.items():
+            if part:
+                lines += ["", f"[{name}]", *(f"{key} = {_toml(value)}" for key, value in part.items())]
     return "\n".join(lines) + "\n"
 
 

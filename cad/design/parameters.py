@@ -13,7 +13,7 @@ from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES, Process
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips, check_tips_on_fruit
-from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, fault, quantity
+from cad.quantity import LENGTH, MODULUS, Bounds, check_choice, check_fields, choice, fault, quantity, text_field
 from cad.theory.strain_gauge import GAUGES
 from cad.theory.two_spring_law import PAPER_SPRINGS, Definition
 
@@ -75,24 +75,23 @@ class GivenSprings:
 class Print:
     """How the housing is made, which strain gauges are glued on its leaves, and what the screws clamp it between.
 
+    `process_file` is a key of the design file only: reading it puts the process into `Design.printer`.
     `E_MPa` is the modulus that a printed coupon showed; without it that of the process holds.
     """
 
     process: str = choice(tuple(PROCESSES), default="fdm-petg")
+    process_file: str | None = text_field(default=None, remedy="the path of a TOML file")
     max_length_mm: float = quantity("mm", LENGTH, default=120.0, remedy="longest leaf that fits the machine")
     E_MPa: float | None = quantity("MPa", MODULUS, default=None, remedy="give what the coupon shows")
     gauges: str = choice(tuple(GAUGES), default="none")
     mount: Mount = choice(("covers", "washers"), default="covers")
 
     def __post_init__(self) -> None:
-        """Check each field."""
-        check_fields(self, "print")
-
-    @property
-    def made_by(self) -> Process:
-        """Return the process with the modulus [MPa] of what it prints."""
-        process = PROCESSES[self.process]
-        return process if self.E_MPa is None else dataclasses.replace(process, E_MPa=self.E_MPa)
+        """Check each field; the process is checked with the design, which may have one of its own."""
+        check_fields(self, "print", but=("process",))
+        if self.process_file is not None:
+            bound = "left out here: a design file is read with the process file beside it"
+            raise fault("print.process_file", self.process_file, "", bound, "call load_design, or give Design.printer")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +99,7 @@ class Design:
     """A whole design: what `designs/*.toml` and `report.json` hold.
 
     Without targets the springs are given, and P_max and NL are facts; with a reading it is judged by what it reads.
+    `printer` is a process of one's own, which `print.process` then names.
     """
 
     name: str = "paper"
@@ -110,6 +110,7 @@ class Design:
     press: Press = field(default_factory=Press)
     reading: Reading | None = None
     print: Print = field(default_factory=Print)
+    printer: Process | None = None
 
     def __post_init__(self) -> None:
         """Check what several tables decide together: the tips stand on the fruit, and press less than it is high."""
@@ -117,6 +118,7 @@ class Design:
         if not allowed or len(self.name) > _LONGEST_NAME:
             bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
             raise fault("name", self.name, "", bound, "it names files and folders")
+        self._check_process()
         check_tips_on_fruit(self.fruit, self.tips)
         depth = self.fruit.depth_mm
         if self.press.travel_mm >= depth:
@@ -124,6 +126,21 @@ class Design:
             raise fault("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
         self._check_what_sizes()
         self._check_what_judges()
+
+    def _check_process(self) -> None:
+        """Refuse the name of a process that is neither known nor the design's own."""
+        name, own = self.print.process, self.printer
+        if own is None:
+            check_choice("print.process", name, Print)
+        elif own.name != name or name in PROCESSES:
+            bound = f"the name of the design's own process, {own.name!r}, and of no known one"
+            raise fault("print.process", name, "", bound, "give both the same new name, or drop the own process")
+
+    @property
+    def process(self) -> Process:
+        """Return how the housing is made: a known process or the design's own, with the modulus of its coupon."""
+        process = self.printer or PROCESSES[self.print.process]
+        return process if self.print.E_MPa is None else dataclasses.replace(process, E_MPa=self.print.E_MPa)
 
     def _check_what_judges(self) -> None:
         """Refuse keys that a reading leaves without a meaning."""

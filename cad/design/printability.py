@@ -6,7 +6,7 @@ that near to a bound is undecided (passed is None) until its solved length is gi
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from cad.design.parameters import Design
 from cad.design.processes import Process
@@ -18,7 +18,6 @@ from cad.theory.two_spring_law import Springs, size_springs
 LENGTH_MARGIN = 0.15
 STRAIN_FACTOR = 1.3  # fillet root over beam theory, 1.17 to 1.27 by FE of solid flexures
 SHORTEST = 5.0  # leaf length over thickness: below it a leaf is a block, and its length no longer sets its stiffness
-_CLAMPED = "the strip is clamped in a body of another material, whose give is not modelled; choose another process"
 # Round values that are offered in place of a target that cannot be made.
 _P_MAX_VALUES = (*(i / 100 for i in range(101, 1000)), *(i / 10 for i in range(100, 1001)))
 _NL_VALUES = (*(i / 10000 for i in range(1, 100)), *(i / 1000 for i in range(10, 500)))
@@ -157,8 +156,7 @@ def check_printable(
             longest=design.print.max_length_mm,
             gauge=gauge,
         )
-        verdict = _verdict(leaf, targets[i], K, None if lengths_mm is None else lengths_mm[i])
-        verdicts.append(verdict if process.one_piece else replace(verdict, passed=False, reason=_CLAMPED))
+        verdicts.append(_verdict(leaf, targets[i], K, None if lengths_mm is None else lengths_mm[i]))
     return tuple(verdicts)
 
 

@@ -1,13 +1,32 @@
-"""Print processes and their materials, read from processes.toml, where every number has its own source."""
+"""Print processes and their materials, from processes.toml or a user's own file; every number has its own source."""
 
+import dataclasses
+import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from cad.quantity import Bounds, check_fields, check_sources, quantity, sourced_records
+from cad.quantity import (
+    LENGTH,
+    MODULUS,
+    Bounds,
+    InputError,
+    check_fields,
+    check_sources,
+    choice,
+    fault,
+    quantity,
+    sourced_record,
+    sourced_records,
+    text_field,
+)
 
-_POSITIVE = Bounds(above=0.0)
 _SHARE = Bounds(above=0.0, below=1.0)
-_DATA = "correct the entry in cad/design/processes.toml"
+_DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
+_DATA = "correct its entry among the processes"
+_LONGEST_TEXT = 64
+KINDS = ("fdm", "sla", "sls", "dmls", "other")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,32 +35,33 @@ class Process:
 
     `E_scatter` is one sigma of E from print to print as a fraction of E; `strain_limit` holds for cyclic bending;
     `accuracy_mm` is plus or minus two sigma of the thickness of a thin wall; `overhang_deg` is the largest slope from
-    the vertical that needs no support; `line_width_mm` and `layer_mm` are None where the process has none. Not in
-    `one_piece`, the leaves are clamped in a body of another material.
+    the vertical that needs no support; `line_width_mm` and `layer_mm` are None where the process has none. `kind`
+    decides what the sheet for the maker says of supports, washing, heat and powder.
     """
 
     name: str
-    material: str
-    E_MPa: float = quantity("MPa", _POSITIVE, remedy=_DATA)
+    material: str = text_field(remedy=_DATA)
+    kind: str = choice(KINDS, default="other")
+    E_MPa: float = quantity("MPa", MODULUS, remedy=_DATA)
     E_scatter: float = quantity("1", _SHARE, remedy=_DATA)
     poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), remedy=_DATA)
     strain_limit: float = quantity("1", _SHARE, remedy=_DATA)
-    density_g_per_cm3: float = quantity("g/cm3", _POSITIVE, remedy=_DATA)
-    min_wall_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    min_gap_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    fillet_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
+    density_g_per_cm3: float = quantity("g/cm3", _DENSITY, remedy=_DATA)
+    min_wall_mm: float = quantity("mm", LENGTH, remedy=_DATA)
+    min_gap_mm: float = quantity("mm", LENGTH, remedy=_DATA)
+    fillet_mm: float = quantity("mm", LENGTH, remedy=_DATA)
     overhang_deg: float = quantity("deg", Bounds(above=0.0, at_most=90.0), remedy=_DATA)
-    accuracy_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    line_width_mm: float | None = quantity("mm", _POSITIVE, default=None, remedy=_DATA)
-    layer_mm: float | None = quantity("mm", _POSITIVE, default=None, remedy=_DATA)
-    leaf_thickness_low_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    leaf_thickness_high_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    depth_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    one_piece: bool = True
+    accuracy_mm: float = quantity("mm", LENGTH, remedy=_DATA)
+    line_width_mm: float | None = quantity("mm", LENGTH, default=None, remedy=_DATA)
+    layer_mm: float | None = quantity("mm", LENGTH, default=None, remedy=_DATA)
+    leaf_thickness_low_mm: float = quantity("mm", LENGTH, remedy=_DATA)
+    leaf_thickness_high_mm: float = quantity("mm", LENGTH, remedy=_DATA)
+    depth_mm: float = quantity("mm", LENGTH, remedy=_DATA)
     sources: tuple[tuple[str, str], ...]
 
     def __post_init__(self) -> None:
-        """Check each number, and that each number that is given has a source."""
+        """Check name, material and each number, and that each number that is given has a source."""
+        check_process_name(self.name)
         check_fields(self, f"process {self.name}")
         check_sources(self, f"process {self.name}", _DATA)
 
@@ -51,4 +71,56 @@ class Process:
         return self.leaf_thickness_low_mm, self.leaf_thickness_high_mm
 
 
+def check_process_name(name: object) -> None:
+    """Raise InputError for what cannot name a process."""
+    text = name if isinstance(name, str) else ""
+    if not text.replace("-", "").replace("_", "").isalnum() or not text.isascii() or len(text) > _LONGEST_TEXT:
+        bound = f"1 to {_LONGEST_TEXT} letters, digits, - or _"
+        raise fault("print.process", name, "", bound, "it names a process in files")
+
+
 PROCESSES = sourced_records(Path(__file__).with_name("processes.toml"), Process, "process", _DATA)
+
+
+def own_process(name: str, table: object) -> Process:
+    """Return the process of a user's own table; raises InputError for a known name, an unknown key or a bad number."""
+    if name in PROCESSES:
+        raise fault("print.process", name, "", "a name that no known process has", "name your own process anew")
+    check_process_name(name)
+    return sourced_record(name, table, Process, "process", _DATA)
+
+
+def read_process_file(path: Path, name: str | None) -> tuple[str, Mapping[str, Any]]:
+    """Return the name and the table of a process in a TOML file, of the only one where no name is given.
+
+    Raises InputError, in one line, where the file or its process cannot be used.
+    """
+    shown = f"print.process_file = {path.name!r}"
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        msg = f"{shown}: not found; must be a TOML file, its path from the design file; check the path"
+        raise InputError(msg) from error
+    except (OSError, UnicodeDecodeError) as error:
+        msg = f"{shown}: cannot be read ({type(error).__name__}); must be a TOML text file; check the file"
+        raise InputError(msg) from error
+    except ValueError as error:
+        msg = f"{shown}: {str(error).splitlines()[0]}; must be valid TOML; mend that line"
+        raise InputError(msg) from error
+    chosen = next(iter(tables)) if name is None and len(tables) == 1 else name
+    if chosen is None or chosen not in tables:
+        known = ", ".join(tables) or "none"
+        raise fault("print.process", name, "", f"one of those in {path.name!r}: {known}", "name one with print.process")
+    try:
+        own_process(chosen, tables[chosen])
+    except InputError as error:
+        msg = f"{shown}: {error}"
+        raise InputError(msg) from error
+    return chosen, tables[chosen]
+
+
+def process_as_table(process: Process) -> Mapping[str, Any]:
+    """Return a process as the table of a file that holds it, without the keys that are not set."""
+    held = {item.name: getattr(process, item.name) for item in dataclasses.fields(process) if item.name != "name"}
+    held["sources"] = dict(process.sources)
+    return {key: value for key, value in held.items() if value is not None}

@@ -19,6 +19,7 @@ Spring = Literal["low", "high"]
 Place = tuple[float, float]
 Attitude = Literal["down", "side", "up"]
 Socket = Literal["none", "pin"]
+Strain = Literal["linear", "large"]
 # Places of the tips in spacings, in the order of their names.
 _PLACES: dict[Layout, tuple[Place, ...]] = {
     "pair": ((-0.5, 0.0), (0.5, 0.0)),
@@ -152,7 +153,8 @@ class Press:
     """How the sensor is pressed on: travel from first touch, tilt along the tips, roll across them.
 
     `tilt_spread_deg` is how far the tilt of a press may be off, two sigma. `attitude` says where the tips point, which
-    decides how the weight of the moving parts bends the springs.
+    decides how the weight of the moving parts bends the springs. `strain` says whether the flesh counts as linear, or
+    is solved at large strain as far as the tips go in.
     """
 
     travel_mm: float = quantity("mm", LENGTH, default=0.6, remedy="the paper presses 0.6")
@@ -160,6 +162,7 @@ class Press:
     tilt_spread_deg: float = quantity("deg", _SPREAD, default=1.0, remedy="a steady hand keeps 1")
     roll_deg: float = quantity("deg", _WIDEST_TILT, default=0.0, remedy="positive lowers the side y > 0 of each tip")
     attitude: Attitude = choice(("down", "side", "up"), default="side")
+    strain: Strain = choice(("linear", "large"), default="linear")
 
     def __post_init__(self) -> None:
         """Check each field."""

@@ -1,4 +1,4 @@
-"""STEP files (AP214, millimetres, named and coloured parts) whose bytes depend on nothing but the bodies.
+"""STEP files (AP242, millimetres, named and coloured parts) whose bytes depend on nothing but the bodies.
 
 OCCT puts the time, a count of what the process wrote before and an order by memory address into the text:
 the header is set, counts are taken again, and the entities are put in an order that the content gives.
@@ -47,7 +47,7 @@ def write_step(bodies: Sequence[Body], path: Path, name: str) -> None:
     The header's time is `file_date`.
     """
     writer = STEPCAFControl_Writer()
-    for key, value in (("write.step.schema", "AP214IS"), ("write.step.unit", "MM"), ("xstep.cascade.unit", "MM")):
+    for key, value in (("write.step.schema", "AP242DIS"), ("write.step.unit", "MM"), ("xstep.cascade.unit", "MM")):
         Interface_Static.SetCVal_s(key, value)
     writer.SetColorMode(_YES)
     writer.SetNameMode(_YES)

@@ -13,6 +13,7 @@ Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 CHORD_MM = 0.005  # largest distance of a triangle from the face that it stands for
 ANGLE_RAD = 0.1  # a fillet of 0.5 mm then gets 16 facets a quarter turn
+PICTURE_CHORD_MM, PICTURE_ANGLE_RAD = 0.15, 0.35
 
 
 def write_stl(shape: cq.Shape, path: Path) -> None:
@@ -41,6 +42,13 @@ def read_stl(path: Path) -> trimesh.Trimesh:
     if len(mesh.faces) == 0:
         raise _unreadable(path)
     return mesh
+
+
+def coarse_triangles(shape: cq.Shape) -> Floats:
+    """Return a shape as triangles for a picture of it, shape (triangles, 3 corners, 3) [mm]."""
+    vertices, corners = shape.copy().tessellate(PICTURE_CHORD_MM, PICTURE_ANGLE_RAD)
+    places = np.array([vertex.toTuple() for vertex in vertices])
+    return np.asarray(places[np.array(corners)])
 
 
 def _unreadable(path: Path) -> ValueError:

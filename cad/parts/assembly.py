@@ -1,4 +1,4 @@
-"""How a sensor is put together: a pair over its fruit, or the two plates of a square with all that holds them.
+"""How a sensor is put together over its fruit: a housing, or the two plates of a square, with all that holds them.
 
 The plates of a square are equal. One stands on the side -y, its back to the middle; the other is that one turned half
 round the press axis, so that low and high change sides and springs of one kind stand on each diagonal. Their pads meet
@@ -95,29 +95,44 @@ def mounting_error(housing: Housing, accuracy: float) -> MountingError:
 
 
 def assembly_bodies(sensor: Sensor) -> tuple[Body, ...]:
-    """Return every body of a sensor before the press: one housing, or two plates with covers, screws and dowels."""
-    if not sensor.housing.back_to_back:
-        return sensor.bodies()
-    housing = sensor.housing
-    plate = in_place(sensor.part.shape, housing)
-    pins = [(body.name, in_place(body.shape, housing)) for body in sensor.pin_bodies()]
-    printed = [("plate 1", plate), ("plate 2", turned_twin(plate))]
-    steel = [*(pair for name, pin in pins for pair in ((f"{name} 1", pin), (f"{name} 2", turned_twin(pin))))]
+    """Return every body of a sensor before the press: housing or both plates, covers, screws, dowels, pins, fruit."""
+    steel = {**_pins(sensor), **fasteners(sensor)}
     return (
-        *(Body(name=name, shape=shape, colour=HOUSING_COLOUR) for name, shape in printed),
+        *_printed(sensor),
         *(Body(name=name, shape=shape, colour=COVER_COLOUR) for name, shape in cover_pair(sensor).items()),
-        *(Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in (*steel, *fasteners(sensor).items())),
+        *(Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in steel.items()),
         sensor.fruit_body(),
     )
 
 
+def _printed(sensor: Sensor) -> tuple[Body, ...]:
+    """Return the housing, or the two plates of a square in their places."""
+    if not sensor.housing.back_to_back:
+        return (sensor.housing_body(),)
+    plate = in_place(sensor.part.shape, sensor.housing)
+    plates = {"plate 1": plate, "plate 2": turned_twin(plate)}
+    return tuple(Body(name=name, shape=shape, colour=HOUSING_COLOUR) for name, shape in plates.items())
+
+
+def _pins(sensor: Sensor) -> dict[str, cq.Shape]:
+    """Return by name the pins of the housing, or of both plates [mm]; none where the tips are printed."""
+    if not sensor.housing.back_to_back:
+        return {body.name: body.shape for body in sensor.pin_bodies()}
+    found: dict[str, cq.Shape] = {}
+    for body in sensor.pin_bodies():
+        pin = in_place(body.shape, sensor.housing)
+        found |= {f"{body.name} 1": pin, f"{body.name} 2": turned_twin(pin)}
+    return found
+
+
 def cover_pair(sensor: Sensor) -> dict[str, cq.Shape]:
-    """Return by name the covers of the two plates of a square [mm]; none where washers hold the frame."""
+    """Return by name the covers in front of and behind the housing or its plates [mm]; none where washers hold it."""
     housing = sensor.housing
     if housing.mount != "covers":
         return {}
-    front = in_place(turned(cover_part(cover_of(sensor)).shape, housing), housing)
-    return {"front cover": front, "back cover": turned_twin(front)}
+    cover = cover_part(cover_of(sensor)).shape
+    front = in_place(turned(cover, housing), housing)
+    return {"front cover": front, "back cover": turned_twin(front) if housing.back_to_back else cover}
 
 
 def grip(sensor: Sensor) -> float:
@@ -138,7 +153,7 @@ def dowel_length(housing: Housing) -> int | None:
 
 
 def fasteners(sensor: Sensor) -> dict[str, cq.Shape]:
-    """Return by name screws, nuts, washers and dowels of a square [mm], the heads of the screws on the side -y."""
+    """Return by name screws, nuts, washers and dowels [mm], the heads of the screws on the side -y."""
     housing, half = sensor.housing, 0.5 * grip(sensor)
     length = screw_length(2.0 * half) or math.ceil(2.0 * half + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
     dowel = dowel_length(housing) or housing.stack

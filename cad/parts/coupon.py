@@ -13,7 +13,7 @@ from cad.parts.part import FaceTest, Part, is_hole, named_part, upright_edges
 from cad.theory.leaf_spring import Flexure
 
 _POINTS = 24  # of Gauss, in each fillet and in the straight part
-_CLAMP_INSET = 6.0  # of a clamp hole from the side of the block
+CLAMP_INSET = 6.0  # of a clamp hole from the side of the block
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +73,7 @@ def coupon_part(coupon: Coupon) -> Part:
         ends = (arm.sign * half, arm.sign * (half + arm.flexure.length))
         roots += [(x, side * 0.5 * arm.flexure.thickness) for x in ends for side in (-1.0, 1.0)]
     for diameter, places in (
-        (coupon.clamp_hole, [_CLAMP_INSET - half, half - _CLAMP_INSET]),
+        (coupon.clamp_hole, [CLAMP_INSET - half, half - CLAMP_INSET]),
         (coupon.weight_hole, [_weight_place(coupon, arm) for arm in coupon.arms]),
     ):
         drill = back.pushPoints([(x, 0.0) for x in places]).circle(0.5 * diameter)

@@ -102,6 +102,14 @@ def curved_fruit(fruit: Fruit, tips: Tips | None = None) -> Part:
     return named_part(f"fruit {fruit.shape}", piece, {"base": on_plane(2, -fruit.depth_mm), "top": top, **tests})
 
 
+def bare_fruit(fruit: Fruit) -> cq.Shape:
+    """Return the fruit without outlines of tips [mm], its apex or the middle of its top at the origin."""
+    if fruit.shape != "block":
+        return curved_fruit(fruit).shape
+    corner = cq.Vector(-0.5 * fruit.length_mm, -0.5 * fruit.width_mm, -fruit.depth_mm)
+    return cq.Solid.makeBox(fruit.length_mm, fruit.width_mm, fruit.depth_mm, corner)
+
+
 def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
     """Return the piece with its apex at the origin; poles and seam of the surface lie away from the top."""
     length, width, depth = fruit.length_mm, fruit.width_mm, fruit.depth_mm

@@ -11,7 +11,7 @@ import cadquery as cq
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.parts.engraving import marked
-from cad.parts.fruit import curved_fruit, fruit_block
+from cad.parts.fruit import bare_fruit, curved_fruit, fruit_block
 from cad.parts.housing import Housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import pins
@@ -64,13 +64,8 @@ class Sensor:
             whole = fruit_block if self.fruit.shape == "block" else curved_fruit
             shape = whole(self.fruit, self.tips).shape
         else:
-            shape = self._bare_fruit()
+            shape = bare_fruit(self.fruit)
         return Body(name="fruit", shape=shape.translate(below), colour=_FRUIT_COLOUR)
-
-    def _bare_fruit(self) -> cq.Shape:
-        if self.fruit.shape != "block":
-            return curved_fruit(self.fruit).shape
-        return self.fruit_box().translate(cq.Vector(self.tips.offset_mm, 0.0, 0.0))
 
     def pin_bodies(self) -> tuple[Body, ...]:
         """Return the pins in their pockets; none where the tips are printed."""

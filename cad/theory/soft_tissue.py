@@ -1,18 +1,22 @@
-"""What soft tissue under a tip does that linear elasticity and a slippery tip leave out, in closed form or by FE."""
+"""What soft tissue under a tip does that linear elasticity and a slippery tip leave out, in closed form or by FE.
+
+Forces at large strain are read from large_strain.toml, which tests/fits/large_strain_factors.py makes.
+"""
 
 import bisect
+import functools
 import math
+import tomllib
+from pathlib import Path
+from typing import Literal
 
 Curve = tuple[tuple[float, float], ...]
+FleshLawName = Literal["neo-hooke", "hencky", "foam"]
+FLESH_LAWS: tuple[FleshLawName, ...] = ("neo-hooke", "hencky", "foam")
 
-# Not recomputed here: axisymmetric FE at large strain of a sharp tip without slip, neo-Hooke with ln^2 J, a wall that
-# does not rub. Loss of force [1] from 0.3 tip sides deep on, against Poisson's ratio.
-LARGE_STRAIN_LOSS: Curve = ((0.3, 0.008), (0.45, 0.048), (0.49, 0.055))
-LOSS_FULL_AT, LOSS_RISES_FROM = 0.3, 0.6  # depths in tip sides between which that loss stays the same
-# The same at Poisson 0.3 with other laws: half of what Hencky (+) and Storakers' foam (-) lie apart, over depth / side.
-CONSTITUTIVE_SPREAD: Curve = ((0.0, 0.0), (0.1, 0.024), (0.3, 0.06), (0.6, 0.09))
 LEAST_COMPRESSIBLE = 0.4995  # Poisson's ratio beyond which a gripping tip is no stiffer than a slippery one
-LARGEST_LOSS = 0.9  # of a stiffness; a larger loss is beyond these formulas
+LARGEST_CHANGE = 0.9  # of a stiffness; a larger one is beyond these formulas
+_DATA = Path(__file__).parent / "large_strain.toml"
 
 
 def no_slip(poisson: float) -> float:
@@ -24,21 +28,27 @@ def no_slip(poisson: float) -> float:
     return (1.0 - nu) * math.log(3.0 - 4.0 * nu) / (1.0 - 2.0 * nu) - 1.0
 
 
-def large_strain(depth: float, poisson: float) -> float:
-    """Return the largest loss of force by large strain [1] at an indentation of `depth` [tip sides].
+def large_strain_factor(depth: float, poisson: float, law: FleshLawName = "neo-hooke") -> float:
+    """Return the force of a sharp tip over the linear one [1] at an indentation of `depth` [tip sides].
 
-    It grows with the depth up to 0.3, stays, and grows again from 0.6 on.
+    1 at first touch; straight lines between the depths and Poisson's ratios of FE, beyond the deepest one that was
+    solved the departure from 1 grows with the depth.
     """
-    loss = interpolated(poisson, LARGE_STRAIN_LOSS)
-    return min(LARGEST_LOSS, loss * max(min(1.0, depth / LOSS_FULL_AT), depth / LOSS_RISES_FROM))
+    depths, poissons, rows = _table(law)
+    rows_at_depth = [_continued(depth, ((0.0, 1.0), *zip(depths, row, strict=False))) for row in rows]
+    factor = interpolated(poisson, tuple(zip(poissons, rows_at_depth, strict=True)))
+    return min(max(factor, 1.0 - LARGEST_CHANGE), 1.0 + LARGEST_CHANGE)
 
 
-def constitutive_spread(depth: float) -> float:
-    """Return how far apart constitutive laws put the force [1] at an indentation of `depth` [tip sides].
+def deepest_solved() -> float:
+    """Return the depth down to which large strain was solved [tip sides]; a fold may end it before below nu = 0.3."""
+    return _table("neo-hooke")[0][-1]
 
-    Beyond the deepest FE, 0.6, it grows with the depth.
-    """
-    return interpolated(depth, CONSTITUTIVE_SPREAD) * max(1.0, depth / CONSTITUTIVE_SPREAD[-1][0])
+
+def constitutive_spread(depth: float, poisson: float) -> float:
+    """Return half of what the laws of Hencky and Storakers put the force apart [1] at a depth [tip sides]."""
+    apart = large_strain_factor(depth, poisson, "hencky") - large_strain_factor(depth, poisson, "foam")
+    return 0.5 * abs(apart)
 
 
 def interpolated(x: float, curve: Curve) -> float:
@@ -48,3 +58,16 @@ def interpolated(x: float, curve: Curve) -> float:
         return curve[min(upper, len(curve) - 1)][1]
     (x0, y0), (x1, y1) = curve[upper - 1 : upper + 1]
     return y0 + (y1 - y0) / (x1 - x0) * (x - x0)
+
+
+def _continued(depth: float, curve: Curve) -> float:
+    """Return a factor at a depth, beyond the last of its points by its growth from 1."""
+    deepest, last = curve[-1]
+    return interpolated(depth, curve) if depth <= deepest else 1.0 + (last - 1.0) * depth / deepest
+
+
+@functools.cache
+def _table(law: FleshLawName) -> tuple[list[float], list[float], list[list[float]]]:
+    """Return depths [tip sides], Poisson's ratios, and a row of factors for each of these."""
+    data = tomllib.loads(_DATA.read_text(encoding="utf-8"))
+    return data["depths"], data["poissons"], data["factors"][law]["rows"]

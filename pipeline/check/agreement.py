@@ -10,10 +10,12 @@ from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.verdict import Verdict, equal, failed
 from pipeline.check.recomputed import Recomputed, expected_verdicts, recomputed
-from pipeline.report.mapping import FORCE_KEYS, SIZED_KEYS, STIFFNESS_VERDICTS
+from pipeline.report.contact_keys import SIZED_KEYS
+from pipeline.report.mapping import FORCE_KEYS, STIFFNESS_VERDICTS
 from pipeline.report.readings import other_readings
 from pipeline.report.verdict_rule import outcome_of
-from pipeline.stages.springs import NAMES, FittedSpring
+from pipeline.stages.fitted_spring import FittedSpring
+from pipeline.stages.springs import NAMES
 from pipeline.storage.plain import ROUND_OFF, Plain, from_plain, number_at, same_number, value_at
 from pipeline.storage.seal import KEY, content_digest
 from pipeline.verdicts.reading_rules import READING_VERDICTS

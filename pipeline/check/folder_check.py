@@ -1,7 +1,8 @@
 """The verdicts on an output folder: files against report, report against itself, solid against design."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file, unreadable
@@ -10,11 +11,13 @@ from cad.design.processes import Process
 from cad.files.step import read_step
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, equal, failed
+from cad.workshop.mount_checks import mount_verdicts
 from pipeline.check.agreement import report_verdicts
 from pipeline.report.stored import StoredReport, read_data, refused, report_of
 from pipeline.stages.solids import sensor_of
 from pipeline.storage.seal import is_regular
 
+Judge = Callable[[Sensor, Any, Process], tuple[Verdict, ...]]
 _ALREADY = ("geometry.watertight", "geometry.manifold", "geometry.one_solid")
 _MEASURED = ("housing.step", "housing.stl", "housing.3mf")
 
@@ -67,18 +70,19 @@ def _check_geometry(report: StoredReport, folder: Path) -> Iterator[Verdict]:
         yield failed("geometry.readable", "a readable file", unit="1", reference=reason)
         return
     sensor = sensor_of(report.design, report.housing)
-    process = report.design.print.made_by
+    process = report.design.process
     yield from check_sensor(sensor, report.deflections_mm, folder)
     yield from (one for one in check_file(folder / "housing.3mf", process) if one.name not in _ALREADY)
-    yield from _check_cover(folder / "cover.step", sensor, process)
+    yield from _check_made(folder / "cover.step", sensor, process, cover_verdicts)
+    yield from _check_made(folder / "mount.step", sensor, process, mount_verdicts)
 
 
-def _check_cover(path: Path, sensor: Sensor, process: Process) -> tuple[Verdict, ...]:
-    """Return the verdicts on the cover, none in the folder of a run that made none."""
+def _check_made(path: Path, sensor: Sensor, process: Process, judge: Judge) -> tuple[Verdict, ...]:
+    """Return the verdicts on cover or bracket, none in the folder of a run that made none."""
     if not is_regular(path):
         return ()
     try:
-        cover = read_step(path)
+        shape = read_step(path)
     except ValueError as error:
         return (unreadable(error),)
-    return cover_verdicts(sensor, cover, process)
+    return judge(sensor, shape, process)

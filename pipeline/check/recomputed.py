@@ -13,9 +13,10 @@ from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.report.mapping import STIFFNESS_VERDICTS
+from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.stages.response import press_scan, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
-from pipeline.stages.springs import NAMES, FittedSpring, FittedSprings
+from pipeline.stages.springs import NAMES, FittedSprings
 from pipeline.storage.plain import Plain, number_at, value_at
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.rules import monotonic_verdict, printable_verdict, stiffness_verdict, target_verdicts
@@ -50,7 +51,7 @@ def recomputed(report: Plain, design: Design, housing: Housing | None) -> Recomp
     sizing = spring_sizing(design, contact, RunOptions(fruit_stiffness=basis))
     springs = FittedSprings(
         springs=_springs(report, sizing, _printable(design, sizing, housing)),
-        process=design.print.made_by,
+        process=design.process,
         deflections=sizing.deflections(design.full_travels_mm),
         fitted=None,
     )
@@ -72,7 +73,7 @@ def _compliance(report: Plain) -> FruitCompliance:
 def _printable(design: Design, sizing: SpringSizing, housing: Housing | None) -> tuple[Printable, ...]:
     """Return whether the process can make the leaves, at the lengths of the housing where there is one."""
     lengths = None if housing is None else tuple(arm.flexure.length for arm in housing.arms)
-    process, ratio = design.print.made_by, sizing.sizing_stiffness_ratio
+    process, ratio = design.process, sizing.sizing_stiffness_ratio
     return check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
 
 

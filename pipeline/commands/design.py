@@ -20,6 +20,7 @@ def execute(arguments: Namespace) -> int:
     if arguments.list_processes:
         from pipeline.commands.processes import list_processes
 
-        return list_processes(as_json=arguments.json)
+        own = run.asked(arguments)[0].printer
+        return list_processes(own, as_json=arguments.json)
     design, options = run.asked(arguments)
     return run.execute_run(arguments, design, replace(options, fabrication=True))

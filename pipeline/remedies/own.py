@@ -7,7 +7,12 @@ from pipeline.remedies.changes import rounded
 from pipeline.stages.springs import FittedSprings
 from pipeline.verdicts.rules import tolerance_remedy
 
-_CLEARANCES = ("geometry.frame_clearance", "geometry.neck_clearance", "geometry.cover_over_fruit")
+_CLEARANCES = (
+    "geometry.frame_clearance",
+    "geometry.neck_clearance",
+    "geometry.cover_over_fruit",
+    "geometry.mount_over_fruit",
+)
 _WITHIN = 0.98  # of a bound, so that rounding and error bars keep it
 
 

@@ -12,12 +12,13 @@ from cad.quantity import Estimate
 from cad.verdict import Verdict, failed
 from pipeline.options import RunOptions
 from pipeline.reading.placed import refuse_steep_poses
-from pipeline.reading.readings import assess_readings
+from pipeline.reading.sensor_readings import assess_readings
 from pipeline.stages.contact import contact_compliance
-from pipeline.stages.response import TRAVELS, ScenePress, press_scene, refuse_unsolvable, scene_of
+from pipeline.stages.fitted_spring import FittedSpring
+from pipeline.stages.response import TRAVELS, ScenePress, press_scene, pressed_at, refuse_unsolvable, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.stages.solids import NO_LINE
-from pipeline.stages.springs import NAMES, FittedSpring, FittedSprings
+from pipeline.stages.springs import NAMES, FittedSprings
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.reading_rules import reading_verdicts
 from pipeline.verdicts.rules import (
@@ -30,8 +31,6 @@ from pipeline.verdicts.rules import (
 from pipeline.verdicts.scene_targets import scene_targets
 from pipeline.verdicts.sensor import bruise_verdicts
 from pipeline.verdicts.tip_shape import flat_shape_verdicts, tip_face_verdict
-from solve.contact.linear_response import travels
-from solve.contact.response import scene_response
 from solve.fruit.compliance import FruitCompliance
 
 ROUGH = 0.005  # relative error of the compliance that is enough to try a change
@@ -157,7 +156,7 @@ def _of_contact(design: Design) -> tuple[Fruit, Tips]:
 
 def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
     """Return springs that are just as stiff as asked for, with what the beam law says of their leaves."""
-    process, ratio = design.print.made_by, sizing.sizing_stiffness_ratio
+    process, ratio = design.process, sizing.sizing_stiffness_ratio
     printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
     rows = zip(NAMES, sizing.springs.stiffnesses, printable, strict=True)
     return FittedSprings(
@@ -174,9 +173,7 @@ def _at_the_ends(
 ) -> Iterator[Verdict]:
     """Yield the verdicts on P_max, on the spread of P and on bruising by the least and the largest modulus alone."""
     moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})
-    table = scene_response(
-        scene_of(design, ahead), contact, springs.C, moduli, travels(design.press.travel_mm, TRAVELS)
-    )
+    table = pressed_at(scene_of(design, ahead), contact, springs.C, moduli, TRAVELS)
     yield displacement_verdict(table)
     last = table.P[:, -1]
     P_max = Estimate(float(last[-1]), 0.0) if math.isfinite(last[-1]) else None

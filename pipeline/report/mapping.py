@@ -1,6 +1,5 @@
 """What report.json holds: a result as plain data, keys with their unit; docs/report-json.md says what each means."""
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from importlib.metadata import version
@@ -12,22 +11,22 @@ from cad.design.processes import Process
 from cad.design.tips import Tips
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
+from pipeline.report.contact_keys import contact_mapping, level_mapping, response_row, sizing_mapping
 from pipeline.report.notes import notes
-from pipeline.report.readings import reading_mapping
+from pipeline.report.readings import curve_mapping, reading_mapping
 from pipeline.report.stored import SCHEMA
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
+from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.stages.response import spring_shares
-from pipeline.stages.sizing import SpringSizing
-from pipeline.stages.springs import FittedSpring
+from pipeline.stages.springs import FittedSprings
 from pipeline.storage.plain import Plain
 from pipeline.storage.seal import sealed_mapping
 from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
-from pipeline.verdicts.scene_targets import SceneTargets
 from solve.contact.linear_response import SensorResponse
+from solve.fruit.compliance import FruitCompliance
 from solve.housing.modes import Modes
 
-SIZED_KEYS = ("K_l_N_per_m", "K_h_N_per_m")
 FORCE_KEYS = ("F_l_N", "F_h_N")
 STIFFNESS_VERDICTS = ("K_l", "K_h")
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
@@ -39,23 +38,24 @@ def report_mapping(result: SensorResult, files: Iterable[Mapping[str, str]] = ()
     report = {
         "schema": SCHEMA,
         "design": design_as_mapping(result.design),
-        "springs": _sizing(result.sizing),
-        "flexures": {spring.name: _spring(spring, result) for spring in springs.springs},
+        "springs": sizing_mapping(result.sizing),
+        "flexures": {spring.name: spring_mapping(spring, springs) for spring in springs.springs},
         "housing": None if springs.housing is None else asdict(springs.housing),
         "deflections_mm": list(springs.deflections),
         "material": _material(springs.process),
         "behaviour": _behaviour(result.behaviour),
-        "contact": _contact(result),
+        "contact": contact_mapping(result.contact),
         "response": _response(result),
+        "curve": curve_mapping(result.errors.reading),
         **reading_mapping(result.design.tips, result.read_out, result.readings),
-        "level": _level(result.judgement.reached),
+        "level": level_mapping(result.judgement.reached),
         "verdicts": _verdicts(result.verdicts),
         "remedy": _first_remedy(result.verdicts),
         "errors": {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()},
         "paper": _paper(result.judgement.paper),
         "accuracy": _accuracy(result),
         "notes": notes(result),
-        "versions": {name: version(name) for name in PACKAGES},
+        "versions": _versions(),
         "files": list(files),
         "seconds": result.seconds.wall,
         "cpu_seconds": result.seconds.cpu,
@@ -67,20 +67,14 @@ def _first_remedy(verdicts: Iterable[Verdict]) -> str | None:
     return next((one.remedy for one in verdicts if one.remedy is not None), None)
 
 
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in PACKAGES}
+
+
 def _tolerance(result: SensorResult) -> Plain:
     """Return how far prints scatter, where fabrication was asked for; null where it is not known."""
     scatter = result.errors.scatter
     return {"tolerance": scatter and asdict(scatter)} if result.options.fabrication else {}
-
-
-def _sizing(sizing: SpringSizing) -> Plain:
-    return {
-        "K_l_N_per_m": 1e3 * sizing.springs.K_l,
-        "K_h_N_per_m": 1e3 * sizing.springs.K_h,
-        "K_m_max_N_per_m": 1e3 * sizing.K_m_max,
-        "K_m_over_E_mm": sizing.K_m_over_E,
-        "fruit_stiffness": sizing.basis,
-    }
 
 
 def _material(process: Process) -> Plain:
@@ -92,9 +86,9 @@ def _material(process: Process) -> Plain:
     }
 
 
-def _spring(spring: FittedSpring, result: SensorResult) -> Plain:
-    """Return one spring; numbers of a spring that cannot be made are null."""
-    K, strain, fitted = spring.K, spring.root_strain, result.springs.fitted
+def spring_mapping(spring: FittedSpring, springs: FittedSprings) -> Plain:
+    """Return one of the springs [N/m]; numbers of a spring that cannot be made are null."""
+    K, strain, fitted = spring.K, spring.root_strain, springs.fitted
     return {
         "target_N_per_m": 1e3 * spring.target,
         "stiffness_N_per_m": None if K is None else 1e3 * K.value,
@@ -139,52 +133,17 @@ def _modes(modes: Modes | None) -> list[Plain]:
     ]
 
 
-def _contact(result: SensorResult) -> Plain:
-    contact = result.contact
-    return {
-        "error_percent": 100.0 * contact.error_pair,
-        "s11_error_percent": 100.0 * contact.error_own,
-        **asdict(contact.info),
-        "compliance_per_mm": contact.S.tolist(),
-        "K_m_over_E_mm": contact.K_m_over_E(),
-    }
-
-
 def _response(result: SensorResult) -> list[Plain]:
-    """Return the response at each modulus with the errors of contact and springs; null where a tip is off the fruit."""
-    table, springs = result.press.table, result.springs
-    tips = result.design.tips
+    return response_mapping(result.design.tips, result.contact, result.springs, result.press.table)
+
+
+def response_mapping(
+    tips: Tips, contact: FruitCompliance, springs: FittedSprings, table: SensorResponse
+) -> list[Plain]:
+    """Return the response [N; 1] at each modulus with the errors of contact and springs; null where a tip is off."""
     relative = np.array(tips.each(*(spring.error / spring.stiffness for spring in springs.springs)))
-    shares = [spring_shares(result.contact, springs.C, float(E)) * relative for E in table.E]
-    return [_response_row(table, i, tips, shares[i]) for i in range(len(table.E))]
-
-
-def _response_row(table: SensorResponse, i: int, tips: Tips, of_springs: np.ndarray) -> Plain:
-    """Return the response at one modulus; `of_springs` (tips,) are the errors of the forces by the springs [1]."""
-    soft, stiff = (table.F[i, :, list(kind)].mean(axis=0) for kind in tips.kinds)
-    columns = {
-        "F_l_N": soft,
-        "F_h_N": stiff,
-        "P": table.P[i],
-        "slope_ratio": table.slope_ratio[i],
-        "F_error_percent": 100.0 * (table.F_error[i] + of_springs.max()),
-        "P_error_percent": 100.0 * (table.P_error[i] + of_springs.sum()),
-    }
-    row = {"E_MPa": float(table.E[i]), "x_mm": _numbers(table.x)}
-    row |= {name: _numbers(values) for name, values in columns.items()}
-    if tips.layout != "pair":
-        row["F_N"] = [_numbers(forces) for forces in table.F[i].T]
-    return row
-
-
-def _level(reached: SceneTargets) -> Plain:
-    """Return P_max and NL of a level sensor with flat sharp tips on flat fruit, whatever scene was asked for."""
-    P_max, NL = reached.level
-    return {"P_max": P_max.value, "P_max_error": P_max.error, "NL": NL.value, "NL_error": NL.error}
-
-
-def _numbers(values: np.ndarray) -> list[float | None]:
-    return [float(value) if math.isfinite(value) else None for value in values]
+    shares = [spring_shares(contact, springs.C, float(E)) * relative for E in table.E]
+    return [response_row(table, i, tips, shares[i]) for i in range(len(table.E))]
 
 
 def _verdicts(verdicts: Iterable[Verdict]) -> list[Plain]:

@@ -1,15 +1,21 @@
 """What a user must know beside the verdicts, each a sentence with its number."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from cad.design.parameters import PAPER_TARGETS
+from cad.theory.deep_press import DeepPress
 from cad.theory.free_fruit import roll, table_share
+from cad.theory.soft_tissue import FLESH_LAWS, deepest_solved
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.reading.readings import Readings
 from pipeline.result import SensorResult
 from pipeline.stages.response import mean_tip_pressure
 from pipeline.stages.springs import weight_sag
 from pipeline.verdicts.characteristic import characteristic
+
+FIRST_TRAVEL = 0.1  # of the whole, from which the change of P over the travel is told
 
 
 def notes(result: SensorResult) -> list[str]:
@@ -39,15 +45,33 @@ def _of_the_ratio(result: SensorResult) -> list[str]:
 
 
 def _press(result: SensorResult) -> list[str]:
-    """Return how deep the tips press, and how hard."""
+    """Return how deep the tips press, what large strain does there, and how hard they press."""
     design = result.design
     depth = design.press.travel_mm / design.tips.side_mm
     pressure = mean_tip_pressure(design, result.press)
     return [
-        f"press: {depth:.2g} tip sides at most; small strain is assumed, beyond 0.3 sides the force of real flesh "
-        "departs by up to 1 % (Poisson 0.3) or 5 % (0.45)",
+        f"press: {depth:.2g} tip sides at most; {_large_strain(result)}",
         f"bruise: mean pressure {pressure:.2g} MPa at the largest E and full travel",
     ]
+
+
+def _large_strain(result: SensorResult) -> str:
+    """Return what flesh at large strain does to P and to E read from it, by the curves of one tip."""
+    design, travel = result.design, result.design.press.travel_mm
+    if design.tips.shape not in ("cube", "cylinder") or travel > deepest_solved() * design.tips.side_mm:
+        return f"small strain is assumed; large strain was solved for flat tips down to {deepest_solved():g} sides"
+    springs = result.springs.as_pair.stiffnesses
+    press = DeepPress(springs=springs, side=design.tips.side_mm, poisson=design.fruit.poisson)
+    E = min(design.fruit.E_MPa)
+    K_m = E * result.contact.K_m_over_E()
+    drift = 100.0 * press.drift(K_m, (FIRST_TRAVEL * travel, travel))
+    biases = [100.0 * replace(press, law=law).bias(K_m, travel) for law in FLESH_LAWS]
+    taken = "is solved" if design.press.strain == "large" else "is left out; press.strain = 'large' solves it"
+    return (
+        f"large strain {taken}: at {E:g} MPa P changes by {drift:+.2g} % over the travel and the linear law reads E "
+        f"{biases[0]:+.2g} % off ({min(biases):+.2g} to {max(biases):+.2g} % by the law of the flesh); calibrate at "
+        "the same depth on a body of known E"
+    )
 
 
 def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:

@@ -1,24 +1,42 @@
-"""The outputs that say what a run has found: design.toml, response.csv, report.json."""
+"""The outputs that say what a run has found: design.toml, response.csv, report.html, report.json."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 from cad.design.design_file import design_as_toml
 from pipeline.report.mapping import report_mapping
 from pipeline.report.response_csv import response_csv
+from pipeline.report.stored import StoredReport, report_of
 from pipeline.result import SensorResult
 from pipeline.storage.belongings import REPORT, own_files
-from pipeline.storage.plain import to_plain
+from pipeline.storage.plain import Plain, to_plain
 from pipeline.storage.seal import file_digest
 
+PAGE = "report.html"
 
-def write_outputs(result: SensorResult, folder: Path) -> None:
-    """Write the files, report.json last, with the digest of every other; raises ValueError for nan or infinity."""
+
+Page = Callable[[StoredReport, Path], str]
+"""Makes a page of a report and of the files in its folder."""
+
+
+def write_outputs(result: SensorResult, folder: Path, page: Page | None = None) -> None:
+    """Write the files, report.json last, with the digest of every other; raises ValueError for nan or infinity.
+
+    A page is made of the report without the page itself, and is report.html.
+    """
     (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
-    report = to_plain(report_mapping(result, file_entries(folder)))
-    text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
+    if page is not None:
+        text = page(report_of(folder, _plain_report(result, folder)), folder)
+        (folder / PAGE).write_text(text, encoding="utf-8")
+    text = json.dumps(_plain_report(result, folder), indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(text + "\n", encoding="utf-8")
+
+
+def _plain_report(result: SensorResult, folder: Path) -> Plain:
+    report: Plain = to_plain(report_mapping(result, file_entries(folder)))
+    return report
 
 
 def reproducing(result: SensorResult) -> str:

@@ -6,11 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.verdict import Verdict
-from pipeline.reading.assessment import ModulusReading, ReadingAssessment
 from pipeline.reading.read_out import LineReadOut
 from pipeline.reading.readings import Readings
 from pipeline.reading.sensor_read_out import SensorReadOut
+from pipeline.report.contact_keys import assessed_mapping
 from pipeline.storage.plain import Plain, from_plain, number_at, same_number, value_at
+from pipeline.uncertainty.reading_table import ReadingTable
+from solve.arrays import Floats
 
 _PERCENT = 0.01
 
@@ -20,7 +22,7 @@ def reading_mapping(tips: Tips, read_out: SensorReadOut, readings: Readings | No
 
     The last is null where the design asks for none.
     """
-    reading = None if readings is None else _reading(readings)
+    reading = None if readings is None else assessed_mapping(readings)
     return {"tips": _tips(tips), "read_out": _read_out(read_out), "reading": reading}
 
 
@@ -52,51 +54,30 @@ def _rows(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
     return [list(row) for row in matrix]
 
 
+def curve_mapping(table: ReadingTable) -> Plain:
+    """Return P at full travel over the modulus, with the moduli that may show it; null where a tip is off the fruit."""
+    response = table.response
+    bands = {"as_printed": table.printed, "calibrated": table.calibrated}
+    return {
+        "x_mm": float(response.x[-1]),
+        "P_softest": _numbers(response.P[:1, -1])[0],
+        "E_MPa": _numbers(response.E[1:]),
+        "P": _numbers(response.P[1:, -1]),
+        **{
+            f"E_{end}_{name}_MPa": _numbers(band[1:, -1, place])
+            for name, band in bands.items()
+            for place, end in enumerate(("lower", "upper"))
+        },
+    }
+
+
+def _numbers(values: Floats) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in values.tolist()]
+
+
 def _tips(tips: Tips) -> list[Plain]:
     rows = zip(tips.names, tips.places_mm, tips.springs, strict=True)
     return [{"name": name, "x_mm": x, "y_mm": y, "spring": spring} for name, (x, y), spring in rows]
-
-
-def _reading(readings: Readings) -> Plain:
-    found = readings.assessed
-    return {
-        **_worst(found),
-        "method": found.method,
-        "lift_deg": found.lift.value,
-        "plates_before_zeroing_percent": 100.0 * readings.plates,
-        "noise_for_10_percent": found.noise_percent,
-        "refused": found.refused,
-        "moduli": [_at_modulus(row) for row in found.moduli],
-        "skin_pressure": [
-            {"E_MPa": one.E, "pressure_MPa": one.pressure.value, "limit_MPa": one.limit, "worst": str(one.placed)}
-            for one in readings.pressures
-        ],
-    }
-
-
-def _worst(found: ReadingAssessment) -> Plain:
-    """Return the largest bias and uncertainty; null where a pose has no reading."""
-    bias, uncertainty = found.bias, found.uncertainty
-    return {
-        "E_bias_percent": None if bias is None else 100.0 * bias.value,
-        "E_bias_error_percent": None if bias is None else 100.0 * bias.error,
-        "uncertainty_percent": None if uncertainty is None else 100.0 * uncertainty.value,
-        "sources": {} if uncertainty is None else _percent(found.worst_uncertainty.sources.shares),
-    }
-
-
-def _at_modulus(row: ModulusReading) -> Plain:
-    return {
-        "E_MPa": row.E,
-        "E_bias_percent": 100.0 * row.bias,
-        "worst": str(row.worst),
-        "uncertainty_percent": 100.0 * row.sources.total,
-        "sources": _percent(row.sources.shares),
-    }
-
-
-def _percent(shares: Mapping[str, float]) -> Plain:
-    return {f"{name.removesuffix('_percent')}_percent": 100.0 * share for name, share in shares.items()}
 
 
 def other_readings(report: Plain, design: Design, stored: Sequence[Verdict]) -> Iterator[str]:

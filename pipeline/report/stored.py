@@ -2,18 +2,29 @@
 
 import json
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
 
 from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
-from pipeline.storage.plain import Plain, from_plain
+from pipeline.report.stored_parts import optional, part, record, records
+from pipeline.report.stored_records import (
+    StoredBudget,
+    StoredCurve,
+    StoredModulus,
+    StoredPaper,
+    StoredPressure,
+    StoredReading,
+    StoredReadOut,
+    StoredSolve,
+    StoredSpring,
+    StoredVerdict,
+)
+from pipeline.storage.plain import Plain
 from pipeline.storage.seal import file_digest, is_regular
 
-T = TypeVar("T")
 SCHEMA = 1
 
 
@@ -36,21 +47,28 @@ class StoredFile:
 
 @dataclass(frozen=True, kw_only=True)
 class StoredResponse:
-    """The response at one modulus E [MPa]: P [1] over the travel [mm]; None where a tip was off the fruit.
+    """The response at one modulus E [MPa] over the travel [mm]: P [1] and forces [N]; None where a tip was off.
 
-    Forces [N] are those of a low and a high tip, means where there are more.
+    `F_l_N` and `F_h_N` are means over the tips of a kind; `F_N` has a row for each tip, none for a pair.
     """
 
     E_MPa: float
     x_mm: tuple[float, ...]
     P: tuple[float | None, ...]
-    F_l_N: tuple[float, ...] = ()
-    F_h_N: tuple[float, ...] = ()
+    F_l_N: tuple[float | None, ...] = ()
+    F_h_N: tuple[float | None, ...] = ()
+    F_N: tuple[tuple[float | None, ...], ...] = ()
+    P_error_percent: tuple[float | None, ...] = ()
 
     @property
-    def forces_N(self) -> tuple[tuple[float, ...], ...]:
-        """Return the force of a tip over the travel [N] for each spring, the low one's first."""
+    def kind_forces(self) -> tuple[tuple[float | None, ...], ...]:
+        """Return the force of a tip over the travel [N] for each spring, the low one's first; means over its tips."""
         return self.F_l_N, self.F_h_N
+
+    @property
+    def tip_forces(self) -> tuple[tuple[float | None, ...], ...]:
+        """Return the forces of each tip over the travel [N], shape (tips, travels), in the order of the tips."""
+        return self.F_N or (self.F_l_N, self.F_h_N)
 
     @property
     def last_P(self) -> float | None:
@@ -79,70 +97,40 @@ class StoredContact:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StoredLevel:
-    """What a level sensor reads [MPa] of a fruit of modulus E [MPa]."""
-
-    E_MPa: float
-    read_MPa: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredReadOut:
-    """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line over a press.
-
-    `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, `weights` [1] and `gaps_mm`
-    (tips,). A pair has `own_less_other_per_mm` and None for the terms of a contrast; other layouts the other way round.
-    """
-
-    method: str
-    springs_mm_per_N: tuple[tuple[float, ...], ...]
-    full_scale_N: tuple[float, ...]
-    model_error_percent: float
-    level: tuple[StoredLevel, ...]
-    own_less_other_per_mm: float | None
-    weights: tuple[float, ...] | None
-    gaps_mm: tuple[float, ...] | None
-    fruit_per_mm: tuple[tuple[float, ...], ...] | None
-    hertz: float | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredModulus:
-    """The largest bias of a reading over all poses at a modulus [%], and what its standard deviation is made of [%]."""
-
-    E_MPa: float
-    E_bias_percent: float
-    uncertainty_percent: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredFlexure:
-    """A spring: its stiffness [N/m], the strain at its root [1] with its error [%]; None where it is not made."""
-
-    stiffness_N_per_m: float | None
-    root_strain: float | None
-    root_strain_error_percent: float | None
-
-
-@dataclass(frozen=True, kw_only=True)
 class StoredReport:
-    """What commands take of a report: design, tips, contact, springs, housing [mm] or None, response, files.
+    """What commands take of a report: design, tips, contact, housing [mm] or None, deflections [mm], response, files.
 
-    Tips have the order of all forces and of the compliance; `flexures` are by the name of the spring, and deflections
-    [mm] those at which their strain is judged. `read_out` turns forces into a modulus; `moduli` say how good it is, none
-    where the design asks for no readings.
+    Tips have the order of all forces and of the compliance. `read_out` turns forces into a modulus. `crosstalk` [1] is
+    C_12 / C_22 of the springs, 0 where they are not made; `tolerance` [1] and `fruit_stiffness` are what was asked for.
     """
 
     design: Design
     tips: tuple[StoredTip, ...]
     contact: StoredContact
-    flexures: dict[str, StoredFlexure]
+    contact_solve: StoredSolve
     housing: Housing | None
     deflections_mm: tuple[float, ...]
     response: tuple[StoredResponse, ...]
+    curve: StoredCurve
     files: tuple[StoredFile, ...]
+    verdicts: tuple[StoredVerdict, ...]
+    paper: StoredPaper | None
+    remedy: str | None
+    springs: dict[str, StoredSpring]
+    crosstalk: float
+    errors: dict[str, StoredBudget | None]
     read_out: StoredReadOut
-    moduli: tuple[StoredModulus, ...]
+    reading: StoredReading | None
+    notes: tuple[str, ...]
+    tolerance: float
+    fruit_stiffness: str
+    versions: dict[str, str]
+    seconds: dict[str, float]
+
+    @property
+    def moduli(self) -> tuple[StoredModulus, ...]:
+        """Return how well each modulus is read, none where the design asks for no readings."""
+        return () if self.reading is None else self.reading.moduli
 
 
 def read_report(folder: Path) -> StoredReport:
@@ -183,56 +171,69 @@ def _finite(text: str) -> float:
 
 def _report(data: Plain) -> StoredReport:
     """Return the report of its JSON data; raises ValueError that names the first key that does not fit."""
-    housing = None if data.get("housing", "") is None else _part(Housing, data, "housing")
-    deflections = _part(tuple[float, ...], data, "deflections_mm")
+    housing = optional(Housing, data, "housing")
+    return StoredReport(
+        design=design_from_mapping(part(Plain, data, "design")),
+        tips=part(tuple[StoredTip, ...], data, "tips"),
+        contact=record(StoredContact, data, "contact"),
+        contact_solve=record(StoredSolve, data, "contact"),
+        housing=housing,
+        deflections_mm=_deflections(data, housing),
+        response=records(StoredResponse, data, "response"),
+        curve=record(StoredCurve, data, "curve"),
+        files=part(tuple[StoredFile, ...], data, "files"),
+        verdicts=records(StoredVerdict, data, "verdicts"),
+        paper=_paper(data),
+        remedy=optional(str, data, "remedy"),
+        springs=_springs(data),
+        crosstalk=_crosstalk(data),
+        errors=part(dict[str, StoredBudget | None], data, "errors"),
+        read_out=part(StoredReadOut, data, "read_out"),
+        reading=_reading(data),
+        notes=part(tuple[str, ...], data, "notes"),
+        tolerance=part(float, part(Plain, data, "accuracy"), "tolerance"),
+        fruit_stiffness=part(str, part(Plain, data, "springs"), "fruit_stiffness"),
+        versions=part(dict[str, str], data, "versions"),
+        seconds=part(dict[str, float], data, "seconds"),
+    )
+
+
+def _deflections(data: Plain, housing: Housing | None) -> tuple[float, ...]:
+    deflections = part(tuple[float, ...], data, "deflections_mm")
     if housing is not None and len(deflections) != len(housing.arms):
         msg = f"deflections_mm has {len(deflections)} numbers; must be one for each of {len(housing.arms)} springs"
         raise ValueError(msg)
-    rows = _part(tuple[Plain, ...], data, "response")
-    return StoredReport(
-        design=design_from_mapping(_part(Plain, data, "design")),
-        tips=_part(tuple[StoredTip, ...], data, "tips"),
-        contact=from_plain(StoredContact, _taken(_part(Plain, data, "contact"), StoredContact), "contact"),
-        flexures={name: _flexure(row, name) for name, row in _part(Plain, data, "flexures").items()},
-        housing=housing,
-        deflections_mm=deflections,
-        response=tuple(_response(row, f"response[{place}]") for place, row in enumerate(rows)),
-        files=_part(tuple[StoredFile, ...], data, "files"),
-        read_out=_part(StoredReadOut, data, "read_out"),
-        moduli=_moduli(data),
+    return deflections
+
+
+def _springs(data: Plain) -> dict[str, StoredSpring]:
+    springs = part(Plain, data, "flexures")
+    return {name: record(StoredSpring, springs, name) for name in springs}
+
+
+def _crosstalk(data: Plain) -> float:
+    behaviour = optional(Plain, data, "behaviour")
+    return 0.0 if behaviour is None else part(float, behaviour, "crosstalk_C12_over_C22")
+
+
+def _paper(data: Plain) -> StoredPaper | None:
+    paper = optional(Plain, data, "paper")
+    if paper is None:
+        return None
+    K = {key: part(float, paper, key) for key in ("K_l_N_per_m", "K_h_N_per_m")}
+    return StoredPaper(**K, verdicts=records(StoredVerdict, paper, "verdicts"))
+
+
+def _reading(data: Plain) -> StoredReading | None:
+    reading = optional(Plain, data, "reading")
+    if reading is None:
+        return None
+    return StoredReading(
+        method=part(str, reading, "method"),
+        lift_deg=part(float, reading, "lift_deg"),
+        moduli=records(StoredModulus, reading, "moduli"),
+        skin_pressure=records(StoredPressure, reading, "skin_pressure") if "skin_pressure" in reading else (),
     )
-
-
-def _moduli(data: Plain) -> tuple[StoredModulus, ...]:
-    """Return how good readings are at each modulus; nothing where the design asks for none."""
-    if data.get("reading") is None:
-        return ()
-    rows = _part(tuple[Plain, ...], _part(Plain, data, "reading"), "moduli")
-    return tuple(
-        from_plain(StoredModulus, _taken(row, StoredModulus), f"reading.moduli[{place}]")
-        for place, row in enumerate(rows)
-    )
-
-
-def _part(kind: type[T], data: Plain, key: str) -> T:
-    if key not in data:
-        msg = f"{key} is missing"
-        raise ValueError(msg)
-    return from_plain(kind, data[key], key)
-
-
-def _flexure(row: Plain, name: str) -> StoredFlexure:
-    return from_plain(StoredFlexure, _taken(row, StoredFlexure), f"flexures.{name}")
-
-
-def _response(row: Plain, name: str) -> StoredResponse:
-    """Return what is read of a row; its other keys stay where they are."""
-    return from_plain(StoredResponse, _taken(row, StoredResponse), name)
-
-
-def _taken(row: Plain, kind: type[Any]) -> Plain:
-    """Return of a record the keys that a type has."""
-    return {field.name: row[field.name] for field in fields(kind) if field.name in row}
 
 
 def refused(folder: Path, bound: str) -> InputError:

@@ -16,7 +16,7 @@ from pipeline.report.verdict_table import (
     wide_console,
 )
 from pipeline.result import SensorResult
-from pipeline.stages.springs import FittedSpring
+from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.uncertainty.budget import UncertaintyBudget
 
 _TARGETS = (

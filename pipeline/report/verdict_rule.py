@@ -16,6 +16,7 @@ _RULES = {
     "reading.lift": "at least", "reading.*": "at most, if read",
     "geometry.frame_clearance": "reaches", "geometry.neck_clearance": "reaches", "geometry.stops_*": "reaches",
     "geometry.deflected_gap_*": "reaches", "geometry.cover_clearance": "reaches",
+    "geometry.mount_clearance": "reaches", "geometry.mount_over_fruit": "reaches",
     "geometry.cover_over_fruit": "reaches", "geometry.fillets": "reaches",
     "geometry.plates": "reaches", "geometry.tip_face": "at most", "geometry.*": "equal",
 }  # fmt: skip

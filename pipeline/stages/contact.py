@@ -6,15 +6,13 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.parts.fruit import fruit_half, fruit_quarter
-from cad.quantity import InputError, fault
 from mesh.fruit import REFINEMENTS, fruit_meshes, fruit_size
 from mesh.volume import volume_mesh
-from pipeline.options import CONTACT_METHODS, CONTACT_SHARE, DEFAULT_TOLERANCE, RunOptions
+from pipeline.options import CONTACT_SHARE, DEFAULT_TOLERANCE, RunOptions
+from pipeline.stages.level_contact import level_compliance
 from pipeline.storage.cache import cached
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.curved_body import check_curved, curved_compliance
 from solve.fruit.direct import direct_compliance
-from solve.fruit.split import SplitDomainError, block_compliance, contact_footprints, split_compliance
 
 _FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest mesh, 31 edges, misses 0.7 %
 _IRRELEVANT = {"E_max_MPa", "E_MPa", "bruise_limit_MPa", "gap_mm"}  # the compliance times E does not depend on them
@@ -36,70 +34,12 @@ def _relevant(record: Fruit | Tips) -> dict[str, object]:
 def contact_compliance(
     fruit: Fruit, tips: Tips, method: str = "auto", tolerance: float = CONTACT_SHARE * DEFAULT_TOLERANCE
 ) -> FruitCompliance:
-    """Return the compliance [1/mm] that sizes the springs: under level tips with sharp flat faces, pressed vertically.
-
-    A curved fruit is the block of its plan and thickness plus what its shape changes, a filleted tip stands for the
-    sharp one, a spherical tip for the cylinder of its diameter, a dome for a circle of half its width where it touches;
-    the status says so. "auto" takes the split in its
-    domain, on the coarsest mesh whose error meets the relative tolerance, else direct finite elements. Raises
-    InputError for an unknown method, where "split" is asked for outside its domain, or for a curved fruit outside that
-    of its own (`solve/fruit/curved_body.py`).
-    """
-    if method not in CONTACT_METHODS:
-        raise fault("contact method", method, "", f"one of {', '.join(CONTACT_METHODS)}", "auto fits every scene")
-    block, flat = fruit.equivalent_block, tips.flat
-    if block != fruit:
-        check_curved(fruit, contact_footprints(fruit, tips))  # before the block is solved
-    if tips.layout != "pair" or tips.shape == "dome":
-        compliance = _split(fruit, tips, method, tolerance)
-    else:
-        compliance = _flat_compliance(block, flat, method, tolerance)
-    if block != fruit:
-        compliance = curved_compliance(compliance, fruit, contact_footprints(fruit, tips), tips.shape == "dome")
-    if tips.shape == "dome":
-        circle = contact_footprints(fruit, tips)[0].side
-        said = f"the domes count as flat circles of {circle:g} mm where they touch; {compliance.info.status}"
-        return _with_status(compliance, said)
-    if flat != tips:
-        said = f"the tips count as a sharp {flat.shape} of {flat.side_mm:g} mm; {compliance.info.status}"
-        compliance = _with_status(compliance, said)
-    return compliance
+    """Return the compliance [1/mm] that sizes the springs, as `level_compliance`, direct solves on meshes of solids."""
+    return level_compliance(fruit, tips, method, tolerance, direct_contact)
 
 
-def _with_status(compliance: FruitCompliance, status: str) -> FruitCompliance:
-    return dataclasses.replace(compliance, info=dataclasses.replace(compliance.info, status=status))
-
-
-def _split(fruit: Fruit, tips: Tips, method: str, tolerance: float) -> FruitCompliance:
-    """Return the compliance of the block under any layout [1/mm]; only the split knows layouts other than a flat pair.
-
-    Raises InputError outside its domain.
-    """
-    if method == "direct":
-        raise fault("contact method", method, "", "split or auto for lines, squares and domes", "auto fits every scene")
-    try:
-        return block_compliance(fruit.equivalent_block, contact_footprints(fruit, tips), tolerance, tips.names)
-    except SplitDomainError as outside:
-        reason = str(outside).partition(" for the split")[0]
-        msg = f"{reason} for lines, squares and domes; move the tips, or take smaller ones"
-        raise InputError(msg) from outside
-
-
-def _flat_compliance(block: Fruit, tips: Tips, method: str, tolerance: float) -> FruitCompliance:
-    if method == "direct":
-        return _direct(block, tips)
-    try:
-        return split_compliance(block, tips, tolerance)
-    except SplitDomainError as outside:
-        reason = str(outside)
-        if method == "split":
-            raise InputError(reason) from outside
-    compliance = _direct(block, tips)
-    cause = reason.partition(";")[0]
-    return _with_status(compliance, f"{compliance.info.status}; {cause}, so solved by direct finite elements")
-
-
-def _direct(block: Fruit, tips: Tips) -> FruitCompliance:
+def direct_contact(block: Fruit, tips: Tips) -> FruitCompliance:
+    """Return the compliance [1/mm] of a block under a flat pair by direct finite elements."""
     if tips.shape == "cube":
         return direct_compliance(fruit_meshes(block, tips), block, tips)
     part = fruit_quarter(block, tips) if tips.offset_mm == 0.0 else fruit_half(block, tips)

@@ -4,17 +4,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cad.checks.assembly_checks import cover_verdicts
+from cad.checks.slicer import print_estimate, slicer_absence
+from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
-from cad.files.drawing import Title
-from cad.files.maker_files import write_fabrication
+from cad.drawing.sheet import Title
 from cad.quantity import Estimate
 from cad.verdict import Verdict
+from cad.workshop.bridges import Spring
+from cad.workshop.maker_files import write_fabrication
+from cad.workshop.mount_checks import mount_verdicts
 from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.mesh_pairs import COARSE
 from pipeline.fit.mounts import attached_to
 from pipeline.options import RunOptions
-from pipeline.stages.solids import sensor_of
-from pipeline.stages.springs import FittedSpring, FittedSprings
+from pipeline.stages.fitted_spring import FittedSpring
+from pipeline.stages.solids import Written, sensor_of, written_once
+from pipeline.stages.springs import FittedSprings
 from pipeline.storage.cache import cached
 from pipeline.verdicts.rules import margin_verdict
 from solve.housing.stiffness import sideways_stiffness
@@ -31,22 +36,56 @@ class SidewaysStiffness:
 
 
 def make_fabrication(design: Design, springs: FittedSprings, options: RunOptions, folder: Path) -> tuple[Verdict, ...]:
-    """Write the files for fabrication, where asked for, and return the verdicts on cover and sideways stiffness."""
+    """Write the files for fabrication, where asked for; return the verdicts on cover, bracket, sideways stiffness."""
     if not options.fabrication:
         return ()
     return (*write_maker_files(design, springs, folder), *sideways_verdicts(springs))
 
 
 def write_maker_files(design: Design, springs: FittedSprings, folder: Path) -> tuple[Verdict, ...]:
-    """Write the files for fabrication and return the verdicts on the cover; nothing where no housing can be made.
+    """Write the files for fabrication, return the verdicts on cover and bracket; nothing where no housing can be made.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
     if springs.housing is None:
         return ()
+    inputs = {
+        "design": design_as_mapping(design),
+        "process": springs.process,
+        "housing": springs.housing,
+        "springs": springs_to_read(springs),
+        "slicer": slicer_absence(),
+    }
+    return written_once("maker files", inputs, lambda: _written(design, springs, folder), folder)
+
+
+def _written(design: Design, springs: FittedSprings, folder: Path) -> Written:
+    if springs.housing is None:
+        return (), ()
     sensor, process = sensor_of(design, springs.housing), springs.process
-    _, cover = write_fabrication(sensor, Title(name=design.name, process=process), folder)
-    return cover_verdicts(sensor, cover, process)
+    estimate = print_estimate(folder / "housing.stl", process)
+    title = Title(name=design.name, process=process)
+    made = write_fabrication(sensor, title, springs_to_read(springs), estimate, folder)
+    return made.paths, (*cover_verdicts(sensor, made.cover, process), *mount_verdicts(sensor, made.mount, process))
+
+
+def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:
+    """Return what a read-out must know of the springs; raises ValueError for springs that are not made."""
+    if springs.fitted is None:
+        msg = "read-out: springs that are not made have none; ask for it after a fit"
+        raise ValueError(msg)
+    arms, strains = springs.fitted.housing.arms, springs.fitted.stiffness.gauge_strain_per_N
+    rows = enumerate(zip(arms, springs.springs, springs.deflections, strict=True))
+    return tuple(
+        Spring(
+            name=arm.name,
+            flexure=arm.flexure,
+            K=spring.stiffness,
+            deflection=deflection,
+            strain_per_N=None if strains is None else float(strains[i]),
+        )
+        for i, (arm, spring, deflection) in rows
+    )
 
 
 def sideways_verdicts(springs: FittedSprings) -> tuple[Verdict, ...]:

@@ -41,6 +41,8 @@ def write_fields(
             write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {})
         return None
     _write_flexure(springs, folder)
+    if design.press.strain == "large":
+        return "fruit.vtu is left out: its fields are those of small strain; take press.strain = 'linear' for them"
     scene, E = scene_of(design, press.ahead), float(press.hardest.E[-1])
     try:
         pressure = footprint_pressure(scene, contact, springs.C, E, design.press.travel_mm)

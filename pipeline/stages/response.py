@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.quantity import InputError
-from pipeline.stages.springs import FittedSprings, tip_leads
+from pipeline.stages.tip_curve import refuse_large_strain, tip_curve
+from solve.contact.large_response import large_response
 from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene, check_scene
@@ -50,21 +51,18 @@ def scene_of(design: Design, ahead: Sequence[float] = ()) -> Scene:
     return Scene(fruit=design.fruit, tips=design.tips, press=design.press, ahead_mm=tuple(ahead))
 
 
-def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSprings) -> ScenePress:
-    """Return the presses of the springs as they are made, whose tips their weight may set off level."""
-    return press_scene(design, contact, springs.C, tip_leads(springs, design.press.attitude))
-
-
 def refuse_unsolvable(design: Design) -> None:
     """Raise InputError where contact cannot be solved in the scene of a design; solves nothing."""
     scene = scene_of(design)
     check_scene(scene)
-    if not scene.linear and scene.tips.shape != "dome":
+    if scene.press.strain == "large":
+        refuse_large_strain(design)
+    elif not scene.linear and scene.tips.shape != "dome":
         scene_footprints(scene, design.press.travel_mm)
 
 
 def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> ScenePress:
-    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `_pressed`.
+    """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `pressed_at`.
 
     `ahead` is how far each tip stands before the others [mm], none where all are level.
     """
@@ -72,11 +70,13 @@ def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequ
     count = _CURVE[scene.linear]
     moduli = E_max * np.array([SOFTEST, *(np.arange(1, count + 1) / count)])
     return ScenePress(
-        table=_pressed(scene, contact, C, design.fruit.E_MPa, TRAVELS),
+        table=pressed_at(scene, contact, C, design.fruit.E_MPa, TRAVELS),
         scan=press_scan(design, contact, C, ahead),
-        hardest=_pressed(scene, contact, C, [design.largest_E_MPa], 1),
-        curve=_pressed(scene, contact, C, moduli, CURVE_TRAVELS),
-        tilted=() if scene.linear else _tilted(scene, contact, C, moduli[[0, count // 2, count]]),
+        hardest=pressed_at(scene, contact, C, [design.largest_E_MPa], 1),
+        curve=pressed_at(scene, contact, C, moduli, CURVE_TRAVELS),
+        tilted=()
+        if scene.linear or scene.press.strain == "large"
+        else _tilted(scene, contact, C, moduli[[0, count // 2, count]]),
         ahead=scene.ahead_mm,
         level=scene.linear and not any(scene.ahead_mm),
     )
@@ -87,7 +87,7 @@ def press_scan(design: Design, contact: FruitCompliance, C: Floats, ahead: Seque
     fruit = design.fruit
     least = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
     moduli = np.linspace(least, fruit.E_max_MPa, _SCAN)
-    return _pressed(scene_of(design, ahead), contact, C, moduli, 1)
+    return pressed_at(scene_of(design, ahead), contact, C, moduli, 1)
 
 
 def _tilted(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
@@ -98,16 +98,19 @@ def _tilted(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -
         return ()
     try:
         presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
-        return tuple(_pressed(replace(scene, press=each), contact, C, moduli, 1) for each in presses)
+        return tuple(pressed_at(replace(scene, press=each), contact, C, moduli, 1) for each in presses)
     except InputError:
         return ()
 
 
-def _pressed(
+def pressed_at(
     scene: Scene, contact: FruitCompliance, C: Floats, moduli: Sequence[float] | Floats, count: int
 ) -> SensorResponse:
     """Press; raises InputError where the scene is too steep or outside the domain of contact, SolveError."""
-    return scene_response(scene, contact, C, moduli, travels(scene.press.travel_mm, count))
+    x = travels(scene.press.travel_mm, count)
+    if scene.press.strain == "large":
+        return large_response(scene, contact, C, tip_curve(scene), (moduli, x))
+    return scene_response(scene, contact, C, moduli, x)
 
 
 def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:

@@ -2,6 +2,7 @@
 
 import base64
 import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +23,9 @@ NO_LINE = failed(
     unit="1",
     reference="no housing is drawn for a line of three; its contact and response are those of the springs asked for",
 )
+Verdicts = tuple[Verdict, ...]
+Written = tuple[tuple[Path, ...], Verdicts]
+"""The files that were written, and the verdicts on them."""
 _SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their checks depend on
 
 
@@ -57,16 +61,24 @@ def write_solids(design: Design, springs: FittedSprings, folder: Path) -> tuple[
         "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
         "housing": housing,
         "deflections": springs.deflections,
-        "date": os.environ.get("SOURCE_DATE_EPOCH"),
     }
-    solids = cached("solids", inputs, lambda: _written(design, housing, springs.deflections, folder), Solids)
-    for name, text in solids.files.items():
+    return written_once("solids", inputs, lambda: _written(design, housing, springs.deflections, folder), folder)
+
+
+def written_once(stage: str, inputs: Mapping[str, object], write: Callable[[], Written], folder: Path) -> Verdicts:
+    """Return the verdicts of a stage that writes files into a folder, both kept by its inputs and the date of files."""
+
+    def solids() -> Solids:
+        paths, verdicts = write()
+        files = {path.name: base64.b85encode(path.read_bytes()).decode() for path in paths}
+        return Solids(files=files, verdicts=verdicts)
+
+    found = cached(stage, {**inputs, "date": os.environ.get("SOURCE_DATE_EPOCH")}, solids, Solids)
+    for name, text in found.files.items():
         (folder / name).write_bytes(base64.b85decode(text))
-    return solids.verdicts
+    return found.verdicts
 
 
-def _written(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Solids:
+def _written(design: Design, housing: Housing, deflections: tuple[float, ...], folder: Path) -> Written:
     sensor = sensor_of(design, housing)
-    paths = write_sensor(sensor, folder)
-    files = {path.name: base64.b85encode(path.read_bytes()).decode() for path in paths}
-    return Solids(files=files, verdicts=check_sensor(sensor, deflections, folder))
+    return write_sensor(sensor, folder), check_sensor(sensor, deflections, folder)

@@ -14,53 +14,24 @@ from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.parts.pin_socket import pin_mass
 from cad.quantity import Estimate, InputError
-from cad.theory.leaf_spring import Flexure
 from cad.theory.two_spring_law import Springs
 from mesh.session import MeshError
 from pipeline.fit.mounts import mount_changes
 from pipeline.fit.pins import fit_with_pins
 from pipeline.fit.solve_memo import FittedHousing
 from pipeline.options import RunOptions
+from pipeline.stages.fitted_spring import FittedSpring
+from pipeline.stages.response import ScenePress, press_scene
 from pipeline.stages.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from solve.contact.linear_response import spring_compliance
+from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
 
 Floats = NDArray[np.float64]
 
 GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
 GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3
-
-
-@dataclass(frozen=True, kw_only=True)
-class FittedSpring:
-    """One spring: its target stiffness [N/mm], whether it can be printed, and where it is made what FE gives.
-
-    K [N/mm] is its stiffness; `root_strain` [1] is that at the root of its leaves at full travel.
-    """
-
-    name: str
-    target: float
-    printable: Printable
-    flexure: Flexure | None = None
-    K: Estimate | None = None
-    root_strain: Estimate | None = None
-
-    @property
-    def stiffness(self) -> float:
-        """Return the stiffness by FE, the target where it is not made [N/mm]."""
-        return self.target if self.K is None else self.K.value
-
-    @property
-    def error(self) -> float:
-        """Return the error of the stiffness [N/mm]; 0 for a target."""
-        return 0.0 if self.K is None else self.K.error
-
-    @property
-    def safety_factor(self) -> float | None:
-        """Return the strain limit over the root strain [1]; None where it is not made or not bent."""
-        strain = self.root_strain
-        return self.printable.strain_limit / strain.value if strain is not None and strain.value > 0.0 else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,7 +89,7 @@ def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> Fi
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
     two springs stand for all tips of their kinds: those of a square are in two equal plates, a line has no housing.
     """
-    process = design.print.made_by
+    process = design.process
     ratio, targets = sizing.sizing_stiffness_ratio, sizing.springs.stiffnesses
     deflections = sizing.deflections(design.full_travels_mm)
     printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
@@ -137,7 +108,7 @@ def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> Fi
 
 def _judged_again(design: Design, sizing: SpringSizing, housing: Housing) -> tuple[Printable, ...]:
     """Return whether each spring can be printed with its leaves as long as they were solved."""
-    process, lengths = design.print.made_by, tuple(arm.flexure.length for arm in housing.arms)
+    process, lengths = design.process, tuple(arm.flexure.length for arm in housing.arms)
     ratio = sizing.sizing_stiffness_ratio
     return check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
 
@@ -173,6 +144,11 @@ def tip_leads(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
         return ()
     of_kind = {spring.name: sag - max(sags) for spring, sag in zip(springs.springs, sags, strict=True)}
     return tuple(of_kind[kind] for kind in springs.tips.springs)
+
+
+def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSprings) -> ScenePress:
+    """Return the presses of the springs as they are made, whose tips their weight may set off level."""
+    return press_scene(design, contact, springs.C, tip_leads(springs, design.press.attitude))
 
 
 def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:

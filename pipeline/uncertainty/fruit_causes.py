@@ -7,7 +7,7 @@ from cad.design.parameters import Design
 from cad.theory.free_fruit import Roll, roll
 from cad.theory.rounded_edge import edge_loss
 from cad.theory.sloped_skin import frictionless_press
-from cad.theory.soft_tissue import LARGEST_LOSS, constitutive_spread, large_strain, no_slip
+from cad.theory.soft_tissue import LARGEST_CHANGE, constitutive_spread, large_strain_factor, no_slip
 from cad.theory.two_spring_law import series_stiffness
 from pipeline.stages.response import scene_of
 from pipeline.stages.springs import tip_leads
@@ -17,18 +17,19 @@ INCOMPRESSIBLE = 0.5  # Poisson's ratio
 
 
 def flesh_effects(design: Design, travel: float, gives: Sequence[float]) -> tuple[Cause, ...]:
-    """Return what the contact leaves out: grip between tip and skin, and large strain of the flesh."""
+    """Return what the contact leaves out: grip between tip and skin, large strain, other laws of the flesh."""
     poisson, travel = design.fruit.poisson, max(LEAST_TRAVEL, travel)
     depths = [(travel - give) / design.tips.side_mm for give in gives]
     grip = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
     deep = f"FE of one tip, {max(depths):.2g} tip sides deep"
     stiffer = no_slip(poisson)
-    strained = tuple(-large_strain(depth, poisson) for depth in depths)
-    spread = tuple(constitutive_spread(depth) for depth in depths)
-    apart = f"{deep}; neo-Hooke, Hencky and foam apart, Poisson 0.3"
+    strained = tuple(large_strain_factor(depth, poisson) - 1.0 for depth in depths)
+    spread = tuple(constitutive_spread(depth, poisson) for depth in depths)
+    apart = f"{deep}; Hencky and foam apart, with neo-Hooke between"
+    linear = design.press.strain == "linear"
     return (
         Cause(effect="no slip", reason=grip, fruit=(stiffer, stiffer)),
-        Cause(effect="large strain", reason=deep, fruit=strained),
+        *([Cause(effect="large strain", reason=deep, fruit=strained)] if linear else []),
         Cause(effect="law of the flesh", reason=apart, fruit=spread),
     )
 
@@ -66,7 +67,7 @@ def tip_scatter(design: Design, off: float, travel: float, gives: Sequence[float
     """Return what tips that are off by a length [mm] in side, edge and height do."""
     side, travel = design.tips.side_mm, max(LEAST_TRAVEL, travel)
     softer = tuple(-edge_loss(travel - give, side, off) for give in gives)
-    wider = min(LARGEST_LOSS, off / side)
+    wider = min(LARGEST_CHANGE, off / side)
     half = 0.5 * off
     flat = "zero the tips on a flat plate"
     return (

@@ -74,7 +74,7 @@ def nominal_unit(report: StoredReport) -> PrintedUnit:
     A leaf's stiffness goes with its modulus and the third power of its thickness, whose scatters are the process's.
     """
     design, C = report.design, report.read_out.springs_mm_per_N
-    process = design.print.made_by
+    process = design.process
     thicknesses = design.tips.each(*process.leaf_thicknesses_mm)
     scatter = tuple(
         100.0 * ((3.0 * 0.5 * process.accuracy_mm / thickness) ** 2 + process.E_scatter**2) ** 0.5

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 
 from cad.design.parameters import Design
-from cad.design.processes import PROCESSES
 from cad.parts.fruit import fruit_half, fruit_quarter
 from cad.quantity import fault
 from mesh.fruit import fruit_mesh
@@ -42,7 +41,7 @@ def _flexure(report: StoredReport) -> str | None:
     """Return the deck of the half housing, its holes held; None where there is no housing."""
     if report.housing is None:
         return None
-    process, mesh = PROCESSES[report.design.print.process], flexure_mesh(report.housing)
+    process, mesh = report.design.process, flexure_mesh(report.housing)
     scene = flexure_deck(mesh, *HEXAHEDRA, process.E_MPa, process.poisson)
     found = element_stiffness(mesh, HEXAHEDRA[0], process.E_MPa, process.poisson)
     stiffnesses = ", ".join(f"{K:.9g} N/mm of the {name} spring" for name, K in zip(SPRINGS, found.K, strict=True))

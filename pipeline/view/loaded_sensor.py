@@ -14,7 +14,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import NDArray
 
-from cad.design.processes import PROCESSES, Process
+from cad.design.processes import Process
 from cad.parts.housing import Housing
 from cad.quantity import fault
 from mesh.housing.sweep import flexure_mesh
@@ -65,7 +65,7 @@ def housing_of(report: StoredReport) -> LoadedHousing:
     """Return the housing of a report with its unit loads; raises InputError where it has none, SolveError."""
     if report.housing is None:
         raise fault("DIR", report.design.name, "", "a design with a housing", "run a design that can be made")
-    return loaded_housing(report.housing, PROCESSES[report.design.print.process])
+    return loaded_housing(report.housing, report.design.process)
 
 
 def fruit_under(report: StoredReport, E: float, x: float) -> tuple[SolvedMesh, dict[str, Floats]]:
@@ -89,7 +89,7 @@ def fruit_under(report: StoredReport, E: float, x: float) -> tuple[SolvedMesh, d
 
 def _spring_compliance(report: StoredReport) -> Floats:
     """Return the compliance of the springs under all tips [mm/N]; what one moves another is below their errors."""
-    stiffness = {name: spring.stiffness_N_per_m for name, spring in report.flexures.items()}
+    stiffness = {name: spring.stiffness_N_per_m for name, spring in report.springs.items()}
     own = [stiffness.get(tip.spring) for tip in report.tips]
     if None in own:
         raise fault("DIR", report.design.name, "", "a design with springs that are made", "run one that can be made")
@@ -106,7 +106,7 @@ def forces_at(response: Sequence[StoredResponse], E: float, x: float) -> tuple[f
     rows = sorted(response, key=lambda row: row.E_MPa)
     softness = [1.0 / row.E_MPa for row in reversed(rows)]
     travels = [row.x_mm for row in reversed(rows)]
-    tables = zip(*(row.forces_N for row in reversed(rows)), strict=True)
+    tables = zip(*(row.kind_forces for row in reversed(rows)), strict=True)
     return tuple(_force(softness, travels, table, 1.0 / E, x) for table in tables)
 
 

@@ -40,8 +40,8 @@ class Scene:
 
     @property
     def linear(self) -> bool:
-        """Say whether flat sharp faces meet a flat fruit level: each then touches whole or not at all."""
-        level = self.press.tilt_deg == 0.0 and self.press.roll_deg == 0.0
+        """Say whether flat sharp faces meet flat linear flesh level: each then touches whole or not at all."""
+        level = self.press.tilt_deg == 0.0 and self.press.roll_deg == 0.0 and self.press.strain == "linear"
         return level and self.fruit.shape == "block" and self.tips.flat == self.tips
 
     @property

@@ -30,8 +30,8 @@ def planted(processes, monkeypatch, tmp_path):
     """
 
     def guess(design):
-        if not PROCESSES[design.print.process].one_piece:
-            msg = "clamped, must be one piece"
+        if design.print.process == "dmls-ti64":
+            msg = "too short, must be a leaf"
             raise InputError(msg)
         return HOUSING, TARGETS
 
@@ -51,14 +51,14 @@ def planted(processes, monkeypatch, tmp_path):
     return run
 
 
-def test_each_process_has_two_rows_and_a_clamped_one_says_why_not(planted):
+def test_each_process_has_two_rows_and_one_that_is_refused_says_why(planted):
     code, lines = planted(5e-4, -2e-5, 1e-3)
     assert code == 0
     rows = [line for line in lines if " low | " in line or " high | " in line]
-    assert len(rows) == 2 * sum(process.one_piece for process in PROCESSES.values())
+    assert len(rows) == 2 * (len(PROCESSES) - 1)
     words = "fdm-petg low | 900 | 24.200 | 900.45 | +0.05 % | 0.04 % | -0.002 % | +0.1 %, 0.1 % | 6 | 2"
     assert rows[0] == f"| {words} |"
-    assert "- strip-steel: clamped, must be one piece" in lines
+    assert "- dmls-ti64: too short, must be a leaf" in lines
     assert any(line.startswith("`tests/bench/processes.py --tets` writes this table") for line in lines)
 
 
@@ -72,5 +72,5 @@ def test_beam_guess_has_the_lengths_of_the_beam_law_or_the_reason_why_not(proces
     for arm, K in zip(housing.arms, targets, strict=True):
         leaf = arm.flexure
         assert pair_stiffness(2000.0, leaf.depth, leaf.thickness, leaf.length) == pytest.approx(K, rel=1e-9)
-    with pytest.raises(InputError, match="the strip is clamped in a body of another material"):
-        processes.beam_guess(Design(print=Print(process="strip-steel")))
+    with pytest.raises(InputError, match=r"print\.max_length_mm"):
+        processes.beam_guess(Design(print=Print(max_length_mm=5.0)))

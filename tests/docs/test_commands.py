@@ -29,7 +29,12 @@ RUN_HERE = {
     "pipeline run --design paper-on-mango": 1,
     "pipeline design --set print.gauges=foil --out outputs/gauged": 0,
     "pipeline run --set springs.K_l_N_per_m=880 --set springs.K_h_N_per_m=20100 --out outputs/unit": 1,
+    "pipeline design --fields": 0,
     "pipeline view outputs/paper --png pictures": 0,
+    "pipeline view outputs/paper --html scenes.html": 0,
+    "pipeline view outputs/paper --inp decks": 0,
+    "pipeline view outputs/paper --pvd press": 0,
+    "pipeline design --set print.E_MPa=1750 --out outputs/second": 0,
     "pipeline doctor": 0,
     "pipeline explain NL --out outputs/paper": 0,
     "pipeline run --design mango --set reading.noise_percent= --out outputs/mine": 0,
@@ -37,6 +42,7 @@ RUN_HERE = {
     "pipeline modulus docs/examples/fruit-1.csv docs/examples/fruit-2.csv docs/examples/fruit-3.csv --height 70 "
     "--radius 35": 0,
     "pipeline modulus docs/examples/fruit-1.csv --height 70 --radius 35 --json": 0,
+    "pipeline run --design docs/examples/kiwi.toml": 0,
     "pipeline modulus docs/examples/fruit-1.csv --height 70 --radius 35 --plot fruit-1.svg": 0,
 }
 """What is run below in one folder, in this order, with its exit code."""
@@ -48,6 +54,28 @@ ELSEWHERE = {
     "pipeline run --fruit-stiffness hayes": ("tests/pipeline/test_run.py", '"--fruit-stiffness", "hayes"'),
     "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
     "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),
+    "pipeline view outputs/paper --serve": ("tests/pipeline/view/test_serving.py", '"view", str(folder), "--serve"'),
+    **{
+        command: ("tests/docs/test_read_a_fruit.py", command)
+        for command in (
+            "pipeline calibrate outputs/paper weights.csv --out unit.toml --classes ripe:0.8,turning:1.6,unripe",
+            "pipeline calibrate outputs/paper rubbers.csv",
+            "pipeline calibrate outputs/paper coupon.csv",
+            "pipeline read outputs/paper press.csv --unit unit.toml --json",
+            "pipeline read outputs/paper --unit unit.toml --forces 0.411,1.076",
+            "pipeline read outputs/paper --unit unit.toml --c-header unit.h",
+            "pipeline read outputs/paper --unit unit.toml --micropython unit.py",
+        )
+    },
+    "pipeline study springs.toml --export springs.csv --processes 8": (
+        "tests/pipeline/study/test_execute.py",
+        '"--export", str(csv)',
+    ),
+    "pipeline study springs.toml --scheduler tcp://10.0.0.5:8786": (
+        "tests/pipeline/study/test_engines.py",
+        '"--scheduler", address',
+    ),
+    "pipeline optimise sharper.toml": ("tests/pipeline/study/test_optimum.py", 'main(["optimise", str(written(text))'),
     "pipeline run --design docs/examples/my-fruit.toml": ("tests/docs/test_tutorial.py", '"from-test-to-firmware.md"'),
     "pipeline calibrate outputs/my-fruit docs/examples/weights.csv --out unit.toml "
     "--classes ripe:1.1,turning:2.3,unripe": ("tests/docs/test_tutorial.py", '"from-test-to-firmware.md"'),

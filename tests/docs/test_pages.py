@@ -15,7 +15,7 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.+)$", flags=re.MULTILINE)
 SOURCE = re.compile(r"`((?:cad|mesh|solve|pipeline|tests|docs|designs)/[\w/.-]+)`")
 TYPED = re.compile(r"^\| `([A-Z]\w+)` \| `([\w/]+\.py)` \|", flags=re.MULTILINE)
-ROOM = re.compile(r"^\| `([a-z/]+)` \|", flags=re.MULTILINE)
+ROOM = re.compile(r"^\| `([a-z_/]+)` \|", flags=re.MULTILINE)
 MACHINE = re.compile(r"(?<![\w.:/-])/(?:work|tmp|home|root|usr|opt|var|mnt|media|Users)\b|[A-Z]:\\")
 ARCHITECTURE = ROOT / "docs" / "architecture.md"
 

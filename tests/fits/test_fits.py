@@ -11,6 +11,7 @@ from fits import (
     frame_share,
     gauge_edges,
     glued_pin,
+    large_strain_factors,
     locking,
     mesh_pairs,
     root_strain,
@@ -18,6 +19,9 @@ from fits import (
 )
 from fits.comparison import covering, fitted
 from fits.springs import EVERY, ODD, TITANIUM
+
+from cad.theory.soft_tissue import large_strain_factor
+from solve.large_strain.flesh_law import FleshLaw
 
 FAMILY = (2.0, 1.0, 0.5)  # one mesh coarser than the product's: locks more
 TO_SCALE_1 = 1.0  # good enough a reference for the mesh of scale 2
@@ -46,6 +50,15 @@ def test_constant_is_what_its_script_recomputes(compared):
     rows = compared()
     assert rows
     assert [str(row) for row in rows if not row.holds] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("law", "poisson"), [("neo-hooke", 0.3), ("foam", 0.45)])
+def test_factors_of_large_strain_are_what_their_script_recomputes(law, poisson):
+    found = large_strain_factors.curve(FleshLaw(name=law, poisson=poisson))
+    for depth in (0.1, 0.3, 0.6):
+        # 4 decimals are written; round-off may change the path of an iteration, not where it ends.
+        assert large_strain_factor(depth, poisson, law) == pytest.approx(float(found.factor(depth)), abs=6e-5)
 
 
 @pytest.mark.study

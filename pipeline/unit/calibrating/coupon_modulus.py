@@ -33,7 +33,7 @@ def modulus_of_coupon(path: Path, rows: Sequence[MeasuredRow], report: StoredRep
     factors = [modulus_factor(arm.flexure, coupon.arm_beyond_leaf) for arm in arms]
     moduli = [factor * spring.K for factor, spring in zip(factors, springs, strict=True)]
     E, share = _weighted_mean(moduli, [1.0 / spring.share**2 for spring in springs])
-    return PrintedModulus(E=E, share=share, of_design=report.design.print.made_by.E_MPa)
+    return PrintedModulus(E=E, share=share, of_design=report.design.process.E_MPa)
 
 
 def _weighted_mean(moduli: Sequence[float], weights: Sequence[float]) -> tuple[float, float]:

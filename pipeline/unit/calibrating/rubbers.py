@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 Moduli = dict[int, float]  # of the rubber of each line [MPa]
 
 FEWEST_RUBBERS = 2
+AVERAGED = 0.1  # of the noise of a sample: each row is the mean of some hundred while the press is held
+MOST_OPEN = 0.3  # of a stiffness, one sigma: a calibration that leaves more is none
 ALIKE = 0.03  # of a compliance, one sigma: two prints of one drawing on one machine
 _RANK = 1e-9  # of the largest singular value: below it springs are not told apart
 _MOVED = 1e-3  # of a rubber's modulus, for what its error does to the springs
@@ -55,16 +57,29 @@ def springs_on_rubbers(path: Path, rows: Sequence[MeasuredRow], sensor: Measurin
         raise InputError(msg)
     moduli = {row.line: _modulus(path, row, sensor) for row in rows}
     found, spread = _solved(sensor, rows, moduli)
+    of_rubbers = [_by_rubber(sensor, rows, moduli, found, name) for name in names]
+    shares = np.linalg.norm([spread, *of_rubbers], axis=0) / found
+    _refuse_open(path, sensor, found, shares)
+    return RubberSprings(
+        K=tuple((1.0 / (np.diag(np.array(sensor.C)) * found)).tolist()),
+        shares=tuple(shares.tolist()),
+        assumed=_assumed(path, rows, sensor),
+    )
+
+
+def _refuse_open(path: Path, sensor: MeasuringUnit, found: Floats, shares: Floats) -> None:
+    """Raise InputError for compliances [1] below zero, or known to shares [1] that make no calibration."""
     if not (found > 0.0).all():
         bound = "must be forces of this sensor on these rubbers; check units and order of the columns"
         msg = f"{path}: the readings need springs below zero: {bound}"
         raise InputError(msg)
-    of_rubbers = [_by_rubber(sensor, rows, moduli, found, name) for name in names]
-    return RubberSprings(
-        K=tuple((1.0 / (np.diag(np.array(sensor.C)) * found)).tolist()),
-        shares=tuple((np.linalg.norm([spread, *of_rubbers], axis=0) / found).tolist()),
-        assumed=_assumed(path, rows, sensor),
-    )
+    if shares.max() > MOST_OPEN:
+        name = sensor.report.tips[int(shares.argmax())].name
+        bound = f"known to {100.0 * MOST_OPEN:g} %; press more often and deeper, take a harder rubber, or weigh it"
+        msg = (
+            f"{path}: the readings leave the spring of tip {name} open by {100.0 * shares.max():.0f} %: must be {bound}"
+        )
+        raise InputError(msg)
 
 
 def _by_rubber(sensor: MeasuringUnit, rows: Sequence[MeasuredRow], moduli: Moduli, found: Floats, name: str) -> Floats:
@@ -77,7 +92,7 @@ def _by_rubber(sensor: MeasuringUnit, rows: Sequence[MeasuredRow], moduli: Modul
 
 
 def _assumed(path: Path, rows: Sequence[MeasuredRow], sensor: MeasuringUnit) -> tuple[str, ...]:
-    told = []
+    told = [f"{path}: each row is taken for the mean of a hundred samples"]
     if "E_error" not in rows[0].numbers:
         told.append(f"{path}: no column E_error_percent, the moduli of the rubbers are taken for exact")
     if "radius" not in rows[0].numbers:
@@ -160,7 +175,7 @@ def _pair_equation(sensor: MeasuringUnit, row: MeasuredRow, E: float, leads: lis
     forces, weights, own = _forces(sensor, row), np.array([1.0, -1.0]), np.diag(np.array(sensor.C))
     fruit = (sensor.report.read_out.own_less_other_per_mm or 0.0) / E
     right = -fruit * float(weights @ forces) - float(weights @ _coupled(sensor, forces))
-    noise = float(np.linalg.norm(np.hypot(own, fruit) * np.array(sensor.noises)))
+    noise = float(np.linalg.norm(np.hypot(own, fruit) * AVERAGED * np.array(sensor.noises)))
     return _Equation(np.concatenate([weights * own * forces, leads]), right, noise)
 
 
@@ -170,7 +185,7 @@ def _contrast_equation(sensor: MeasuringUnit, known: ContrastLaw, row: MeasuredR
     _, dome, body = contrast_terms(law, forces.tolist())
     weights = np.array(law.weights)
     rest = float(weights @ (_coupled(sensor, forces) + np.array(law.gaps))) + dome * E ** (-2.0 / 3.0) + body / E
-    noise = float(np.linalg.norm(weights * own * np.array(sensor.noises)))
+    noise = float(np.linalg.norm(weights * own * AVERAGED * np.array(sensor.noises)))
     return _Equation(weights * own * forces, -rest, noise)
 
 

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from cad.design.processes import PROCESSES
 from pipeline.report.stored import StoredReport
 from pipeline.view.scenes.field import DISPLACEMENT, FLEXURE_FIELDS, add_derived_fields, fields_on
 from pipeline.view.scenes.mirrored import whole_model
@@ -23,7 +22,7 @@ def flexure_scenes(report: StoredReport, half: Mesh) -> tuple[FieldScene, ...]:
     if DISPLACEMENT not in half.point_data or any(mark not in half.point_data for mark in marks):
         return ()
     mesh = whole_model(half)
-    add_derived_fields(mesh, PROCESSES[report.design.print.process].strain_limit)
+    add_derived_fields(mesh, report.design.process.strain_limit)
     return tuple(_side(report, spring, side_of(mesh, spring)) for spring in SPRINGS)
 
 

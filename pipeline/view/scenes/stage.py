@@ -72,7 +72,7 @@ def add_rule(plotter: Plotter, mesh: Mesh, focus: Box | None = None) -> None:
     plotter.add_mesh(pv.Line(start, end), color=EDGE, line_width=4)
     for tick in (start, end):
         plotter.add_mesh(pv.Line(tick, tick + up), color=EDGE, line_width=3)
-    add_labels(plotter, [start - 3.0 * up], [f"{length:g} mm"], EDGE)
+    add_labels(plotter, [start - 4.0 * up], [f"{length:g} mm"], EDGE)
 
 
 def add_labels(plotter: Plotter, places: Any, texts: list[str], colour: str = ACCENT, size: int = 20) -> None:  # noqa: ANN401
@@ -82,7 +82,10 @@ def add_labels(plotter: Plotter, places: Any, texts: list[str], colour: str = AC
         texts,
         font_size=size,
         text_color=colour,
-        shape=None,
+        shape="rounded_rect",
+        shape_color="white",
+        shape_opacity=0.75,
+        margin=1,
         always_visible=True,
         show_points=False,
     )

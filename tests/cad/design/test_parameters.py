@@ -7,20 +7,14 @@ from typing import Any
 import pytest
 
 from cad.design import parameters
+from cad.design.design_file import TABLE_TYPES
 from cad.design.fruit import Fruit
-from cad.design.parameters import TABLES, Design, GivenSprings, Print, Targets
+from cad.design.parameters import TABLES, Design, GivenSprings, Print
 from cad.design.processes import PROCESSES
-from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 
-KINDS = dict(
-    zip(
-        TABLES,
-        (Targets, GivenSprings, Fruit, Tips, Press, Reading, Print),
-        strict=True,
-    )
-)
+KINDS = TABLE_TYPES
 NUMBERS = [
     (table, item) for table, kind in KINDS.items() for item in dataclasses.fields(kind) if "unit" in item.metadata
 ]
@@ -38,7 +32,7 @@ UNIT_OF_ENDING = {"_mm": "mm", "_MPa": "MPa", "_deg": "deg", "_N_per_m": "N/m", 
 
 def _refused(table: str, **values: Any) -> str:
     with pytest.raises(InputError) as caught:
-        KINDS[table](**values)
+        Design(**{table: KINDS[table](**values)})
     message = str(caught.value)
     assert len(message.splitlines()) == 1
     return message
@@ -213,5 +207,13 @@ def test_every_table_is_frozen_and_takes_names_only(kind):
 
 
 def test_tables_are_those_of_the_module():
-    assert TABLES == ("targets", "springs", "fruit", "tips", "press", "reading", "print")
+    assert TABLES == ("targets", "springs", "fruit", "tips", "press", "reading", "print", "printer")
     assert all(getattr(parameters, kind.__name__) is kind for kind in KINDS.values())
+
+
+def test_modulus_of_a_coupon_takes_the_place_of_the_process():
+    nominal, printed = Design().process, Design(print=Print(E_MPa=1750.0)).process
+    assert nominal == PROCESSES["fdm-petg"]
+    assert printed == dataclasses.replace(nominal, E_MPa=1750.0)
+    with pytest.raises(InputError, match=r"^print\.E_MPa = -1 MPa: must be at least 1e-06 .*; give what the coupon"):
+        Print(E_MPa=-1.0)

@@ -16,7 +16,6 @@ from cad.theory.two_spring_law import Springs, size_springs
 K_M = 4.6292  # [N/mm], the paper's block at 3.5 MPa
 PETG = PROCESSES["fdm-petg"]
 STEEL = PROCESSES["dmls-17-4ph"]
-ONE_PIECE = {name: process for name, process in PROCESSES.items() if process.one_piece}
 
 
 def _design(longest: float = 120.0, travel: float = 0.6, tilt: float = 0.0, **targets) -> Design:
@@ -38,7 +37,7 @@ def _verdicts(design: Design, process=PETG, lengths=None) -> tuple[Printable, Pr
     return found
 
 
-@pytest.mark.parametrize("process", ONE_PIECE.values(), ids=ONE_PIECE)
+@pytest.mark.parametrize("process", PROCESSES.values(), ids=PROCESSES)
 @pytest.mark.parametrize("definition", ["mid-range", "largest"])
 def test_every_process_can_make_the_paper_design(process, definition):
     for verdict in _verdicts(_design(NL_definition=definition), process):
@@ -99,7 +98,7 @@ def test_low_leaf_too_long_names_P_max_and_the_nearest_P_max(definition):
 
 @given(
     P_max=st.floats(1.02, 100.0), NL=st.floats(0.0005, 0.49), definition=st.sampled_from(["mid-range", "largest"]),
-    process=st.sampled_from(list(ONE_PIECE.values())), longest=st.floats(15.0, 120.0), travel=st.floats(0.1, 6.0),
+    process=st.sampled_from(list(PROCESSES.values())), longest=st.floats(15.0, 120.0), travel=st.floats(0.1, 6.0),
 )  # fmt: skip
 def test_nearest_target_can_be_made_and_a_passed_leaf_is_inside_every_bound(
     P_max, NL, definition, process, longest, travel
@@ -190,10 +189,3 @@ def test_nearest_target_off_the_middle_is_one_that_can_be_made_there(q):
     assert pair_length(PETG.E_MPa, PETG.depth_mm, PETG.leaf_thickness_low_mm, made.K_l) * (1.0 + LENGTH_MARGIN) <= 20.0
     other = dataclasses.replace(design, targets=Targets(P_max=found.nearest, NL=0.05))
     assert check_printable(other, made, K_m, PETG, stiffness_ratio=q)[0].passed is True
-
-
-def test_leaf_clamped_in_another_material_is_no_sensor_yet():
-    """Neither the beam law nor the solve of one solid knows the body that holds the strip."""
-    found = check_printable(Design(), size_springs(5.0, 0.05, 4.629), 4.629, PROCESSES["strip-steel"])
-    assert [one.passed for one in found] == [False, False]
-    assert all("clamped in a body of another material" in one.reason for one in found)

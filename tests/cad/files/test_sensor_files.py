@@ -11,6 +11,7 @@ from cad.files.sensor_files import ExportError, export_step, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
+from cad.parts.assembly import fasteners
 from cad.parts.fruit import curved_fruit
 from cad.parts.pose import print_pose, sensor_pose
 from cad.parts.sensor import Body
@@ -22,8 +23,9 @@ def test_files_hold_the_solids(sensor, tmp_path):
     step, assembly, stl, model = write_sensor(sensor, tmp_path)
     assert [path.name for path in (step, assembly, stl, model)] == NAMES
     volume, fruit = sensor.part.shape.Volume(), 20.0 * 20.0 * 12.0
+    steel = sum(shape.Volume() for shape in fasteners(sensor).values())
     assert read_step(step).Volume() == pytest.approx(volume, rel=1e-9)
-    assert read_step(assembly).Volume() == pytest.approx(volume + fruit, rel=1e-9)
+    assert read_step(assembly).Volume() == pytest.approx(volume + fruit + steel, rel=1e-9)
     # Fillets are the only round faces but the holes: chords of at most CHORD_MM inside 200 mm^2 of them.
     assert float(read_stl(stl).volume) == pytest.approx(volume, abs=CHORD_MM * 300.0)
     assert float(read_3mf(model).mesh.volume) == pytest.approx(volume, abs=CHORD_MM * 300.0)
@@ -33,6 +35,7 @@ def test_assembly_shows_a_curved_fruit_curved(sensor, tmp_path):
     fruit = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
     _, assembly, *_ = write_sensor(replace(sensor, fruit=fruit), tmp_path)
     found, volume = read_step(assembly), sensor.part.shape.Volume() + curved_fruit(fruit).shape.Volume()
+    volume += sum(shape.Volume() for shape in fasteners(sensor).values())
     assert found.Volume() == pytest.approx(volume, rel=1e-6)  # the top is one face here and three there
     assert "SPHERE" in {face.geomType() for face in found.Faces()}
     assert "SPHERE" not in {face.geomType() for face in sensor.part.shape.Faces()}

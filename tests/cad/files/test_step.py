@@ -57,7 +57,7 @@ def test_header_holds_the_given_time_and_millimetres(tmp_path, monkeypatch):
     write_step(two_bodies()[:1], tmp_path / "one.step", "box")
     text = (tmp_path / "one.step").read_text()
     assert "'1970-01-02T00:00:00'" in text
-    assert "AUTOMOTIVE_DESIGN" in text
+    assert "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING" in text
     assert "SI_UNIT(.MILLI.,.METRE.)" in text
 
 

@@ -25,13 +25,13 @@ KERNEL = 1e-6  # [mm] and [mm^3] of the geometry kernel
 
 
 @pytest.fixture(scope="module")
-def sensor():
+def square():
     return square_sensor()
 
 
 @pytest.fixture(scope="module")
-def bodies(sensor):
-    return {body.name: body.shape for body in assembly_bodies(sensor)}
+def bodies(square):
+    return {body.name: body.shape for body in assembly_bodies(square)}
 
 
 def test_frame_has_equal_halves_whichever_arm_is_longer():
@@ -54,9 +54,9 @@ def test_plate_is_one_valid_solid_in_every_process_with_its_named_faces():
         assert len(part.faces["mounting_holes"]) == 4
 
 
-def test_pads_and_holes_change_the_volume_by_their_own(sensor):
+def test_pads_and_holes_change_the_volume_by_their_own(square):
     """Plate, pad of the posts and the bar, less its holes, less two holes for dowels, less what the domes take."""
-    housing = sensor.housing
+    housing = square.housing
     flat = replace(housing, dome_radius=0.0)
     foot, top, wide = housing.cover_level, housing.top_level, housing.right - housing.left
     inner = wide - 2.0 * (housing.wall_width - 1.0)
@@ -69,13 +69,13 @@ def test_pads_and_holes_change_the_volume_by_their_own(sensor):
     assert finished_part(flat).shape.Volume() == pytest.approx(expected, rel=1e-9)
 
 
-def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each_diagonal(sensor):
+def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each_diagonal(square):
     """The low tip is the one whose leaves are longer."""
-    housing, found = sensor.housing, []
-    every = sensor.part.shape.Faces()
+    housing, found = square.housing, []
+    every = square.part.shape.Faces()
     for twin in (False, True):
         for kind in ("low", "high"):
-            cap = in_place(cq.Compound.makeCompound([every[i] for i in sensor.part.faces[f"{kind}_tip"]]), housing)
+            cap = in_place(cq.Compound.makeCompound([every[i] for i in square.part.faces[f"{kind}_tip"]]), housing)
             box = (turned_twin(cap) if twin else cap).BoundingBox()
             assert box.zmin == pytest.approx(0.0, abs=KERNEL)
             found.append((kind, (box.center.x, box.center.y)))
@@ -98,6 +98,16 @@ def test_every_body_is_named_once_and_valid(bodies):
     assert all(shape.isValid() for shape in bodies.values())
 
 
+def test_pair_is_put_together_with_covers_and_screws(housing, sensor):
+    covered = replace(sensor, housing=replace(housing, mount="covers", cover_level=housing.protrusion))
+    found = {body.name: body.shape for body in assembly_bodies(covered)}
+    assert {"housing", "front cover", "back cover", "fruit"} <= set(found)
+    assert sum(name.startswith("screw") for name in found) == len(housing.holes)
+    for a, b in itertools.combinations(found, 2):
+        assert sum(solid.Volume() for solid in found[a].intersect(found[b]).Solids()) < KERNEL, (a, b)
+    assert not any("cover" in body.name for body in assembly_bodies(sensor))
+
+
 def test_no_two_bodies_share_a_place_but_a_dowel_that_is_pressed_in(bodies):
     for a, b in itertools.combinations(bodies, 2):
         if {a.split()[0], b.split()[0]} == {"plate", "dowel"}:
@@ -106,8 +116,8 @@ def test_no_two_bodies_share_a_place_but_a_dowel_that_is_pressed_in(bodies):
         assert sum(solid.Volume() for solid in common) < KERNEL, (a, b)
 
 
-def test_dowels_are_pressed_by_the_accuracy_of_the_process_and_end_inside(sensor, bodies):
-    housing = sensor.housing
+def test_dowels_are_pressed_by_the_accuracy_of_the_process_and_end_inside(square, bodies):
+    housing = square.housing
     assert housing.dowel_hole == 3.0 - RESIN.accuracy_mm
     for number in (1, 2):
         box = bodies[f"dowel {number}"].BoundingBox()
@@ -140,12 +150,12 @@ def test_pins_stand_in_both_plates():
     assert {"low pin 1", "low pin 2", "high pin 1", "high pin 2"} <= set(names)
 
 
-def test_mounting_error_is_that_of_a_plate_moved_as_a_rigid_body(sensor):
+def test_mounting_error_is_that_of_a_plate_moved_as_a_rigid_body(square):
     """Two dowels off by twice the accuracy against each other lift a plate, or turn it about the middle between them.
 
     What is left of the heights of the four tips after the best plane is what the contrast of the kinds reads.
     """
-    housing = sensor.housing
+    housing = square.housing
     error = mounting_error(housing, 0.05)
     (left, _), (right, _) = sorted(housing.dowels)
     places = np.array(GENTLE.tips.places_mm)

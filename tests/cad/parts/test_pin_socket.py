@@ -13,20 +13,22 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press, Tips
-from cad.files.drafting import Words
-from cad.files.drawing import Title, housing_drawing
-from cad.files.maker_files import fabrication_sheet
+from cad.drawing.housing_drawing import housing_drawing
+from cad.drawing.items import Words
+from cad.drawing.sheet import Title
 from cad.files.sensor_files import write_sensor
 from cad.files.step import read_step
-from cad.parts.coupon import coupon_of
-from cad.parts.cover import cover_of
+from cad.parts.assembly import cover_pair, fasteners
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
 from cad.parts.pin_socket import STEEL_MPA, pin_compliance, pins, socketed, tip_solid
 from cad.parts.sensor import Sensor
 from cad.quantity import InputError
+from cad.workshop.bridges import Bridge
+from cad.workshop.fabrication_sheet import SheetFacts, fabrication_sheet
 
 PETG = PROCESSES["fdm-petg"]
+BRIDGE = Bridge(name="low", force=1.0, deflection=0.5, output=1.0, noise_mN=1.0)
 PINS = Design(tips=Tips(socket="pin"))
 
 
@@ -109,7 +111,8 @@ def test_files_hold_the_pockets_and_the_pins(pinned, tmp_path, monkeypatch):
     ]  # fmt: skip
     assert read_step(tmp_path / "pin.step").Volume() == pytest.approx(4.0)
     assert read_step(tmp_path / "housing.step").Volume() == pytest.approx(pinned.part.shape.Volume())
-    whole = pinned.part.shape.Volume() + 2.0 * 4.0 + pinned.bodies()[-1].shape.Volume()
+    steel = sum(shape.Volume() for shape in (*fasteners(pinned).values(), *cover_pair(pinned).values()))
+    whole = pinned.part.shape.Volume() + 2.0 * 4.0 + steel + pinned.bodies()[-1].shape.Volume()
     assert read_step(tmp_path / "assembly.step").Volume() == pytest.approx(whole)
     assert [body.name for body in pinned.bodies()] == ["housing", "low pin", "high pin", "fruit"]
     failed = [one.name for one in check_file(tmp_path / "housing.3mf", PETG) if one.passed is not True]
@@ -118,10 +121,9 @@ def test_files_hold_the_pockets_and_the_pins(pinned, tmp_path, monkeypatch):
 
 def test_drawing_and_sheet_tell_of_the_pins(pinned, foot):
     title = Title(name="paper", process=PETG)
-    words = [item.text for item in housing_drawing(pinned.part, foot, title) if isinstance(item, Words)]
-    assert "foot 3.8" in words
+    words = [item.text for item in housing_drawing(pinned.part, foot, title).items if isinstance(item, Words)]
     assert "steel pin 1 x 1 x 4 2x, 1 out" in words
-    sheet = fabrication_sheet(coupon_of(foot), cover_of(pinned), title, 1e4)
+    sheet = fabrication_sheet(pinned, title, SheetFacts(bill=(), bridges=(BRIDGE,), estimate=None))
     assert "Two ground steel pins, 1 x 1 mm, 4 mm long" in sheet
     assert "Pockets are 1.1 mm wide and 3 mm deep" in sheet
 

@@ -6,27 +6,27 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cad.theory.soft_tissue import (
-    CONSTITUTIVE_SPREAD,
-    LARGE_STRAIN_LOSS,
+    FLESH_LAWS,
+    LARGEST_CHANGE,
     LEAST_COMPRESSIBLE,
     constitutive_spread,
+    deepest_solved,
     interpolated,
-    large_strain,
+    large_strain_factor,
     no_slip,
 )
 
 ROUND_OFF = 1e-15  # absolute: heights lie under 0.1, and one division and one product round them
+CURVE = ((0.3, 0.008), (0.45, 0.048), (0.49, 0.055))
 
 
-@pytest.mark.parametrize("curve", [LARGE_STRAIN_LOSS, CONSTITUTIVE_SPREAD])
 @given(x=st.floats(-1.0, 2.0))
-def test_straight_lines_are_those_of_numpy(curve, x):
-    assert interpolated(x, curve) == pytest.approx(float(np.interp(x, *zip(*curve, strict=True))), abs=ROUND_OFF)
+def test_straight_lines_are_those_of_numpy(x):
+    assert interpolated(x, CURVE) == pytest.approx(float(np.interp(x, *zip(*CURVE, strict=True))), abs=ROUND_OFF)
 
 
-@pytest.mark.parametrize("curve", [LARGE_STRAIN_LOSS, CONSTITUTIVE_SPREAD])
-def test_every_point_lies_on_its_curve(curve):
-    assert [interpolated(x, curve) for x, _ in curve] == pytest.approx([y for _, y in curve], abs=ROUND_OFF)
+def test_every_point_lies_on_its_curve():
+    assert [interpolated(x, CURVE) for x, _ in CURVE] == pytest.approx([y for _, y in CURVE], abs=ROUND_OFF)
 
 
 def test_grip_is_that_of_spence():
@@ -36,12 +36,38 @@ def test_grip_is_that_of_spence():
     assert [round(100.0 * no_slip(nu), 1) for nu in (0.3, 0.45)] == [2.9, 0.3]
 
 
-def test_large_strain_grows_stays_and_grows_again():
-    deepest = large_strain(0.6, 0.3)
-    assert [large_strain(depth, 0.3) / deepest for depth in (0.0, 0.15, 0.3, 1.2)] == pytest.approx(
-        [0.0, 0.5, 1.0, 2.0]
-    )
+@pytest.mark.parametrize("poisson", [-0.5, 0.0, 0.3, 0.42, 0.5])
+@pytest.mark.parametrize("law", FLESH_LAWS)
+def test_first_touch_is_linear_and_no_depth_is_beyond_the_limits(law, poisson):
+    assert large_strain_factor(0.0, poisson, law) == 1.0
+    depths = np.linspace(0.0, 100.0, 501)
+    factors = [large_strain_factor(float(depth), poisson, law) for depth in depths]
+    assert max(abs(factor - 1.0) for factor in factors) <= LARGEST_CHANGE * (1.0 + 1e-12)
 
 
-def test_constitutive_laws_part_with_the_depth_beyond_the_deepest():
-    assert constitutive_spread(1.2) == pytest.approx(2.0 * constitutive_spread(0.6))
+@pytest.mark.parametrize(
+    ("law", "poisson", "expected"),
+    [
+        ("neo-hooke", 0.3, [1.0238 / 1.0297, 1.0223 / 1.0297, 1.0316 / 1.0297]),
+        ("neo-hooke", 0.45, [0.9894 / 1.0027, 0.9723 / 1.0027, 0.9547 / 1.0027]),
+        ("hencky", 0.3, [1.024, 1.072, 1.128]),
+        ("foam", 0.49, [0.981, 0.954, 0.950]),
+    ],
+)
+def test_factors_are_those_of_an_independent_program(law, poisson, expected):
+    """That of tests/solve/large_strain/test_force_curve.py; both errors are 0.4 %."""
+    found = [large_strain_factor(depth, poisson, law) for depth in (0.1, 0.3, 0.6)]
+    assert found == pytest.approx(expected, abs=0.008)
+
+
+def test_beyond_the_deepest_the_departure_grows_with_the_depth():
+    deepest = deepest_solved()
+    at, twice = (large_strain_factor(factor * deepest, 0.45) - 1.0 for factor in (1.0, 2.0))
+    assert twice == pytest.approx(2.0 * at, rel=1e-12)
+
+
+def test_laws_part_with_the_depth():
+    spread = [constitutive_spread(depth, 0.3) for depth in (0.0, 0.1, 0.3, 0.6)]
+    assert spread[0] == 0.0
+    assert spread == sorted(spread)
+    assert spread[-1] == pytest.approx(0.5 * (1.128 - 0.953), abs=0.008)

@@ -9,6 +9,7 @@ from stand_ins import CONTACT, result_of
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press
+from cad.theory.deep_press import DeepPress
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from pipeline.report.notes import notes
 
@@ -40,6 +41,28 @@ def test_fruit_stiffness_pressure_and_depth_are_given():
     assert note(result, "bruise") == f"bruise: mean pressure {force:.2g} MPa at the largest E and full travel"
     deep = result_of(Design(press=Press(travel_mm=0.3)))
     assert note(deep, "press").startswith("press: 0.3 tip sides at most")
+
+
+def test_large_strain_is_told_with_what_it_would_change():
+    """By the two springs with the factors of one tip: P at the softest flesh, E by the linear law."""
+    linear, large = (result_of(Design(press=Press(strain=strain))) for strain in ("linear", "large"))
+    springs = linear.springs.as_pair.stiffnesses
+    press = DeepPress(springs=springs, side=1.0, poisson=0.3)
+    K_m = 0.5 * linear.contact.K_m_over_E()
+    drift, bias = 100.0 * press.drift(K_m, (0.06, 0.6)), 100.0 * press.bias(K_m, 0.6)
+    line = note(linear, "press")
+    assert (
+        f"at 0.5 MPa P changes by {drift:+.2g} % over the travel and the linear law reads E {bias:+.2g} % off" in line
+    )
+    assert "large strain is left out" in line
+    assert "calibrate at the same depth on a body of known E" in line
+    assert "large strain is solved" in note(large, "press")
+
+
+def test_press_deeper_than_was_solved_is_told_so():
+    assert "large strain was solved for flat tips down to 0.6 sides" in note(
+        result_of(Design(press=Press(travel_mm=2.0))), "press"
+    )
 
 
 def test_calibration_note_is_three_times_the_relative_error_of_a_leaf():

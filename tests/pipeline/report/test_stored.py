@@ -58,6 +58,9 @@ def test_result_comes_back_as_it_was_written(design, tmp_path):
     assert stored.design == design
     assert stored.housing == result.springs.housing
     assert stored.deflections_mm == result.springs.deflections
+    assert stored.read_out.springs_mm_per_N == tuple(map(tuple, result.springs.C.tolist()))
+    assert stored.read_out.own_less_other_per_mm == result.read_out.read_out.own_less_other
+    assert stored.moduli == ()
     assert [row.E_MPa for row in stored.response] == list(design.fruit.E_MPa)
     assert [row.x_mm for row in stored.response] == [tuple(result.press.table.x)] * len(stored.response)
     assert [row.last_P for row in stored.response] == result.press.table.P[:, -1].tolist()
@@ -80,7 +83,7 @@ def test_run_comes_back_as_it_was_written(default_run):
     assert all(file.is_unchanged_in(default_run.folder) for file in stored.files)
 
 
-KEYS = ("design", "housing", "deflections_mm", "response", "files")
+KEYS = ("design", "housing", "deflections_mm", "response", "files", "read_out")
 DAMAGED = [
     *(((key,), GONE, f"{key} is missing") for key in KEYS),
     *(((key,), 3, f"expected a JSON .* @ {key}") for key in KEYS),
@@ -104,6 +107,8 @@ DAMAGED = [
     (("response", 0, "x_mm"), 3, r"@ response\[0\]\.x_mm"),
     (("response", 0, "P"), GONE, r"required field missing @ response\[0\]\.P"),
     (("response", 0, "P", 1), True, r"@ response\[0\]\.P\[1\]"),
+    (("read_out", "hertz"), "x", r"@ read_out\.hertz"),
+    (("read_out", "level"), GONE, r"required field missing @ read_out\.level"),
     (("files", 0), "design.toml", r"expected a JSON object @ files\[0\]"),
     (("files", 0, "path"), GONE, r"required field missing @ files\[0\]\.path"),
     (("files", 1, "sha256"), 3, r"@ files\[1\]\.sha256"),

@@ -25,7 +25,7 @@ def test_unit_comes_back_as_it_was_written(unit, paper, tmp_path):
 
 
 def test_nominal_unit_is_as_uncertain_as_its_process_prints(paper):
-    process = paper.design.print.made_by
+    process = paper.design.process
     expected = [
         100.0 * (process.E_scatter**2 + (1.5 * process.accuracy_mm / thickness) ** 2) ** 0.5
         for thickness in process.leaf_thicknesses_mm

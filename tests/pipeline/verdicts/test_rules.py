@@ -10,7 +10,7 @@ from cad.design.parameters import PAPER_SPRINGS, PAPER_TARGETS, Design, Targets
 from cad.quantity import Estimate
 from cad.theory.two_spring_law import Springs, size_springs
 from cad.verdict import Verdict, all_passed
-from pipeline.stages.springs import FittedSpring
+from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.verdicts.characteristic import Characteristic
 from pipeline.verdicts.rules import (
     FITTED_TOLERANCE,
@@ -238,3 +238,16 @@ def test_springs_in_the_wrong_order_fall_with_the_modulus():
 def test_tip_off_at_full_travel_fails_monotonic_without_a_number():
     found = monotonic_verdict(responses(PAPER_SPRINGS, ahead=(-0.7, 0.7)))
     assert (found.value, found.passed) == (None, False)
+
+
+def test_spread_at_large_strain_has_the_error_that_differs_over_the_travel():
+    """What P is off by at all travels alike leaves its spread as it is; what it is off by at depth alone moves it."""
+    linear = responses(PAPER_SPRINGS)
+    falling = dataclasses.replace(linear, P=linear.P * (1.0 - 0.009 * X / X[-1]))
+    at_depth, alike, unknown = (
+        displacement_verdict(dataclasses.replace(falling, P_step=step + 0.0 * linear.P))
+        for step in (0.003 * X / X[-1], 0.003, 0.02 * X / X[-1])
+    )
+    assert (at_depth.error, alike.error) == (pytest.approx(0.003 * 11.0 / 12.0), 0.0)
+    assert (at_depth.passed, alike.passed, unknown.passed) == (True, True, None)
+    assert displacement_verdict(dataclasses.replace(linear, P=linear.P * (1.0 - 0.02 * X / X[-1]))).passed is False

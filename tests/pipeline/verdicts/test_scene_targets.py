@@ -89,6 +89,15 @@ def test_tip_that_hangs_lower_by_its_weight_is_ahead_in_the_scene():
     assert reached.P_max.value == pytest.approx(balance(3.5, (0.6, 0.581)), rel=1e-9)
 
 
+def test_large_strain_is_remedied_by_less_depth():
+    """With flesh of nu 0.45 at 0.6 sides P falls by some 3 %, which fails."""
+    design = Design(press=Press(strain="large"), fruit=Fruit(poisson=0.45))
+    judgement, press = judged(design)
+    assert not press.level
+    assert {one.name: one.passed for one in judgement.verdicts}["P_displacement_independent"] is False
+    assert judgement.remedy.startswith("springs are sized for linear flesh: press less deep")
+
+
 def test_tip_off_the_fruit_leaves_no_ratio():
     off = judged(Design(press=Press(travel_mm=0.3, tilt_deg=5.0)))[0]
     assert verdict(off, "P_max").passed is False

@@ -56,7 +56,7 @@ def test_fields_of_the_run_are_those_of_its_unit_loads(run_with_fields):
     report = read_report(run_with_fields)
     housing = housing_of(report)
     judged = [
-        1e-3 * report.flexures[name].stiffness_N_per_m * deflection
+        1e-3 * report.springs[name].stiffness_N_per_m * deflection
         for name, deflection in zip(("low", "high"), report.deflections_mm, strict=True)
     ]
     written = pv.read(run_with_fields / "flexure.vtu")

@@ -174,7 +174,7 @@ def test_ranges_of_a_run_are_the_numbers_of_its_report(run_with_fields):
     low, high, fruit = field_scenes(report, run_with_fields)
     limit = PROCESSES[report.design.print.process].strain_limit
     for scene, name, deflection in zip((low, high), ("low", "high"), report.deflections_mm, strict=True):
-        spring = report.flexures[name]
+        spring = report.springs[name]
         _, strain = LARGEST_STRAIN.range_on(scene.mesh)
         assert strain == pytest.approx(spring.root_strain, rel=0.01 * spring.root_strain_error_percent)
         assert SHARE_OF_LIMIT.range_on(scene.mesh)[1] == pytest.approx(strain / limit, rel=DIGITS)
@@ -185,6 +185,6 @@ def test_ranges_of_a_run_are_the_numbers_of_its_report(run_with_fields):
     assert max(ends) == float(whole.point_data["von_mises_MPa"].max())
     # the deeper tip goes in by the travel less what its spring gives
     travel = report.design.press.travel_mm
-    forces = zip(("low", "high"), report.response[-1].forces_N, strict=True)
-    depths = [travel - 1e3 * force[-1] / report.flexures[name].stiffness_N_per_m for name, force in forces]
+    forces = zip(("low", "high"), report.response[-1].kind_forces, strict=True)
+    depths = [travel - 1e3 * force[-1] / report.springs[name].stiffness_N_per_m for name, force in forces]
     assert fruit.largest_displacement_mm == pytest.approx(max(depths), rel=0.02)

@@ -116,7 +116,7 @@ def test_slider_changes_state_and_picture(served, run_with_fields):
     assert different(before, softer) > 1e-3
     assert different(softer, cut) > 1e-3
     force = forces_at(report.response, least, report.design.press.travel_mm)[0]
-    K = 1e-3 * report.flexures["low"].stiffness_N_per_m
+    K = 1e-3 * report.springs["low"].stiffness_N_per_m
     assert float(re.search(r"\[mm\] ([\d.]+)$", said)[1]) == pytest.approx(force / K, rel=0.02)
 
 

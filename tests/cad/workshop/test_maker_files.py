@@ -13,17 +13,21 @@ from cad.checks.assembly_checks import cover_verdicts
 from cad.checks.part_checks import check_file
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
-from cad.files.drawing import Title
-from cad.files.maker_files import fabrication_sheet, write_fabrication
+from cad.drawing.sheet import Title
 from cad.files.sensor_files import write_sensor
-from cad.parts.coupon import coupon_of, modulus_factor
-from cad.parts.cover import cover_of
+from cad.parts.coupon import modulus_factor
+from cad.workshop.bill import bill_of_materials
+from cad.workshop.bridges import Spring, bridges
+from cad.workshop.fabrication_sheet import SheetFacts, fabrication_sheet
+from cad.workshop.maker_files import write_fabrication
+from cad.workshop.mount_checks import mount_verdicts
 
 ROOT = Path(__file__).parents[3]
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf"]
 SHEETS = [
-    "drawing.dxf", "drawing.svg", "coupon.step", "coupon.stl", "cover.step", "cover.stl", "fabrication.md",
+    "drawing.dxf", "drawing.svg", "drawing-coupon.dxf", "drawing-coupon.svg", "drawing-cover.dxf", "drawing-cover.svg",
+    "coupon.step", "coupon.stl", "cover.step", "cover.stl", "mount.step", "mount.stl", "bom.csv", "fabrication.md",
 ]  # fmt: skip
 AGAIN = """
 import sys
@@ -34,8 +38,9 @@ from pathlib import Path
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.design.processes import PROCESSES
-from cad.files.drawing import Title
-from cad.files.maker_files import write_fabrication
+from cad.drawing.sheet import Title
+from cad.workshop.bridges import Spring
+from cad.workshop.maker_files import write_fabrication
 from cad.files.sensor_files import write_sensor
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
@@ -45,8 +50,23 @@ sensor_housing = eval(sys.argv[2])
 fruit, part = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0), housing_part(sensor_housing)
 sensor = Sensor(housing=sensor_housing, part=part, fruit=fruit, tips=Tips(), press=Press(), name="paper")
 write_sensor(sensor, Path(sys.argv[1]))
-write_fabrication(sensor, Title(name="paper", process=PROCESSES["fdm-petg"]), Path(sys.argv[1]))
+rows = zip(sensor_housing.arms, (0.9, 20.0), (0.5, 0.1), strict=True)
+springs = tuple(Spring(name=arm.name, flexure=arm.flexure, K=K, deflection=d) for arm, K, d in rows)
+write_fabrication(sensor, Title(name="paper", process=PROCESSES["fdm-petg"]), springs, None, Path(sys.argv[1]))
 """
+
+
+def springs_of(sensor):
+    """Return springs of 900 and 20000 N/m that move by 0.5 and 0.1 mm."""
+    rows = zip(sensor.housing.arms, (0.9, 20.0), (0.5, 0.1), strict=True)
+    return tuple(Spring(name=arm.name, flexure=arm.flexure, K=K, deflection=d) for arm, K, d in rows)
+
+
+def sheet_of(sensor, title=TITLE):
+    wired = bridges(springs_of(sensor), sensor.housing, title.process)
+    masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
+    bill = bill_of_materials(sensor, title.process, wired, masses)
+    return fabrication_sheet(sensor, title, SheetFacts(bill=bill, bridges=wired, estimate=None))
 
 
 def digests(folder):
@@ -58,7 +78,7 @@ def test_same_bytes_in_another_process_and_folder(sensor, tmp_path):
     here.mkdir()
     there.mkdir()
     named = replace(sensor, name="paper", fruit=Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0))
-    written = (*write_sensor(named, here), *write_fabrication(named, TITLE, here)[0])
+    written = (*write_sensor(named, here), *write_fabrication(named, TITLE, springs_of(named), None, here).paths)
     assert [path.name for path in written] == [*FILES, *SHEETS]
     environment = {**os.environ, "PYTHONHASHSEED": "11", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-c", AGAIN, str(there), repr(sensor.housing)]
@@ -69,8 +89,11 @@ def test_same_bytes_in_another_process_and_folder(sensor, tmp_path):
 def test_coupon_cover_and_3mf_pass_their_own_check(sensor, tmp_path, monkeypatch):
     monkeypatch.setattr("cad.checks.slicer.NAME", "a-slicer-that-nobody-has")
     write_sensor(sensor, tmp_path)
-    _, cover = write_fabrication(sensor, TITLE, tmp_path)
-    findings = cover_verdicts(sensor, cover, TITLE.process)
+    made = write_fabrication(sensor, TITLE, springs_of(sensor), None, tmp_path)
+    findings = (
+        *cover_verdicts(sensor, made.cover, TITLE.process),
+        *mount_verdicts(sensor, made.mount, TITLE.process),
+    )
     assert [finding.name for finding in findings if finding.passed is not True] == []
     for name in ("housing.3mf", "coupon.stl", "coupon.step", "cover.stl", "cover.step"):
         assert [finding.name for finding in check_file(tmp_path / name) if finding.passed is not True] == []
@@ -78,11 +101,12 @@ def test_coupon_cover_and_3mf_pass_their_own_check(sensor, tmp_path, monkeypatch
 
 def test_sheet_says_how_to_print_and_what_to_measure(sensor):
     housing = sensor.housing
-    coupon = coupon_of(housing)
-    text = fabrication_sheet(coupon, cover_of(sensor), TITLE, 1e4)
+    text = sheet_of(sensor)
+    volume = 1e-3 * sensor.part.shape.Volume()
     for part in (
         "Nozzle 0.4 mm", "L leaves are 2 lines, H leaves 3", "Layer 0.2 mm", "assumes solid leaves", "Pose: flat",
-        "10.00 cm3, 12.7 g", "E = C F / d", "Calibrate each unit", f"{modulus_factor(housing.low, 3.5):.5g}",
+        f"{volume:.2f} cm3, {1.27 * volume:.1f} g", "Print time of one housing: not known, no slicer",
+        "E = C F / d", "Calibrate each unit", f"{modulus_factor(housing.low, 3.5):.5g}",
     ):  # fmt: skip
         assert part in text
 
@@ -90,13 +114,12 @@ def test_sheet_says_how_to_print_and_what_to_measure(sensor):
 @pytest.mark.parametrize(
     ("mount", "words", "absent"),
     [
-        ("covers", ("12 mm to grip\n(plate 6 + two covers of 3)", "M3 x 16", "to 0.5 N m"), "ISO 7089"),
-        ("washers", ("M3, 7 mm wide (ISO 7089)", "6 mm between them", "to 0.5 N m"), "to grip"),
+        ("covers", ("12 mm to grip\n(plate 6 + two covers of 3)", "M3 x 25", "to 0.5 N m"), "wide (ISO 7089)"),
+        ("washers", ("M3, 7 mm wide (ISO 7089)", "6 mm between them", "to 0.5 N m"), "to grip\n"),
     ],
 )
 def test_sheet_tells_the_mount_that_was_solved_and_no_other(sensor, mount, words, absent):
-    cover = replace(cover_of(sensor), housing=replace(sensor.housing, mount=mount))
-    text = fabrication_sheet(coupon_of(sensor.housing), cover, TITLE, 1e4)
+    text = sheet_of(replace(sensor, housing=replace(sensor.housing, mount=mount)))
     assert text.count("## Mount") == 1
     for part in words:
         assert part in text
@@ -104,17 +127,51 @@ def test_sheet_tells_the_mount_that_was_solved_and_no_other(sensor, mount, words
 
 
 def test_sheet_tells_of_gauges_where_they_are_fitted(sensor):
-    coupon, cover = coupon_of(sensor.housing), cover_of(sensor)
-    assert "Strain gauges" not in fabrication_sheet(coupon, cover, TITLE, 1e4)
-    fitted = replace(cover, housing=replace(sensor.housing, gauges="foil"))
-    text = fabrication_sheet(coupon, fitted, TITLE, 1e4)
-    for part in ("Eight foil gauges, grid 3 x 3 mm, gauge factor 2.1", "6 x 4 mm", "0.5 mm from wall or shuttle"):
+    long = replace(sensor, housing=replace(sensor.housing, high=replace(sensor.housing.high, length=14.0)))
+    bare = sheet_of(long)
+    assert "## Strain gauges" not in bare
+    assert "Foil gauges fit on both springs: run again with --set print.gauges=foil" in bare
+    text = sheet_of(replace(long, housing=replace(long.housing, gauges="foil")))
+    for part in (
+        "Eight foil gauges, grid 3 x 3 mm, gauge factor 2.1", "6 x 4 mm", "0.5 mm from wall or shuttle",
+        "| red | E+ |", "| 8 | strain gauge | grid 3 x 3 mm, 1000 ohm", "| 2 | amplifier | 5 V | HX711 |",
+    ):  # fmt: skip
         assert part in text
 
 
-def test_process_without_layers_is_not_told_a_nozzle(sensor):
-    title = Title(name="paper", process=PROCESSES["strip-steel"])
-    text = fabrication_sheet(coupon_of(sensor.housing), cover_of(sensor), title, 1e4)
+def test_spring_without_room_for_gauges_asks_for_another_read_out(sensor):
+    short = replace(sensor, housing=replace(sensor.housing, high=replace(sensor.housing.high, length=12.5)))
+    text = sheet_of(short)
+    assert "Foil gauges do not fit the high spring" in text
+    assert "one per cent of the least travel is 1 micrometres" in text
+
+
+@pytest.mark.parametrize(
+    ("process", "words", "absent"),
+    [
+        ("fdm-petg", ("Nozzle 0.4 mm", "No brim on leaves"), ("isopropanol", "argon", "H900", "powder out")),
+        ("sla-resin", ("Wash 10 min in isopropanol", "30 min at 60 C"), ("Nozzle", "No support", "argon", "brim")),
+        ("sls-pa12", ("powder out of every gap", "2 bar"), ("Nozzle", "isopropanol", "argon", "brim")),
+        ("dmls-17-4ph", ("H900, 480 C for 1 h", "by wire AFTER the heat"), ("argon", "No support", "brim")),
+        ("dmls-ti64", ("650 to 750", "argon"), ("H900", "No support", "brim")),
+    ],
+)
+def test_sheet_is_true_to_its_process(process, words, absent, sensor):
+    text = sheet_of(sensor, replace(TITLE, process=PROCESSES[process]))
+    assert [part for part in words if part not in text] == []
+    assert [part for part in absent if part in text] == []
+
+
+def test_alloy_without_a_known_cycle_is_told_no_other_ones(sensor):
+    process = replace(PROCESSES["dmls-ti64"], name="dmls-316l", material="316L")
+    text = sheet_of(sensor, replace(TITLE, process=process))
+    assert "by the cycle that the maker of the powder gives" in text
+    assert "argon" not in text
+
+
+def test_process_of_another_kind_is_made_not_printed(sensor):
+    process = replace(PROCESSES["sla-resin"], name="milled", kind="other")
+    text = sheet_of(sensor, replace(TITLE, process=process))
     assert "Nozzle" not in text
     assert "## Make" in text
 
@@ -123,7 +180,7 @@ def test_process_without_layers_is_not_told_a_nozzle(sensor):
 def square_sheet():
     square = square_sensor()
     title = Title(name="gentle-square", process=RESIN)
-    return fabrication_sheet(coupon_of(square.housing), cover_of(square), title, square.part.shape.Volume())
+    return sheet_of(square, title)
 
 
 def test_sheet_of_a_square_says_how_two_plates_are_put_together_and_zeroed(square_sheet):
@@ -151,7 +208,7 @@ def test_sheet_of_a_square_has_the_numbers_of_its_mounting_error(square_sheet):
 
 def test_sheet_of_a_pair_knows_no_second_plate(sensor):
     covered = replace(sensor, housing=replace(sensor.housing, mount="covers"))
-    sheet = fabrication_sheet(coupon_of(sensor.housing), cover_of(covered), TITLE, sensor.part.shape.Volume())
+    sheet = sheet_of(covered)
     assert "Two plates" not in sheet
     assert "dowel" not in sheet
     assert "The front one hides the marks" in sheet
@@ -160,6 +217,6 @@ def test_sheet_of_a_pair_knows_no_second_plate(sensor):
 def test_square_between_washers_is_told_so():
     square = square_sensor(replace(square_sensor().housing, mount="washers"))
     title = Title(name="gentle-square", process=RESIN)
-    sheet = fabrication_sheet(coupon_of(square.housing), cover_of(square), title, 1.0)
+    sheet = sheet_of(square, title)
     assert "11.6 mm between their washers" in sheet
     assert "cover.stl" not in sheet

@@ -1,0 +1,83 @@
+"""The bracket that carries a sensor: an angle, bolted behind it, with the holes of a robot's flange above it.
+
+The flange is ISO 9409-1-50-4-M6: four M6 on a circle of 50 mm, about the axis of the press. Sensor frame, mm.
+"""
+
+import math
+
+import cadquery as cq
+
+from cad.parts.assembly import WASHER_THICKNESS_MM, grip
+from cad.parts.cover import cover_of
+from cad.parts.pose import largest_tilt
+from cad.parts.sensor import Sensor
+
+FLANGE_CIRCLE_MM, FLANGE_HOLE_MM, FLANGE_MM = 50.0, 6.6, 63.0  # ISO 9409-1-50-4-M6; holes for M6, ISO 273 medium
+FLANGE_SCREW_MM = 12.0  # through the bracket, and 7 mm into the flange
+PLATE_MM = 5.0
+HEAD_ROOM_MM = 8.0  # under the flange's screws, whose heads are 6 mm high: ISO 4762
+HEAD_MM = 10.0  # diameter of those heads
+_BEHIND = 6.0  # of the plate behind the outermost hole of the flange
+_REACH = 1.0
+
+
+def back_of(sensor: Sensor) -> float:
+    """Return the place y of the face behind cover or washers [mm], on which the bracket lies."""
+    return 0.5 * grip(sensor) + (0.0 if sensor.housing.mount == "covers" else WASHER_THICKNESS_MM)
+
+
+def mounted_grip(sensor: Sensor) -> float:
+    """Return what the four screws must span with the bracket behind the sensor [mm]."""
+    return grip(sensor) + PLATE_MM
+
+
+def flange_holes(sensor: Sensor) -> tuple[tuple[float, float], ...]:
+    """Return x and y of the holes for the flange's screws [mm].
+
+    On the axes behind a thick sensor, else on the diagonals: so that the heads are clear of the upright plate.
+    """
+    half = 0.5 * FLANGE_CIRCLE_MM
+    if back_of(sensor) >= 0.5 * HEAD_MM + _REACH:
+        return (half, 0.0), (0.0, half), (-half, 0.0), (0.0, -half)
+    side = math.sqrt(0.5) * half
+    return (side, side), (-side, side), (-side, -side), (side, -side)
+
+
+def mount_solid(sensor: Sensor) -> cq.Solid:
+    """Return the bracket in its place behind the sensor [mm]."""
+    housing, back = sensor.housing, back_of(sensor)
+    shelf, through = housing.top_level + HEAD_ROOM_MM, PLATE_MM + 2.0 * _REACH
+    body = cq.Workplane(obj=_upright(sensor, shelf + PLATE_MM).fuse(_shelf(back, shelf)).clean())
+    across = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _REACH, 0.0))
+    down = cq.Workplane("XY", origin=(0.0, 0.0, shelf - _REACH))
+    for plane, places, diameter in (
+        (across, housing.holes, housing.hole_diameter),
+        (down, flange_holes(sensor), FLANGE_HOLE_MM),
+    ):
+        body = body.cut(plane.pushPoints(list(places)).circle(0.5 * diameter).extrude(through))
+    return body.findSolid().Solids()[0]
+
+
+def _upright(sensor: Sensor, top: float) -> cq.Solid:
+    """Return the plate behind the sensor [mm], whose foot stays above the cover's in every tilt."""
+    housing, back = sensor.housing, back_of(sensor)
+    rise = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
+    foot = cover_of(sensor).foot_level + math.ceil(10.0 * rise) / 10.0
+    return cq.Solid.makeBox(housing.right - housing.left, PLATE_MM, top - foot, cq.Vector(housing.left, back, foot))
+
+
+def _shelf(back: float, level: float) -> cq.Solid:
+    """Return the plate under the flange [mm], from a level on."""
+    half = 0.5 * FLANGE_MM
+    behind = max(back + PLATE_MM, 0.5 * FLANGE_CIRCLE_MM + _BEHIND)
+    return cq.Solid.makeBox(FLANGE_MM, behind + half, PLATE_MM, cq.Vector(-half, -half, level))
+
+
+def flange_heads(sensor: Sensor) -> cq.Shape:
+    """Return the heads of the flange's screws under the bracket [mm], as high as the room for them."""
+    level, up = sensor.housing.top_level, cq.Vector(0.0, 0.0, 1.0)
+    heads = [
+        cq.Solid.makeCylinder(0.5 * HEAD_MM, HEAD_ROOM_MM - _REACH, cq.Vector(x, y, level + _REACH), up)
+        for x, y in flange_holes(sensor)
+    ]
+    return cq.Compound.makeCompound(heads)

@@ -1,0 +1,1 @@
+"""Commands for studies: many designs around one, and the best of them."""

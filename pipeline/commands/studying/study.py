@@ -1,0 +1,118 @@
+"""`pipeline study`: many designs around one, each solved once, kept in one file."""
+
+from argparse import ArgumentParser, Namespace
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cad.quantity import fault
+from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
+
+if TYPE_CHECKING:
+    from pipeline.study.answers.sensitivity import Sensitivity
+    from pipeline.study.execute import StudySummary
+
+PURPOSE = "solve many designs around one: what varies, how, and what is wanted stand in a file"
+EXAMPLE = "pipeline study springs.toml --export springs.csv"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the study file, where it runs and what is written of it."""
+    add = parser.add_argument
+    add("file", metavar="FILE.toml", type=Path, help="the study file, see docs/studies.md")
+    add_engine_flags(parser)
+    add("--export", metavar="FILE.csv|FILE.parquet", type=Path, help="write the table of all points")
+    add(
+        "--html",
+        metavar="FILE.html",
+        type=Path,
+        nargs="?",
+        const=Path(),
+        help="write its page (DIR/study.html)",
+    )
+    add_json_flag(parser)
+
+
+def add_engine_flags(parser: ArgumentParser) -> None:
+    """Add --out, --processes and --scheduler."""
+    add = parser.add_argument
+    add("--out", metavar="DIR", type=Path, help="folder of study.sqlite (default outputs/NAME of the study file)")
+    add("--processes", metavar="N", type=int, help="processes on this machine (default: one for each core)")
+    add("--scheduler", metavar="ADDRESS", help="solve on the Dask cluster of this scheduler, tcp://HOST:PORT")
+
+
+def execute(arguments: Namespace) -> int:
+    """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1."""
+    from pipeline.study.answers.sensitivity import sensitivities
+    from pipeline.study.answers.study_page import write_page
+    from pipeline.study.execute import run_study
+    from pipeline.study.export import export_table, refuse_kind
+    from pipeline.study.store import stored_study
+    from pipeline.study.study_file import read_study
+    from pipeline.study.workers.progress import chosen_engine, shown_progress
+
+    study = read_study(arguments.file)
+    if arguments.export is not None:
+        refuse_kind(arguments.export)
+    refuse_two_engines(arguments)
+    folder = arguments.out or Path("outputs") / study.name
+    with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
+        summary = run_study(study, folder, engine, progress)
+    with stored_study(folder) as store:
+        if arguments.export is not None:
+            export_table(store, study, arguments.export)
+        if arguments.html is not None:
+            write_page(store, study, folder / "study.html" if arguments.html == Path() else arguments.html)
+        refusals = store.messages()
+        shares = sensitivities(store, study) if study.how == "sensitivity" else ()
+    with answering():
+        _print(summary, refusals, shares, as_json=arguments.json)
+    return FAILED if summary.failed or not summary.done else PASSED
+
+
+def refuse_two_engines(arguments: Namespace) -> None:
+    """Raise InputError where both processes and a scheduler are asked for."""
+    if arguments.processes is not None and arguments.scheduler is not None:
+        raise fault(
+            "--processes", arguments.processes, "", "left out beside --scheduler", "the cluster has its workers"
+        )
+
+
+def _plain(summary: "StudySummary") -> dict[str, object]:
+    kept = asdict(summary)
+    surrogate = summary.surrogate
+    return kept | {
+        "folder": str(summary.folder),
+        "surrogate": None if surrogate is None else {"solves": surrogate.solves, "error": surrogate.error},
+    }
+
+
+def _print(
+    summary: "StudySummary", messages: dict[str, int], shares: "tuple[Sensitivity, ...]", *, as_json: bool
+) -> None:
+    if as_json:
+        print_json({**_plain(summary), "messages": messages, "sensitivities": [asdict(one) for one in shares]})
+    else:
+        _print_counts(summary, messages)
+        _print_sensitivities(shares)
+
+
+def _print_counts(summary: "StudySummary", messages: dict[str, int]) -> None:
+    print(f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed")
+    if summary.surrogate is not None:
+        error, solves = summary.surrogate.error, summary.surrogate.solves
+        print(f"contact by a polynomial through {solves} solves, K_m / E off by at most {100.0 * error:.2g} %")
+    for message, count in messages.items():
+        print(f"  {count} x {message}")
+    if summary.solved:
+        rate = summary.solved / summary.seconds
+        print(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points a second")
+    print(f"{summary.folder / 'study.sqlite'}")
+
+
+def _print_sensitivities(shares: "tuple[Sensitivity, ...]") -> None:
+    """Print which share of the variance of each number a key makes, alone and with others, with 95 % intervals."""
+    for one in shares:
+        first, total = one.first_interval, one.total_interval
+        alone = f"alone {one.first:.3f} ({first[0]:.3f} to {first[1]:.3f})"
+        print(f"{one.wanted} by {one.key}: {alone}, with others {one.total:.3f} ({total[0]:.3f} to {total[1]:.3f})")

@@ -1,0 +1,165 @@
+"""The answer in words, and the rows of the verdict table with their bars."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from pipeline.report.stored import StoredReport
+from pipeline.report.stored_records import StoredVerdict
+
+OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
+_SIDEWAYS = 3.0  # tolerances that a bar shows to each side of its target
+_MOST = 1.5  # limits that a bar of a limit shows
+_ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """The first thing that is said: passed, failed or undecided, a headline, the scene, and the note of the remedy."""
+
+    outcome: str
+    headline: str
+    scene: str
+    wrong: tuple[StoredVerdict, ...]
+    remedy: str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bar:
+    """A bar of 100 units: the value, the ends of its error bar and of what passes, and the limit; cut at its ends."""
+
+    value: float
+    error: tuple[float, float]
+    passing: tuple[float, float]
+    limit: float
+    words: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerdictRow:
+    """A verdict with its numbers as they are shown, its bar where it has one, and the same of the paper's springs."""
+
+    verdict: StoredVerdict
+    outcome: str
+    value: str
+    error: str
+    limit: str
+    tolerance: str
+    bar: Bar | None
+    paper: str
+    paper_outcome: str
+
+
+def answer_of(report: StoredReport) -> Answer:
+    """Return the answer: what failed first, then what is undecided, and what would make it pass."""
+    wrong = tuple(v for outcome in (False, None) for v in report.verdicts if v.passed is outcome)
+    failed = sum(verdict.passed is False for verdict in wrong)
+    count, name = len(report.verdicts), report.design.name
+    if failed:
+        outcome, headline = "failed", f"No: {name} fails {failed} of {count} verdicts in the scene asked for."
+    elif wrong:
+        headline = f"Not decided: {len(wrong)} of {count} verdicts of {name} lie within their own error bars."
+        outcome = "undecided"
+    else:
+        outcome, headline = "passed", f"Yes: {name} passes all {count} verdicts in the scene asked for."
+    return Answer(outcome=outcome, headline=headline, scene=_scene(report), wrong=wrong, remedy=report.remedy)
+
+
+def _scene(report: StoredReport) -> str:
+    """Return what was asked for: tips, fruit and press."""
+    design = report.design
+    fruit, tips, press = design.fruit, design.tips, design.press
+    size = f"{fruit.length_mm:g} x {fruit.width_mm:g} x {fruit.depth_mm:g} mm"
+    round_ = "" if fruit.radius_mm is None else f" of {fruit.radius_mm:g} mm radius"
+    return (
+        f"{len(report.tips)} tips ({tips.layout}, {tips.shape}, {tips.side_mm:g} mm, {tips.spacing_mm:g} mm apart), "
+        f"pressed {press.travel_mm:g} mm at a tilt of {press.tilt_deg:g} degrees into a {fruit.shape}{round_}, {size}, "
+        f"of {min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa; made by {design.print.process}."
+    )
+
+
+def verdict_rows(report: StoredReport) -> tuple[tuple[VerdictRow, ...], tuple[VerdictRow, ...]]:
+    """Return the rows on targets and readings, and those on the part."""
+    paper = {} if report.paper is None else {verdict.name: verdict for verdict in report.paper.verdicts}
+    rows = [_row(verdict, paper.get(verdict.name)) for verdict in report.verdicts]
+    on_part = [row.verdict.name.startswith(_ON_THE_PART) for row in rows]
+    pairs = list(zip(rows, on_part, strict=True))
+    return tuple(row for row, part in pairs if not part), tuple(row for row, part in pairs if part)
+
+
+def _row(verdict: StoredVerdict, paper: StoredVerdict | None) -> VerdictRow:
+    return VerdictRow(
+        verdict=verdict,
+        outcome=OUTCOMES[verdict.passed],
+        value=shown(verdict.value, verdict.unit),
+        error=shown(verdict.error),
+        limit=shown(verdict.limit),
+        tolerance=_tolerance(verdict),
+        bar=bar_of(verdict),
+        paper="" if paper is None else shown(paper.value, paper.unit),
+        paper_outcome="" if paper is None else OUTCOMES[paper.passed],
+    )
+
+
+def shown(value: float | str | None, unit: str = "") -> str:
+    """Return a number with five digits and its unit, or a text; nothing for None."""
+    text = "" if value is None else f"{value:.5g}" if isinstance(value, int | float) else value
+    return f"{text} {unit}" if text and unit not in ("", "1") else text
+
+
+def _tolerance(verdict: StoredVerdict) -> str:
+    if verdict.relative and isinstance(verdict.tolerance, int | float):
+        return f"{100.0 * verdict.tolerance:.5g} %"
+    return "" if verdict.tolerance == 0.0 else shown(verdict.tolerance)
+
+
+def bar_of(verdict: StoredVerdict) -> Bar | None:
+    """Return the bar of a verdict on numbers: about its target with a tolerance, or from 0 to beyond its limit."""
+    value, limit, tolerance = verdict.value, verdict.limit, verdict.tolerance
+    if value is None or not isinstance(limit, int | float) or not isinstance(tolerance, int | float):
+        return None
+    width = tolerance * abs(limit) if verdict.relative else tolerance
+    if width > 0.0:
+        return _bar_about(verdict, value, limit, width)
+    return _bar_to(verdict, value, limit) if limit > 0.0 else None
+
+
+def _bar_about(verdict: StoredVerdict, value: float, target: float, width: float) -> Bar:
+    """Return the bar about a target, of which `width` to either side passes [unit of the verdict]."""
+    scale, error = 50.0 / (_SIDEWAYS * width), verdict.error or 0.0
+    return Bar(
+        value=_cut(50.0 + scale * (value - target)),
+        error=(_cut(50.0 + scale * (value - error - target)), _cut(50.0 + scale * (value + error - target))),
+        passing=(50.0 - scale * width, 50.0 + scale * width),
+        limit=50.0,
+        words=f"{(value - target) / width:+.2g} of the tolerance from the target",
+    )
+
+
+def _bar_to(verdict: StoredVerdict, value: float, limit: float) -> Bar:
+    """Return the bar from 0 to beyond a limit, on whose one side or the other a value passes."""
+    scale, error = 100.0 / (_MOST * limit), verdict.error or 0.0
+    below = (value <= limit) is (verdict.passed is not False)
+    return Bar(
+        value=_cut(scale * value),
+        error=(_cut(scale * (value - error)), _cut(scale * (value + error))),
+        passing=(0.0, scale * limit) if below else (scale * limit, 100.0),
+        limit=scale * limit,
+        words=f"{value / limit:.2g} of the limit",
+    )
+
+
+def _cut(place: float) -> float:
+    return min(100.0, max(0.0, place))
+
+
+def dimension_rows(report: StoredReport) -> Iterable[tuple[str, str]]:
+    """Yield the dimensions of leaves and housing [mm]: what, and how much in text."""
+    for name, spring in report.springs.items():
+        if spring.dimensions_mm is not None:
+            yield from ((f"{name} spring, leaf {key}", f"{size:g}") for key, size in vars(spring.dimensions_mm).items())
+    housing = report.housing
+    if housing is None:
+        return
+    for key, size in vars(housing).items():
+        if isinstance(size, float) and size != 0.0:
+            yield key.replace("_", " "), f"{size:.5g}"

@@ -1,0 +1,111 @@
+"""report.html: one page of a report that needs no other file, no network and no font from elsewhere."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from pipeline.page.answer import answer_of, dimension_rows, shown, verdict_rows
+from pipeline.page.bodies import exploded_picture, part_picture
+from pipeline.page.error_plots import budget_plot, pose_plot, speed_plot
+from pipeline.page.field_plots import contact_picture, flexure_picture
+from pipeline.page.fields import Fields, fields_of_folder, fields_of_result
+from pipeline.page.live_model import LiveModel, live_data, live_model
+from pipeline.page.mangoes import SeenMango, seen_mangoes, told_apart
+from pipeline.page.picture import Picture
+from pipeline.page.response_plots import modulus_plot, pressure_plot, travel_plot
+from pipeline.report.outputs import Page
+from pipeline.report.stored import StoredReport
+from pipeline.result import SensorResult
+from pipeline.storage.plain import Plain
+
+_HERE = Path(__file__).parent
+_TEMPLATE = "page.html.j2"
+_WITH_FIELDS = "run the design again with --fields"
+
+
+def page_of_run(result: SensorResult) -> Page:
+    """Return what makes the page of a run, with fields of the run that its folder does not hold."""
+
+    def made(report: StoredReport, folder: Path) -> str:
+        return _page(report, folder, fields_of_result(result, report, folder))
+
+    return made
+
+
+def page_of_folder(report: StoredReport, folder: Path) -> str:
+    """Return the page of a finished output folder; what its files do not hold is left out, and the page says so."""
+    return _page(report, folder, fields_of_folder(report, folder))
+
+
+def _page(report: StoredReport, folder: Path, fields: Fields) -> str:
+    model, mangoes = live_model(report), seen_mangoes(report)
+    targets, part = verdict_rows(report)
+    pictures, no_pictures = _present(_pictures(report, folder, fields))
+    plots, no_plots = _present(_plots(report, model, mangoes))
+    environment = Environment(
+        loader=FileSystemLoader(_HERE),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(_TEMPLATE).render(
+        report=report,
+        answer=answer_of(report),
+        targets=targets,
+        part=part,
+        pictures=pictures,
+        plots=plots,
+        missing=(*no_pictures, *no_plots),
+        live=live_data(report, model),
+        mangoes=mangoes,
+        told=_told(mangoes),
+        dimensions=tuple(dimension_rows(report)),
+        shown=shown,
+        style=_own("page.css"),
+        script=_own("live.js"),
+    )
+
+
+def _own(name: str) -> str:
+    """Return a file of this room as it stands."""
+    return (_HERE / name).read_text(encoding="utf-8")
+
+
+def _present(every: Iterable[tuple[Picture | None, str]]) -> tuple[tuple[Picture, ...], tuple[str, ...]]:
+    """Return the pictures that there are, and of each other one why it is left out."""
+    pairs = tuple(every)
+    return tuple(one for one, _ in pairs if one is not None), tuple(why for one, why in pairs if one is None)
+
+
+def _pictures(report: StoredReport, folder: Path, fields: Fields) -> Iterable[tuple[Picture | None, str]]:
+    no_part = "no part is made, or its STL file is not in the folder"
+    yield part_picture(report, folder), f"picture of the part: {no_part}"
+    yield exploded_picture(report, folder), f"picture of the assembly: {no_part}"
+    no_stress = "no part is made" if report.housing is None else f"the folder holds no stress: {_WITH_FIELDS}"
+    yield flexure_picture(report, fields), f"picture of the flexures under load: {no_stress}"
+    words = f"a tip is off the fruit, or the folder holds no pressure: {_WITH_FIELDS}"
+    yield contact_picture(report, fields), f"picture of the contact: {words}"
+
+
+def _plots(
+    report: StoredReport, model: LiveModel, mangoes: tuple[SeenMango, ...]
+) -> Iterable[tuple[Picture | None, str]]:
+    off = "a tip is off the fruit at every modulus"
+    yield modulus_plot(report, mangoes), f"plot of P over the modulus: {off}"
+    yield travel_plot(report), f"plot of P over the travel: {off}"
+    tilts = "the scene is not linear and the design has no [reading], so that no tilted press was solved"
+    yield pose_plot(report, model), f"plot of the error against tilt: {tilts}"
+    yield pressure_plot(report), ""
+    yield budget_plot(report), "plot of the error budget: no number has one"
+    yield speed_plot(report), "plot of speed against error: nothing was solved"
+
+
+def _told(mangoes: tuple[SeenMango, ...]) -> Plain:
+    """Return which pairs of mangoes can be told apart, by the words for the error bar."""
+    bars = {
+        "as printed": [(one.mango.number, one.printed) for one in mangoes],
+        "after calibrating the unit": [(one.mango.number, one.calibrated) for one in mangoes],
+    }
+    return {words: told_apart(each) for words, each in bars.items()}

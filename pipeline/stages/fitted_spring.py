@@ -1,0 +1,38 @@
+"""One spring as it is printed, or the reason why the process cannot make it."""
+
+from dataclasses import dataclass
+
+from cad.design.printability import Printable
+from cad.quantity import Estimate
+from cad.theory.leaf_spring import Flexure
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedSpring:
+    """One spring: its target stiffness [N/mm], whether it can be printed, and where it is made what FE gives.
+
+    K [N/mm] is its stiffness; `root_strain` [1] is that at the root of its leaves at full travel.
+    """
+
+    name: str
+    target: float
+    printable: Printable
+    flexure: Flexure | None = None
+    K: Estimate | None = None
+    root_strain: Estimate | None = None
+
+    @property
+    def stiffness(self) -> float:
+        """Return the stiffness by FE, the target where it is not made [N/mm]."""
+        return self.target if self.K is None else self.K.value
+
+    @property
+    def error(self) -> float:
+        """Return the error of the stiffness [N/mm]; 0 for a target."""
+        return 0.0 if self.K is None else self.K.error
+
+    @property
+    def safety_factor(self) -> float | None:
+        """Return the strain limit over the root strain [1]; None where it is not made or not bent."""
+        strain = self.root_strain
+        return self.printable.strain_limit / strain.value if strain is not None and strain.value > 0.0 else None

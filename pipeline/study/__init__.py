@@ -1,0 +1,7 @@
+"""Studies: many designs around one, solved once each, kept in one file: `from pipeline.study import run_study`."""
+
+from pipeline.study.execute import StudySummary, run_study
+from pipeline.study.study_file import Study, read_study
+from pipeline.study.workers.engine import Engine, process_engine
+
+__all__ = ["Engine", "Study", "StudySummary", "process_engine", "read_study", "run_study"]

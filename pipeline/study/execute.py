@@ -1,0 +1,133 @@
+"""A study from its points to its store: what is solved already is left alone, what ends is kept at once."""
+
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cad.quantity import InputError
+from pipeline.storage.plain import from_plain, to_plain
+from pipeline.study.levels.contact_surrogate import ContactSurrogate
+from pipeline.study.levels.surrogate_fit import fitted_surrogate, may_interpolate
+from pipeline.study.levels.unit_scene import UnitScene, scene_compliance, unit_scene
+from pipeline.study.points import Point, design_of, point_count, points_between
+from pipeline.study.store import StudyStore, study_store
+from pipeline.study.study_file import Study
+from pipeline.study.tasks import Task, lost_task, solve_task
+from pipeline.study.workers.engine import Engine, completed
+from solve.fruit.compliance import FruitCompliance
+
+Progress = Callable[[int, int], None]
+
+RANGE = 500  # points of a task without a solve
+GROUP = 32  # points of a task that share one solve
+_SURROGATE = "surrogate"
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudySummary:
+    """How many points a study has and how each of them ended; seconds of this run, and `solved` points in it.
+
+    `surrogate` stands for the contact where the study has one.
+    """
+
+    folder: Path
+    points: int
+    done: int
+    refused: int
+    failed: int
+    solved: int
+    seconds: float
+    surrogate: ContactSurrogate | None
+
+
+def run_study(study: Study, folder: Path, engine: Engine, progress: Progress | None = None) -> StudySummary:
+    """Solve every point of a study that its folder does not hold yet, and return how all of them ended.
+
+    `progress` is told how many points are solved, and of how many. Raises InputError where the folder cannot be used;
+    a point that is refused or fails is kept with its message.
+    """
+    start = time.perf_counter()
+    count = point_count(study)
+    with study_store(folder, study) as store:
+        before = solved = len(store.numbers())
+        surrogate = _surrogate(study, count, store, engine)
+        tasks = _tasks(study, count, store, surrogate, folder)
+        for results in completed(engine, solve_task, tasks, lost_task):
+            store.put(results)
+            solved += len(results)
+            if progress is not None:
+                progress(solved, count)
+        counts = store.counts()
+    return StudySummary(
+        folder=folder,
+        points=count,
+        solved=solved - before,
+        seconds=time.perf_counter() - start,
+        surrogate=surrogate,
+        **counts,
+    )
+
+
+def _surrogate(study: Study, count: int, store: StudyStore, engine: Engine) -> ContactSurrogate | None:
+    """Return the polynomial of a study, fitted once and kept in its store; raises InputError where one is asked for."""
+    if not may_interpolate(study, count):
+        return None
+    kept = store.fact(_SURROGATE)
+    if kept is not None:
+        return from_plain(ContactSurrogate, kept) if kept else None
+
+    def solve(scenes: Sequence[UnitScene]) -> list[FruitCompliance]:
+        given = [(place, scene, study.tol) for place, scene in enumerate(scenes)]
+        found = dict(completed(engine, _solved_scene, given, _lost_scene))
+        return [found[place] for place in range(len(scenes))]
+
+    fitted = fitted_surrogate(study, solve)
+    if fitted is None and study.contact == _SURROGATE:
+        msg = f"contact = 'surrogate': no polynomial is within half of tol = {study.tol:g}; set contact = 'solve'"
+        raise InputError(msg)
+    store.remember(_SURROGATE, {} if fitted is None else to_plain(fitted))
+    return fitted
+
+
+def _solved_scene(given: tuple[int, UnitScene, float]) -> tuple[int, FruitCompliance]:
+    place, scene, tolerance = given
+    return place, scene_compliance(scene, tolerance)
+
+
+def _lost_scene(given: tuple[int, UnitScene, float]) -> tuple[int, FruitCompliance]:
+    msg = f"the worker that solved the contact of tips of {given[1].scale:g} mm was lost again and again; free memory"
+    raise InputError(msg)
+
+
+def _tasks(
+    study: Study, count: int, store: StudyStore, surrogate: ContactSurrogate | None, folder: Path
+) -> Iterator[Task]:
+    """Yield tasks for the points that are not solved, those that share a solve of contact together."""
+    known = store.numbers()
+    for start in range(0, count, RANGE) if surrogate is not None else ():
+        stop = min(start + RANGE, count)
+        missing = [number for number in range(start, stop) if number not in known]
+        if len(missing) == stop - start:
+            yield Task(study=study, start=start, stop=stop, surrogate=surrogate)
+        elif missing:
+            points = tuple(point for point in points_between(study, start, stop) if point.number not in known)
+            yield Task(study=study, points=points, surrogate=surrogate)
+    if surrogate is None:
+        missing_points = (point for point in points_between(study, 0, count) if point.number not in known)
+        for group in _groups(study, missing_points):
+            for place in range(0, len(group), GROUP):
+                yield Task(study=study, points=tuple(group[place : place + GROUP]), folder=folder)
+
+
+def _groups(study: Study, points: Iterable[Point]) -> Iterator[list[Point]]:
+    """Yield points that share a scene of contact, and those that no design file takes by themselves."""
+    groups: dict[UnitScene | None, list[Point]] = defaultdict(list)
+    for point in points:
+        try:
+            scene = unit_scene(design_of(study, point.settings))
+        except InputError:
+            scene = None
+        groups[scene].append(point)
+    yield from groups.values()

@@ -1,0 +1,37 @@
+"""Values of a study file, each of the kind that its key has."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from cad.quantity import fault
+
+
+def texts(name: str, given: object) -> list[str]:
+    """Return a list of texts; raises InputError that names the key."""
+    if not isinstance(given, list | tuple) or not all(isinstance(word, str) for word in given):
+        raise fault(name, str(given), "", "a list of texts", 'for instance ["springs.K_l_N_per_m"]')
+    return [str(word) for word in given]
+
+
+def text_at(data: Mapping[str, Any], name: str, default: str) -> str:
+    """Return a text that is not empty; raises InputError that names the key."""
+    value = data.get(name, default)
+    if not isinstance(value, str) or not value:
+        raise fault(name, str(value), "", "text", "write it in quotes")
+    return value
+
+
+def whole_at(data: Mapping[str, Any], name: str, default: int) -> int:
+    """Return a whole number [unit of the key]; raises InputError that names the key."""
+    value = data.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise fault(name, str(value), "", "a whole number", "write it without a point")
+    return value
+
+
+def real_at(data: Mapping[str, Any], name: str, default: float) -> float:
+    """Return a number [unit of the key]; raises InputError that names the key."""
+    value = data.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise fault(name, str(value), "", "a number", f"the default is {default:g}")
+    return float(value)

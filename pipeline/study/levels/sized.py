@@ -1,0 +1,127 @@
+"""A design whose springs are exactly as they were sized or given: contact and closed forms, no solid and no fit."""
+
+from collections.abc import Iterator
+from dataclasses import asdict
+
+import numpy as np
+
+from cad.design.parameters import Design
+from cad.design.printability import check_printable
+from cad.design.reading import Reading
+from cad.quantity import Estimate
+from cad.verdict import Verdict
+from pipeline.options import RunOptions
+from pipeline.reading.assessment import reading_assessment
+from pipeline.reading.bruising import skin_pressures
+from pipeline.reading.placed import refuse_steep_poses
+from pipeline.reading.pressed_sensor import pressed_sensor
+from pipeline.reading.readings import Readings
+from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, response_row, sizing_mapping
+from pipeline.stages.fitted_spring import FittedSpring
+from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, refuse_unsolvable, scene_of
+from pipeline.stages.sizing import SpringSizing, spring_sizing
+from pipeline.storage.plain import Plain
+from pipeline.study.report_keys import Stage
+from pipeline.verdicts.characteristic import characteristic
+from pipeline.verdicts.reading_rules import reading_verdicts
+from pipeline.verdicts.rules import (
+    bruise_verdict,
+    displacement_verdict,
+    monotonic_verdict,
+    printable_verdict,
+    target_verdicts,
+)
+from pipeline.verdicts.scene_targets import SceneTargets, scene_targets
+from pipeline.verdicts.tip_shape import tip_shape_verdicts
+from solve.contact.linear_response import spring_compliance
+from solve.fruit.compliance import FruitCompliance
+
+_OF_WHAT = "of springs exactly as they were sized or given"
+
+
+def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Stage]) -> Plain:
+    """Return the part of report.json that some stages give, for springs exactly as sized; docs/studies.md lists it.
+
+    Raises InputError for a design that cannot be sized, pressed or read, SolveError where a press is not to be
+    believed.
+    """
+    sizing = spring_sizing(design, contact, RunOptions())
+    report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
+    if stages - {"sizing"}:
+        refuse_unsolvable(design)
+        refuse_steep_poses(design)
+    press, readings = None, None
+    if _presses(design, stages):
+        press = press_scene(design, contact, _compliance(design, sizing))
+        report["response"] = _rows(design, press)
+    if "reading" in stages and design.reading is not None:
+        readings = _readings(design, contact, sizing, design.reading)
+        report["reading"] = assessed_mapping(readings)
+    reached = _reached(design, contact, sizing, press)
+    verdicts = (
+        *_printable(design, sizing),
+        *reading_verdicts(design, readings),
+        *_target_verdicts(design, reached),
+        *(() if press is None else _press_verdicts(design, press)),
+    )
+    report["level"] = level_mapping(reached)
+    return report | {"verdicts": [asdict(verdict) for verdict in verdicts]}
+
+
+def _presses(design: Design, stages: frozenset[Stage]) -> bool:
+    """Say whether forces over the travel are needed: a level sensor on flat fruit has P_max and NL by the law alone."""
+    level = scene_of(design).linear
+    asked = "response" in stages or ("targets" in stages and not level)
+    return asked or ("reading" in stages and design.reading is None)
+
+
+def _compliance(design: Design, sizing: SpringSizing) -> np.ndarray:
+    """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N]."""
+    return spring_compliance(*design.tips.each(*sizing.springs.stiffnesses))
+
+
+def _reached(design: Design, contact: FruitCompliance, sizing: SpringSizing, press: ScenePress | None) -> SceneTargets:
+    """Return P_max and NL of the scene, those of a level sensor where it was not pressed."""
+    pair = contact.of_kinds(*design.tips.kinds)
+    own = characteristic(pair, sizing, sizing.springs)
+    if press is None:
+        level = own.P_max(), own.NL(design.nominal_targets)
+        return SceneTargets(P_max=level[0], NL=level[1], level=level)
+    C = spring_compliance(*sizing.springs.stiffnesses)
+    return scene_targets(own, design.nominal_targets, pair, C, press)
+
+
+def _readings(design: Design, contact: FruitCompliance, sizing: SpringSizing, reading: Reading) -> Readings:
+    sensor = pressed_sensor(design, contact, _compliance(design, sizing))
+    return Readings(assessed=reading_assessment(sensor, reading), pressures=skin_pressures(sensor))
+
+
+def _printable(design: Design, sizing: SpringSizing) -> Iterator[Verdict]:
+    """Yield whether the process can make each spring, by the beam law."""
+    process, ratio = design.process, sizing.sizing_stiffness_ratio
+    found = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
+    for name, K, printable in zip(design.tips.as_pair.names, sizing.springs.stiffnesses, found, strict=True):
+        yield printable_verdict(FittedSpring(name=name, target=K, printable=printable))
+
+
+def _target_verdicts(design: Design, reached: SceneTargets) -> tuple[Verdict, ...]:
+    """Return the verdicts on P_max and NL, none for a design that is judged by its readings."""
+    if design.reading is not None:
+        return ()
+    return target_verdicts(reached.P_max, reached.NL, design.nominal_targets, _OF_WHAT)
+
+
+def _press_verdicts(design: Design, press: ScenePress) -> Iterator[Verdict]:
+    """Yield the verdicts on the press that a run gives a design without a reading, and those on its tips."""
+    if design.reading is None:
+        yield displacement_verdict(press.table)
+        yield monotonic_verdict(press.scan)
+        if design.fruit.bruise_limits_MPa:
+            pressure, error = mean_tip_pressure(design, press), max(float(press.hardest.F_error[-1, -1]), 0.0)
+            yield bruise_verdict(Estimate(pressure, error * pressure, "MPa"), max(design.fruit.bruise_limits_MPa))
+    yield from tip_shape_verdicts(design, press)
+
+
+def _rows(design: Design, press: ScenePress) -> list[Plain]:
+    exact = np.zeros(len(design.tips.springs))  # springs exactly as sized have no error
+    return [response_row(press.table, i, design.tips, exact) for i in range(len(press.table.E))]

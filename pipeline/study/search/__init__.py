@@ -1,0 +1,1 @@
+"""The best design of a study: every candidate is one of its points."""

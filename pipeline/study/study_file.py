@@ -1,0 +1,237 @@
+"""A study as a person writes it: a base design, what varies, how, and what is wanted; checked when it is read."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, Literal
+
+from cad.design.design_file import TABLE_TYPES, design_from_mapping, overridden, read_design
+from cad.design.parameters import TABLES
+from cad.design.tips import Tips
+from cad.quantity import InputError, fault, nearest
+from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
+from pipeline.storage.plain import Plain
+from pipeline.study.file_values import real_at, text_at, texts, whole_at
+from pipeline.study.report_keys import LEVELS, Level, level_of, refuse_unknown
+from pipeline.study.variation import Choices, Variation, variation
+
+How = Literal["sobol", "grid", "points", "search", "sensitivity"]
+Contact = Literal["auto", "solve", "surrogate"]
+Row = tuple[str, ...]
+
+HOW = ("sobol", "grid", "points", "search", "sensitivity")
+CONTACT = ("auto", "solve", "surrogate")
+MOST_POINTS = 10_000_000
+_FILE_KEYS = (
+    "base", "samples", "seed", "wanted", "vary", "set", "how", "points", "tol", "level", "contact", "audit", "optimise"
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Goal:
+    """What `pipeline optimise` makes least, in how many points, and the names of the verdicts that must pass."""
+
+    minimise: str = "verdicts.reading.uncertainty.value"
+    under: tuple[str, ...] = (
+        "reading.bias",
+        "reading.uncertainty",
+        "reading.lift",
+        "bruise",
+        *(f"printable.{name}" for name in Tips().names),
+    )
+    evaluations: int = 600
+
+    def __post_init__(self) -> None:
+        """Refuse a goal that is no key of a report, and too few points to search with."""
+        refuse_unknown("optimise.minimise", (self.minimise,))
+        refuse_unknown("optimise.under", verdict_keys(self))
+        if self.evaluations < 1:
+            raise fault("optimise.evaluations", self.evaluations, "", "at least 1", "600 is the default")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """A base design [as nested tables], the keys that vary, how points are drawn, and the keys of report.json wanted.
+
+    `tol` is the relative error [1] allowed to the springs, and to the contact where a surrogate stands for it. `audit`
+    is the share of points [1] that are solved in full beside the surrogate. `rows` are the points of a CSV file.
+    """
+
+    name: str
+    base: Mapping[str, object]
+    vary: Mapping[str, Variation]
+    wanted: tuple[str, ...]
+    how: How = "sobol"
+    samples: int = 0
+    seed: int = 0
+    tol: float = DEFAULT_TOLERANCE
+    level: Level = "contact"
+    contact: Contact = "auto"
+    audit: float = 0.001
+    rows: tuple[Row, ...] = ()
+    goal: Goal = field(default_factory=Goal)
+
+    def __post_init__(self) -> None:
+        """Check every number and word; raises InputError."""
+        for name, value, known in (
+            ("how", self.how, HOW),
+            ("level", self.level, LEVELS),
+            ("contact", self.contact, CONTACT),
+        ):
+            _check_word(name, value, known)
+        self._check_keys()
+        self._check_numbers()
+
+    def _check_keys(self) -> None:
+        if not self.wanted:
+            raise fault("wanted", "[]", "", "a list of keys of report.json", "for instance springs.K_l_N_per_m")
+        for key in self.wanted:
+            if not key.replace(".", "").replace("_", "").isalnum():
+                raise fault("wanted", key, "", "letters, digits, _ and dots", "write it as in report.json")
+        refuse_unknown("wanted", self.wanted)
+        if not self.vary:
+            raise fault("vary", "{}", "", "a table of at least one key", "name a key of the design file under [vary]")
+        for key in self.vary:
+            _check_design_key(key)
+
+    def _check_numbers(self) -> None:
+        if self.how == "sobol" and not 0 < self.samples <= MOST_POINTS:
+            raise fault("samples", self.samples, "", f"at least 1 and at most {MOST_POINTS}", "say how many points")
+        power_of_two = 1 < self.samples <= MOST_POINTS and self.samples & (self.samples - 1) == 0
+        if self.how == "sensitivity" and not power_of_two:
+            bound = f"a power of 2, at least 2 and at most {MOST_POINTS}"
+            raise fault("samples", self.samples, "", bound, "there are this many times the keys and two more points")
+        if self.seed < 0:
+            raise fault("seed", self.seed, "", "at least 0", "any whole number will do")
+        if not TOLERANCES.hold(self.tol):
+            raise fault("tol", self.tol, "1", str(TOLERANCES), f"the default is {DEFAULT_TOLERANCE:g}")
+        if not (math.isfinite(self.audit) and 0.0 <= self.audit <= 1.0):
+            raise fault("audit", self.audit, "1", "from 0 to 1", "0.001 solves one point in a thousand in full")
+
+
+def read_study(path: Path) -> Study:
+    """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one."""
+    data = read_design(path)
+    for key in data:
+        if key not in _FILE_KEYS:
+            known = ", ".join(_FILE_KEYS)
+            msg = f"{key}: unknown key of a study; must be one of {known}; did you mean {nearest(key, _FILE_KEYS)}?"
+            raise InputError(msg)
+    return study_of(path.stem, data, path.parent)
+
+
+def study_of(name: str, data: Mapping[str, Any], folder: Path) -> Study:
+    """Return the study that the tables of a study file describe; files that it names lie beside it, in the folder."""
+    vary = {key: variation(key, given) for key, given in _flat(data.get("vary", {})).items()}
+    how: How = data.get("how", _how(data))
+    goal = _goal(data.get("optimise", {}))
+    wanted = _wanted(data, goal if how == "search" else None)
+    header, rows = _read_rows(folder / text_at(data, "points", "")) if how == "points" else ((), ())
+    asked: Level = data.get("level", "contact")
+    return Study(
+        name=name,
+        base=_base(data, folder),
+        vary=_columns(header, rows) or vary,
+        wanted=wanted,
+        how=how,
+        samples=whole_at(data, "samples", 0),
+        seed=whole_at(data, "seed", 0),
+        tol=real_at(data, "tol", DEFAULT_TOLERANCE),
+        level=max(asked, level_of(wanted), key=LEVELS.index) if asked in LEVELS else asked,
+        contact=data.get("contact", "auto"),
+        audit=real_at(data, "audit", 0.001),
+        rows=rows,
+        goal=goal,
+    )
+
+
+def _wanted(data: Mapping[str, Any], goal: Goal | None) -> tuple[str, ...]:
+    """Return the keys that are wanted, and those that a goal of a search needs."""
+    asked = tuple(texts("wanted", data.get("wanted", [])))
+    return asked if goal is None else tuple(dict.fromkeys((*asked, goal.minimise, *verdict_keys(goal))))
+
+
+def _how(data: Mapping[str, Any]) -> How:
+    """Return how points come about where the file does not say."""
+    if "points" in data:
+        return "points"
+    return "search" if "optimise" in data and "samples" not in data else "sobol"
+
+
+def verdict_keys(goal: Goal) -> tuple[str, ...]:
+    """Return the keys of report.json that say whether the verdicts of a goal pass."""
+    return tuple(f"verdicts.{name}.{word}" for name in goal.under for word in ("value", "limit", "tolerance", "passed"))
+
+
+def _base(data: Mapping[str, Any], folder: Path) -> Plain:
+    """Return the tables of the base design with `[set]` on top; refuses a base that is no design itself."""
+    base = text_at(data, "base", "paper")
+    path = folder / base if base.endswith(".toml") else design_path(base)
+    given = _flat(data.get("set", {}))
+    settings = {key: value if isinstance(value, str) else json.dumps(value) for key, value in given.items()}
+    tables = overridden({"name": path.stem, **read_design(path)}, settings)
+    design_from_mapping(tables)
+    return tables
+
+
+def _goal(given: object) -> Goal:
+    known = tuple(item.name for item in fields(Goal))
+    if not isinstance(given, Mapping):
+        raise fault("optimise", str(given), "", "a table", "write [optimise] and its keys below it")
+    for key in given:
+        if key not in known:
+            msg = f"optimise.{key}: unknown key; must be one of {', '.join(known)}; did you mean {nearest(key, known)}?"
+            raise InputError(msg)
+    under = tuple(texts("optimise.under", given.get("under", Goal.under)))
+    return Goal(
+        minimise=text_at(given, "minimise", Goal.minimise), under=under, evaluations=whole_at(given, "evaluations", 600)
+    )
+
+
+def _flat(given: object) -> dict[str, object]:
+    """Return a table whose keys are `table.key`, quoted or not, by these names."""
+    if not isinstance(given, Mapping):
+        raise fault("vary", str(given), "", "a table", "write [vary] and the keys below it")
+    found: dict[str, object] = {}
+    for key, value in given.items():
+        if key in TABLES and isinstance(value, Mapping):
+            found |= {f"{key}.{inner}": held for inner, held in value.items()}
+        else:
+            found[key] = value
+    return found
+
+
+def _check_design_key(key: str) -> None:
+    known = [f"{table}.{item.name}" for table, kind in TABLE_TYPES.items() for item in fields(kind)]
+    if key not in known:
+        msg = f"vary {key}: unknown key of a design; must be table.key; did you mean {nearest(key, known)}?"
+        raise InputError(msg)
+
+
+def _check_word(name: str, value: object, known: tuple[str, ...]) -> None:
+    if value not in known:
+        bound = f"one of {', '.join(known)}"
+        raise fault(name, str(value), "", bound, f"did you mean {nearest(str(value), known)}?")
+
+
+def _read_rows(path: Path) -> tuple[Row, tuple[Row, ...]]:
+    """Return the header and the rows of a CSV file of points."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise fault("points", path.name, "", "a CSV file beside the study file", "check the name") from error
+    rows = [tuple(cell.strip() for cell in line.split(",")) for line in lines if line.strip()]
+    if len(rows) < 2:  # noqa: PLR2004 - a header and a point
+        raise fault("points", path.name, "", "a header of keys and at least one row", "the file has no points")
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(rows[0]):
+            name, bound = f"points row {number}", f"as many cells as the header has, {len(rows[0])}"
+            raise fault(name, len(row), "", bound, "mend that row")
+    return rows[0], tuple(rows[1:])
+
+
+def _columns(header: Row, rows: tuple[Row, ...]) -> dict[str, Variation]:
+    """Return what varies in a file of points: the values of each column."""
+    return {key: Choices(values=tuple(sorted({row[place] for row in rows}))) for place, key in enumerate(header)}

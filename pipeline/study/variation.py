@@ -1,0 +1,157 @@
+"""How one key of a design varies over the points of a study: over a range, a list, or a distribution."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from scipy.special import ndtri
+
+from cad.quantity import InputError, fault, nearest
+
+Setting = float | int | str | bool | tuple[float, ...]
+
+_KEYS = ("from", "to", "steps", "log", "mean", "sd", "distribution", "source")
+_MOST_STEPS = 10_000
+_TAIL = 1e-9  # of a normal distribution, beyond which no point lies: 6 standard deviations
+
+
+@dataclass(frozen=True, kw_only=True)
+class Span:
+    """Numbers between two ends, both included, in equal steps or in equal ratios [unit of the key].
+
+    `steps` is how many numbers a grid takes, None where none was given. A span with a `source` is a uniform
+    distribution, and the source says where its ends are from.
+    """
+
+    start: float
+    end: float
+    steps: int | None = None
+    log: bool = False
+    source: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse ends that leave nothing between them, and steps that are none."""
+        if not (math.isfinite(self.start) and math.isfinite(self.end) and self.start < self.end):
+            bound = f"greater than from = {self.start:g}"
+            raise fault("to", self.end, "", bound, "an empty range has no points")
+        if self.log and self.start <= 0.0:
+            raise fault("from", self.start, "", "greater than 0 with log = true", "leave log out")
+        if self.steps is not None and not 1 < self.steps <= _MOST_STEPS:
+            raise fault("steps", self.steps, "", f"at least 2 and at most {_MOST_STEPS}", "count both ends")
+
+    def at(self, share: float) -> float:
+        """Return the number that a share [1] of the span, or of the distribution, lies below [unit of the key]."""
+        if self.log:
+            return self.start * math.pow(self.end / self.start, share)
+        return self.start + (self.end - self.start) * share
+
+    def share_of(self, value: float) -> float:
+        """Return the share [1] of the span that lies below a number [unit of the key]."""
+        if self.log:
+            return math.log(value / self.start) / math.log(self.end / self.start)
+        return (value - self.start) / (self.end - self.start)
+
+    def grid(self) -> tuple[Setting, ...]:
+        """Return the numbers of a grid [unit of the key]; raises InputError where no steps were given."""
+        if self.steps is None:
+            raise fault("steps", None, "", "given with how = 'grid'", "say how many values to take, both ends counted")
+        return tuple(self.at(i / (self.steps - 1)) for i in range(self.steps))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choices:
+    """The values of a list, numbers or words; by Sobol points each takes an equal share."""
+
+    values: tuple[Setting, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse an empty list."""
+        if not self.values:
+            raise fault("values", "[]", "", "a list of at least one", "an empty list has no points")
+
+    def at(self, share: float) -> Setting:
+        """Return the value that a share [1] from 0 to 1 falls on [unit of the key]."""
+        return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
+
+    def grid(self) -> tuple[Setting, ...]:
+        """Return all values."""
+        return self.values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Normal:
+    """A normal distribution of a mean and a standard deviation [unit of the key], and the source of both."""
+
+    mean: float
+    sd: float
+    source: str
+
+    def __post_init__(self) -> None:
+        """Refuse a deviation that is none."""
+        if not (math.isfinite(self.mean) and 0.0 < self.sd < math.inf):
+            raise fault("sd", self.sd, "", "greater than 0 and finite", "give one value in place of no scatter")
+
+    def at(self, share: float) -> float:
+        """Return the number that a share [1] of the distribution lies below [unit of the key]."""
+        return self.mean + self.sd * float(ndtri(min(max(share, _TAIL), 1.0 - _TAIL)))
+
+    def grid(self) -> tuple[Setting, ...]:
+        """Raise InputError: a distribution has no grid."""
+        raise fault("how", "grid", "", "sobol where a key has a distribution", "set how = 'sobol' and samples")
+
+
+Variation = Span | Choices | Normal
+
+
+def variation(key: str, given: object) -> Variation:
+    """Return how a key varies as a study file says; raises InputError that names the key.
+
+    A list is taken as it is; a table has `from` and `to` with `steps` or `log`, or `mean` and `sd`. A distribution, of
+    `mean` and `sd` or `distribution = "uniform"`, names its `source`.
+    """
+    try:
+        return _variation(given)
+    except InputError as error:
+        msg = f"vary {key}: {error}"
+        raise InputError(msg) from error
+
+
+def _variation(given: object) -> Variation:
+    if isinstance(given, list):
+        return Choices(values=tuple(tuple(value) if isinstance(value, list) else value for value in given))
+    if not isinstance(given, Mapping):
+        raise fault("value", str(given), "", "a list, or a table with from and to, or with mean and sd", "see the docs")
+    for word in given:
+        if word not in _KEYS:
+            msg = f"{word}: unknown key; must be one of {', '.join(_KEYS)}; did you mean {nearest(word, _KEYS)}?"
+            raise InputError(msg)
+    if "mean" in given or "sd" in given:
+        return Normal(mean=_number(given, "mean"), sd=_number(given, "sd"), source=_source(given))
+    return _span(given)
+
+
+def _span(given: Mapping[str, Any]) -> Span:
+    kind, steps, log = given.get("distribution"), given.get("steps"), given.get("log", False)
+    if kind not in (None, "uniform"):
+        raise fault("distribution", str(kind), "", "uniform", "a normal one is given by mean and sd")
+    if not isinstance(log, bool):
+        raise fault("log", str(log), "", "true or false", "true spaces the values by equal ratios")
+    if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int)):
+        raise fault("steps", str(steps), "", "a whole number", "count both ends")
+    source = _source(given) if kind else None
+    return Span(start=_number(given, "from"), end=_number(given, "to"), steps=steps, log=log, source=source)
+
+
+def _number(given: Mapping[str, Any], word: str) -> float:
+    value = given.get(word)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise fault(word, value, "", "a number", "give from and to, or mean and sd")
+    return float(value)
+
+
+def _source(given: Mapping[str, Any]) -> str:
+    source = given.get("source")
+    if not isinstance(source, str) or not source.strip():
+        raise fault("source", source, "", "given with a distribution", "say where its numbers are from")
+    return source

@@ -1,0 +1,147 @@
+"""Where the tasks of a study run: a pool of processes on this machine, or a cluster; lost workers lose no task."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from cad.quantity import fault
+
+Given = TypeVar("Given")
+Found = TypeVar("Found")
+
+MOST_PROCESSES = 1024
+ATTEMPTS = 5  # of a task whose worker was lost; its neighbours in the pool are lost with it
+_IN_FLIGHT = 4  # tasks a worker: enough that none waits, few enough that a million need no memory
+_ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def _shut(executor: Executor) -> None:
+    executor.shutdown(wait=False, cancel_futures=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Engine:
+    """Opens and closes executors, says how many workers they have, and which errors mean that a worker was lost."""
+
+    open: Callable[[], Executor]
+    workers: int
+    lost: tuple[type[Exception], ...]
+    close: Callable[[Executor], None] = _shut
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+@contextmanager
+def process_engine(processes: int | None = None) -> Iterator[Engine]:
+    """Give a pool of processes, one for each core if no number is given; each computes on one thread.
+
+    Sums in one order give the same bits in every pool. Raises InputError for a number that is none.
+    """
+    count = available_cores() if processes is None else processes
+    if not 1 <= count <= MOST_PROCESSES:
+        raise fault("--processes", count, "", f"at least 1 and at most {MOST_PROCESSES}", "leave it out for all cores")
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    context = multiprocessing.get_context("spawn")  # a fork would copy the threads of libraries half-way
+
+    def opened() -> Executor:
+        return ProcessPoolExecutor(count, mp_context=context, initializer=_end_with_parent)
+
+    try:
+        yield Engine(open=opened, workers=count, lost=(BrokenProcessPool,))
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _end_with_parent() -> None:
+    """Leave Ctrl-C to the parent, and end with it, however it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_wait_and_leave, args=(parent.join,), daemon=True).start()
+
+
+def _wait_and_leave(ended: Callable[[], None]) -> None:
+    ended()
+    os._exit(1)
+
+
+def completed(
+    engine: Engine, work: Callable[[Given], Found], given: Iterable[Given], lost: Callable[[Given], Found]
+) -> Iterator[Found]:
+    """Yield what a piece of work makes of each thing given, in the order in which they end.
+
+    A thing whose worker was lost is given again, to new workers where the pool broke; after five times `lost` says what
+    becomes of it.
+    """
+    flight = _Flight(engine, work, given)
+    try:
+        while flight.fill():
+            yield from flight.land(lost)
+    finally:
+        engine.close(flight.executor)
+
+
+class _Flight(Generic[Given, Found]):
+    """The things that workers have at the moment, and those that wait to be given again."""
+
+    def __init__(self, engine: Engine, work: Callable[[Given], Found], given: Iterable[Given]) -> None:
+        """Open an executor."""
+        self.executor = engine.open()
+        self._engine, self._work, self._source = engine, work, iter(given)
+        self._waiting: dict[Future[Found], tuple[Given, int]] = {}
+        self._again: list[tuple[Given, int]] = []
+
+    def fill(self) -> bool:
+        """Give things out until every worker has some; say whether any are out."""
+        while len(self._waiting) < self._engine.workers * _IN_FLIGHT:
+            try:
+                thing, attempts = self._again.pop() if self._again else (next(self._source), 0)
+            except StopIteration:
+                break
+            try:
+                self._waiting[self.executor.submit(self._work, thing)] = thing, attempts
+            except self._engine.lost:
+                self._again.append((thing, attempts))
+                self._reopen()
+        return bool(self._waiting)
+
+    def land(self, lost: Callable[[Given], Found]) -> Iterator[Found]:
+        """Yield what has ended, at least one thing or none where workers were lost."""
+        done, _ = wait(self._waiting, return_when=FIRST_COMPLETED)
+        broken = False
+        for future in done:
+            thing, attempts = self._waiting.pop(future)
+            try:
+                found = future.result()
+            except self._engine.lost:
+                broken = True
+                if attempts + 1 < ATTEMPTS:
+                    self._again.append((thing, attempts + 1))
+                    continue
+                found = lost(thing)
+            yield found
+        if broken:
+            self._reopen()
+
+    def _reopen(self) -> None:
+        """Take new workers where the pool broke with one of its own; a cluster mends itself."""
+        if isinstance(self.executor, ProcessPoolExecutor):
+            self._again += [(thing, attempts + 1) for thing, attempts in self._waiting.values()]
+            self._waiting.clear()
+            self._engine.close(self.executor)
+            self.executor = self._engine.open()

@@ -1,0 +1,1 @@
+"""One rigid tip pressed deep into soft flesh: axisymmetric contact at finite strain."""

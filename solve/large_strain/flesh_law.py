@@ -1,0 +1,72 @@
+"""Isotropic laws of flesh at finite strain, each a sum over principal stretches plus a function of the volume.
+
+    W = phi(l1) + phi(l2) + phi(l3) + U(theta),    theta = ln(l1 l2 l3)
+
+The stretches l are those of F; mu and lambda are Lame's of small strain, so that all laws agree there. Energies are
+per undeformed volume, E = 1. Saint-Venant-Kirchhoff is left out: it softens in compression until it collapses.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cad.quantity import fault
+from cad.theory.soft_tissue import FLESH_LAWS, FleshLawName
+from solve.arrays import Floats
+from solve.elasticity import lame_parameters
+
+LARGEST_POISSON = 0.49  # up to which the elements were measured
+FOAM_EXPONENT = 4.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FleshLaw:
+    """A law of flesh with Young's modulus 1 and a Poisson's ratio from 0 to 0.49 [1].
+
+    neo-hooke: mu/2 (I1 - 3 - 2 ln J) + lambda/2 ln^2 J, J. C. Simo, K. S. Pister, Comput. Methods Appl. Mech. Eng. 46,
+    1984, doi 10.1016/0045-7825(84)90062-8. hencky: mu sum ln^2 l + lambda/2 ln^2 J, H. Hencky, 1928. foam:
+    mu/8 (sum (l^4 - 1) + (J^(-4 b) - 1) / b) with b = nu / (1 - 2 nu), B. Storakers, J. Mech. Phys. Solids 34, 1986,
+    doi 10.1016/0022-5096(86)90033-5, with exponent 4.
+    """
+
+    name: FleshLawName = "neo-hooke"
+    poisson: float = 0.3
+
+    def __post_init__(self) -> None:
+        """Check the name and Poisson's ratio."""
+        if self.name not in FLESH_LAWS:
+            raise fault("name", self.name, "", f"one of {', '.join(FLESH_LAWS)}", "take neo-hooke")
+        if not 0.0 <= self.poisson <= LARGEST_POISSON:
+            remedy = "large strain is solved there only; take press.strain = 'linear'"
+            raise fault("fruit.poisson", self.poisson, "", f"from 0 to {LARGEST_POISSON:g}", remedy)
+
+    @property
+    def lame(self) -> tuple[float, float]:
+        """Return Lame's lambda and mu [1]."""
+        return lame_parameters(1.0, self.poisson)
+
+    def of_stretch(self, stretch: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return phi, its slope and its curvature at principal stretches, each of their shape [1]."""
+        mu = self.lame[1]
+        if self.name == "neo-hooke":
+            return 0.5 * mu * (stretch**2 - 1.0), mu * stretch, np.full_like(stretch, mu)
+        if self.name == "hencky":
+            log = np.log(stretch)
+            return mu * log**2, 2.0 * mu * log / stretch, 2.0 * mu * (1.0 - log) / stretch**2
+        n = FOAM_EXPONENT
+        scale = 2.0 * mu / n**2
+        power = stretch**n
+        return scale * (power - 1.0), scale * n * power / stretch, scale * n * (n - 1.0) * power / stretch**2
+
+    def of_volume(self, theta: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return U, its slope and its curvature at theta = ln J, each of its shape [1]."""
+        lam, mu = self.lame
+        if self.name == "neo-hooke":
+            return (0.5 * lam * theta - mu) * theta, lam * theta - mu, np.full_like(theta, lam)
+        if self.name == "hencky":
+            return 0.5 * lam * theta**2, lam * theta, np.full_like(theta, lam)
+        n, b = FOAM_EXPONENT, self.poisson / (1.0 - 2.0 * self.poisson)
+        if b == 0.0:
+            return -2.0 * mu / n * theta, np.full_like(theta, -2.0 * mu / n), np.zeros_like(theta)
+        power = np.exp(-n * b * theta)
+        return 2.0 * mu / (n**2 * b) * (power - 1.0), -2.0 * mu / n * power, 2.0 * mu * b * power

@@ -1,0 +1,69 @@
+"""The commands of docs/read-a-fruit.md run in its order on the tables that the page shows."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from stand_ins import result_of
+
+from pipeline.cli import main
+from pipeline.report.outputs import write_outputs
+
+PAGE = (Path(__file__).parents[2] / "docs" / "read-a-fruit.md").read_text(encoding="utf-8")
+COMMANDS = {
+    "pipeline calibrate outputs/paper weights.csv --out unit.toml --classes ripe:0.8,turning:1.6,unripe": 1,
+    "pipeline calibrate outputs/paper rubbers.csv": 1,
+    "pipeline calibrate outputs/paper coupon.csv": 0,
+    "pipeline read outputs/paper press.csv --unit unit.toml": 0,
+    "pipeline read outputs/paper press.csv --unit unit.toml --json": 0,
+    "pipeline read outputs/paper --unit unit.toml --forces 0.411,1.076": 0,
+    "pipeline read outputs/paper --unit unit.toml --c-header unit.h": 0,
+    "pipeline read outputs/paper --unit unit.toml --micropython unit.py": 0,
+}
+SOLVED_ELSEWHERE = "pipeline design --set print.E_MPa=1750 --out outputs/second"
+"""One that solves: test_commands.py runs it."""
+
+
+def tables():
+    """Return the tables of the page by the name of their file."""
+    names = re.findall(r"`(\w+\.csv)`", PAGE)
+    blocks = re.findall(r"^((?:    [\w.]+(?:,[\w.]+)+\n)+)", PAGE, flags=re.MULTILINE)
+    return {name: re.sub(r"^    ", "", block, flags=re.MULTILINE) for name, block in zip(names, blocks, strict=True)}
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory):
+    """Run the commands of the page beside its tables; return the folder, and what each command printed."""
+    folder = tmp_path_factory.mktemp("read-a-fruit")
+    made = folder / "outputs" / "paper"
+    made.mkdir(parents=True)
+    write_outputs(result_of(), made)
+    for name, text in tables().items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_page_shows_what_is_run():
+    shown = re.findall(r"^    (pipeline .+)$", PAGE, flags=re.MULTILINE)
+    assert set(shown) == {*COMMANDS, SOLVED_ELSEWHERE}
+    assert set(tables()) == {"weights.csv", "rubbers.csv", "coupon.csv", "press.csv"}
+
+
+def test_commands_end_as_they_should(printed, monkeypatch, capsys):
+    monkeypatch.chdir(printed)
+    answers = {}
+    for command, code in COMMANDS.items():
+        assert main(command.split()[1:]) == code, command
+        answers[command] = capsys.readouterr().out
+    weights, rubbers, coupon, *_ = answers.values()
+    for answer in (weights, rubbers):
+        low, high = re.findall(r"([-+][\d.]+) % against the design's", answer)
+        assert float(low) == pytest.approx(19.0, abs=1.0)
+        assert float(high) == pytest.approx(11.0, abs=1.0)
+    assert float(re.findall(r"E as printed ([\d.]+)", coupon)[0]) == pytest.approx(1750.0, rel=0.01)
+    reading = json.loads(answers["pipeline read outputs/paper press.csv --unit unit.toml --json"])
+    assert reading["E_MPa"] == pytest.approx(1.5, rel=0.01 * reading["u_percent"])
+    assert reading["class"] == "turning"
+    assert {key for key in reading if f"`{key}`" not in PAGE} == set()
+    assert (printed / "unit.h").is_file()

@@ -1,0 +1,66 @@
+"""Sobol indices of a study are those of its formula."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cad.quantity import InputError
+from pipeline.study import read_study, run_study
+from pipeline.study.answers.sensitivity import sensitivities
+from pipeline.study.store import stored_study
+from pipeline.study.workers.engine import Engine
+
+TEXT = """
+base = "paper"
+how = "sensitivity"
+samples = 256
+seed = 3
+wanted = ["springs.K_h_N_per_m"]
+[vary]
+"targets.P_max" = { from = 3, to = 8 }
+"fruit.E_max_MPa" = { from = 2, to = 5 }
+"targets.NL" = { from = 0.02, to = 0.1 }
+"""
+
+
+def product_indices() -> dict[str, tuple[float, float]]:
+    """Return first and total index of K_h = E (1 - 2 NL) / (4 NL) K_m / E, a product of two independent factors.
+
+    With the squared coefficients of variation a and b of the factors the variance is (1 + a)(1 + b) - 1, of which a
+    alone makes a, b alone b, and both together a b.
+    """
+    E, NL = (np.linspace(*ends, 100_001) for ends in ((2.0, 5.0), (0.02, 0.1)))
+    factor = (1.0 - 2.0 * NL) / (4.0 * NL)
+    a, b = (np.var(values) / np.mean(values) ** 2 for values in (E, factor))
+    whole = (1.0 + a) * (1.0 + b) - 1.0
+    return {
+        "targets.P_max": (0.0, 0.0),
+        "fruit.E_max_MPa": (a / whole, (a + a * b) / whole),
+        "targets.NL": (b / whole, (b + a * b) / whole),
+    }
+
+
+def test_indices_of_a_product(written: Callable[..., Path], engine: Engine, tmp_path: Path) -> None:
+    study = read_study(written(TEXT))
+    assert run_study(study, tmp_path / "out", engine).done == 5 * 256
+    with stored_study(tmp_path / "out") as store:
+        found = {one.key: one for one in sensitivities(store, study)}
+    for key, (first, total) in product_indices().items():
+        one = found[key]
+        assert one.first_interval[0] <= first <= one.first_interval[1]
+        assert one.total_interval[0] <= total <= one.total_interval[1]
+        assert one.total == pytest.approx(total, abs=0.1)
+
+
+def test_refused_points_leave_no_indices(written: Callable[..., Path], engine: Engine, tmp_path: Path) -> None:
+    study = read_study(written(TEXT, **{"to = 8": "to = 200", "256": "4"}))
+    run_study(study, tmp_path / "out", engine)
+    with stored_study(tmp_path / "out") as store, pytest.raises(InputError, match="have no results"):
+        sensitivities(store, study)
+
+
+def test_samples_are_a_power_of_two(written: Callable[..., Path]) -> None:
+    with pytest.raises(InputError, match="power of 2"):
+        read_study(written(TEXT, **{"256": "200"}))

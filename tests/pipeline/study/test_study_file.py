@@ -1,0 +1,90 @@
+"""A study file is checked when it is read: each wrong word or number is one line that names what is near."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from cad.quantity import InputError
+from pipeline.study import read_study
+from pipeline.study.points import point_count, points_between
+from pipeline.study.variation import Choices, Normal, Span
+
+Write = Callable[..., Path]
+
+
+def test_study_file_is_read(written: Write) -> None:
+    study = read_study(written())
+    assert study.name == "springs"
+    assert study.vary == {"targets.P_max": Span(start=3.0, end=8.0)}
+    assert (study.samples, study.seed, study.level) == (8, 7, "contact")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("samples", "sampels", "did you mean samples?"),
+        ('"targets.P_max"', '"targets.P_mx"', "did you mean targets.P_max?"),
+        ("springs.K_l_N_per_m", "springs.K_low", "did you mean springs.K_l_N_per_m?"),
+        ("to = 8", "too = 8", "did you mean to?"),
+        ("to = 8", "to = 2", "empty range"),
+        ("to = 8", "to = 'x'", "must be a number"),
+        ("to = 8", "to = 8, distribution = 'normal'", "mean and sd"),
+        ("from = 3, to = 8", "mean = 5, sd = 0.1", "source"),
+        ("from = 3, to = 8", "mean = 5, sd = 0, source = 'x'", "greater than 0"),
+        ("from = 3", "from = 0, log = true", "log"),
+        ("{ from = 3, to = 8 }", "[]", "empty list"),
+        ("samples = 8", "samples = 0", "at least 1"),
+        ("samples = 8", 'how = "grid"', "steps"),
+        ("samples = 8", 'how = "gird"', "did you mean grid?"),
+        ("samples = 8", 'points = "missing.csv"', "beside the study file"),
+        ('"paper"', '"papr"', "did you mean paper?"),
+        ("seed = 7", "tol = 1.0", "at most 0.1"),
+        ("seed = 7", "seed = -1", "at least 0"),
+        ("seed = 7", "optimise = { minimize = 'x' }", "did you mean minimise?"),
+    ],
+)
+def test_wrong_study_file_is_refused_in_one_line(written: Write, old: str, new: str, words: str) -> None:
+    with pytest.raises(InputError) as refused:
+        point_count(read_study(written(**{old: new})))
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_grid_takes_every_combination_with_both_ends(written: Write) -> None:
+    path = written(
+        **{"samples = 8": 'how = "grid"', "to = 8 }": 'to = 12, steps = 3, log = true }\n"targets.NL" = [0.04, 0.05]'}
+    )
+    study = read_study(path)
+    points = list(points_between(study, 0, point_count(study)))
+    assert [point.number for point in points] == list(range(6))
+    assert [tuple(point.settings.values()) for point in points] == [
+        (pytest.approx(P_max), NL) for P_max in (3.0, 6.0, 12.0) for NL in (0.04, 0.05)
+    ]
+
+
+def test_sobol_points_do_not_depend_on_who_asks_and_a_longer_study_begins_alike(written: Write) -> None:
+    short, long = (read_study(written(**{"samples = 8": f"samples = {n}"})) for n in (8, 64))
+    whole = list(points_between(long, 0, 64))
+    assert whole[:8] == list(points_between(short, 0, 8))
+    assert whole[20:30] == list(points_between(long, 20, 30))
+
+
+def test_points_of_a_file(written: Write, tmp_path: Path) -> None:
+    (tmp_path / "some.csv").write_text("targets.P_max,print.process\n4,fdm-petg\n6.5,sla-resin\n", encoding="utf-8")
+    study = read_study(
+        written(**{"samples = 8": 'points = "some.csv"', "[vary]\n": "", '"targets.P_max" = { from = 3, to = 8 }': ""})
+    )
+    assert [dict(point.settings) for point in points_between(study, 0, 2)] == [
+        {"targets.P_max": 4, "print.process": "fdm-petg"},
+        {"targets.P_max": 6.5, "print.process": "sla-resin"},
+    ]
+
+
+def test_distributions_have_their_quantiles() -> None:
+    normal = Normal(mean=5.0, sd=0.2, source="a table")
+    assert normal.at(0.5) == 5.0
+    assert normal.at(0.975) == pytest.approx(5.0 + 1.959964 * 0.2, abs=1e-6)  # the 97.5 % quantile of tables
+    assert Span(start=2.0, end=8.0).at(0.25) == 3.5
+    assert Span(start=1.0, end=16.0, log=True).at(0.25) == pytest.approx(2.0)
+    assert [Choices(values=("a", "b")).at(share) for share in (0.0, 0.49, 0.5, 1.0)] == ["a", "a", "b", "b"]

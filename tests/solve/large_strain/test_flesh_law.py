@@ -1,0 +1,58 @@
+import numpy as np
+import pytest
+
+from cad.quantity import InputError
+from cad.theory.soft_tissue import FLESH_LAWS
+from solve.elasticity import lame_parameters
+from solve.large_strain.flesh_law import FleshLaw
+
+POISSONS = (0.0, 0.3, 0.49)
+
+
+def energy(law: FleshLaw, stretches: np.ndarray) -> np.ndarray:
+    """Return W at principal stretches (..., 3)."""
+    return law.of_stretch(stretches)[0].sum(axis=-1) + law.of_volume(np.log(stretches.prod(axis=-1)))[0]
+
+
+@pytest.mark.parametrize("poisson", POISSONS)
+@pytest.mark.parametrize("name", FLESH_LAWS)
+def test_small_strain_is_that_of_hooke(name, poisson):
+    law, strains = FleshLaw(name=name, poisson=poisson), np.array([0.7, -0.4, 0.2])
+    lam, mu = lame_parameters(1.0, poisson)
+    hooke = mu * (strains**2).sum() + 0.5 * lam * strains.sum() ** 2
+    step = 1e-3  # the third derivative leaves a share of this size; opposite strains cancel it
+    W = 0.5 * sum(energy(law, 1.0 + sign * step * strains) for sign in (1.0, -1.0)) / step**2
+    no_strain = energy(law, np.ones(3)) / step**2
+    assert W - no_strain == pytest.approx(hooke, rel=100.0 * step**2 * lam if lam > 1.0 else 100.0 * step**2)
+
+
+@pytest.mark.parametrize("poisson", POISSONS)
+@pytest.mark.parametrize("name", FLESH_LAWS)
+def test_slopes_and_curvatures_are_derivatives(name, poisson):
+    law, step = FleshLaw(name=name, poisson=poisson), 1e-5
+    x = np.array([0.5, 0.9, 1.0, 1.3])
+    for of, at in ((law.of_stretch, x), (law.of_volume, np.log(x))):
+        value, slope, curvature = of(at)
+        before, after = of(at - step), of(at + step)
+        largest = np.abs(value).max() + 1.0
+        np.testing.assert_allclose(slope, (after[0] - before[0]) / (2.0 * step), rtol=1e-5, atol=1e-9 * largest)
+        np.testing.assert_allclose(curvature, (after[1] - before[1]) / (2.0 * step), rtol=1e-5, atol=1e-9 * largest)
+
+
+def test_foam_keeps_its_width_where_poisson_is_zero():
+    """Storakers: with nu = 0 a bar that is stretched by l carries mu / 2 (l^4 - 1) / l and does not thin."""
+    law = FleshLaw(name="foam", poisson=0.0)
+    stretch = np.array([0.6, 1.0, 1.5])
+    nominal = law.of_stretch(stretch)[1] + law.of_volume(np.log(stretch))[1] / stretch
+    np.testing.assert_allclose(nominal, 0.25 * (stretch**4 - 1.0) / stretch, rtol=1e-14, atol=1e-16)
+
+
+@pytest.mark.parametrize("poisson", [-0.1, 0.495, 0.5, float("nan")])
+def test_poisson_beyond_what_was_measured_is_refused(poisson):
+    with pytest.raises(InputError, match=r"fruit\.poisson = .*: must be from 0 to 0\.49"):
+        FleshLaw(poisson=poisson)
+
+
+def test_law_that_collapses_is_not_offered():
+    with pytest.raises(InputError, match="one of neo-hooke, hencky, foam"):
+        FleshLaw(name="saint-venant-kirchhoff")
