@@ -95,7 +95,8 @@ def _next_steps(result: SensorResult) -> str:
     if result.options.out is not None:
         out = escape(str(result.options.out))
         lines.insert(0, f"files in {out}: response.csv is the table P -> E, report.json has every number")
-        lines.insert(1, f"look at it: pipeline view {out} --png pictures")
+        page = escape(str(result.options.out / "report.html"))
+        lines.insert(1, f"look at it: open {page} in a browser, or pipeline view {out}")
     return "\n".join(lines)
 
 

@@ -75,7 +75,7 @@ def test_answer_names_targets_values_and_both_springs(capsys):
 def test_answer_says_where_to_look(capsys):
     text = printed(print_summary, result_of(options=IN_FOLDER), capsys)
     assert "files in outputs/paper: response.csv is the table P -> E, report.json has every number" in text
-    assert "pipeline view outputs/paper --png pictures" in text
+    assert "open outputs/paper/report.html in a browser, or pipeline view outputs/paper" in text
     assert "--verbose" in text
 
 
