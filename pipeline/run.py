@@ -35,8 +35,7 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     believed.
     """
     options = options or RunOptions()
-    refuse_unsolvable(design)
-    plate_depth(design, design.process)  # refuses tips that leave no plate, before anything is solved
+    _refuse_before_solving(design)
     with output_folder(options.out, force=options.force) as folder:
         result = _stages(design, options, folder, Stopwatch())
         write_outputs(result, folder, None if options.out is None else page_of_run(result))
@@ -49,11 +48,16 @@ def judged(design: Design, options: RunOptions | None = None) -> JudgedSensor:
     Raises as `run`.
     """
     options = replace(options or RunOptions(), out=None)
+    _refuse_before_solving(design)
+    with output_folder(None) as folder:
+        return _judged(design, options, folder, Stopwatch())
+
+
+def _refuse_before_solving(design: Design) -> None:
+    """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate."""
     refuse_unsolvable(design)
     refuse_steep_poses(design)
     plate_depth(design, design.process)
-    with output_folder(None) as folder:
-        return _judged(design, options, folder, Stopwatch())
 
 
 def _judged(design: Design, options: RunOptions, folder: Path, timed: Stopwatch) -> JudgedSensor:

@@ -108,7 +108,10 @@ def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> in
 def settings_of(arguments: Namespace) -> dict[str, str]:
     """Return the design keys that flags set; raises InputError for one that is set twice."""
     settings: dict[str, str] = {}
-    given = [(key, getattr(arguments, flag)) for flag, key in _SETTING_OF.items()]
+    # an empty flag is an empty text, not a key that --set leaves unset
+    given = [
+        (key, '""' if getattr(arguments, flag) == "" else getattr(arguments, flag)) for flag, key in _SETTING_OF.items()
+    ]
     for text in arguments.set:
         key, equals, value = text.partition("=")
         if not equals:
