@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cad.quantity import fault
-from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
+from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 
 if TYPE_CHECKING:
     from pipeline.study.answers.sensitivity import Sensitivity
@@ -30,6 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         const=Path(),
         help="write its page (DIR/study.html)",
     )
+    add_force_flag(parser)
     add_json_flag(parser)
 
 
@@ -44,25 +45,28 @@ def add_engine_flags(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1."""
     from pipeline.study.answers.sensitivity import sensitivities
-    from pipeline.study.answers.study_page import write_page
+    from pipeline.study.answers.study_page import refuse_page, write_page
     from pipeline.study.execute import run_study
-    from pipeline.study.export import export_table, refuse_kind
+    from pipeline.study.export import export_table, refuse_export
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
     from pipeline.study.workers.progress import chosen_engine, shown_progress
 
     study = read_study(arguments.file)
-    if arguments.export is not None:
-        refuse_kind(arguments.export)
     refuse_two_engines(arguments)
-    folder = arguments.out or Path("outputs") / study.name
+    folder, force = arguments.out or Path("outputs") / study.name, arguments.force
+    page = folder / "study.html" if arguments.html == Path() else arguments.html
+    if arguments.export is not None:
+        refuse_export(arguments.export, folder, force=force)
+    if page is not None:
+        refuse_page(page, folder, force=force)
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         summary = run_study(study, folder, engine, progress)
     with stored_study(folder) as store:
         if arguments.export is not None:
-            export_table(store, study, arguments.export)
-        if arguments.html is not None:
-            write_page(store, study, folder / "study.html" if arguments.html == Path() else arguments.html)
+            export_table(store, study, arguments.export, force=force)
+        if page is not None:
+            write_page(store, study, page, force=force)
         refusals = store.messages()
         shares = sensitivities(store, study) if study.how == "sensitivity" else ()
     with answering():
