@@ -45,9 +45,9 @@ def add_engine_flags(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1."""
     from pipeline.study.answers.sensitivity import sensitivities
-    from pipeline.study.answers.study_page import refuse_page, write_page
+    from pipeline.study.answers.study_page import write_page
     from pipeline.study.execute import run_study
-    from pipeline.study.export import export_table, refuse_export
+    from pipeline.study.export import export_table
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
     from pipeline.study.workers.progress import chosen_engine, shown_progress
@@ -56,10 +56,7 @@ def execute(arguments: Namespace) -> int:
     refuse_two_engines(arguments)
     folder, force = arguments.out or Path("outputs") / study.name, arguments.force
     page = folder / "study.html" if arguments.html == Path() else arguments.html
-    if arguments.export is not None:
-        refuse_export(arguments.export, folder, force=force)
-    if page is not None:
-        refuse_page(page, folder, force=force)
+    _refuse_outputs(arguments.export, page, folder, force=force)
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         summary = run_study(study, folder, engine, progress)
     with stored_study(folder) as store:
@@ -72,6 +69,17 @@ def execute(arguments: Namespace) -> int:
     with answering():
         _print(summary, refusals, shares, as_json=arguments.json)
     return FAILED if summary.failed or not summary.done else PASSED
+
+
+def _refuse_outputs(table: Path | None, page: Path | None, folder: Path, *, force: bool) -> None:
+    """Raise InputError where what is asked for beside the points could not be written."""
+    from pipeline.study.answers.study_page import refuse_page
+    from pipeline.study.export import refuse_export
+
+    if table is not None:
+        refuse_export(table, folder, force=force)
+    if page is not None:
+        refuse_page(page, folder, force=force)
 
 
 def refuse_two_engines(arguments: Namespace) -> None:
