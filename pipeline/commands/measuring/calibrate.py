@@ -55,7 +55,7 @@ def _calibrate(arguments: Namespace) -> int:
     from pipeline.unit.calibrating.calibration import calibrated
     from pipeline.unit.printed_unit import unit_as_toml
     from pipeline.unit.ripeness import ripeness_classes
-    from pipeline.unit.written import write_new
+    from pipeline.unit.written import NewFile, write_new
 
     if arguments.classes:
         ripeness_classes(arguments.classes)
@@ -66,7 +66,7 @@ def _calibrate(arguments: Namespace) -> int:
         raise InputError(msg) from error
     if arguments.out is not None:
         unit = replace(found.unit, classes=arguments.classes)
-        write_new(arguments.out, unit_as_toml(unit), "--out", force=arguments.force)
+        write_new([NewFile(arguments.out, unit_as_toml(unit), "--out")], force=arguments.force)
     for assumed in found.assumed:
         complain(f"note: {assumed}")
     with answering():

@@ -114,6 +114,25 @@ def test_firmware_is_written_and_not_over_another_file(made, capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
+    "words",
+    [
+        ["--micropython", "there.py"],
+        ["--micropython", "new.h"],
+        ["there.py", "--forces", "0.2,0.5"],
+        ["nowhere.csv"],
+        ["there.py"],
+        ["--forces", "0.2,nan"],
+    ],
+)
+def test_wrong_input_writes_nothing(made, tmp_path, monkeypatch, words):
+    folder, _ = made
+    monkeypatch.chdir(tmp_path)
+    Path("there.py").write_text("mine", encoding="utf-8")
+    assert main(["read", str(folder), *words, "--c-header", "new.h"]) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["there.py"]
+
+
+@pytest.mark.parametrize(
     ("words", "message"),
     [
         ([], "FILE.csv = None: must be a file, - or left out beside --forces"),
