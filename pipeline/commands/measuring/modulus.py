@@ -11,6 +11,7 @@ EXAMPLE = "pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35"
 
 PAPER_HEIGHT_MM = 70.0  # of the paper's fruit, 65 to 70 mm
 PAPER_PLATE_MM2 = 900.0  # of the paper's plate, 30 x 30 mm
+POISSON = 0.3  # of fruit.poisson too
 PLATES = {"plate": 2, "seat": 1}
 PLOT_KINDS = {".svg": "svg", ".png": "png"}
 
@@ -24,7 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     add("--radius", metavar="MM", type=float, help="its radius where a plate touches it [mm] (default half the height)")
     add("--radius-across", metavar="MM", type=float, help="the other radius of curvature there [mm] (default the same)")
-    add("--poisson", metavar="NU", type=float, default=0.3, help="Poisson's ratio of the flesh (default 0.3)")
+    add("--poisson", metavar="NU", type=float, help="Poisson's ratio of the flesh (default 0.3)")
     add("--support", choices=tuple(PLATES), default="plate", help="under the fruit: a plate, or a fitting seat")
     add("--plate-area", metavar="MM2", type=float, help="area that the paper's modulus divides by [mm^2] (default 900)")
     add("--strain", metavar="PERCENT", default="5,2,10", help="strains of secant and tangent [%%] (default 5,2,10)")
@@ -49,7 +50,6 @@ def execute(arguments: Namespace) -> int:
     sizes, assumed = _sizes(arguments)
     geometry = TestGeometry(
         **sizes,
-        poisson=arguments.poisson,
         plates=PLATES[arguments.support],
         strains_percent=_strains(arguments.strain),
     )
@@ -85,7 +85,7 @@ def _refuse_plot(path: Path | None) -> None:
 
 
 def _sizes(arguments: Namespace) -> tuple[dict[str, float], list[str]]:
-    """Return the lengths [mm] and the area [mm^2] of the test, and a sentence on each that no flag gives."""
+    """Return lengths [mm], area [mm^2] and Poisson's ratio of the test, and a sentence on each that no flag gives."""
     height, radius, across, area = arguments.height, arguments.radius, arguments.radius_across, arguments.plate_area
     assumed = []
     if height is None and radius is None:
@@ -103,10 +103,14 @@ def _sizes(arguments: Namespace) -> tuple[dict[str, float], list[str]]:
     if area is None:
         area = PAPER_PLATE_MM2
         assumed.append(f"no --plate-area: the paper's plate, {area:g} mm^2, is assumed")
+    poisson = arguments.poisson
+    if poisson is None:
+        poisson = POISSON
+        assumed.append(f"no --poisson: a Poisson's ratio of {poisson:g} is assumed")
     under = {"plate": "a plate: above and below each take half the travel", "seat": "a seat that gives nothing"}
     assumed.append(f"--support {arguments.support}: under the fruit is {under[arguments.support]}")
-    sizes = {"height_mm": height, "radius_mm": radius, "radius_across_mm": across, "plate_area_mm2": area}
-    return sizes, assumed
+    lengths = {"height_mm": height, "radius_mm": radius, "radius_across_mm": across}
+    return {**lengths, "plate_area_mm2": area, "poisson": poisson}, assumed
 
 
 def _strains(text: str) -> tuple[float, ...]:

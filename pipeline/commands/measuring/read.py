@@ -22,7 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="the output folder of the sensor's design")
     add("signal", metavar="FILE.csv", nargs="?", help="columns t_s, x_mm if it is there, one force for each tip; or -")
-    add("--forces", metavar="F1,F2,...", help="one reading [N], in the order of the tips")
+    add("--forces", metavar="F1,F2,...", help="one reading [N]; write --forces=-0.5,1 below 0")
     add("--unit", metavar="unit.toml", type=Path, help="the unit as pipeline calibrate found it (default: as designed)")
     add("--classes", metavar="NAMES", help="ripeness by modulus [MPa], as in ripe:0.8,turning:1.6,unripe")
     add("--each", action="store_true", help="a reading for each sample instead of one for each press")
@@ -147,4 +147,6 @@ def _print(reading: "FruitReading") -> None:
     parts += [f"by {name.replace('_', ' ')} {value:.4g} MPa" for name, value in reading.others.items()]
     if reading.ripeness is not None:
         parts.append(f"class {reading.ripeness}")
+    if "uncertain" in reading.flags:
+        parts.append("E is hardly known: no symmetric interval holds it")
     print(f"{time}{'  '.join(parts)}{flags}", flush=True)
