@@ -2,9 +2,13 @@
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cad.quantity import fault
 from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, print_json
+
+if TYPE_CHECKING:
+    from pipeline.compression.modulus import TestGeometry
 
 PURPOSE = "turn compression tests into the modulus of the fruit"
 EXAMPLE = "pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35"
@@ -42,17 +46,12 @@ def execute(arguments: Namespace) -> int:
     """Print the moduli of every specimen in the files; return exit code 0."""
     from pipeline.compression.batch import design_range, fruit_summaries
     from pipeline.compression.columns import given_units
-    from pipeline.compression.modulus import TestGeometry, measured_modulus
+    from pipeline.compression.modulus import measured_modulus
     from pipeline.compression.specimens import read_specimens
     from pipeline.compression.table import print_results, result_mapping
 
     _refuse_plot(arguments.plot)
-    sizes, assumed = _sizes(arguments)
-    geometry = TestGeometry(
-        **sizes,
-        plates=PLATES[arguments.support],
-        strains_percent=_strains(arguments.strain),
-    )
+    geometry, assumed = _geometry(arguments)
     units = given_units(arguments.force_unit, arguments.travel_unit)
     results = [
         measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative)
@@ -84,8 +83,21 @@ def _refuse_plot(path: Path | None) -> None:
         raise fault("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
 
 
+def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
+    """Return the fruit and the plates of the test, and a sentence on each number that no flag gives."""
+    from pipeline.compression.modulus import TestGeometry
+
+    sizes, assumed = _sizes(arguments)
+    poisson = arguments.poisson
+    if poisson is None:
+        poisson = POISSON
+        assumed.append(f"no --poisson: a Poisson's ratio of {poisson:g} is assumed")
+    plates, strains = PLATES[arguments.support], _strains(arguments.strain)
+    return TestGeometry(**sizes, poisson=poisson, plates=plates, strains_percent=strains), assumed
+
+
 def _sizes(arguments: Namespace) -> tuple[dict[str, float], list[str]]:
-    """Return lengths [mm], area [mm^2] and Poisson's ratio of the test, and a sentence on each that no flag gives."""
+    """Return the lengths [mm] and the area [mm^2] of the test, and a sentence on each that no flag gives."""
     height, radius, across, area = arguments.height, arguments.radius, arguments.radius_across, arguments.plate_area
     assumed = []
     if height is None and radius is None:
@@ -103,14 +115,10 @@ def _sizes(arguments: Namespace) -> tuple[dict[str, float], list[str]]:
     if area is None:
         area = PAPER_PLATE_MM2
         assumed.append(f"no --plate-area: the paper's plate, {area:g} mm^2, is assumed")
-    poisson = arguments.poisson
-    if poisson is None:
-        poisson = POISSON
-        assumed.append(f"no --poisson: a Poisson's ratio of {poisson:g} is assumed")
     under = {"plate": "a plate: above and below each take half the travel", "seat": "a seat that gives nothing"}
     assumed.append(f"--support {arguments.support}: under the fruit is {under[arguments.support]}")
     lengths = {"height_mm": height, "radius_mm": radius, "radius_across_mm": across}
-    return {**lengths, "plate_area_mm2": area, "poisson": poisson}, assumed
+    return {**lengths, "plate_area_mm2": area}, assumed
 
 
 def _strains(text: str) -> tuple[float, ...]:

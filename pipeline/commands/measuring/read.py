@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 PURPOSE = "read the modulus and ripeness of a fruit from forces"
 EXAMPLE = "pipeline read outputs/paper --forces 0.411,1.076"
 
+_HARDLY = "E is hardly known: no symmetric interval holds it"
+
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add OUT, FILE.csv and the flags of a reading."""
@@ -136,7 +138,7 @@ def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
 def _print(reading: "FruitReading") -> None:
     """Print a reading on one line."""
     time = "" if reading.t is None else f"t {reading.t:.3f} s  "
-    flags = f"  flags: {', '.join(reading.flags)}" if reading.flags else ""
+    flags = _flags(reading)
     if reading.E is None or reading.u is None:
         print(f"{time}no modulus{flags}", flush=True)
         return
@@ -147,6 +149,9 @@ def _print(reading: "FruitReading") -> None:
     parts += [f"by {name.replace('_', ' ')} {value:.4g} MPa" for name, value in reading.others.items()]
     if reading.ripeness is not None:
         parts.append(f"class {reading.ripeness}")
-    if "uncertain" in reading.flags:
-        parts.append("E is hardly known: no symmetric interval holds it")
     print(f"{time}{'  '.join(parts)}{flags}", flush=True)
+
+
+def _flags(reading: "FruitReading") -> str:
+    flags = f"  flags: {', '.join(reading.flags)}" if reading.flags else ""
+    return f"{flags}; {_HARDLY}" if "uncertain" in reading.flags else flags

@@ -51,6 +51,12 @@ def weighed_spring(path: Path, name: str, rows: Sequence[MeasuredRow]) -> Weighe
         raise InputError(msg)
     rounding = _ROUNDED * min(row.digits["deflection"] for row in rows)
     slope, zero, error = _straight_line(forces, deflections, rounding)
+    _refuse_no_spring(path, name, slope, error)
+    return WeighedSpring(K=1.0 / slope, share=max(error / slope, _LEAST_SHARE), zero=zero)
+
+
+def _refuse_no_spring(path: Path, name: str, slope: float, error: float) -> None:
+    """Raise InputError for a slope [mm/N] that no spring has, or that its error leaves open altogether."""
     if not slope > _LEAST_GIVE:
         bound = f"more than {_LEAST_GIVE:g}"
         msg = (
@@ -60,7 +66,6 @@ def weighed_spring(path: Path, name: str, rows: Sequence[MeasuredRow]) -> Weighe
     if error > slope:
         msg = f"{path}: {name} gives by {slope:g} +- {2.0 * error:.2g} mm per N: must be known to 200 %; weigh again"
         raise InputError(msg)
-    return WeighedSpring(K=1.0 / slope, share=max(error / slope, _LEAST_SHARE), zero=zero)
 
 
 def _straight_line(x: Sequence[float], y: Sequence[float], rounding: float) -> tuple[float, float, float]:
