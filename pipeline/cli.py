@@ -169,7 +169,8 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise InputError instead of printing the usage and leaving."""
-        msg = f"{message.removeprefix('argument ')}; must be as in the example of {self.prog} -h"
+        dashed = "; write FLAG=VALUE for a value that begins with -" if "expected one argument" in message else ""
+        msg = f"{message.removeprefix('argument ')}{dashed}; must be as in the example of {self.prog} -h"
         raise InputError(msg)
 
 

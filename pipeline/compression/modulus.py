@@ -160,6 +160,10 @@ def _secants(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> tuple[
     reach = float(curve.travel[-1]) - chosen.touch
     last = 100.0 * _LAST * reach / geometry.height_mm
     within = [strain for strain in geometry.strains_percent if strain <= last]
+    unsure = 100.0 * COVERAGE * chosen.touch_error / geometry.height_mm
+    if min(geometry.strains_percent) < unsure:
+        bound = f"at least {unsure:.2g} %, within which the first touch is known"
+        raise fault("--strain", min(geometry.strains_percent), "%", bound, "take a larger strain, or a finer curve")
     notes = []
     if geometry.strains_percent[0] not in within:
         strain = float(f"{last:.2g}") if float(f"{last:.2g}") <= last else last

@@ -138,9 +138,10 @@ def _fruit(fruit: Sequence[FruitSummary]) -> Table:
 def _warning(results: Sequence[CompressionResult]) -> list[str]:
     least, most = min(one.reads_low for one in results), max(one.reads_low for one in results)
     factor = f"{most:.2f}" if f"{least:.2f}" == f"{most:.2f}" else f"{least:.2f} to {most:.2f}"
+    here = f"here it reads {factor} times low" if least >= 1.0 else f"here Hertz's modulus is {factor} times it"
     return [
-        "warning: force / plate area over travel / height, as in the paper, is no modulus of a convex fruit: it reads "
-        f"up to 3.5 times low; here {factor} times. Design with Hertz's."
+        f"warning: force / plate area over travel / height, as in the paper, is no modulus of a convex fruit: {here}. "
+        "Design with Hertz's."
     ]
 
 

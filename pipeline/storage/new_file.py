@@ -1,12 +1,42 @@
 """Files beside an output folder that a command writes where it is told to, and never over another one unasked."""
 
 import os
+from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from cad.quantity import InputError, fault
 
 _OR_FORCE = "choose another name, or add --force"
+
+
+@dataclass(frozen=True)
+class NewFile:
+    """A text file that is to be written, and the flag that named it."""
+
+    path: Path
+    text: str
+    flag: str
+
+
+def refuse_existing(files: Sequence[NewFile], *, force: bool = False) -> None:
+    """Raise InputError where a file is there and not forced, where a folder is in its place, or where two are one."""
+    for place, file in enumerate(files):
+        shown = str(file.path)
+        if file.path.exists() and not force:
+            raise fault(file.flag, shown, "", "a file that is not there yet", _OR_FORCE)
+        if file.path.is_dir() or not file.path.parent.is_dir():
+            raise fault(file.flag, shown, "", "a file in a folder that is there", "choose another place")
+        if file.path.resolve() in [other.path.resolve() for other in files[:place]]:
+            raise fault(file.flag, shown, "", "another file than that of the other flag", "choose another name")
+
+
+def write_all_new(files: Sequence[NewFile], *, force: bool = False) -> None:
+    """Write text files, none where one of them is refused; raises InputError as `refuse_existing` and `write_new`."""
+    refuse_existing(files, force=force)
+    for file in files:
+        write_new(file.path, file.text, file.flag, force=force)
 
 
 def write_new(path: Path, text: str, flag: str, *, force: bool = False, remedy: str = _OR_FORCE) -> None:

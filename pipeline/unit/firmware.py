@@ -70,6 +70,7 @@ def _of_contrast(sensor: MeasuringUnit) -> dict[str, object]:
         "domes": [law.hertz * weight for weight in law.weights],
         "gap": math.fsum(weight * gap for weight, gap in zip(law.weights, law.gaps, strict=True)),
         "level_logs": [math.log(row.read_MPa) for row in rows],
+        "level_factor": rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
         "level_shifts": [math.log(row.E_MPa / row.read_MPa) for row in rows],
     }
 

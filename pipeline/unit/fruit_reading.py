@@ -17,15 +17,18 @@ from pipeline.unit.measuring import MeasuringUnit
 
 COVERAGE = 2.0  # standard deviations that hold 95 % of a normal distribution (JCGM 100:2008, 6.3.3)
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
+IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range")
+"""Flags that firmware has too, from bit 0 on."""
 FLAGS = (
-    "bad_force",
-    "lift_off",
-    "out_of_range",
+    *IN_FIRMWARE,
     "tilt_beyond_design",
     "press_over_bruise_limit",
     "read_outs_disagree",
+    "uncertain",
 )
-"""All flags, in the order of the bits of the firmware."""
+"""All flags."""
+UNCERTAIN = 0.5
+"""Above this half width [1] a reading hardly tells the modulus, and no symmetric interval holds it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +90,8 @@ def judged_reading(
         flags.append("tilt_beyond_design")
     if sensor.bruised_tips(forces, E):
         flags.append("press_over_bruise_limit")
+    if u > UNCERTAIN:
+        flags.append("uncertain")
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
@@ -102,10 +107,12 @@ def combined(sensor: MeasuringUnit, E: float, scatter: float) -> float:
     """Return the half width that holds 95 % [1], of a standard deviation [1] and of what biases a reading of E [MPa].
 
     A bias may lie anywhere within its bound: its standard deviation is the bound over the root of three (JCGM 100:2008,
-    4.3.7).
+    4.3.7). What is felt is E / (1 - nu^2), so a standard deviation dnu moves E by 2 nu dnu / (1 - nu^2).
     """
+    fruit = sensor.design.fruit
+    by_poisson = 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     bounds = sensor.bias(E), 0.01 * sensor.report.read_out.model_error_percent
-    return COVERAGE * math.hypot(scatter, *(bound / math.sqrt(3.0) for bound in bounds))
+    return COVERAGE * math.hypot(scatter, by_poisson, *(bound / math.sqrt(3.0) for bound in bounds))
 
 
 def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, readings: Sequence[float]) -> FruitReading:

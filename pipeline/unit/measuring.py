@@ -8,6 +8,7 @@ from functools import cached_property
 
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE, Reading
+from cad.quantity import fault
 from cad.theory.contrast_law import ContrastLaw, Matrix, Place, stiffened
 from cad.theory.hertz import contact_radius, relative_curvature
 from pipeline.report.stored import StoredReport
@@ -20,11 +21,21 @@ _ALLOWED_OVER_SCALE = 20.0  # a force beyond so many full scales is none of this
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuringUnit:
-    """A design's report with one printed unit of it, and the ripeness classes that its readings fall in, if any."""
+    """A design's report with one printed unit of it, and the ripeness classes that its readings fall in, if any.
+
+    Raises InputError for a design whose forces were solved at large strain: the laws of a reading are linear in E.
+    """
 
     report: StoredReport
     unit: PrintedUnit
     classes: RipenessClasses | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a design whose fruit is not linear."""
+        strain = self.report.design.press.strain
+        if strain != "linear":
+            remedy = "run the design with press.strain=linear and calibrate at the same depth on a body of known E"
+            raise fault("press.strain", strain, "", "'linear' for a sensor that is calibrated or read", remedy)
 
     @property
     def design(self) -> Design:

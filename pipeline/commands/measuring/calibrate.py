@@ -108,7 +108,7 @@ def _print(found: "Calibration") -> None:
     _print_springs(found)
     _print_table(found)
     print_verdicts("the unit against its design", found.verdicts)
-    if all_passed(found.verdicts):
+    if all_passed(found.verdicts) is not False:
         return
     for trim in found.trims:
         what = "file the roots of both leaves, longer by" if trim.longer > 0.0 else "clamp both leaves, shorter by"

@@ -2,15 +2,20 @@
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cad.quantity import fault
 from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, print_json
+
+if TYPE_CHECKING:
+    from pipeline.compression.modulus import TestGeometry
 
 PURPOSE = "turn compression tests into the modulus of the fruit"
 EXAMPLE = "pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35"
 
 PAPER_HEIGHT_MM = 70.0  # of the paper's fruit, 65 to 70 mm
 PAPER_PLATE_MM2 = 900.0  # of the paper's plate, 30 x 30 mm
+POISSON = 0.3  # of fruit.poisson too
 PLATES = {"plate": 2, "seat": 1}
 PLOT_KINDS = {".svg": "svg", ".png": "png"}
 
@@ -24,7 +29,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     add("--radius", metavar="MM", type=float, help="its radius where a plate touches it [mm] (default half the height)")
     add("--radius-across", metavar="MM", type=float, help="the other radius of curvature there [mm] (default the same)")
-    add("--poisson", metavar="NU", type=float, default=0.3, help="Poisson's ratio of the flesh (default 0.3)")
+    add("--poisson", metavar="NU", type=float, help="Poisson's ratio of the flesh (default 0.3)")
     add("--support", choices=tuple(PLATES), default="plate", help="under the fruit: a plate, or a fitting seat")
     add("--plate-area", metavar="MM2", type=float, help="area that the paper's modulus divides by [mm^2] (default 900)")
     add("--strain", metavar="PERCENT", default="5,2,10", help="strains of secant and tangent [%%] (default 5,2,10)")
@@ -41,18 +46,12 @@ def execute(arguments: Namespace) -> int:
     """Print the moduli of every specimen in the files; return exit code 0."""
     from pipeline.compression.batch import design_range, fruit_summaries
     from pipeline.compression.columns import given_units
-    from pipeline.compression.modulus import TestGeometry, measured_modulus
+    from pipeline.compression.modulus import measured_modulus
     from pipeline.compression.specimens import read_specimens
     from pipeline.compression.table import print_results, result_mapping
 
     _refuse_plot(arguments.plot)
-    sizes, assumed = _sizes(arguments)
-    geometry = TestGeometry(
-        **sizes,
-        poisson=arguments.poisson,
-        plates=PLATES[arguments.support],
-        strains_percent=_strains(arguments.strain),
-    )
+    geometry, assumed = _geometry(arguments)
     units = given_units(arguments.force_unit, arguments.travel_unit)
     results = [
         measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative)
@@ -84,6 +83,19 @@ def _refuse_plot(path: Path | None) -> None:
         raise fault("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
 
 
+def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
+    """Return the fruit and the plates of the test, and a sentence on each number that no flag gives."""
+    from pipeline.compression.modulus import TestGeometry
+
+    sizes, assumed = _sizes(arguments)
+    poisson = arguments.poisson
+    if poisson is None:
+        poisson = POISSON
+        assumed.append(f"no --poisson: a Poisson's ratio of {poisson:g} is assumed")
+    plates, strains = PLATES[arguments.support], _strains(arguments.strain)
+    return TestGeometry(**sizes, poisson=poisson, plates=plates, strains_percent=strains), assumed
+
+
 def _sizes(arguments: Namespace) -> tuple[dict[str, float], list[str]]:
     """Return the lengths [mm] and the area [mm^2] of the test, and a sentence on each that no flag gives."""
     height, radius, across, area = arguments.height, arguments.radius, arguments.radius_across, arguments.plate_area
@@ -105,8 +117,8 @@ def _sizes(arguments: Namespace) -> tuple[dict[str, float], list[str]]:
         assumed.append(f"no --plate-area: the paper's plate, {area:g} mm^2, is assumed")
     under = {"plate": "a plate: above and below each take half the travel", "seat": "a seat that gives nothing"}
     assumed.append(f"--support {arguments.support}: under the fruit is {under[arguments.support]}")
-    sizes = {"height_mm": height, "radius_mm": radius, "radius_across_mm": across, "plate_area_mm2": area}
-    return sizes, assumed
+    lengths = {"height_mm": height, "radius_mm": radius, "radius_across_mm": across}
+    return {**lengths, "plate_area_mm2": area}, assumed
 
 
 def _strains(text: str) -> tuple[float, ...]:

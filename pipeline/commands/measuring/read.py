@@ -9,11 +9,14 @@ from cad.quantity import fault
 from pipeline.commands.console import FAILED, PASSED, answering, complain, print_json
 
 if TYPE_CHECKING:
+    from pipeline.storage.new_file import NewFile
     from pipeline.unit.fruit_reading import FruitReading
     from pipeline.unit.measuring import MeasuringUnit
 
 PURPOSE = "read the modulus and ripeness of a fruit from forces"
-EXAMPLE = "pipeline read outputs/mango --forces 0.06,0.30,0.06,0.30"
+EXAMPLE = "pipeline read outputs/paper --forces 0.411,1.076"
+
+_HARDLY = "E is hardly known: no symmetric interval holds it"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -21,7 +24,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="the output folder of the sensor's design")
     add("signal", metavar="FILE.csv", nargs="?", help="columns t_s, x_mm if it is there, one force for each tip; or -")
-    add("--forces", metavar="F1,F2,...", help="one reading [N], in the order of the tips")
+    add("--forces", metavar="F1,F2,...", help="one reading [N]; write --forces=-0.5,1 below 0")
     add("--unit", metavar="unit.toml", type=Path, help="the unit as pipeline calibrate found it (default: as designed)")
     add("--classes", metavar="NAMES", help="ripeness by modulus [MPa], as in ripe:0.8,turning:1.6,unripe")
     add("--each", action="store_true", help="a reading for each sample instead of one for each press")
@@ -32,24 +35,29 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def execute(arguments: Namespace) -> int:
-    """Read, or write firmware; return 1 where forces tell no modulus, else 0."""
-    sensor = _sensor(arguments)
-    written = _write_firmware(arguments, sensor)
-    if arguments.forces is None and arguments.signal is None:
-        if written:
-            return PASSED
-        raise fault("FILE.csv", None, "", "a file, - or left out beside --forces", "say what to read")
+    """Read, or write firmware; return 1 where forces tell no modulus, else 0. Files are written last."""
     if arguments.forces is not None and arguments.signal is not None:
         raise fault("--forces", arguments.forces, "", f"left out beside {arguments.signal}", "read one of the two")
+    sensor = _sensor(arguments)
+    firmware = _firmware(arguments, sensor)
+    outcome = PASSED
+    if arguments.forces is not None or arguments.signal is not None:
+        _tell_assumptions(arguments, sensor)
+        outcome = _read_signal(arguments, sensor) if arguments.forces is None else _read_forces(arguments, sensor)
+    elif not firmware:
+        raise fault("FILE.csv", None, "", "a file, - or left out beside --forces", "say what to read")
+    if firmware:
+        _write(firmware, arguments)
+    return outcome
+
+
+def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
     if not sensor.report.moduli:
         complain(
             "note: the design has no [reading]; the uncertainty holds for level presses in the middle of the fruit"
         )
     if arguments.unit is None:
         complain("note: no --unit; springs as designed, as uncertain as their process prints them")
-    if arguments.forces is not None:
-        return _read_forces(arguments, sensor)
-    return _read_signal(arguments, sensor)
 
 
 def _sensor(arguments: Namespace) -> "MeasuringUnit":
@@ -64,20 +72,28 @@ def _sensor(arguments: Namespace) -> "MeasuringUnit":
     return MeasuringUnit(report=report, unit=unit, classes=ripeness_classes(text, flag) if text else None)
 
 
-def _write_firmware(arguments: Namespace, sensor: "MeasuringUnit") -> bool:
-    from pipeline.storage.new_file import write_new
-    from pipeline.unit.firmware import c_header, micropython
+def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> list["NewFile"]:
+    """Return the files of firmware that are asked for, not yet written; raises InputError where one cannot be."""
+    from pipeline.storage.new_file import NewFile, refuse_existing
 
-    written = False
-    for flag, path, text_of in (
-        ("--c-header", arguments.c_header, c_header),
-        ("--micropython", arguments.micropython, micropython),
-    ):
-        if path is not None:
-            write_new(path, text_of(sensor), flag, force=arguments.force)
-            print(path, file=sys.stderr if arguments.json else sys.stdout)
-            written = True
-    return written
+    files = []
+    if arguments.c_header is not None or arguments.micropython is not None:
+        from pipeline.unit.firmware import c_header, micropython
+
+        if arguments.c_header is not None:
+            files.append(NewFile(arguments.c_header, c_header(sensor), "--c-header"))
+        if arguments.micropython is not None:
+            files.append(NewFile(arguments.micropython, micropython(sensor), "--micropython"))
+    refuse_existing(files, force=arguments.force)
+    return files
+
+
+def _write(files: list["NewFile"], arguments: Namespace) -> None:
+    from pipeline.storage.new_file import write_all_new
+
+    write_all_new(files, force=arguments.force)
+    for file in files:
+        print(file.path, file=sys.stderr if arguments.json else sys.stdout)
 
 
 def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
@@ -122,7 +138,7 @@ def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
 def _print(reading: "FruitReading") -> None:
     """Print a reading on one line."""
     time = "" if reading.t is None else f"t {reading.t:.3f} s  "
-    flags = f"  flags: {', '.join(reading.flags)}" if reading.flags else ""
+    flags = _flags(reading)
     if reading.E is None or reading.u is None:
         print(f"{time}no modulus{flags}", flush=True)
         return
@@ -134,3 +150,8 @@ def _print(reading: "FruitReading") -> None:
     if reading.ripeness is not None:
         parts.append(f"class {reading.ripeness}")
     print(f"{time}{'  '.join(parts)}{flags}", flush=True)
+
+
+def _flags(reading: "FruitReading") -> str:
+    flags = f"  flags: {', '.join(reading.flags)}" if reading.flags else ""
+    return f"{flags}; {_HARDLY}" if "uncertain" in reading.flags else flags

@@ -2,9 +2,9 @@
 
 import csv
 import io
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
 from cad.quantity import InputError
@@ -21,23 +21,40 @@ UNITS = {
     "E_error": {"percent": 0.01},
 }
 """What one unit of a quantity is in N, mm, MPa or as a share."""
+_MOST = {
+    "weight": 100.0 * STANDARD_GRAVITY,
+    "force": 1e3,
+    "F": 1e3,
+    "deflection": 100.0,
+    "E": 1e6,
+    "E_over_1_minus_nu2": 1e6,
+    "radius": 1e6,
+    "E_error": 1.0,
+    "poisson": 1.0,
+}
+"""The largest size of a quantity [N, mm, MPa, 1]: no print is measured beyond."""
 TEXTS = ("tip", "coupon", "rubber")
 BARE = ("poisson",)
 
 
 @dataclass(frozen=True)
 class MeasuredRow:
-    """One row: its line in the file, its words and its numbers [N, mm, MPa, 1] by the name of their columns."""
+    """One row: its line in the file, its words and its numbers [N, mm, MPa, 1] by the name of their columns.
+
+    `digits` is what one step of the last written digit of each number is worth [N, mm, MPa, 1].
+    """
 
     line: int
     words: Mapping[str, str]
     numbers: Mapping[str, float]
+    digits: Mapping[str, float]
 
 
 def measured_rows(path: Path) -> list[MeasuredRow]:
     """Return the rows of a table; raises InputError that names line, column and value of what cannot be used."""
     head, *lines = _cells(path)
     columns = [_column(path, name.strip()) for name in head]
+    _refuse_twice(path, columns)
     rows = []
     for number, cells in enumerate(lines, start=2):
         if not any(cell.strip() for cell in cells):
@@ -87,15 +104,16 @@ def only_columns(path: Path, rows: Sequence[MeasuredRow], wanted: Sequence[str])
 class _Column:
     header: str
     name: str
+    kind: str
     factor: float | None
 
 
 def _column(path: Path, header: str) -> _Column:
     """Return what a column holds by its header: a text, a number without a unit, or a quantity and its unit."""
     if header in TEXTS:
-        return _Column(header, header, None)
+        return _Column(header, header, header, None)
     if header in BARE:
-        return _Column(header, header, 1.0)
+        return _Column(header, header, header, 1.0)
     quantity, _, unit = header.rpartition("_")
     kind = "F" if quantity.startswith("F_") else quantity
     if kind not in UNITS:
@@ -105,26 +123,44 @@ def _column(path: Path, header: str) -> _Column:
     if unit not in UNITS[kind]:
         msg = f"{path} line 1 column {header!r}: unit must be one of {', '.join(UNITS[kind])}; convert the column"
         raise InputError(msg)
-    return _Column(header, quantity, UNITS[kind][unit])
+    return _Column(header, "force" if kind == "weight" else quantity, kind, UNITS[kind][unit])
 
 
-def _row(path: Path, number: int, columns: Sequence[_Column], cells: Sequence[str]) -> MeasuredRow:
-    words, numbers = {}, {}
+def _refuse_twice(path: Path, columns: Sequence[_Column]) -> None:
+    """Raise InputError where two columns tell one quantity, or a table is of more than one thing."""
+    headers: dict[str, str] = {}
+    for column in columns:
+        what = "text" if column.factor is None else column.name
+        if what in headers:
+            bound = f"the only one of its kind, and column {headers[what]!r} is another"
+            msg = f"{path} line 1 column {column.header!r}: must be {bound}; leave one of the two out"
+            raise InputError(msg)
+        headers[what] = column.header
+
+
+def _row(path: Path, line: int, columns: Sequence[_Column], cells: Sequence[str]) -> MeasuredRow:
+    words, numbers, digits = {}, {}, {}
     for column, cell in zip(columns, cells, strict=True):
         if column.factor is None:
             words[column.name] = cell.strip()
-        else:
-            value = _number(cell)
-            if not math.isfinite(value):
-                shown = f"{path} line {number} column {column.header!r} = {cell.strip()!r}"
-                msg = f"{shown}: must be a finite number; write decimals with a point"
-                raise InputError(msg)
-            numbers["force" if column.name == "weight" else column.name] = value * column.factor
-    return MeasuredRow(number, words, numbers)
+            continue
+        value, most = _number(cell), _MOST[column.kind] / column.factor
+        shown = f"{path} line {line} column {column.header!r} = {cell.strip()!r}"
+        if value is None:
+            msg = f"{shown}: must be a finite number; write decimals with a point"
+            raise InputError(msg)
+        if abs(value) > most:
+            msg = f"{shown}: must be at most {most:g}; check the unit of the column"
+            raise InputError(msg)
+        numbers[column.name] = float(value) * column.factor
+        digits[column.name] = float(Decimal((0, (1,), int(value.as_tuple().exponent)))) * column.factor
+    return MeasuredRow(line, words, numbers, digits)
 
 
-def _number(cell: str) -> float:
+def _number(cell: str) -> Decimal | None:
+    """Return a number with the digits that are written, None for a text that is none."""
     try:
-        return float(cell)
-    except ValueError:
-        return math.nan
+        value = Decimal(cell.strip())
+    except InvalidOperation:
+        return None
+    return value if value.is_finite() else None

@@ -1,7 +1,7 @@
 """What a unit does with its own springs: its table, whether it meets the targets of its design, how to trim it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -136,18 +136,52 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> tuple[Verdi
 
 def _targets_met(sensor: MeasuringUnit, design: Design) -> tuple[Verdict, ...]:
     """Return the verdicts on P_max and NL of a pair, by the law that sized its springs."""
-    stiffnesses = zip(fields(Springs), sensor.unit.stiffnesses, strict=True)
-    springs = Springs(**{item.name: K for item, K in stiffnesses})
     own_less_other = sensor.report.read_out.own_less_other_per_mm or math.inf
     K_m, targets = design.fruit.E_max_MPa / own_less_other, design.nominal_targets
-    P = force_ratio(springs, K_m)
-    NL = nonlinearity(springs, K_m, targets.NL_definition)
+
+    def P(springs: Springs) -> float:
+        return force_ratio(springs, K_m)
+
+    def NL(springs: Springs) -> float:
+        return nonlinearity(springs, K_m, targets.NL_definition)
+
     reference = "two-spring law with the stiffnesses of the unit"
     allowed = P_TOLERANCE * targets.P_max
-    return (
-        replace(equal("P_max", P, targets.P_max, allowed, unit="1", reference=reference), tolerance=P_TOLERANCE),
-        equal("NL", NL, targets.NL, NL_TOLERANCE, unit="1", reference=reference),
-    )
+    found = equal("P_max", P(_springs(sensor)), targets.P_max, allowed, unit="1", reference=reference)
+    on_P = _with_error(found, allowed, _error_by_springs(sensor, P))
+    found = equal("NL", NL(_springs(sensor)), targets.NL, NL_TOLERANCE, unit="1", reference=reference)
+    on_NL = _with_error(found, NL_TOLERANCE, _error_by_springs(sensor, NL))
+    return replace(on_P, tolerance=P_TOLERANCE, relative=True), on_NL
+
+
+def _springs(sensor: MeasuringUnit) -> Springs:
+    stiffnesses = zip(fields(Springs), sensor.unit.stiffnesses, strict=True)
+    return Springs(**{item.name: K for item, K in stiffnesses})
+
+
+def _error_by_springs(sensor: MeasuringUnit, value: Callable[[Springs], float]) -> float:
+    """Return the half width that holds 95 % of a value of the springs, by what calibration left of each."""
+    at = value(_springs(sensor))
+    moved = [value(_springs(sensor.with_stiffness(tip, 1.0 + _STEP))) - at for tip in range(len(sensor.unit.tips))]
+    shares = zip(moved, sensor.unit.K_percent, strict=True)
+    return COVERAGE * math.hypot(*(step / _STEP * 0.01 * percent for step, percent in shares))
+
+
+def _with_error(verdict: Verdict, allowed: float, error: float) -> Verdict:
+    """Return a verdict with its error bar [unit of the value], undecided where that is wider than what is allowed.
+
+    One that is off by more than both together fails all the same. The error of a spring falls with the root of the
+    number of its readings.
+    """
+    if error <= allowed or verdict.value is None or not isinstance(verdict.limit, float):
+        return replace(verdict, error=error)
+    if abs(verdict.value - verdict.limit) > allowed + error:
+        return replace(verdict, error=error, passed=False)
+    times = (error / allowed) ** 2
+    remedy = f"know the springs {error / allowed:.2g} times better: about {times:.2g} times as many readings"
+    reason = f"{verdict.reference}, whose error is wider than the tolerance"
+    remedy += ", or heavier weights and a finer dial"
+    return replace(verdict, error=error, passed=None, reference=reason, remedy=remedy)
 
 
 def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> tuple[Trim, ...]:

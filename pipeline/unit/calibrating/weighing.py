@@ -7,12 +7,14 @@ from pathlib import Path
 
 from cad.quantity import InputError
 from pipeline.unit.calibrating.measured_table import MeasuredRow, only_columns
+from pipeline.unit.fruit_reading import COVERAGE
 
 FEWEST = 3
 # Student's t that holds 95 %, by degrees of freedom from 1; beyond them 2.
 _STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23, 2.20, 2.18, 2.16, 2.14, 2.13)
-_COVERAGE = 2.0
 _LEAST_SHARE = 1e-4  # of a stiffness: no dial and no weight is better
+_LEAST_GIVE = 1e-6  # [mm/N] of a spring: below, nothing gave
+_ROUNDED = 12.0**-0.5  # standard deviation of a rounded number, of its last digit (JCGM 100:2008, F.2.2.1)
 
 
 @dataclass(frozen=True)
@@ -47,20 +49,36 @@ def weighed_spring(path: Path, name: str, rows: Sequence[MeasuredRow]) -> Weighe
         bound = f"at least {FEWEST} rows of 2 weights; one weight cannot tell a wrong zero from a wrong stiffness"
         msg = f"{path}: {name} has {len(rows)} rows, of {weights} different weights: must have {bound}; add one without"
         raise InputError(msg)
-    slope, zero, error = _straight_line(forces, deflections)
-    if not slope > 0.0:
-        msg = f"{path}: {name} gives by {slope:g} mm per N: must be more than 0; swap columns, or turn the sign"
-        raise InputError(msg)
+    rounding = _ROUNDED * min(row.digits["deflection"] for row in rows)
+    slope, zero, error = _straight_line(forces, deflections, rounding)
+    _refuse_no_spring(path, name, slope, error)
     return WeighedSpring(K=1.0 / slope, share=max(error / slope, _LEAST_SHARE), zero=zero)
 
 
-def _straight_line(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float]:
-    """Return slope and intercept of the line of least squares, and half of what holds the slope with 95 %."""
+def _refuse_no_spring(path: Path, name: str, slope: float, error: float) -> None:
+    """Raise InputError for a slope [mm/N] that no spring has, or that its error leaves open altogether."""
+    if not slope > _LEAST_GIVE:
+        bound = f"more than {_LEAST_GIVE:g}"
+        msg = (
+            f"{path}: {name} gives by {slope:g} mm per N: must be {bound}; swap columns, turn the sign, or mend a unit"
+        )
+        raise InputError(msg)
+    if error > slope:
+        msg = f"{path}: {name} gives by {slope:g} +- {2.0 * error:.2g} mm per N: must be known to 200 %; weigh again"
+        raise InputError(msg)
+
+
+def _straight_line(x: Sequence[float], y: Sequence[float], rounding: float) -> tuple[float, float, float]:
+    """Return slope and intercept of the line of least squares, and half of what holds the slope with 95 %.
+
+    Each y has the scatter about the line and, beside it, the standard deviation of its rounding [unit of y].
+    """
     middle, level = math.fsum(x) / len(x), math.fsum(y) / len(y)
     spread = math.fsum((one - middle) ** 2 for one in x)
     slope = math.fsum((one - middle) * (other - level) for one, other in zip(x, y, strict=True)) / spread
     zero = level - slope * middle
     left = math.fsum((other - zero - slope * one) ** 2 for one, other in zip(x, y, strict=True))
     freedom = len(x) - 2
-    student = _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else _COVERAGE
-    return slope, zero, student / _COVERAGE * math.sqrt(left / freedom / spread)
+    student = _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else COVERAGE
+    scatter = student / COVERAGE * math.sqrt(left / freedom)
+    return slope, zero, math.hypot(scatter, rounding) / math.sqrt(spread)

@@ -73,6 +73,25 @@ def test_every_source_widens_the_uncertainty(mango):
     assert reading_of(replace(sensor, report=replace(sensor.report, moduli=doubled)), forces).u > bare
 
 
+def test_spread_of_poisson_s_ratio_is_in_the_uncertainty_of_E(mango):
+    """By the derivative of 1 - nu^2, in squares beside what is there without it."""
+    sensor, forces = mango.measuring(), pressed(mango, 1.0)
+
+    def u(spread):
+        design = replace(mango.design, fruit=replace(mango.design.fruit, poisson=0.4, poisson_spread=spread))
+        return reading_of(replace(sensor, report=replace(sensor.report, design=design)), forces).u
+
+    assert u(0.05) == pytest.approx(math.hypot(u(0.0), 2.0 * 2.0 * 0.4 * 0.05 / (1.0 - 0.4**2)))
+
+
+def test_reading_that_is_hardly_known_says_so(mango):
+    forces = pressed(mango, 1.0)
+    for percent, flags in ((1.0, ()), (40.0, ("uncertain",))):
+        reading = reading_of(mango.measuring(percent=percent), forces)
+        assert reading.flags == flags
+        assert (reading.u > 0.5) == bool(flags)
+
+
 def test_mango_is_within_its_bias_limit_in_every_pose_of_its_reading(mango):
     from pipeline.reading.placed import occurring, read_moduli
 
