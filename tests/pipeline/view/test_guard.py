@@ -60,6 +60,7 @@ STRANGERS = {
     "another token": ({}, "?token=guess"),
     "token of another length": ({}, f"?token={TOKEN}x"),
     "letters beyond ASCII": ({}, "?token=%C3%A9"),
+    "cookie that is no UTF-8": ({"Cookie": b"twintip-PORT=\xff\xfe".decode(errors="surrogateescape")}, ""),
     "another cookie": ({"Cookie": f"twintip-1={TOKEN}"}, ""),
     "another origin": ({"Origin": "http://example.org"}, f"?token={TOKEN}"),
     "another port's origin": ({"Origin": f"http://{HOST}:1"}, f"?token={TOKEN}"),
