@@ -3,12 +3,15 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from cad.design.parameters import Design
+from cad.design.tips import Attitude, Press, Tips
 from pipeline.report.stored import StoredReport
 from pipeline.report.stored_records import StoredVerdict
 
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _SIDEWAYS = 3.0  # tolerances that a bar shows to each side of its target
 _MOST = 1.5  # limits that a bar of a limit shows
+_POINTING: dict[Attitude, str] = {"down": "down", "side": "to the side", "up": "up"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 
 
@@ -70,11 +73,44 @@ def _scene(report: StoredReport) -> str:
     fruit, tips, press = design.fruit, design.tips, design.press
     size = f"{fruit.length_mm:g} x {fruit.width_mm:g} x {fruit.depth_mm:g} mm"
     round_ = "" if fruit.radius_mm is None else f" of {fruit.radius_mm:g} mm radius"
+    across = "" if fruit.radius_across_mm is None else f", {fruit.radius_across_mm:g} mm across the tips"
     return (
-        f"{len(report.tips)} tips ({tips.layout}, {tips.shape}, {tips.side_mm:g} mm, {tips.spacing_mm:g} mm apart), "
-        f"pressed {press.travel_mm:g} mm at a tilt of {press.tilt_deg:g} degrees into a {fruit.shape}{round_}, {size}, "
-        f"of {min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa; made by {design.print.process}."
+        f"{len(report.tips)} tips ({tips.layout}, {tips.shape}, {tips.side_mm:g} mm, {tips.spacing_mm:g} mm "
+        f"apart{_more_of_tips(tips)}), pressed {press.travel_mm:g} mm {_pose(design)} into a {fruit.shape}{round_}"
+        f"{across}, {size}, of {min(fruit.E_MPa):g} to {fruit.E_max_MPa:g} MPa; made by {design.print.process}."
     )
+
+
+def _more_of_tips(tips: Tips) -> str:
+    """Return in words what tips have beyond layout, shape and size, as far as it is not the default."""
+    plain = Tips()
+    said = {
+        f"order {tips.order}": tips.order is not None,
+        f"outer tips {tips.outer_mm or 0.0:g} mm ahead": tips.outer_mm is not None,
+        f"dome radius {tips.dome_radius_mm or 0.0:g} mm": tips.dome_radius_mm is not None,
+        f"edges rounded by {tips.fillet_mm:g} mm": tips.fillet_mm != plain.fillet_mm,
+        f"{tips.offset_mm:g} mm off the apex": tips.offset_mm != plain.offset_mm,
+        f"socket {tips.socket}": tips.socket != plain.socket,
+    }
+    return "".join(f", {words}" for words, holds in said.items() if holds)
+
+
+def _pose(design: Design) -> str:
+    """Return in words how the sensor is held: the poses of a reading, or tilt and roll of the press."""
+    press, plain, reading = design.press, Press(), design.reading
+    said = [f"at a tilt of {press.tilt_deg:g} degrees"]
+    if reading is not None:
+        said = [
+            f"at tilts up to {reading.tilt_deg:g} degrees in any direction, up to {reading.off_centre_mm:g} mm off "
+            f"centre, on radii that differ by up to {100.0 * reading.radius_spread:g} %"
+        ]
+    if press.roll_deg != plain.roll_deg:
+        said.append(f"rolled by {press.roll_deg:g} degrees")
+    if press.attitude != plain.attitude:
+        said.append(f"tips pointing {_POINTING[press.attitude]}")
+    if press.strain != plain.strain:
+        said.append("at large strain")
+    return ", ".join(said)
 
 
 def verdict_rows(report: StoredReport) -> tuple[tuple[VerdictRow, ...], tuple[VerdictRow, ...]]:

@@ -103,12 +103,25 @@ def _tilt_plot(report: StoredReport, model: LiveModel) -> Picture:
     axes.set_ylim(-100.0, 100.0)
     plot_legend(axes, "upper left")
     what = "force ratio" if model.by_ratio else "contrast"
-    size = max(abs(float(np.interp(1.0, _TILTS, error))) for error in errors)
     caption = (
-        f"Layout {report.design.tips.layout}, read by the {what} of one reading: one degree moves E by up to "
-        f"{size:.3g} %. Tips are taken as higher or lower; the grey band is the tilt that a press may be off by."
+        f"Layout {report.design.tips.layout}, read by the {what} of one reading: {_of_one_degree(errors)}. "
+        "Tips are taken as higher or lower; the grey band is the tilt that a press may be off by."
     )
-    return plot_picture(axes, "pose", "Error of the reading against tilt", caption, f"Three lines. {caption}")
+    return plot_picture(axes, "pose", "Error of the reading against tilt", caption, f"{_lines(len(errors))}. {caption}")
+
+
+def _lines(count: int) -> str:
+    return "One line" if count == 1 else f"{count} lines"
+
+
+def _of_one_degree(errors: Sequence[Floats]) -> str:
+    """Return in words how far one degree to either side moves a reading; errors over the tilts of the plot [%]."""
+    one_degree = np.isclose(np.abs(_TILTS), 1.0)
+    sizes = np.abs([error[one_degree] for error in errors])
+    if not np.isfinite(sizes).any():
+        return "no reading at one degree"
+    lost = "" if np.isfinite(sizes).all() else ", and at some moduli leaves none"
+    return f"one degree moves E by up to {np.nanmax(sizes):.3g} %{lost}"
 
 
 def _tilt_error(model: LiveModel, E: float, travel: float) -> Floats:

@@ -15,12 +15,14 @@ from cad.theory.two_spring_law import Springs, fruit_stiffness
 from pipeline.page.fields import Floats
 from pipeline.reading.read_out import ContrastReadOut, read_out_of
 from pipeline.report.stored import StoredReport
-from pipeline.stages.response import scene_of
+from pipeline.stages.response import LINEAR_MODULI, SOFTEST, TRAVELS, scene_of
 from pipeline.stages.springs import NAMES
 from pipeline.storage.plain import Plain
 from solve.contact.linear_response import TipKinds, linear_response
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
+
+_JUDGED = ("P_max", "NL", "P_displacement_independent")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,18 +133,23 @@ def live_data(report: StoredReport, model: LiveModel) -> Plain:
         "face": tips.face_mm2,
         "dome": _dome(report),
         "start": {"E": design.fruit.E_MPa[len(design.fruit.E_MPa) // 2], "travel": design.press.travel_mm},
+        "scene": {"travels": TRAVELS, "moduli": LINEAR_MODULI, "softest": SOFTEST},
         **_asked(report),
         "table": _table(report),
     }
 
 
 def _asked(report: StoredReport) -> Plain:
-    """Return what is asked of the sensor: its range, its targets where they are judged, what the fruit stands."""
+    """Return what is asked of the sensor: its range, the targets and tolerances judged, what the fruit stands."""
     design, fruit = report.design, report.design.fruit
-    targets = None if design.reading is not None else design.nominal_targets
     return {
         "E_max": fruit.E_max_MPa,
-        "targets": targets and {"P_max": targets.P_max, "NL": targets.NL, "definition": targets.NL_definition},
+        "definition": design.nominal_targets.NL_definition,
+        "judged": {
+            verdict.name: {"limit": verdict.limit, "tolerance": verdict.tolerance, "relative": verdict.relative}
+            for verdict in report.verdicts
+            if verdict.name in _JUDGED
+        },
         "bruise": {"E": list(fruit.E_MPa), "limit": list(fruit.bruise_limits_MPa)},
     }
 

@@ -62,17 +62,26 @@ def _band(report: StoredReport, name: str) -> tuple[Floats, Floats]:
 
 
 def _draw_chord(axes: Axes, report: StoredReport, E: Floats, P: Floats) -> str:
-    """Draw the chord from no modulus to the largest and the way of P from it in the middle; return it in words."""
+    """Draw the chord from no modulus to the largest and where NL is taken; return the NL judged in words."""
     start = report.curve.P_softest
     if start is None or not math.isfinite(P[-1]):
         return ""
     axes.plot([0.0, E[-1]], [start, P[-1]], color=MUTED, linestyle="--", linewidth=1.2, label="straight line")
-    middle = 0.5 * E[-1]
-    chord, here = 0.5 * (start + P[-1]), float(np.interp(middle, E, P))
-    NL = (here - chord) / (P[-1] - start)
-    axes.plot([middle, middle], [chord, here], color=BAD, linewidth=2.0)
-    axes.annotate(f"NL {100.0 * NL:.3g} %", (middle, chord), (8, -14), textcoords="offset points", color=BAD)
-    return f", {100.0 * NL:.3g} % of its rise off the straight line in the middle"
+    NL = _judged(report, "NL")
+    if NL is None:
+        return ""
+    definition = report.design.nominal_targets.NL_definition
+    chord = start + (P[-1] - start) * E / E[-1]
+    at = 0.5 * E[-1] if definition == "mid-range" else float(E[np.nanargmax(P - chord)])
+    ends = [float(np.interp(at, E, values)) for values in (chord, P)]
+    axes.plot([at, at], ends, color=BAD, linewidth=2.0)
+    axes.annotate(f"NL {100.0 * NL:.3g} %", (at, ends[0]), (8, -14), textcoords="offset points", color=BAD)
+    return f", NL {100.0 * NL:.3g} % of its rise off the straight line ({definition})"
+
+
+def _judged(report: StoredReport, name: str) -> float | None:
+    """Return the value of a verdict of the report [unit of the verdict], None where it has none."""
+    return next((verdict.value for verdict in report.verdicts if verdict.name == name), None)
 
 
 def _draw_mangoes(axes: Axes, mangoes: Sequence[SeenMango], E_max: float) -> None:
@@ -124,10 +133,11 @@ def travel_plot(report: StoredReport) -> Picture | None:
         _draw_ratio(axes, row, SERIES[place % len(SERIES)])
     axes.set_ylim(0.0, None)
     _label_moduli(axes, rows, [row.last_P or 0.0 for row in rows], report.design.press.travel_mm)
-    spread, widest = max(_spread(row) for row in rows), max(error for row in rows for error in _errors(row))
+    spread = _judged(report, "P_displacement_independent")
+    widest = max((error for row in rows for error in _errors(row)), default=0.0)
+    varies = "" if spread is None else f" P varies by {_percent(spread)} of its mean over the travel."
     caption = (
-        f"The paper's Fig. 11. P varies by {_percent(spread)} of its mean over the travel; "
-        f"the bands are its error bars from mesh and springs, at most {widest:.2g} %."
+        f"The paper's Fig. 11.{varies} The bands are the error bars of P from mesh and springs, at most {widest:.2g} %."
     )
     return plot_picture(axes, "travel", "Force ratio over travel", caption, f"One line for each modulus. {caption}")
 
@@ -154,11 +164,6 @@ def _errors(row: StoredResponse) -> list[float]:
 
 def _percent(share: float) -> str:
     return f"at most {100.0 * share:.2g} %" if share > _NOTHING else "no more than round-off"
-
-
-def _spread(row: StoredResponse) -> float:
-    P = [value for value in row.P if value is not None]
-    return (max(P) - min(P)) * len(P) / sum(P)
 
 
 def pressure_plot(report: StoredReport) -> Picture:

@@ -21,7 +21,8 @@ Floats = NDArray[np.float64]
 TRAVELS = 12
 _SCAN = 20  # moduli, from the least asked for to E_max, at which P must rise
 CURVE_TRAVELS = 6
-_CURVE = {True: 72, False: 24}  # moduli; an even number, so that half of E_max is one of them
+LINEAR_MODULI = 72  # of the curve; an even number, so that half of E_max is one of them
+_CURVE = {True: LINEAR_MODULI, False: 24}
 SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit
 
 

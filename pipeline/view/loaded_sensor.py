@@ -61,14 +61,14 @@ def loaded_housing(housing: Housing, process: Process) -> LoadedHousing:
     return LoadedHousing(mesh=mesh, unit=tuple(fields_of(mesh, E, poisson, column) for column in u.T))
 
 
-def housing_of(report: StoredReport) -> LoadedHousing:
-    """Return the housing of a report with its unit loads; raises InputError where it has none, SolveError."""
+def housing_of(report: StoredReport, folder: Path) -> LoadedHousing:
+    """Return the housing of a folder's report with its unit loads; raises InputError where it has none, SolveError."""
     if report.housing is None:
-        raise fault("DIR", report.design.name, "", "a design with a housing", "run a design that can be made")
+        raise fault("DIR", str(folder), "", "an output folder with a housing", "run a design that can be made")
     return loaded_housing(report.housing, report.design.process)
 
 
-def fruit_under(report: StoredReport, E: float, x: float) -> tuple[SolvedMesh, dict[str, Floats]]:
+def fruit_under(report: StoredReport, folder: Path, E: float, x: float) -> tuple[SolvedMesh, dict[str, Floats]]:
     """Return the mesh of the fruit's block [mm] and the arrays of a VTU file at modulus E [MPa] and travel x [mm].
 
     The sensor is level but for the tilt of the design. Raises InputError where the scene cannot be drawn, SolveError.
@@ -82,17 +82,17 @@ def fruit_under(report: StoredReport, E: float, x: float) -> tuple[SolvedMesh, d
         error_own=0.01 * report.contact.s11_error_percent,
         info=info,
     )
-    pressure = footprint_pressure(scene_of(report.design), contact, _spring_compliance(report), E, x)
+    pressure = footprint_pressure(scene_of(report.design), contact, _spring_compliance(report, folder), E, x)
     mesh, fields = fruit_fields(report.design.fruit, pressure)
     return mesh, field_arrays(fields)
 
 
-def _spring_compliance(report: StoredReport) -> Floats:
+def _spring_compliance(report: StoredReport, folder: Path) -> Floats:
     """Return the compliance of the springs under all tips [mm/N]; what one moves another is below their errors."""
     stiffness = {name: spring.stiffness_N_per_m for name, spring in report.springs.items()}
     own = [stiffness.get(tip.spring) for tip in report.tips]
     if None in own:
-        raise fault("DIR", report.design.name, "", "a design with springs that are made", "run one that can be made")
+        raise fault("DIR", str(folder), "", "an output folder with springs that are made", "run one that can be made")
     return np.diag([1e3 / (K or 1.0) for K in own])
 
 

@@ -26,7 +26,7 @@ def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Pat
     if not force:
         refuse_taken(target, names, FLAG)
     with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
-        _write_steps(report, travels, Path(unfinished))
+        _write_steps(report, folder, travels, Path(unfinished))
         files = {name: (Path(unfinished) / name).read_bytes() for name in names}
     return place_files(target, files, FLAG, force=force)
 
@@ -36,16 +36,17 @@ def _travels(report: StoredReport) -> tuple[float, ...]:
     return report.response[-1].x_mm if report.response else ()
 
 
-def _write_steps(report: StoredReport, travels: tuple[float, ...], folder: Path) -> None:
+def _write_steps(report: StoredReport, folder: Path, travels: tuple[float, ...], unfinished: Path) -> None:
+    """Write the files of each travel of a report, which is that of a folder, into an unfinished folder."""
     E = max(row.E_MPa for row in report.response)
-    housing = housing_of(report)
+    housing = housing_of(report, folder)
     for step, x in enumerate(travels):
         forces = forces_at(report.response, E, x)
-        write_vtu(folder / f"flexure_{step:02d}.vtu", housing.mesh, housing.under(forces))
-        mesh, arrays = fruit_under(report, E, x)
-        write_vtu(folder / f"fruit_{step:02d}.vtu", mesh, arrays)
+        write_vtu(unfinished / f"flexure_{step:02d}.vtu", housing.mesh, housing.under(forces))
+        mesh, arrays = fruit_under(report, folder, E, x)
+        write_vtu(unfinished / f"fruit_{step:02d}.vtu", mesh, arrays)
     for kind in ("flexure", "fruit"):
-        (folder / f"{kind}.pvd").write_text(_collection(kind, travels), encoding="utf-8")
+        (unfinished / f"{kind}.pvd").write_text(_collection(kind, travels), encoding="utf-8")
 
 
 def _collection(kind: str, travels: tuple[float, ...]) -> str:

@@ -25,7 +25,7 @@ from trame_vtk.tools.vtksz2html import HTML_VIEWER_PATH
 
 from cad.quantity import fault
 from pipeline.report.stored import read_report
-from pipeline.storage.placed_files import place_files, refuse_taken
+from pipeline.storage.placed_files import place_file, refuse_taken
 from pipeline.view.pictures import draw_without_display, field_scenes
 from pipeline.view.scenes.assembly import assembly, draw_bodies
 from pipeline.view.scenes.field import Field
@@ -65,9 +65,8 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     if path.suffix != ".html":
         raise fault(FLAG, str(path), "", "a file name that ends in .html", f"write {path.with_suffix('.html').name}")
     if not force:
-        refuse_taken(path.parent, [path.name], FLAG)
-    (written,) = place_files(path.parent, {path.name: web_page(folder)}, FLAG, force=force)
-    return written
+        refuse_taken(path.parent, [path.name], FLAG, file=path)
+    return place_file(path, web_page(folder), FLAG, force=force)
 
 
 def web_page(folder: Path) -> bytes:

@@ -60,11 +60,11 @@ def execute(arguments: Namespace) -> int:
     ]
     if arguments.plot is not None:
         from pipeline.compression.plot import plotted
-        from pipeline.storage.placed_files import place_files
+        from pipeline.storage.placed_files import place_file
 
         path: Path = arguments.plot
         content = plotted(results, PLOT_KINDS[path.suffix.lower()])
-        place_files(path.parent, {path.name: content}, "--plot", force=arguments.force)
+        place_file(path, content, "--plot", force=arguments.force)
     with answering():
         if arguments.json:
             print_json([result_mapping(result, assumed) for result in results])

@@ -1,6 +1,7 @@
 """The page that a browser shows: the picture that this machine draws, and the controls beside it."""
 
 import asyncio
+from pathlib import Path
 from typing import Any
 
 import pyvista as pv
@@ -26,9 +27,9 @@ _FACTORS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 class Application:
     """The state of the page, and what is drawn when it changes."""
 
-    def __init__(self, report: StoredReport, name: str) -> None:
+    def __init__(self, report: StoredReport, folder: Path, name: str) -> None:
         """Solve the housing under unit loads and draw the first scene; raises InputError, SolveError."""
-        self.scenes = ServedScenes(report)
+        self.scenes = ServedScenes(report, folder)
         self.server: Server = get_server(name, client_type="vue3")
         self.plotter = _plotter()
         self.plotter.set_background("white")

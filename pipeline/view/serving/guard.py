@@ -41,7 +41,7 @@ class Guard:
         if origin is not None and origin != f"http://{request.headers['Host']}":
             return "refused: from a page of another origin"
         given = request.query.get(TOKEN) or request.cookies.get(self.cookie, "")
-        if not hmac.compare_digest(given.encode(), self.token.encode()):
+        if not hmac.compare_digest(given.encode(errors="surrogateescape"), self.token.encode()):
             return "refused: open the address that pipeline view printed, with its token"
         return None
 

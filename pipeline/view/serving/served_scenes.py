@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -53,15 +54,16 @@ class Probe:
 
 @dataclass(eq=False)
 class ServedScenes:
-    """The scenes of a report; the housing is solved once, the fruit for each press that is looked at."""
+    """The scenes of a report and its folder; the housing is solved once, the fruit for each press that is looked at."""
 
     report: StoredReport
+    folder: Path
     housing: LoadedHousing = field(init=False)
     bodies: tuple[DrawnBody, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         """Solve the housing under unit loads; raises InputError where there is none, SolveError."""
-        self.housing = housing_of(self.report)
+        self.housing = housing_of(self.report, self.folder)
         self.bodies = assembly(self.report)
         self._fruit = lru_cache(maxsize=_KEPT)(self._solved_fruit)
 
@@ -88,7 +90,7 @@ class ServedScenes:
         return replace(scene, title=f"{scene.title} under {force:.3g} N")
 
     def _solved_fruit(self, E: float, x: float) -> FieldScene | None:
-        scene = fruit_scene(self.report.design, as_drawn(*fruit_under(self.report, E, x)))
+        scene = fruit_scene(self.report.design, as_drawn(*fruit_under(self.report, self.folder, E, x)))
         return None if scene is None else replace(scene, title=f"{scene.title}; E {E:.3g} MPa, travel {x:.3g} mm")
 
     def draw(self, plotter: Plotter, view: View) -> str | None:

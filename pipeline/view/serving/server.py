@@ -29,7 +29,7 @@ def serve(folder: Path, host: str = LOCAL, port: int = 0) -> None:
     report = read_report(folder)
     draw_without_display()
     guard = Guard(token=secrets.token_urlsafe(), host=host, port=_free_port(host, port))
-    application = Application(report, f"twintip-{guard.port}")
+    application = Application(report, folder, f"twintip-{guard.port}")
     application.server.controller.on_server_bind.add(lambda server: server.app.middlewares.append(guarding(guard)))
     shown = f"[{host}]" if ":" in host else host
     print(f"http://{shown}:{guard.port}/index.html?{TOKEN}={guard.token}", flush=True)
@@ -62,8 +62,9 @@ def _free_port(host: str, port: int) -> int:
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listening.bind((host, port))
             return int(listening.getsockname()[1])
-    except OSError as error:
-        bound = f"an address of this machine and a port that is free ({error.strerror})"
+    except (OSError, UnicodeError, TypeError) as error:  # the last two where a name cannot be one of a host
+        reason = error.strerror if isinstance(error, OSError) else "no name that a host can have"
+        bound = f"an address of this machine and a port that is free ({reason})"
         raise fault("--host, --port", f"{host}:{port}", "", bound, "name another") from error
 
 

@@ -9,7 +9,9 @@ from scipy.interpolate import RegularGridInterpolator
 from cad.theory.contrast_law import read_modulus
 from cad.theory.two_spring_law import Springs, force_ratio, fruit_stiffness, nonlinearity
 from pipeline.page.live_model import live_data, live_model
-from solve.contact.linear_response import linear_response
+from pipeline.stages.response import SOFTEST, TRAVELS
+from pipeline.verdicts.rules import displacement_verdict
+from solve.contact.linear_response import linear_response, travels
 
 pytestmark = pytest.mark.slow
 RELATIVE = 1e-9
@@ -43,6 +45,46 @@ def by_python(model, one):
     return C, linear_response(model.S, C, [one["E"]], [one["travel"]], ahead.tolist()).F[0, 0]
 
 
+def scene_of_python(model, report, one, C):
+    """Return P_max, NL and the worst spread of P that linear forces give at a travel and a tilt."""
+    ahead = (model.along * math.tan(math.radians(one["tilt"])) + model.ahead).tolist()
+    E_max, E = report.design.fruit.E_max_MPa, report.design.fruit.E_MPa
+    P = linear_response(model.S, C, [SOFTEST * E_max, 0.5 * E_max, E_max], [one["travel"]], ahead).P[:, 0]
+    table = linear_response(model.S, C, E, travels(one["travel"], TRAVELS), ahead)
+    NL = (P[1] - P[0]) / (P[2] - P[0]) - 0.5
+    return P[2], NL, displacement_verdict(table).value
+
+
+def known(value):
+    return None if value is None or math.isnan(value) else pytest.approx(value, rel=1e-6, abs=1e-9)
+
+
+def test_targets_at_a_tilt_are_judged_by_the_forces_there(flat_page, open_page, rng):
+    model, settings = live_model(flat_page.report), inputs(rng, flat_page.report, 60)
+    tilts = rng.uniform(-1.0, 1.0, len(settings))
+    settings = [{**one, "tilt": tilt} for one, tilt in zip(settings, tilts.tolist(), strict=True)]
+    found = evaluated(open_page(flat_page.address), settings)
+    assert sum(numbers["NL"] is not None for numbers in found) > 10
+    for one, numbers in zip(settings, found, strict=True):
+        C, _ = by_python(model, one)
+        P_max, NL, spread = scene_of_python(model, flat_page.report, one, C)
+        assert (numbers["P_max"], numbers["NL"], numbers["spread"]) == (known(P_max), known(NL), known(spread))
+
+
+@pytest.mark.parametrize("tilt", [1.0, -2.0])
+def test_tilt_that_ruins_the_reading_does_not_pass(flat_page, open_page, tilt):
+    page = open_page(flat_page.address)
+    assert "Everything judged here passes" in page.inner_text("#live-answer")
+    page.evaluate(
+        "tilt => { const one = document.getElementById('live-tilt'); one.value = tilt;"
+        " one.dispatchEvent(new Event('input')); }",
+        tilt,
+    )
+    answer = page.inner_text("#live-answer")
+    assert "P at the largest modulus, P_max" in answer
+    assert "spread of P over the travel" in answer
+
+
 def test_linear_forces_are_those_of_python(flat_page, open_page, rng):
     model, settings = live_model(flat_page.report), inputs(rng, flat_page.report, 400)
     found = evaluated(open_page(flat_page.address), settings)
@@ -52,9 +94,6 @@ def test_linear_forces_are_those_of_python(flat_page, open_page, rng):
         lifted += not (F > 0.0).all()
         assert numbers["F"] == pytest.approx(F, rel=RELATIVE, abs=RELATIVE * NEAR_LIFT)
         springs = Springs(K_l=1.0 / C[0, 0], K_h=1.0 / C[1, 1])
-        K_m = 3.5 * model.K_m_over_E
-        assert numbers["P_max"] == pytest.approx(force_ratio(springs, K_m), rel=RELATIVE)
-        assert numbers["NL"] == pytest.approx(nonlinearity(springs, K_m), rel=1e-8)  # a difference of numbers near 1
         if (F > 0.0).all():
             assert numbers["P"] == pytest.approx(F[1] / F[0], rel=RELATIVE)
             if 1.0 < F[1] / F[0] < springs.K_h / springs.K_l and numbers["E_read"] < 100.0:
@@ -76,6 +115,17 @@ def test_level_settings_are_the_rows_of_the_report(flat_page, open_page):
         for tip, force in enumerate(row.tip_forces):
             assert [one["F"][tip] for one in found] == pytest.approx(force, rel=RELATIVE)
         assert [one["E_read"] for one in found] == pytest.approx([row.E_MPa] * len(found), rel=1e-6)
+
+
+def test_level_targets_are_those_of_the_two_spring_law(flat_page, open_page, rng):
+    model = live_model(flat_page.report)
+    settings = [{**one, "tilt": 0.0} for one in inputs(rng, flat_page.report, 50)]
+    for one, numbers in zip(settings, evaluated(open_page(flat_page.address), settings), strict=True):
+        springs = Springs(K_l=one["K"]["low"], K_h=one["K"]["high"])
+        K_m = 3.5 * model.K_m_over_E
+        assert numbers["P_max"] == pytest.approx(force_ratio(springs, K_m), rel=RELATIVE)
+        assert numbers["NL"] == pytest.approx(nonlinearity(springs, K_m), rel=1e-8)  # a difference of numbers near 1
+        assert numbers["spread"] < RELATIVE
 
 
 def test_table_is_read_between_its_rows(dome_page, open_page, rng):

@@ -8,6 +8,8 @@ from html.parser import HTMLParser
 import pytest
 from stand_ins import result_of
 
+from cad.design.fruit import Fruit
+from cad.design.reading import Reading
 from pipeline.page.answer import answer_of, bar_of
 from pipeline.page.page import page_of_folder, page_of_run
 from pipeline.report.outputs import PAGE, write_outputs
@@ -123,6 +125,44 @@ def test_answer_of_a_good_sensor_is_yes(flat_page):
     answer = answer_of(dataclasses.replace(flat_page.report, verdicts=passing))
     assert answer.headline == f"Yes: paper passes all {len(passing)} verdicts in the scene asked for."
     assert answer.wrong == ()
+
+
+def scene_of_design(report, design):
+    return answer_of(dataclasses.replace(report, design=design)).scene
+
+
+def test_scene_tells_every_pose_that_a_reading_is_judged_in(flat_page):
+    reading = Reading(tilt_deg=3.5, off_centre_mm=0.7, radius_spread=0.15)
+    design = dataclasses.replace(flat_page.report.design, reading=reading)
+    scene = scene_of_design(flat_page.report, design)
+    words = "at tilts up to 3.5 degrees in any direction, up to 0.7 mm off centre, on radii that differ by up to 15 %"
+    assert words in scene
+    assert "at a tilt of 0" not in scene
+
+
+@pytest.mark.parametrize(
+    ("table", "changes", "words"),
+    [
+        ("press", {"roll_deg": 1.5}, ", rolled by 1.5 degrees into"),
+        ("press", {"attitude": "down"}, ", tips pointing down into"),
+        ("press", {"strain": "large"}, ", at large strain into"),
+        ("tips", {"offset_mm": 2.0}, ", 2 mm off the apex), pressed"),
+        ("tips", {"fillet_mm": 0.1}, ", edges rounded by 0.1 mm), pressed"),
+        ("tips", {"socket": "pin"}, ", socket pin), pressed"),
+        ("tips", {"shape": "dome", "dome_radius_mm": 9.0}, ", dome radius 9 mm), pressed"),
+    ],
+)
+def test_scene_tells_keys_that_are_not_the_default(flat_page, table, changes, words):
+    design = flat_page.report.design
+    assert words not in scene_of_design(flat_page.report, design)
+    changed = dataclasses.replace(getattr(design, table), **changes)
+    assert words in scene_of_design(flat_page.report, dataclasses.replace(design, **{table: changed}))
+
+
+def test_scene_tells_both_radii_of_a_fruit(flat_page):
+    fruit = Fruit(shape="ellipsoid", radius_mm=40.0, radius_across_mm=35.0, thickness_mm=12.0)
+    scene = scene_of_design(flat_page.report, dataclasses.replace(flat_page.report.design, fruit=fruit))
+    assert "of 40 mm radius, 35 mm across the tips, " in scene
 
 
 def test_planted_failed_verdict_is_said_first_with_its_remedy(flat_page):

@@ -12,7 +12,7 @@ from pipeline.report.outputs import file_entries
 from pipeline.storage import folder as outputs
 from pipeline.storage.belongings import foreign_files, keep_aside
 from pipeline.storage.folder import OutputError, output_folder
-from pipeline.storage.placed_files import place_files
+from pipeline.storage.placed_files import place_file, place_files
 from pipeline.storage.seal import has_seal, sealed, sealed_mapping
 from pipeline.view import pictures
 
@@ -301,6 +301,29 @@ def test_single_file_of_a_person_is_refused_and_kept_with_force(name, tmp_path):
     place_files(tmp_path, {name: SINGLE[name]}, "--out", force=True)
     assert (tmp_path / f"{name}.bak").read_bytes() == mine
     assert (tmp_path / name).read_bytes() == content
+
+
+def test_folder_of_a_run_is_refused_for_single_files_and_takes_its_next_run(tmp_path):
+    folder = written(tmp_path / "paper")
+    before = contents(folder)
+    with pytest.raises(ValueError, match=r"^--png = '.*paper': must be a folder that is not the output folder of a ru"):
+        place_files(folder, {"housing.png": PNG}, "--png")
+    with pytest.raises(ValueError, match=r"^--html = '.*paper/x.html': must be a file outside the output folder of a"):
+        place_file(folder / "x.html", b"<p>", "--html")
+    assert contents(folder) == before
+    assert foreign_files(folder) == []
+
+
+def test_message_on_a_file_names_the_file(tmp_path):
+    mine = tmp_path / "mine.html"
+    mine.write_text(PRECIOUS, encoding="utf-8")
+    with pytest.raises(ValueError, match=r"^--html = '.*mine.html': must be a new file, or .*; name another file with"):
+        place_file(mine, b"<p>", "--html")
+    with pytest.raises(
+        ValueError, match=r"^--html = '.*in.html': must be a file that can be written \(.*\); name anot"
+    ):
+        place_file(mine / "in.html", b"<p>", "--html")
+    assert mine.read_text(encoding="utf-8") == PRECIOUS
 
 
 def test_single_file_that_changes_after_the_look_is_put_back(tmp_path, monkeypatch):

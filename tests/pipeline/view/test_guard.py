@@ -1,6 +1,7 @@
 """A request is answered only with the token, to this address, from this address's own page; websockets too."""
 
 import asyncio
+from types import SimpleNamespace
 
 import aiohttp
 import pytest
@@ -75,6 +76,14 @@ STRANGERS = {
 @pytest.mark.parametrize("case", STRANGERS)
 def test_stranger_is_refused(case, path):
     assert asyncio.run(asked(*STRANGERS[case], path)) == (403, "")
+
+
+def test_cookie_that_is_no_text_is_refused():
+    """The server decodes such bytes to surrogates; a client of Python sends none."""
+    guard = Guard(token=TOKEN, host=HOST, port=1)
+    cookies = {guard.cookie: b"\xff\xfe".decode(errors="surrogateescape")}
+    request = SimpleNamespace(headers={"Host": f"{HOST}:1"}, query={}, cookies=cookies)
+    assert "with its token" in (guard.refusal(request) or "")
 
 
 @pytest.mark.parametrize("headers", [{}, OWN])

@@ -3,12 +3,14 @@
 import json
 import shutil
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import pyvista as pv
 from view_stand_ins import change_report
 
+from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.report.stored import StoredResponse, read_report
 from pipeline.view.loaded_sensor import as_drawn, forces_at, fruit_under, housing_of
@@ -51,10 +53,20 @@ def test_tip_off_the_fruit_carries_nothing():
     assert forces_at(rows, 1.0, 0.45)[0] == pytest.approx(0.05)
 
 
+def test_folder_without_a_housing_is_named(stand_in_folder):
+    report = replace(read_report(stand_in_folder), housing=None)
+    with pytest.raises(InputError, match=r"^DIR = '.*" + stand_in_folder.name + "': must be an output folder with a"):
+        housing_of(report, stand_in_folder)
+    spring = replace(report.springs["low"], stiffness_N_per_m=None)
+    unmade = replace(report, springs={**report.springs, "low": spring})
+    with pytest.raises(InputError, match=r"^DIR = '.*" + stand_in_folder.name + "': must be an output folder with s"):
+        fruit_under(unmade, stand_in_folder, 1.0, 0.1)
+
+
 @pytest.mark.slow
 def test_fields_of_the_run_are_those_of_its_unit_loads(run_with_fields):
     report = read_report(run_with_fields)
-    housing = housing_of(report)
+    housing = housing_of(report, run_with_fields)
     judged = [
         1e-3 * report.springs[name].stiffness_N_per_m * deflection
         for name, deflection in zip(("low", "high"), report.deflections_mm, strict=True)
@@ -65,7 +77,7 @@ def test_fields_of_the_run_are_those_of_its_unit_loads(run_with_fields):
         size = np.abs(written.point_data[name]).max()
         np.testing.assert_allclose(drawn.point_data[name], written.point_data[name], atol=4e-6 * size)
     travel, E = report.design.press.travel_mm, report.design.largest_E_MPa
-    fruit = as_drawn(*fruit_under(report, E, travel))
+    fruit = as_drawn(*fruit_under(report, run_with_fields, E, travel))
     written = pv.read(run_with_fields / "fruit.vtu")
     size = np.abs(written.point_data["displacement_mm"]).max()
     np.testing.assert_allclose(

@@ -160,6 +160,8 @@ def test_ctrl_c_ends_it_with_130(run_with_fields):
         (["--host", "0.0.0.0"], "--host = '0.0.0.0': must be given with --serve"),
         (["--serve", "--port", "70000"], "--port = 70000: must be 0 to 65535"),
         (["--serve", "--host", "192.0.2.1"], "must be an address of this machine and a port that is free"),
+        (["--serve", "--host", 70 * "\u00fc"], "must be an address of this machine and a port that is free"),
+        (["--serve", "--host", "a..b"], "must be an address of this machine and a port that is free"),
         (["--serve", "--png", "x"], "--serve = 'given with another flag': must be alone"),
     ],
 )

@@ -1,0 +1,63 @@
+"""What plots say in words is what the report holds."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pipeline.page.error_plots import pose_plot
+from pipeline.page.live_model import live_data, live_model
+from pipeline.page.response_plots import modulus_plot, travel_plot
+
+
+def with_value(report, name, value):
+    """Return a report whose verdict of a name has another value."""
+    changed = (dataclasses.replace(one, value=value) if one.name == name else one for one in report.verdicts)
+    return dataclasses.replace(report, verdicts=tuple(changed))
+
+
+def with_moduli(report, *E_MPa):
+    fruit = dataclasses.replace(report.design.fruit, E_MPa=E_MPa)
+    return dataclasses.replace(report, design=dataclasses.replace(report.design, fruit=fruit))
+
+
+def test_words_on_a_tilt_are_numbers_and_count_the_lines(flat_page):
+    report, model = flat_page.report, live_model(flat_page.report)
+    drawn = pose_plot(with_moduli(report, 0.5, 3.5), model)
+    assert "nan" not in drawn.alt
+    assert drawn.alt.startswith("2 lines")
+    read = [model.modulus_read(E, report.design.press.travel_mm, tilt) for E in (0.5, 3.5) for tilt in (-1.0, 1.0)]
+    errors = np.abs(100.0 * (np.array(read) / [0.5, 0.5, 3.5, 3.5] - 1.0))
+    assert f"one degree moves E by up to {np.nanmax(errors):.3g} %" in drawn.caption
+
+
+def test_lost_readings_at_one_degree_are_said(flat_page):
+    def read_when_level(E, _, tilt_deg):
+        return E if abs(tilt_deg) < 0.5 else float("nan")
+
+    blind = SimpleNamespace(linear=True, by_ratio=True, modulus_read=read_when_level)
+    assert "no reading at one degree" in pose_plot(flat_page.report, blind).caption
+
+
+def test_NL_and_spread_of_the_plots_are_those_judged(flat_page):
+    report = with_value(with_value(flat_page.report, "NL", 0.0321), "P_displacement_independent", 0.077)
+    assert "NL 3.21 %" in modulus_plot(report, ()).caption
+    assert "at most 7.7 %" in travel_plot(report).caption
+
+
+def test_plots_of_a_design_without_these_verdicts_say_neither(flat_page):
+    report = dataclasses.replace(flat_page.report, verdicts=())
+    assert "NL" not in modulus_plot(report, ()).caption
+    assert "varies" not in travel_plot(report).caption
+
+
+def test_sliders_judge_by_the_verdicts_of_the_report(flat_page):
+    data = live_data(flat_page.report, live_model(flat_page.report))["judged"]
+    assert set(data) == {"P_max", "NL", "P_displacement_independent"}
+    for verdict in flat_page.report.verdicts:
+        if verdict.name in data:
+            assert data[verdict.name]["limit"] == pytest.approx(verdict.limit)
+            assert data[verdict.name]["tolerance"] == pytest.approx(verdict.tolerance)
+    nothing = dataclasses.replace(flat_page.report, verdicts=())
+    assert live_data(nothing, live_model(nothing))["judged"] == {}
