@@ -31,6 +31,14 @@ def _signals_heard() -> None:
             signal.signal(number, handler)
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _no_width_of_a_terminal() -> Iterator[None]:
+    """Take away the width of whoever's terminal started the tests: answers are as wide as without one."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("COLUMNS", raising=False)
+        yield
+
+
 @pytest.fixture
 def rng() -> np.random.Generator:
     """Return a generator that starts the same in every test."""

@@ -15,6 +15,7 @@ import pipeline.bench.hard.suite
 import pipeline.check.limited_check
 import pipeline.commands.machine
 import pipeline.view.pictures
+import pipeline.view.window
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from mesh.session import MeshError
@@ -200,12 +201,14 @@ def test_check_hands_a_file_to_the_rules_of_its_process(words, process, tmp_path
 def test_view_shows_a_window_or_writes_the_pictures_that_it_names(monkeypatch, capsys):
     calls = []
     stand_ins = {
-        "pictures": lambda folder: ["picture", folder],
-        "show_pictures": lambda *each: calls.append(each),
-        "write_pictures": lambda shown, folder, force: calls.append((shown, folder, force)) or [folder / "housing.png"],
+        "pictures.pictures": lambda folder: ["picture", folder],
+        "window.show_pictures": lambda *each: calls.append(each),
+        "pictures.write_pictures": lambda shown, folder, force: (
+            calls.append((shown, folder, force)) or [folder / "housing.png"]
+        ),
     }
     for name, stand_in in stand_ins.items():
-        monkeypatch.setattr(pipeline.view.pictures, name, stand_in)
+        monkeypatch.setattr(f"pipeline.view.{name}", stand_in)
     folder = Path("outputs/paper")
     assert settle(["view", str(folder)], capsys) == (0, "", "")
     assert settle(["view", str(folder), "--png", "p"], capsys) == (0, "p/housing.png\n", "")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, K_M_OVER_E
 
-import pipeline.stages.contact
+import pipeline.stages.level_contact
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
@@ -90,7 +90,9 @@ def test_a_curved_fruit_is_its_block_and_what_its_shape_changes():
 )
 def test_a_curved_fruit_out_of_bounds_is_refused_before_its_block_is_solved(fruit, tips, message, monkeypatch):
     """The plan that is given may be larger than the fruit: tips then stand beside it."""
-    monkeypatch.setattr(pipeline.stages.contact, "split_compliance", lambda *_: pytest.fail("the block was solved"))
+    monkeypatch.setattr(
+        pipeline.stages.level_contact, "split_compliance", lambda *_: pytest.fail("the block was solved")
+    )
     with pytest.raises(InputError, match=message):
         contact_compliance(Fruit(shape="sphere", thickness_mm=4.0, **fruit), Tips(**tips))
 
