@@ -100,19 +100,22 @@ def _frozen(value: object) -> object:
     return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-def read_design(path: Path) -> dict[str, Any]:
-    """Return the tables of a design file; raises InputError when it is missing, unreadable or not TOML."""
+def read_design(path: Path, kind: str = "design file") -> dict[str, Any]:
+    """Return the tables of a design file, or of another kind of TOML file that messages are to name.
+
+    Raises InputError when it is missing, unreadable or not TOML.
+    """
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
-        msg = f"design file {path}: not found; must be an existing TOML file; check the path"
+        msg = f"{kind} {path}: not found; must be an existing TOML file; check the path"
         raise InputError(msg) from error
     except (OSError, UnicodeDecodeError) as error:
-        msg = f"design file {path}: cannot be read ({type(error).__name__}); must be a TOML text file; check the file"
+        msg = f"{kind} {path}: cannot be read ({type(error).__name__}); must be a TOML text file; check the file"
         raise InputError(msg) from error
     except ValueError as error:  # TOMLDecodeError, or a number with more digits than Python reads
         reason = str(error).splitlines()[0]
-        msg = f"design file {path}: {reason}; must be valid TOML; mend that line"
+        msg = f"{kind} {path}: {reason}; must be valid TOML; mend that line"
         raise InputError(msg) from error
 
 

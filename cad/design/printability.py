@@ -18,6 +18,10 @@ from cad.theory.two_spring_law import Springs, size_springs
 LENGTH_MARGIN = 0.15
 STRAIN_FACTOR = 1.3  # fillet root over beam theory, 1.17 to 1.27 by FE of solid flexures
 SHORTEST = 5.0  # leaf length over thickness: below it a leaf is a block, and its length no longer sets its stiffness
+# Shares of the bending that shear of a rectangle (nu = 0.4) and roots that give add to a leaf of SHORTEST thicknesses;
+# the roots are those of W. J. O'Donnell 1960, a half-plane turned by 16.67 M / (pi E w t^2), without their fillets.
+_SHEAR, _ROOTS = 2.4 * (1.0 + 0.4) / SHORTEST**2, 0.5 * 16.67 / math.pi / SHORTEST
+NEAREST_MARGIN = math.cbrt(1.0 + _SHEAR + _ROOTS) - 1.0  # of length; what is offered can be made wherever it is solved
 # Round values that are offered in place of a target that cannot be made.
 _P_MAX_VALUES = (*(i / 100 for i in range(101, 1000)), *(i / 10 for i in range(100, 1001)))
 _NL_VALUES = (*(i / 10000 for i in range(1, 100)), *(i / 1000 for i in range(10, 500)))
@@ -115,11 +119,11 @@ class _Target:
         return " N/m" if self.key.endswith("N_per_m") else ""
 
     def nearest(self, leaf: _Leaf) -> float | None:
-        """Return the value nearest in ratio whose spring passes with the margin, if there is one."""
+        """Return the value nearest in ratio whose spring passes with NEAREST_MARGIN, if there is one."""
 
         def can_be_made(value: float) -> bool:
             K = self.stiffness(value)
-            return not leaf.faults(K, leaf.length(K), LENGTH_MARGIN)
+            return not leaf.faults(K, leaf.length(K), NEAREST_MARGIN)
 
         by_distance = sorted(self.others, key=lambda value: abs(math.log(value / self.value)))
         return next(filter(can_be_made, by_distance), None)
@@ -137,7 +141,7 @@ def check_printable(
 
     Strain is that at the largest modulus shown, which may lie beyond E_max. Without `lengths_mm`, as solved, the beam
     law gives the lengths and a leaf within LENGTH_MARGIN of a bound is undecided. The nearest target that is named
-    passes with that margin.
+    passes with NEAREST_MARGIN.
     """
     fruit = design.fruit
     stiffest = K_m_max * max(fruit.E_max_MPa, *fruit.E_MPa) / fruit.E_max_MPa

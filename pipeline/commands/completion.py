@@ -2,6 +2,7 @@
 
 from argparse import Action, ArgumentParser
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from cad.design.design_file import every_key
 from cad.design.processes import PROCESSES
@@ -9,8 +10,8 @@ from cad.quantity import fault, nearest
 from pipeline.options import CONTACT_METHODS, FRUIT_STIFFNESSES, preset_names
 
 SHELLS = ("bash", "zsh", "tcsh")
-_FOLDERS = ("--out", "--png", "folder")
-_FILES = ("path", "files", "measured", "--unit")
+_FOLDERS = ("DIR", "OUT")
+_FILE = "FILE"
 
 
 def completion(parser: ArgumentParser, parsers: Mapping[str, ArgumentParser], words: Sequence[str]) -> str:
@@ -30,8 +31,9 @@ def completion(parser: ArgumentParser, parsers: Mapping[str, ArgumentParser], wo
             key = _key(action)
             if key in names:
                 action.choices = names[key]
-            elif key in _FOLDERS or key in _FILES:
-                action.complete = shtab.DIRECTORY if key in _FOLDERS else shtab.FILE  # type: ignore[attr-defined]
+            elif action.type is Path or str(action.metavar).startswith(_FILE):
+                kind = shtab.DIRECTORY if action.metavar in _FOLDERS else shtab.FILE
+                action.complete = kind  # type: ignore[attr-defined]
     script: str = shtab.complete(parser, shell=shell)
     return script if script.endswith("\n") else f"{script}\n"
 
@@ -51,7 +53,7 @@ def _names() -> dict[str, tuple[str, ...]]:
 
     return {
         "--design": preset_names(),
-        "design": preset_names(),
+        "named": preset_names(),
         "--process": tuple(PROCESSES),
         "--fruit-stiffness": FRUIT_STIFFNESSES,
         "--contact-method": CONTACT_METHODS,

@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 from dataclasses import asdict
 from pathlib import Path
 
+from cad.quantity import fault
 from pipeline.commands.console import PASSED, add_json_flag, answering, print_json
 
 PURPOSE = "say what a verdict or a symbol means"
@@ -24,10 +25,17 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def execute(arguments: Namespace) -> int:
-    """Print what a name means, or the list of names; return 0. Raises InputError for an unknown name."""
+    """Print what a name means, or the list of names; return 0.
+
+    Raises InputError for an unknown name, a folder without a name, two folders.
+    """
     from pipeline.explain.closed_form import default_numbers
     from pipeline.explain.entries import entry_of
 
+    if arguments.out is not None and arguments.name is None:
+        raise fault("--out", str(arguments.out), "", "left out without a NAME", "name what its number is asked of")
+    if arguments.out is not None and arguments.folder is not None:
+        raise fault("--out", str(arguments.out), "", "left out beside DIR", "give the folder once")
     if arguments.name is None:
         with answering():
             _print_list(arguments)

@@ -14,12 +14,14 @@ from pipeline.commands.run import add_design_flags, settings_of
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
 from pipeline.progress.line import showing_progress
 from pipeline.storage.interruption import interruptible
+from pipeline.storage.new_file import refuse_unwritable, write_new
 
 if TYPE_CHECKING:
     from pipeline.suggest.suggestion import Suggestion
 
 PURPOSE = "find the nearest design that passes"
 EXAMPLE = "pipeline suggest paper --set fruit.bruise_limit_MPa=0.29"
+_OTHER_NAME = "choose another name"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -52,11 +54,17 @@ def execute(arguments: Namespace) -> int:
             found = suggestion(design, RunOptions(), keep)
     except (ExportError, MeshError, SolveError) as error:
         raise InputError(str(error)) from error
-    if arguments.out is not None and found.changes is not None:
-        arguments.out.write_text(f"# {command_of(arguments.design, settings, found)}\n{design_as_toml(found.changed)}")
+    command = command_of(arguments.design, settings, found)
     with answering():
-        _print(found, command_of(arguments.design, settings, found), arguments)
-    return FAILED if found.changes is None else PASSED
+        _print(found, command, as_json=arguments.json)
+    if found.changes is None:
+        return FAILED
+    if arguments.out is not None:
+        write_new(arguments.out, f"# {command}\n{design_as_toml(found.changed)}", "--out", remedy=_OTHER_NAME)
+        if not arguments.json:
+            with answering():
+                print(f"written to {arguments.out}")
+    return PASSED
 
 
 def _known_key(key: str) -> str:
@@ -70,8 +78,9 @@ def _refuse_file(path: Path | None) -> None:
         return
     if path.suffix != ".toml":
         raise fault("--out", str(path), "", "a file that ends in .toml", "name a design file, not a folder")
-    if path.exists() or not path.absolute().parent.is_dir():
-        raise fault("--out", str(path), "", "a new file in a folder that exists", "choose another name")
+    if not path.absolute().parent.is_dir():
+        raise fault("--out", str(path), "", "a new file in a folder that exists", _OTHER_NAME)
+    refuse_unwritable(path, "--out", _OTHER_NAME)
 
 
 def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") -> str:
@@ -83,11 +92,11 @@ def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") ->
     return shlex.join(["pipeline", "run", "--design", design, *sets])
 
 
-def _print(found: "Suggestion", command: str, arguments: Namespace) -> None:
+def _print(found: "Suggestion", command: str, *, as_json: bool) -> None:
     from pipeline.remedies.changes import value_of
 
     rows = [(key, value_of(found.design, key), value) for key, value in (found.changes or {}).items()]
-    if arguments.json:
+    if as_json:
         data = {
             "design": design_as_mapping(found.changed),
             "passes": found.changes is not None,
@@ -108,8 +117,6 @@ def _print(found: "Suggestion", command: str, arguments: Namespace) -> None:
         return
     _print_changes(rows)
     print(command)
-    if arguments.out is not None:
-        print(f"written to {arguments.out}")
 
 
 def _print_changes(rows: Sequence[tuple[str, object, object]]) -> None:

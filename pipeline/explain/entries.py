@@ -1,12 +1,12 @@
 """What each verdict and symbol means: the entries of verdicts.toml and symbols.toml; the standard library only."""
 
+import difflib
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cad.quantity import InputError, nearest
+from cad.quantity import InputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,25 +43,20 @@ def entries() -> tuple[Entry, ...]:
     return tuple(found)
 
 
-def _entry(name: str, table: Mapping[str, Any], *, is_verdict: bool) -> Entry:
-    listed = {key: tuple(table.get(key, ())) for key in ("aliases", "each")}
-    texts = {key: value for key, value in table.items() if key not in listed}
-    return Entry(name=name, is_verdict=is_verdict, aliases=listed["aliases"], each=listed["each"], **texts)
-
-
 def entry_names() -> tuple[str, ...]:
     """Return the names that can be explained, one for each spring where an entry stands for several."""
     return tuple(name for entry in entries() for name in entry.each or (entry.name,))
 
 
 def entry_of(name: str) -> Entry:
-    """Return the entry of a name; raises InputError with the nearest one for a name that nothing explains."""
+    """Return the entry of a name; raises InputError for a name that nothing explains, with one that is near it."""
     every = entries()
     for entry in every:
         if name in (entry.name, *entry.aliases, *entry.each):
             return entry
     known = [*entry_names(), *(alias for entry in every for alias in entry.aliases)]
     folded = {one.lower(): one for one in known}
-    close = folded.get(name.lower()) or nearest(name, known)
-    msg = f"NAME = {name!r}: must be a verdict or a symbol; did you mean {close}? `pipeline explain` lists them all"
+    near = [folded[name.lower()]] if name.lower() in folded else difflib.get_close_matches(name, known, n=1)
+    hint = f"did you mean {near[0]}? " if near else ""
+    msg = f"NAME = {name!r}: must be a verdict or a symbol; {hint}`pipeline explain` lists them all"
     raise InputError(msg)

@@ -28,12 +28,17 @@ _OF_THE_RATIO = {"P_max", "NL", "P_displacement_independent", "P_monotonic"}
 
 
 def changed(design: Design, changes: Changes) -> Design:
-    """Return a design with keys changed, None for one that is unset; raises InputError where that is no design."""
+    """Return a design with keys changed, None for one that is unset; raises InputError where that is no design.
+
+    A known process takes the place of one of the design's own, as `--set` does it.
+    """
     tables: dict[str, dict[str, Value]] = {}
     for name, value in changes.items():
         table, _, key = name.partition(".")
         tables.setdefault(table, {})[key] = value
-    records: Mapping[str, Any] = {table: _replaced(design, table, values) for table, values in tables.items()}
+    records: dict[str, Any] = {table: _replaced(design, table, values) for table, values in tables.items()}
+    if changes.get("print.process") in PROCESSES:
+        records["printer"] = None
     return dataclasses.replace(design, **records)
 
 
@@ -90,7 +95,13 @@ def in_digits(changes: Changes) -> str:
 
 
 def ladders(design: Design, wrong: Sequence[str], *, dear: bool) -> Iterator[Ladder]:
-    """Yield the changes that may mend the verdicts of some names; with fewer steps where each trial is dear."""
+    """Yield the changes that may mend the verdicts of some names; with fewer steps where each trial is dear.
+
+    Nothing mends a line but another layout: no housing is drawn for it.
+    """
+    if "geometry.layout" in wrong:
+        yield from _of_the_layout(design)
+        return
     kinds = {name.partition(".")[0] for name in wrong}
     of_the_ratio, reads = bool(_OF_THE_RATIO & set(wrong)), "reading" in kinds
     if of_the_ratio:
@@ -149,6 +160,19 @@ def _of_the_reading(design: Design, wrong: Sequence[str]) -> Iterator[Ladder]:
             yield from _scaled(design, key, factors)
 
 
+def _of_the_layout(design: Design) -> Iterator[Ladder]:
+    """Yield the layouts that have a housing, without the keys of a line."""
+    for layout in ("pair", "square"):
+        yield ({"tips.layout": layout, **_unset(design, "tips.order", "tips.outer_mm")},)
+    if design.reading is not None and design.tips.shape != "dome":
+        yield (_domes(design),)
+
+
+def _unset(design: Design, *keys: str) -> Changes:
+    """Return changes that unset those of the keys that are set."""
+    return {key: None for key in keys if value_of(design, key) is not None}
+
+
 def _straightened(design: Design) -> Iterator[Ladder]:
     """Yield what makes a press level and faces flat."""
     for key in ("press.tilt_deg", "press.roll_deg", "tips.fillet_mm"):
@@ -157,8 +181,7 @@ def _straightened(design: Design) -> Iterator[Ladder]:
     if design.press.attitude != "side":
         yield ({"press.attitude": "side"},)
     if design.tips.shape not in ("cube", "cylinder"):
-        unset = {} if design.tips.dome_radius_mm is None else {"tips.dome_radius_mm": None}
-        yield ({"tips.shape": "cube", **unset},)
+        yield ({"tips.shape": "cube", **_unset(design, "tips.dome_radius_mm")},)
 
 
 def _given_springs(design: Design) -> Iterator[Ladder]:

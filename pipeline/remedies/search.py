@@ -83,11 +83,13 @@ def _nearest_first(design: Design, candidates: Sequence[Candidate]) -> list[Cand
 def _round(
     design: Design, base: Base, fixed: frozenset[str], keys: dict[str, None], trials: Trials
 ) -> Iterator[Candidate]:
-    """Yield what becomes of a base with one more key changed, and note which keys that are."""
+    """Yield what becomes of a base with one more key changed, and note the keys that were tried."""
     changes, changed_design, wrong = base
     for ladder in _open_ladders(changed_design, wrong, changes, fixed):
-        keys.update(dict.fromkeys(ladder[0]))
+        before = trials.count
         yield from _climbed(design, changes, ladder, trials)
+        if trials.count > before:
+            keys.update(dict.fromkeys(ladder[0]))
 
 
 def is_dear(design: Design) -> bool:

@@ -49,13 +49,14 @@ def common_remedy(design: Design, wrong: Sequence[str], trials: Trials, options:
 
 
 def sentence(design: Design, search: Search) -> str:
-    """Return what a search has found, in a sentence."""
+    """Return what a search has found, in a sentence, that of a line with what is wrong with it."""
+    head = "a line has no housing; " if design.tips.layout == "line" else ""
     if not search.passing:
-        return _none(search)
+        return head + _none(search)
     fewest = len(search.passing[0].changes)
     those = [one.changes for one in search.passing if len(one.changes) == fewest][:_SHOWN]
     alternatives = " or ".join(in_words(design, changes) for changes in those)
-    return f"passes with {alternatives}: {shlex.join(flags(those[0]))}"
+    return f"{head}passes with {alternatives}: {shlex.join(flags(those[0]))}"
 
 
 def in_words(design: Design, changes: Changes) -> str:
@@ -77,8 +78,9 @@ def _key_in_words(design: Design, key: str, changes: Changes, *, alone: bool) ->
 
 def _none(search: Search) -> str:
     """Return that nothing tried passes, which keys that was, and what comes nearest."""
-    keys = ", ".join(search.keys) or "any key"
-    said = f"none found: of {search.count} designs with other {keys} none passes"
+    if search.count == 0:
+        return "none found: no change of a key that bears on it could be tried"
+    said = f"none found: of {search.count} designs with other {', '.join(search.keys)} none passes"
     if search.least is None:
         return said
     worst = search.least.trial.wrong[0]

@@ -1,7 +1,7 @@
 """A seal tells a file as it was written from one that a person changed or made: the sha256 of its own content.
 
 A JSON object carries it as its key `digest`, a text as a comment in its last line, written as `**` in a deck of
-CalculiX, a picture as a PNG text chunk.
+CalculiX and as `#` in TOML, a picture as a PNG text chunk.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ from typing import Any
 KEY = "digest"
 _COMMENT = "<!-- sha256 of the text above: {} -->\n"
 _LAST_LINE = re.compile(re.escape(_COMMENT).replace(r"\{\}", "[0-9a-f]{64}"))
-_DECK_COMMENT = "** sha256 of the text above: {}\n"
+_COMMENTS = {".inp": "** sha256 of the text above: {}\n", ".toml": "# sha256 of the text above: {}\n"}
 _PNG_HEAD = 33  # signature and IHDR, after which a text chunk may stand
 _PNG_KEYWORD = b"twintip sha256\0"
 
@@ -49,7 +49,7 @@ def sealed_mapping(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def sealed(name: str, content: bytes) -> bytes:
-    """Return the content of a .json, .png or .inp file, or of one whose comments are those of XML, with its seal."""
+    """Return the content of a .json, .png, .inp, .toml or, with XML's comments, any other file with its seal."""
     if name.endswith(".json"):
         return (json.dumps(sealed_mapping(json.loads(content)), indent=2) + "\n").encode()
     if name.endswith(".png"):
@@ -80,7 +80,7 @@ def has_seal(path: Path) -> bool:
 
 def _comment(name: str) -> str:
     """Return the comment that seals a text file, by the ending of its name."""
-    return _DECK_COMMENT if name.endswith(".inp") else _COMMENT
+    return _COMMENTS.get(Path(name).suffix, _COMMENT)
 
 
 def without_seal(text: str) -> str:

@@ -3,35 +3,84 @@
 import csv
 import io
 import json
+import os
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
-from cad.quantity import fault
-from pipeline.study.store import StudyStore
+from cad.quantity import InputError, fault
+from pipeline.storage.belongings import keep_aside
+from pipeline.storage.plain import Plain
+from pipeline.storage.seal import file_digest, is_regular
+from pipeline.study.store import STORE, StudyStore, stored_study
 from pipeline.study.study_file import Study
 
+FLAG = "--export"
 KINDS = (".csv", ".parquet")
+_EXPORTS = "exports"  # sha256 by place of the tables that were written: neither kind has room for a seal
 _BATCH = 50_000
 
 
-def export_table(store: StudyStore, study: Study, path: Path) -> None:
-    """Write the table of a study to a file of kind .csv or .parquet.
+def export_table(store: StudyStore, study: Study, path: Path, *, force: bool = False) -> None:
+    """Write the table of a study to a file of kind .csv or .parquet, whole or not at all.
 
-    Raises InputError for another kind, and where Parquet is asked for without the package that writes it.
+    Raises InputError as `refuse_export`, and where the file cannot be written.
     """
-    refuse_kind(path)
+    _refuse_kind(path)
+    exports = store.fact(_EXPORTS) or {}
     header = ["number", "status", *study.vary, *(key for key in study.wanted if key not in study.vary), "error"]
-    rows = _rows(store, header)
-    if path.suffix == ".csv":
-        _write_csv(path, header, rows)
-    else:
-        _write_parquet(path, header, rows)
+    write = _write_csv if path.suffix == ".csv" else _write_parquet
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        write(part, header, _rows(store, header))
+        digest = file_digest(part)
+        if os.path.lexists(path) and not _is_own(path, exports):
+            if not force:
+                raise _taken(path)
+            keep_aside(path, path.parent)
+        part.replace(path)
+    except OSError as error:
+        bound = f"a file that can be written ({error.strerror})"
+        raise fault(FLAG, str(path), "", bound, "name another one") from error
+    finally:
+        if part.exists():
+            part.unlink()
+    store.remember(_EXPORTS, {**exports, str(path.resolve()): digest})
 
 
-def refuse_kind(path: Path) -> None:
-    """Raise InputError for a file of a kind that is not written, before anything is solved."""
+def refuse_export(path: Path, folder: Path, *, force: bool = False) -> None:
+    """Raise InputError where the table of the study of a folder cannot be written, before anything is solved.
+
+    A file that is there is replaced only where it is as this study wrote it, unless `force` keeps it as NAME.bak.
+    """
+    _refuse_kind(path)
+    if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
+        raise fault(FLAG, str(path), "", "a file in a folder that is there", "make that folder first")
+    if force or not os.path.lexists(path):
+        return
+    if not (folder / STORE).is_file():
+        raise _taken(path)
+    with stored_study(folder) as store:
+        if not _is_own(path, store.fact(_EXPORTS) or {}):
+            raise _taken(path)
+
+
+def _refuse_kind(path: Path) -> None:
     if path.suffix not in KINDS:
-        raise fault("--export", path.name, "", "a file of kind .csv or .parquet", "change its ending")
+        raise fault(FLAG, path.name, "", "a file of kind .csv or .parquet", "change its ending")
+    if path.suffix == ".parquet" and find_spec("pyarrow") is None:
+        remedy = "install it with: pip install 'twintip[study]', or export .csv"
+        raise fault(FLAG, path.name, "", "written with the package pyarrow", remedy)
+
+
+def _is_own(path: Path, exports: Plain) -> bool:
+    """Say whether a file still is as this study wrote it there."""
+    return is_regular(path) and exports.get(str(path.resolve())) == file_digest(path)
+
+
+def _taken(path: Path) -> InputError:
+    bound = "a new file, or the unchanged table of this study"
+    return fault(FLAG, str(path), "", bound, "name another one, or keep this one as NAME.bak with --force")
 
 
 def _rows(store: StudyStore, header: list[str]) -> Iterator[list[object]]:
@@ -55,12 +104,9 @@ def _cell(value: object) -> str:
 
 
 def _write_parquet(path: Path, header: list[str], rows: Iterator[list[object]]) -> None:
-    try:
-        from pyarrow import csv as arrow_csv
-        from pyarrow import parquet
-    except ImportError as error:
-        remedy = "install it with: pip install 'twintip[study]', or export .csv"
-        raise fault("--export", path.name, "", "written with the package pyarrow", remedy) from error
+    from pyarrow import csv as arrow_csv
+    from pyarrow import parquet
+
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)

@@ -1,7 +1,6 @@
 """The points of a study, by their numbers: those of a grid, of a Sobol sequence, or of the rows of a file."""
 
 import math
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,7 +11,7 @@ from cad.design.parameters import Design
 from cad.quantity import fault
 from pipeline.storage.plain import Plain
 from pipeline.study.study_file import MOST_POINTS, Study
-from pipeline.study.variation import Setting
+from pipeline.study.variation import Setting, setting_of_cell
 
 SOBOL_BITS = 30
 
@@ -94,16 +93,7 @@ def _grid_values(study: Study, number: int) -> tuple[Setting, ...]:
 
 
 def _row(study: Study, number: int) -> tuple[Setting, ...]:
-    return tuple(_as_value(cell) for cell in study.rows[number])
-
-
-def _as_value(cell: str) -> Setting:
-    """Return what a cell says: a number, a truth value or a list of numbers as TOML writes it, else text."""
-    try:
-        value = tomllib.loads(f"value = {cell}")["value"]
-    except ValueError:
-        return cell
-    return tuple(value) if isinstance(value, list) else value
+    return tuple(setting_of_cell(cell) for cell in study.rows[number])
 
 
 def design_of(study: Study, settings: Mapping[str, Setting]) -> Design:

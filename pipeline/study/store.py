@@ -4,21 +4,20 @@ import fcntl
 import json
 import os
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import asdict
-from importlib.metadata import version
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
-from cad.quantity import InputError, fault
-from pipeline.storage.cache import code_digest
-from pipeline.storage.plain import Plain, to_plain
+from cad.quantity import fault
+from pipeline.storage.plain import Plain
+from pipeline.study.study_facts import plain_json, refuse_other, study_facts
 from pipeline.study.study_file import Study
 from pipeline.study.tasks import PointResult
 
 STORE = "study.sqlite"
 _LOCK = "study.lock"
-_PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
+_APPLICATION = 0x74776E74  # twnt, the mark that SQLite keeps for whose file it is
+_SCHEMA = 1
 _TABLES = """
 CREATE TABLE IF NOT EXISTS study (key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS points (
@@ -31,7 +30,6 @@ CREATE TABLE IF NOT EXISTS points (
 );
 CREATE TABLE IF NOT EXISTS audits (number INTEGER PRIMARY KEY, results TEXT NOT NULL);
 """
-_GROWS = "samples"
 
 
 class StudyStore:
@@ -52,7 +50,7 @@ class StudyStore:
                 )
                 open_transaction.executemany(
                     "INSERT OR IGNORE INTO audits VALUES (?, ?)",
-                    [(result.number, _json(result.audit)) for result in rows if result.audit is not None],
+                    [(result.number, plain_json(result.audit)) for result in rows if result.audit is not None],
                 )
         except sqlite3.OperationalError as error:
             remedy = "free some space and run the same command again: all points before this one are kept"
@@ -61,7 +59,7 @@ class StudyStore:
     def remember(self, key: str, value: object) -> None:
         """Keep a fact of the study by its name."""
         with self._connection as open_transaction:
-            open_transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", (key, _json(value)))
+            open_transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", (key, plain_json(value)))
 
     def fact(self, key: str) -> Plain | None:
         """Return a fact of the study by its name; None where none is kept."""
@@ -107,46 +105,68 @@ def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
     holds anything else than a study.
     """
     _make(folder)
-    with _locked(folder), _opened(folder / STORE) as connection:
-        store = StudyStore(connection, folder / STORE)
-        try:
-            connection.execute("PRAGMA journal_mode = WAL")
-            connection.executescript(_TABLES)
-            _refuse_other(store, study)
-            _make_table_view(connection, study)
-        except sqlite3.DatabaseError as error:
-            raise fault("study store", STORE, "", f"a whole SQLite file ({error})", "name another --out") from error
+    path = folder / STORE
+    if path.exists():
+        with _opened(path) as connection:
+            _refuse_foreign(connection, path)
+    with _locked(folder), _opened(path) as connection:
+        connection.execute(f"PRAGMA application_id = {_APPLICATION}")
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.executescript(_TABLES)
+        store, facts = StudyStore(connection, path), study_facts(study)
+        refuse_other(path, store.fact("asked"), facts)
+        store.remember("asked", facts)
+        store.remember("schema", _SCHEMA)
+        _make_table_view(connection, study)
         yield store
 
 
 @contextmanager
 def stored_study(folder: Path) -> Iterator[StudyStore]:
-    """Open the store of a study for reading; raises InputError where there is none."""
+    """Open the store of a study for reading; raises InputError where there is none, or another file of this name."""
     path = folder / STORE
     if not path.is_file():
         raise fault("study store", str(path), "", "an existing file", "run the study first")
     with _opened(path) as connection:
+        _refuse_foreign(connection, path)
         yield StudyStore(connection, path)
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
+    """Give a connection; whatever SQLite has against the file, then or later, is an InputError of one line."""
     try:
-        connection = sqlite3.connect(path, timeout=60.0)
-    except sqlite3.OperationalError as error:
-        raise fault("study store", str(path), "", "a file that can be written", "name another --out") from error
-    try:
-        yield connection
-    finally:
-        connection.close()
+        with closing(sqlite3.connect(path, timeout=60.0)) as connection:
+            yield connection
+    except sqlite3.DatabaseError as error:
+        bound = f"a whole SQLite file that can be read and written ({error})"
+        raise fault("study store", str(path), "", bound, "name another --out") from error
+
+
+def _refuse_foreign(connection: sqlite3.Connection, path: Path) -> None:
+    """Raise InputError, with nothing written, where a database is neither empty nor that of a study."""
+    (application,) = connection.execute("PRAGMA application_id").fetchone()
+    tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_master")}
+    if application == 0 and not tables:
+        return
+    if application == _APPLICATION:  # a run that was killed at its start has left no table or no schema
+        schema: object = StudyStore(connection, path).fact("schema") if "study" in tables else None
+        if schema is None or schema == _SCHEMA:
+            return
+    bound = f"empty or the store of a study of schema {_SCHEMA}, and it is another database"
+    raise fault("study store", str(path), "", bound, "name another --out")
 
 
 def _make(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise fault("--out", str(folder), "", "a folder, and it is a file", "name another folder")
-    if folder.is_dir() and not (folder / STORE).exists() and {path.name for path in folder.iterdir()} - {_LOCK}:
-        raise fault("--out", str(folder), "", "new, empty or the folder of this study", "name another folder")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise fault("--out", str(folder), "", "a folder, and it is a file", "name another folder")
+        if folder.is_dir() and not (folder / STORE).exists() and {path.name for path in folder.iterdir()} - {_LOCK}:
+            raise fault("--out", str(folder), "", "new, empty or the folder of this study", "name another folder")
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        bound = f"a folder that can be written ({error.strerror})"
+        raise fault("--out", str(folder), "", bound, "name another folder") from error
 
 
 @contextmanager
@@ -164,52 +184,6 @@ def _locked(folder: Path) -> Iterator[None]:
         os.close(handle)
 
 
-def _refuse_other(store: StudyStore, study: Study) -> None:
-    """Raise InputError that names the difference where a store holds another study; a longer one may go on."""
-    asked, kept = _facts(study), store.fact("asked")
-    if kept is not None:
-        for place, before, now in _differences("", kept, asked):
-            if place == _GROWS and isinstance(before, int) and isinstance(now, int) and now >= before:
-                continue
-            remedy = "change it back, or name another --out"
-            msg = f"{place} = {_short(now)}: must be {_short(before)}, as in {store.path}; {remedy}"
-            raise InputError(msg)
-    store.remember("asked", asked)
-    store.remember("schema", 1)
-
-
-def _facts(study: Study) -> Plain:
-    """Return what decides the results of a study."""
-    vary = {key: {"kind": type(varied).__name__, **asdict(varied)} for key, varied in study.vary.items()}
-    plain: Plain = {
-        "base": study.base,
-        "vary": vary,
-        "order": list(study.vary),
-        "wanted": list(study.wanted),
-        "goal": to_plain(study.goal),
-        **{name: getattr(study, name) for name in ("how", "samples", "seed", "tol", "level", "contact", "audit")},
-        "rows": [list(row) for row in study.rows],
-        "versions": {name: version(name) for name in _PACKAGES},
-        "code": code_digest()[:16],
-    }
-    facts: Plain = json.loads(_json(plain))
-    return facts
-
-
-def _differences(place: str, before: object, now: object) -> Iterator[tuple[str, object, object]]:
-    """Yield each dotted place where two trees of plain data differ, with both values; None stands for nothing there."""
-    if isinstance(before, dict) and isinstance(now, dict):
-        for key in (*before, *(key for key in now if key not in before)):
-            yield from _differences(f"{place}.{key}" if place else key, before.get(key), now.get(key))
-    elif before != now:
-        yield place, before, now
-
-
-def _short(value: object) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."  # noqa: PLR2004 - of one line
-
-
 def _make_table_view(connection: sqlite3.Connection, study: Study) -> None:
     """Make the view `results`: a column for each key that varies and for each that is wanted."""
     columns = [(key, "settings") for key in study.vary] + [(key, "results") for key in study.wanted]
@@ -219,16 +193,5 @@ def _make_table_view(connection: sqlite3.Connection, study: Study) -> None:
 
 
 def _row(result: PointResult) -> tuple[int, str, str, str, str | None, float]:
-    settings, values = _json(result.settings), _json(result.values)
+    settings, values = plain_json(result.settings), plain_json(result.values)
     return result.number, result.status, settings, values, result.error, round(result.seconds, 6)
-
-
-def _json(value: object) -> str:
-    return json.dumps(value, allow_nan=False, default=_as_list)
-
-
-def _as_list(value: object) -> object:
-    if isinstance(value, Mapping):
-        return dict(value)
-    msg = f"{type(value).__name__}: must be plain data; turn it into some first"
-    raise TypeError(msg)

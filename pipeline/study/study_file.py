@@ -14,12 +14,12 @@ from cad.quantity import InputError, fault, nearest
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
 from pipeline.storage.plain import Plain
 from pipeline.study.file_values import real_at, text_at, texts, whole_at
+from pipeline.study.points_file import Row, columns_of, read_rows
 from pipeline.study.report_keys import LEVELS, Level, level_of, refuse_unknown
-from pipeline.study.variation import Choices, Variation, variation
+from pipeline.study.variation import Variation, variation
 
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 Contact = Literal["auto", "solve", "surrogate"]
-Row = tuple[str, ...]
 
 HOW = ("sobol", "grid", "points", "search", "sensitivity")
 CONTACT = ("auto", "solve", "surrogate")
@@ -113,7 +113,7 @@ class Study:
 
 def read_study(path: Path) -> Study:
     """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one."""
-    data = read_design(path)
+    data = read_design(path, "study file")
     for key in data:
         if key not in _FILE_KEYS:
             known = ", ".join(_FILE_KEYS)
@@ -124,16 +124,16 @@ def read_study(path: Path) -> Study:
 
 def study_of(name: str, data: Mapping[str, Any], folder: Path) -> Study:
     """Return the study that the tables of a study file describe; files that it names lie beside it, in the folder."""
-    vary = {key: variation(key, given) for key, given in _flat(data.get("vary", {})).items()}
+    vary = {key: variation(key, given) for key, given in _flat("vary", data).items()}
     how: How = data.get("how", _how(data))
     goal = _goal(data.get("optimise", {}))
     wanted = _wanted(data, goal if how == "search" else None)
-    header, rows = _read_rows(folder / text_at(data, "points", "")) if how == "points" else ((), ())
+    header, rows = read_rows(folder / text_at(data, "points", "")) if how == "points" else ((), ())
     asked: Level = data.get("level", "contact")
     return Study(
         name=name,
         base=_base(data, folder),
-        vary=_columns(header, rows) or vary,
+        vary=columns_of(header, rows) or vary,
         wanted=wanted,
         how=how,
         samples=whole_at(data, "samples", 0),
@@ -169,8 +169,7 @@ def _base(data: Mapping[str, Any], folder: Path) -> Plain:
     """Return the tables of the base design with `[set]` on top; refuses a base that is no design itself."""
     base = text_at(data, "base", "paper")
     path = folder / base if base.endswith(".toml") else design_path(base)
-    given = _flat(data.get("set", {}))
-    settings = {key: value if isinstance(value, str) else json.dumps(value) for key, value in given.items()}
+    settings = {key: _as_text(key, value) for key, value in _flat("set", data).items()}
     tables = overridden({"name": path.stem, **read_design(path)}, settings)
     design_from_mapping(tables)
     return tables
@@ -190,10 +189,22 @@ def _goal(given: object) -> Goal:
     )
 
 
-def _flat(given: object) -> dict[str, object]:
-    """Return a table whose keys are `table.key`, quoted or not, by these names."""
+def _as_text(key: str, value: object) -> str:
+    """Return a value under `[set]` as the text of a setting; raises InputError for a date and for nan."""
+    if isinstance(value, str):
+        return value
+    try:
+        return json.dumps(value, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        name, bound = f"set {key}", "a finite number, a list, a truth value or text"
+        raise fault(name, str(value), "", bound, "mend that value") from error
+
+
+def _flat(name: str, data: Mapping[str, Any]) -> dict[str, object]:
+    """Return a table of a study file whose keys are `table.key`, quoted or not, by these names."""
+    given = data.get(name, {})
     if not isinstance(given, Mapping):
-        raise fault("vary", str(given), "", "a table", "write [vary] and the keys below it")
+        raise fault(name, str(given), "", "a table", f"write [{name}] and the keys below it")
     found: dict[str, object] = {}
     for key, value in given.items():
         if key in TABLES and isinstance(value, Mapping):
@@ -214,24 +225,3 @@ def _check_word(name: str, value: object, known: tuple[str, ...]) -> None:
     if value not in known:
         bound = f"one of {', '.join(known)}"
         raise fault(name, str(value), "", bound, f"did you mean {nearest(str(value), known)}?")
-
-
-def _read_rows(path: Path) -> tuple[Row, tuple[Row, ...]]:
-    """Return the header and the rows of a CSV file of points."""
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise fault("points", path.name, "", "a CSV file beside the study file", "check the name") from error
-    rows = [tuple(cell.strip() for cell in line.split(",")) for line in lines if line.strip()]
-    if len(rows) < 2:  # noqa: PLR2004 - a header and a point
-        raise fault("points", path.name, "", "a header of keys and at least one row", "the file has no points")
-    for number, row in enumerate(rows[1:], 2):
-        if len(row) != len(rows[0]):
-            name, bound = f"points row {number}", f"as many cells as the header has, {len(rows[0])}"
-            raise fault(name, len(row), "", bound, "mend that row")
-    return rows[0], tuple(rows[1:])
-
-
-def _columns(header: Row, rows: tuple[Row, ...]) -> dict[str, Variation]:
-    """Return what varies in a file of points: the values of each column."""
-    return {key: Choices(values=tuple(sorted({row[place] for row in rows}))) for place, key in enumerate(header)}

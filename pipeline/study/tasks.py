@@ -23,6 +23,9 @@ Status = Literal["done", "refused", "failed"]
 
 _SPREAD = 2654435761  # Knuth's multiplier: numbers that follow each other fall far apart
 _HASHES = 2**32
+_FAILURES = (RuntimeError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, OSError, MemoryError)
+# Every class that a solve can raise, of libraries too: a point that meets a rare fault must not stop a million others.
+# MeshError and SolveError are RuntimeErrors; ExportError, SplitDomainError and LinAlgError are ValueErrors.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +87,7 @@ def _solved(task: Task, point: Point) -> PointResult:
             audit = _wanted(task, design, point, None)
     except InputError as refusal:
         status, error = "refused", str(refusal)
-    except (RuntimeError, ValueError, ArithmeticError, OSError) as failure:  # MeshError and SolveError are such
+    except _FAILURES as failure:
         status, error = "failed", f"{type(failure).__name__}: {failure}"
     return PointResult(
         number=point.number,

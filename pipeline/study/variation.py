@@ -1,13 +1,14 @@
 """How one key of a design varies over the points of a study: over a range, a list, or a distribution."""
 
 import math
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from scipy.special import ndtri
 
-from cad.quantity import InputError, fault, nearest
+from cad.quantity import InputError, as_float, fault, nearest
 
 Setting = float | int | str | bool | tuple[float, ...]
 
@@ -104,6 +105,30 @@ class Normal:
 Variation = Span | Choices | Normal
 
 
+def setting_of(value: object) -> Setting:
+    """Return a value of TOML as one that a key of a design can have; raises InputError for dates, tables and nan."""
+    if isinstance(value, bool | str):
+        return value
+    if isinstance(value, int | float) and _is_finite(value):
+        return value
+    if isinstance(value, list) and value and all(_is_finite(number) for number in value):
+        return tuple(value)
+    raise fault("value", str(value), "", "a finite number, a list of such, a truth value or text", "mend that value")
+
+
+def setting_of_cell(cell: str) -> Setting:
+    """Return what a cell says: a number or a truth value as TOML writes it, else text; raises as `setting_of`."""
+    try:
+        value = tomllib.loads(f"value = {cell}")["value"]
+    except ValueError:
+        return cell
+    return setting_of(value)
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(as_float(value))
+
+
 def variation(key: str, given: object) -> Variation:
     """Return how a key varies as a study file says; raises InputError that names the key.
 
@@ -119,7 +144,7 @@ def variation(key: str, given: object) -> Variation:
 
 def _variation(given: object) -> Variation:
     if isinstance(given, list):
-        return Choices(values=tuple(tuple(value) if isinstance(value, list) else value for value in given))
+        return Choices(values=tuple(setting_of(value) for value in given))
     if not isinstance(given, Mapping):
         raise fault("value", str(given), "", "a list, or a table with from and to, or with mean and sd", "see the docs")
     for word in given:

@@ -52,10 +52,10 @@ def _calibrate(arguments: Namespace) -> int:
 
     from cad.theory.contrast_law import ReadingError
     from pipeline.report.stored import read_report
+    from pipeline.storage.new_file import write_new
     from pipeline.unit.calibrating.calibration import calibrated
     from pipeline.unit.printed_unit import unit_as_toml
     from pipeline.unit.ripeness import ripeness_classes
-    from pipeline.unit.written import write_new
 
     if arguments.classes:
         ripeness_classes(arguments.classes)

@@ -65,8 +65,8 @@ def _sensor(arguments: Namespace) -> "MeasuringUnit":
 
 
 def _write_firmware(arguments: Namespace, sensor: "MeasuringUnit") -> bool:
+    from pipeline.storage.new_file import write_new
     from pipeline.unit.firmware import c_header, micropython
-    from pipeline.unit.written import write_new
 
     written = False
     for flag, path, text_of in (

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cad.quantity import fault
-from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
+from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 from pipeline.commands.studying.study import add_engine_flags, refuse_two_engines
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "file", metavar="FILE.toml", type=Path, help="a study file with [optimise], see docs/studies.md"
     )
     add_engine_flags(parser)
+    add_force_flag(parser)
     add_json_flag(parser)
 
 
@@ -29,7 +30,8 @@ def execute(arguments: Namespace) -> int:
     """Search, prove the best candidate by a run, print it; return 0 when all verdicts of the run pass, else 1."""
     from pipeline.study.search.optimum import search
     from pipeline.study.search.pareto import write_pareto
-    from pipeline.study.search.proof import prove
+    from pipeline.study.search.proof import prove, refuse_occupied
+    from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
     from pipeline.study.workers.progress import chosen_engine, shown_progress
 
@@ -37,40 +39,58 @@ def execute(arguments: Namespace) -> int:
     if study.how != "search":
         raise fault("how", study.how, "", "search, with [optimise] in the file", "leave samples and points out")
     refuse_two_engines(arguments)
-    folder = arguments.out or Path("outputs") / study.name
+    folder, force = arguments.out or Path("outputs") / study.name, arguments.force
+    refuse_occupied(folder, force=force)
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         candidates = search(study, folder, engine, progress)
-    write_pareto(study, candidates, folder / "pareto.svg")
-    proof = prove(study, candidates, folder)
+    write_pareto(study, candidates, folder, force=force)
+    proof = prove(study, candidates, folder, force=force)
+    with stored_study(folder) as store:
+        messages = store.messages()
     with answering():
-        _print(folder, candidates, proof, as_json=arguments.json)
+        _print(folder, candidates, proof, messages, as_json=arguments.json)
     return PASSED if proof is not None and proof.passed else FAILED
 
 
-def _print(folder: Path, candidates: "tuple[Candidate, ...]", proof: "Proof | None", *, as_json: bool) -> None:
+def _print(
+    folder: Path,
+    candidates: "tuple[Candidate, ...]",
+    proof: "Proof | None",
+    messages: dict[str, int],
+    *,
+    as_json: bool,
+) -> None:
     possible = sum(one.violation == 0.0 for one in candidates)
     if as_json:
-        counts = {"candidates": len(candidates), "possible": possible}
+        counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
         print_json(counts | ({"design": None, "passed": None} if proof is None else _plain(proof)))
         return
     print(f"{len(candidates)} candidates, {possible} of them pass the verdicts that the file names")
+    for message, count in messages.items():
+        print(f"  {count} x {message}")
+    if proof is None and all(one.result.status != "done" for one in candidates):
+        print("no candidate has results: change what the messages name, under [vary], [set] or in the base")
+        return
     if proof is None:
         print("no candidate passes: widen the spans under [vary], or name fewer verdicts")
         return
-    _print_best(proof)
-    print(f"{folder / 'pareto.svg'}")
+    _print_best(proof, folder)
+    if (folder / "pareto.svg").exists():
+        print(f"{folder / 'pareto.svg'}")
 
 
 def _plain(proof: "Proof") -> dict[str, object]:
     best = proof.candidate
     settings = dict(best.result.settings)
-    return {"design": str(proof.design), "passed": proof.passed, "value": best.value, "settings": settings}
+    design = None if proof.design is None else str(proof.design)
+    return {"design": design, "passed": proof.passed, "value": best.value, "settings": settings}
 
 
-def _print_best(proof: "Proof") -> None:
+def _print_best(proof: "Proof", folder: Path) -> None:
     best = proof.candidate
-    print(f"best: {best.value:.4g} at point {best.result.number}")
+    title = "best" if proof.passed else "the last that was run, as none passes in full"
+    print(f"{title}: {best.value:.4g} at point {best.result.number}")
     for key, value in best.result.settings.items():
         print(f"  {key} = {value:.6g}" if isinstance(value, float) else f"  {key} = {value}")
     print(f"its run {'passes' if proof.passed else 'does not pass'} all verdicts")
-    print(f"{proof.design}")
+    print(f"{proof.design or folder / 'best'}")

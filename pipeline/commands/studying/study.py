@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cad.quantity import fault
-from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
+from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 
 if TYPE_CHECKING:
     from pipeline.study.answers.sensitivity import Sensitivity
@@ -30,6 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         const=Path(),
         help="write its page (DIR/study.html)",
     )
+    add_force_flag(parser)
     add_json_flag(parser)
 
 
@@ -46,28 +47,39 @@ def execute(arguments: Namespace) -> int:
     from pipeline.study.answers.sensitivity import sensitivities
     from pipeline.study.answers.study_page import write_page
     from pipeline.study.execute import run_study
-    from pipeline.study.export import export_table, refuse_kind
+    from pipeline.study.export import export_table
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
     from pipeline.study.workers.progress import chosen_engine, shown_progress
 
     study = read_study(arguments.file)
-    if arguments.export is not None:
-        refuse_kind(arguments.export)
     refuse_two_engines(arguments)
-    folder = arguments.out or Path("outputs") / study.name
+    folder, force = arguments.out or Path("outputs") / study.name, arguments.force
+    page = folder / "study.html" if arguments.html == Path() else arguments.html
+    _refuse_outputs(arguments.export, page, folder, force=force)
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         summary = run_study(study, folder, engine, progress)
     with stored_study(folder) as store:
         if arguments.export is not None:
-            export_table(store, study, arguments.export)
-        if arguments.html is not None:
-            write_page(store, study, folder / "study.html" if arguments.html == Path() else arguments.html)
+            export_table(store, study, arguments.export, force=force)
+        if page is not None:
+            write_page(store, study, page, force=force)
         refusals = store.messages()
         shares = sensitivities(store, study) if study.how == "sensitivity" else ()
     with answering():
         _print(summary, refusals, shares, as_json=arguments.json)
     return FAILED if summary.failed or not summary.done else PASSED
+
+
+def _refuse_outputs(table: Path | None, page: Path | None, folder: Path, *, force: bool) -> None:
+    """Raise InputError where what is asked for beside the points could not be written."""
+    from pipeline.study.answers.study_page import refuse_page
+    from pipeline.study.export import refuse_export
+
+    if table is not None:
+        refuse_export(table, folder, force=force)
+    if page is not None:
+        refuse_page(page, folder, force=force)
 
 
 def refuse_two_engines(arguments: Namespace) -> None:

@@ -85,7 +85,6 @@ def _intervals(result: Any) -> tuple[tuple[object, ...], tuple[object, ...]]:  #
         warnings.simplefilter("ignore")  # a key that moves nothing has no scatter to resample
         spread = result.bootstrap(confidence_level=LEVEL, n_resamples=RESAMPLES)
     first, total = spread.first_order.confidence_interval, spread.total_order.confidence_interval
-    first, total = spread.first_order.confidence_interval, spread.total_order.confidence_interval
     return tuple(first), tuple(total)
 
 

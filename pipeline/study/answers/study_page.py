@@ -12,6 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from cad.design.design_file import design_as_toml
+from cad.quantity import fault
+from pipeline.storage.placed_files import place_files, refuse_taken
 from pipeline.study.points import design_of
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study
@@ -19,6 +21,7 @@ from pipeline.study.tasks import PointResult
 
 Floats = NDArray[np.float64]
 
+FLAG = "--html"
 TEMPLATE = "page.html.j2"
 BEST = 10
 MOST_DRAWN = 2_000  # of the points: more hide each other
@@ -42,8 +45,21 @@ class BestRow:
     cells: tuple[str, ...]
 
 
-def write_page(store: StudyStore, study: Study, path: Path) -> None:
-    """Write the page of a study to a file, and the design files of its best ten points beside its store."""
+def refuse_page(path: Path, folder: Path, *, force: bool = False) -> None:
+    """Raise InputError where no page of the study of a folder can be written, before anything is solved."""
+    if path.suffix != ".html":
+        raise fault(FLAG, str(path), "", "a file name that ends in .html", "change its ending")
+    if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
+        raise fault(FLAG, str(path), "", "a file in a folder that is there", "make that folder first")
+    if not force:
+        refuse_taken(path.parent, [path.name], FLAG)
+
+
+def write_page(store: StudyStore, study: Study, path: Path, *, force: bool = False) -> None:
+    """Write the page of a study to a file, and the design files of its best ten points beside its store.
+
+    Raises InputError where a foreign file is there and `force` does not keep it as NAME.bak, or none can be written.
+    """
     done = [point for point in store.rows() if point.status == "done"]
     numbers = {key: _numbers(done, key) for key in (*study.vary, *study.wanted)}
     shown = {key: values for key, values in numbers.items() if values is not None}
@@ -55,31 +71,34 @@ def write_page(store: StudyStore, study: Study, path: Path) -> None:
         figures=_drawings(study, shown),
         first=study.wanted[0],
         header=[*study.vary, *study.wanted],
-        best=_best_rows(store, study, done, path),
+        best=_best_rows(store, study, done, path, force=force),
         messages=store.messages(),
     )
-    path.write_text(text, encoding="utf-8")
+    place_files(path.parent, {path.name: text.encode()}, FLAG, force=force)
 
 
-def _best_rows(store: StudyStore, study: Study, done: Sequence[PointResult], page: Path) -> list[BestRow]:
+def _best_rows(
+    store: StudyStore, study: Study, done: Sequence[PointResult], page: Path, *, force: bool
+) -> list[BestRow]:
     """Return the best ten points, their design files written beside the store."""
-    designs = store.path.parent / "best-designs"
-    designs.mkdir(exist_ok=True)
+    best = sorted(done, key=lambda point: _first(study, point))[:BEST]
+    designs = {
+        f"point-{point.number}.toml": design_as_toml(design_of(study, point.settings)).encode() for point in best
+    }
+    paths = place_files(store.path.parent / "best-designs", designs, "--out", force=force)
     keys = (*study.vary, *study.wanted)
     return [
         BestRow(
             number=point.number,
-            design=_write_design(study, point, designs, page.parent),
+            design=_link(path, page.parent),
             cells=tuple(_cell({**point.settings, **point.values}.get(key)) for key in keys),
         )
-        for point in sorted(done, key=lambda point: _first(study, point))[:BEST]
+        for point, path in zip(best, paths, strict=True)
     ]
 
 
-def _write_design(study: Study, point: PointResult, folder: Path, page: Path) -> str:
-    """Write the design file of a point and return how the page names it."""
-    target = folder / f"point-{point.number}.toml"
-    target.write_text(design_as_toml(design_of(study, point.settings)), encoding="utf-8")
+def _link(target: Path, page: Path) -> str:
+    """Return how a page in a folder names a design file."""
     near = target.resolve().is_relative_to(page.resolve())
     return str(target.resolve().relative_to(page.resolve())) if near else target.resolve().as_uri()
 

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from scipy.optimize import Bounds, differential_evolution
 from cad.design.parameters import Design
 from cad.quantity import InputError, fault
 from pipeline.study.points import Point, design_of, point_at
-from pipeline.study.store import StudyStore, study_store
+from pipeline.study.store import STORE, StudyStore, study_store
 from pipeline.study.study_file import Study
 from pipeline.study.tasks import PointResult, Task, lost_task, solve_task
 from pipeline.study.variation import Span
@@ -26,7 +27,7 @@ Floats = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves each number by less
-_INFEASIBLE, _REFUSED = 1e3, 1e6  # above every objective, so that a design that fails is never the best
+_INFEASIBLE, _REFUSED = 2.0, 4.0  # above the costs of designs that pass, which lie from -1 to 1
 _MEMBERS = 8  # of a generation, for each key that varies
 
 
@@ -40,25 +41,49 @@ class Candidate:
 
     @property
     def cost(self) -> float:
-        """Return the number to be made least, or for a design that fails one above all others."""
-        if not math.isfinite(self.value):
+        """Return a number [1] in the order of the designs: those that pass, that fail verdicts, that are refused.
+
+        The number to be made least, and among designs that fail the violation, are mapped by v / (1 + |v|).
+        """
+        if not math.isfinite(self.value) or not math.isfinite(self.violation):
             return _REFUSED
-        return self.value if self.violation == 0.0 else _INFEASIBLE + self.violation
+        return _bounded(self.value) if self.violation == 0.0 else _INFEASIBLE + _bounded(self.violation)
+
+
+def _bounded(number: float) -> float:
+    """Return v / (1 + |v|), between -1 and 1 and in the order of v [1]."""
+    return number / (1.0 + abs(number))
 
 
 def search(study: Study, folder: Path, engine: Engine, progress: Progress | None = None) -> tuple[Candidate, ...]:
     """Return every candidate of a search, the best first; all are points of the study's store.
 
     A search that was ended goes on: it asks for the same candidates again, and those that are stored are not solved.
-    Raises InputError for a study whose keys do not all vary over spans.
+    With more `evaluations` it asks for the same ones and then for more: no step of the method looks at how many are to
+    come. Raises InputError where not all keys vary over spans, and where what is to be made least is no number.
     """
     for key, varied in study.vary.items():
         if not isinstance(varied, Span):
             raise fault(key, type(varied).__name__, "", "a span, from and to", "an optimum lies in a span")
+    if not (folder / STORE).exists():
+        _refuse_no_number(study)
     with study_store(folder, study) as store:
         _Search(study, store, engine, progress).run()
         found = [candidate(study, result) for result in store.rows()]
     return tuple(sorted(found, key=lambda one: (one.cost, one.result.number)))
+
+
+def _refuse_no_number(study: Study) -> None:
+    """Solve the base itself; raise InputError where it has a text or a truth value for what is to be made least."""
+    (own,) = solve_task(Task(study=study, points=(Point(number=0, settings={}),)))
+    value = own.values.get(study.goal.minimise)
+    if value is not None and not _is_number(value):
+        bound = f"a key whose value is a number, and that of the base is {value!r}"
+        raise fault("optimise.minimise", study.goal.minimise, "", bound, "name another key of report.json")
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def candidate(study: Study, result: PointResult) -> Candidate:
@@ -68,7 +93,7 @@ def candidate(study: Study, result: PointResult) -> Candidate:
     value = result.values[study.goal.minimise]
     return Candidate(
         result=result,
-        value=float(value) if isinstance(value, int | float) else math.nan,
+        value=float(value) if _is_number(value) else math.nan,
         violation=sum(_violation(name, result.values) for name in study.goal.under),
     )
 
@@ -81,7 +106,9 @@ def _violation(name: str, values: Mapping[str, object]) -> float:
         return 0.0
     if not isinstance(value, int | float) or not isinstance(limit, int | float):
         return 0.0 if passed else 1.0
-    distance = abs(value - limit) / abs(limit)
+    # A limit of 0 is no measure of a distance: its tolerance is, or the unit of the verdict.
+    scale = abs(limit) or (abs(tolerance) if _is_number(tolerance) else 0.0) or 1.0
+    distance = abs(value - limit) / scale
     if passed:  # a target has a tolerance, a limit has none
         return 0.0 if tolerance else max(0.0, MARGIN - distance)
     return MARGIN + distance

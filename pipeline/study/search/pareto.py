@@ -1,5 +1,6 @@
 """A plot of two numbers that pull against each other: no candidate on the front is beaten in both."""
 
+import io
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,9 +9,11 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pipeline.storage.placed_files import place_files
 from pipeline.study.search.optimum import Candidate
 from pipeline.study.study_file import Study
 
+PLOT = "pareto.svg"
 AGAINST = ("verdicts.bruise.value", "verdicts.bruise.limit")
 
 Place = tuple[float, float]
@@ -25,10 +28,11 @@ def front(places: Sequence[Place]) -> tuple[Place, ...]:
     return tuple(kept)
 
 
-def write_pareto(study: Study, candidates: Sequence[Candidate], path: Path) -> None:
-    """Write a plot (SVG) of the number made least against the pressure on the skin over its limit, with its front.
+def write_pareto(study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False) -> None:
+    """Plot into a folder (SVG) the number made least against the pressure on the skin over its limit, with its front.
 
-    Nothing is written where the verdict on bruising is not among those of the goal.
+    Nothing is written where the verdict on bruising is not among those of the goal. Raises InputError where a foreign
+    file is there and `force` does not keep it as NAME.bak.
     """
     if any(key not in study.wanted for key in AGAINST):
         return
@@ -46,7 +50,9 @@ def write_pareto(study: Study, candidates: Sequence[Candidate], path: Path) -> N
     axes.legend(frameon=False)
     # The same bytes every time, and text that can be searched.
     with mpl.rc_context({"svg.hashsalt": "twintip", "svg.fonttype": "none"}):
-        figure.savefig(path, format="svg", metadata={"Date": None})
+        content = io.BytesIO()
+        figure.savefig(content, format="svg", metadata={"Date": None})
+    place_files(folder, {PLOT: content.getvalue()}, "--out", force=force)
 
 
 def _dots(axes: Axes, places: Sequence[Place], colour: str, label: str) -> None:

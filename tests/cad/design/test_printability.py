@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings, Print, Targets
-from cad.design.printability import LENGTH_MARGIN, SHORTEST, STRAIN_FACTOR, Printable, check_printable
+from cad.design.printability import NEAREST_MARGIN, SHORTEST, STRAIN_FACTOR, Printable, check_printable
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press, Tips
 from cad.theory.leaf_spring import pair_length, pair_stiffness
@@ -71,7 +71,7 @@ def test_high_leaf_too_short_names_NL_and_the_nearest_NL(definition):
         f"6 mm; the nearest NL that it can make is {high.nearest:g}, or choose another process"
     )
     assert high.reason == expected
-    K = pair_stiffness(PETG.E_MPa, PETG.depth_mm, 1.2, 6.0 * (1.0 + LENGTH_MARGIN))
+    K = pair_stiffness(PETG.E_MPa, PETG.depth_mm, 1.2, 6.0 * (1.0 + NEAREST_MARGIN))
     r = K_M / K
     exact = r / (4.0 + 2.0 * r) if definition == "mid-range" else math.tanh(0.25 * math.log1p(r))
     assert exact <= high.nearest < exact + 1.01e-4  # the next of the steps of 1e-4
@@ -91,7 +91,7 @@ def test_low_leaf_too_long_names_P_max_and_the_nearest_P_max(definition):
     assert low.target == "targets.P_max"
     assert "targets.P_max = 90: asks dmls-17-4ph for a leaf" in low.reason
     assert "must be at most print.max_length_mm = 120 mm; the nearest P_max that it can make is" in low.reason
-    K = pair_stiffness(STEEL.E_MPa, STEEL.depth_mm, 0.5, 120.0 / (1.0 + LENGTH_MARGIN))
+    K = pair_stiffness(STEEL.E_MPa, STEEL.depth_mm, 0.5, 120.0 / (1.0 + NEAREST_MARGIN))
     exact = (K_M / K + 1.0) / (1.0 + K_M / _sized(design).K_h)  # (10) for P_max
     assert exact - 0.1 <= low.nearest <= exact
 
@@ -163,7 +163,7 @@ def test_given_springs_are_answered_in_their_own_unit():
     assert low.passed is True
     assert high.passed is False
     assert high.reason.startswith("springs.K_h_N_per_m = 1e+06 N/m: asks fdm-petg for a leaf")
-    K = 1e3 * pair_stiffness(PETG.E_MPa, PETG.depth_mm, 1.2, 6.0 * (1.0 + LENGTH_MARGIN))
+    K = 1e3 * pair_stiffness(PETG.E_MPa, PETG.depth_mm, 1.2, 6.0 * (1.0 + NEAREST_MARGIN))
     assert K / 10.0 ** (1.0 / 200.0) * 0.99 <= high.nearest <= K
     assert f"the nearest K_h_N_per_m that it can make is {high.nearest:g} N/m" in high.reason
 
@@ -186,6 +186,18 @@ def test_nearest_target_off_the_middle_is_one_that_can_be_made_there(q):
     found = check_printable(design, size_springs(5.0, 0.05, K_m, "mid-range", q), K_m, PETG, stiffness_ratio=q)[0]
     assert found.passed is False
     made = size_springs(found.nearest, 0.05, K_m, "mid-range", q)
-    assert pair_length(PETG.E_MPa, PETG.depth_mm, PETG.leaf_thickness_low_mm, made.K_l) * (1.0 + LENGTH_MARGIN) <= 20.0
+    assert pair_length(PETG.E_MPa, PETG.depth_mm, PETG.leaf_thickness_low_mm, made.K_l) * (1.0 + NEAREST_MARGIN) <= 20.0
     other = dataclasses.replace(design, targets=Targets(P_max=found.nearest, NL=0.05))
     assert check_printable(other, made, K_m, PETG, stiffness_ratio=q)[0].passed is True
+
+
+def test_nearest_target_leaves_room_for_what_the_solid_gives():
+    """Solved on the solid, the high leaf of NL = 0.0056 at P_max = 9.26 was 5.978 mm long, less than its 6 mm."""
+    _, high = _verdicts(_design(P_max=9.26, NL=0.004))
+    made = size_springs(9.26, high.nearest, K_M)
+    assert high.nearest > 0.0056
+    assert pair_length(PETG.E_MPa, PETG.depth_mm, 1.2, made.K_h) * 5.978 / _beam_length(0.0056) >= 6.0
+
+
+def _beam_length(NL: float) -> float:
+    return pair_length(PETG.E_MPa, PETG.depth_mm, 1.2, size_springs(9.26, NL, K_M).K_h)

@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 from pipeline.cli import main
 from pipeline.explain.entries import entries
 
@@ -29,3 +31,17 @@ def test_one_name_has_meaning_formula_source_and_number(capsys):
 def test_unknown_name_is_wrong_input(capsys):
     assert main(["explain", "NLL"]) == 2
     assert capsys.readouterr().err.startswith("pipeline: NAME = 'NLL': must be a verdict or a symbol; did you mean NL?")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--out", "paper"], "--out = 'paper': must be left out without a NAME; "),
+        (["NL", "paper", "--out", "mango"], "--out = 'mango': must be left out beside DIR; "),
+        (["foo"], "NAME = 'foo': must be a verdict or a symbol; `pipeline explain` lists them all"),
+        ([""], "NAME = '': must be a verdict or a symbol; `pipeline explain` lists them all"),
+    ],
+)
+def test_words_that_would_be_dropped_or_are_near_nothing_are_wrong_input(words, said, capsys):
+    assert main(["explain", *words]) == 2
+    assert capsys.readouterr().err.startswith(f"pipeline: {said}")

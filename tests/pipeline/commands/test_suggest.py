@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from pathlib import Path
 
 import pytest
 
@@ -88,4 +89,27 @@ def test_design_without_a_remedy_ends_with_1(monkeypatch, capsys):
 def test_wrong_words_are_one_line(words, said, found, capsys):
     assert main([*BRUISED, *words]) == 2
     assert capsys.readouterr().err.startswith(f"pipeline: {said}")
+    assert found == []
+
+
+def test_file_that_appears_during_the_search_stays(monkeypatch, tmp_path, capsys):
+    """The answer is printed all the same: a search is not lost for the name of a file."""
+    late = tmp_path / "late.toml"
+
+    def slow(design, _options, _keep):
+        late.write_text("mine", encoding="utf-8")
+        return Suggestion(design=design, changes={"press.travel_mm": 0.07}, verdicts=(), reason="passes")
+
+    monkeypatch.setattr(room, "suggestion", slow)
+    assert main([*BRUISED, "--out", str(late)]) == 2
+    assert late.read_text(encoding="utf-8") == "mine"
+    answer = capsys.readouterr()
+    assert answer.out.splitlines()[-1].startswith("pipeline run --design paper ")
+    assert answer.err == f"pipeline: --out = '{late}': must be a file that is not there yet; choose another name\n"
+
+
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="no /proc, whose folders take no file")
+def test_place_that_takes_no_file_is_refused_before_the_search(found, capsys):
+    assert main([*BRUISED, "--out", "/proc/x.toml"]) == 2
+    assert capsys.readouterr().err.startswith("pipeline: --out = '/proc/x.toml': must be a place that can be written")
     assert found == []

@@ -8,17 +8,19 @@ from pathlib import Path
 
 import pytest
 
+from cad.files.sensor_files import ExportError
 from cad.quantity import InputError
 from cad.theory.two_spring_law import size_springs
 from pipeline.cli import main
 from pipeline.options import RunOptions, load_design
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.sizing import spring_sizing
-from pipeline.study import read_study, run_study
+from pipeline.study import read_study, run_study, tasks
 from pipeline.study.export import export_table
 from pipeline.study.levels.unit_scene import scene_compliance, unit_scene
 from pipeline.study.store import stored_study, study_store
 from pipeline.study.workers.engine import Engine
+from solve.fruit.split import SplitDomainError
 
 Write = Callable[..., Path]
 
@@ -161,6 +163,23 @@ def test_lost_worker_is_tried_again_and_at_last_a_failed_point(
     assert (summary.done, summary.failed) == (done, 8 - done)
     with stored_study(tmp_path / "out") as store:
         assert all(row.error is None or "lost again and again" in row.error for row in store.rows())
+
+
+@pytest.mark.parametrize("error", [KeyError, IndexError, MemoryError, TypeError, ExportError, SplitDomainError])
+def test_point_that_fails_in_any_way_does_not_stop_the_others(
+    written: Write, engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[Exception]
+) -> None:
+    count = iter(range(8))
+
+    def solve(*_: object) -> dict[str, object]:
+        if next(count) == 1:
+            raise error("of this test")
+        return {"springs": {"K_l_N_per_m": 1.0, "K_h_N_per_m": 2.0}}
+
+    monkeypatch.setattr(tasks, "sized_report", solve)
+    monkeypatch.setattr(tasks, "scene_compliance", lambda *_: None)
+    summary = run_study(read_study(written()), tmp_path / "out", engine)
+    assert (summary.done, summary.failed) == (7, 1)
 
 
 def test_contact_alone_imports_no_solids(written: Write) -> None:

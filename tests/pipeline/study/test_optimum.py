@@ -1,6 +1,7 @@
 """The search ends at the best design of the file, is a study like any other, and its best is proved by a run."""
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,8 +13,9 @@ from pipeline.cli import main
 from pipeline.options import RunOptions, load_design
 from pipeline.stages.contact import fruit_compliance
 from pipeline.study import read_study
-from pipeline.study.search.optimum import search
+from pipeline.study.search.optimum import MARGIN, Candidate, candidate, search
 from pipeline.study.search.pareto import front
+from pipeline.study.tasks import PointResult
 from pipeline.study.workers.engine import Engine
 
 SOFTEST = """
@@ -88,6 +90,71 @@ def test_design_that_fails_a_verdict_is_never_the_best(
     softest = min(others, key=lambda one: one.value)
     assert softest.value < best.value
     assert softest.violation > 0.0
+
+
+def test_design_that_fails_is_not_the_best_where_the_number_is_large(
+    written: Callable[..., Path], engine: Engine, tmp_path: Path
+) -> None:
+    """K_h is some 20,000 N/m, more than any fixed cost of a failing design might be."""
+    text = GIVEN.replace('minimise = "springs.K_l', 'minimise = "springs.K_h').replace("= 100", "= 32")
+    best, *others = search(read_study(written(text)), tmp_path / "out", engine)
+    assert best.violation == 0.0
+    assert best.value > 1e4
+    assert any(one.violation > 0.0 for one in others)
+
+
+def candidate_of(value: float, violation: float = 0.0) -> Candidate:
+    result = PointResult(number=0, settings={}, status="done", values={}, error=None, seconds=0.0)
+    return Candidate(result=result, value=value, violation=violation)
+
+
+def test_costs_are_in_the_order_of_the_designs() -> None:
+    passing = [candidate_of(value) for value in (-1e6, -2.0, 0.0, 0.1, 2e4, 2.1e4, 1e12)]
+    failing = [candidate_of(-5.0, violation) for violation in (0.01, 1.0, 1e6)]
+    costs = [one.cost for one in (*passing, *failing, candidate_of(math.nan, math.inf))]
+    assert costs == sorted(set(costs))
+
+
+@pytest.mark.parametrize("key", ["contact.method", "verdicts.P_max.passed"])
+def test_what_is_no_number_cannot_be_made_least(
+    written: Callable[..., Path], engine: Engine, tmp_path: Path, key: str
+) -> None:
+    study = read_study(written(SOFTEST.replace("springs.K_l_N_per_m", key)))
+    with pytest.raises(InputError, match="a key whose value is a number"):
+        search(study, tmp_path / "out", engine)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("tolerance", "distance"), [(None, 0.5), (0.25, 2.0), (0.0, 0.5)])
+def test_limit_of_zero_has_a_violation(written: Callable[..., Path], tolerance: float | None, distance: float) -> None:
+    words = {"value": 0.5, "limit": 0.0, "tolerance": tolerance, "passed": False}
+    values = {"springs.K_l_N_per_m": 1.0, **{f"verdicts.P_max.{word}": value for word, value in words.items()}}
+    result = PointResult(number=0, settings={}, status="done", values=values, error=None, seconds=0.0)
+    assert candidate(read_study(written(SOFTEST)), result).violation == pytest.approx(MARGIN + distance)
+
+
+def test_search_with_more_evaluations_begins_with_those_of_the_shorter(
+    written: Callable[..., Path], engine: Engine, tmp_path: Path
+) -> None:
+    short, whole = (read_study(written(SOFTEST.replace("400", count))) for count in ("32", "64"))
+    first = search(short, tmp_path / "grown", engine)
+    grown = search(whole, tmp_path / "grown", engine)
+    assert len(grown) > len(first)
+    assert [one.result.settings for one in grown] == [
+        one.result.settings for one in search(whole, tmp_path / "whole", engine)
+    ]
+    with pytest.raises(InputError, match="evaluations = 32: must be 64"):
+        search(short, tmp_path / "grown", engine)
+
+
+def test_search_whose_candidates_are_all_refused_says_why(
+    written: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = SOFTEST.replace("from = 3, to = 8", "from = 101, to = 108").replace("400", "1")
+    assert main(["optimise", str(written(text)), "--out", str(tmp_path / "out"), "--processes", "1"]) == 1
+    answer = capsys.readouterr().out
+    assert "at most 100" in answer
+    assert "no candidate has results" in answer
 
 
 def test_search_needs_spans(written: Callable[..., Path], engine: Engine, tmp_path: Path) -> None:

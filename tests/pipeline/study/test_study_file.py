@@ -41,6 +41,12 @@ def test_study_file_is_read(written: Write) -> None:
         ('"paper"', '"papr"', "did you mean paper?"),
         ("seed = 7", "tol = 1.0", "at most 0.1"),
         ("seed = 7", "seed = -1", "at least 0"),
+        ("{ from = 3, to = 8 }", "[3.0, nan]", "vary targets.P_max: value = 'nan'"),
+        ("{ from = 3, to = 8 }", "[3.0, 2026-01-01]", "vary targets.P_max: value = '2026-01-01'"),
+        ("{ from = 3, to = 8 }", "[[3.0, inf]]", "a finite number"),
+        ("seed = 7", "set = 3", "set = '3': must be a table"),
+        ("seed = 7", "set = { 'targets.NL' = 2026-01-01 }", "set targets.NL = '2026-01-01'"),
+        ("seed = 7", "set = { 'targets.NL' = nan }", "set targets.NL = 'nan'"),
         ("seed = 7", "optimise = { minimize = 'x' }", "did you mean minimise?"),
     ],
 )
@@ -79,6 +85,25 @@ def test_points_of_a_file(written: Write, tmp_path: Path) -> None:
         {"targets.P_max": 4, "print.process": "fdm-petg"},
         {"targets.P_max": 6.5, "print.process": "sla-resin"},
     ]
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("targets.P_max,targets.P_max\n4,5\n", "in the header once"),
+        ("targets.P_max\n4\nnan\n", "points targets.P_max: value = 'nan'"),
+        ("targets.P_max\n2026-01-01\n", "points targets.P_max: value = '2026-01-01'"),
+    ],
+)
+def test_wrong_file_of_points_is_one_line(written: Write, tmp_path: Path, rows: str, words: str) -> None:
+    (tmp_path / "some.csv").write_text(rows, encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        read_study(written('base = "paper"\npoints = "some.csv"\nwanted = ["springs.K_l_N_per_m"]\n'))
+
+
+def test_missing_study_file_is_named_as_one(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"^study file .*not found"):
+        read_study(tmp_path / "nothere.toml")
 
 
 def test_distributions_have_their_quantiles() -> None:
