@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from cad.design.design_file import design_from_mapping, overridden, read_design, with_process_file
+from cad.design.design_file import design_from_mapping, overridden, parsed_setting, read_design, with_process_file
 from cad.design.parameters import Design
 from cad.quantity import Bounds, fault, nearest
 
@@ -80,8 +80,9 @@ def load_design(design: str | Path = DEFAULT_DESIGN, settings: Mapping[str, obje
     """
     path = design_path(design)
     texts = {key: value if isinstance(value, str) else _as_text(key, value) for key, value in (settings or {}).items()}
-    if "print.process_file" in texts:  # a flag's path starts here, a file's beside the file
-        texts["print.process_file"] = str(Path(texts["print.process_file"]).absolute())
+    named = parsed_setting(texts.get("print.process_file", "")) or None
+    if isinstance(named, str):  # a flag's path starts here, a file's beside the file
+        texts["print.process_file"] = str(Path(named).absolute())
     data = overridden({"name": path.stem, **read_design(path)}, texts)
     return design_from_mapping(with_process_file(data, path.parent))
 

@@ -9,7 +9,14 @@ from typing import Any
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import TABLES, Design, GivenSprings, Print, Targets
-from cad.design.processes import PROCESSES, Process, own_process, process_as_table, read_process_file
+from cad.design.processes import (
+    PROCESSES,
+    Process,
+    check_process_name,
+    own_process,
+    process_as_table,
+    read_process_file,
+)
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError, as_float, fault, nearest
@@ -63,11 +70,14 @@ def with_process_file(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any
     name = chosen.get("process_file") if isinstance(chosen, Mapping) else None
     if not isinstance(chosen, Mapping) or name is None:
         return data
-    if not isinstance(name, str) or not name.isprintable():
+    if not isinstance(name, str) or not name or not name.isprintable():
         raise fault("print.process_file", name, "", "the path of a TOML file", "write it in quotes")
     if "printer" in data:
         raise fault("print.process_file", name, "", "left out beside [printer]", "keep one of the two")
-    process, table = read_process_file(folder / name, chosen.get("process"))
+    wanted = chosen.get("process")
+    if wanted is not None:
+        check_process_name(wanted)
+    process, table = read_process_file(folder / name, wanted)
     kept = {key: value for key, value in chosen.items() if key != "process_file"}
     return {**data, "print": {**kept, "process": process}, "printer": table}
 
@@ -130,19 +140,21 @@ def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str
         if not isinstance(held, dict):
             msg = f"{table} = {held}: must be a table; write [{table}] and its keys below it"
             raise InputError(msg)
-        held[key] = _parsed(text)
-        _replace_process(tables, held, name, text)
+        held[key] = parsed_setting(text)
+        _replace_process(tables, held, name)
     return tables
 
 
-def _replace_process(tables: MutableMapping[str, Any], held: MutableMapping[str, Any], name: str, text: str) -> None:
+def _replace_process(tables: MutableMapping[str, Any], held: MutableMapping[str, Any], name: str) -> None:
     """Drop what a setting takes the place of: a known process that of a file, a process file the one before."""
-    if name == "print.process" and text in PROCESSES:
+    process = held.get("process")
+    known = isinstance(process, str) and process in PROCESSES
+    if name == "print.process" and known:
         tables.pop("printer", None)
         held.pop("process_file", None)
     if name == "print.process_file":
         tables.pop("printer", None)
-        if held.get("process") in PROCESSES:
+        if known:
             held.pop("process")
 
 
@@ -162,7 +174,8 @@ def every_key() -> list[str]:
     return [f"{table}.{item.name}" for table, kind in TABLE_TYPES.items() for item in dataclasses.fields(kind)]
 
 
-def _parsed(text: str) -> object:
+def parsed_setting(text: str) -> object:
+    """Return the value of a setting's TOML text; what is no TOML, like a bare word, is text."""
     if not text.isprintable():
         return text
     try:

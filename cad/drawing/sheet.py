@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from cad.design.processes import Process
 from cad.drawing.items import FULL_DEG, LETTER, Arc, Box, Item, Line, Point, Words, union
-from cad.files.file_date import file_date
+from cad.files.file_date import given_date
 
 SIZES = {"A4": (297.0, 210.0), "A3": (420.0, 297.0), "A2": (594.0, 420.0)}  # [mm], ISO 216, landscape
 SCALES = {"2:1": 2.0, "1:1": 1.0, "1:2": 0.5, "1:5": 0.2}  # ISO 5455
@@ -141,7 +141,8 @@ def _block(title: Title, size: str, scale: str) -> Iterator[Line | Arc | Words]:
 
 def _rows(title: Title, size: str, scale: str) -> tuple[tuple[tuple[str, str, float], ...], ...]:
     """Return the cells of the title block by row: what it is, what stands there, how wide it is [mm of paper]."""
-    process, day = title.process, file_date().strftime("%Y-%m-%d")
+    process, date = title.process, given_date()
+    day = date.strftime("%Y-%m-%d") if date else ""
     return (
         (("part", f"{title.name}: {title.part}", _BLOCK[0]),),
         (("material", process.material, 62.0), ("process", process.name, 62.0)),

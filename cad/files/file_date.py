@@ -1,4 +1,4 @@
-"""The date that a file carries: one that only its environment decides, so that the same part gives the same bytes."""
+"""The date of files: only the environment decides it, so that the same part gives the same bytes."""
 
 import os
 from datetime import UTC, datetime
@@ -8,6 +8,11 @@ from cad.quantity import fault
 NAME = "SOURCE_DATE_EPOCH"  # https://reproducible-builds.org/specs/source-date-epoch/
 FIRST_DAY = 1577836800  # 2020-01-01, where it is not set
 _LAST_SECOND = 253402300799  # of the year 9999
+
+
+def given_date() -> datetime | None:
+    """Return the date that SOURCE_DATE_EPOCH tells, None where it is not set; raises InputError for no time."""
+    return file_date() if NAME in os.environ else None
 
 
 def file_date() -> datetime:

@@ -56,17 +56,20 @@ def _made(sensor: Sensor, process: Process, masses: dict[str, float]) -> Iterato
 def _fasteners(sensor: Sensor) -> Iterator[Row]:
     """Yield screws, nuts and washers."""
     count = len(sensor.housing.holes)
-    length, bare = (_screw(grip_mm) for grip_mm in (mounted_grip(sensor), grip(sensor)))
-    covered = ", covers" if sensor.housing.mount == "covers" else ""
+    length, bare = (screw_name(grip_mm) for grip_mm in (mounted_grip(sensor), grip(sensor)))
+    covers = sensor.housing.mount == "covers"
+    covered = ", covers" if covers else ""
+    washers, between = (2, "") if covers else (3, ", and between frame and bracket")
     through = f"housing{covered} and bracket; {bare} without the bracket"
     flange = f"M6 x {FLANGE_SCREW_MM:g}"
     yield Row(count=count, part="screw", size=length, standard="ISO 4762", note=f"through {through}")
     yield Row(count=count, part="nut", size="M3", standard="ISO 4032", note="one on each screw")
-    yield Row(count=2 * count, part="washer", size="M3", standard="ISO 7089", note="under each head and each nut")
+    where = f"under each head and each nut{between}"
+    yield Row(count=washers * count, part="washer", size="M3", standard="ISO 7089", note=where)
     yield Row(count=4, part="screw", size=flange, standard="ISO 4762", note="bracket to the flange")
 
 
-def _screw(grip_mm: float) -> str:
+def screw_name(grip_mm: float) -> str:
     """Return the screw that holds a grip [mm]."""
     length = screw_length(grip_mm)
     return "M3 threaded rod, cut" if length is None else f"M3 x {length}"

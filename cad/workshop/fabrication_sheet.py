@@ -9,13 +9,13 @@ from pathlib import Path
 from cad.checks.slicer import PrintEstimate
 from cad.design.processes import Process
 from cad.drawing.sheet import Title
-from cad.parts.assembly import NUT_MM, dowel_length, mounting_error, screw_length
+from cad.parts.assembly import NUT_MM, dowel_length, grip, mounting_error
 from cad.parts.coupon import Coupon, coupon_of, largest_weight, modulus_factor
 from cad.parts.cover import WASHER_MM, cover_of
 from cad.parts.housing import DOWEL_MM, Housing
 from cad.parts.sensor import Sensor
 from cad.theory.strain_gauge import GAUGES
-from cad.workshop.bill import Row, bill_table
+from cad.workshop.bill import Row, bill_table, screw_name
 from cad.workshop.bridges import AMPLIFIER, RESISTANCE_OHM, Bridge, excitation, series_resistor
 from cad.workshop.mount import PLATE_MM, mounted_grip
 
@@ -67,13 +67,15 @@ def _of_mass(sensor: Sensor, process: Process) -> dict[str, object]:
 
 def _of_mount(sensor: Sensor) -> dict[str, object]:
     """Return by name what the sheet says of covers, screws, bracket and pins [mm]."""
-    housing, length = sensor.housing, screw_length(mounted_grip(sensor))
+    housing = sensor.housing
+    screw, bare = (screw_name(grip_mm) for grip_mm in (mounted_grip(sensor), grip(sensor)))
     side = housing.pin_side
     return {
         "cover": cover_of(sensor),
         "nut_mm": NUT_MM,
         "bracket_mm": PLATE_MM,
-        "screw": "threaded rod" if length is None else f"M3 x {length}",
+        "screw": screw,
+        "bare_screw": bare,
         "torque": _TORQUE_N_M,
         "washer": WASHER_MM,
         "hides": "" if housing.back_to_back else " The front one hides the marks.",

@@ -23,12 +23,17 @@ _REACH = 1.0
 
 def back_of(sensor: Sensor) -> float:
     """Return the place y of the face behind cover or washers [mm], on which the bracket lies."""
-    return 0.5 * grip(sensor) + (0.0 if sensor.housing.mount == "covers" else WASHER_THICKNESS_MM)
+    return 0.5 * grip(sensor) + _washer_before_bracket(sensor)
+
+
+def _washer_before_bracket(sensor: Sensor) -> float:
+    """Return the thickness [mm] of the washers between frame and bracket: none where covers hold the frame."""
+    return 0.0 if sensor.housing.mount == "covers" else WASHER_THICKNESS_MM
 
 
 def mounted_grip(sensor: Sensor) -> float:
-    """Return what the four screws must span with the bracket behind the sensor [mm]."""
-    return grip(sensor) + PLATE_MM
+    """Return what the four screws span with the bracket, between the washers under their heads and nuts [mm]."""
+    return grip(sensor) + _washer_before_bracket(sensor) + PLATE_MM
 
 
 def flange_holes(sensor: Sensor) -> tuple[tuple[float, float], ...]:

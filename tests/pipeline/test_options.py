@@ -47,7 +47,8 @@ def test_changes_are_numbers_lists_or_their_text():
     texts = {"targets.NL": "0.06", "fruit.E_MPa": "[1, 2]", "name": "mine", "tips.shape": "cylinder"}
     assert load_design("paper", texts) == given
     assert load_design("paper", {"fruit.E_MPa": (1.0, 2.0)}).fruit == Fruit(E_MPa=(1.0, 2.0))
-    assert load_design("mango", {"fruit.radius_mm": None, "fruit.shape": "block"}).fruit.radius_mm is None
+    block = {"fruit.radius_mm": None, "fruit.thickness_mm": None, "fruit.shape": "block"}
+    assert load_design("mango", block).fruit.radius_mm is None
 
 
 @pytest.mark.parametrize("number", [0.1, 1e-05, 0.1 + 0.2, 1 / 3, 1e-6])

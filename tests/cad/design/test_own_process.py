@@ -62,6 +62,37 @@ def test_flag_names_a_file_from_the_current_folder_and_a_known_process_takes_its
     assert load_design(folder / "alone.toml", {"print.process": "fdm-pla"}).process is PROCESSES["fdm-pla"]
 
 
+def test_flag_unsets_the_file_and_takes_its_path_with_the_quotes_of_toml(folder):
+    mine = folder / "mine.toml"
+    for empty in ("", None):
+        assert load_design(mine, {"print.process_file": empty}) == load_design("paper", {"name": "mine"})
+    other = OWN.replace("tough-resin", "soft-resin").replace("1900.0", "900.0")
+    (folder / "other.toml").write_text(other, encoding="utf-8")
+    for text in ("designs/other.toml", '"designs/other.toml"', "'designs/other.toml'"):
+        assert load_design(mine, {"print.process_file": text}).process.E_MPa == 900.0
+    assert load_design(mine, {"print.process": '"fdm-pla"'}).process is PROCESSES["fdm-pla"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"print.process": '["a"]'}, r"print\.process = \['a'\]: must be 1 to 64 letters"),
+        ({"print.process": "{a = 1}"}, r"print\.process = \{'a': 1\}: must be 1 to 64 letters"),
+        ({"print.process_file": '""'}, r"print\.process_file = '': must be the path of a TOML file"),
+        ({"print.process_file": "3"}, r"print\.process_file = 3: must be the path of a TOML file"),
+    ],
+)
+def test_process_or_file_of_another_kind_is_refused_in_one_line(settings, words, folder):
+    with pytest.raises(InputError, match=f"^{words}") as caught:
+        load_design(folder / "mine.toml", settings)
+    assert "\n" not in str(caught.value)
+    listed = '[print]\nprocess = ["a"]\nprocess_file = "printers/own.toml"\n'
+    (folder / "mine.toml").write_text(listed, encoding="utf-8")
+    for other in ({}, {"print.process_file": "designs/printers/own.toml"}):
+        with pytest.raises(InputError, match=r"^print\.process = \['a'\]: must be"):
+            load_design(folder / "mine.toml", other)
+
+
 def test_one_of_several_processes_is_named(folder):
     two = OWN + OWN.replace("tough-resin", "soft-resin").replace("1900.0", "900.0")
     line = refusal(folder, two)

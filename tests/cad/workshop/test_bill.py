@@ -45,6 +45,8 @@ def test_pair_and_square_have_the_screws_of_their_holes_and_the_covers_of_their_
     assert square["dowel", "3 x 10"] == 2
     washers = counts(bill(replace(sensor, housing=replace(sensor.housing, mount="washers")), PETG))
     assert not any(part == "cover" for part, _ in washers)
+    assert washers["washer", "M3"] == 12  # head, between frame and bracket, nut
+    assert washers["screw", "M3 x 16"] == 4  # 6 + 5 + 2.4 + 3 x 0.5 mm are 14.9
 
 
 def test_gauges_are_four_a_spring_with_an_amplifier_each(sensor):

@@ -126,6 +126,17 @@ def test_sheet_tells_the_mount_that_was_solved_and_no_other(sensor, mount, words
     assert absent not in text
 
 
+@pytest.mark.parametrize("mount", ["covers", "washers"])
+def test_heading_has_an_empty_line_before_it_and_the_assembly_says_which_screws_it_has(mount, sensor):
+    """Screws without the bracket: 12 or 6 mm of grip, a nut of 2.4 mm and two washers of 0.5 mm."""
+    lines = sheet_of(replace(sensor, housing=replace(sensor.housing, mount=mount))).splitlines()
+    headings = [number for number, line in enumerate(lines) if line.startswith("## ")]
+    assert {lines[number] for number in headings} >= {"## Mount", "## Bracket"}
+    assert all(lines[number - 1] == "" != lines[number - 2] for number in headings)
+    shorter = {"covers": "M3 x 16", "washers": "M3 x 10"}[mount]
+    assert f"assembly.step shows the sensor without the bracket, on shorter screws, {shorter}." in "\n".join(lines)
+
+
 def test_sheet_tells_of_gauges_where_they_are_fitted(sensor):
     long = replace(sensor, housing=replace(sensor.housing, high=replace(sensor.housing.high, length=14.0)))
     bare = sheet_of(long)

@@ -52,6 +52,16 @@ def test_screws_reach_through_the_bracket_too(square):
     assert back_of(square) == 0.5 * grip(square)
 
 
+def test_rear_washer_between_frame_and_bracket_is_in_the_grip(sensor):
+    """Head, washer, frame, washer, bracket, washer, nut: the nut's end is where the bracket's back, 0.5 and 2.4 end."""
+    bare = replace(sensor, housing=replace(sensor.housing, mount="washers"))
+    bracket = mount_solid(bare).BoundingBox()
+    upright_back = back_of(bare) + PLATE_MM
+    assert bracket.ymin <= back_of(bare) <= bracket.ymax
+    assert mounted_grip(bare) == pytest.approx(upright_back + 0.5 * bare.housing.depth)
+    assert back_of(bare) - 0.5 * bare.housing.depth == 0.5
+
+
 @pytest.mark.parametrize(
     ("move", "failing"),
     [

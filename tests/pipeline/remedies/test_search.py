@@ -23,7 +23,11 @@ def found(preset, budget=BUDGET, fixed=frozenset(), **settings):
     [
         ({"fruit__bruise_limit_MPa": "0.29"}, {"bruise"}, "press.travel_mm"),
         ({"targets__NL": "0.001"}, {"printable.high"}, "print.process"),
-        ({"print__process": "strip-steel"}, {"printable.low", "printable.high"}, "print.process"),
+        (
+            {"print__process": "dmls-17-4ph", "print__max_length_mm": "35"},
+            {"printable.low", "printable.high"},
+            "print.process",
+        ),
         ({"press__travel_mm": "3"}, {"printable.low", "printable.high"}, "press.travel_mm"),
         ({"springs__K_l_N_per_m": "753", "springs__K_h_N_per_m": "17300"}, {"P_max", "NL"}, "tips.side_mm"),
     ],

@@ -34,7 +34,7 @@ def test_design_that_passes_needs_no_remedy():
         (BRUISED, True),
         (Design(springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0)), True),
         (Design(targets=Targets(NL=0.001)), False),
-        (Design(print=Print(process="strip-steel")), False),
+        (Design(print=Print(process="dmls-17-4ph", max_length_mm=35.0)), False),
     ],
     ids=["bruised", "given springs", "NL out of reach", "process"],
 )
@@ -48,6 +48,7 @@ def test_every_verdict_that_did_not_pass_has_a_remedy_that_mends_the_design(desi
         "fruit.bruise_limit_MPa": design.fruit.bruise_limit_MPa,
         "targets.NL": design.targets.NL,
         "print.process": design.print.process,
+        "print.max_length_mm": design.print.max_length_mm,
         "springs.K_l_N_per_m": design.springs.K_l_N_per_m,
         "springs.K_h_N_per_m": design.springs.K_h_N_per_m,
     }
