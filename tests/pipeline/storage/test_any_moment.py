@@ -70,7 +70,7 @@ def content(folder: Path) -> dict[str, bytes]:
 
 
 def numbers(folder: Path) -> dict[str, object]:
-    """Return all that a folder says, but for seconds and what follows from them."""
+    """Return all that a folder says, but for seconds and what follows from them, as the page that shows them."""
 
     def timeless(value: object) -> object:
         if isinstance(value, dict):
@@ -78,7 +78,9 @@ def numbers(folder: Path) -> dict[str, object]:
         return [timeless(one) for one in value] if isinstance(value, list) else value
 
     files = content(folder)
-    return {**files, "report.json": timeless(json.loads(files["report.json"]))}
+    report = timeless(json.loads(files["report.json"]))
+    report["files"] = [file for file in report["files"] if file["path"] != "report.html"]
+    return {**files, "report.html": None, "report.json": report}
 
 
 @dataclass(frozen=True)
