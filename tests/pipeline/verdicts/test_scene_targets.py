@@ -89,13 +89,12 @@ def test_tip_that_hangs_lower_by_its_weight_is_ahead_in_the_scene():
     assert reached.P_max.value == pytest.approx(balance(3.5, (0.6, 0.581)), rel=1e-9)
 
 
-def test_large_strain_is_remedied_by_less_depth():
+def test_large_strain_lets_P_vary_over_the_travel():
     """With flesh of nu 0.45 at 0.6 sides P falls by some 3 %, which fails."""
     design = Design(press=Press(strain="large"), fruit=Fruit(poisson=0.45))
     judgement, press = judged(design)
     assert not press.level
     assert {one.name: one.passed for one in judgement.verdicts}["P_displacement_independent"] is False
-    assert judgement.remedy.startswith("springs are sized for linear flesh: press less deep")
 
 
 def test_tip_off_the_fruit_leaves_no_ratio():
