@@ -22,7 +22,7 @@ from pipeline.view.scenes.scene import deformation_factor
 from pipeline.view.window import show_pictures, window_of
 
 FLEXURES = [f"flexure-{spring}{what}" for spring in ("low", "high") for what in ("", "-limit")]
-NAMES = ["housing", "assembly", *FLEXURES, "fruit", "mesh", "response"]
+NAMES = ["housing", "assembly", "exploded", *FLEXURES, "fruit", "mesh", "response"]
 
 
 def view(folder: Path, png: Path) -> int:
@@ -72,7 +72,7 @@ def test_same_folder_same_names_in_order(stand_in_folder):
 
 
 def test_folder_of_a_run_without_fields_has_its_solids_mesh_and_response(default_run):
-    assert [picture.name for picture in pictures(default_run.folder)] == ["housing", "assembly", "mesh", "response"]
+    assert [picture.name for picture in pictures(default_run.folder)] == ["housing", "assembly", "exploded", "mesh", "response"]
 
 
 @pytest.mark.parametrize("turned", [0.0, 180.0])
