@@ -45,7 +45,7 @@ EXCESS: dict[str, dict[str, int]] = {
     "cad": {"long_files": 1, "grown_functions": 3, "two_tips": 4},
     "mesh": {"grown_functions": 1, "dense_packages": 1, "two_tips": 2},
     "solve": {"dense_packages": 1},
-    "pipeline": {"grown_functions": 3, "two_tips": 12},
+    "pipeline": {"grown_functions": 2, "two_tips": 12},
 }
 """How many faults of each rule a package still has; the numbers only fall."""
 

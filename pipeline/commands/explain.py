@@ -32,10 +32,7 @@ def execute(arguments: Namespace) -> int:
     from pipeline.explain.closed_form import default_numbers
     from pipeline.explain.entries import entry_of
 
-    if arguments.out is not None and arguments.name is None:
-        raise fault("--out", str(arguments.out), "", "left out without a NAME", "name what its number is asked of")
-    if arguments.out is not None and arguments.folder is not None:
-        raise fault("--out", str(arguments.out), "", "left out beside DIR", "give the folder once")
+    _refuse_unread_folder(arguments)
     if arguments.name is None:
         with answering():
             _print_list(arguments)
@@ -61,6 +58,14 @@ def execute(arguments: Namespace) -> int:
         else:
             print("--out DIR tells the number of a run")
     return PASSED
+
+
+def _refuse_unread_folder(arguments: Namespace) -> None:
+    """Raise InputError for a folder that would not be read."""
+    if arguments.out is not None and arguments.name is None:
+        raise fault("--out", str(arguments.out), "", "left out without a NAME", "name what its number is asked of")
+    if arguments.out is not None and arguments.folder is not None:
+        raise fault("--out", str(arguments.out), "", "left out beside DIR", "give the folder once")
 
 
 def _print_list(arguments: Namespace) -> None:

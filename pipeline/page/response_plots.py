@@ -71,12 +71,17 @@ def _draw_chord(axes: Axes, report: StoredReport, E: Floats, P: Floats) -> str:
     if NL is None:
         return ""
     definition = report.design.nominal_targets.NL_definition
-    chord = start + (P[-1] - start) * E / E[-1]
+    _draw_departure(axes, NL, definition, (E, P, start + (P[-1] - start) * E / E[-1]))
+    return f", NL {100.0 * NL:.3g} % of its rise off the straight line ({definition})"
+
+
+def _draw_departure(axes: Axes, NL: float, definition: str, curves: tuple[Floats, Floats, Floats]) -> None:
+    """Draw how far P is off its chord where NL [1] is taken; curves are E [MPa], P and chord [1]."""
+    E, P, chord = curves
     at = 0.5 * E[-1] if definition == "mid-range" else float(E[np.nanargmax(P - chord)])
     ends = [float(np.interp(at, E, values)) for values in (chord, P)]
     axes.plot([at, at], ends, color=BAD, linewidth=2.0)
     axes.annotate(f"NL {100.0 * NL:.3g} %", (at, ends[0]), (8, -14), textcoords="offset points", color=BAD)
-    return f", NL {100.0 * NL:.3g} % of its rise off the straight line ({definition})"
 
 
 def _judged(report: StoredReport, name: str) -> float | None:

@@ -36,15 +36,9 @@ def write_pareto(study: Study, candidates: Sequence[Candidate], folder: Path, *,
     """
     if any(key not in study.wanted for key in AGAINST):
         return
-    passing = [_place(one) for one in candidates if one.violation == 0.0]
-    failing = [_place(one) for one in candidates if one.violation > 0.0 and one.result.status == "done"]
     figure = Figure(figsize=(6.4, 4.4), layout="constrained")
     axes = figure.add_subplot()
-    _dots(axes, [place for place in failing if math.isfinite(place[1])], "#b8b8b8", "a verdict fails")
-    _dots(axes, passing, "#1f6fb2", "verdicts pass")
-    best = front(passing)
-    axes.step([x for x, _ in best], [y for _, y in best], where="post", color="#c0392b", label="front")
-    axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
+    _draw(axes, candidates)
     axes.set_xlabel("pressure on the skin over its limit [1]")
     axes.set_ylabel(f"{study.goal.minimise.removeprefix('verdicts.').removesuffix('.value')} [1]")
     axes.legend(frameon=False)
@@ -53,6 +47,16 @@ def write_pareto(study: Study, candidates: Sequence[Candidate], folder: Path, *,
         content = io.BytesIO()
         figure.savefig(content, format="svg", metadata={"Date": None})
     place_files(folder, {PLOT: content.getvalue()}, "--out", force=force)
+
+
+def _draw(axes: Axes, candidates: Sequence[Candidate]) -> None:
+    passing = [_place(one) for one in candidates if one.violation == 0.0]
+    failing = [_place(one) for one in candidates if one.violation > 0.0 and one.result.status == "done"]
+    _dots(axes, [place for place in failing if math.isfinite(place[1])], "#b8b8b8", "a verdict fails")
+    _dots(axes, passing, "#1f6fb2", "verdicts pass")
+    best = front(passing)
+    axes.step([x for x, _ in best], [y for _, y in best], where="post", color="#c0392b", label="front")
+    axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
 
 
 def _dots(axes: Axes, places: Sequence[Place], colour: str, label: str) -> None:

@@ -72,7 +72,13 @@ def test_same_folder_same_names_in_order(stand_in_folder):
 
 
 def test_folder_of_a_run_without_fields_has_its_solids_mesh_and_response(default_run):
-    assert [picture.name for picture in pictures(default_run.folder)] == ["housing", "assembly", "exploded", "mesh", "response"]
+    assert [picture.name for picture in pictures(default_run.folder)] == [
+        "housing",
+        "assembly",
+        "exploded",
+        "mesh",
+        "response",
+    ]
 
 
 @pytest.mark.parametrize("turned", [0.0, 180.0])
