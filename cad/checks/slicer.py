@@ -76,7 +76,15 @@ def estimate_of(text: str) -> PrintEstimate | None:
     mass = re.search(r"^; filament used \[g\] = ([\d.]+)", text, flags=re.MULTILINE)
     if slicer is None or time is None or mass is None:
         return None
-    return PrintEstimate(time=time[1].strip(), mass_g=float(mass[1]), slicer=slicer[1].split("+")[0])
+    return PrintEstimate(time=_rounded(time[1]), mass_g=float(mass[1]), slicer=slicer[1].split("+")[0])
+
+
+def _rounded(time: str) -> str:
+    """Return a time like `1d 2h 17m 12s` to five minutes: the slicer's own differs by seconds from run to run."""
+    minutes = {"d": 1440.0, "h": 60.0, "m": 1.0, "s": 1.0 / 60.0}
+    total = sum(float(count) * minutes[unit] for count, unit in re.findall(r"(\d+)([dhms])", time))
+    fives = max(1, round(total / 5.0))
+    return f"about {fives // 12} h {5 * (fives % 12)} min"
 
 
 def slicer_verdict(output: str) -> Verdict:

@@ -74,7 +74,10 @@ NAMES = [
     (("--p_max=5",), "--p_max: unknown flag; must be one of .*; did you mean --p-max?"),
     (("-n", "0.1"), "-n: unknown flag; must be one of .*; did you mean --.*"),
     (("paper",), "'paper': must be a flag or its value; remove it, or see pipeline run -h"),
-    (("--nl",), "--nl: expected one argument; must be as in the example of pipeline run -h"),
+    (
+        ("--nl",),
+        "--nl: expected one argument; write FLAG=VALUE .*; must be as in the example of pipeline run -h",
+    ),
     (("--json=yes",), "--json: ignored explicit argument 'yes'; must be as in the example of pipeline run -h"),
     (("--fruit-stiffness", "hays"), "--fruit-stiffness = 'hays': must be one of contact, hayes; did you mean hayes?"),
     (("--tol", "0"), "--tol = 0: must be at least 0.0001 and at most 0.1; the default is 0.001"),
@@ -166,7 +169,10 @@ def test_bad_design_file_is_refused(text, message, capsys, stand_in_run, tmp_pat
             ["check", ".", "--process", "sla-resin"],
             "--process = 'sla-resin': must be left out for a folder; its design",
         ),
-        (["run", "--tol"], "--tol: expected one argument; must be as in the example of pipeline run -h"),
+        (
+            ["run", "--tol"],
+            "--tol: expected one argument; write FLAG=VALUE .*; must be as in the example of pipeline run -h",
+        ),
         (
             ["view", ".", "--pgn", "x"],
             "--pgn: unknown flag; must be one of --help, --png, .*; did you mean --png?",

@@ -75,7 +75,7 @@ def test_two_keys_are_changed_where_one_does_not_do():
 @pytest.mark.slow
 def test_reading_that_is_too_uncertain_is_mended():
     design, names, search = found("mango", reading__noise_percent="1.0")
-    assert names == ["reading.uncertainty"]
+    assert "reading.uncertainty" in names
     assert Trials(BUDGET)(changed(design, search.passing[0].changes)).passes
 
 

@@ -175,7 +175,7 @@ def test_front_keeps_what_no_other_place_beats() -> None:
     assert front(places) == ((1.0, 5.0), (2.0, 4.0), (3.0, 1.0))
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_optimum_of_mango_is_as_good_as_the_preset_and_its_run_passes(
     written: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
