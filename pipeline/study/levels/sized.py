@@ -6,19 +6,18 @@ from dataclasses import asdict
 import numpy as np
 
 from cad.design.parameters import Design
-from cad.design.printability import check_printable
 from cad.design.reading import Reading
 from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.bruising import skin_pressures
-from pipeline.reading.placed import refuse_steep_poses
+from pipeline.reading.placed import refuse_unsolvable_presses
 from pipeline.reading.pressed_sensor import pressed_sensor
 from pipeline.reading.readings import Readings
 from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, response_row, sizing_mapping
-from pipeline.stages.fitted_spring import FittedSpring
-from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, refuse_unsolvable, scene_of
+from pipeline.stages.fitted_spring import springs_as_sized
+from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.storage.plain import Plain
 from pipeline.study.report_keys import Stage
@@ -48,8 +47,7 @@ def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Sta
     sizing = spring_sizing(design, contact, RunOptions())
     report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
     if stages - {"sizing"}:
-        refuse_unsolvable(design)
-        refuse_steep_poses(design)
+        refuse_unsolvable_presses(design)
     press, readings = None, None
     if _presses(design, stages):
         press = press_scene(design, contact, _compliance(design, sizing))
@@ -59,7 +57,7 @@ def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Sta
         report["reading"] = assessed_mapping(readings)
     reached = _reached(design, contact, sizing, press)
     verdicts = (
-        *_printable(design, sizing),
+        *(printable_verdict(spring) for spring in springs_as_sized(design, sizing)),
         *reading_verdicts(design, readings),
         *_target_verdicts(design, reached),
         *(() if press is None else _press_verdicts(design, press)),
@@ -94,14 +92,6 @@ def _reached(design: Design, contact: FruitCompliance, sizing: SpringSizing, pre
 def _readings(design: Design, contact: FruitCompliance, sizing: SpringSizing, reading: Reading) -> Readings:
     sensor = pressed_sensor(design, contact, _compliance(design, sizing))
     return Readings(assessed=reading_assessment(sensor, reading), pressures=skin_pressures(sensor))
-
-
-def _printable(design: Design, sizing: SpringSizing) -> Iterator[Verdict]:
-    """Yield whether the process can make each spring, by the beam law."""
-    process, ratio = design.process, sizing.sizing_stiffness_ratio
-    found = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
-    for name, K, printable in zip(design.tips.as_pair.names, sizing.springs.stiffnesses, found, strict=True):
-        yield printable_verdict(FittedSpring(name=name, target=K, printable=printable))
 
 
 def _target_verdicts(design: Design, reached: SceneTargets) -> tuple[Verdict, ...]:
