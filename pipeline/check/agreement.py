@@ -14,7 +14,8 @@ from pipeline.report.contact_keys import SIZED_KEYS
 from pipeline.report.mapping import FORCE_KEYS, STIFFNESS_VERDICTS
 from pipeline.report.readings import other_readings
 from pipeline.report.verdict_rule import outcome_of
-from pipeline.stages.fitted_spring import NAMES, FittedSpring
+from pipeline.stages.fitted_spring import FittedSpring
+from pipeline.stages.springs import NAMES
 from pipeline.storage.plain import ROUND_OFF, Plain, from_plain, number_at, same_number, value_at
 from pipeline.storage.seal import KEY, content_digest
 from pipeline.verdicts.reading_rules import READING_VERDICTS

@@ -13,10 +13,10 @@ from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.report.mapping import STIFFNESS_VERDICTS
-from pipeline.stages.fitted_spring import NAMES, FittedSpring
+from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.stages.response import press_scan, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
-from pipeline.stages.springs import FittedSprings
+from pipeline.stages.springs import NAMES, FittedSprings
 from pipeline.storage.plain import Plain, number_at, value_at
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.rules import monotonic_verdict, printable_verdict, stiffness_verdict, target_verdicts

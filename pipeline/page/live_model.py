@@ -15,8 +15,8 @@ from cad.theory.two_spring_law import Springs, fruit_stiffness
 from pipeline.page.fields import Floats
 from pipeline.reading.read_out import ContrastReadOut, read_out_of
 from pipeline.report.stored import StoredReport
-from pipeline.stages.fitted_spring import NAMES
 from pipeline.stages.response import LINEAR_MODULI, SOFTEST, TRAVELS, scene_of
+from pipeline.stages.springs import NAMES
 from pipeline.storage.plain import Plain
 from solve.contact.linear_response import TipKinds, linear_response
 from solve.error_estimate import SolveInfo

@@ -8,8 +8,6 @@ from cad.quantity import Estimate
 from cad.theory.leaf_spring import Flexure
 from pipeline.stages.sizing import SpringSizing
 
-NAMES = ("low", "high")
-
 
 @dataclass(frozen=True, kw_only=True)
 class FittedSpring:
@@ -49,5 +47,5 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
     """
     process, ratio = design.process, sizing.sizing_stiffness_ratio
     printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
-    rows = zip(NAMES, sizing.springs.stiffnesses, printable, strict=True)
+    rows = zip(design.tips.as_pair.names, sizing.springs.stiffnesses, printable, strict=True)
     return tuple(FittedSpring(name=name, target=K, printable=leaves) for name, K, leaves in rows)

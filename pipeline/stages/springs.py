@@ -30,6 +30,7 @@ from solve.linear import SolveError
 
 Floats = NDArray[np.float64]
 
+NAMES = ("low", "high")
 GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
 GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3
 
