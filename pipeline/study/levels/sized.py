@@ -7,7 +7,6 @@ import numpy as np
 
 from cad.design.parameters import Design
 from cad.design.reading import Reading
-from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.reading.assessment import reading_assessment
@@ -17,7 +16,7 @@ from pipeline.reading.pressed_sensor import pressed_sensor
 from pipeline.reading.readings import Readings
 from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, response_row, sizing_mapping
 from pipeline.stages.fitted_spring import springs_as_sized
-from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, scene_of
+from pipeline.stages.response import ScenePress, mean_pressure_estimate, press_scene, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.storage.plain import Plain
 from pipeline.study.report_keys import Stage
@@ -107,8 +106,7 @@ def _press_verdicts(design: Design, press: ScenePress) -> Iterator[Verdict]:
         yield displacement_verdict(press.table)
         yield monotonic_verdict(press.scan)
         if design.fruit.bruise_limits_MPa:
-            pressure, error = mean_tip_pressure(design, press), max(float(press.hardest.F_error[-1, -1]), 0.0)
-            yield bruise_verdict(Estimate(pressure, error * pressure, "MPa"), max(design.fruit.bruise_limits_MPa))
+            yield bruise_verdict(mean_pressure_estimate(design, press), max(design.fruit.bruise_limits_MPa))
     yield from tip_shape_verdicts(design, press)
 
 
