@@ -9,6 +9,7 @@ from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
+from cad.verdict import Verdict
 from pipeline.report.stored_parts import inner, optional, part, record, records
 from pipeline.report.stored_records import (
     StoredBudget,
@@ -20,7 +21,6 @@ from pipeline.report.stored_records import (
     StoredReadOut,
     StoredSolve,
     StoredSpring,
-    StoredVerdict,
 )
 from pipeline.storage.plain import Plain
 from pipeline.storage.seal import file_digest, is_regular
@@ -113,7 +113,7 @@ class StoredReport:
     response: tuple[StoredResponse, ...]
     curve: StoredCurve
     files: tuple[StoredFile, ...]
-    verdicts: tuple[StoredVerdict, ...]
+    verdicts: tuple[Verdict, ...]
     paper: StoredPaper | None
     remedy: str | None
     springs: dict[str, StoredSpring]
@@ -182,7 +182,7 @@ def _report(data: Plain) -> StoredReport:
         response=records(StoredResponse, data, "response"),
         curve=record(StoredCurve, data, "curve"),
         files=part(tuple[StoredFile, ...], data, "files"),
-        verdicts=records(StoredVerdict, data, "verdicts"),
+        verdicts=records(Verdict, data, "verdicts"),
         paper=_paper(data),
         remedy=optional(str, data, "remedy"),
         springs=_springs(data),
@@ -221,7 +221,7 @@ def _paper(data: Plain) -> StoredPaper | None:
     if paper is None:
         return None
     K = {key: part(float, paper, key) for key in ("K_l_N_per_m", "K_h_N_per_m")}
-    return StoredPaper(**K, verdicts=records(StoredVerdict, paper, "verdicts"))
+    return StoredPaper(**K, verdicts=records(Verdict, paper, "verdicts"))
 
 
 def _reading(data: Plain) -> StoredReading | None:

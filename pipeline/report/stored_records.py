@@ -1,24 +1,9 @@
-"""Records of report.json beside the response: verdicts, springs, solves, errors, readings, as they were written."""
+"""Records of report.json beside the response: springs, solves, errors, readings, as they were written."""
 
 from dataclasses import dataclass
 
 from cad.theory.leaf_spring import Flexure
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredVerdict:
-    """A verdict as it was written [in its own unit], and what would make it pass; None where nothing is said."""
-
-    name: str
-    value: float | None
-    unit: str
-    limit: float | str | None
-    tolerance: float | str | None
-    passed: bool | None
-    reference: str
-    error: float | None = None
-    relative: bool = False
-    remedy: str | None = None
+from cad.verdict import Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,7 +120,7 @@ class StoredPaper:
 
     K_l_N_per_m: float
     K_h_N_per_m: float
-    verdicts: tuple[StoredVerdict, ...]
+    verdicts: tuple[Verdict, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
