@@ -100,8 +100,8 @@ class StoredContact:
 class StoredReport:
     """What commands take of a report: design, tips, contact, housing [mm] or None, deflections [mm], response, files.
 
-    Tips have the order of all forces and of the compliance. `read_out` turns forces into a modulus. `crosstalk` [1] is
-    C_12 / C_22 of the springs, 0 where they are not made; `tolerance` [1] and `fruit_stiffness` are what was asked for.
+    Tips have the order of all forces and of the compliance. `read_out` turns forces into a modulus; `tolerance` [1] and
+    `fruit_stiffness` are what was asked for.
     """
 
     design: Design
@@ -117,7 +117,6 @@ class StoredReport:
     paper: StoredPaper | None
     remedy: str | None
     springs: dict[str, StoredSpring]
-    crosstalk: float
     errors: dict[str, StoredBudget | None]
     read_out: StoredReadOut
     reading: StoredReading | None
@@ -186,7 +185,6 @@ def _report(data: Plain) -> StoredReport:
         paper=_paper(data),
         remedy=optional(str, data, "remedy"),
         springs=_springs(data),
-        crosstalk=_crosstalk(data),
         errors=part(dict[str, StoredBudget | None], data, "errors"),
         read_out=part(StoredReadOut, data, "read_out"),
         reading=_reading(data),
@@ -209,11 +207,6 @@ def _deflections(data: Plain, housing: Housing | None) -> tuple[float, ...]:
 def _springs(data: Plain) -> dict[str, StoredSpring]:
     springs = part(Plain, data, "flexures")
     return {name: record(StoredSpring, springs, name) for name in springs}
-
-
-def _crosstalk(data: Plain) -> float:
-    behaviour = optional(Plain, data, "behaviour")
-    return 0.0 if behaviour is None else part(float, behaviour, "crosstalk_C12_over_C22")
 
 
 def _paper(data: Plain) -> StoredPaper | None:

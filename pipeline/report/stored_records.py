@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from cad.theory.contrast_law import ContrastLaw
 from cad.theory.leaf_spring import Flexure
 from cad.verdict import Verdict
 
@@ -102,6 +103,19 @@ class StoredReadOut:
     gaps_mm: tuple[float, ...] | None
     fruit_per_mm: tuple[tuple[float, ...], ...] | None
     hertz: float | None
+
+    @property
+    def contrast(self) -> ContrastLaw | None:
+        """Return the contrast law of the tips with the springs of the report; None for a pair."""
+        if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:
+            return None
+        return ContrastLaw(
+            weights=self.weights,
+            gaps=self.gaps_mm,
+            C=self.springs_mm_per_N,
+            S=self.fruit_per_mm,
+            hertz=self.hertz or 0.0,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
