@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from cad.verdict import Verdict
-from pipeline.report.verdict_rule import bound_sense
+from pipeline.report.verdict_rule import UNREAD, bound_sign, fails_unread
 
 WIDTH = 132
 OUTCOME = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
@@ -17,7 +17,6 @@ _HEADS = ("verdict", "value", "± error", "target", "tolerance", "")
 _LEAVES_OUT = ((), ("tolerance",), ("tolerance", "± error"))
 """Columns that a narrow terminal does without, the wider ones first."""
 _ENDLESS = 10_000
-_SIGNS = {"at most": "≤", "at least": "≥"}
 _IN_ASCII = {"≤": "at most", "≥": "at least", "± ": "+- ", "·": "-"}
 
 
@@ -103,14 +102,13 @@ def _verdict_table(
 
 
 def _row(verdict: Verdict) -> tuple[str, ...]:
-    sense = bound_sense(verdict)
     return (
         verdict.name,
         shown(verdict.value, verdict.unit),
         shown(verdict.error),
-        f"{_SIGNS[sense]} {shown(verdict.limit)}" if sense else shown(verdict.limit),
+        bound_sign(verdict) + shown(verdict.limit),
         _tolerance(verdict),
-        OUTCOME[verdict.passed],
+        f"{OUTCOME[verdict.passed]}: {UNREAD}" if fails_unread(verdict) else OUTCOME[verdict.passed],
     )
 
 
