@@ -28,7 +28,7 @@ class LevelReading:
 class SensorReadOut:
     """The read-out of a sensor, largest force of each channel [N] (tips,), the error of the model as a share of E [1].
 
-    `level` are readings over the range of E which a contrast is corrected by; a line over the press has none.
+    `level` are readings over the range of E which a contrast is corrected by; the line of a pair needs none.
     """
 
     read_out: ReadOut
