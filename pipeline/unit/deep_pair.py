@@ -27,6 +27,7 @@ _SCAN, _SHRINKS, _HALVINGS = 24, 60, 60
 _AT_THE_END = 1e-6  # of a logarithm
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _STEPS, _SETTLED = 50, 1e-13
+_TOO_DEEP = "the tips stand deeper than large strain was solved for: must be a press of this design; press less far"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,14 +74,14 @@ class DeepPair:
 
     def sunk(self, forces: Sequence[float], E: float) -> float:
         """Return how much farther the skin sinks under the low tip than under the high one [mm], of forces [N]."""
-        (low, _), (high, _) = (self.depth(tip, force, E) for tip, force in enumerate(forces))
-        return low - high + (self.S[0][1] * forces[1] - self.S[1][0] * forces[0]) / E
+        (soft, _), (stiff, _) = (self.depth(tip, force, E) for tip, force in enumerate(forces))
+        return soft - stiff + (self.S[0][1] * forces[1] - self.S[1][0] * forces[0]) / E
 
     def lead_slopes(self, forces: Sequence[float], E: float) -> tuple[float, float, float]:
         """Return the slopes of the lead over both forces [mm/N] and over the logarithm of the modulus [mm]."""
         soft, stiff = forces
-        low, high = (self.depth(tip, force, E)[1] for tip, force in enumerate(forces))
-        by_soft, by_stiff = low - self.S[1][0] / E, self.S[0][1] / E - high
+        slopes = [self.depth(tip, force, E)[1] for tip, force in enumerate(forces)]
+        by_soft, by_stiff = slopes[0] - self.S[1][0] / E, self.S[0][1] / E - slopes[1]
         return self._give(0) + by_soft, self._give(1) + by_stiff, -by_soft * soft - by_stiff * stiff
 
     def ratio_modulus(self, forces: Sequence[float]) -> float:
@@ -105,17 +106,19 @@ class DeepPair:
         if len(samples) < FEWEST:
             msg = f"samples with both tips on the fruit = {len(samples)}: must be at least {FEWEST}; press farther"
             raise ReadingError(msg)
-        weights = noises if any(noises) else (1.0, 1.0)
-        E = math.exp(self._straightest(samples, weights))
+        E = math.exp(self._straightest(samples, noises if any(noises) else (1.0, 1.0)))
+        counts = [count for count, *_ in samples]
+        lead = math.fsum(count * self.lead(forces, E) for count, *forces in samples) / sum(counts)
+        return PairLine(modulus=E, lead=lead, error=self._noise(samples, noises, E))
+
+    def _noise(self, samples: Sequence[Sample], noises: Sequence[float], E: float) -> float:
+        """Return the standard deviation of the modulus of a line by noise [1]."""
         slopes = [self.lead_slopes(forces, E) for _, *forces in samples]
         counts = [count for count, *_ in samples]
         spread, mean = _spread([row[2] for row in slopes], counts)
-        noise = math.fsum(
-            count * (row[2] - mean) ** 2 * math.hypot(row[0] * noises[0], row[1] * noises[1]) ** 2
-            for count, row in zip(counts, slopes, strict=True)
-        )
-        lead = math.fsum(count * self.lead(forces, E) for count, *forces in samples) / sum(counts)
-        return PairLine(modulus=E, lead=lead, error=math.sqrt(noise) / spread)
+        rows = zip(counts, slopes, strict=True)
+        squares = math.fsum(count * (row[2] - mean) ** 2 * _variance(row, noises) for count, row in rows)
+        return math.sqrt(squares) / spread
 
     def moved(self, samples: Sequence[Sample], E: float, other: "DeepPair", gains: Sequence[float]) -> float:
         """Return the share by which the modulus [1] read of samples moves, for another law and for gains [1]."""
@@ -134,23 +137,30 @@ class DeepPair:
 
         Raises ReadingError where springs and flesh find no balance.
         """
-        S, C = self.S, self.C
-        coupling = [[C[i][j] + (S[i][j] / E if i != j else 0.0) for j in range(2)] for i in range(2)]
-        forces = [travel / (C[tip][tip] + S[tip][tip] / E) for tip in range(2)]
+        forces = [travel / (row[tip] + self.S[tip][tip] / E) for tip, row in enumerate(self.C)]
         for _ in range(_STEPS):
-            depths = [self.depth(tip, force, E) for tip, force in enumerate(forces)]
-            left = [
-                row[0] * forces[0] + row[1] * forces[1] + depth - travel
-                for row, (depth, _) in zip(coupling, depths, strict=True)
-            ]
+            left, (a, b), (c, d) = self._balance(forces, E, travel)
             if max(map(abs, left)) <= _SETTLED * abs(travel):
                 return forces
-            a, b = coupling[0][0] + depths[0][1], coupling[0][1]
-            c, d = coupling[1][0], coupling[1][1] + depths[1][1]
-            whole = a * d - b * c
-            forces = [forces[0] - (d * left[0] - b * left[1]) / whole, forces[1] - (a * left[1] - c * left[0]) / whole]
+            step = d * left[0] - b * left[1], a * left[1] - c * left[0]
+            forces = [force - change / (a * d - b * c) for force, change in zip(forces, step, strict=True)]
         msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
         raise ReadingError(msg)
+
+    def _balance(
+        self, forces: Sequence[float], E: float, travel: float
+    ) -> tuple[list[float], Sequence[float], Sequence[float]]:
+        """Return by how much springs and flesh give more than the travel [mm], and the rows of its slopes [mm/N]."""
+        depths = [self.depth(tip, force, E) for tip, force in enumerate(forces)]
+        crossed = [self.C[0][1] + self.S[0][1] / E, self.C[1][0] + self.S[1][0] / E]
+        left = [
+            self.C[tip][tip] * force + depth + cross * other - travel
+            for tip, (force, other, cross, (depth, _)) in enumerate(
+                zip(forces, reversed(forces), crossed, depths, strict=True)
+            )
+        ]
+        own = [self.C[tip][tip] + slope for tip, (_, slope) in enumerate(depths)]
+        return left, (own[0], crossed[0]), (crossed[1], own[1])
 
     def _give(self, tip: int) -> float:
         return self.C[0][tip] - self.C[1][tip]
@@ -164,28 +174,27 @@ class DeepPair:
         """Return the logarithm of the modulus [MPa] at which the lead scatters least; raises ReadingError at an end."""
 
         def scatter(log: float) -> float:
-            E = math.exp(log)
-            rows = [self.lead_slopes(forces, E) for _, *forces in samples]
-            counts = [
-                count / ((row[0] * noises[0]) ** 2 + (row[1] * noises[1]) ** 2)
-                for (count, *_), row in zip(samples, rows, strict=True)
-            ]
-            leads = [self.lead(forces, E) for _, *forces in samples]
-            return _spread(leads, counts)[0]
+            return self._scatter(samples, noises, math.exp(log))
 
         least = math.log(self._least_modulus([forces for _, *forces in samples]))
         logs = [least + _WIDEST * place / _SCAN for place in range(_SCAN + 1)]
         lowest = min(range(len(logs)), key=lambda place: scatter(logs[place]))
         if lowest == _SCAN:
             raise ReadingError(OF_ANOTHER_SENSOR)
-        ends = logs[max(0, lowest - 1)], logs[lowest + 1]
-        found = _least_place(scatter, *ends)
+        found = _least_place(scatter, logs[max(0, lowest - 1)], logs[lowest + 1])
         if found - least < _AT_THE_END:
-            msg = (
-                "the tips stand deeper than large strain was solved for: must be a press of this design; press less far"
-            )
-            raise ReadingError(msg)
+            raise ReadingError(_TOO_DEEP)
         return found
+
+    def _scatter(self, samples: Sequence[Sample], noises: Sequence[float], E: float) -> float:
+        """Return the squares of the lead less its mean over its variance by noise [1], summed over the samples."""
+        weights = [count / _variance(self.lead_slopes(forces, E), noises) for count, *forces in samples]
+        return _spread([self.lead(forces, E) for _, *forces in samples], weights)[0]
+
+
+def _variance(slopes: Sequence[float], noises: Sequence[float]) -> float:
+    """Return the variance of a lead [mm^2] by noises [N] of both forces; slopes [mm/N]."""
+    return math.fsum((slope * noise) ** 2 for slope, noise in zip(slopes, noises, strict=False))
 
 
 def _spread(values: Sequence[float], counts: Sequence[float]) -> tuple[float, float]:

@@ -5,7 +5,7 @@ the same forces stands beside, and in the uncertainty.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from cad.theory.contrast_law import ReadingError
@@ -23,23 +23,16 @@ def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample]
     """Return what the samples of a press tell: the modulus by the line, `others` by the force ratio and other laws."""
     _, *deepest = samples[-1]
     try:
-        line = law.line(samples, sensor.noises)
-        ratio = law.ratio_modulus(deepest)
-        others = {name: other.line(samples, sensor.noises).modulus for name, other in other_laws(sensor, law)}
-        bounds = [_table_share(law.line(samples), _moved(sensor, law).line(samples)), *_shares(line.modulus, others)]
+        line, ratio = law.line(samples, sensor.noises), law.ratio_modulus(deepest)
+        E, bounds, others = _with_others(sensor, law, lambda each: each.line(samples, sensor.noises).modulus)
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
-    E = line.modulus
     scatter = math.hypot(line.error, *_unit_shares(sensor, law, samples, E))
-    tilt = math.degrees(math.atan(-line.lead / sensor.design.tips.spacing_mm))
-    reading = judged_reading(
-        sensor, E, combined(sensor, E, scatter, *bounds), (abs(tilt), 0.0 if tilt >= 0.0 else 180.0), deepest
-    )
+    reading = judged_reading(sensor, E, combined(sensor, E, scatter, *bounds), _turned(sensor, line), deepest)
     allowed = COVERAGE * math.hypot(line.error, _noise(sensor, law, deepest, ratio)) + bounds[0]
-    flags = ("read_outs_disagree",) if abs(ratio / E - 1.0) > allowed + 0.01 * _contact_percent(sensor) else ()
-    return _told(
-        law, replace(reading, flags=(*reading.flags, *flags), others={"force_ratio": ratio, **others}), deepest
-    )
+    if abs(ratio / E - 1.0) > allowed + 0.01 * sensor.report.read_out.model_error_percent:
+        reading = replace(reading, flags=(*reading.flags, "read_outs_disagree"))
+    return _told(law, replace(reading, others={"force_ratio": ratio, **others}), deepest)
 
 
 def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float]) -> FruitReading:
@@ -48,17 +41,30 @@ def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[f
     if flags:
         return FruitReading(flags=flags)
     try:
-        E = law.ratio_modulus(forces)
-        others = {name: other.ratio_modulus(forces) for name, other in other_laws(sensor, law)}
-        table = _moved(sensor, law).ratio_modulus(forces) / E - 1.0
+        E, bounds, others = _with_others(sensor, law, lambda each: each.ratio_modulus(forces))
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
-    sample = (1, forces[0], forces[1])
     lead = math.tan(math.radians(sensor.steepest_deg)) * sensor.design.tips.spacing_mm
     by_lead = lead / (math.sqrt(3.0) * abs(law.lead_slopes(forces, E)[2]))
-    scatter = math.hypot(_noise(sensor, law, forces, E), by_lead, *_unit_shares(sensor, law, [sample], E))
-    u = combined(sensor, E, scatter, abs(table), *_shares(E, others))
+    by_unit = _unit_shares(sensor, law, [(1, forces[0], forces[1])], E)
+    u = combined(sensor, E, math.hypot(_noise(sensor, law, forces, E), by_lead, *by_unit), *bounds)
     return _told(law, replace(judged_reading(sensor, E, u, _LEVEL, forces), others=others), forces)
+
+
+def _turned(sensor: MeasuringUnit, line: PairLine) -> tuple[float, float]:
+    """Return the tilt that the lead of a line means, and its direction along the tips [deg]."""
+    tilt = math.degrees(math.atan(-line.lead / sensor.design.tips.spacing_mm))
+    return abs(tilt), 0.0 if tilt >= 0.0 else 180.0
+
+
+def _with_others(
+    sensor: MeasuringUnit, law: DeepPair, read: Callable[[DeepPair], float]
+) -> tuple[float, tuple[float, float], dict[str, float]]:
+    """Return the modulus [MPa], how far the bar of the curve and other laws move it [1], and what those read [MPa]."""
+    E = read(law)
+    others = {name: read(other) for name, other in other_laws(sensor, law)}
+    by_law = max(abs(other / E - 1.0) for other in others.values())
+    return E, (abs(read(_moved(sensor, law)) / E - 1.0), by_law), others
 
 
 def other_laws(sensor: MeasuringUnit, law: DeepPair) -> list[tuple[str, DeepPair]]:
@@ -76,19 +82,6 @@ def _moved(sensor: MeasuringUnit, law: DeepPair) -> DeepPair:
     """Return the law whose curve is off by its error bar at every depth."""
     errors = [1.0 + 0.01 * row.error_percent for row in sensor.report.read_out.large_strain]
     return replace(law, factors=tuple(factor * error for factor, error in zip(law.factors, errors, strict=True)))
-
-
-def _table_share(line: PairLine, moved: PairLine) -> float:
-    return abs(moved.modulus / line.modulus - 1.0)
-
-
-def _shares(E: float, others: dict[str, float]) -> list[float]:
-    """Return the largest share by which another law reads another modulus [1]: a bound, in a list of its own."""
-    return [max(abs(other / E - 1.0) for other in others.values())]
-
-
-def _contact_percent(sensor: MeasuringUnit) -> float:
-    return sensor.report.read_out.model_error_percent
 
 
 def _noise(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float], E: float) -> float:
