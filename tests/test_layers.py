@@ -20,7 +20,7 @@ PACKAGES = ("cad", "mesh", "solve", "pipeline")
 
 NUMBERS = ("cad.quantity", "cad.verdict")
 LAWS = (*NUMBERS, "cad.theory", "cad.design")
-SHAPES = (*LAWS, "cad.parts")
+SHAPES = (*LAWS, "cad.kernel", "cad.parts")
 ELASTIC = (
     "solve.arrays",
     "solve.elasticity",
@@ -49,7 +49,8 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "cad.verdict": ("cad.quantity",),
     "cad.theory": NUMBERS,
     "cad.design": (*NUMBERS, "cad.theory"),
-    "cad.parts": LAWS,
+    "cad.kernel": (),
+    "cad.parts": (*LAWS, "cad.kernel"),
     "cad.files": SHAPES,
     "cad.drawing": (*SHAPES, "cad.files"),
     "cad.checks": (*SHAPES, "cad.files"),
