@@ -66,9 +66,10 @@ class StudyStore:
         row = self._connection.execute("SELECT value FROM study WHERE key = ?", (key,)).fetchone()
         return None if row is None else json.loads(row[0])
 
-    def numbers(self) -> set[int]:
-        """Return the numbers of the points that are solved."""
-        return {number for (number,) in self._connection.execute("SELECT number FROM points")}
+    def missing(self, start: int, stop: int) -> set[int]:
+        """Return the numbers from one up to, not including, another one whose points are not solved."""
+        query = "SELECT number FROM points WHERE number >= ? AND number < ?"
+        return set(range(start, stop)) - {number for (number,) in self._connection.execute(query, (start, stop))}
 
     def counts(self) -> dict[str, int]:
         """Return how many points are done, refused and failed."""
