@@ -34,8 +34,8 @@ class PointColumns:
         """Say whether the values of a key are numbers that differ by more than round-off."""
         if key not in self.values:
             return False
-        low, high = self.ends(key)
-        return high - low > _ALIKE * max(abs(low), abs(high))
+        least, largest = self.ends(key)
+        return largest - least > _ALIKE * max(abs(least), abs(largest))
 
     def best(self, key: str, count: int) -> list[int]:
         """Return the numbers of the points with the least values of a key, the least first, those without one last."""

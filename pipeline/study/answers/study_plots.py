@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -87,8 +88,8 @@ def _strength(columns: PointColumns, key: str, number: str) -> float:
 
 def _middle(values: Floats) -> tuple[float, float]:
     """Return the ends of a colour scale [unit of the values]: a few extreme points do not take it all."""
-    low, high = np.nanpercentile(values, [_EXTREME, 100.0 - _EXTREME])
-    return float(low), float(high)
+    ends = np.nanpercentile(values, [_EXTREME, 100.0 - _EXTREME])
+    return float(ends[0]), float(ends[1])
 
 
 def _short(value: float) -> str:
@@ -114,8 +115,8 @@ def _map(columns: PointColumns, keys: Sequence[str], number: str) -> str:
     axes = figure.add_subplot()
     x, y, colour = (columns.values[key] for key in (*keys, number))
     some = drawn_at_random(len(x), MOST_DOTS)
-    low, high = _middle(colour)
-    dots = axes.scatter(x[some], y[some], c=colour[some], s=9, vmin=low, vmax=high, rasterized=True)
+    least, largest = _middle(colour)
+    dots = axes.scatter(x[some], y[some], c=colour[some], s=9, vmin=least, vmax=largest, rasterized=True)
     figure.colorbar(dots, label=number, extend="both")
     axes.set_xlabel(keys[0])
     axes.set_ylabel(keys[1])
@@ -127,23 +128,38 @@ def _lines(columns: PointColumns, keys: Sequence[str], number: str) -> str:
     figure = Figure(figsize=(max(6.0, 1.25 * len(keys)), 4.2), layout="constrained")
     axes = figure.add_subplot()
     some = drawn_at_random(len(columns.points), MOST_LINES)
-    spans = [columns.ends(key) for key in keys]
-    shares = [(columns.values[key][some] - low) / (high - low) for key, (low, high) in zip(keys, spans, strict=True)]
-    places = np.broadcast_to(np.arange(len(keys)), (len(some), len(keys)))
-    lines = LineCollection(list(np.stack([places, np.stack(shares, axis=1)], axis=2)), linewidths=0.6)
+    heights = np.stack([_shares(columns, key)[some] for key in keys], axis=1)
+    places = np.broadcast_to(np.arange(len(keys)), heights.shape)
+    lines = LineCollection(list(np.stack([places, heights], axis=2)), linewidths=0.6)
     lines.set_array(columns.values[number][some])
     lines.set_clim(*_middle(columns.values[number]))
     axes.add_collection(lines)
     figure.colorbar(lines, label=number, extend="both", pad=0.02)
-    axes.set_xlim(-_SPARE, len(keys) - 1 + _SPARE)
+    _draw_axes(axes, [_axis_name(columns, key) for key in keys])
+    return _svg(figure)
+
+
+def _draw_axes(axes: Axes, names: Sequence[str]) -> None:
+    """Draw an upright line for each name."""
+    axes.set_xlim(-_SPARE, len(names) - 1 + _SPARE)
     axes.set_ylim(-_SPARE, 1.0 + _SPARE)
     axes.set_yticks([])
-    ends = [f"{_short(low)} to {_short(high)}" for low, high in spans]
-    names = [f"{key.replace('.', f'.{chr(10)}')}\n{end}" for key, end in zip(keys, ends, strict=True)]
-    axes.set_xticks(range(len(keys)), names, fontsize=8)
-    for place in range(len(keys)):
+    axes.set_xticks(range(len(names)), names, fontsize=8)
+    for place in range(len(names)):
         axes.axvline(place, color="black", linewidth=0.6)
-    return _svg(figure)
+
+
+def _shares(columns: PointColumns, key: str) -> Floats:
+    """Return the values of a key from 0 at the least to 1 at the largest [1], shape (points,)."""
+    least, largest = columns.ends(key)
+    return (columns.values[key] - least) / (largest - least)
+
+
+def _axis_name(columns: PointColumns, key: str) -> str:
+    """Return a key on a line for each of its words, and below it the ends of its values."""
+    least, largest = columns.ends(key)
+    words = key.replace(".", ".\n")
+    return f"{words}\n{_short(least)} to {_short(largest)}"
 
 
 def _svg(figure: Figure) -> str:

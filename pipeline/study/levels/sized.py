@@ -48,11 +48,8 @@ def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Sta
     believed.
     """
     sizing = spring_sizing(design, contact, RunOptions())
-    plate_depth(design, design.process)  # refuses tips that leave no plate
+    _refuse_bad(design, stages)
     report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
-    if stages - CLOSED_FORMS:
-        refuse_unsolvable(design)
-        refuse_steep_poses(design)
     press = None
     if _presses(design, stages):
         press = press_scene(design, contact, _compliance(design, sizing))
@@ -71,6 +68,14 @@ def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Sta
     if press is not None:
         verdicts += _press_verdicts(design, press)
     return report | {"verdicts": [asdict(verdict) for verdict in verdicts]}
+
+
+def _refuse_bad(design: Design, stages: frozenset[Stage]) -> None:
+    """Raise InputError for tips that leave no plate, and for a scene that some stages cannot solve."""
+    plate_depth(design, design.process)
+    if stages - CLOSED_FORMS:
+        refuse_unsolvable(design)
+        refuse_steep_poses(design)
 
 
 def _presses(design: Design, stages: frozenset[Stage]) -> bool:
