@@ -14,7 +14,7 @@ from pipeline.study.levels.direct_solve import solved_report
 from pipeline.study.levels.sized import sized_report
 from pipeline.study.levels.unit_scene import scene_compliance, unit_scene
 from pipeline.study.points import Point, design_of, points_between
-from pipeline.study.report_keys import stages_of, value_at_key
+from pipeline.study.report_keys import value_at_key
 from pipeline.study.study_file import Study
 from pipeline.study.variation import Setting
 from solve.fruit.compliance import FruitCompliance
@@ -109,7 +109,7 @@ def _wanted(task: Task, design: Design, point: Point, surrogate: ContactSurrogat
 def _report(task: Task, design: Design, point: Point, surrogate: ContactSurrogate | None) -> Plain:
     study = task.study
     if study.level == "contact":
-        return sized_report(design, _contact(study, design, surrogate), stages_of(study.wanted))
+        return sized_report(design, _contact(study, design, surrogate), study.stages)
     out = None if task.folder is None else task.folder / "designs" / f"{point.number:07d}"
     return solved_report(design, study.level, study.tol, out)
 
