@@ -86,11 +86,21 @@ class StoredLevel:
 
 
 @dataclass(frozen=True, kw_only=True)
+class StoredDepth:
+    """The force of a tip over the linear one [1] at a depth [tip sides], and its relative error [%]."""
+
+    depth_sides: float
+    factor: float
+    error_percent: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class StoredReadOut:
     """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line through a press.
 
     `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, `weights` [1] and `gaps_mm`
     (tips,). A pair has `own_less_other_per_mm` and None for the terms of a contrast; other layouts the other way round.
+    `large_strain` is the curve of a tip over rising depths; none where the flesh is linear.
     """
 
     method: str
@@ -103,6 +113,7 @@ class StoredReadOut:
     gaps_mm: tuple[float, ...] | None
     fruit_per_mm: tuple[tuple[float, ...], ...] | None
     hertz: float | None
+    large_strain: tuple[StoredDepth, ...] = ()
 
     @property
     def contrast(self) -> ContrastLaw | None:

@@ -3,7 +3,8 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,8 +16,8 @@ from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
 from pipeline.storage.plain import Plain
 from pipeline.study.file_values import real_at, refuse_unknown_keys, text_at, texts, whole_at
 from pipeline.study.points_file import Row, columns_of, read_rows
-from pipeline.study.report_keys import LEVELS, Level, level_of, refuse_unknown
-from pipeline.study.variation import Variation, variation
+from pipeline.study.report_keys import LEVELS, Level, Stage, level_of, refuse_unknown, stages_of
+from pipeline.study.variation import Choices, Variation, variation
 
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 Contact = Literal["auto", "solve", "surrogate"]
@@ -83,6 +84,25 @@ class Study:
             _check_word(name, value, known)
         self._check_keys()
         self._check_numbers()
+
+    @cached_property
+    def base_tables(self) -> Mapping[str, object]:
+        """Return the tables of the base design as records: a point checks again only those that its settings change."""
+        design = design_from_mapping(self.base)
+        return {key: getattr(design, key) if key in TABLE_TYPES else value for key, value in self.base.items()}
+
+    @cached_property
+    def stages(self) -> frozenset[Stage]:
+        """Return the stages that what is wanted needs."""
+        return stages_of(self.wanted)
+
+    @property
+    def without_rows(self) -> "Study":
+        """Return the study without the points of its file, as tasks have it that bring their own points."""
+        first = (
+            {key: Choices(values=varied.grid()[:1]) for key, varied in self.vary.items()} if self.rows else self.vary
+        )
+        return replace(self, rows=(), vary=first)
 
     def _check_keys(self) -> None:
         if not self.wanted:

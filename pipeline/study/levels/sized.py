@@ -7,6 +7,7 @@ import numpy as np
 
 from cad.design.parameters import Design
 from cad.design.reading import Reading
+from cad.design.tip_mount import plate_depth
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.reading.assessment import reading_assessment
@@ -34,6 +35,7 @@ from pipeline.verdicts.tip_shape import tip_shape_verdicts
 from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
 
+CLOSED_FORMS: frozenset[Stage] = frozenset(("sizing", "level", "printable"))  # whatever the press
 _OF_WHAT = "of springs exactly as they were sized or given"
 
 
@@ -44,32 +46,40 @@ def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Sta
     believed.
     """
     sizing = spring_sizing(design, contact, RunOptions())
+    _refuse_bad(design, stages)
     report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
-    if stages - {"sizing"}:
-        refuse_unsolvable_presses(design)
-    press, readings = None, None
+    press = None
     if _presses(design, stages):
         press = press_scene(design, contact, _compliance(design, sizing))
         report["response"] = _rows(design, press)
+    verdicts: list[Verdict] = []
+    if "printable" in stages:
+        verdicts += [printable_verdict(spring) for spring in springs_as_sized(design, sizing)]
     if "reading" in stages and design.reading is not None:
         readings = _readings(design, contact, sizing, design.reading)
         report["reading"] = assessed_mapping(readings)
-    reached = _reached(design, contact, sizing, press)
-    verdicts = (
-        *(printable_verdict(spring) for spring in springs_as_sized(design, sizing)),
-        *reading_verdicts(design, readings),
-        *_target_verdicts(design, reached),
-        *(() if press is None else _press_verdicts(design, press)),
-    )
-    report["level"] = level_mapping(reached)
+        verdicts += reading_verdicts(design, readings)
+    if stages & {"level", "targets"}:
+        reached = _reached(design, contact, sizing, press)
+        report["level"] = level_mapping(reached)
+        verdicts += _target_verdicts(design, reached)
+    if press is not None:
+        verdicts += _press_verdicts(design, press)
     return report | {"verdicts": [asdict(verdict) for verdict in verdicts]}
+
+
+def _refuse_bad(design: Design, stages: frozenset[Stage]) -> None:
+    """Raise InputError for tips that leave no plate, and for a scene that some stages cannot solve."""
+    plate_depth(design, design.process)
+    if stages - CLOSED_FORMS:
+        refuse_unsolvable_presses(design)
 
 
 def _presses(design: Design, stages: frozenset[Stage]) -> bool:
     """Say whether forces over the travel are needed: a level sensor on flat fruit has P_max and NL by the law alone."""
-    level = scene_of(design).linear
-    asked = "response" in stages or ("targets" in stages and not level)
-    return asked or ("reading" in stages and design.reading is None)
+    if "response" in stages or ("reading" in stages and design.reading is None):
+        return True
+    return "targets" in stages and not scene_of(design).linear
 
 
 def _compliance(design: Design, sizing: SpringSizing) -> np.ndarray:
