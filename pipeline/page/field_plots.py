@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.tri import Triangulation
 
-from cad.theory.hertz import hertz_factor
+from cad.theory import hertz
 from pipeline.page.fields import Fields, FlexureSection, Floats, Ints, TipPressure
 from pipeline.page.picture import INK, MUTED, SERIES, Picture, plot_axes, plot_picture, plot_style
 from pipeline.report.stored import StoredReport
@@ -193,10 +193,7 @@ def _line(x: Floats, z: Floats) -> Floats:
 def contact_radius(report: StoredReport, E: float, force: float) -> float:
     """Return the radius that a dome touches with [mm] at modulus E [MPa] and a force [N]; Hertz."""
     fruit, dome = report.design.fruit, report.design.tips.dome_radius_mm or math.inf
-    along, across = fruit.radii_mm
-    relative = 1.0 / (1.0 / dome + 0.5 / along + 0.5 / across)
-    depth = hertz_factor(relative, fruit.poisson) * (force / E) ** (2.0 / 3.0)
-    return math.sqrt(relative * depth)
+    return hertz.contact_radius(force, E, fruit.poisson, hertz.mean_relative_curvature(dome, *fruit.radii_mm))
 
 
 def _draw_sections(axes: Axes, drawn: Sequence[tuple[str, _Touch]]) -> None:

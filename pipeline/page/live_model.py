@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 
 from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
+from cad.theory.hertz import mean_relative_curvature
 from cad.theory.two_spring_law import Springs, fruit_stiffness
 from pipeline.page.fields import Floats
 from pipeline.report.stored import StoredReport
@@ -157,5 +158,4 @@ def _dome(report: StoredReport) -> Plain | None:
     radius, fruit = report.design.tips.dome_radius_mm, report.design.fruit
     if radius is None:
         return None
-    along, across = fruit.radii_mm
-    return {"radius": 1.0 / (1.0 / radius + 0.5 / along + 0.5 / across), "poisson": fruit.poisson}
+    return {"radius": mean_relative_curvature(radius, *fruit.radii_mm), "poisson": fruit.poisson}

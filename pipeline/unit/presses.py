@@ -9,6 +9,8 @@ from pipeline.unit.measuring import MeasuringUnit
 from pipeline.unit.pair_press import PairPress, single_reading
 from pipeline.unit.signals import Sample, Signal
 
+_CHECK_CHANNEL = "check zero, sign and unit of the channel"
+
 
 def reading_of(sensor: MeasuringUnit, forces: Sequence[float]) -> FruitReading:
     """Return what one reading tells: forces [N] as the channels show them, in the order of the tips."""
@@ -43,23 +45,25 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
 def _checked(sensor: MeasuringUnit, signal: Signal, sample: Sample) -> list[float]:
     """Return the forces of a sample [N]; raises InputError for one below zero or far beyond the sensor's scale."""
     forces = [gain * force for gain, force in zip(sensor.unit.gain, sample.forces, strict=True)]
-    for tip, force in enumerate(forces):
-        least, largest = -sensor.least_forces[tip], sensor.largest_forces[tip]
-        if not least <= force <= largest:
-            bound = f"from {least:.3g} N, zero less its noise, to {largest:.3g} N, 20 full scales"
-            raise signal.fault_of_force(sample, tip, bound, "check zero, sign and unit of the channel")
+    for tip, bound in _beyond_scale(sensor, forces):
+        raise signal.fault_of_force(sample, tip, bound, _CHECK_CHANNEL)
     return forces
 
 
 def refuse_bad_forces(sensor: MeasuringUnit, forces: Sequence[float]) -> None:
     """Raise InputError for forces [N] of `--forces` that are no numbers, below zero or far beyond the scale."""
+    for tip, bound in _beyond_scale(sensor, forces):
+        name = sensor.report.tips[tip].name
+        msg = f"--forces: tip {name} = {forces[tip]:g} N: must be {bound}; {_CHECK_CHANNEL}"
+        raise InputError(msg)
+
+
+def _beyond_scale(sensor: MeasuringUnit, forces: Sequence[float]) -> Iterator[tuple[int, str]]:
+    """Yield each tip whose force [N] is no number, below zero or far beyond the scale, and its bound in words."""
     for tip, force in enumerate(forces):
         least, largest = -sensor.least_forces[tip], sensor.largest_forces[tip]
         if not least <= force <= largest:
-            name = sensor.report.tips[tip].name
-            bound = f"from {least:.3g} N, zero less its noise, to {largest:.3g} N, 20 full scales"
-            msg = f"--forces: tip {name} = {force:g} N: must be {bound}; check zero, sign and unit of the channel"
-            raise InputError(msg)
+            yield tip, f"from {least:.3g} N, zero less its noise, to {largest:.3g} N, 20 full scales"
 
 
 class _Press:

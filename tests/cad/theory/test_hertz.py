@@ -5,13 +5,33 @@ import math
 import pytest
 from scipy.special import ellipe, ellipk
 
-from cad.theory.hertz import approach, contact_radius, equivalent_radius, hertz_factor, plate_stiffness
+from cad.theory.hertz import (
+    approach,
+    contact_radius,
+    equivalent_radius,
+    force_factor,
+    hertz_factor,
+    mean_relative_curvature,
+    plate_stiffness,
+    relative_curvature,
+)
 
 
 def test_hertz_factor_is_that_of_a_ball():
     """F = 4/3 E* sqrt(R) d^1.5 at d = 0.1 mm."""
     F = 4.0 / 3.0 * 2.0 / (1.0 - 0.3**2) * math.sqrt(5.0) * 0.1**1.5
     assert hertz_factor(5.0, 0.3) * (F / 2.0) ** (2.0 / 3.0) == pytest.approx(0.1, rel=1e-14)
+
+
+def test_force_factor_gives_the_force_of_an_approach():
+    E_star, depth = 2.0 / (1.0 - 0.3**2), approach(1.5, 2.0, 0.3, 35.0)
+    assert force_factor(E_star, 35.0) * depth**1.5 == pytest.approx(1.5, rel=1e-13)
+
+
+def test_mean_curvature_is_that_of_a_sphere_and_between_those_of_two_radii():
+    assert mean_relative_curvature(10.0, 35.0, 35.0) == pytest.approx(relative_curvature(10.0, 35.0), rel=1e-14)
+    mean = 2.0 * 30.0 * 40.0 / (30.0 + 40.0)
+    assert mean_relative_curvature(10.0, 30.0, 40.0) == pytest.approx(relative_curvature(10.0, mean), rel=1e-14)
 
 
 def test_contact_radius_is_that_of_the_force():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solve.contact.domes.sphere import sphere_contact_radius, sphere_force
+from solve.contact.domes.sphere import paraboloid_force, sphere_contact_radius, sphere_force
 
 SPHERE, CURVATURE = 2.0, 1.0 / 35.0
 ROUNDING = 1e-12
@@ -49,3 +49,10 @@ def test_no_depth_no_force():
     a = sphere_contact_radius(np.zeros(2), SPHERE, np.full(2, CURVATURE))
     np.testing.assert_array_equal(a, 0.0)
     np.testing.assert_array_equal(sphere_force(a, SPHERE, CURVATURE), 0.0)
+
+
+def test_paraboloid_has_the_force_of_hertz():
+    """F = 4/3 E* sqrt(R) d^1.5 with a^2 = R d, Johnson (4.22) and (4.23)."""
+    radius, depth = 1.0 / (1.0 / SPHERE + CURVATURE), np.array([0.0, 1e-3, 0.2])
+    force = paraboloid_force(np.sqrt(radius * depth), np.array(radius))
+    np.testing.assert_allclose(force, 4.0 / 3.0 * np.sqrt(radius) * depth**1.5, rtol=ROUNDING)
