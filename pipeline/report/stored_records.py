@@ -1,24 +1,10 @@
-"""Records of report.json beside the response: verdicts, springs, solves, errors, readings, as they were written."""
+"""Records of report.json beside the response: springs, solves, errors, readings, as they were written."""
 
 from dataclasses import dataclass
 
+from cad.theory.contrast_law import ContrastLaw
 from cad.theory.leaf_spring import Flexure
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredVerdict:
-    """A verdict as it was written [in its own unit], and what would make it pass; None where nothing is said."""
-
-    name: str
-    value: float | None
-    unit: str
-    limit: float | str | None
-    tolerance: float | str | None
-    passed: bool | None
-    reference: str
-    error: float | None = None
-    relative: bool = False
-    remedy: str | None = None
+from cad.verdict import Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,6 +115,19 @@ class StoredReadOut:
     hertz: float | None
     large_strain: tuple[StoredDepth, ...] = ()
 
+    @property
+    def contrast(self) -> ContrastLaw | None:
+        """Return the contrast law of the tips with the springs of the report; None for a pair."""
+        if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:
+            return None
+        return ContrastLaw(
+            weights=self.weights,
+            gaps=self.gaps_mm,
+            C=self.springs_mm_per_N,
+            S=self.fruit_per_mm,
+            hertz=self.hertz or 0.0,
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class StoredReading:
@@ -146,7 +145,7 @@ class StoredPaper:
 
     K_l_N_per_m: float
     K_h_N_per_m: float
-    verdicts: tuple[StoredVerdict, ...]
+    verdicts: tuple[Verdict, ...]
 
 
 @dataclass(frozen=True, kw_only=True)

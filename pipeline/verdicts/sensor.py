@@ -8,7 +8,7 @@ from cad.quantity import Estimate
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict, failed
 from pipeline.reading.readings import Readings
-from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, spring_shares
+from pipeline.stages.response import ScenePress, mean_pressure_estimate, press_scene, spring_shares
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings
 from pipeline.verdicts.characteristic import characteristic
@@ -33,12 +33,11 @@ _STIFFNESS_NAMES = ("K_l", "K_h")
 
 def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress) -> Estimate:
     """Return the largest mean pressure under a tip at the largest modulus and full travel, with its error [MPa]."""
-    pressure, error = mean_tip_pressure(design, press), press.hardest.F_error[-1, -1]
     shares = spring_shares(contact, springs.C, float(press.hardest.E[-1]))
     of_springs = max(
         share * spring.error / spring.stiffness for share, spring in zip(shares, springs.springs, strict=True)
     )
-    return Estimate(pressure, (of_springs + (error if error > 0.0 else 0.0)) * pressure, "MPa")
+    return mean_pressure_estimate(design, press, of_springs)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,5 @@
 """How the force on one tip departs from the linear one as it goes deeper: from two meshes, with errors."""
 
-import math
 import time
 from dataclasses import dataclass, replace
 
@@ -8,6 +7,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from cad.quantity import fault
+from cad.theory.hertz import force_factor
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
 from solve.large_strain.flesh_law import FleshLaw
@@ -145,7 +145,7 @@ def _factors(press: TipPress, found: PressedForces, count: int, body: float) -> 
         return depths, forces / (found.sharp * depths)
     entered = depths - body * forces
     modulus = 1.0 / (1.0 - law.poisson**2)
-    return entered, forces / (4.0 / 3.0 * modulus * math.sqrt(tip.sphere) * entered**1.5)
+    return entered, forces / (force_factor(modulus, tip.sphere) * entered**1.5)
 
 
 def _body_compliance(tip: TipProfile, law: FleshLaw, coarse: PressedForces, fine: PressedForces) -> float:
