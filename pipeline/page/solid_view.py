@@ -171,9 +171,12 @@ def _edges(front: Ints, depth: Floats, normals: Floats, owner: Ints) -> NDArray[
     for here, there in (((whole, later), (whole, earlier)), ((later, whole), (earlier, whole))):
         a, b = front[here], front[there]
         both = (a >= 0) & (b >= 0)
+        edge = (a >= 0) != (b >= 0)
+        edge[both] |= np.abs(depth[here][both] - depth[there][both]) > _STEP
+        other = both & (a != b)
+        a, b = a[other], b[other]
         turned = np.einsum("...i,...i", normals[a], normals[b]) < _FOLD
-        apart = np.abs(np.where(both, depth[here] - np.where(both, depth[there], 0.0), 0.0)) > _STEP
-        edge = ((a >= 0) != (b >= 0)) | (both & (turned | apart | (owner[a] != owner[b])))
+        edge[other] |= turned | (owner[a] != owner[b])
         found[here] |= edge
         found[there] |= edge
     return found
