@@ -95,7 +95,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.explain": SENTENCES,
     "pipeline.run": (*SENTENCES, "pipeline.remedies", "pipeline.page"),
     "pipeline.suggest": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
-    "pipeline.study": (*SENTENCES, "pipeline.remedies", "pipeline.run"),
+    "pipeline.study": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
     "pipeline.decks": (*BELOW, "pipeline.storage"),
     "pipeline.bench": (*STAGES, "pipeline.decks"),
     "pipeline.commands": (
