@@ -49,19 +49,8 @@ def command_sheet(repeats: int = REPEATS) -> Sheet:
     page cache; each repeat has empty caches of its own. The remark of a run that solved has the processor seconds of
     its stages [s], of the last repeat.
     """
-    programs = {"bare imports": IMPORTS, "our imports": _of_ours(OUR_IMPORTS)}
-    resource_usage([sys.executable, "-c", IMPORTS])
-    usages: dict[str, list[ResourceUsage]] = {name: [] for name in (*programs, *RUNS)}
-    stages: dict[str, str] = {}
-    for _ in range(repeats):
-        for name, program in programs.items():
-            usages[name].append(resource_usage([sys.executable, "-c", program], environment=ONE_THREAD))
-        with tempfile.TemporaryDirectory() as folder:
-            for name, run in RUNS.items():
-                usages[name].append(_run(Path(folder), run))
-                stages[name] = _stages(Path(folder) / run.place / "out")
+    usages, stages = _measured(repeats)
     baseline = usages["bare imports"]
-    stages["unchanged"] = ""  # its report is that of the run before
     records = tuple(_record(name, repeated, baseline, stages) for name, repeated in usages.items())
     rows = tuple(tuple(f"{v:.3g}" if isinstance(v, float) else v for v in record.values()) for record in records)
     notes = (
@@ -71,6 +60,23 @@ def command_sheet(repeats: int = REPEATS) -> Sheet:
     return Sheet(
         name="command", title="Whole command", heads=tuple(records[0]), rows=rows, notes=notes, records=records
     )
+
+
+def _measured(repeats: int) -> tuple[dict[str, list[ResourceUsage]], dict[str, str]]:
+    """Return what each program used every time, and by run the seconds of its stages in words."""
+    programs = {"bare imports": IMPORTS, "our imports": _of_ours(OUR_IMPORTS)}
+    usages: dict[str, list[ResourceUsage]] = {name: [] for name in (*programs, *RUNS)}
+    stages: dict[str, str] = {}
+    resource_usage([sys.executable, "-c", IMPORTS])
+    for _ in range(repeats):
+        for name, program in programs.items():
+            usages[name].append(resource_usage([sys.executable, "-c", program], environment=ONE_THREAD))
+        with tempfile.TemporaryDirectory() as folder:
+            for name, run in RUNS.items():
+                usages[name].append(_run(Path(folder), run))
+                stages[name] = _stages(Path(folder) / run.place / "out")
+    stages["unchanged"] = ""  # its report is that of the run before
+    return usages, stages
 
 
 def _record(
