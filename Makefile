@@ -37,13 +37,13 @@ lint: setup
 	$(BIN)/mypy
 
 test: lint
-	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m "not slow and not study"
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not slow and not study"
 
 test-all: lint
-	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m "not study"
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not study"
 
 test-studies: setup
-	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m study
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) --dist worksteal -m study
 
 bench: setup
 	$(BIN)/pipeline bench

@@ -14,7 +14,7 @@ from pipeline.study.levels.direct_solve import solved_report
 from pipeline.study.levels.sized import sized_report
 from pipeline.study.levels.unit_scene import scene_compliance, unit_scene
 from pipeline.study.points import Point, design_of, points_between
-from pipeline.study.report_keys import stages_of, value_at_key
+from pipeline.study.report_keys import value_at_key
 from pipeline.study.study_file import Study
 from pipeline.study.variation import Setting
 from solve.fruit.compliance import FruitCompliance
@@ -23,7 +23,10 @@ Status = Literal["done", "refused", "failed"]
 
 _SPREAD = 2654435761  # Knuth's multiplier: numbers that follow each other fall far apart
 _HASHES = 2**32
-_FAILURES = (RuntimeError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, OSError, MemoryError)
+FAILURES = (
+    RuntimeError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, OSError, MemoryError,
+    AssertionError, ImportError, EOFError,
+)  # fmt: skip
 # Every class that a solve can raise, of libraries too: a point that meets a rare fault must not stop a million others.
 # MeshError and SolveError are RuntimeErrors; ExportError, SplitDomainError and LinAlgError are ValueErrors.
 
@@ -87,7 +90,7 @@ def _solved(task: Task, point: Point) -> PointResult:
             audit = _wanted(task, design, point, None)
     except InputError as refusal:
         status, error = "refused", str(refusal)
-    except _FAILURES as failure:
+    except FAILURES as failure:
         status, error = "failed", f"{type(failure).__name__}: {failure}"
     return PointResult(
         number=point.number,
@@ -109,7 +112,7 @@ def _wanted(task: Task, design: Design, point: Point, surrogate: ContactSurrogat
 def _report(task: Task, design: Design, point: Point, surrogate: ContactSurrogate | None) -> Plain:
     study = task.study
     if study.level == "contact":
-        return sized_report(design, _contact(study, design, surrogate), stages_of(study.wanted))
+        return sized_report(design, _contact(study, design, surrogate), study.stages)
     out = None if task.folder is None else task.folder / "designs" / f"{point.number:07d}"
     return solved_report(design, study.level, study.tol, out)
 

@@ -31,12 +31,17 @@ def serve(folder: Path, host: str = LOCAL, port: int = 0) -> None:
     guard = Guard(token=secrets.token_urlsafe(), host=host, port=_free_port(host, port))
     application = Application(report, folder, f"twintip-{guard.port}")
     application.server.controller.on_server_bind.add(lambda server: server.app.middlewares.append(guarding(guard)))
-    shown = f"[{host}]" if ":" in host else host
-    print(f"http://{shown}:{guard.port}/index.html?{TOKEN}={guard.token}", flush=True)
-    print("only who has this address sees it; Ctrl-C ends it", file=sys.stderr, flush=True)
+    application.server.controller.on_server_ready.add(lambda **_: _announce(guard))
     os.environ["WSLINK_READY_MSG"] = ""  # else it prints one
     with _no_arguments():
         asyncio.run(_until_signal(application.server, guard))
+
+
+def _announce(guard: Guard) -> None:
+    """Print the address, once it is listened to."""
+    shown = f"[{guard.host}]" if ":" in guard.host else guard.host
+    print(f"http://{shown}:{guard.port}/index.html?{TOKEN}={guard.token}", flush=True)
+    print("only who has this address sees it; Ctrl-C ends it", file=sys.stderr, flush=True)
 
 
 async def _until_signal(server: Any, guard: Guard) -> None:  # noqa: ANN401 - of trame

@@ -1,13 +1,22 @@
-"""Studies that are solved in this process, and a study file that a test writes."""
+"""Studies that are solved in this process, studies in processes that cannot outlive a test, and a study file."""
 
-from collections.abc import Callable
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from pipeline.study.workers.engine import Engine
+
+DEADLINE_S = 600.0  # of whatever a test waits for: many times what a slow machine takes
 
 
 class InProcess(Executor):
@@ -23,7 +32,7 @@ class InProcess(Executor):
         return future
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def engine() -> Engine:
     return Engine(open=InProcess, workers=1, lost=(ConnectionError,))
 
@@ -51,3 +60,87 @@ def written(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return write
+
+
+def wait_until(holds: Callable[[], object]) -> None:
+    """Wait until something holds; raise TimeoutError where it does not in time."""
+    deadline = time.monotonic() + DEADLINE_S
+    while not holds():
+        if time.monotonic() > deadline:
+            raise TimeoutError
+        time.sleep(0.05)
+
+
+def is_worker(process: str) -> bool:
+    """Say whether a process is one that solves points."""
+    try:
+        return b"spawn_main" in Path(f"/proc/{process}/cmdline").read_bytes()
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+class Run:
+    """A process that a test has started, the first of a group of its own; every wait for it has a deadline."""
+
+    def __init__(self, words: list[str], **environment: str) -> None:
+        """Start it at the root of the project."""
+        self.process = subprocess.Popen(
+            words,
+            cwd=Path(__file__).parents[3],
+            env={**os.environ, **environment},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+    def ended(self) -> tuple[int, str, str]:
+        """Wait for its end; return its exit code, and what it wrote on stdout and on stderr."""
+        printed, complaint = self.process.communicate(timeout=DEADLINE_S)
+        return self.process.returncode, printed, complaint
+
+    def wait_for(self, holds: Callable[[], object]) -> None:
+        """Wait until something holds or the process has ended, whichever is first."""
+        wait_until(lambda: holds() or self.process.poll() is not None)
+
+    def wait_for_end_of(self, processes: Iterable[int]) -> None:
+        """Wait until none of some processes that it started is left."""
+        wait_until(lambda: not any(is_worker(str(process)) for process in processes))
+
+    def first_line(self) -> str:
+        """Return the first line of what it prints; raises TimeoutError where none comes."""
+        assert self.process.stdout is not None
+        if not select.select([self.process.stdout], [], [], DEADLINE_S)[0]:
+            raise TimeoutError
+        return str(self.process.stdout.readline()).strip()
+
+    def workers(self) -> list[int]:
+        """Return the processes that it has started to solve points; none where it has ended."""
+        found = []
+        for thread in Path("/proc").glob(f"{self.process.pid}/task/*/children"):
+            with suppress(FileNotFoundError, ProcessLookupError):
+                found += [int(child) for child in thread.read_text(encoding="utf-8").split() if is_worker(child)]
+        return found
+
+    def clear(self) -> None:
+        """Kill whatever is left of its group."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.communicate(timeout=DEADLINE_S)
+
+
+@pytest.fixture
+def start() -> Iterator[Callable[..., Run]]:
+    """Start processes by their words; none of them outlives the test."""
+    started: list[Run] = []
+
+    def begin(*words: str | Path, **environment: str) -> Run:
+        started.append(Run([sys.executable, *map(str, words)], **environment))
+        return started[-1]
+
+    try:
+        yield begin
+    finally:
+        for run in started:
+            run.clear()
