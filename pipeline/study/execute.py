@@ -3,6 +3,7 @@
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,11 +57,12 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Progress | N
         before = solved = sum(store.counts().values())
         surrogate = _surrogate(study, count, store, engine)
         tasks = _tasks(study, store, surrogate, folder)
-        for results in completed(engine, solve_task, tasks, lost_task):
-            store.put(results)
-            solved += len(results)
-            if progress is not None:
-                progress(solved, count)
+        with closing(completed(engine, solve_task, tasks, lost_task)) as ended:  # no worker outlives an error here
+            for results in ended:
+                store.put(results)
+                solved += len(results)
+                if progress is not None:
+                    progress(solved, count)
         counts = store.counts()
     return StudySummary(
         folder=folder,

@@ -14,7 +14,7 @@ from cad.design.tips import Tips
 from cad.quantity import InputError, fault, nearest
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
 from pipeline.storage.plain import Plain
-from pipeline.study.file_values import real_at, text_at, texts, whole_at
+from pipeline.study.file_values import real_at, refuse_unknown_keys, text_at, texts, whole_at
 from pipeline.study.points_file import Row, columns_of, read_rows
 from pipeline.study.report_keys import LEVELS, Level, Stage, level_of, refuse_unknown, stages_of
 from pipeline.study.variation import Choices, Variation, variation
@@ -134,11 +134,7 @@ class Study:
 def read_study(path: Path) -> Study:
     """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one."""
     data = read_design(path, "study file")
-    for key in data:
-        if key not in _FILE_KEYS:
-            known = ", ".join(_FILE_KEYS)
-            msg = f"{key}: unknown key of a study; must be one of {known}; did you mean {nearest(key, _FILE_KEYS)}?"
-            raise InputError(msg)
+    refuse_unknown_keys(data, _FILE_KEYS, of_what=" of a study")
     return study_of(path.stem, data, path.parent)
 
 
@@ -199,10 +195,7 @@ def _goal(given: object) -> Goal:
     known = tuple(item.name for item in fields(Goal))
     if not isinstance(given, Mapping):
         raise fault("optimise", str(given), "", "a table", "write [optimise] and its keys below it")
-    for key in given:
-        if key not in known:
-            msg = f"optimise.{key}: unknown key; must be one of {', '.join(known)}; did you mean {nearest(key, known)}?"
-            raise InputError(msg)
+    refuse_unknown_keys(given, known, table="optimise.")
     under = tuple(texts("optimise.under", given.get("under", Goal.under)))
     return Goal(
         minimise=text_at(given, "minimise", Goal.minimise), under=under, evaluations=whole_at(given, "evaluations", 600)

@@ -23,7 +23,10 @@ Status = Literal["done", "refused", "failed"]
 
 _SPREAD = 2654435761  # Knuth's multiplier: numbers that follow each other fall far apart
 _HASHES = 2**32
-_FAILURES = (RuntimeError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, OSError, MemoryError)
+FAILURES = (
+    RuntimeError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, OSError, MemoryError,
+    AssertionError, ImportError, EOFError,
+)  # fmt: skip
 # Every class that a solve can raise, of libraries too: a point that meets a rare fault must not stop a million others.
 # MeshError and SolveError are RuntimeErrors; ExportError, SplitDomainError and LinAlgError are ValueErrors.
 
@@ -87,7 +90,7 @@ def _solved(task: Task, point: Point) -> PointResult:
             audit = _wanted(task, design, point, None)
     except InputError as refusal:
         status, error = "refused", str(refusal)
-    except _FAILURES as failure:
+    except FAILURES as failure:
         status, error = "failed", f"{type(failure).__name__}: {failure}"
     return PointResult(
         number=point.number,

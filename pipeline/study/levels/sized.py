@@ -6,20 +6,18 @@ from dataclasses import asdict
 import numpy as np
 
 from cad.design.parameters import Design
-from cad.design.printability import check_printable
 from cad.design.reading import Reading
 from cad.design.tip_mount import plate_depth
-from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.bruising import skin_pressures
-from pipeline.reading.placed import refuse_steep_poses
+from pipeline.reading.placed import refuse_unsolvable_presses
 from pipeline.reading.pressed_sensor import pressed_sensor
 from pipeline.reading.readings import Readings
 from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, response_row, sizing_mapping
-from pipeline.stages.fitted_spring import FittedSpring
-from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, refuse_unsolvable, scene_of
+from pipeline.stages.fitted_spring import springs_as_sized
+from pipeline.stages.response import ScenePress, mean_pressure_estimate, press_scene, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.storage.plain import Plain
 from pipeline.study.report_keys import Stage
@@ -56,7 +54,7 @@ def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Sta
         report["response"] = _rows(design, press)
     verdicts: list[Verdict] = []
     if "printable" in stages:
-        verdicts += _printable(design, sizing)
+        verdicts += [printable_verdict(spring) for spring in springs_as_sized(design, sizing)]
     if "reading" in stages and design.reading is not None:
         readings = _readings(design, contact, sizing, design.reading)
         report["reading"] = assessed_mapping(readings)
@@ -74,8 +72,7 @@ def _refuse_bad(design: Design, stages: frozenset[Stage]) -> None:
     """Raise InputError for tips that leave no plate, and for a scene that some stages cannot solve."""
     plate_depth(design, design.process)
     if stages - CLOSED_FORMS:
-        refuse_unsolvable(design)
-        refuse_steep_poses(design)
+        refuse_unsolvable_presses(design)
 
 
 def _presses(design: Design, stages: frozenset[Stage]) -> bool:
@@ -106,14 +103,6 @@ def _readings(design: Design, contact: FruitCompliance, sizing: SpringSizing, re
     return Readings(assessed=reading_assessment(sensor, reading), pressures=skin_pressures(sensor))
 
 
-def _printable(design: Design, sizing: SpringSizing) -> Iterator[Verdict]:
-    """Yield whether the process can make each spring, by the beam law."""
-    process, ratio = design.process, sizing.sizing_stiffness_ratio
-    found = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
-    for name, K, printable in zip(design.tips.as_pair.names, sizing.springs.stiffnesses, found, strict=True):
-        yield printable_verdict(FittedSpring(name=name, target=K, printable=printable))
-
-
 def _target_verdicts(design: Design, reached: SceneTargets) -> tuple[Verdict, ...]:
     """Return the verdicts on P_max and NL, none for a design that is judged by its readings."""
     if design.reading is not None:
@@ -127,8 +116,7 @@ def _press_verdicts(design: Design, press: ScenePress) -> Iterator[Verdict]:
         yield displacement_verdict(press.table)
         yield monotonic_verdict(press.scan)
         if design.fruit.bruise_limits_MPa:
-            pressure, error = mean_tip_pressure(design, press), max(float(press.hardest.F_error[-1, -1]), 0.0)
-            yield bruise_verdict(Estimate(pressure, error * pressure, "MPa"), max(design.fruit.bruise_limits_MPa))
+            yield bruise_verdict(mean_pressure_estimate(design, press), max(design.fruit.bruise_limits_MPa))
     yield from tip_shape_verdicts(design, press)
 
 

@@ -6,6 +6,7 @@ R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:10082028
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeGuard
@@ -149,11 +150,12 @@ class _Search:
         ]
         self._next += len(points)
         missing = [Task(study=self._study, points=(point,)) for point in points if not self._is_known(point)]
-        for results in completed(self._engine, solve_task, missing, lost_task):
-            self._store.put(results)
-            self._known |= {result.number: result for result in results}
-            if self._progress is not None:
-                self._progress(len(self._known), max(self._study.goal.evaluations, len(self._known)))
+        with closing(completed(self._engine, solve_task, missing, lost_task)) as ended:
+            for results in ended:
+                self._store.put(results)
+                self._known |= {result.number: result for result in results}
+                if self._progress is not None:
+                    self._progress(len(self._known), max(self._study.goal.evaluations, len(self._known)))
         return [candidate(self._study, self._known[point.number]).cost for point in points]
 
     def _is_known(self, point: Point) -> bool:

@@ -1,19 +1,22 @@
 """A Dask cluster that somebody started: the very same tasks as in a pool of processes."""
 
+import logging
+import time
 from collections.abc import Iterator
-from concurrent.futures import Executor
-from contextlib import contextmanager
+from concurrent.futures import CancelledError, Executor
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
 
 from cad.quantity import InputError, fault
 from pipeline.storage.cache import code_digest
 from pipeline.study.workers.engine import Engine
 
-_SECONDS = 15  # to reach the scheduler
+if TYPE_CHECKING:
+    from distributed import Client
 
-
-def _shut(executor: Executor) -> None:
-    """Let go of what is still out; Dask's executor cancels it when nobody waits."""
-    executor.shutdown(wait=False)
+_ANSWER_S = 15  # for the scheduler to answer
+_WITHOUT_WORKERS_S = 120.0  # a worker that was lost may be started again in that time
+_RESUME = "all points that ended are kept; start it again, then the same command goes on"
 
 
 @contextmanager
@@ -25,25 +28,74 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     """
     try:
         from distributed import Client
-        from distributed.client import FutureCancelledError
+        from distributed.client import ClosedClientError
         from distributed.scheduler import KilledWorker
     except ImportError as error:
         remedy = "install it with: pip install 'twintip[cluster]'"
         raise fault("--scheduler", address, "", "used with the package distributed", remedy) from error
+    for name in ("distributed", "distributed.client"):  # what is lost is said here, in one line
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
-        client = Client(address, timeout=_SECONDS, set_as_default=False)
+        client = Client(address, timeout=_ANSWER_S, set_as_default=False)
     except (OSError, ValueError, RuntimeError) as error:
         remedy = "start it with dask scheduler, and check the address"
         raise fault("--scheduler", address, "", "the address of a scheduler that answers", remedy) from error
     try:
-        digests = client.run(code_digest)
-        if not digests:
-            raise fault("--scheduler", address, "", "one with workers", "start some with: dask worker ADDRESS")
-        others = [place for place, digest in digests.items() if digest != code_digest()]
-        if others:
-            msg = f"--scheduler: worker {others[0]} has other code than this machine; install the same version there"
-            raise InputError(msg)
-        threads = sum(client.nthreads().values())
-        yield Engine(open=client.get_executor, workers=threads, lost=(KilledWorker, FutureCancelledError), close=_shut)
+        _refuse_other_code(client, address)
+        yield Engine(
+            open=lambda: client.get_executor(pure=False),  # the same task, given again, is a new one
+            workers=sum(client.nthreads().values()),
+            lost=(KilledWorker, CancelledError, ClosedClientError),
+            close=_shut,
+            check=_Watch(client, address).check,
+        )
     finally:
-        client.close()
+        with suppress(OSError):  # a scheduler that is gone needs no farewell
+            client.close()
+
+
+def _refuse_other_code(client: "Client", address: str) -> None:
+    try:
+        digests = client.run(code_digest)
+    except ImportError as error:
+        msg = "--scheduler: a worker has no twintip; install the version of this machine there"
+        raise InputError(msg) from error
+    if not digests:
+        raise fault("--scheduler", address, "", "one with workers", "start some with: dask worker ADDRESS")
+    others = [place for place, digest in digests.items() if digest != code_digest()]
+    if others:
+        msg = f"--scheduler: worker {others[0]} has other code than this machine; install the same version there"
+        raise InputError(msg)
+
+
+def _shut(executor: Executor) -> None:
+    """Let go of what is still out; Dask's executor cancels it when nobody waits, if its scheduler is still there."""
+    with suppress(OSError, RuntimeError):
+        executor.shutdown(wait=False)
+
+
+class _Watch:
+    """Whether a cluster can still answer: Dask itself waits for ever for a scheduler that closed, and for workers."""
+
+    def __init__(self, client: "Client", address: str) -> None:
+        self._client = client
+        self._address = address
+        self._seen = time.monotonic()
+
+    def check(self) -> None:
+        """Raise InputError where the scheduler is gone, or has been without workers for two minutes."""
+        if self._workers():
+            self._seen = time.monotonic()
+        elif time.monotonic() - self._seen > _WITHOUT_WORKERS_S:
+            bound = f"one with workers, and it has had none for {_WITHOUT_WORKERS_S:.0f} s"
+            raise fault("--scheduler", self._address, "", bound, _RESUME)
+
+    def _workers(self) -> int:
+        scheduler = self._client.scheduler
+        try:
+            if scheduler is None:
+                raise ConnectionError  # the client has given up already
+            return len(self._client.sync(scheduler.ncores, callback_timeout=_ANSWER_S))
+        except (OSError, RuntimeError) as error:
+            bound = "the address of a scheduler that answers, and it is gone"
+            raise fault("--scheduler", self._address, "", bound, _RESUME) from error

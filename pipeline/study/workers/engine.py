@@ -1,24 +1,22 @@
 """Where the tasks of a study run: a pool of processes on this machine, or a cluster; lost workers lose no task."""
 
-import multiprocessing
 import os
-import signal
-import threading
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from cad.quantity import fault
+from pipeline.study.workers.pool import ProcessPool, WorkerLostError
 
 Given = TypeVar("Given")
 Found = TypeVar("Found")
 
 MOST_PROCESSES = 1024
-ATTEMPTS = 5  # of a task whose worker was lost; its neighbours in the pool are lost with it
+ATTEMPTS = 5  # of a task whose worker was lost
 _IN_FLIGHT = 4  # tasks a worker: enough that none waits, few enough that a million need no memory
+_LISTEN_S = 5.0  # without an answer, before the engine is asked whether one can still come
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -26,14 +24,22 @@ def _shut(executor: Executor) -> None:
     executor.shutdown(wait=False, cancel_futures=True)
 
 
+def _no_check() -> None:
+    """Accept workers that start anew by themselves."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Engine:
-    """Opens and closes executors, says how many workers they have, and which errors mean that a worker was lost."""
+    """Opens and closes executors, says how many workers they have, and which errors mean that a worker was lost.
+
+    `check` raises InputError where no answer can come any more, as all workers are gone for good.
+    """
 
     open: Callable[[], Executor]
     workers: int
     lost: tuple[type[Exception], ...]
     close: Callable[[Executor], None] = _shut
+    check: Callable[[], None] = _no_check
 
 
 def available_cores() -> int:
@@ -52,13 +58,8 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
         raise fault("--processes", count, "", f"at least 1 and at most {MOST_PROCESSES}", "leave it out for all cores")
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
-    context = multiprocessing.get_context("spawn")  # a fork would copy the threads of libraries half-way
-
-    def opened() -> Executor:
-        return ProcessPoolExecutor(count, mp_context=context, initializer=_end_with_parent)
-
     try:
-        yield Engine(open=opened, workers=count, lost=(BrokenProcessPool,))
+        yield Engine(open=lambda: ProcessPool(count), workers=count, lost=(WorkerLostError,))
     finally:
         for name, value in before.items():
             if value is None:
@@ -67,26 +68,13 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
                 os.environ[name] = value
 
 
-def _end_with_parent() -> None:
-    """Leave Ctrl-C to the parent, and end with it, however it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_wait_and_leave, args=(parent.join,), daemon=True).start()
-
-
-def _wait_and_leave(ended: Callable[[], None]) -> None:
-    ended()
-    os._exit(1)
-
-
 def completed(
     engine: Engine, work: Callable[[Given], Found], given: Iterable[Given], lost: Callable[[Given], Found]
-) -> Iterator[Found]:
+) -> Generator[Found]:
     """Yield what a piece of work makes of each thing given, in the order in which they end.
 
-    A thing whose worker was lost is given again, to new workers where the pool broke; after five times `lost` says what
-    becomes of it.
+    A thing whose worker was lost is given again; after five times `lost` says what becomes of it. Raises InputError
+    where the engine has no workers any more.
     """
     flight = _Flight(engine, work, given)
     try:
@@ -117,31 +105,21 @@ class _Flight(Generic[Given, Found]):
                 self._waiting[self.executor.submit(self._work, thing)] = thing, attempts
             except self._engine.lost:
                 self._again.append((thing, attempts))
-                self._reopen()
-        return bool(self._waiting)
+                break
+        return bool(self._waiting or self._again)
 
     def land(self, lost: Callable[[Given], Found]) -> Iterator[Found]:
         """Yield what has ended, at least one thing or none where workers were lost."""
-        done, _ = wait(self._waiting, return_when=FIRST_COMPLETED)
-        broken = False
+        done, _ = wait(self._waiting, timeout=_LISTEN_S, return_when=FIRST_COMPLETED)
         for future in done:
             thing, attempts = self._waiting.pop(future)
             try:
                 found = future.result()
             except self._engine.lost:
-                broken = True
                 if attempts + 1 < ATTEMPTS:
                     self._again.append((thing, attempts + 1))
                     continue
                 found = lost(thing)
             yield found
-        if broken:
-            self._reopen()
-
-    def _reopen(self) -> None:
-        """Take new workers where the pool broke with one of its own; a cluster mends itself."""
-        if isinstance(self.executor, ProcessPoolExecutor):
-            self._again += [(thing, attempts + 1) for thing, attempts in self._waiting.values()]
-            self._waiting.clear()
-            self._engine.close(self.executor)
-            self.executor = self._engine.open()
+        if self._again or not done:
+            self._engine.check()

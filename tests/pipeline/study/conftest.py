@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import suppress
 from pathlib import Path
@@ -32,7 +32,7 @@ class InProcess(Executor):
         return future
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def engine() -> Engine:
     return Engine(open=InProcess, workers=1, lost=(ConnectionError,))
 
@@ -62,6 +62,23 @@ def written(tmp_path: Path) -> Callable[..., Path]:
     return write
 
 
+def wait_until(holds: Callable[[], object]) -> None:
+    """Wait until something holds; raise TimeoutError where it does not in time."""
+    deadline = time.monotonic() + DEADLINE_S
+    while not holds():
+        if time.monotonic() > deadline:
+            raise TimeoutError
+        time.sleep(0.05)
+
+
+def is_worker(process: str) -> bool:
+    """Say whether a process is one that solves points."""
+    try:
+        return b"spawn_main" in Path(f"/proc/{process}/cmdline").read_bytes()
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
 class Run:
     """A process that a test has started, the first of a group of its own; every wait for it has a deadline."""
 
@@ -78,21 +95,21 @@ class Run:
             start_new_session=True,
         )
 
-    def ended(self) -> tuple[int, str]:
-        """Wait for its end; return its exit code and what it wrote on stderr."""
-        _, complaint = self.process.communicate(timeout=DEADLINE_S)
-        return self.process.returncode, complaint
+    def ended(self) -> tuple[int, str, str]:
+        """Wait for its end; return its exit code, and what it wrote on stdout and on stderr."""
+        printed, complaint = self.process.communicate(timeout=DEADLINE_S)
+        return self.process.returncode, printed, complaint
 
     def wait_for(self, holds: Callable[[], object]) -> None:
         """Wait until something holds or the process has ended, whichever is first."""
-        deadline = time.monotonic() + DEADLINE_S
-        while not holds() and self.process.poll() is None:
-            if time.monotonic() > deadline:
-                raise TimeoutError
-            time.sleep(0.02)
+        wait_until(lambda: holds() or self.process.poll() is not None)
 
-    def line(self) -> str:
-        """Return the next line of what it prints; raises TimeoutError where none comes."""
+    def wait_for_end_of(self, processes: Iterable[int]) -> None:
+        """Wait until none of some processes that it started is left."""
+        wait_until(lambda: not any(is_worker(str(process)) for process in processes))
+
+    def first_line(self) -> str:
+        """Return the first line of what it prints; raises TimeoutError where none comes."""
         assert self.process.stdout is not None
         if not select.select([self.process.stdout], [], [], DEADLINE_S)[0]:
             raise TimeoutError
@@ -101,18 +118,10 @@ class Run:
     def workers(self) -> list[int]:
         """Return the processes that it has started to solve points; none where it has ended."""
         found = []
-        with suppress(FileNotFoundError, ProcessLookupError):
-            children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text(encoding="utf-8")
-            for child in children.split():
-                with suppress(FileNotFoundError, ProcessLookupError):
-                    if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
-                        found.append(int(child))
+        for thread in Path("/proc").glob(f"{self.process.pid}/task/*/children"):
+            with suppress(FileNotFoundError, ProcessLookupError):
+                found += [int(child) for child in thread.read_text(encoding="utf-8").split() if is_worker(child)]
         return found
-
-    def kill(self) -> None:
-        """Kill it alone, as the system does when memory is short; what it started has to end by itself."""
-        self.process.kill()
-        self.process.communicate(timeout=DEADLINE_S)
 
     def clear(self) -> None:
         """Kill whatever is left of its group."""

@@ -1,0 +1,120 @@
+"""Processes of this machine that solve tasks, each at a pipe of its own: one that is killed harms no other."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from queue import Empty, SimpleQueue
+from typing import Any, TypeVar
+
+from pipeline.study.tasks import FAILURES
+
+Found = TypeVar("Found")
+
+_CONTEXT = multiprocessing.get_context("spawn")  # a fork would copy the threads of libraries half-way
+
+
+class WorkerLostError(RuntimeError):
+    """A process ended before it answered."""
+
+
+class ProcessPool(Executor):
+    """An executor whose processes may be killed at any moment.
+
+    The processes of `concurrent.futures.ProcessPoolExecutor` share one pipe for their answers: where one is killed
+    half-way through an answer, the reader waits for the rest for ever. Here the end of a process ends its own pipe.
+    """
+
+    def __init__(self, processes: int) -> None:
+        """Make room for some processes; each is started when there is something to do for it."""
+        self._threads = ThreadPoolExecutor(processes)
+        self._idle: SimpleQueue[_Worker] = SimpleQueue()
+        self._alive: set[_Worker] = set()
+        self._shut = threading.Event()
+
+    def submit(self, fn: Callable[..., Found], /, *args: object, **kwargs: object) -> Future[Found]:
+        """Return the future of a call in one of the processes; it raises WorkerLostError where the process ends."""
+        return self._threads.submit(self._answer, (fn, args, kwargs))
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End all processes, whatever they are at."""
+        self._shut.set()
+        self._threads.shutdown(wait=False, cancel_futures=cancel_futures)
+        for worker in tuple(self._alive):
+            worker.kill()
+        self._threads.shutdown(wait=wait)
+
+    def _answer(self, call: tuple[object, ...]) -> Any:  # noqa: ANN401 - what the call gives, which crossed a pipe
+        """Return what a call gives; a thread waits here for each process that works."""
+        worker = self._worker()
+        try:
+            succeeded, found = worker.ask(call)
+        except (EOFError, OSError) as error:
+            self._alive.discard(worker)
+            worker.kill()
+            raise WorkerLostError from error
+        self._idle.put(worker)
+        if not succeeded:
+            raise found
+        return found
+
+    def _worker(self) -> "_Worker":
+        with suppress(Empty):
+            return self._idle.get_nowait()
+        worker = _Worker()
+        self._alive.add(worker)
+        if self._shut.is_set():  # too late to be killed with the others
+            worker.kill()
+        return worker
+
+
+class _Worker:
+    """A process and the parent's end of its pipe."""
+
+    def __init__(self) -> None:
+        self._pipe, other = _CONTEXT.Pipe()
+        self._process = _CONTEXT.Process(target=_serve, args=(other,), daemon=True)
+        try:
+            self._process.start()
+        finally:
+            other.close()  # the pipe ends with the process only where nobody else holds its other end
+
+    def ask(self, call: tuple[object, ...]) -> tuple[bool, Any]:
+        """Return whether a call succeeded in the process, and what it returned or raised.
+
+        Raises EOFError or OSError where the process ends.
+        """
+        self._pipe.send(call)
+        succeeded, found = self._pipe.recv()
+        return succeeded, found
+
+    def kill(self) -> None:
+        """End the process, whatever it does and whichever signals it ignores."""
+        self._process.kill()
+        self._process.join()
+
+
+def _serve(pipe: Connection) -> None:
+    """Answer calls until the parent ends; Ctrl-C is left to the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(EOFError, OSError):
+        while True:
+            function, positional, named = pipe.recv()
+            try:
+                answer = True, function(*positional, **named)
+            except FAILURES as error:
+                answer = False, error
+            pipe.send(answer)
+
+
+def _end_with_parent() -> None:
+    """End with the parent, however it ends, in the middle of a solve too."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

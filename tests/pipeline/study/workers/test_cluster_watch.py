@@ -1,0 +1,50 @@
+"""A cluster that can answer no more is refused in words; one that may start anew is waited for."""
+
+from typing import Any
+
+import pytest
+
+from cad.quantity import InputError
+from pipeline.study.workers import cluster
+
+
+class Scheduler:
+    """What a client of Dask asks a scheduler, with answers of this test."""
+
+    def __init__(self, answers: list[Any]) -> None:
+        self.answers = iter(answers)
+        self.scheduler = self
+        self.ncores = None
+
+    def sync(self, _question: object, *, callback_timeout: float) -> Any:  # noqa: ARG002 - as a client names it
+        answer = next(self.answers)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+
+@pytest.mark.parametrize("error", [OSError(), TimeoutError(), ConnectionError(), RuntimeError()])
+def test_scheduler_that_does_not_answer_is_gone(error: Exception) -> None:
+    watch = cluster._Watch(Scheduler([{"tcp://x:1": 1}, error]), "tcp://x:2")
+    watch.check()
+    with pytest.raises(InputError, match=r"tcp://x:2.*it is gone; all points that ended are kept"):
+        watch.check()
+
+
+def test_client_that_gave_up_has_no_scheduler() -> None:
+    client = Scheduler([])
+    client.scheduler = None
+    with pytest.raises(InputError, match="it is gone"):
+        cluster._Watch(client, "tcp://x:2").check()
+
+
+def test_workers_may_come_back_within_two_minutes(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr(cluster.time, "monotonic", lambda: now[0])
+    watch = cluster._Watch(Scheduler([{}, {"tcp://x:1": 1}, {}, {}]), "tcp://x:2")
+    for seconds in (119.0, 200.0, 319.0):
+        now[0] = seconds
+        watch.check()
+    now[0] = 321.0
+    with pytest.raises(InputError, match="it has had none for 120 s"):
+        watch.check()
