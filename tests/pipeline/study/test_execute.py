@@ -128,7 +128,7 @@ def test_springs_alone_ask_no_printer(
     def refuse(*_: object, **__: object) -> None:
         raise NotImplementedError
 
-    monkeypatch.setattr(sized, "check_printable", refuse)
+    monkeypatch.setattr(sized, "springs_as_sized", refuse)
     assert run_study(read_study(written()), tmp_path / "out", engine).done == 8
     asked = replace(read_study(written()), wanted=("verdicts.printable.low.value",))
     assert run_study(asked, tmp_path / "asked", engine).failed == 8
