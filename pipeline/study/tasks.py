@@ -11,6 +11,7 @@ from cad.quantity import InputError
 from pipeline.storage.plain import Plain
 from pipeline.study.levels.contact_surrogate import ContactSurrogate
 from pipeline.study.levels.direct_solve import solved_report
+from pipeline.study.levels.printed import print_miss
 from pipeline.study.levels.sized import sized_report
 from pipeline.study.levels.unit_scene import scene_compliance, unit_scene
 from pipeline.study.points import Point, design_of, points_between
@@ -112,7 +113,8 @@ def _wanted(task: Task, design: Design, point: Point, surrogate: ContactSurrogat
 def _report(task: Task, design: Design, point: Point, surrogate: ContactSurrogate | None) -> Plain:
     study = task.study
     if study.level == "contact":
-        return sized_report(design, _contact(study, design, surrogate), stages_of(study.wanted))
+        contact = _contact(study, design, surrogate)
+        return sized_report(design, contact, stages_of(study.wanted), print_miss(point.settings))
     out = None if task.folder is None else task.folder / "designs" / f"{point.number:07d}"
     return solved_report(design, study.level, study.tol, out)
 

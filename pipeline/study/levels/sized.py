@@ -1,7 +1,7 @@
-"""A design whose springs are exactly as they were sized or given: contact and closed forms, no solid and no fit."""
+"""A design whose springs are exactly as they were sized or given, or as a print has them: no solid and no fit."""
 
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, refuse_unsolvable, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.storage.plain import Plain
+from pipeline.study.levels.printed import AS_DRAWN, PrintMiss, printed_springs
 from pipeline.study.report_keys import Stage
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.reading_rules import reading_verdicts
@@ -39,13 +40,16 @@ from solve.fruit.compliance import FruitCompliance
 _OF_WHAT = "of springs exactly as they were sized or given"
 
 
-def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Stage]) -> Plain:
-    """Return the part of report.json that some stages give, for springs exactly as sized; docs/studies.md lists it.
+def sized_report(
+    design: Design, contact: FruitCompliance, stages: frozenset[Stage], miss: PrintMiss = AS_DRAWN
+) -> Plain:
+    """Return the part of report.json that some stages give, for springs as sized, or as a print misses them.
 
     Raises InputError for a design that cannot be sized, pressed or read, SolveError where a press is not to be
     believed.
     """
-    sizing = spring_sizing(design, contact, RunOptions())
+    drawn = spring_sizing(design, contact, RunOptions())
+    sizing = replace(drawn, springs=printed_springs(design, drawn.springs, miss))
     report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
     if stages - {"sizing"}:
         refuse_unsolvable(design)
@@ -59,7 +63,7 @@ def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Sta
         report["reading"] = assessed_mapping(readings)
     reached = _reached(design, contact, sizing, press)
     verdicts = (
-        *_printable(design, sizing),
+        *_printable(design, drawn),
         *reading_verdicts(design, readings),
         *_target_verdicts(design, reached),
         *(() if press is None else _press_verdicts(design, press)),

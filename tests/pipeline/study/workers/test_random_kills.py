@@ -53,7 +53,10 @@ def test_killed_at_forty_random_moments_it_ends_with_the_same_table(
         wait_for_a_moment(run)
         if run.process.poll() is None:
             runs += 1
-        run.kill()
+        left = run.workers()
+        run.process.kill()
+        run.ended()
+        run.wait_for_end_of(left)
         assert stored(folder) < POINTS, "the study ended before all its kills: give it more points"
     run = start(*words)
     while workers < KILLED_WORKERS:
