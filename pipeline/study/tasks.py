@@ -1,5 +1,6 @@
 """A piece of a study that one process solves: some points, and what came out of each."""
 
+import errno
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,6 +31,7 @@ FAILURES = (
 )  # fmt: skip
 # Every class that a solve can raise, of libraries too: a point that meets a rare fault must not stop a million others.
 # MeshError and SolveError are RuntimeErrors; ExportError, SplitDomainError and LinAlgError are ValueErrors.
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,10 +91,12 @@ def _solved(task: Task, point: Point) -> PointResult:
         values = _wanted(task, design, point, task.surrogate)
         if task.surrogate is not None and _is_audited(point.number, task.study):
             audit = _wanted(task, design, point, None)
-    except InputError as refusal:
-        status, error = "refused", str(refusal)
     except FAILURES as failure:
-        status, error = "failed", f"{type(failure).__name__}: {failure}"
+        if _lacks_room(failure):
+            raise  # of the machine, not of the point: it is solved when there is room again
+        refused = isinstance(failure, InputError)
+        status = "refused" if refused else "failed"
+        error = str(failure) if refused else f"{type(failure).__name__}: {failure}"
     return PointResult(
         number=point.number,
         settings=point.settings,
@@ -102,6 +106,12 @@ def _solved(task: Task, point: Point) -> PointResult:
         seconds=time.process_time() - start,
         audit=audit,
     )
+
+
+def _lacks_room(failure: BaseException) -> bool:
+    """Say whether an error, or the one that it came from, is that of a full disk."""
+    causes = failure, failure.__cause__
+    return any(isinstance(one, OSError) and one.errno in _NO_ROOM for one in causes)
 
 
 def _wanted(task: Task, design: Design, point: Point, surrogate: ContactSurrogate | None) -> dict[str, object]:

@@ -37,7 +37,7 @@ wanted = ["springs.K_l_N_per_m", "springs.K_h_N_per_m", "verdicts.P_max.value", 
 "printed.thickness_offset_mm" = {{ mean = 0.0, sd = {thickness}, source = "accuracy_mm of the process, two sigma" }}
 "printed.E_offset" = {{ mean = 0.0, sd = {E}, source = "E_scatter of the process" }}
 """
-HEAD = """| number | drawn | mean | sd | linear sd | middle 95 % of {samples} prints | linear | `pipeline design` | linear? |
+HEAD = """| number | drawn | mean | sd | linear sd | 95 % of {samples} prints | linear | `pipeline design` | linear? |
 |---|---|---|---|---|---|---|---|---|"""
 NAMES = {"springs.K_l_N_per_m": "K_l_N_per_m", "springs.K_h_N_per_m": "K_h_N_per_m", "verdicts.P_max.value": "P_max",
          "verdicts.NL.value": "NL"}  # fmt: skip
