@@ -4,12 +4,12 @@ The springs are sized for nominal leaves; a print has those of its own thickness
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cad.design.parameters import Design
 from cad.quantity import as_float, fault
 from cad.theory.leaf_spring import pair_stiffness
-from cad.theory.two_spring_law import Springs
+from pipeline.stages.sizing import SpringSizing
 
 THICKNESS = "printed.thickness_offset_mm"
 MODULUS = "printed.E_offset"
@@ -40,10 +40,10 @@ def _number(key: str, settings: Mapping[str, object]) -> float:
     return as_float(value)
 
 
-def printed_springs(design: Design, drawn: Springs, miss: PrintMiss) -> Springs:
-    """Return the springs of a print [N/mm] whose leaves were drawn for others: K / K_drawn = (1 + e) (1 + d / t)^3.
+def printed_sizing(design: Design, drawn: SpringSizing, miss: PrintMiss) -> SpringSizing:
+    """Return the sizing with the springs of a print whose leaves were drawn for others.
 
-    As K = 2 E w t^3 / L^3 of the beam law. Raises InputError where nothing is left of a leaf or of the modulus, and
+    K / K_drawn = (1 + e) (1 + d / t)^3, as K = 2 E w t^3 / L^3 of the beam law. Raises InputError where nothing is left of a leaf or of the modulus, and
     for leaves with gauges, whose stiffness follows another law.
     """
     if miss == AS_DRAWN:
@@ -59,4 +59,4 @@ def printed_springs(design: Design, drawn: Springs, miss: PrintMiss) -> Springs:
             raise fault(THICKNESS, miss.thickness_mm, "mm", bound, "a print misses by some hundredths")
         thicker = pair_stiffness(1.0 + miss.E, 1.0, thickness + miss.thickness_mm, 1.0)
         factors.append(thicker / pair_stiffness(1.0, 1.0, thickness, 1.0))
-    return Springs(K_l=drawn.K_l * factors[0], K_h=drawn.K_h * factors[1])
+    return replace(drawn, springs=drawn.springs.scaled(factors))

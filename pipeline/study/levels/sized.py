@@ -1,7 +1,7 @@
 """A design whose springs are exactly as they were sized or given, or as a print has them: no solid and no fit."""
 
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import asdict
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, refuse_unsolvable, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.storage.plain import Plain
-from pipeline.study.levels.printed import AS_DRAWN, PrintMiss, printed_springs
+from pipeline.study.levels.printed import AS_DRAWN, PrintMiss, printed_sizing
 from pipeline.study.report_keys import Stage
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.reading_rules import reading_verdicts
@@ -49,7 +49,7 @@ def sized_report(
     believed.
     """
     drawn = spring_sizing(design, contact, RunOptions())
-    sizing = replace(drawn, springs=printed_springs(design, drawn.springs, miss))
+    sizing = printed_sizing(design, drawn, miss)
     report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
     if stages - {"sizing"}:
         refuse_unsolvable(design)

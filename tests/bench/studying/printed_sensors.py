@@ -22,7 +22,7 @@ from pipeline.options import RunOptions, load_design
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.study import process_engine, read_study, run_study
-from pipeline.study.levels.printed import PrintMiss, printed_springs
+from pipeline.study.levels.printed import PrintMiss, printed_sizing
 from pipeline.study.store import stored_study
 
 WIDTH = float(norm.ppf(0.975))  # of the middle 95 %, in standard deviations
@@ -79,7 +79,7 @@ def numbers(design: Design, sizing: SpringSizing) -> dict[str, Callable[[float, 
     """Return each number as a function of a print's thickness offset [mm] and relative offset of E [1]."""
 
     def springs(d: float, e: float) -> Springs:
-        return printed_springs(design, sizing.springs, PrintMiss(thickness_mm=d, E=e))
+        return printed_sizing(design, sizing, PrintMiss(thickness_mm=d, E=e)).springs
 
     K_m, ratio, kind = sizing.K_m_max_contact, sizing.stiffness_ratio, design.nominal_targets.NL_definition
     return {

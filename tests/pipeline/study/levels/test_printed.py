@@ -10,14 +10,24 @@ from cad.quantity import InputError
 from cad.theory.two_spring_law import Springs
 from pipeline.cli import main
 from pipeline.options import load_design
+from pipeline.stages.sizing import SpringSizing
 from pipeline.study import read_study, run_study
-from pipeline.study.levels.printed import PrintMiss, print_miss, printed_springs
+from pipeline.study.levels.printed import PrintMiss, print_miss, printed_sizing
 from pipeline.study.store import stored_study
 from pipeline.study.workers.engine import Engine
 
 Write = Callable[..., Path]
 
-DRAWN = Springs(K_l=0.9, K_h=20.0)
+DRAWN = SpringSizing(
+    springs=Springs(K_l=0.9, K_h=20.0),
+    K_m_over_E=1.3,
+    K_m_max=4.55,
+    K_m_max_contact=4.55,
+    K_m_at_largest_E=4.55,
+    stiffness_ratio=1.0,
+    sizing_stiffness_ratio=1.0,
+    basis="contact",
+)
 TEXT = """
 base = "paper"
 samples = 1024
@@ -32,10 +42,10 @@ wanted = ["springs.K_l_N_per_m", "verdicts.P_max.value", "verdicts.P_max.passed"
 
 def test_springs_of_a_print_follow_the_cube_of_each_leaf_and_the_modulus() -> None:
     design = load_design("paper")  # leaves of 0.8 and 1.2 mm
-    printed = printed_springs(design, DRAWN, PrintMiss(thickness_mm=-0.1, E=0.2))
+    printed = printed_sizing(design, DRAWN, PrintMiss(thickness_mm=-0.1, E=0.2)).springs
     assert printed.K_l == pytest.approx(0.9 * 1.2 * (0.7 / 0.8) ** 3, rel=1e-12)
     assert printed.K_h == pytest.approx(20.0 * 1.2 * (1.1 / 1.2) ** 3, rel=1e-12)
-    assert printed_springs(design, DRAWN, PrintMiss()) == DRAWN
+    assert printed_sizing(design, DRAWN, PrintMiss()) == DRAWN
 
 
 @pytest.mark.parametrize(
@@ -48,13 +58,13 @@ def test_springs_of_a_print_follow_the_cube_of_each_leaf_and_the_modulus() -> No
 )
 def test_print_of_which_nothing_is_left_is_refused(settings: Mapping[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        printed_springs(load_design("paper"), DRAWN, print_miss(settings))
+        printed_sizing(load_design("paper"), DRAWN, print_miss(settings))
 
 
 def test_gauged_leaves_follow_another_law_and_are_refused() -> None:
     gauged = load_design("paper", {"print.gauges": "foil"})
     with pytest.raises(InputError, match=r"print\.gauges = 'foil': must be none"):
-        printed_springs(gauged, DRAWN, PrintMiss(E=0.1))
+        printed_sizing(gauged, DRAWN, PrintMiss(E=0.1))
 
 
 def test_prints_scatter_as_the_law_says_and_their_verdicts_tell(written: Write, engine: Engine, tmp_path: Path) -> None:

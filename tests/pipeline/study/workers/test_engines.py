@@ -135,27 +135,10 @@ def test_full_disk_is_one_line_and_the_study_goes_on_when_there_is_room(start: S
     assert f"{600 - kept} solved in" in printed
 
 
-CLUSTER = """
-import sys
-
-from distributed import LocalCluster
-
-if __name__ == "__main__":
-    with LocalCluster(n_workers=2, threads_per_worker=1, protocol="tcp", host="127.0.0.1",
-                      dashboard_address=None) as cluster:
-        print(cluster.scheduler_address, flush=True)
-        sys.stdin.readline()
-"""
-
-
 def test_cluster_agrees_to_the_bit_and_a_lost_one_is_one_line(
-    start: Start, written: Write, whole: bytes, tmp_path: Path
+    start: Start, written: Write, whole: bytes, dask_cluster: tuple[Any, str], tmp_path: Path
 ) -> None:
-    pytest.importorskip("distributed")
-    path, script, folder = written(TEXT), tmp_path / "cluster.py", tmp_path / "lost"
-    script.write_text(CLUSTER, encoding="utf-8")
-    cluster = start(script, PYTHONPATH=str(Path(__file__).parents[4]), OPENBLAS_NUM_THREADS="1")
-    address = cluster.first_line()
+    path, folder, (cluster, address) = written(TEXT), tmp_path / "lost", dask_cluster
     assert address.startswith("tcp://127.0.0.1:")
     run = start(*words_of(path, tmp_path / "dask", "--scheduler", address))
     run.wait_for(lambda: stored_count(tmp_path / "dask") >= 1)
