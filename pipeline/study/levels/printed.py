@@ -43,8 +43,8 @@ def _number(key: str, settings: Mapping[str, object]) -> float:
 def printed_sizing(design: Design, drawn: SpringSizing, miss: PrintMiss) -> SpringSizing:
     """Return the sizing with the springs of a print whose leaves were drawn for others.
 
-    K / K_drawn = (1 + e) (1 + d / t)^3, as K = 2 E w t^3 / L^3 of the beam law. Raises InputError where nothing is left of a leaf or of the modulus, and
-    for leaves with gauges, whose stiffness follows another law.
+    K / K_drawn = (1 + e) (1 + d / t)^3, as K = 2 E w t^3 / L^3 of the beam law. Raises InputError where nothing is left
+    of a leaf or of the modulus, and for leaves with gauges, whose stiffness follows another law.
     """
     if miss == AS_DRAWN:
         return drawn

@@ -44,12 +44,9 @@ def table(start: Start, path: Path, folder: Path, name: str, *flags: str) -> byt
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("by_two_processes")
 def test_point_with_flexures_and_one_with_files_have_the_numbers_of_a_run(
-    by_two_processes: bytes,
-    written: Write,
-    engine: Engine,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    written: Write, engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "files-cache"))
     text = FLEXURES.replace("[4.5, 5.5]", "[4.5]").replace('how = "grid"', 'how = "grid"\nlevel = "files"')
