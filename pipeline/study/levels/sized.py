@@ -56,9 +56,7 @@ def sized_report(
     if _presses(design, stages):
         press = press_scene(design, contact, _compliance(design, sizing))
         report["response"] = _rows(design, press)
-    verdicts: list[Verdict] = []
-    if "printable" in stages:
-        verdicts += [printable_verdict(spring) for spring in springs_as_sized(design, drawn)]
+    verdicts = _printable(design, drawn) if "printable" in stages else []
     if "reading" in stages and design.reading is not None:
         readings = _readings(design, contact, sizing, design.reading)
         report["reading"] = assessed_mapping(readings)
@@ -69,7 +67,7 @@ def sized_report(
         verdicts += _target_verdicts(design, reached)
     if press is not None:
         verdicts += _press_verdicts(design, press)
-    return report | {"verdicts": [asdict(verdict) for verdict in verdicts]}
+    return report | {"verdicts": list(map(asdict, verdicts))}
 
 
 def _refuse_bad(design: Design, stages: frozenset[Stage]) -> None:
@@ -105,6 +103,11 @@ def _reached(design: Design, contact: FruitCompliance, sizing: SpringSizing, pre
 def _readings(design: Design, contact: FruitCompliance, sizing: SpringSizing, reading: Reading) -> Readings:
     sensor = pressed_sensor(design, contact, _compliance(design, sizing))
     return Readings(assessed=reading_assessment(sensor, reading), pressures=skin_pressures(sensor))
+
+
+def _printable(design: Design, sizing: SpringSizing) -> list[Verdict]:
+    """Return whether the process can make each spring, by the beam law."""
+    return [printable_verdict(spring) for spring in springs_as_sized(design, sizing)]
 
 
 def _target_verdicts(design: Design, reached: SceneTargets) -> tuple[Verdict, ...]:
