@@ -19,7 +19,7 @@ from mesh.fruit import fruit_mesh
 from mesh.housing.sweep import flexure_mesh
 from pipeline.bench import bench as bench_module
 from pipeline.bench import calculix as peer
-from pipeline.bench import command, contact, flexure, harness
+from pipeline.bench import command, contact, flexure, harness, unilateral
 from pipeline.bench.bench import bench
 from pipeline.bench.calculix import calculix
 from pipeline.bench.harness import measurements_of
@@ -245,7 +245,11 @@ def test_measurement_that_ends_badly_is_refused():
 
 def test_quick_bench_from_end_to_end(tmp_path, capsys, monkeypatch):
     def in_this_process(module, *, quick):
-        rows = {contact.__name__: (contact.split_rows(), 3), flexure.__name__: (flexure.product_rows(), 2)}
+        rows = {
+            unilateral.__name__: (unilateral.product_rows(), 1),
+            contact.__name__: (contact.split_rows(), 3),
+            flexure.__name__: (flexure.product_rows(), 2),
+        }
         return list(itertools.islice(*rows[module])) if quick else []
 
     monkeypatch.setattr(bench_module, "measurements_of", in_this_process)
@@ -256,6 +260,8 @@ def test_quick_bench_from_end_to_end(tmp_path, capsys, monkeypatch):
     default = split[(contact.JUDGED_SPLIT, "to 0.1 %")]
     assert max(map(abs, default["errors"])) < 1e-4
     assert abs(default["errors"][0]) < default["error_bar"]
+    (pressed,) = printed["unilateral contact"]["records"]
+    assert abs(pressed["errors"][0]) < pressed["error_bar"] + 0.01  # of the reference
     coarse, fine = printed["flexures"]["records"]
     assert abs(fine["errors"][0]) < min(abs(coarse["errors"][0]), fine["error_bar"])
     text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")
