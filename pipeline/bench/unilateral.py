@@ -94,10 +94,10 @@ def half_piece() -> Part:
 
 def half_mesh(part: Part, scale: float) -> SkfemMesh:
     """Return straight tetrahedra [mm] of the half, `scale` times the coarsest size at the edges of the tips."""
+    wider = scale**0.25
     size = SizeField(
-        smallest_mm=edge_size(TIPS, scale), growth=0.5 * scale**0.25, largest_mm=4.0 * scale**0.25, faces=FACES,
-        cuts=(SIDE,),
-    )  # fmt: skip
+        smallest_mm=edge_size(TIPS, scale), growth=0.5 * wider, largest_mm=4.0 * wider, faces=FACES, cuts=(SIDE,)
+    )
     return volume_mesh(part, size, tolerance=0.05)
 
 
