@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-import cadquery as cq
 import numpy as np
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
+from cad.kernel import cq
 from cad.parts.fruit import curved_fruit
 from cad.parts.part import Part, named_part, on_plane
 from mesh.fruit import edge_size
