@@ -1,5 +1,6 @@
 """A study solves each of its points once, keeps what goes wrong with it, and goes on where it was ended."""
 
+import errno
 import subprocess
 import sys
 from collections.abc import Callable
@@ -263,6 +264,25 @@ def test_point_that_fails_in_any_way_does_not_stop_the_others(
     monkeypatch.setattr(tasks, "scene_compliance", lambda *_: None)
     summary = run_study(read_study(written()), tmp_path / "out", engine)
     assert (summary.done, summary.failed) == (7, 1)
+
+
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_full_disk_is_no_fault_of_a_point(
+    written: Write, engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, wrapped: bool
+) -> None:
+    def solve(*_: object) -> dict[str, object]:
+        full = OSError(errno.ENOSPC, "No space left on device", "response.csv")
+        if not wrapped:
+            raise full
+        message = "--out: must have room"
+        raise InputError(message) from full
+
+    study = read_study(written())
+    with monkeypatch.context() as patch:
+        patch.setattr(tasks, "sized_report", solve)
+        with pytest.raises((OSError, InputError), match=r"room|No space"):
+            run_study(study, tmp_path / "out", engine)
+    assert run_study(study, tmp_path / "out", engine).done == 8
 
 
 def test_contact_alone_imports_no_solids(written: Write) -> None:
