@@ -6,7 +6,6 @@ from dataclasses import asdict
 import numpy as np
 
 from cad.design.parameters import Design
-from cad.design.reading import Reading
 from cad.design.tip_mount import plate_depth
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
@@ -56,18 +55,19 @@ def sized_report(
     if _presses(design, stages):
         press = press_scene(design, contact, _compliance(design, sizing))
         report["response"] = _rows(design, press)
-    verdicts = _printable(design, drawn) if "printable" in stages else []
-    if "reading" in stages and design.reading is not None:
-        readings = _readings(design, contact, sizing, design.reading)
+    verdicts: list[Verdict] = []
+    if "printable" in stages:
+        verdicts += [printable_verdict(spring) for spring in springs_as_sized(design, drawn)]
+    readings = _readings(design, contact, sizing) if "reading" in stages else None
+    if readings is not None:
         report["reading"] = assessed_mapping(readings)
         verdicts += reading_verdicts(design, readings)
     if stages & {"level", "targets"}:
         reached = _reached(design, contact, sizing, press)
         report["level"] = level_mapping(reached)
         verdicts += _target_verdicts(design, reached)
-    if press is not None:
-        verdicts += _press_verdicts(design, press)
-    return report | {"verdicts": list(map(asdict, verdicts))}
+    verdicts += _press_verdicts(design, press)
+    return report | {"verdicts": [asdict(verdict) for verdict in verdicts]}
 
 
 def _refuse_bad(design: Design, stages: frozenset[Stage]) -> None:
@@ -100,14 +100,12 @@ def _reached(design: Design, contact: FruitCompliance, sizing: SpringSizing, pre
     return scene_targets(own, design.nominal_targets, pair, C, press)
 
 
-def _readings(design: Design, contact: FruitCompliance, sizing: SpringSizing, reading: Reading) -> Readings:
+def _readings(design: Design, contact: FruitCompliance, sizing: SpringSizing) -> Readings | None:
+    """Return how good readings are; None for a design that is judged by its ratio."""
+    if design.reading is None:
+        return None
     sensor = pressed_sensor(design, contact, _compliance(design, sizing))
-    return Readings(assessed=reading_assessment(sensor, reading), pressures=skin_pressures(sensor))
-
-
-def _printable(design: Design, sizing: SpringSizing) -> list[Verdict]:
-    """Return whether the process can make each spring, by the beam law."""
-    return [printable_verdict(spring) for spring in springs_as_sized(design, sizing)]
+    return Readings(assessed=reading_assessment(sensor, design.reading), pressures=skin_pressures(sensor))
 
 
 def _target_verdicts(design: Design, reached: SceneTargets) -> tuple[Verdict, ...]:
@@ -117,8 +115,10 @@ def _target_verdicts(design: Design, reached: SceneTargets) -> tuple[Verdict, ..
     return target_verdicts(reached.P_max, reached.NL, design.nominal_targets, _OF_WHAT)
 
 
-def _press_verdicts(design: Design, press: ScenePress) -> Iterator[Verdict]:
+def _press_verdicts(design: Design, press: ScenePress | None) -> Iterator[Verdict]:
     """Yield the verdicts on the press that a run gives a design without a reading, and those on its tips."""
+    if press is None:
+        return
     if design.reading is None:
         yield displacement_verdict(press.table)
         yield monotonic_verdict(press.scan)
