@@ -3,11 +3,12 @@
 # make test     set up everything, then lint, types and every test that takes some seconds at most
 # make test-all the slow tests too
 # make test-studies those that take minutes in all: hostile files, odd machines, solids in another solver
+# make bench-peers  the other programs that pipeline bench compares with, in an environment of their own
 # make lint | bench | view | clean | setup | lock      FAST=1 adds the optional direct solver
 
 SHELL := /bin/bash
 .DEFAULT_GOAL := run
-.PHONY: run design test test-all test-studies lint bench view clean setup lock
+.PHONY: run design test test-all test-studies lint bench bench-peers view clean setup lock
 
 BIN := .venv/bin
 WORKERS ?= 2
@@ -36,16 +37,22 @@ lint: setup
 	$(BIN)/mypy
 
 test: lint
-	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m "not slow and not study"
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not slow and not study"
 
 test-all: lint
-	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m "not study"
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) --dist worksteal -m "not study"
 
 test-studies: setup
-	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m study
+	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) --dist worksteal -m study
 
 bench: setup
 	$(BIN)/pipeline bench
+
+.venv-peers/.set-up: requirements-peers.lock .ci/peers
+	@PYTHON=$(PYTHON) bash .ci/peers
+	@touch $@
+
+bench-peers: .venv-peers/.set-up
 
 view: setup
 	$(BIN)/pipeline view outputs/paper

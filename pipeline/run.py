@@ -7,7 +7,7 @@ from cad.design.parameters import Design
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
 from pipeline.page.page import page_of_run
-from pipeline.reading.placed import refuse_steep_poses
+from pipeline.reading.placed import refuse_unsolvable_presses
 from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.reading.sensor_readings import assess_readings
 from pipeline.remedies.sentences import with_remedies
@@ -17,7 +17,6 @@ from pipeline.stages.characteristics import solved_behaviour
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.fabrication import make_fabrication
 from pipeline.stages.fields import write_fields
-from pipeline.stages.response import refuse_unsolvable
 from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.solids import write_solids
 from pipeline.stages.springs import fit_springs, press_of_springs
@@ -42,33 +41,35 @@ def run(design: Design, options: RunOptions | None = None) -> SensorResult:
     return result
 
 
-def judged(design: Design, options: RunOptions | None = None) -> JudgedSensor:
+def judged(design: Design, options: RunOptions | None = None, *, solids: bool = True) -> JudgedSensor:
     """Return the verdicts of a run and what they follow from, without the sizes of errors and without files.
 
-    Raises as `run`.
+    Without `solids` none is drawn, so that geometry.made fails. Raises as `run`.
     """
     options = replace(options or RunOptions(), out=None)
     _refuse_before_solving(design)
+    if not solids:
+        return _judged(design, options, None, Stopwatch())
     with output_folder(None) as folder:
         return _judged(design, options, folder, Stopwatch())
 
 
 def _refuse_before_solving(design: Design) -> None:
     """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate."""
-    refuse_unsolvable(design)
-    refuse_steep_poses(design)
+    refuse_unsolvable_presses(design)
     plate_depth(design, design.process)
 
 
-def _judged(design: Design, options: RunOptions, folder: Path, timed: Stopwatch) -> JudgedSensor:
+def _judged(design: Design, options: RunOptions, folder: Path | None, timed: Stopwatch) -> JudgedSensor:
+    """Return what the stages up to the verdicts find; without a folder for them, no solids and no fabrication."""
     contact = timed("contact", fruit_compliance, design, options)  # meshes and solves the fruit
     sizing = timed("sizing", spring_sizing, design, contact, options)  # closed form
     springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
-    geometry = timed("solids", write_solids, design, springs, folder)
+    geometry = () if folder is None else timed("solids", write_solids, design, springs, folder)
     press = timed("response", press_of_springs, design, contact, springs)
     readings = timed("reading", assess_readings, design, contact, springs)  # where the design asks for it
     judgement = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
-    making = timed("fabrication", make_fabrication, design, springs, options, folder)
+    making = () if folder is None else timed("fabrication", make_fabrication, design, springs, options, folder)
     return JudgedSensor(
         design=design,
         options=options,

@@ -1,13 +1,18 @@
 """A browser without a window, for tests of what users see in one."""
 
+import io
 import shutil
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
-from playwright.sync_api import Browser, sync_playwright
+from PIL import Image
+from playwright.sync_api import Browser, Locator, sync_playwright
 
 CHROMIUM = shutil.which("chromium")
+SECONDS = 240  # until a page or a server is taken to hang
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 _QUIET = (
     "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic",
@@ -24,3 +29,25 @@ def browser() -> Iterator[Browser]:
             yield opened
         finally:
             opened.close()
+
+
+def different(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the share of points that differ to the eye; pictures of two sizes differ everywhere."""
+    if one.shape != other.shape:
+        return 1.0
+    return float(np.mean(np.abs(one - other).max(axis=2) > 30))
+
+
+def still_picture(area: Locator, before: np.ndarray | None = None) -> np.ndarray:
+    """Return what an area shows once it stands still and is not as before, shape (height, width, 3)."""
+    last, until = _shown(area), time.monotonic() + SECONDS
+    while time.monotonic() < until:
+        area.page.wait_for_timeout(1000)
+        last, now = _shown(area), last
+        if different(last, now) < 1e-5 and (before is None or different(before, last) > 1e-3):
+            return last
+    pytest.fail("the picture did not change, or did not come to rest")
+
+
+def _shown(area: Locator) -> np.ndarray:
+    return np.asarray(Image.open(io.BytesIO(area.screenshot())).convert("RGB")).astype(int)

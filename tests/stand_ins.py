@@ -11,9 +11,11 @@ from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.quantity import Estimate
 from cad.verdict import Verdict
+from pipeline.answer.answer import next_steps, print_answer
 from pipeline.fit.leaf_lengths import FittedHousing
 from pipeline.options import RunOptions
 from pipeline.reading.sensor_read_out import sensor_read_out
+from pipeline.report.tables import run_answer
 from pipeline.result import SensorResult
 from pipeline.stages.characteristics import spring_behaviour
 from pipeline.stages.fitted_spring import FittedSpring
@@ -130,3 +132,14 @@ def result_of(design: Design | None = None, options: RunOptions | None = None, *
         left_out=None,
         seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),
     )
+
+
+def print_summary(result: SensorResult) -> None:
+    """Print a result on one screen, as the command does."""
+    folder = result.options.out
+    print_answer((*run_answer(result).summary, *([] if folder is None else [next_steps(folder)])))
+
+
+def print_everything(result: SensorResult) -> None:
+    """Print every table of a result, as the command does."""
+    print_answer(run_answer(result).everything)

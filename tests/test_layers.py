@@ -20,7 +20,7 @@ PACKAGES = ("cad", "mesh", "solve", "pipeline")
 
 NUMBERS = ("cad.quantity", "cad.verdict")
 LAWS = (*NUMBERS, "cad.theory", "cad.design")
-SHAPES = (*LAWS, "cad.parts")
+SHAPES = (*LAWS, "cad.kernel", "cad.parts")
 ELASTIC = (
     "solve.arrays",
     "solve.elasticity",
@@ -49,7 +49,8 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "cad.verdict": ("cad.quantity",),
     "cad.theory": NUMBERS,
     "cad.design": (*NUMBERS, "cad.theory"),
-    "cad.parts": LAWS,
+    "cad.kernel": (),
+    "cad.parts": (*LAWS, "cad.kernel"),
     "cad.files": SHAPES,
     "cad.drawing": (*SHAPES, "cad.files"),
     "cad.checks": (*SHAPES, "cad.files"),
@@ -76,6 +77,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.limits": ("cad.quantity",),
     "pipeline.progress": (),
     "pipeline.storage": (*LAWS, "pipeline.progress"),
+    "pipeline.answer": (*LAWS, "cad.files.file_date", "pipeline.options", "pipeline.storage"),
     "pipeline.fit": (*BELOW, "pipeline.options", "pipeline.storage"),
     "pipeline.stages": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit"),
     "pipeline.stages.fabrication": JUDGED,
@@ -84,7 +86,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.uncertainty": JUDGED,
     "pipeline.result": (*JUDGED, "pipeline.uncertainty"),
     "pipeline.remedies": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),
-    "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),
+    "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result", "pipeline.answer"),
     "pipeline.check": (*SENTENCES, "pipeline.limits"),
     "pipeline.page": SENTENCES,
     "pipeline.view": (*SENTENCES, "pipeline.decks"),
@@ -93,12 +95,13 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.explain": SENTENCES,
     "pipeline.run": (*SENTENCES, "pipeline.remedies", "pipeline.page"),
     "pipeline.suggest": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
-    "pipeline.study": (*SENTENCES, "pipeline.remedies", "pipeline.run"),
+    "pipeline.study": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
     "pipeline.decks": (*BELOW, "pipeline.storage"),
     "pipeline.bench": (*STAGES, "pipeline.decks"),
     "pipeline.commands": (
         *SENTENCES,
         *AFTER,
+        "pipeline.answer",
         "pipeline.remedies",
         "pipeline.suggest",
         "pipeline.limits",

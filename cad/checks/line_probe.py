@@ -1,12 +1,12 @@
 """Where a straight line runs inside a solid: exact on a B-rep, by triangles on a mesh."""
 
-import cadquery as cq
 import numpy as np
 import trimesh
 from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
 from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 
 from cad.files.stl import Floats
+from cad.kernel import cq
 from cad.parts.part import NEAR_MM
 
 Vector = tuple[float, float, float]

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-import cadquery as cq
 import trimesh
 from OCP.BRepCheck import BRepCheck_Analyzer
 
@@ -20,6 +19,7 @@ from cad.design.processes import PROCESSES, Process
 from cad.files.step import read_step
 from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
+from cad.kernel import cq
 from cad.quantity import fault
 from cad.verdict import Verdict, equal, failed
 

@@ -40,7 +40,7 @@ def _unknown(kind: str, name: str, word: str, known: list[str]) -> InputError:
 
 
 def design_from_mapping(data: Mapping[str, Any]) -> Design:
-    """Return the design that nested tables describe; raises InputError for an unknown or bad key."""
+    """Return the design that nested tables, or records in their place, describe; raises InputError for a bad key."""
     for key in data:
         if key != "name" and key not in TABLES:
             raise _unknown("table", key, key, ["name", *TABLES])
@@ -83,6 +83,8 @@ def with_process_file(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any
 
 
 def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the parameter tables
+    if isinstance(values, TABLE_TYPES[table]):
+        return values
     if not isinstance(values, Mapping):
         msg = f"{table} = {values}: must be a table; write [{table}] and its keys below it"
         raise InputError(msg)

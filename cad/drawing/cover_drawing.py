@@ -3,8 +3,9 @@
 import itertools
 from collections.abc import Iterator, Sequence
 
-from cad.drawing.items import Box, Dimension, Item, Line, union
-from cad.drawing.placing import TEXT_MM, Callout, Wanted, called_out, in_rows
+from cad.drawing.housing_drawing import screw_holes
+from cad.drawing.items import Box, Item, Line, union
+from cad.drawing.placing import Wanted, called_out, in_rows
 from cad.drawing.section import section
 from cad.drawing.sheet import Sheet, Title, on_sheet, rectangle
 from cad.parts.cover import Cover
@@ -32,7 +33,11 @@ def cover_drawing(part: Part, cover: Cover, title: Title) -> Sheet:
 def _views(profile: Sequence[Item], cover: Cover, scale: float) -> Iterator[Item]:
     housing, foot = cover.housing, cover.foot_level
     outline: Box = (housing.left, foot, housing.right, housing.top_level)
-    front = [*profile, *in_rows([*_wanted(cover), *_rim(cover)], outline, scale), _hole(cover, scale)]
+    front = [
+        *profile,
+        *in_rows([*_wanted(cover), *_rim(cover)], outline, scale),
+        called_out(screw_holes(cover.housing, scale), scale),
+    ]
     yield from front
     yield from _across(cover, union([item.box for item in front])[2] + _BETWEEN_MM / scale, scale)
 
@@ -55,22 +60,6 @@ def _rim(cover: Cover) -> Iterator[Wanted]:
     wall, bar = housing.wall_width - cover.setback, housing.cavity_level + cover.setback
     yield Wanted(side="bottom", start=(housing.left, foot), end=(housing.left + wall, foot), label="<> 2x")
     yield Wanted(side="right", start=(housing.right - wall, bar), end=(housing.right, housing.top_level))
-
-
-def _hole(cover: Cover, scale: float) -> Dimension:
-    """Return the diameter of the holes, its text beside the upper left corner."""
-    housing = cover.housing
-    beside = (housing.left, housing.top_level + 2.4 * TEXT_MM / scale)
-    callout = Callout(
-        kind="diameter",
-        centre=housing.holes[1],
-        radius=0.5 * housing.hole_diameter,
-        turn=135.0,
-        label=f"<> {len(housing.holes)}x",
-        beside=beside,
-        side="left",
-    )
-    return called_out(callout, scale)
 
 
 def _across(cover: Cover, start: float, scale: float) -> Iterator[Item]:

@@ -97,17 +97,17 @@ def _within(housing: Housing, process: Process, scale: float) -> Iterator[Item]:
         yield _stop(housing, arm, scale)
     for callout in (
         *_fillet(housing, scale),
-        *_holes(housing, scale),
+        screw_holes(housing, scale),
         *_dowels(housing, scale),
         *_dome(housing, scale),
     ):
         yield called_out(callout, scale)
 
 
-def _holes(housing: Housing, scale: float) -> Iterator[Callout]:
-    """Yield the diameter of the holes for screws, at the upper left one."""
+def screw_holes(housing: Housing, scale: float) -> Callout:
+    """Return the diameter of the holes for screws, at the upper left one, its text beside that corner."""
     beside, count = (housing.left, housing.top_level + 2.4 * TEXT_MM / scale), len(housing.holes)
-    yield Callout(
+    return Callout(
         kind="diameter",
         centre=housing.holes[1],
         radius=0.5 * housing.hole_diameter,

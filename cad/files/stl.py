@@ -4,10 +4,11 @@ import os
 import struct
 from pathlib import Path
 
-import cadquery as cq
 import numpy as np
 import numpy.typing as npt
 import trimesh
+
+from cad.kernel import cq
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]

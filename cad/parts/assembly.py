@@ -9,8 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import cadquery as cq
-
+from cad.kernel import cq
 from cad.parts.cover import WASHER_MM, cover_of, cover_part, turned
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
 from cad.parts.housing_solid import domed, housing_part, named_housing

@@ -5,9 +5,9 @@ Coupon frame: that of the housing, with the middle of the clamped block at x = 0
 
 from dataclasses import dataclass
 
-import cadquery as cq
 import numpy as np
 
+from cad.kernel import cq
 from cad.parts.housing import Arm, Housing, Point
 from cad.parts.part import FaceTest, Part, is_hole, named_part, upright_edges
 from cad.theory.leaf_spring import Flexure

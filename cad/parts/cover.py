@@ -7,9 +7,8 @@ middle line it is the front one. The rim lies on the frame alone, so nothing tha
 import math
 from dataclasses import dataclass
 
-import cadquery as cq
-
 from cad.design.tips import Press
+from cad.kernel import cq
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
 from cad.parts.pose import largest_tilt

@@ -4,10 +4,10 @@ They are engraved in the face that lies up in print pose, y = -depth / 2, and re
 the pads of its back. Letters are made of straight strokes at 0, 45 or 90 degrees, so that no installed font has a say.
 """
 
-import cadquery as cq
 import shapely
 from shapely.ops import unary_union
 
+from cad.kernel import cq
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.part import NEAR_MM, Part, named_part, on_plane, same_as
 

@@ -3,10 +3,9 @@
 x runs along the tips, y across, z along the press; the apex, or the middle of a block's top, is the origin. Units: mm.
 """
 
-import cadquery as cq
-
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips, check_tips_on_fruit
+from cad.kernel import cq
 from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, on_plane, same_as
 from cad.quantity import fault
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import cadquery as cq
+from cad.kernel import cq
 
 FaceTest = Callable[[cq.Face], bool]
 NEAR_MM = 1e-6  # well under any length of a design, well over the tolerance of the geometry kernel

@@ -6,9 +6,8 @@ A printed edge is round: 0.1 mm of it moves the force ratio by a tenth. A pin ha
 import math
 from dataclasses import dataclass
 
-import cadquery as cq
-
 from cad.design.tips import Tips
+from cad.kernel import cq
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import named_housing
 from cad.parts.part import NEAR_MM, Part

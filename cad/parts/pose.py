@@ -6,11 +6,11 @@ stays, what was z points along y. A plate with pads on its back lies the other w
 
 import math
 
-import cadquery as cq
 import numpy as np
 import trimesh
 
 from cad.design.tips import Press
+from cad.kernel import cq
 from cad.parts.housing import Housing
 
 TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this

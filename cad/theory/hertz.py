@@ -18,6 +18,14 @@ def hertz_factor(radius: float, poisson: float) -> float:
     return math.pow(0.75 * (1.0 - poisson**2) / math.sqrt(radius), 2.0 / 3.0)
 
 
+def force_factor(reduced_modulus: float, radius: float) -> float:
+    """Return c [N mm^(-3/2)] of F = c d^(3/2) for E* = E / (1 - nu^2) [MPa] and a relative radius of curvature [mm].
+
+    c = 4/3 E* sqrt(R): Johnson (4.23).
+    """
+    return 4.0 / 3.0 * reduced_modulus * math.sqrt(radius)
+
+
 def relative_curvature(dome_radius: float, fruit_radius: float) -> float:
     """Return the radius R* of the sphere that touches a plane as a dome touches a fruit [mm]: 1/R* = 1/r + 1/R."""
     return 1.0 / (1.0 / dome_radius + 1.0 / fruit_radius)
@@ -46,7 +54,7 @@ def plate_stiffness(radius: float, plates: int) -> float:
 
     Two plates share the travel: each side is pressed in by D / 2. One plate and a support that gives nothing: by D.
     """
-    return 4.0 / 3.0 * math.sqrt(radius / plates**3)
+    return force_factor(1.0, radius / plates**3)
 
 
 def equivalent_radius(radius: float, radius_across: float) -> float:

@@ -4,6 +4,7 @@ Compliances of a half-space under two places a distance r apart, seen from above
 direction; under tips alike along and across its mean over all directions counts. A curved skin adds a term -C H ln r.
 """
 
+import functools
 import math
 
 _DIRECTIONS = 64  # of a smooth periodic function: its mean is exact to rounding
@@ -34,6 +35,7 @@ def log_coefficient(poisson: float, slope: float) -> float:
     return cosine_squared * normal + (1.0 - cosine_squared) * tangential
 
 
+@functools.lru_cache(maxsize=32)
 def frictionless_press(poisson: float, slope: float) -> float:
     """Return how much stiffer the fruit is to a guided tip that slides on a slope [1] than to a vertical load [1].
 

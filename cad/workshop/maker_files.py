@@ -4,8 +4,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cadquery as cq
-
 from cad.checks.slicer import PrintEstimate
 from cad.design.processes import Process
 from cad.drawing.coupon_drawing import coupon_drawing
@@ -15,6 +13,7 @@ from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Sheet, Title
 from cad.drawing.svg import write_svg
 from cad.files.sensor_files import export_step, export_stl
+from cad.kernel import cq
 from cad.parts.assembly import COVER_COLOUR
 from cad.parts.coupon import coupon_of, coupon_part
 from cad.parts.cover import cover_of, cover_part

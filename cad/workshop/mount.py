@@ -5,8 +5,7 @@ The flange is ISO 9409-1-50-4-M6: four M6 on a circle of 50 mm, about the axis o
 
 import math
 
-import cadquery as cq
-
+from cad.kernel import cq
 from cad.parts.assembly import WASHER_THICKNESS_MM, grip
 from cad.parts.cover import cover_of
 from cad.parts.pose import largest_tilt

@@ -84,13 +84,17 @@ def _checked_results(text: str, steps: Sequence[LinearStep], count: int) -> list
     if len(results) != len(steps):
         raise SolveError(_refusal(f"{len(results)} tables of results for {len(steps)} steps"))
     for result, step in zip(results, steps, strict=True):
-        _check_balance(result.forces, step)
+        check_balance(CALCULIX, result.forces, step)
     return results
 
 
-def _check_balance(forces: Mapping[str, float], step: LinearStep) -> None:
-    """Raise SolveError unless the support carries what presses."""
+def check_balance(program: str, forces: Mapping[str, float], step: LinearStep) -> None:
+    """Raise SolveError unless the support carries what presses in the answer of a program: forces [N] by set."""
     support = sum(value for name, value in forces.items() if name.startswith("support"))
     pressed = float(step.loads.sum()) + sum(forces[name] for name in step.pressed)
     if not (np.isfinite(pressed) and pressed != 0.0 and abs(pressed + support) <= BALANCE_LIMIT * abs(pressed)):
-        raise SolveError(_refusal(f"{pressed:.6g} N pressed, {support:.6g} N carried"))
+        msg = (
+            f"{program}: {pressed:.6g} N pressed, {support:.6g} N carried: must carry what is pressed to "
+            f"{BALANCE_LIMIT:.0e}; look at its text"
+        )
+        raise SolveError(msg)

@@ -5,7 +5,7 @@ Run as a program it prints its measurements as JSON: a fresh interpreter on one 
 
 import dataclasses
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -15,21 +15,23 @@ from cad.design.tips import Press, Tips
 from cad.parts.fruit import fruit_quarter
 from mesh.fruit import REFINEMENTS, fruit_mesh, fruit_size
 from mesh.volume import volume_mesh
-from pipeline.bench.calculix import calculix
+from pipeline.bench.calculix import StepResult
 from pipeline.bench.harness import Bench, Reference, print_measurements, timed
+from pipeline.bench.peers import NGSOLVE, PeerTask, Solver, deck_solvers, peer_answer
 from pipeline.bench.table import Measurement
+from pipeline.decks.deck import LinearStep
 from pipeline.decks.elements import SkfemMesh
 from pipeline.decks.scenes import contact_deck
 from solve.arrays import Floats
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
-from solve.fruit.direct import direct_compliance, mesh_compliance
+from solve.fruit.direct import MIDDLE, SIDE, Held, direct_compliance, mesh_compliance
 from solve.fruit.footprints import Footprint
 from solve.fruit.split import LARGEST_ERROR, LEVELS, footprint_compliance, split_compliance
 
 S11, S12 = 0.766603, 0.010526
-SPLIT, DIRECT, PEER = "split", "direct P2 tets", "CalculiX C3D10"
+SPLIT, DIRECT = "split", "direct P2 tets"
 JUDGED_SPLIT = "split, with its error pair"
 BENCH = Bench(
     name="contact",
@@ -42,13 +44,24 @@ BENCH = Bench(
         source="two independent methods: split with spectral elements, and hp finite elements of order 5 to 7",
     ),
     ours=JUDGED_SPLIT,
-    goal=1e-4,
-    families=(SPLIT, DIRECT, PEER),
+    families=(SPLIT, DIRECT, "CalculiX P2 tets"),
 )
 FRUIT, TIPS = Fruit(), Tips()
 FOOTPRINTS = (Footprint(-4.0, 0.0, 1.0), Footprint(4.0, 0.0, 1.0))
 TOLERANCES = (0.02, 1e-3, 1e-4, 5e-5)
 SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # compliance [mm/N]
+# Order, and levels of refinement by a factor towards the edges of the tip; sizes of elements [mm].
+HIGH_ORDERS = ((3, 2), (4, 3), (5, 4))
+HIGH_ORDER_BLOCK = {
+    "factor": 0.125,
+    "tip_size": 0.5,
+    "size_mm": 4.0,
+    "size": (0.5 * FRUIT.length_mm, 0.5 * FRUIT.width_mm, FRUIT.height_mm),
+    "tip_x": (TIPS.centres_mm[1] - 0.5 * TIPS.side_mm, TIPS.centres_mm[1] + 0.5 * TIPS.side_mm),
+    "tip_y": 0.5 * TIPS.side_mm,
+    "E": 1.0,
+    "poisson": FRUIT.poisson,
+}
 MODULI, TRAVELS = np.linspace(0.5, 3.5, 7).tolist(), 0.6 * np.arange(1, 14) / 13
 
 
@@ -90,27 +103,54 @@ def direct_rows() -> Iterator[Measurement]:
         mesh, meshing = timed(partial(fruit_mesh, part, FRUIT, TIPS, scale))
         solved, cpu = timed(partial(mesh_compliance, mesh, FRUIT.poisson))
         yield BENCH.row(DIRECT, f"edge {0.1 * scale:.3g} mm", pair_and_own(solved.S), meshing + cpu, solved.dofs)
-        yield from _peer_rows(PEER, f"edge {0.1 * scale:.3g} mm", mesh, meshing)
+        for name, solver in deck_solvers("C3D10").items():
+            yield _deck_row(f"{name} P2 tets", f"edge {0.1 * scale:.3g} mm", mesh, meshing, solver)
         meshes.append(mesh)
         total += meshing
     compliance, cpu = timed(partial(direct_compliance, meshes, FRUIT, TIPS))
     yield _product_row("direct, three meshes extrapolated", "default", compliance, total + cpu)
-    # Beside the family, a peer's best at a minute of work.
+
+
+def finer_rows() -> Iterator[Measurement]:
+    """Yield what one more step of CalculiX, or of the first peer that is installed, gives for a minute of work."""
+    part = fruit_quarter(FRUIT, TIPS)
     size = fruit_size(part, FRUIT, TIPS, REFINEMENTS[-1])
     size = dataclasses.replace(size, smallest_mm=0.008, growth=0.26, largest_mm=2.26)
-    mesh, meshing = timed(partial(volume_mesh, part, size))
-    yield from _peer_rows(f"{PEER}, finer", "edge 0.008 mm", mesh, meshing)
+    for name, solver in itertools.islice(deck_solvers("C3D10").items(), 1):
+        mesh, meshing = timed(partial(volume_mesh, part, size))
+        yield _deck_row(f"{name} P2 tets, finer", "edge 0.008 mm", mesh, meshing, solver)
 
 
-def _peer_rows(method: str, name: str, mesh: SkfemMesh, meshing: float) -> Iterator[Measurement]:
+def _deck_row(method: str, name: str, mesh: SkfemMesh, meshing: float, solver: Solver) -> Measurement:
     deck = contact_deck(mesh, 1.0, FRUIT.poisson, 1.0)
 
-    def solve() -> tuple[tuple[float, float], float]:
-        results, cpu = calculix(deck)
-        alike, against = (0.5 / result.forces["high_tip"] for result in results)
-        return (against, 0.5 * (alike + against)), cpu
+    def solve() -> tuple[tuple[float, float], float, int]:
+        results, cpu = solver(deck)
+        return _pair_and_own_of(results), cpu, 3 * deck.elements.nodes.shape[1]
 
-    yield from BENCH.peer_rows(method, name, meshing, 3 * deck.elements.nodes.shape[1], solve)
+    return BENCH.peer_row(method, name, meshing, solve)
+
+
+def _pair_and_own_of(results: Sequence[StepResult]) -> tuple[float, float]:
+    """Return s11 - s12 and s11 [1/mm] of the quarter, pressed by 1 mm: alike with its mirror image, and against it."""
+    alike, against = (0.5 / result.forces["high_tip"] for result in results)
+    return against, 0.5 * (alike + against)
+
+
+def high_order_rows() -> Iterator[Measurement]:
+    """Yield NGSolve by its own means, where it is installed: high order, its mesh refined to the edges of the tip."""
+    if NGSOLVE.interpreter is None:
+        return
+    held: Held = {"base": (1, 2, 3), SIDE: (2,)}
+    steps = [LinearStep(held={**held, MIDDLE: fixed}, pressed={"high_tip": 1.0}) for fixed in ((1,), (2, 3))]
+    for order, levels in HIGH_ORDERS:
+        task = PeerTask(kind="block", scene={**HIGH_ORDER_BLOCK, "order": order, "levels": levels}, steps=steps)
+
+        def solve(task: PeerTask = task) -> tuple[tuple[float, float], float, int]:
+            answer = peer_answer(NGSOLVE, task)
+            return _pair_and_own_of(answer.results), answer.cpu, answer.dofs
+
+        yield BENCH.peer_row(f"{NGSOLVE.name}, order {order}", f"{levels} levels to the edge", 0.0, solve)
 
 
 def scene_rows() -> Iterator[Measurement]:
@@ -132,4 +172,6 @@ def scene_rows() -> Iterator[Measurement]:
 
 
 if __name__ == "__main__":
-    print_measurements(itertools.chain(split_rows(), direct_rows(), scene_rows()), quick_rows=3)
+    print_measurements(
+        itertools.chain(split_rows(), direct_rows(), finer_rows(), high_order_rows(), scene_rows()), quick_rows=3
+    )

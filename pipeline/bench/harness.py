@@ -3,18 +3,20 @@
 import dataclasses
 import itertools
 import json
+import math
 import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
 from cad.quantity import fault
-from pipeline.bench.calculix import CALCULIX, is_installed
+from pipeline.bench.peers import PEER_NAMES, absent_peers
 from pipeline.bench.resources import ONE_THREAD, resource_usage
 from pipeline.bench.table import Measurement, Sheet, percent, work_sheet
 from pipeline.progress.announcement import announce
@@ -23,6 +25,7 @@ from solve.linear import SolveError
 T = TypeVar("T")
 ROOT = str(Path(__file__).parents[2])
 QUICK = "--quick"
+LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # relative errors at which a winner is named
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,10 +42,9 @@ class Reference:
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """One bench: what is computed, the names and unit of its values, their reference, the product's method, its goal.
+    """One bench: what is computed, the names and unit of its values, their reference, the product's method.
 
-    `goal` is the relative error [1] at which the product is compared with peers; `families` are the methods whose
-    rows are one family of meshes each.
+    `families` are the methods whose rows are one family of meshes each.
     """
 
     name: str
@@ -51,7 +53,6 @@ class Bench:
     unit: str
     reference: Reference
     ours: str
-    goal: float
     families: tuple[str, ...]
 
     def row(
@@ -61,43 +62,42 @@ class Bench:
         errors = tuple(float(value / true - 1.0) for value, true in zip(values, self.reference.values, strict=True))
         return Measurement(method=method, mesh=mesh, cpu=cpu, errors=errors, dofs=dofs, error_bar=error_bar)
 
-    def peer_rows(
-        self, method: str, mesh: str, meshing: float, dofs: int, solve: Callable[[], tuple[Sequence[float], float]]
-    ) -> Iterator[Measurement]:
-        """Yield the row of CalculiX where it is installed: `solve` gives values and CPU seconds [s], or refuses."""
-        if not is_installed():
-            return
+    def peer_row(
+        self, method: str, mesh: str, meshing: float, solve: Callable[[], tuple[Sequence[float], float, int]]
+    ) -> Measurement:
+        """Return the row of a peer: `solve` gives values, CPU seconds [s] and dofs, or refuses."""
         try:
-            values, cpu = solve()
+            values, cpu, dofs = solve()
         except SolveError as refusal:
-            yield Measurement(method=method, mesh=mesh, cpu=meshing, errors=(), dofs=dofs, remark=str(refusal))
-        else:
-            yield self.row(method, mesh, values, meshing + cpu, dofs)
+            return Measurement(method=method, mesh=mesh, cpu=meshing, errors=(), remark=str(refusal))
+        return self.row(method, mesh, values, meshing + cpu, dofs)
 
     def sheet(self, rows: Sequence[Measurement]) -> Sheet:
         """Return the table of error against work."""
         known = zip(self.values, self.reference.values, self.reference.errors, strict=True)
         reference = ", ".join(f"{name} {value:.6g} +- {error:.1g}" for name, value, error in known)
+        absent = absent_peers()
         notes = [
             f"{self.scene}; reference {reference} {self.unit} by {self.reference.source}",
             f"meshing included in the CPU seconds; error bar of {self.values[0]}",
-            *self._against_peer(rows),
+            *map(partial(self._winner, rows), LEVELS),
             *self._growth(rows),
         ]
-        notes += [] if is_installed() else [f"not installed, so not measured: {CALCULIX}"]
+        notes += [f"not installed, so not measured: {', '.join(absent)}"] if absent else []
         return work_sheet(self.name, f"{self.name.capitalize()}: work and precision", self.values, rows, notes)
 
-    def _against_peer(self, rows: Sequence[Measurement]) -> Iterator[str]:
-        """Compare our cheapest row, error and bar within the goal, with the cheapest peer there, or the nearest."""
-        within = [row for row in rows if row.method == self.ours and max(row.worst, row.error_bar or 1.0) <= self.goal]
-        peers = [row for row in rows if row.method.startswith("CalculiX") and row.errors]
-        if not within or not peers:
-            return
-        reaching = [row for row in peers if row.worst <= self.goal]
-        peer = min(reaching, key=lambda row: row.cpu) if reaching else min(peers, key=lambda row: row.worst)
-        words = "cheapest peer within" if reaching else "nearest peer, none within"
-        ours = min(within, key=lambda row: row.cpu)
-        yield f"{ours.cost}; {words} {percent(self.goal)}: {peer.cost}, {peer.cpu / ours.cpu:.2g} times as much"
+    def _winner(self, rows: Sequence[Measurement], level: float) -> str:
+        """Say who is cheapest within a relative error [1]: a peer by its error, the product by its error bar too."""
+        within = [row for row in rows if row.worst <= level]
+        ours = [row for row in within if row.method == self.ours and (row.error_bar or math.inf) <= level]
+        peers = [row for row in within if row.method.startswith(PEER_NAMES)]
+        best = [min(side, key=lambda row: row.cpu) for side in (ours, peers) if side]
+        if not best:
+            return f"within {percent(level)}: nobody"
+        winner, *others = sorted(best, key=lambda row: row.cpu)
+        second = f"; then {others[0].cost}, {others[0].cpu / winner.cpu:.2g} times as much" if others else ""
+        missing = "" if others else f"; {'no peer' if ours else 'not the product'} is there"
+        return f"within {percent(level)} wins {winner.cost}{second}{missing}"
 
     def _growth(self, rows: Sequence[Measurement]) -> Iterator[str]:
         """Say how error falls and time grows with dofs over each family of meshes, by least squares of logarithms."""

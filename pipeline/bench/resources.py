@@ -11,9 +11,11 @@ from pathlib import Path
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _LAUNCHER = """
-import json, os, sys, time
+import json, os, signal, sys, time
 start = time.perf_counter()
-child = os.posix_spawnp(sys.argv[2], sys.argv[2:], os.environ)
+child = os.posix_spawnp(sys.argv[3], sys.argv[3:], os.environ)
+signal.signal(signal.SIGALRM, lambda *_: os.kill(child, signal.SIGKILL))
+signal.setitimer(signal.ITIMER_REAL, float(sys.argv[2]))
 _, status, used = os.wait4(child, 0)
 usage = {"exit_code": os.waitstatus_to_exitcode(status), "wall": time.perf_counter() - start,
          "cpu": used.ru_utime + used.ru_stime, "peak_MiB": used.ru_maxrss / 1024.0}
@@ -41,9 +43,15 @@ class ResourceUsage:
 
 
 def resource_usage(
-    command: Sequence[str], folder: Path | None = None, environment: Mapping[str, str] | None = None
+    command: Sequence[str],
+    folder: Path | None = None,
+    environment: Mapping[str, str] | None = None,
+    *,
+    deadline: float = 0.0,
 ) -> ResourceUsage:
     """Run a program to its end and return what it used; `environment` is added to this process's own.
+
+    One that is at work after `deadline` [s] is killed; 0 waits for ever.
 
     A small launcher stands between, as a child starts with the peak memory of the process that forks it. Raises
     OSError when the program does not start.
@@ -51,7 +59,7 @@ def resource_usage(
     with tempfile.TemporaryDirectory() as name:
         record = Path(name) / "usage.json"
         launcher = subprocess.run(
-            [sys.executable, "-I", "-S", "-c", _LAUNCHER, str(record), *command],
+            [sys.executable, "-I", "-S", "-c", _LAUNCHER, str(record), str(deadline), *command],
             cwd=folder,
             env={**os.environ, **(environment or {})},
             capture_output=True,

@@ -1,7 +1,9 @@
 """`pipeline run`: flags to a design and options, the run, its answer on one screen."""
 
+import json
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cad.design.parameters import Design
 from cad.files.file_date import file_date
@@ -17,8 +19,12 @@ from pipeline.options import (
     load_design,
 )
 from pipeline.progress.line import showing_progress
+from pipeline.storage.belongings import REPORT
 from pipeline.storage.folder import refuse_unusable
 from pipeline.storage.interruption import interruptible
+
+if TYPE_CHECKING:
+    from pipeline.answer.answer import RunAnswer
 
 PURPOSE = "size, shape, mesh, solve and judge a sensor"
 EXAMPLE = "pipeline run --nl 0.05 --out outputs/mine"
@@ -65,7 +71,7 @@ def asked(arguments: Namespace) -> tuple[Design, RunOptions]:
     """Return the design and the options that flags ask for; raises InputError."""
     design = load_design(arguments.design, settings_of(arguments))
     options = RunOptions(
-        out=arguments.out or Path("outputs") / design.name,
+        out=_folder(arguments, design),
         fruit_stiffness=arguments.fruit_stiffness,
         contact_method=arguments.contact_method,
         fields=arguments.fields,
@@ -75,34 +81,52 @@ def asked(arguments: Namespace) -> tuple[Design, RunOptions]:
     return design, options
 
 
+def _folder(arguments: Namespace, design: Design) -> Path:
+    return arguments.out or Path("outputs") / design.name
+
+
 def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> int:
-    """Run, print the answer, return the exit code; a scene that cannot be solved is wrong input."""
-    if options.out is not None:
-        refuse_unusable(options.out, force=options.force)
+    """Run, print the answer, return the exit code; a scene that cannot be solved is wrong input.
+
+    Where the folder holds just what this run would write, its answer is printed again and nothing is solved.
+    """
+    folder = _folder(arguments, design)
+    refuse_unusable(folder, force=options.force)
     file_date()
+    from pipeline.answer.answer import next_steps, print_answer
+    from pipeline.answer.kept_answer import kept_answer
+
+    with interruptible():
+        answer = kept_answer(design, options, folder)
+    if answer is None:
+        answer = _new_answer(design, options, folder, quiet=arguments.json)
+    with answering():
+        if arguments.json:
+            print_json(json.loads((folder / REPORT).read_bytes()))
+        elif arguments.verbose:
+            print_answer(answer.everything)
+        else:
+            print_answer((*answer.summary, next_steps(folder)))
+    return PASSED if answer.passed else FAILED
+
+
+def _new_answer(design: Design, options: RunOptions, folder: Path, *, quiet: bool) -> "RunAnswer":
+    """Run and keep the answer; raises InputError for a scene that cannot be solved."""
     from cad.files.sensor_files import ExportError
     from mesh.session import MeshError
     from pipeline import run
-    from pipeline.report.mapping import report_mapping
-    from pipeline.report.outputs import written_entries
-    from pipeline.report.tables import print_everything, print_summary
+    from pipeline.answer.kept_answer import keep_answer
+    from pipeline.report.tables import run_answer
     from solve.fruit.split import SplitDomainError
     from solve.linear import SolveError
 
     try:
-        with interruptible(), showing_progress("start", quiet=arguments.json):
-            result = run(design, options)
+        with interruptible(), showing_progress("start", quiet=quiet):
+            answer = run_answer(run(design, options))
+            keep_answer(answer, design, options, folder)
     except (ExportError, MeshError, SolveError, SplitDomainError) as error:
         raise InputError(str(error)) from error
-    code = PASSED if result.passed else FAILED
-    with answering():
-        if arguments.json:
-            print_json(report_mapping(result, () if options.out is None else written_entries(options.out)))
-        elif arguments.verbose:
-            print_everything(result)
-        else:
-            print_summary(result)
-    return code
+    return answer
 
 
 def settings_of(arguments: Namespace) -> dict[str, str]:

@@ -40,7 +40,7 @@ class Deck:
         """Return the deck, N, mm and MPa, with lines of a heading as comments before it."""
         file = io.StringIO()
         file.writelines(f"** {line}\n" for line in heading)
-        supports = {f"support{number}": _support(step, self.sets) for number, step in enumerate(self.steps)}
+        supports = {f"support{number}": support_nodes(step, self.sets) for number, step in enumerate(self.steps)}
         write_model(file, self.elements, {**self.sets, **supports}, self.E, self.poisson)
         for support, step in zip(supports, self.steps, strict=True):
             _write_step(file, step, support, self.asked)
@@ -78,8 +78,8 @@ def _write_step(file: TextIO, step: LinearStep, support: str, asked: str) -> Non
     file.write(f"*NODE PRINT, NSET={asked.upper()}\nU\n*END STEP\n")
 
 
-def _support(step: LinearStep, sets: Mapping[str, Ints]) -> Ints:
-    """Return the nodes whose u_z is held at zero, each once: sets meet along edges."""
+def support_nodes(step: LinearStep, sets: Mapping[str, Ints]) -> Ints:
+    """Return the nodes (nodes,) whose u_z is held at zero, each once: sets meet along edges."""
     held = np.concatenate([sets[name] for name, components in step.held.items() if VERTICAL in components])
     pressed = [sets[name] for name in step.pressed]
     return np.setdiff1d(held, np.concatenate(pressed) if pressed else [])

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from cad.design.parameters import Design
 from cad.design.tips import Attitude, Press, Tips
+from cad.verdict import Verdict
 from pipeline.report.stored import StoredReport
-from pipeline.report.stored_records import StoredVerdict
 
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _SIDEWAYS = 3.0  # tolerances that a bar shows to each side of its target
@@ -22,7 +22,7 @@ class Answer:
     outcome: str
     headline: str
     scene: str
-    wrong: tuple[StoredVerdict, ...]
+    wrong: tuple[Verdict, ...]
     remedy: str | None
 
 
@@ -41,7 +41,7 @@ class Bar:
 class VerdictRow:
     """A verdict with its numbers as they are shown, its bar where it has one, and the same of the paper's springs."""
 
-    verdict: StoredVerdict
+    verdict: Verdict
     outcome: str
     value: str
     error: str
@@ -122,7 +122,7 @@ def verdict_rows(report: StoredReport) -> tuple[tuple[VerdictRow, ...], tuple[Ve
     return tuple(row for row, part in pairs if not part), tuple(row for row, part in pairs if part)
 
 
-def _row(verdict: StoredVerdict, paper: StoredVerdict | None) -> VerdictRow:
+def _row(verdict: Verdict, paper: Verdict | None) -> VerdictRow:
     return VerdictRow(
         verdict=verdict,
         outcome=OUTCOMES[verdict.passed],
@@ -142,13 +142,13 @@ def shown(value: float | str | None, unit: str = "") -> str:
     return f"{text} {unit}" if text and unit not in ("", "1") else text
 
 
-def _tolerance(verdict: StoredVerdict) -> str:
+def _tolerance(verdict: Verdict) -> str:
     if verdict.relative and isinstance(verdict.tolerance, int | float):
         return f"{100.0 * verdict.tolerance:.5g} %"
     return "" if verdict.tolerance == 0.0 else shown(verdict.tolerance)
 
 
-def bar_of(verdict: StoredVerdict) -> Bar | None:
+def bar_of(verdict: Verdict) -> Bar | None:
     """Return the bar of a verdict on numbers: about its target with a tolerance, or from 0 to beyond its limit."""
     value, limit, tolerance = verdict.value, verdict.limit, verdict.tolerance
     if value is None or not isinstance(limit, int | float) or not isinstance(tolerance, int | float):
@@ -159,7 +159,7 @@ def bar_of(verdict: StoredVerdict) -> Bar | None:
     return _bar_to(verdict, value, limit) if limit > 0.0 else None
 
 
-def _bar_about(verdict: StoredVerdict, value: float, target: float, width: float) -> Bar:
+def _bar_about(verdict: Verdict, value: float, target: float, width: float) -> Bar:
     """Return the bar about a target, of which `width` to either side passes [unit of the verdict]."""
     scale, error = 50.0 / (_SIDEWAYS * width), verdict.error or 0.0
     return Bar(
@@ -171,7 +171,7 @@ def _bar_about(verdict: StoredVerdict, value: float, target: float, width: float
     )
 
 
-def _bar_to(verdict: StoredVerdict, value: float, limit: float) -> Bar:
+def _bar_to(verdict: Verdict, value: float, limit: float) -> Bar:
     """Return the bar from 0 to beyond a limit, on whose one side or the other a value passes."""
     scale, error = 100.0 / (_MOST * limit), verdict.error or 0.0
     below = (value <= limit) is (verdict.passed is not False)

@@ -9,14 +9,11 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
-from cad.design.tips import Tips
-from cad.theory.contrast_law import ReadingError, read_modulus
+from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from cad.theory.two_spring_law import Springs, fruit_stiffness
 from pipeline.page.fields import Floats
-from pipeline.reading.read_out import ContrastReadOut, read_out_of
 from pipeline.report.stored import StoredReport
 from pipeline.stages.response import LINEAR_MODULI, SOFTEST, TRAVELS, scene_of
-from pipeline.stages.springs import NAMES
 from pipeline.storage.plain import Plain
 from solve.contact.linear_response import TipKinds, linear_response
 from solve.error_estimate import SolveInfo
@@ -31,7 +28,8 @@ class LiveModel:
 
     S [1/mm] and C [mm/N] have shape (tips, tips); `along` [mm] is where each tip stands from their middle, `ahead` [mm]
     how far before the foremost; `soft` says which tips are on the soft springs. `K_m_over_E` [mm] and `stiffness_ratio`
-    [1] are those of the two-spring law. `linear` says that forces follow from S and C.
+    [1] are those of the two-spring law. `linear` says that forces follow from S and C. `contrast` reads three or more
+    tips, None for a pair.
     """
 
     linear: bool
@@ -42,7 +40,7 @@ class LiveModel:
     ahead: tuple[float, ...]
     K_m_over_E: float
     stiffness_ratio: float
-    read_out: ContrastReadOut | None
+    contrast: ContrastLaw | None
 
     @property
     def springs(self) -> Springs:
@@ -53,7 +51,7 @@ class LiveModel:
     @property
     def by_ratio(self) -> bool:
         """Say whether the modulus is read from the force ratio, and not from the contrast of three or more tips."""
-        return self.read_out is None
+        return self.contrast is None
 
     def forces(self, E: float, travel: float, tilt_deg: float) -> Floats:
         """Return the force of each tip [N], shape (tips,), at modulus E [MPa], travel [mm] and tilt [deg]."""
@@ -65,8 +63,8 @@ class LiveModel:
         """Return the modulus that the sensor reads [MPa], nan where it has no reading."""
         F = self.forces(E, travel, tilt_deg)
         try:
-            if self.read_out is not None:
-                return read_modulus(self.read_out.law, F.tolist())
+            if self.contrast is not None:
+                return read_modulus(self.contrast, F.tolist())
             if not (F > 0.0).all():
                 return math.nan
             ratio = float(F[list(self.kinds.stiff)].mean() / F[list(self.kinds.soft)].mean())
@@ -78,20 +76,19 @@ class LiveModel:
 def live_model(report: StoredReport) -> LiveModel:
     """Return the model of a report; raises InputError as its scene does."""
     design, tips, contact = report.design, report.design.tips, _compliance(report)
-    C, pair = spring_compliances(report, tips), contact.of_kinds(*tips.kinds)
+    pair = contact.of_kinds(*tips.kinds)
     level_by_weight = design.press.attitude == "side" or report.housing is None
     x = np.array([tip.x_mm for tip in report.tips])
-    read_out = None if tips.layout == "pair" else read_out_of(design, contact, C)
     return LiveModel(
         linear=scene_of(design).linear and level_by_weight,
         S=contact.S,
-        C=C,
+        C=np.array(report.read_out.springs_mm_per_N),
         kinds=TipKinds(*tips.kinds),
         along=x - x.mean(),
         ahead=tips.ahead_mm,
         K_m_over_E=pair.K_m_over_E(),
         stiffness_ratio=pair.stiffness_ratio(),
-        read_out=read_out if isinstance(read_out, ContrastReadOut) else None,
+        contrast=report.read_out.contrast,
     )
 
 
@@ -103,15 +100,6 @@ def _compliance(report: StoredReport) -> FruitCompliance:
         error_own=0.01 * report.contact.s11_error_percent,
         info=SolveInfo(**asdict(report.contact_solve)),
     )
-
-
-def spring_compliances(report: StoredReport, tips: Tips) -> Floats:
-    """Return the compliance of the tips by their springs, shape (tips, tips) [mm/N]; plates do not move each other."""
-    own = np.diag([1e3 / report.springs[name].K_N_per_m for name in NAMES])
-    own[0, -1] = own[-1, 0] = report.crosstalk * own[-1, -1]
-    if tips.layout == "line":
-        return np.diag([1e3 / report.springs[kind].K_N_per_m for kind in tips.springs])
-    return np.asarray(np.kron(np.eye(len(tips.springs) // len(own)), own))
 
 
 def live_data(report: StoredReport, model: LiveModel) -> Plain:
@@ -129,7 +117,7 @@ def live_data(report: StoredReport, model: LiveModel) -> Plain:
         "ahead": list(model.ahead),
         "K_m_over_E": model.K_m_over_E,
         "stiffness_ratio": model.stiffness_ratio,
-        "contrast": None if model.read_out is None else asdict(model.read_out.law),
+        "contrast": None if model.contrast is None else asdict(model.contrast),
         "face": tips.face_mm2,
         "dome": _dome(report),
         "start": {"E": design.fruit.E_MPa[len(design.fruit.E_MPa) // 2], "travel": design.press.travel_mm},

@@ -11,7 +11,7 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.quantity import fault
-from pipeline.stages.response import scene_of
+from pipeline.stages.response import refuse_unsolvable, scene_of
 from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, posed_scene
 from solve.contact.scene import STEEPEST_DEG
@@ -120,6 +120,15 @@ def _off_centre(tilt: Vector, distance: float) -> list[Vector]:
     if length == 0.0:
         return directed(distance)
     return [(sign * distance * tilt[0] / length, sign * distance * tilt[1] / length) for sign in (-1.0, 1.0)]
+
+
+def refuse_unsolvable_presses(design: Design) -> None:
+    """Raise InputError where contact cannot be solved in the scene of a design, or in a pose of its reading.
+
+    Solves nothing.
+    """
+    refuse_unsolvable(design)
+    refuse_steep_poses(design)
 
 
 def refuse_steep_poses(design: Design) -> None:

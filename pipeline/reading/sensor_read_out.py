@@ -9,11 +9,15 @@ from pipeline.reading.placed import Placed, press_of
 from pipeline.reading.pressed_sensor import PressedSensor, pressed_sensor
 from pipeline.reading.read_out import LineReadOut, ReadOut
 from pipeline.reading.readings import Readings
-from pipeline.stages.response import ScenePress
+from pipeline.stages.response import ScenePress, scene_of
 from pipeline.stages.springs import FittedSprings
+from pipeline.stages.tip_curve import tip_curve
+from solve.contact.large_response import flesh_error
+from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
 LEVEL_MODULI = 9
+DEPTHS_BETWEEN = 4  # rows of the curve at large strain to each step of its solved depths
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,16 +29,27 @@ class LevelReading:
 
 
 @dataclass(frozen=True, kw_only=True)
+class DepthFactor:
+    """The force of a tip over the linear one [1] at a depth [tip sides], and its relative error [1]."""
+
+    depth: float
+    factor: float
+    error: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class SensorReadOut:
     """The read-out of a sensor, largest force of each channel [N] (tips,), the error of the model as a share of E [1].
 
-    `level` are readings over the range of E which a contrast is corrected by; a line over the press has none.
+    `level` are readings over the range of E which a contrast is corrected by; a line over the press has none. `deep` is
+    the curve of a tip at large strain, none where the flesh is linear.
     """
 
     read_out: ReadOut
     full_scale: tuple[float, ...]
     model_error: float
     level: tuple[LevelReading, ...] = ()
+    deep: tuple[DepthFactor, ...] = ()
 
 
 def sensor_read_out(
@@ -53,7 +68,17 @@ def sensor_read_out(
         full_scale=tuple(np.maximum(full_scale, 0.0).tolist()),
         model_error=error,
         level=() if isinstance(sensor.read_out, LineReadOut) else _level(sensor),
+        deep=_deep(scene_of(design)) if design.press.strain == "large" else (),
     )
+
+
+def _deep(scene: Scene) -> tuple[DepthFactor, ...]:
+    """Return the curve of a tip, with depths between those that were solved: straight lines will do between them."""
+    curve = tip_curve(scene)
+    places = np.arange(DEPTHS_BETWEEN * (len(curve.depths) - 1) + 1) / DEPTHS_BETWEEN
+    depths = np.interp(places, np.arange(len(curve.depths)), curve.depths)
+    rows = zip(depths.tolist(), curve.factor(depths).tolist(), flesh_error(scene, curve, depths).tolist(), strict=True)
+    return tuple(DepthFactor(depth=depth, factor=factor, error=error) for depth, factor, error in rows)
 
 
 def _level(sensor: PressedSensor) -> tuple[LevelReading, ...]:

@@ -6,19 +6,18 @@ from dataclasses import dataclass, replace
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
-from cad.design.printability import check_printable
 from cad.design.tips import Tips
 from cad.quantity import Estimate
 from cad.verdict import Verdict, failed
 from pipeline.options import RunOptions
-from pipeline.reading.placed import refuse_steep_poses
+from pipeline.reading.placed import refuse_unsolvable_presses
 from pipeline.reading.sensor_readings import assess_readings
 from pipeline.stages.contact import contact_compliance
-from pipeline.stages.fitted_spring import FittedSpring
-from pipeline.stages.response import TRAVELS, ScenePress, press_scene, pressed_at, refuse_unsolvable, scene_of
+from pipeline.stages.fitted_spring import springs_as_sized
+from pipeline.stages.response import TRAVELS, ScenePress, press_scene, pressed_at, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.stages.solids import NO_LINE
-from pipeline.stages.springs import NAMES, FittedSprings
+from pipeline.stages.springs import FittedSprings
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.reading_rules import reading_verdicts
 from pipeline.verdicts.rules import (
@@ -99,8 +98,7 @@ class Trials:
         """Return the trial of a design; raises InputError, SolveError or MeshError where it cannot be tried."""
         self.count += 1
         self.left -= _SCENE
-        refuse_unsolvable(design)
-        refuse_steep_poses(design)
+        refuse_unsolvable_presses(design)
         contact = self._contact(design)
         sizing = spring_sizing(design, contact, RunOptions())
         springs = ideal_springs(design, sizing)
@@ -155,13 +153,10 @@ def _of_contact(design: Design) -> tuple[Fruit, Tips]:
 
 
 def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
-    """Return springs that are just as stiff as asked for, with what the beam law says of their leaves."""
-    process, ratio = design.process, sizing.sizing_stiffness_ratio
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
-    rows = zip(NAMES, sizing.springs.stiffnesses, printable, strict=True)
+    """Return springs just as stiff as they were sized or given [N/mm], which are not made and so have no error."""
     return FittedSprings(
-        springs=tuple(FittedSpring(name=name, target=K, printable=leaf) for name, K, leaf in rows),
-        process=process,
+        springs=springs_as_sized(design, sizing),
+        process=design.process,
         deflections=sizing.deflections(design.full_travels_mm),
         fitted=None,
         tips=design.tips,

@@ -114,9 +114,11 @@ def _beyond_the_law(result: SensorResult) -> list[str]:
     if result.press.level:
         return []
     P_max, NL = result.judgement.reached.level
+    flat = "a level sensor with flat sharp tips on flat fruit"
+    what = "at small strain it" if result.design.press.strain == "large" else flat
     return [
-        "P_max, NL and response.csv are those of this scene at full travel; a level sensor with flat sharp tips on "
-        f"flat fruit has P_max {P_max.value:.4g} and NL {100.0 * NL.value:.3g} %"
+        f"P_max, NL and response.csv are those of this scene at full travel; {what} has P_max {P_max.value:.4g} and "
+        f"NL {100.0 * NL.value:.3g} %"
     ]
 
 

@@ -34,6 +34,9 @@ def _read_out(known: SensorReadOut) -> Plain:
         "full_scale_N": list(known.full_scale),
         "model_error_percent": 100.0 * known.model_error,
         "level": [{"E_MPa": row.E, "read_MPa": row.read} for row in known.level],
+        "large_strain": [
+            {"depth_sides": row.depth, "factor": row.factor, "error_percent": 100.0 * row.error} for row in known.deep
+        ],
     }
     if isinstance(read_out, LineReadOut):
         springs = {"springs_mm_per_N": _rows(read_out.C), "own_less_other_per_mm": read_out.own_less_other}

@@ -9,6 +9,7 @@ from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError
+from cad.verdict import Verdict
 from pipeline.report.stored_parts import inner, optional, part, record, records
 from pipeline.report.stored_records import (
     StoredBudget,
@@ -20,7 +21,6 @@ from pipeline.report.stored_records import (
     StoredReadOut,
     StoredSolve,
     StoredSpring,
-    StoredVerdict,
 )
 from pipeline.storage.plain import Plain
 from pipeline.storage.seal import file_digest, is_regular
@@ -100,8 +100,8 @@ class StoredContact:
 class StoredReport:
     """What commands take of a report: design, tips, contact, housing [mm] or None, deflections [mm], response, files.
 
-    Tips have the order of all forces and of the compliance. `read_out` turns forces into a modulus. `crosstalk` [1] is
-    C_12 / C_22 of the springs, 0 where they are not made; `tolerance` [1] and `fruit_stiffness` are what was asked for.
+    Tips have the order of all forces and of the compliance. `read_out` turns forces into a modulus; `tolerance` [1] and
+    `fruit_stiffness` are what was asked for.
     """
 
     design: Design
@@ -113,11 +113,10 @@ class StoredReport:
     response: tuple[StoredResponse, ...]
     curve: StoredCurve
     files: tuple[StoredFile, ...]
-    verdicts: tuple[StoredVerdict, ...]
+    verdicts: tuple[Verdict, ...]
     paper: StoredPaper | None
     remedy: str | None
     springs: dict[str, StoredSpring]
-    crosstalk: float
     errors: dict[str, StoredBudget | None]
     read_out: StoredReadOut
     reading: StoredReading | None
@@ -182,11 +181,10 @@ def _report(data: Plain) -> StoredReport:
         response=records(StoredResponse, data, "response"),
         curve=record(StoredCurve, data, "curve"),
         files=part(tuple[StoredFile, ...], data, "files"),
-        verdicts=records(StoredVerdict, data, "verdicts"),
+        verdicts=records(Verdict, data, "verdicts"),
         paper=_paper(data),
         remedy=optional(str, data, "remedy"),
         springs=_springs(data),
-        crosstalk=_crosstalk(data),
         errors=part(dict[str, StoredBudget | None], data, "errors"),
         read_out=part(StoredReadOut, data, "read_out"),
         reading=_reading(data),
@@ -211,17 +209,12 @@ def _springs(data: Plain) -> dict[str, StoredSpring]:
     return {name: record(StoredSpring, springs, name) for name in springs}
 
 
-def _crosstalk(data: Plain) -> float:
-    behaviour = optional(Plain, data, "behaviour")
-    return 0.0 if behaviour is None else part(float, behaviour, "crosstalk_C12_over_C22")
-
-
 def _paper(data: Plain) -> StoredPaper | None:
     paper = optional(Plain, data, "paper")
     if paper is None:
         return None
     K = {key: part(float, paper, key) for key in ("K_l_N_per_m", "K_h_N_per_m")}
-    return StoredPaper(**K, verdicts=records(StoredVerdict, paper, "verdicts"))
+    return StoredPaper(**K, verdicts=records(Verdict, paper, "verdicts"))
 
 
 def _reading(data: Plain) -> StoredReading | None:

@@ -1,24 +1,10 @@
-"""Records of report.json beside the response: verdicts, springs, solves, errors, readings, as they were written."""
+"""Records of report.json beside the response: springs, solves, errors, readings, as they were written."""
 
 from dataclasses import dataclass
 
+from cad.theory.contrast_law import ContrastLaw
 from cad.theory.leaf_spring import Flexure
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredVerdict:
-    """A verdict as it was written [in its own unit], and what would make it pass; None where nothing is said."""
-
-    name: str
-    value: float | None
-    unit: str
-    limit: float | str | None
-    tolerance: float | str | None
-    passed: bool | None
-    reference: str
-    error: float | None = None
-    relative: bool = False
-    remedy: str | None = None
+from cad.verdict import Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,11 +86,21 @@ class StoredLevel:
 
 
 @dataclass(frozen=True, kw_only=True)
+class StoredDepth:
+    """The force of a tip over the linear one [1] at a depth [tip sides], and its relative error [%]."""
+
+    depth_sides: float
+    factor: float
+    error_percent: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class StoredReadOut:
     """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line over a press.
 
     `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, `weights` [1] and `gaps_mm`
     (tips,). A pair has `own_less_other_per_mm` and None for the terms of a contrast; other layouts the other way round.
+    `large_strain` is the curve of a tip over rising depths; none where the flesh is linear.
     """
 
     method: str
@@ -117,6 +113,20 @@ class StoredReadOut:
     gaps_mm: tuple[float, ...] | None
     fruit_per_mm: tuple[tuple[float, ...], ...] | None
     hertz: float | None
+    large_strain: tuple[StoredDepth, ...] = ()
+
+    @property
+    def contrast(self) -> ContrastLaw | None:
+        """Return the contrast law of the tips with the springs of the report; None for a pair."""
+        if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:
+            return None
+        return ContrastLaw(
+            weights=self.weights,
+            gaps=self.gaps_mm,
+            C=self.springs_mm_per_N,
+            S=self.fruit_per_mm,
+            hertz=self.hertz or 0.0,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,7 +145,7 @@ class StoredPaper:
 
     K_l_N_per_m: float
     K_h_N_per_m: float
-    verdicts: tuple[StoredVerdict, ...]
+    verdicts: tuple[Verdict, ...]
 
 
 @dataclass(frozen=True, kw_only=True)

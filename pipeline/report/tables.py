@@ -1,20 +1,11 @@
 """What a person reads of a result: an answer that fits one screen, and on request every table."""
 
-from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from cad.theory.two_spring_law import PAPER_SPRINGS
+from pipeline.answer.answer import AnswerPart, AnswerTable, RunAnswer
 from pipeline.report.notes import notes
-from pipeline.report.verdict_table import (
-    OUTCOME,
-    print_line,
-    print_reasons,
-    print_table,
-    print_verdict_table,
-    shown,
-    wide_console,
-)
+from pipeline.report.verdict_table import OUTCOME, reasons, shown, verdict_table
 from pipeline.result import SensorResult
 from pipeline.stages.fitted_spring import FittedSpring
 from pipeline.uncertainty.budget import UncertaintyBudget
@@ -26,43 +17,48 @@ _TARGETS = (
 _ADVICE = 3  # lines of what is wrong before the rest is counted
 
 
-def print_summary(result: SensorResult) -> None:
-    """Print the answer on one screen: the verdict, targets against values, springs, what is wrong, where to look."""
-    console = wide_console()
-    print_line(console, _headline(result))
+def run_answer(result: SensorResult) -> RunAnswer:
+    """Return what is printed of a result, without where its files are."""
+    return RunAnswer(passed=result.passed, summary=_summary(result), everything=_everything(result))
+
+
+def _summary(result: SensorResult) -> tuple[AnswerPart, ...]:
+    """Return the answer on one screen: the verdict, targets against values, springs, what is wrong."""
     shown = [verdict for verdict in result.verdicts if verdict.name in _TARGETS]
     rest = [verdict for verdict in result.verdicts if verdict.name not in _TARGETS]
     passed = sum(verdict.passed is True for verdict in rest)
     counted = (f"{len(rest)} on geometry and print", "", "", "", "", f"{passed} passed")
-    print_verdict_table(console, "", shown, counted)
-    for spring in result.springs.springs:
-        print_line(console, escape(_spring_line(spring, result)))
-    _print_advice(console, result)
-    print_line(console, _next_steps(result))
+    springs = (escape(_spring_line(spring, result)) for spring in result.springs.springs)
+    return (
+        AnswerPart(lines=(_headline(result),)),
+        AnswerPart(table=verdict_table("", shown, counted), lines=(*springs, *_advice(result))),
+    )
 
 
-def _print_advice(console: Console, result: SensorResult) -> None:
-    """Print why the first verdicts did not pass, and what would make them pass."""
+def _advice(result: SensorResult) -> tuple[str, ...]:
+    """Return why the first verdicts did not pass, and what would make them pass."""
     wrong = sorted((v for v in result.verdicts if v.passed is not True), key=lambda verdict: verdict.passed is None)
-    print_reasons(console, wrong[:_ADVICE])
+    told = reasons(wrong[:_ADVICE])
     if len(wrong) > _ADVICE:
-        print_line(console, f"and {len(wrong) - _ADVICE} more: --verbose lists them all")
+        return (*told, f"and {len(wrong) - _ADVICE} more: --verbose lists them all")
+    return told
 
 
-def print_everything(result: SensorResult) -> None:
-    """Print every verdict, the springs, the make-up of errors, the response, the paper's springs, notes and costs."""
-    console = wide_console()
-    print_line(console, _headline(result))
-    print_verdict_table(console, f"twintip · {result.design.name}", result.verdicts)
-    print_reasons(console, [verdict for verdict in result.verdicts if verdict.passed is not True])
-    for table in (_spring_table(result), _error_table(result), _response_table(result)):
-        print_table(console, table)
+def _everything(result: SensorResult) -> tuple[AnswerPart, ...]:
+    """Return every verdict, the springs, the make-up of errors, the response, the paper's springs, notes and costs."""
+    wrong = [verdict for verdict in result.verdicts if verdict.passed is not True]
+    parts = [
+        AnswerPart(lines=(_headline(result),)),
+        AnswerPart(table=verdict_table(f"twintip · {result.design.name}", result.verdicts), lines=reasons(wrong)),
+        *(AnswerPart(table=table) for table in (_spring_table(result), _error_table(result), _response_table(result))),
+    ]
     if result.judgement.paper is not None:
         K_l, K_h = (1e3 * K for K in PAPER_SPRINGS.stiffnesses)
         title = f"the paper's springs, {K_l:g} and {K_h:g} N/m, under the same contact"
-        print_verdict_table(console, title, result.judgement.paper)
-    for line in (*_method_lines(result), *notes(result), *_scatter_lines(result), _cost_line(result)):
-        print_line(console, escape(line))
+        parts.append(AnswerPart(table=verdict_table(title, result.judgement.paper)))
+    lines = (*_method_lines(result), *notes(result), *_scatter_lines(result), _cost_line(result))
+    parts.append(AnswerPart(lines=tuple(escape(line) for line in lines)))
+    return tuple(parts)
 
 
 def _headline(result: SensorResult) -> str:
@@ -90,57 +86,49 @@ def _spring_line(spring: FittedSpring, result: SensorResult) -> str:
     return f"{spring.name} spring: {stiffness}, leaves {_leaf(spring)} mm in {process}, {bent}"
 
 
-def _next_steps(result: SensorResult) -> str:
-    lines = ["all verdicts, errors and notes: --verbose"]
-    if result.options.out is not None:
-        out = escape(str(result.options.out))
-        lines.insert(0, f"files in {out}: response.csv is the table P -> E, report.json has every number")
-        page = escape(str(result.options.out / "report.html"))
-        lines.insert(1, f"look at it: open {page} in a browser, or pipeline view {out}")
-    return "\n".join(lines)
+def _spring_table(result: SensorResult) -> AnswerTable:
+    heads = ("spring", "target N/m", "FE N/m", "± %", "leaf L x t x w mm", "strain", "safety", "dofs", "s")
+    return AnswerTable(heads=heads, rows=tuple(_spring_row(spring, result) for spring in result.springs.springs))
 
 
-def _spring_table(result: SensorResult) -> Table:
-    table = Table("spring", "target N/m", "FE N/m", "± %", "leaf L x t x w mm", "strain", "safety", "dofs", "s")
-    fitted = result.springs.fitted
-    for spring in result.springs.springs:
-        K, strain = spring.K, spring.root_strain
-        table.add_row(
-            spring.name,
-            f"{1e3 * spring.target:.6g}",
-            shown(None if K is None else 1e3 * K.value),
-            shown(None if K is None else K.percent),
-            _leaf(spring),
-            shown(None if strain is None else strain.value),
-            shown(spring.safety_factor),
-            "" if fitted is None else str(fitted.stiffness.info.dofs),
-            "" if fitted is None else f"{fitted.stiffness.info.seconds:.5g}",
-        )
-    return table
+def _spring_row(spring: FittedSpring, result: SensorResult) -> tuple[str, ...]:
+    K, strain, fitted = spring.K, spring.root_strain, result.springs.fitted
+    return (
+        spring.name,
+        f"{1e3 * spring.target:.6g}",
+        shown(None if K is None else 1e3 * K.value),
+        shown(None if K is None else K.percent),
+        _leaf(spring),
+        shown(None if strain is None else strain.value),
+        shown(spring.safety_factor),
+        "" if fitted is None else str(fitted.stiffness.info.dofs),
+        "" if fitted is None else f"{fitted.stiffness.info.seconds:.5g}",
+    )
 
 
-def _error_table(result: SensorResult) -> Table:
+def _error_table(result: SensorResult) -> AnswerTable:
     """Return what each error is made of; verdicts use the first column, calibration of a print settles the last."""
     heads = ("error of", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
-    table = Table(*heads)
     budgets: dict[str, UncertaintyBudget | None] = vars(result.errors.budgets)
-    for name, budget in budgets.items():
-        if budget is not None:
-            shares = sorted((*budget.model, *budget.input), key=lambda share: -abs(share.size))
-            largest = ", ".join(f"{share.effect} {100.0 * share.size:+.2g}" for share in shares[:2])
-            totals = (budget.numerical, budget.model_total, budget.input_total)
-            table.add_row(name, *(f"{100.0 * total:.2g}" for total in totals), largest)
-    return table
+    rows = tuple(_error_row(name, budget) for name, budget in budgets.items() if budget is not None)
+    return AnswerTable(heads=heads, rows=rows)
 
 
-def _response_table(result: SensorResult) -> Table:
+def _error_row(name: str, budget: UncertaintyBudget) -> tuple[str, ...]:
+    shares = sorted((*budget.model, *budget.input), key=lambda share: -abs(share.size))
+    largest = ", ".join(f"{share.effect} {100.0 * share.size:+.2g}" for share in shares[:2])
+    totals = (budget.numerical, budget.model_total, budget.input_total)
+    return (name, *(f"{100.0 * total:.2g}" for total in totals), largest)
+
+
+def _response_table(result: SensorResult) -> AnswerTable:
     response = result.press.table
     forces = [f"F_{tip} N" for tip in result.contact.tips]
-    table = Table("E MPa", "P first", "P last", *forces, "slope ratio")
+    rows = []
     for i, E in enumerate(response.E):
         ends = (response.P[i, 0], response.P[i, -1], *response.F[i, -1], response.slope_ratio[i, -1])
-        table.add_row(f"{E:g}", *("off" if end != end else f"{end:.5g}" for end in ends))
-    return table
+        rows.append((f"{E:g}", *("off" if end != end else f"{end:.5g}" for end in ends)))
+    return AnswerTable(heads=("E MPa", "P first", "P last", *forces, "slope ratio"), rows=tuple(rows))
 
 
 def _method_lines(result: SensorResult) -> list[str]:

@@ -1,5 +1,6 @@
 """What the sensor reads in the scene that was asked for, solved once for everything that judges or draws it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -7,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
-from cad.quantity import InputError
+from cad.quantity import Estimate, InputError
+from cad.theory.two_spring_law import Definition
 from pipeline.stages.tip_curve import refuse_large_strain, tip_curve
 from solve.contact.large_response import large_response
 from solve.contact.linear_response import SensorResponse, travels
@@ -67,9 +69,8 @@ def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequ
 
     `ahead` is how far each tip stands before the others [mm], none where all are level.
     """
-    scene, E_max = scene_of(design, ahead), design.fruit.E_max_MPa
-    count = _CURVE[scene.linear]
-    moduli = E_max * np.array([SOFTEST, *(np.arange(1, count + 1) / count)])
+    scene = scene_of(design, ahead)
+    moduli = curve_moduli(scene)
     return ScenePress(
         table=pressed_at(scene, contact, C, design.fruit.E_MPa, TRAVELS),
         scan=press_scan(design, contact, C, ahead),
@@ -77,10 +78,33 @@ def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequ
         curve=pressed_at(scene, contact, C, moduli, CURVE_TRAVELS),
         tilted=()
         if scene.linear or scene.press.strain == "large"
-        else _tilted(scene, contact, C, moduli[[0, count // 2, count]]),
+        else _tilted(scene, contact, C, moduli[[0, len(moduli) // 2, -1]]),
         ahead=scene.ahead_mm,
         level=scene.linear and not any(scene.ahead_mm),
     )
+
+
+def curve_moduli(scene: Scene) -> Floats:
+    """Return the moduli of the curve of a scene [MPa]: next to none, and equal steps up to E_max."""
+    count = _CURVE[scene.linear]
+    return scene.fruit.E_max_MPa * np.array([SOFTEST, *(np.arange(1, count + 1) / count)])
+
+
+def curve_nonlinearity(P: Floats, E: Floats, definition: Definition) -> float:
+    """Return the departure of P from its straight line over E [1], (7); nan where a tip is off the fruit.
+
+    P [1] is at the moduli E of a curve. The largest departure is that of the parabola through the largest and its
+    neighbours.
+    """
+    departure = (P - P[0]) / (P[-1] - P[0]) - E / E[-1]
+    if definition == "mid-range":
+        return float(departure[len(P) // 2])
+    if not np.isfinite(departure).all():
+        return math.nan
+    top = min(max(int(departure.argmax()), 1), len(P) - 2)
+    before, here, after = departure[top - 1 : top + 2]
+    bend = before - 2.0 * here + after
+    return float(here - (after - before) ** 2 / (8.0 * bend)) if bend < 0.0 else float(here)
 
 
 def press_scan(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> SensorResponse:
@@ -124,3 +148,11 @@ def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:
 def mean_tip_pressure(design: Design, press: ScenePress) -> float:
     """Return the largest force over the face of its tip at the largest modulus and full travel [MPa]."""
     return float(press.hardest.F[-1, -1].max()) / design.tips.face_mm2
+
+
+def mean_pressure_estimate(design: Design, press: ScenePress, of_springs: float = 0.0) -> Estimate:
+    """Return `mean_tip_pressure` with its error [MPa]: that of the contact, and the relative one of the springs [1]."""
+    of_contact = float(press.hardest.F_error[-1, -1])
+    relative = of_springs + (of_contact if of_contact > 0.0 else 0.0)  # nan where no tip is on the fruit
+    pressure = mean_tip_pressure(design, press)
+    return Estimate(pressure, relative * pressure, "MPa")

@@ -1,13 +1,20 @@
 """From the targets and the fruit's compliance to the two spring stiffnesses, by the law that also judges them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from cad.design.parameters import Design
 from cad.quantity import fault
 from cad.theory.two_spring_law import Springs, hayes_stiffness, size_springs, spring_give
 from pipeline.options import RunOptions
+from pipeline.stages.response import curve_moduli, curve_nonlinearity, pressed_at, scene_of
+from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
+
+MOST_ROUNDS = 20
+SETTLED = 1e-7  # of P_max, and of NL
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,16 +48,22 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     """Return the springs [N/mm] that meet the targets, or those that the design gives, with the fruit stiffness used.
 
     The basis "contact" takes K_m = E / (s11 - s12); "hayes" the paper's circular tip, whose radius is half the side.
-    More tips than two are sized as the pair that stands for them. Raises InputError where no springs meet the targets.
+    More tips than two are sized as the pair that stands for them. At large strain the true contact sizes at full
+    travel. Raises InputError where no springs meet the targets.
     """
-    fruit, tips = design.fruit, design.tips
+    fruit, tips, of_tips = design.fruit, design.tips, contact
     contact = contact.of_kinds(*tips.kinds)
     by_hayes = options.fruit_stiffness == "hayes"
     K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * tips.side_mm) if by_hayes else contact.K_m_over_E()
     ratio = 1.0 if by_hayes else contact.stiffness_ratio()
     K_m_max = fruit.E_max_MPa * K_m_over_E
+    springs = _springs(design, K_m_max, ratio)
+    if design.press.strain == "large" and not by_hayes and not design.springs.given:
+        springs = _at_large_strain(
+            design, of_tips, partial(size_springs, K_m_max=K_m_max, stiffness_ratio=ratio), springs
+        )
     return SpringSizing(
-        springs=_springs(design, K_m_max, ratio),
+        springs=springs,
         K_m_over_E=K_m_over_E,
         K_m_max=K_m_max,
         K_m_max_contact=fruit.E_max_MPa * contact.K_m_over_E(),
@@ -69,3 +82,27 @@ def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
         bound = f"greater than {ratio:.4g}, the ratio of the fruit under the two tips"
         raise fault("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
     return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio)
+
+
+def _at_large_strain(
+    design: Design, contact: FruitCompliance, law: Callable[..., Springs], springs: Springs
+) -> Springs:
+    """Return springs whose response has the targets at full travel; those of the linear law where none are found.
+
+    The linear law is asked for other targets until the response has the wanted ones.
+    """
+    scene, targets = scene_of(design), design.nominal_targets
+    moduli, sized = curve_moduli(scene), springs
+    P_max, NL = targets.P_max, targets.NL
+    for _ in range(MOST_ROUNDS):
+        C = spring_compliance(*design.tips.each(*sized.stiffnesses))
+        P = pressed_at(scene, contact, C, moduli, 1).P[:, -1]
+        times, off = P[-1] / targets.P_max, curve_nonlinearity(P, moduli, targets.NL_definition) - targets.NL
+        if max(abs(times - 1.0), abs(off)) <= SETTLED:
+            return sized
+        P_max, NL = P_max / times, NL - off
+        try:
+            sized = law(P_max, NL, definition=targets.NL_definition)
+        except ValueError:
+            break
+    return springs

@@ -20,7 +20,7 @@ from pipeline.fit.mounts import mount_changes
 from pipeline.fit.pins import fit_with_pins
 from pipeline.fit.solve_memo import FittedHousing
 from pipeline.options import RunOptions
-from pipeline.stages.fitted_spring import FittedSpring
+from pipeline.stages.fitted_spring import FittedSpring, springs_as_sized
 from pipeline.stages.response import ScenePress, press_scene
 from pipeline.stages.sizing import SpringSizing
 from pipeline.storage.cache import cached
@@ -30,6 +30,7 @@ from solve.linear import SolveError
 
 Floats = NDArray[np.float64]
 
+NAMES = ("low", "high")
 GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
 GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3
 
@@ -89,20 +90,17 @@ def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> Fi
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
     two springs stand for all tips of their kinds: those of a square are in two equal plates, a line has no housing.
     """
-    process = design.process
-    ratio, targets = sizing.sizing_stiffness_ratio, sizing.springs.stiffnesses
+    process, targets = design.process, sizing.springs.stiffnesses
     deflections = sizing.deflections(design.full_travels_mm)
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
-    fitted = None
-    if design.tips.layout != "line" and all(verdict.passed is not False for verdict in printable):
-        lengths = tuple(verdict.length_mm for verdict in printable)
+    springs, fitted = springs_as_sized(design, sizing), None
+    if design.tips.layout != "line" and all(spring.printable.passed is not False for spring in springs):
+        lengths = tuple(spring.printable.length_mm for spring in springs)
         try:
             fitted = _fitted(housing_for(design, process, lengths, deflections), targets, process, options.tolerance)
         except (InputError, MeshError, SolveError) as error:
-            printable = tuple(replace(verdict, passed=None, reason=str(error)) for verdict in printable)
+            springs = tuple(_undecided(spring, str(error)) for spring in springs)
         else:
-            printable = _judged_again(design, sizing, fitted.housing)
-    springs = _not_made(targets, printable) if fitted is None else _made(targets, printable, fitted, deflections)
+            springs = _made(targets, _judged_again(design, sizing, fitted.housing), fitted, deflections)
     return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
 
 
@@ -182,12 +180,8 @@ def _fitted(guess: Housing, targets: tuple[float, ...], process: Process, tolera
     return cached("flexures", inputs, lambda: fit_with_pins(guess, targets, E, poisson, tolerance), FittedHousing)
 
 
-NAMES = ("low", "high")
-
-
-def _not_made(targets: Sequence[float], printable: Sequence[Printable]) -> tuple[FittedSpring, ...]:
-    rows = zip(NAMES, targets, printable, strict=True)
-    return tuple(FittedSpring(name=name, target=target, printable=verdict) for name, target, verdict in rows)
+def _undecided(spring: FittedSpring, reason: str) -> FittedSpring:
+    return replace(spring, printable=replace(spring.printable, passed=None, reason=reason))
 
 
 def _made(

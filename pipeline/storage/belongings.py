@@ -34,6 +34,17 @@ def foreign_files(folder: Path) -> list[str]:
     return sorted((name for name in _names(folder) if name not in own), key=lambda name: (name != REPORT, name))
 
 
+def is_whole(folder: Path) -> bool:
+    """Say whether a folder holds every file of the last run as it was written, and nothing else.
+
+    Raises OSError where the folder cannot be read.
+    """
+    own = own_files(folder)
+    if REPORT not in own or sorted(own) != _names(folder):
+        return False
+    return set(_digests(json.loads((folder / REPORT).read_bytes()))) <= set(own)
+
+
 def keep_aside(path: Path, folder: Path) -> None:
     """Move a file or folder into a folder as NAME.bak, or NAME.bak.1 and so on; one kept before keeps its name."""
     name = path.name if _KEPT.search(path.name) else os.fsdecode(os.fsencode(path.name)[:_LONGEST_NAME]) + ".bak"

@@ -59,19 +59,42 @@ def cached(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) 
     Inputs are records or plain data. An entry that cannot be read or whose digest is wrong is computed again; a cache
     that cannot be written is no error. A fresh result goes through JSON too, so that it equals a stored one to the bit.
     """
-    text = json.dumps([stage, to_plain(inputs), code_digest()], sort_keys=True, allow_nan=False)
-    folder = cache_folder()
-    path = None if folder is None else folder / f"{stage}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
-    body = None if path is None else _read(path)
+    path = _entry(stage, inputs)
+    body = _read(path)
     if body is None:
-        body = json.dumps(to_plain(compute()), allow_nan=False)
-        if path is not None:
-            _write(path, body)
+        body = _body(compute())
+        _write(path, body)
     return from_plain(kind, json.loads(body))
 
 
-def _read(path: Path) -> str | None:
+def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
+    """Return the stored result of a stage for these inputs; None where there is none."""
+    body = _read(_entry(stage, inputs))
+    return None if body is None else from_plain(kind, json.loads(body))
+
+
+def store(stage: str, inputs: object, result: object) -> None:
+    """Store the result of a stage for these inputs; a cache that cannot be written is no error."""
+    _write(_entry(stage, inputs), _body(result))
+
+
+def _entry(stage: str, inputs: object) -> Path | None:
+    """Return the file of a result; None where there is no cache."""
+    folder = cache_folder()
+    if folder is None:
+        return None
+    text = json.dumps([stage, to_plain(inputs), code_digest()], sort_keys=True, allow_nan=False)
+    return folder / f"{stage}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
+
+
+def _body(result: object) -> str:
+    return json.dumps(to_plain(result), allow_nan=False)
+
+
+def _read(path: Path | None) -> str | None:
     """Return the text of an entry; None where it is missing or damaged."""
+    if path is None:
+        return None
     try:
         digest, _, body = path.read_text(encoding="utf-8").partition("\n")
     except (OSError, ValueError):
@@ -79,8 +102,10 @@ def _read(path: Path) -> str | None:
     return body if digest == hashlib.sha256(body.encode()).hexdigest() else None
 
 
-def _write(path: Path, body: str) -> None:
+def _write(path: Path | None, body: str) -> None:
     """Write an entry in its place; one that is only half there, after a kill or beside another run, is damaged."""
+    if path is None:
+        return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}", encoding="utf-8")

@@ -10,8 +10,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from cad.quantity import InputError, fault
-from pipeline.storage.belongings import foreign_files, keep_aside, own_files
+from pipeline.storage.belongings import REPORT, foreign_files, is_whole, keep_aside, own_files
 from pipeline.storage.interruption import hold
+from pipeline.storage.seal import file_digest
 
 
 class OutputError(InputError):
@@ -52,6 +53,19 @@ def refuse_unusable(path: Path, *, force: bool = False) -> None:
     target = _usable(path)
     if not force:
         refuse_foreign(target)
+
+
+def whole_report(path: Path) -> str | None:
+    """Return the sha256 of the report.json of an output folder that is as its last run left it; None for any other.
+
+    Raises OutputError where the place cannot be used or is in use by a run.
+    """
+    target = _usable(path)
+    if not target.parent.is_dir():
+        return None
+    with _locked(target):
+        _recover(target)
+        return file_digest(target / REPORT) if target.is_dir() and is_whole(target) else None
 
 
 def refuse_foreign(folder: Path) -> None:

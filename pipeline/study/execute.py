@@ -10,7 +10,8 @@ from pathlib import Path
 from cad.quantity import InputError
 from pipeline.storage.plain import from_plain, to_plain
 from pipeline.study.levels.contact_surrogate import ContactSurrogate
-from pipeline.study.levels.surrogate_fit import fitted_surrogate, may_interpolate
+from pipeline.study.levels.sized import CLOSED_FORMS
+from pipeline.study.levels.surrogate_fit import fitted_surrogate, may_interpolate, scene_keys
 from pipeline.study.levels.unit_scene import UnitScene, scene_compliance, unit_scene
 from pipeline.study.points import Point, design_of, point_count, points_between
 from pipeline.study.store import StudyStore, study_store
@@ -23,6 +24,7 @@ Progress = Callable[[int, int], None]
 
 RANGE = 500  # points of a task without a solve
 GROUP = 32  # points of a task that share one solve
+WINDOW = 20_000  # points that are sorted by their scenes at a time, so that a million need no memory
 _SURROGATE = "surrogate"
 
 
@@ -52,9 +54,9 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Progress | N
     start = time.perf_counter()
     count = point_count(study)
     with study_store(folder, study) as store:
-        before = solved = len(store.numbers())
+        before = solved = sum(store.counts().values())
         surrogate = _surrogate(study, count, store, engine)
-        tasks = _tasks(study, count, store, surrogate, folder)
+        tasks = _tasks(study, store, surrogate, folder)
         with closing(completed(engine, solve_task, tasks, lost_task)) as ended:  # no worker outlives an error here
             for results in ended:
                 store.put(results)
@@ -103,24 +105,23 @@ def _lost_scene(given: tuple[int, UnitScene, float]) -> tuple[int, FruitComplian
     raise InputError(msg)
 
 
-def _tasks(
-    study: Study, count: int, store: StudyStore, surrogate: ContactSurrogate | None, folder: Path
-) -> Iterator[Task]:
-    """Yield tasks for the points that are not solved, those that share a solve of contact together."""
-    known = store.numbers()
-    for start in range(0, count, RANGE) if surrogate is not None else ():
-        stop = min(start + RANGE, count)
-        missing = [number for number in range(start, stop) if number not in known]
-        if len(missing) == stop - start:
+def _tasks(study: Study, store: StudyStore, surrogate: ContactSurrogate | None, folder: Path) -> Iterator[Task]:
+    """Yield tasks for the points that are not solved; among scenes that differ, those that share one together."""
+    count, carried = point_count(study), study.without_rows
+    one_scene = surrogate is not None or (study.level == "contact" and not scene_keys(study))
+    size = GROUP if study.stages - CLOSED_FORMS or not one_scene else RANGE
+    window = size if one_scene else WINDOW
+    for start in range(0, count, window):
+        stop = min(start + window, count)
+        missing = store.missing(start, stop)
+        if one_scene and not study.rows and len(missing) == stop - start:
             yield Task(study=study, start=start, stop=stop, surrogate=surrogate)
         elif missing:
-            points = tuple(point for point in points_between(study, start, stop) if point.number not in known)
-            yield Task(study=study, points=points, surrogate=surrogate)
-    if surrogate is None:
-        missing_points = (point for point in points_between(study, 0, count) if point.number not in known)
-        for group in _groups(study, missing_points):
-            for place in range(0, len(group), GROUP):
-                yield Task(study=study, points=tuple(group[place : place + GROUP]), folder=folder)
+            points = [point for point in points_between(study, start, stop) if point.number in missing]
+            for group in [points] if one_scene else _groups(study, points):
+                for place in range(0, len(group), size):
+                    some = tuple(group[place : place + size])
+                    yield Task(study=carried, points=some, surrogate=surrogate, folder=folder)
 
 
 def _groups(study: Study, points: Iterable[Point]) -> Iterator[list[Point]]:

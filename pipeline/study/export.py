@@ -1,11 +1,12 @@
 """The table of a study as CSV or Parquet: a row for each point, a column for each key that varies or is wanted."""
 
 import csv
-import io
 import json
 import os
 from collections.abc import Iterator
+from dataclasses import dataclass
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 
 from cad.quantity import InputError, fault
@@ -18,7 +19,25 @@ from pipeline.study.study_file import Study
 FLAG = "--export"
 KINDS = (".csv", ".parquet")
 _EXPORTS = "exports"  # sha256 by place of the tables that were written: neither kind has room for a seal
-_BATCH = 50_000
+_BATCH = 20_000  # rows
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Table:
+    """The points of a store as rows: the number, the status, the values of some keys, and the error."""
+
+    store: StudyStore
+    keys: tuple[str, ...]
+
+    @property
+    def header(self) -> tuple[str, ...]:
+        return "number", "status", *self.keys, "error"
+
+    def rows(self) -> Iterator[list[object]]:
+        """Yield the row of every point, one at a time in memory."""
+        for point in self.store.rows():
+            held = {**point.settings, **point.values}
+            yield [point.number, point.status, *(held.get(key) for key in self.keys), point.error]
 
 
 def export_table(store: StudyStore, study: Study, path: Path, *, force: bool = False) -> None:
@@ -28,11 +47,11 @@ def export_table(store: StudyStore, study: Study, path: Path, *, force: bool = F
     """
     _refuse_kind(path)
     exports = store.fact(_EXPORTS) or {}
-    header = ["number", "status", *study.vary, *(key for key in study.wanted if key not in study.vary), "error"]
+    table = _Table(store=store, keys=tuple(dict.fromkeys((*study.vary, *study.wanted))))
     write = _write_csv if path.suffix == ".csv" else _write_parquet
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        write(part, header, _rows(store, header))
+        write(part, table)
         digest = file_digest(part)
         if os.path.lexists(path) and not _is_own(path, exports):
             if not force:
@@ -83,18 +102,12 @@ def _taken(path: Path) -> InputError:
     return fault(FLAG, str(path), "", bound, "name another one, or keep this one as NAME.bak with --force")
 
 
-def _rows(store: StudyStore, header: list[str]) -> Iterator[list[object]]:
-    for point in store.rows():
-        held = {**point.settings, **point.values}
-        yield [point.number, point.status, *(held.get(key) for key in header[2:-1]), point.error]
-
-
-def _write_csv(path: Path, header: list[str], rows: Iterator[list[object]]) -> None:
+def _write_csv(path: Path, table: _Table) -> None:
     """Write numbers with all their digits, as JSON does; an empty cell stands for nothing."""
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows([_cell(value) for value in row] for row in rows)
+        writer.writerow(table.header)
+        writer.writerows([_cell(value) for value in row] for row in table.rows())
 
 
 def _cell(value: object) -> str:
@@ -103,13 +116,35 @@ def _cell(value: object) -> str:
     return json.dumps(value)
 
 
-def _write_parquet(path: Path, header: list[str], rows: Iterator[list[object]]) -> None:
-    from pyarrow import csv as arrow_csv
+def _write_parquet(path: Path, table: _Table) -> None:
+    """Write a batch of rows after the other, so that a long table needs no memory."""
+    import pyarrow
     from pyarrow import parquet
 
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([_cell(value) for value in row] for row in rows)
-    table = arrow_csv.read_csv(io.BytesIO(text.getvalue().encode()))
-    parquet.write_table(table, path, row_group_size=_BATCH)
+    kinds = {name: _arrow_kind(table.store.kinds(name)) for name in table.keys}
+    fixed = {"number": "int64", "status": "string", "error": "string"}
+    schema = pyarrow.schema([(name, getattr(pyarrow, (fixed | kinds)[name])()) for name in table.header])
+    with parquet.ParquetWriter(path, schema) as writer:
+        rows = table.rows()
+        while batch := list(islice(rows, _BATCH)):
+            columns = zip(*batch, strict=True)
+            arrays = [
+                pyarrow.array([_as_kind(value, field.type) for value in column], type=field.type)
+                for field, column in zip(schema, columns, strict=True)
+            ]
+            writer.write_batch(pyarrow.record_batch(arrays, schema=schema))
+
+
+def _arrow_kind(kinds: set[str]) -> str:
+    """Return the name of Arrow's type that holds all values of some kinds of JSON."""
+    held = kinds - {"null"}
+    if held <= {"true", "false"} and held:
+        return "bool_"
+    if held == {"integer"}:
+        return "int64"
+    return "float64" if held <= {"integer", "real"} else "string"
+
+
+def _as_kind(value: object, kind: object) -> object:
+    """Return a value as Arrow takes it: in a column of texts, those of other kinds as CSV has them."""
+    return _cell(value) if value is not None and str(kind) == "string" else value

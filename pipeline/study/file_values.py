@@ -1,9 +1,20 @@
 """Values of a study file, each of the kind that its key has."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from cad.quantity import fault
+from cad.quantity import InputError, fault, nearest
+
+
+def refuse_unknown_keys(given: Iterable[str], known: Sequence[str], *, table: str = "", of_what: str = "") -> None:
+    """Raise InputError for the first key that is not known, with the nearest one that is."""
+    for key in given:
+        if key not in known:
+            msg = (
+                f"{table}{key}: unknown key{of_what}; must be one of {', '.join(known)}; "
+                f"did you mean {nearest(key, known)}?"
+            )
+            raise InputError(msg)
 
 
 def texts(name: str, given: object) -> list[str]:

@@ -43,16 +43,19 @@ def point_count(study: Study) -> int:
 
 def points_between(study: Study, start: int, stop: int) -> Iterator[Point]:
     """Yield the points from a number up to, not including, another one; the same ones whoever asks."""
-    if study.how == "sobol":
-        for number, shares in enumerate(sobol_shares(len(study.vary), study.seed, start, stop), start):
-            yield point_at(study, number, shares)
+    if study.how in ("sobol", "sensitivity"):
+        between = _sobol_between if study.how == "sobol" else _exchanged
+        yield from between(study, start, stop)
         return
-    if study.how == "sensitivity":
-        yield from _exchanged(study, start, stop)
-        return
+    grids = () if study.how == "points" else [varied.grid() for varied in study.vary.values()]
     for number in range(start, stop):
-        values = _row(study, number) if study.how == "points" else _grid_values(study, number)
+        values = _row(study, number) if study.how == "points" else _grid_values(grids, number)
         yield Point(number=number, settings=dict(zip(study.vary, values, strict=True)))
+
+
+def _sobol_between(study: Study, start: int, stop: int) -> Iterator[Point]:
+    for number, shares in enumerate(sobol_shares(len(study.vary), study.seed, start, stop), start):
+        yield point_at(study, number, shares)
 
 
 def sobol_shares(keys: int, seed: int, start: int, stop: int) -> list[list[float]]:
@@ -68,14 +71,16 @@ def sobol_shares(keys: int, seed: int, start: int, stop: int) -> list[list[float
 def _exchanged(study: Study, start: int, stop: int) -> Iterator[Point]:
     """Yield points of a study of sensitivities: sample A, sample B, then for each key A with this key from B."""
     keys = len(study.vary)
-    drawn = sobol_shares(2 * keys, study.seed, 0, study.samples)
-    for number in range(start, stop):
-        block, row = divmod(number, study.samples)
-        own, other = drawn[row][:keys], drawn[row][keys:]
-        shares = other if block == 1 else list(own)
-        if block > 1:
-            shares[block - 2] = other[block - 2]
-        yield point_at(study, number, shares)
+    while start < stop:
+        block, row = divmod(start, study.samples)
+        end = min(stop, (block + 1) * study.samples)
+        for number, drawn in enumerate(sobol_shares(2 * keys, study.seed, row, row + end - start), start):
+            own, other = drawn[:keys], drawn[keys:]
+            shares = other if block == 1 else own
+            if block > 1:
+                shares[block - 2] = other[block - 2]
+            yield point_at(study, number, shares)
+        start = end
 
 
 def point_at(study: Study, number: int, shares: Sequence[float]) -> Point:
@@ -84,12 +89,12 @@ def point_at(study: Study, number: int, shares: Sequence[float]) -> Point:
     return Point(number=number, settings={key: varied.at(share) for (key, varied), share in pairs})
 
 
-def _grid_values(study: Study, number: int) -> tuple[Setting, ...]:
+def _grid_values(grids: Sequence[tuple[Setting, ...]], number: int) -> tuple[Setting, ...]:
     """Return the values of a point of the grid; the last key varies fastest."""
     values = []
-    for varied in reversed(tuple(study.vary.values())):
-        number, place = divmod(number, len(varied.grid()))
-        values.append(varied.grid()[place])
+    for grid in reversed(grids):
+        number, place = divmod(number, len(grid))
+        values.append(grid[place])
     return tuple(reversed(values))
 
 
@@ -99,14 +104,13 @@ def _row(study: Study, number: int) -> tuple[Setting, ...]:
 
 def design_of(study: Study, settings: Mapping[str, Setting]) -> Design:
     """Return the design of a point; raises InputError where it is outside the bounds of the design file."""
-    return design_from_mapping(_with_settings(study.base, settings))
-
-
-def _with_settings(base: Mapping[str, object], settings: Mapping[str, Setting]) -> Plain:
-    tables: Plain = {key: dict(value) if isinstance(value, Mapping) else value for key, value in base.items()}
+    changed: dict[str, Plain] = {}
     for name, value in settings.items():
         if name in PRINTED_KEYS:
             continue  # a print that misses its drawing is of the same design
         table, _, key = name.partition(".")
-        tables.setdefault(table, {})[key] = value
-    return tables
+        if table not in changed:
+            own = study.base.get(table)
+            changed[table] = dict(own) if isinstance(own, Mapping) else {}
+        changed[table][key] = value
+    return design_from_mapping({**study.base_tables, **changed})

@@ -8,7 +8,7 @@ from cad.quantity import InputError, nearest
 from pipeline.report.contact_keys import SIZED_KEYS
 from pipeline.storage.plain import Plain
 
-Stage = Literal["sizing", "targets", "response", "reading", "flexures", "files"]
+Stage = Literal["sizing", "level", "printable", "targets", "response", "reading", "flexures", "files"]
 Level = Literal["contact", "flexures", "files"]
 
 LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
@@ -35,10 +35,10 @@ _READING = (
 TABLE: tuple[tuple[str, tuple[str, ...], Stage], ...] = (
     ("springs", (*SIZED_KEYS, "K_m_max_N_per_m", "K_m_over_E_mm"), "sizing"),
     ("contact", _CONTACT, "sizing"),
-    ("level", ("P_max", "P_max_error", "NL", "NL_error"), "sizing"),
+    ("level", ("P_max", "P_max_error", "NL", "NL_error"), "level"),
     ("verdicts.P_max", _VERDICT_FIELDS, "targets"),
     ("verdicts.NL", _VERDICT_FIELDS, "targets"),
-    *((f"verdicts.printable.{name}", _VERDICT_FIELDS, "sizing") for name in _SPRINGS),
+    *((f"verdicts.printable.{name}", _VERDICT_FIELDS, "printable") for name in _SPRINGS),
     ("verdicts.P_displacement_independent", _VERDICT_FIELDS, "response"),
     ("verdicts.P_monotonic", _VERDICT_FIELDS, "response"),
     ("verdicts.geometry.tip_face", _VERDICT_FIELDS, "response"),
@@ -62,8 +62,8 @@ TABLE: tuple[tuple[str, tuple[str, ...], Stage], ...] = (
 """Each part of report.json with its keys, any key below it where none is listed, and the stage that gives it."""
 
 _LEVEL_OF: dict[Stage, Level] = {
-    "sizing": "contact", "targets": "contact", "response": "contact", "reading": "contact", "flexures": "flexures",
-    "files": "files",
+    "sizing": "contact", "level": "contact", "printable": "contact", "targets": "contact", "response": "contact",
+    "reading": "contact", "flexures": "flexures", "files": "files",
 }  # fmt: skip
 
 

@@ -3,8 +3,9 @@
 import fcntl
 import json
 import os
+import re
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 
@@ -66,9 +67,10 @@ class StudyStore:
         row = self._connection.execute("SELECT value FROM study WHERE key = ?", (key,)).fetchone()
         return None if row is None else json.loads(row[0])
 
-    def numbers(self) -> set[int]:
-        """Return the numbers of the points that are solved."""
-        return {number for (number,) in self._connection.execute("SELECT number FROM points")}
+    def missing(self, start: int, stop: int) -> set[int]:
+        """Return the numbers from one up to, not including, another one whose points are not solved."""
+        query = "SELECT number FROM points WHERE number >= ? AND number < ?"
+        return set(range(start, stop)) - {number for (number,) in self._connection.execute(query, (start, stop))}
 
     def counts(self) -> dict[str, int]:
         """Return how many points are done, refused and failed."""
@@ -76,16 +78,35 @@ class StudyStore:
         return {status: found.get(status, 0) for status in ("done", "refused", "failed")}
 
     def messages(self, most: int = 5) -> dict[str, int]:
-        """Return the commonest messages of refused and failed points, and how many points have each."""
+        """Return the commonest messages of refused and failed points, and how many points have each.
+
+        Messages that differ in their numbers alone are one, told by that of the first point.
+        """
+        self._connection.create_function("without_numbers", 1, _without_numbers, deterministic=True)
         query = (
-            "SELECT error, COUNT(*) AS n FROM points WHERE error NOT NULL GROUP BY error ORDER BY n DESC, error LIMIT ?"
+            "SELECT error, COUNT(*) AS n, MIN(number) AS first FROM points WHERE error NOT NULL "
+            "GROUP BY without_numbers(error) ORDER BY n DESC, first LIMIT ?"
         )
-        return dict(self._connection.execute(query, (most,)).fetchall())
+        return {error: count for error, count, _ in self._connection.execute(query, (most,))}
 
     def rows(self) -> Iterator[PointResult]:
-        """Yield every point in the order of the numbers."""
-        query = "SELECT points.*, audits.results FROM points LEFT JOIN audits USING (number) ORDER BY number"
-        for number, status, settings, results, error, seconds, audit in self._connection.execute(query):
+        """Yield every point in the order of the numbers; one at a time is in memory."""
+        yield from self._selected("ORDER BY number")
+
+    def picked(self, numbers: Sequence[int]) -> list[PointResult]:
+        """Return the points of some numbers, in that order; those that are not solved are left out."""
+        marks = ", ".join("?" * len(numbers))
+        found = {point.number: point for point in self._selected(f"WHERE number IN ({marks})", numbers)}
+        return [found[number] for number in numbers if number in found]
+
+    def kinds(self, key: str) -> set[str]:
+        """Return the kinds of JSON values, `real` or `text` for instance, that all points have at a key."""
+        query = "SELECT DISTINCT coalesce(json_type(results, ?1), json_type(settings, ?1)) FROM points"
+        return {kind for (kind,) in self._connection.execute(query, (f'$."{key}"',)) if kind is not None}
+
+    def _selected(self, which: str, values: Sequence[int] = ()) -> Iterator[PointResult]:
+        query = f"SELECT points.*, audits.results FROM points LEFT JOIN audits USING (number) {which}"
+        for number, status, settings, results, error, seconds, audit in self._connection.execute(query, values):
             yield PointResult(
                 number=number,
                 settings=json.loads(settings),
@@ -95,6 +116,10 @@ class StudyStore:
                 seconds=seconds,
                 audit=None if audit is None else json.loads(audit),
             )
+
+
+def _without_numbers(message: str) -> str:
+    return re.sub(r"\d[\d.]*(e[+-]?\d+)?", "#", message)
 
 
 @contextmanager

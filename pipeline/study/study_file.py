@@ -3,7 +3,8 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,11 +14,11 @@ from cad.design.tips import Tips
 from cad.quantity import InputError, fault, nearest
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
 from pipeline.storage.plain import Plain
-from pipeline.study.file_values import real_at, text_at, texts, whole_at
+from pipeline.study.file_values import real_at, refuse_unknown_keys, text_at, texts, whole_at
 from pipeline.study.levels.printed import PRINTED_KEYS
 from pipeline.study.points_file import Row, columns_of, read_rows
-from pipeline.study.report_keys import LEVELS, Level, level_of, refuse_unknown
-from pipeline.study.variation import Variation, variation
+from pipeline.study.report_keys import LEVELS, Level, Stage, level_of, refuse_unknown, stages_of
+from pipeline.study.variation import Choices, Variation, variation
 
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 Contact = Literal["auto", "solve", "surrogate"]
@@ -85,6 +86,25 @@ class Study:
         self._check_keys()
         self._check_numbers()
 
+    @cached_property
+    def base_tables(self) -> Mapping[str, object]:
+        """Return the tables of the base design as records: a point checks again only those that its settings change."""
+        design = design_from_mapping(self.base)
+        return {key: getattr(design, key) if key in TABLE_TYPES else value for key, value in self.base.items()}
+
+    @cached_property
+    def stages(self) -> frozenset[Stage]:
+        """Return the stages that what is wanted needs."""
+        return stages_of(self.wanted)
+
+    @property
+    def without_rows(self) -> "Study":
+        """Return the study without the points of its file, as tasks have it that bring their own points."""
+        first = (
+            {key: Choices(values=varied.grid()[:1]) for key, varied in self.vary.items()} if self.rows else self.vary
+        )
+        return replace(self, rows=(), vary=first)
+
     def _check_keys(self) -> None:
         if not self.wanted:
             raise fault("wanted", "[]", "", "a list of keys of report.json", "for instance springs.K_l_N_per_m")
@@ -118,11 +138,7 @@ class Study:
 def read_study(path: Path) -> Study:
     """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one."""
     data = read_design(path, "study file")
-    for key in data:
-        if key not in _FILE_KEYS:
-            known = ", ".join(_FILE_KEYS)
-            msg = f"{key}: unknown key of a study; must be one of {known}; did you mean {nearest(key, _FILE_KEYS)}?"
-            raise InputError(msg)
+    refuse_unknown_keys(data, _FILE_KEYS, of_what=" of a study")
     return study_of(path.stem, data, path.parent)
 
 
@@ -183,10 +199,7 @@ def _goal(given: object) -> Goal:
     known = tuple(item.name for item in fields(Goal))
     if not isinstance(given, Mapping):
         raise fault("optimise", str(given), "", "a table", "write [optimise] and its keys below it")
-    for key in given:
-        if key not in known:
-            msg = f"optimise.{key}: unknown key; must be one of {', '.join(known)}; did you mean {nearest(key, known)}?"
-            raise InputError(msg)
+    refuse_unknown_keys(given, known, table="optimise.")
     under = tuple(texts("optimise.under", given.get("under", Goal.under)))
     return Goal(
         minimise=text_at(given, "minimise", Goal.minimise), under=under, evaluations=whole_at(given, "evaluations", 600)

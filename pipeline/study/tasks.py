@@ -16,7 +16,7 @@ from pipeline.study.levels.printed import print_miss
 from pipeline.study.levels.sized import sized_report
 from pipeline.study.levels.unit_scene import scene_compliance, unit_scene
 from pipeline.study.points import Point, design_of, points_between
-from pipeline.study.report_keys import stages_of, value_at_key
+from pipeline.study.report_keys import value_at_key
 from pipeline.study.study_file import Study
 from pipeline.study.variation import Setting
 from solve.fruit.compliance import FruitCompliance
@@ -124,7 +124,7 @@ def _report(task: Task, design: Design, point: Point, surrogate: ContactSurrogat
     study = task.study
     if study.level == "contact":
         contact = _contact(study, design, surrogate)
-        return sized_report(design, contact, stages_of(study.wanted), print_miss(point.settings))
+        return sized_report(design, contact, study.stages, print_miss(point.settings))
     out = None if task.folder is None else task.folder / "designs" / f"{point.number:07d}"
     return solved_report(design, study.level, study.tol, out)
 

@@ -8,7 +8,8 @@ from typing import Any
 
 from scipy.special import ndtri
 
-from cad.quantity import InputError, as_float, fault, nearest
+from cad.quantity import InputError, as_float, fault
+from pipeline.study.file_values import refuse_unknown_keys
 
 Setting = float | int | str | bool | tuple[float, ...]
 
@@ -147,10 +148,7 @@ def _variation(given: object) -> Variation:
         return Choices(values=tuple(setting_of(value) for value in given))
     if not isinstance(given, Mapping):
         raise fault("value", str(given), "", "a list, or a table with from and to, or with mean and sd", "see the docs")
-    for word in given:
-        if word not in _KEYS:
-            msg = f"{word}: unknown key; must be one of {', '.join(_KEYS)}; did you mean {nearest(word, _KEYS)}?"
-            raise InputError(msg)
+    refuse_unknown_keys(given, _KEYS)
     if "mean" in given or "sd" in given:
         return Normal(mean=_number(given, "mean"), sd=_number(given, "sd"), source=_source(given))
     return _span(given)

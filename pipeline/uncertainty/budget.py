@@ -15,9 +15,11 @@ from pipeline.uncertainty.cause import Cause, Sensor
 from pipeline.uncertainty.causes import Causes, causes_of
 from pipeline.uncertainty.force_ratio import (
     LIFTED,
+    NO_CAUSE,
     Pressed,
     change_of_nonlinearity,
     change_of_ratio,
+    moved_ratio,
 )
 from pipeline.verdicts.scene_targets import SceneTargets
 from solve.contact.linear_response import SensorResponse
@@ -117,9 +119,10 @@ def uncertainty_budgets(sensor: Sensor, reached: SceneTargets, press: ScenePress
 
 def ratio_budget(sensor: Sensor, at: Pressed, numerical: float, causes: Causes) -> UncertaintyBudget:
     """Return the budget of P at a modulus and a travel by causes that act there."""
+    still = moved_ratio(sensor, at, NO_CAUSE, 0.0)
 
     def change(cause: Cause, sign: float) -> float:
-        return change_of_ratio(sensor, at, cause, sign)
+        return change_of_ratio(sensor, at, still, cause, sign)
 
     return _budget(numerical, causes, change)
 

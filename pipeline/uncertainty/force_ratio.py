@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pipeline.uncertainty.cause import Cause, Sensor
 
 FELT = 1e-6  # a smaller move is scaled up to this, its answer down again: round-off would drown it
+NO_CAUSE = Cause(effect="", reason="")
 LIFTED = 1.0  # of the ratio: the share of a cause that takes a tip off the fruit
 
 
@@ -35,10 +36,10 @@ def moved_ratio(sensor: Sensor, at: Pressed, cause: Cause, times: float) -> floa
     return forces[1] / forces[0] if min(forces) > 0.0 else math.nan
 
 
-def change_of_ratio(sensor: Sensor, at: Pressed, cause: Cause, sign: float) -> float:
-    """Return the relative change of P by a cause with a sign [1]."""
+def change_of_ratio(sensor: Sensor, at: Pressed, still: float, cause: Cause, sign: float) -> float:
+    """Return the relative change of P by a cause with a sign [1], from P where nothing moves it."""
     factor = _magnified(cause, at.travel)
-    still, moved = (moved_ratio(sensor, at, cause, times) for times in (0.0, sign * factor))
+    moved = moved_ratio(sensor, at, cause, sign * factor)
     return (moved / still - 1.0) / factor if math.isfinite(moved) else sign * LIFTED
 
 

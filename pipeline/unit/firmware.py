@@ -6,8 +6,9 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from cad.quantity import fault
 from pipeline.unit.fruit_reading import AT_THE_EDGE
-from pipeline.unit.measuring import MeasuringUnit
+from pipeline.unit.measuring import SAME_DEPTH, MeasuringUnit
 
 _TEMPLATES = Path(__file__).parent
 
@@ -23,6 +24,10 @@ def micropython(sensor: MeasuringUnit) -> str:
 
 
 def _written(template: str, sensor: MeasuringUnit, number: object) -> str:
+    if sensor.deep is not None:
+        bound = "'linear' for firmware, which holds the linear law"
+        remedy = f"read with pipeline read, or run the design with press.strain=linear and {SAME_DEPTH}"
+        raise fault("press.strain", sensor.design.press.strain, "", bound, remedy)
     environment = Environment(
         loader=FileSystemLoader(_TEMPLATES), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

@@ -24,6 +24,7 @@ FLAGS = (
     "tilt_beyond_design",
     "press_over_bruise_limit",
     "read_outs_disagree",
+    "deeper_than_solved",
     "uncertain",
 )
 """All flags."""
@@ -103,15 +104,17 @@ def judged_reading(
     )
 
 
-def combined(sensor: MeasuringUnit, E: float, scatter: float) -> float:
+def combined(sensor: MeasuringUnit, E: float, scatter: float, *more: float) -> float:
     """Return the half width that holds 95 % [1], of a standard deviation [1] and of what biases a reading of E [MPa].
+
+    `more` are bounds of further biases [1].
 
     A bias may lie anywhere within its bound: its standard deviation is the bound over the root of three (JCGM 100:2008,
     4.3.7). What is felt is E / (1 - nu^2), so a standard deviation dnu moves E by 2 nu dnu / (1 - nu^2).
     """
     fruit = sensor.design.fruit
     by_poisson = 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
-    bounds = sensor.bias(E), 0.01 * sensor.report.read_out.model_error_percent
+    bounds = sensor.bias(E), 0.01 * sensor.report.read_out.model_error_percent, *more
     return COVERAGE * math.hypot(scatter, by_poisson, *(bound / math.sqrt(3.0) for bound in bounds))
 
 

@@ -12,9 +12,12 @@ from cad.quantity import fault
 from cad.theory.contrast_law import ContrastLaw, Matrix, Place, stiffened
 from cad.theory.hertz import contact_radius, relative_curvature
 from pipeline.report.stored import StoredReport
+from pipeline.unit.deep_pair import DeepPair
 from pipeline.unit.printed_unit import PrintedUnit
 from pipeline.unit.ripeness import RipenessClasses
 
+SAME_DEPTH = "calibrate at the same depth on a body of known E"
+LAW_OF_FLESH = f"at large strain flesh is taken for log neo-Hooke, which no fruit promises: {SAME_DEPTH}"
 PAIR_TILT_DEG = 2.0  # beyond it a press of a pair is told to be crooked, where the design names no tilt
 _ALLOWED_OVER_SCALE = 20.0  # a force beyond so many full scales is none of this sensor's, or in another unit
 
@@ -23,7 +26,7 @@ _ALLOWED_OVER_SCALE = 20.0  # a force beyond so many full scales is none of this
 class MeasuringUnit:
     """A design's report with one printed unit of it, and the ripeness classes that its readings fall in, if any.
 
-    Raises InputError for a design whose forces were solved at large strain: the laws of a reading are linear in E.
+    Raises InputError for a design at large strain that is no pair: the contrast of more tips is linear in 1 / E.
     """
 
     report: StoredReport
@@ -31,11 +34,11 @@ class MeasuringUnit:
     classes: RipenessClasses | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a design whose fruit is not linear."""
-        strain = self.report.design.press.strain
-        if strain != "linear":
-            remedy = "run the design with press.strain=linear and calibrate at the same depth on a body of known E"
-            raise fault("press.strain", strain, "", "'linear' for a sensor that is calibrated or read", remedy)
+        """Refuse a line or a square whose fruit is not linear."""
+        design = self.report.design
+        if design.press.strain != "linear" and design.tips.layout != "pair":
+            bound = f"'linear' where a {design.tips.layout} is calibrated or read"
+            raise fault("press.strain", design.press.strain, "", bound, SAME_DEPTH)
 
     @property
     def design(self) -> Design:
@@ -62,6 +65,20 @@ class MeasuringUnit:
             return None
         gaps = tuple(gap - height for gap, height in zip(known.gaps_mm, self.unit.height_mm, strict=True))
         return ContrastLaw(weights=known.weights, gaps=gaps, C=self.C, S=known.fruit_per_mm, hertz=known.hertz or 0.0)
+
+    @cached_property
+    def deep(self) -> DeepPair | None:
+        """Return the law of a pair whose tips go deep; None where the flesh is linear."""
+        rows = self.report.read_out.large_strain
+        if not rows:
+            return None
+        return DeepPair(
+            C=self.C,
+            S=self.report.contact.compliance_per_mm,
+            side=self.design.tips.side_mm,
+            depths=tuple(row.depth_sides for row in rows),
+            factors=tuple(row.factor for row in rows),
+        )
 
     @cached_property
     def noises(self) -> tuple[float, ...]:

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from cad.theory.contrast_law import ReadingError
 from cad.theory.pair_line import FEWEST, PairLine, PressSums, line_of_sums, ratio_modulus
+from pipeline.unit.deep_reading import deep_reading, deep_single_reading
 from pipeline.unit.fruit_reading import (
     COVERAGE,
     FruitReading,
@@ -74,6 +75,9 @@ class PairPress:
         if not blocks:
             return FruitReading(flags=("lift_off",))
         deepest = max(range(len(blocks)), key=lambda place: blocks[place].soft + blocks[place].stiff) + 1
+        if self._sensor.deep is not None:
+            samples = [(block.count, block.soft, block.stiff) for block in blocks[:deepest]]
+            return deep_reading(self._sensor, self._sensor.deep, samples)
         reading = _line_reading(self._sensor, blocks[:deepest])
         last = _joined(_last(self._strokes.all()[:deepest]))
         if last.count < FEWEST or not last.soft_stiff > 0.0:
@@ -105,6 +109,8 @@ def single_reading(sensor: MeasuringUnit, forces: Sequence[float]) -> FruitReadi
 
     The uncertainty holds the tilt that the design allows for.
     """
+    if sensor.deep is not None:
+        return deep_single_reading(sensor, sensor.deep, forces)
     flags = flags_of_forces(sensor, forces)
     if flags:
         return FruitReading(flags=flags)

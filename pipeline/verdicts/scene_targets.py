@@ -4,17 +4,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cad.design.parameters import Targets
 from cad.quantity import Estimate
-from pipeline.stages.response import ScenePress, spring_shares
+from pipeline.stages.response import ScenePress, curve_nonlinearity, spring_shares
 from pipeline.verdicts.characteristic import Characteristic
+from solve.arrays import Floats
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import SAFETY
 from solve.fruit.compliance import FruitCompliance
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,24 +54,8 @@ def _largest_ratio(curve: SensorResponse, of_springs: float) -> Estimate | None:
 
 def _bend(curve: SensorResponse, targets: Targets, error: float) -> Estimate | None:
     """Return NL at full travel, with the larger step from coarser cells of the last two travels and an error [1]."""
-    shares = curve.E / curve.E[-1]
+    definition = targets.NL_definition
     coarse = curve.P * (1.0 - curve.P_step)
-    fine, rough = ([_nonlinearity(P[:, j], shares, targets) for j in (-2, -1)] for P in (curve.P, coarse))
+    fine, rough = ([curve_nonlinearity(P[:, j], curve.E, definition) for j in (-2, -1)] for P in (curve.P, coarse))
     step = max(abs(a - b) for a, b in zip(fine, rough, strict=True))
     return Estimate(fine[-1], SAFETY * step + error) if math.isfinite(step) else None
-
-
-def _nonlinearity(P: Floats, shares: Floats, targets: Targets) -> float:
-    """Return the departure of P from its straight line over E / E_max [1], (7); nan where a tip is off the fruit.
-
-    The largest one is that of the parabola through the largest and its neighbours.
-    """
-    departure = (P - P[0]) / (P[-1] - P[0]) - shares
-    if targets.NL_definition == "mid-range":
-        return float(departure[len(P) // 2])
-    if not np.isfinite(departure).all():
-        return math.nan
-    top = min(max(int(departure.argmax()), 1), len(P) - 2)
-    before, here, after = departure[top - 1 : top + 2]
-    bend = before - 2.0 * here + after
-    return float(here - (after - before) ** 2 / (8.0 * bend)) if bend < 0.0 else float(here)

@@ -8,7 +8,7 @@ from cad.quantity import Estimate
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict, failed
 from pipeline.reading.readings import Readings
-from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, spring_shares
+from pipeline.stages.response import ScenePress, mean_pressure_estimate, press_scene, spring_shares
 from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings
 from pipeline.verdicts.characteristic import characteristic
@@ -33,12 +33,11 @@ _STIFFNESS_NAMES = ("K_l", "K_h")
 
 def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress) -> Estimate:
     """Return the largest mean pressure under a tip at the largest modulus and full travel, with its error [MPa]."""
-    pressure, error = mean_tip_pressure(design, press), press.hardest.F_error[-1, -1]
     shares = spring_shares(contact, springs.C, float(press.hardest.E[-1]))
     of_springs = max(
         share * spring.error / spring.stiffness for share, spring in zip(shares, springs.springs, strict=True)
     )
-    return Estimate(pressure, (of_springs + (error if error > 0.0 else 0.0)) * pressure, "MPa")
+    return mean_pressure_estimate(design, press, of_springs)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +95,11 @@ def _sensor_verdicts(
     if design.reading is not None:
         return tuple(_stiffness_verdicts(springs))
     manufactured = springs.housing is not None
-    of_what = _of_what(press, reached) if manufactured else "of the target stiffnesses, which were not made"
+    of_what = (
+        _of_what(press, reached, large=design.press.strain == "large")
+        if manufactured
+        else "of the target stiffnesses, which were not made"
+    )
     targets = design.targets
     judged = (
         ()
@@ -126,12 +129,13 @@ def bruise_verdicts(
     return (bruise_verdict(tip_pressure(design, contact, springs, press), max(limits)),)
 
 
-def _of_what(press: ScenePress, reached: SceneTargets) -> str:
+def _of_what(press: ScenePress, reached: SceneTargets, *, large: bool) -> str:
     """Return in words whose P_max and NL are judged."""
     if press.level:
         return "of a level sensor on flat fruit"
     P_max, NL = reached.level
-    return f"at full travel in this scene; a level sensor on flat fruit has P_max {P_max.value:.4g}, NL {NL.value:.3g}"
+    what = "the same sensor at small strain" if large else "a level sensor on flat fruit"
+    return f"at full travel in this scene; {what} has P_max {P_max.value:.4g}, NL {NL.value:.3g}"
 
 
 def _drift(design: Design, contact: FruitCompliance, springs: FittedSprings) -> str:
@@ -161,7 +165,9 @@ def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizin
     press = press_scene(design, contact, C)
     reached = scene_targets(characteristic(contact, sizing, PAPER_SPRINGS), PAPER_TARGETS, contact, C, press)
     return (
-        *target_verdicts(reached.P_max, reached.NL, PAPER_TARGETS, _of_what(press, reached)),
+        *target_verdicts(
+            reached.P_max, reached.NL, PAPER_TARGETS, _of_what(press, reached, large=design.press.strain == "large")
+        ),
         displacement_verdict(press.table),
         monotonic_verdict(press.scan),
     )

@@ -59,7 +59,7 @@ def large_response(
     start = time.perf_counter()
     moduli, x = (np.asarray(values, dtype=np.float64) for values in over)
     state = _pressed(scene, compliance, C, curve, (moduli, x))
-    own = _errors(scene, curve, state.depth)
+    own = flesh_error(scene, curve, state.depth)
     info = SolveInfo(
         method="large strain",
         dofs=0,
@@ -151,8 +151,8 @@ class _Balance:
         raise SolveError(msg)
 
 
-def _errors(scene: Scene, curve: ForceCurve, depth: Floats) -> Floats:
-    """Return the error of the flesh's force [1] at depths [tip sides], of the same shape."""
+def flesh_error(scene: Scene, curve: ForceCurve, depth: Floats) -> Floats:
+    """Return the relative error of the flesh's force [1] at depths [tip sides], of the same shape."""
     square = SQUARE_ROUNDED if scene.tips.fillet_mm > 0.0 else SQUARE_SHARP
     mapped = CROSSTALK + (square if scene.tips.shape == "cube" else 0.0)
     return np.asarray(curve.error(depth) / curve.factor(depth) + mapped)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class FruitCompliance:
             copied.flags.writeable = False
             object.__setattr__(self, name, copied)
 
-    @property
+    @cached_property
     def crosstalk(self) -> float:
         """Return the mean indentation of one tip per force on another, times E [1/mm]; 0 for a single tip."""
         count = len(self.tips)

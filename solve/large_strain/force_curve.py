@@ -1,6 +1,5 @@
 """How the force on one tip departs from the linear one as it goes deeper: from two meshes, with errors."""
 
-import math
 import time
 from dataclasses import dataclass, replace
 
@@ -8,6 +7,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from cad.quantity import fault
+from cad.theory.hertz import force_factor
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
 from solve.large_strain.flesh_law import FleshLaw
@@ -19,7 +19,7 @@ DEPTH_SHARES = (0.005, 0.02, 0.04, 0.08, 0.12, 0.17, 0.25, 1 / 3, 5 / 12, 0.5, 7
 DOME_SHARES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 REFINEMENTS = (1, 2)
 LEAST_SLIDING_EDGE = 0.05  # of the tip's radius
-LEAST_ERROR = 5e-4  # of a factor: what penalty, body and steps leave, also where both meshes agree
+LEAST_ERROR = 1e-3  # of a factor: what penalty, body, steps and far elements leave, also where both meshes agree
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,7 +145,7 @@ def _factors(press: TipPress, found: PressedForces, count: int, body: float) -> 
         return depths, forces / (found.sharp * depths)
     entered = depths - body * forces
     modulus = 1.0 / (1.0 - law.poisson**2)
-    return entered, forces / (4.0 / 3.0 * modulus * math.sqrt(tip.sphere) * entered**1.5)
+    return entered, forces / (force_factor(modulus, tip.sphere) * entered**1.5)
 
 
 def _body_compliance(tip: TipProfile, law: FleshLaw, coarse: PressedForces, fine: PressedForces) -> float:

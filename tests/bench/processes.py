@@ -31,7 +31,7 @@ from mesh.housing.sweep import flexure_mesh  # noqa: E402
 from mesh.session import MeshError  # noqa: E402
 from pipeline.bench.bench import OUT  # noqa: E402
 from pipeline.bench.calculix import is_installed  # noqa: E402
-from pipeline.bench.flexure import calculix_stiffness  # noqa: E402
+from pipeline.bench.flexure import peer_stiffness  # noqa: E402
 from pipeline.bench.harness import timed  # noqa: E402
 from pipeline.bench.table import Sheet, page, percent, publish, signed_percent  # noqa: E402
 from pipeline.fit.leaf_lengths import fit_lengths  # noqa: E402
@@ -72,7 +72,7 @@ def rows(process: Process, with_tets: bool) -> tuple[list[tuple[str, ...]], bool
     mesh, meshing = timed(partial(flexure_mesh, housing))
     _, solving = timed(partial(tip_compliance, mesh, *material))
     loop = cost / (meshing + solving)
-    peer = calculix_stiffness(mesh, CHOICE, KIND, *material)[0] if is_installed() else None
+    peer = peer_stiffness(mesh, (CHOICE, KIND), material)[0] if is_installed() else None
     sizes = STIFF_TET_SIZES if process.E_MPa > STIFF_MPA else TET_SIZES
     tets = checked(housing, process, sizes) if with_tets else None
     lines, good = [], loop <= LOOP

@@ -102,8 +102,7 @@ def test_answer_is_one_screen_and_on_request_everything(stand_in_run, capsys):
 def test_json_is_the_report_and_nothing_else(stand_in_run, capsys):
     code, out, err = settle(["run", "--json"], capsys)
     assert (code, err) == (0, "")
-    expected = {**report_mapping(stand_in_run.result), "files": []}
-    assert json.loads(out) == json.loads(json.dumps(expected))
+    assert json.loads(out) == json.loads(json.dumps(report_mapping(stand_in_run.result)))
 
 
 @pytest.mark.parametrize(
@@ -151,11 +150,13 @@ def test_bug_is_not_hidden(error, stand_in_run):
 def test_closed_pipe_keeps_the_verdicts_code(tmp_path):
     """As in `pipeline run | head -1`: the reader leaves, the outputs and the verdict stand, no traceback."""
     program = f"""if True:
-        import sys, types, pipeline
-        import pipeline.report.tables
+        import sys
+        import pipeline.commands.run
+        from pipeline.answer.answer import AnswerPart, RunAnswer
         from pipeline.cli import main
-        pipeline.report.tables.print_summary = lambda _: [print("x" * 99) for _ in range(9999)]
-        pipeline.run = lambda design, options: types.SimpleNamespace(passed=False)
+        long = (AnswerPart(lines=("x" * 99,) * 9999),)
+        answer = RunAnswer(passed=False, summary=long, everything=long)
+        pipeline.commands.run._new_answer = lambda *_, **__: answer
         sys.exit(main(["run", "--out", {str(tmp_path / "out")!r}]) + 40)
     """
     with subprocess.Popen(

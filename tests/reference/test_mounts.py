@@ -16,7 +16,7 @@ from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from mesh.housing.sweep import flexure_mesh
 from pipeline.bench.calculix import is_installed
-from pipeline.bench.flexure import calculix_stiffness
+from pipeline.bench.flexure import peer_stiffness
 from pipeline.decks.deck import write_model
 from pipeline.decks.elements import boundary_sets, peer_elements
 from pipeline.fit.mounts import attached_to
@@ -46,7 +46,7 @@ def solids(housing: Housing, size: float):
 
 def extrapolated(housing: Housing) -> np.ndarray:
     """Return the stiffnesses [N/mm] that CalculiX finds on two meshes of the solids, carried on to size zero."""
-    found = [calculix_stiffness(solids(housing, size), "tet P2", "C3D10", *MATERIAL)[0] for size in SIZES]
+    found = [peer_stiffness(solids(housing, size), ("tet P2", "C3D10"), MATERIAL)[0] for size in SIZES]
     return np.array([richardson(values, SIZES, RATE).value for values in np.transpose(found).tolist()])
 
 

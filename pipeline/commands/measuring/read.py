@@ -52,10 +52,14 @@ def execute(arguments: Namespace) -> int:
 
 
 def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
+    from pipeline.unit.measuring import LAW_OF_FLESH
+
     if not sensor.report.moduli:
         complain(
             "note: the design has no [reading]; the uncertainty holds for level presses in the middle of the fruit"
         )
+    if sensor.deep is not None:
+        complain(f"note: {LAW_OF_FLESH}")
     if arguments.unit is None:
         complain("note: no --unit; springs as designed, as uncertain as their process prints them")
 

@@ -117,7 +117,7 @@ def _print_counts(summary: "StudySummary", messages: dict[str, int]) -> None:
         error, solves = summary.surrogate.error, summary.surrogate.solves
         print(f"contact by a polynomial through {solves} solves, K_m / E off by at most {100.0 * error:.2g} %")
     for message, count in messages.items():
-        print(f"  {count} x {message}")
+        print(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")
     if summary.solved:
         rate = summary.solved / summary.seconds
         print(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points a second")

@@ -9,19 +9,16 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import sobol_indices
 
 from cad.quantity import InputError
+from pipeline.study.answers.point_columns import Floats, point_columns
 from pipeline.study.points import point_count
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study
 
-Floats = NDArray[np.float64]
-
 RESAMPLES = 200
 LEVEL = 0.95
-_ALIKE = 1e-12  # of a number: a scatter that is round-off
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,17 +41,15 @@ def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
 
     Raises InputError where points are missing, refused or failed: the indices need all of them.
     """
-    rows = list(store.rows())
-    lacking = point_count(study) - sum(row.status == "done" for row in rows)
+    columns = point_columns(store, study.wanted)
+    lacking = point_count(study) - len(columns.points)
     if lacking:
         msg = f"sensitivities: {lacking} points have no results; narrow the spans so that none is refused"
         raise InputError(msg)
     found = []
     for wanted in study.wanted:
-        values = [row.values[wanted] for row in rows]
-        numbers = [float(value) for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
-        if len(numbers) == len(values) and np.ptp(numbers) > _ALIKE * max(map(abs, numbers)):
-            found += _indices(study, wanted, np.array(numbers))
+        if wanted in columns.values and not np.isnan(columns.values[wanted]).any() and columns.differs(wanted):
+            found += _indices(study, wanted, columns.values[wanted])
     return tuple(found)
 
 

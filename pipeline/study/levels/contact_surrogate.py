@@ -7,6 +7,7 @@ depends little on side over height. A polynomial of low total degree in Chebyshe
 """
 
 import dataclasses
+import functools
 import itertools
 import math
 from collections.abc import Mapping, Sequence
@@ -67,29 +68,36 @@ class ContactSurrogate(Domain):
 
         Raises as `scene_compliance`.
         """
-        place = scene_coordinates(scene, self.coordinates)
+        place = self._scaled(scene_coordinates(scene, self.coordinates))
         if not self._covers(scene, place):
             return scene_compliance(scene, self.tolerance)
-        basis = chebyshev_terms(self._scaled(place[None, :]), np.array(self.degrees))[0]
-        rest = symmetric(np.array(self.coefficients) @ basis, len(scene.tips.names))
-        S = half_space(scene) + rest / _height(scene)
-        info = SolveInfo(method="split, interpolated", dofs=0, seconds=0.0, status=self._status())
+        degrees, coefficients = self._arrays
+        basis = chebyshev_terms(place[None, :], degrees)[0]
+        S = half_space(scene) + symmetric(coefficients @ basis, len(scene.tips.names)) / _height(scene)
         return FruitCompliance(
             tips=scene.tips.names,
             S=S / (scene.scale * scene.tips.side_mm),
             error_pair=self.solve_error + self.error,
             error_own=self.own_error + self.error,
-            info=info,
+            info=self._info,
         )
 
-    def _status(self) -> str:
-        return f"polynomial of {len(self.degrees)} terms through {self.solves} solves, off by at most {self.error:.1e}"
+    @functools.cached_property
+    def _arrays(self) -> tuple[NDArray[np.int64], Floats]:
+        """Return the degrees (terms, coordinates) and the coefficients (entries, terms) as arrays."""
+        return np.array(self.degrees), np.array(self.coefficients)
+
+    @functools.cached_property
+    def _info(self) -> SolveInfo:
+        terms, error = len(self.degrees), f"{self.error:.1e}"
+        status = f"polynomial of {terms} terms through {self.solves} solves, off by at most {error}"
+        return SolveInfo(method="split, interpolated", dofs=0, seconds=0.0, status=status)
 
     def _scaled(self, places: Floats) -> Floats:
         return scaled(places, np.array(self.lower), np.array(self.upper))
 
     def _covers(self, scene: UnitScene, place: Floats) -> bool:
-        if np.abs(self._scaled(place)).max(initial=0.0) > 1.0 + _OUTSIDE:
+        if np.abs(place).max(initial=0.0) > 1.0 + _OUTSIDE:
             return False
         try:
             check_domain(scene.fruit, tip_footprints(scene.tips))
@@ -191,6 +199,12 @@ def chebyshev_terms(places: Floats, degrees: NDArray[np.int64]) -> Floats:
 
 def symmetric(entries: Floats, count: int) -> Floats:
     """Return the symmetric matrix of its entries (i, j <= i), shape (count, count) [their unit]."""
-    matrix = np.zeros((count, count))
-    matrix[np.tril_indices(count)] = entries
-    return np.asarray(matrix + np.tril(matrix, -1).T)
+    return np.asarray(entries[_entry_places(count)])
+
+
+@functools.cache
+def _entry_places(count: int) -> NDArray[np.int64]:
+    """Return which entry (i, j <= i) stands at each place of a symmetric matrix, shape (count, count)."""
+    rows, columns = np.indices((count, count))
+    larger, smaller = np.maximum(rows, columns), np.minimum(rows, columns)
+    return np.asarray(larger * (larger + 1) // 2 + smaller)

@@ -6,19 +6,18 @@ from dataclasses import asdict
 import numpy as np
 
 from cad.design.parameters import Design
-from cad.design.printability import check_printable
 from cad.design.reading import Reading
-from cad.quantity import Estimate
+from cad.design.tip_mount import plate_depth
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.bruising import skin_pressures
-from pipeline.reading.placed import refuse_steep_poses
+from pipeline.reading.placed import refuse_unsolvable_presses
 from pipeline.reading.pressed_sensor import pressed_sensor
 from pipeline.reading.readings import Readings
 from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, response_row, sizing_mapping
-from pipeline.stages.fitted_spring import FittedSpring
-from pipeline.stages.response import ScenePress, mean_tip_pressure, press_scene, refuse_unsolvable, scene_of
+from pipeline.stages.fitted_spring import springs_as_sized
+from pipeline.stages.response import ScenePress, mean_pressure_estimate, press_scene, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.storage.plain import Plain
 from pipeline.study.levels.printed import AS_DRAWN, PrintMiss, printed_sizing
@@ -37,6 +36,7 @@ from pipeline.verdicts.tip_shape import tip_shape_verdicts
 from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
 
+CLOSED_FORMS: frozenset[Stage] = frozenset(("sizing", "level", "printable"))  # whatever the press
 _OF_WHAT = "of springs exactly as they were sized or given"
 
 
@@ -48,35 +48,46 @@ def sized_report(
     Raises InputError for a design that cannot be sized, pressed or read, SolveError where a press is not to be
     believed.
     """
-    drawn = spring_sizing(design, contact, RunOptions())
-    sizing = printed_sizing(design, drawn, miss)
+    drawn, sizing = _sizings(design, contact, miss)
+    _refuse_bad(design, stages)
     report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
-    if stages - {"sizing"}:
-        refuse_unsolvable(design)
-        refuse_steep_poses(design)
-    press, readings = None, None
+    press = None
     if _presses(design, stages):
         press = press_scene(design, contact, _compliance(design, sizing))
         report["response"] = _rows(design, press)
+    verdicts: list[Verdict] = []
+    if "printable" in stages:
+        verdicts += [printable_verdict(spring) for spring in springs_as_sized(design, drawn)]
     if "reading" in stages and design.reading is not None:
         readings = _readings(design, contact, sizing, design.reading)
         report["reading"] = assessed_mapping(readings)
-    reached = _reached(design, contact, sizing, press)
-    verdicts = (
-        *_printable(design, drawn),
-        *reading_verdicts(design, readings),
-        *_target_verdicts(design, reached),
-        *(() if press is None else _press_verdicts(design, press)),
-    )
-    report["level"] = level_mapping(reached)
+        verdicts += reading_verdicts(design, readings)
+    if stages & {"level", "targets"}:
+        reached = _reached(design, contact, sizing, press)
+        report["level"] = level_mapping(reached)
+        verdicts += _target_verdicts(design, reached)
+    verdicts += _press_verdicts(design, press)
     return report | {"verdicts": [asdict(verdict) for verdict in verdicts]}
+
+
+def _sizings(design: Design, contact: FruitCompliance, miss: PrintMiss) -> tuple[SpringSizing, SpringSizing]:
+    """Return the springs as drawn, and those of a print that misses the drawing."""
+    drawn = spring_sizing(design, contact, RunOptions())
+    return drawn, printed_sizing(design, drawn, miss)
+
+
+def _refuse_bad(design: Design, stages: frozenset[Stage]) -> None:
+    """Raise InputError for tips that leave no plate, and for a scene that some stages cannot solve."""
+    plate_depth(design, design.process)
+    if stages - CLOSED_FORMS:
+        refuse_unsolvable_presses(design)
 
 
 def _presses(design: Design, stages: frozenset[Stage]) -> bool:
     """Say whether forces over the travel are needed: a level sensor on flat fruit has P_max and NL by the law alone."""
-    level = scene_of(design).linear
-    asked = "response" in stages or ("targets" in stages and not level)
-    return asked or ("reading" in stages and design.reading is None)
+    if "response" in stages or ("reading" in stages and design.reading is None):
+        return True
+    return "targets" in stages and not scene_of(design).linear
 
 
 def _compliance(design: Design, sizing: SpringSizing) -> np.ndarray:
@@ -100,14 +111,6 @@ def _readings(design: Design, contact: FruitCompliance, sizing: SpringSizing, re
     return Readings(assessed=reading_assessment(sensor, reading), pressures=skin_pressures(sensor))
 
 
-def _printable(design: Design, sizing: SpringSizing) -> Iterator[Verdict]:
-    """Yield whether the process can make each spring, by the beam law."""
-    process, ratio = design.process, sizing.sizing_stiffness_ratio
-    found = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
-    for name, K, printable in zip(design.tips.as_pair.names, sizing.springs.stiffnesses, found, strict=True):
-        yield printable_verdict(FittedSpring(name=name, target=K, printable=printable))
-
-
 def _target_verdicts(design: Design, reached: SceneTargets) -> tuple[Verdict, ...]:
     """Return the verdicts on P_max and NL, none for a design that is judged by its readings."""
     if design.reading is not None:
@@ -115,14 +118,15 @@ def _target_verdicts(design: Design, reached: SceneTargets) -> tuple[Verdict, ..
     return target_verdicts(reached.P_max, reached.NL, design.nominal_targets, _OF_WHAT)
 
 
-def _press_verdicts(design: Design, press: ScenePress) -> Iterator[Verdict]:
+def _press_verdicts(design: Design, press: ScenePress | None) -> Iterator[Verdict]:
     """Yield the verdicts on the press that a run gives a design without a reading, and those on its tips."""
+    if press is None:
+        return
     if design.reading is None:
         yield displacement_verdict(press.table)
         yield monotonic_verdict(press.scan)
         if design.fruit.bruise_limits_MPa:
-            pressure, error = mean_tip_pressure(design, press), max(float(press.hardest.F_error[-1, -1]), 0.0)
-            yield bruise_verdict(Estimate(pressure, error * pressure, "MPa"), max(design.fruit.bruise_limits_MPa))
+            yield bruise_verdict(mean_pressure_estimate(design, press), max(design.fruit.bruise_limits_MPa))
     yield from tip_shape_verdicts(design, press)
 
 

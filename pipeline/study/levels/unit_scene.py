@@ -6,8 +6,7 @@ larger by a factor is smaller by it, and its indentation is over E.
 
 import dataclasses
 import functools
-from dataclasses import dataclass
-from typing import TypeVar
+from dataclasses import dataclass, replace
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
@@ -19,10 +18,14 @@ from pipeline.storage.plain import Plain
 from pipeline.study.levels.direct_solve import direct_solve
 from solve.fruit.compliance import FruitCompliance
 
-Record = TypeVar("Record", Fruit, Tips)
-
 _DIGITS = 12  # of a ratio: scenes that differ by round-off are one
 _SCENES_KEPT = 256
+# What the compliance times E does not depend on, as every scene has it.
+_TIPS: Plain = {"gap_mm": 0.0, "socket": "none"}
+_FRUIT: Plain = {
+    **{key: getattr(Fruit(), key) for key in ("E_MPa", "E_max_MPa", "poisson_spread")},
+    "bruise_limit_MPa": None,
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,33 +46,21 @@ class UnitScene:
 
 def unit_scene(design: Design) -> UnitScene:
     """Return the scene of a design on tips of side 1 mm; one whose ratios no design file takes keeps its size."""
-    fruit, tips, scale = _neutral_fruit(design.fruit), _neutral_tips(design.tips), design.tips.side_mm
+    fruit, tips, scale = design.fruit, design.tips, design.tips.side_mm
     try:
-        return UnitScene(fruit=_over(fruit, scale), tips=_over(tips, scale), scale=scale)
+        over = _lengths_over(fruit, scale), _lengths_over(tips, scale)
+        return UnitScene(fruit=replace(fruit, **over[0] | _FRUIT), tips=replace(tips, **over[1] | _TIPS), scale=scale)
     except InputError:
-        return UnitScene(fruit=fruit, tips=tips, scale=1.0)
+        return UnitScene(fruit=replace(fruit, **_FRUIT), tips=replace(tips, **_TIPS), scale=1.0)
 
 
-def _neutral_fruit(fruit: Fruit) -> Fruit:
-    """Return the fruit with the default of every key that the compliance times E does not depend on."""
-    kept = Fruit()
-    return dataclasses.replace(
-        fruit, E_MPa=kept.E_MPa, E_max_MPa=kept.E_max_MPa, bruise_limit_MPa=None, poisson_spread=kept.poisson_spread
-    )
-
-
-def _neutral_tips(tips: Tips) -> Tips:
-    return dataclasses.replace(tips, gap_mm=0.0, socket="none")
-
-
-def _over(record: Record, scale: float) -> Record:
-    """Return a record with every length over a scale [mm]."""
-    lengths: Plain = {
+def _lengths_over(record: Fruit | Tips, scale: float) -> Plain:
+    """Return every length of a record over a scale [mm]."""
+    return {
         item.name: float(f"{value / scale:.{_DIGITS}g}")
         for item in dataclasses.fields(record)
         if item.name.endswith("_mm") and (value := getattr(record, item.name)) is not None
     }
-    return dataclasses.replace(record, **lengths)
 
 
 def scene_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
@@ -80,7 +71,7 @@ def scene_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
     unit = _unit_compliance(scene, CONTACT_SHARE * tolerance)
     if scene.scale == 1.0:
         return unit
-    return dataclasses.replace(unit, S=unit.S / scene.scale, shape_change=unit.shape_change / scene.scale)
+    return replace(unit, S=unit.S / scene.scale, shape_change=unit.shape_change / scene.scale)
 
 
 @functools.lru_cache(maxsize=_SCENES_KEPT)

@@ -12,7 +12,7 @@ from pipeline.unit.calibrating.measured_table import MeasuredRow, measured_rows
 from pipeline.unit.calibrating.rubbers import springs_on_rubbers
 from pipeline.unit.calibrating.trimming import Trim, UnitRow, trims, unit_table, unit_verdicts
 from pipeline.unit.calibrating.weighing import weighed_springs
-from pipeline.unit.measuring import MeasuringUnit
+from pipeline.unit.measuring import LAW_OF_FLESH, MeasuringUnit
 from pipeline.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
 
 
@@ -40,6 +40,8 @@ def calibrated(report: StoredReport, path: Path) -> Calibration:
     """Return the calibration of a unit from a table; raises InputError, ReadingError for springs that read nothing."""
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     unit, assumed = _measured_unit(path, as_designed)
+    if as_designed.deep is not None:
+        assumed = (*assumed, LAW_OF_FLESH)
     sensor = MeasuringUnit(report=report, unit=unit)
     nominal = as_designed.unit.stiffnesses
     table = unit_table(sensor, as_designed)

@@ -174,7 +174,8 @@ def _coupled(sensor: MeasuringUnit, forces: Floats) -> Floats:
 def _pair_equation(sensor: MeasuringUnit, row: MeasuredRow, E: float, leads: list[float]) -> _Equation:
     forces, weights, own = _forces(sensor, row), np.array([1.0, -1.0]), np.diag(np.array(sensor.C))
     fruit = (sensor.report.read_out.own_less_other_per_mm or 0.0) / E
-    right = -fruit * float(weights @ forces) - float(weights @ _coupled(sensor, forces))
+    sunk = fruit * float(weights @ forces) if sensor.deep is None else sensor.deep.sunk(forces.tolist(), E)
+    right = -sunk - float(weights @ _coupled(sensor, forces))
     noise = float(np.linalg.norm(np.hypot(own, fruit) * AVERAGED * np.array(sensor.noises)))
     return _Equation(np.concatenate([weights * own * forces, leads]), right, noise)
 

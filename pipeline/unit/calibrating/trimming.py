@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.design.parameters import Design
+from cad.design.parameters import Design, Targets
 from cad.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
 from cad.theory.leaf_spring import Flexure, pair_length
 from cad.theory.pair_line import ratio_modulus
@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 
 MODULI = 7
 P_TOLERANCE, NL_TOLERANCE = 0.01, 0.001  # those of the verdicts of a run
+DEEP_MODULI = 72  # at which the largest nonlinearity is looked for at large strain
+SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit
 _STEPS, _SETTLED = 60, 1e-13
 _STEP = 1e-4
 
@@ -62,8 +64,10 @@ def level_forces(sensor: MeasuringUnit, E: float) -> list[float]:
     """Return the forces of all tips [N] of a level unit at full travel on a fruit of modulus E [MPa].
 
     Newton's method on travel + least gap = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i; raises ReadingError
-    where a tip is off.
+    where a tip is off. At large strain by the curve of a tip.
     """
+    if sensor.deep is not None:
+        return sensor.deep.forces(E, sensor.design.press.travel_mm)
     linear, hertz, travel = _level_equations(sensor, E)
     roots = np.cbrt(np.maximum(travel, 0.0) / (np.diag(linear) + hertz))
     for _ in range(_STEPS):
@@ -89,6 +93,8 @@ def read_level(sensor: MeasuringUnit, forces: Sequence[float]) -> float:
     """Return the modulus [MPa] that a unit reads of the forces [N] of a level press; raises ReadingError."""
     if sensor.law is not None:
         return read_modulus(sensor.law, forces)
+    if sensor.deep is not None:
+        return sensor.deep.ratio_modulus(forces)
     return ratio_modulus(sensor.C, sensor.report.read_out.own_less_other_per_mm or 0.0, forces)
 
 
@@ -136,22 +142,41 @@ def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> tuple[Verdi
 
 def _targets_met(sensor: MeasuringUnit, design: Design) -> tuple[Verdict, ...]:
     """Return the verdicts on P_max and NL of a pair, by the law that sized its springs."""
-    own_less_other = sensor.report.read_out.own_less_other_per_mm or math.inf
-    K_m, targets = design.fruit.E_max_MPa / own_less_other, design.nominal_targets
+    targets, E_max = design.nominal_targets, design.fruit.E_max_MPa
 
-    def P(springs: Springs) -> float:
-        return force_ratio(springs, K_m)
+    def P(unit: MeasuringUnit) -> float:
+        return _level_ratio(unit, E_max)
 
-    def NL(springs: Springs) -> float:
-        return nonlinearity(springs, K_m, targets.NL_definition)
+    def NL(unit: MeasuringUnit) -> float:
+        if unit.deep is not None:
+            return _deep_nonlinearity(unit, targets)
+        own_less_other = unit.report.read_out.own_less_other_per_mm or math.inf
+        return nonlinearity(_springs(unit), E_max / own_less_other, targets.NL_definition)
 
-    reference = "two-spring law with the stiffnesses of the unit"
+    law = "two-spring law" if sensor.deep is None else "curve of a tip at large strain"
+    reference = f"{law} with the stiffnesses of the unit"
     allowed = P_TOLERANCE * targets.P_max
-    found = equal("P_max", P(_springs(sensor)), targets.P_max, allowed, unit="1", reference=reference)
+    found = equal("P_max", P(sensor), targets.P_max, allowed, unit="1", reference=reference)
     on_P = _with_error(found, allowed, _error_by_springs(sensor, P))
-    found = equal("NL", NL(_springs(sensor)), targets.NL, NL_TOLERANCE, unit="1", reference=reference)
+    found = equal("NL", NL(sensor), targets.NL, NL_TOLERANCE, unit="1", reference=reference)
     on_NL = _with_error(found, NL_TOLERANCE, _error_by_springs(sensor, NL))
     return replace(on_P, tolerance=P_TOLERANCE, relative=True), on_NL
+
+
+def _level_ratio(sensor: MeasuringUnit, E: float) -> float:
+    """Return P of a level pair at full travel on a fruit of modulus E [MPa]."""
+    if sensor.deep is None:
+        return force_ratio(_springs(sensor), E / (sensor.report.read_out.own_less_other_per_mm or math.inf))
+    soft, stiff = sensor.deep.forces(E, sensor.design.press.travel_mm)
+    return stiff / soft
+
+
+def _deep_nonlinearity(sensor: MeasuringUnit, targets: Targets) -> float:
+    """Return the departure of P from its straight line over E / E_max [1] at full travel and large strain, (7)."""
+    shares = [0.5] if targets.NL_definition == "mid-range" else [place / DEEP_MODULI for place in range(1, DEEP_MODULI)]
+    E_max = sensor.design.fruit.E_max_MPa
+    first, last = _level_ratio(sensor, SOFTEST * E_max), _level_ratio(sensor, E_max)
+    return max((_level_ratio(sensor, share * E_max) - first) / (last - first) - share for share in shares)
 
 
 def _springs(sensor: MeasuringUnit) -> Springs:
@@ -159,10 +184,10 @@ def _springs(sensor: MeasuringUnit) -> Springs:
     return Springs(**{item.name: K for item, K in stiffnesses})
 
 
-def _error_by_springs(sensor: MeasuringUnit, value: Callable[[Springs], float]) -> float:
-    """Return the half width that holds 95 % of a value of the springs, by what calibration left of each."""
-    at = value(_springs(sensor))
-    moved = [value(_springs(sensor.with_stiffness(tip, 1.0 + _STEP))) - at for tip in range(len(sensor.unit.tips))]
+def _error_by_springs(sensor: MeasuringUnit, value: Callable[[MeasuringUnit], float]) -> float:
+    """Return the half width that holds 95 % of a value of the unit, by what calibration left of each spring."""
+    at = value(sensor)
+    moved = [value(sensor.with_stiffness(tip, 1.0 + _STEP)) - at for tip in range(len(sensor.unit.tips))]
     shares = zip(moved, sensor.unit.K_percent, strict=True)
     return COVERAGE * math.hypot(*(step / _STEP * 0.01 * percent for step, percent in shares))
 

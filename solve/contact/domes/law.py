@@ -26,7 +26,7 @@ import numpy as np
 from solve.arrays import Floats
 from solve.contact.domes.body import Body, dome_body
 from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
-from solve.contact.domes.sphere import sphere_contact_radius, sphere_force
+from solve.contact.domes.sphere import paraboloid_force, sphere_contact_radius, sphere_force
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
@@ -229,7 +229,7 @@ class _Law:
     def profile(self, state: _State) -> Floats:
         """Return by how much a sphere sinks deeper than a paraboloid of its radius [mm], (poses, tips)."""
         contact = self.rim(state)
-        hertz = 4.0 / 3.0 * state.contact_radius**3 / state.approach.radius
+        hertz = paraboloid_force(state.contact_radius, state.approach.radius)
         missing = hertz - sphere_force(contact, self._poses.dome_radius, self._beside(state))
         touching = contact > 0.0
         return np.where(touching, missing / np.where(touching, 2.0 * contact, 1.0), 0.0)

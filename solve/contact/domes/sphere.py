@@ -36,6 +36,14 @@ def sphere_force(contact_radius: Floats, sphere: float, curvature: Floats) -> Fl
     return np.asarray(sphere**2 * ((1.0 + x**2) * _artanh_less(x) + x**3 * (1.0 + 4.0 / 3.0 * sphere * curvature)))
 
 
+def paraboloid_force(contact_radius: Floats, radius: Floats) -> Floats:
+    """Return the force over E* [mm^2] at a contact radius [mm] of a relative radius of curvature [mm]: Hertz's law.
+
+    F / E* = 4/3 a^3 / R: Johnson (4.22) with (4.23).
+    """
+    return np.asarray(4.0 / 3.0 * contact_radius**3 / radius)
+
+
 def _artanh_less(x: Floats) -> Floats:
     """Return artanh(x) - x for 0 <= x < 1."""
     powers = np.arange(1, TERMS + 1)

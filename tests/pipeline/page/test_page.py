@@ -10,10 +10,10 @@ from stand_ins import result_of
 
 from cad.design.fruit import Fruit
 from cad.design.reading import Reading
+from cad.verdict import Verdict
 from pipeline.page.answer import answer_of, bar_of
 from pipeline.page.page import page_of_folder, page_of_run
 from pipeline.report.outputs import PAGE, write_outputs
-from pipeline.report.stored_records import StoredVerdict
 from pipeline.storage.seal import file_digest
 
 MOST_BYTES = 3_000_000
@@ -117,7 +117,7 @@ def test_same_result_gives_the_same_page(page, tmp_path):
 
 def planted(name, **changes):
     given = {"value": 2.0, "unit": "MPa", "limit": 1.0, "tolerance": 0.0, "passed": False, "reference": "planted"}
-    return StoredVerdict(name=name, **(given | changes))
+    return Verdict(name=name, **(given | changes))
 
 
 def test_answer_of_a_good_sensor_is_yes(flat_page):

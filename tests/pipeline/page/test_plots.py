@@ -61,3 +61,14 @@ def test_sliders_judge_by_the_verdicts_of_the_report(flat_page):
             assert data[verdict.name]["tolerance"] == pytest.approx(verdict.tolerance)
     nothing = dataclasses.replace(flat_page.report, verdicts=())
     assert live_data(nothing, live_model(nothing))["judged"] == {}
+
+
+def test_sliders_read_by_the_read_out_of_the_report(flat_page):
+    """Gaps that weight has changed, which do not follow from the design alone."""
+    known = {"weights": (-0.5, 0.5), "gaps_mm": (0.17, 0.2), "fruit_per_mm": ((0.7, 0.1), (0.1, 0.7)), "hertz": 0.4}
+    read_out = dataclasses.replace(flat_page.report.read_out, **known)
+    report = dataclasses.replace(flat_page.report, read_out=read_out)
+    data = live_data(report, live_model(report))
+    assert data["C"] == [list(row) for row in read_out.springs_mm_per_N]
+    assert (data["contrast"]["gaps"], data["contrast"]["S"]) == (known["gaps_mm"], known["fruit_per_mm"])
+    assert (data["contrast"]["weights"], data["contrast"]["hertz"]) == (known["weights"], known["hertz"])

@@ -4,7 +4,7 @@ import importlib
 
 import numpy as np
 import pytest
-from stand_ins import CONTACT, result_of, sizing_of, springs_of
+from stand_ins import CONTACT, print_everything, print_summary, result_of, sizing_of, springs_of
 
 import pipeline.stages.response
 from cad.design.fruit import Fruit
@@ -13,7 +13,6 @@ from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.report.mapping import report_mapping
 from pipeline.report.outputs import write_outputs
-from pipeline.report.tables import print_everything, print_summary
 from pipeline.stages.response import TRAVELS, mean_tip_pressure, press_scene, refuse_unsolvable, spring_shares
 from pipeline.verdicts.sensor import paper_verdicts
 from solve.contact.scene import check_scene

@@ -16,14 +16,18 @@ from pipeline.cli import main
 from pipeline.options import RunOptions, load_design
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.sizing import spring_sizing
-from pipeline.study import read_study, run_study, tasks
+from pipeline.study import Study, execute, read_study, run_study, tasks
 from pipeline.study.export import export_table
+from pipeline.study.levels import sized
 from pipeline.study.levels.unit_scene import scene_compliance, unit_scene
+from pipeline.study.points import design_of
 from pipeline.study.store import stored_study, study_store
+from pipeline.study.tasks import Task
 from pipeline.study.workers.engine import Engine
 from solve.fruit.split import SplitDomainError
 
 Write = Callable[..., Path]
+FEW = "from = 0.3, to = 0.5"
 
 
 def table(folder: Path, study_path: Path) -> str:
@@ -82,10 +86,87 @@ def test_point_outside_bounds_is_kept_with_its_reason(written: Write, engine: En
     assert all("at most 100" in str(row.error) for row in refused)
 
 
-def test_ended_study_goes_on_to_the_same_table(written: Write, engine: Engine, tmp_path: Path) -> None:
+def test_points_out_of_bounds_of_a_big_study_are_all_kept_and_counted(
+    written: Write, engine: Engine, tmp_path: Path
+) -> None:
+    """Of 1,200 points over 90 to 110 those above 100 are refused, each by its own number, and stay so when resumed."""
+    path = written(**{"from = 3, to = 8": "from = 90, to = 110", "samples = 8": "samples = 1200"})
+    summary = run_study(read_study(path), tmp_path / "out", engine)
+    with stored_study(tmp_path / "out") as store:
+        rows = list(store.rows())
+        messages = store.messages()
+    asked = {row.number: float(str(row.settings["targets.P_max"])) for row in rows}
+    above = {number for number, P_max in asked.items() if P_max > 100.0}
+    assert {row.number for row in rows if row.status == "refused"} == above
+    assert (summary.refused, summary.done, len(rows)) == (len(above), 1200 - len(above), 1200)
+    assert all(str(asked[row.number])[:8] in str(row.error) for row in rows if row.number in above)
+    assert list(messages.values()) == [len(above)]  # one reason, told by the first of its points
+    assert str(asked[min(above)])[:8] in next(iter(messages))
+    lines = table(tmp_path / "out", path).splitlines()
+    assert sum(",refused," in line and "at most 100" in line for line in lines) == len(above)
+    again = run_study(read_study(path), tmp_path / "out", engine)
+    assert (again.solved, again.refused) == (0, len(above))
+
+
+def test_what_is_wanted_alone_is_what_it_is_among_all(written: Write, engine: Engine, tmp_path: Path) -> None:
+    keys = ("springs.K_l_N_per_m", "level.NL", "verdicts.printable.low.value", "verdicts.NL.error", "response.0.P.3")
+    together = run_values(read_study(written()), keys, tmp_path / "all", engine)
+    for key in keys:
+        alone = run_values(read_study(written()), (key,), tmp_path / key, engine)
+        assert alone == [{key: values[key]} for values in together]
+
+
+def run_values(study: Study, wanted: tuple[str, ...], folder: Path, engine: Engine) -> list[dict[str, object]]:
+    """Return what is wanted of every point of a study."""
+    run_study(replace(study, wanted=wanted), folder, engine)
+    with stored_study(folder) as store:
+        return [dict(row.values) for row in store.rows()]
+
+
+def test_springs_alone_ask_no_printer(
+    written: Write, engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise NotImplementedError
+
+    monkeypatch.setattr(sized, "springs_as_sized", refuse)
+    assert run_study(read_study(written()), tmp_path / "out", engine).done == 8
+    asked = replace(read_study(written()), wanted=("verdicts.printable.low.value",))
+    assert run_study(asked, tmp_path / "asked", engine).failed == 8
+
+
+@pytest.mark.parametrize("base", ["paper", "mango"])
+def test_design_of_a_point_is_that_of_its_settings(written: Write, base: str) -> None:
+    study = read_study(written(**{'"paper"': f'"{base}"', "targets.P_max": "press.travel_mm", "from = 3, to = 8": FEW}))
+    settings = {"press.travel_mm": 0.4, "fruit.E_max_MPa": 2.5}
+    assert design_of(study, settings) == load_design(base, settings)
+    assert design_of(study, {}) == load_design(base)
+
+
+def test_tasks_do_not_carry_all_rows_of_a_file(written: Write, engine: Engine, tmp_path: Path) -> None:
+    """600 rows make two tasks, each with its own points and no others."""
+    rows = "\n".join(f"{3.0 + 0.01 * place}" for place in range(600))
+    (tmp_path / "rows.csv").write_text(f"targets.P_max\n{rows}\n", encoding="utf-8")
+    study = read_study(written('points = "rows.csv"\nwanted = ["springs.K_l_N_per_m"]\n'))
+    sent: list[Task] = []
+
+    class Noting(type(engine.open())):
+        def submit(self, fn, /, *args, **kwargs):
+            sent.extend(args)
+            return super().submit(fn, *args, **kwargs)
+
+    assert run_study(study, tmp_path / "out", replace(engine, open=Noting)).done == 600
+    assert [len(task.points) for task in sent] == [500, 100]
+    assert [(task.study.rows, len(task.study.vary["targets.P_max"].grid())) for task in sent] == [((), 1)] * 2
+
+
+def test_ended_study_goes_on_to_the_same_table(
+    written: Write, engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = written()
     study = read_study(path)
     run_study(study, tmp_path / "whole", engine)
+    monkeypatch.setattr(execute, "RANGE", 3)  # the first task ends before the others begin
 
     class EndedError(RuntimeError):
         pass
@@ -96,8 +177,9 @@ def test_ended_study_goes_on_to_the_same_table(written: Write, engine: Engine, t
 
     with pytest.raises(EndedError):
         run_study(study, tmp_path / "ended", engine, end)
+    monkeypatch.setattr(execute, "RANGE", 5)
     again = run_study(study, tmp_path / "ended", engine)
-    assert again.done == 8
+    assert (again.done, again.solved) == (8, 5)
     assert table(tmp_path / "ended", path) == table(tmp_path / "whole", path)
     assert run_study(study, tmp_path / "ended", engine).solved == 0
 

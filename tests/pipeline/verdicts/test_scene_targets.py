@@ -1,13 +1,14 @@
 """P_max and NL of the scene that was asked for, and what would make it pass: by the balance of springs and fruit."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from stand_ins import CONTACT, sizing_of, springs_of
 
 from cad.design.fruit import Fruit
-from cad.design.parameters import Design, Targets
+from cad.design.parameters import Design, GivenSprings, Targets
 from cad.design.tips import Press, Tips
 from cad.theory.two_spring_law import fruit_stiffness
 from pipeline.stages.response import press_scene
@@ -95,6 +96,22 @@ def test_large_strain_lets_P_vary_over_the_travel():
     judgement, press = judged(design)
     assert not press.level
     assert {one.name: one.passed for one in judgement.verdicts}["P_displacement_independent"] is False
+
+
+@pytest.mark.parametrize("definition", ["mid-range", "largest"])
+def test_springs_sized_at_large_strain_meet_both_targets(definition):
+    """The linear law's springs miss NL there by twice its tolerance, which is the planted wrong design."""
+    targets = Targets(NL_definition=definition)
+    large = Design(press=Press(strain="large"), targets=targets)
+    found = judged(large)[0]
+    assert found.reached.P_max.value == pytest.approx(5.0, rel=1e-6)
+    assert found.reached.NL.value == pytest.approx(0.05, abs=1e-6)
+    assert verdict(found, "P_max").passed is verdict(found, "NL").passed is True
+    linear = sizing_of(Design(targets=targets)).springs
+    given = GivenSprings(K_l_N_per_m=1e3 * linear.K_l, K_h_N_per_m=1e3 * linear.K_h)
+    missed = judged(replace(large, springs=given))[0]
+    assert verdict(missed, "NL").passed is False
+    assert missed.reached.level[1].value == pytest.approx(0.05, rel=1e-9)
 
 
 def test_tip_off_the_fruit_leaves_no_ratio():

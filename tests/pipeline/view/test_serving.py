@@ -1,6 +1,5 @@
 """The served scene in a real browser: sliders change state and picture, strangers and other addresses get nothing."""
 
-import io
 import os
 import re
 import signal
@@ -8,16 +7,13 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 import urllib.error
 import urllib.request
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 import pytest
-from browser import browser, needs_chromium
-from PIL import Image
+from browser import SECONDS, browser, needs_chromium, still_picture
 
 from pipeline.cli import main
 from pipeline.report.stored import read_report
@@ -25,9 +21,6 @@ from pipeline.view.loaded_sensor import forces_at
 
 ROOT = Path(__file__).parents[3]
 pytestmark = pytest.mark.slow
-
-
-SECONDS = 120  # until a server is taken to hang
 
 
 @pytest.fixture(scope="module")
@@ -104,21 +97,22 @@ def test_slider_changes_state_and_picture(served, run_with_fields):
     with browser() as opened:
         tab = opened.new_page(viewport={"width": 1280, "height": 860})
         tab.on("request", lambda request: asked.append(request.url))
+        area = tab.locator("main")
         tab.goto(served)
         tab.locator("img").first.wait_for(timeout=1000 * SECONDS)
-        first = changed(tab, None)
+        first = still_picture(area)
         thumb = tab.locator(".slider-E_MPa .v-slider-thumb")
         thumb.focus()
         thumb.press("Home")
         least = min(row.E_MPa for row in report.response)
         tab.wait_for_function(f"window.trame.state.get('E_MPa') === {least}", timeout=1000 * SECONDS)
-        softer = changed(tab, first)
+        softer = still_picture(area, first)
         tab.evaluate("window.trame.state.set('cut_axis', 'y')")
-        cut = changed(tab, softer)
+        cut = still_picture(area, softer)
         tab.evaluate("window.trame.state.set('cut_axis', '')")
-        whole = changed(tab, cut)
+        whole = still_picture(area, cut)
         tab.evaluate("window.trame.state.set('field', 'total_displacement_mm')")
-        changed(tab, whole)
+        still_picture(area, whole)
         # the probe says the displacement of the low tip: its force over its stiffness
         x = -0.5 * report.design.tips.spacing_mm
         tab.evaluate(f"['x', 'y', 'z'].forEach((a, i) => window.trame.state.set('probe_' + a, [{x}, 0.1, 0.2][i]))")
@@ -144,27 +138,6 @@ def test_page_of_another_origin_gets_no_websocket(served):
         tab.goto("about:blank")
         assert tab.evaluate(script, "") == "refused"
         assert tab.evaluate(script, "?" + served.partition("?")[2]) == "refused"
-
-
-def shown(tab) -> np.ndarray:
-    area = tab.locator("main").screenshot()
-    return np.asarray(Image.open(io.BytesIO(area)).convert("RGB")).astype(int)
-
-
-def changed(tab, before: np.ndarray | None) -> np.ndarray:
-    """Return the picture once it is another than before and stands still; raises where it stays as it was."""
-    last, until = shown(tab), time.monotonic() + SECONDS
-    while time.monotonic() < until:
-        tab.wait_for_timeout(1000)
-        last, now = shown(tab), last
-        if different(last, now) < 1e-5 and (before is None or different(before, last) > 1e-3):
-            return last
-    pytest.fail("the picture did not change, or did not come to rest")
-
-
-def different(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the share of points that differ to the eye."""
-    return float(np.mean(np.abs(one - other).max(axis=2) > 30))
 
 
 def test_ctrl_c_ends_it_with_130(run_with_fields, tmp_path):

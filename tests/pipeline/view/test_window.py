@@ -1,8 +1,10 @@
 """The window under a virtual display shows every part of it: bodies, bars, the chart and all titles."""
 
+import os
 import shutil
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,7 @@ import pytest
 from PIL import Image
 
 ROOT = Path(__file__).parents[3]
-needs_display = pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="Xvfb is not installed")
+needs_display = pytest.mark.skipif(shutil.which("Xvfb") is None, reason="Xvfb is not installed")
 SCRIPT = """
 import sys
 from pathlib import Path
@@ -23,15 +25,32 @@ window.screenshot(sys.argv[2])
 window.close()
 """
 ROWS, COLUMNS = 2, 3
+SECONDS = 600  # until the window is taken to hang
+
+
+@contextmanager
+def virtual_display():
+    """Yield the name of a screen that nobody sees; the server takes a free number and says it once it listens."""
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", "1", "-screen", "0", "1600x1000x24", "-nolisten", "tcp"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        yield f":{server.stdout.readline().strip()}"
+    finally:
+        server.kill()
+        server.communicate()
 
 
 @pytest.fixture(scope="module")
 def parts(stand_in_folder, tmp_path_factory):
     """Return the six parts of the window as it stands on a virtual screen, shape (height, width, 3)."""
     path = tmp_path_factory.mktemp("window") / "window.png"
-    screen = ["xvfb-run", "-a", "-s", "-screen 0 1600x1000x24"]
-    command = [*screen, sys.executable, "-c", SCRIPT, str(stand_in_folder), str(path)]
-    subprocess.run(command, cwd=ROOT, check=True, timeout=240)
+    command = [sys.executable, "-c", SCRIPT, str(stand_in_folder), str(path)]
+    with virtual_display() as display:
+        subprocess.run(command, cwd=ROOT, env={**os.environ, "DISPLAY": display}, check=True, timeout=SECONDS)
     whole = np.asarray(Image.open(path).convert("RGB")).astype(int)
     height, width = whole.shape[0] // ROWS, whole.shape[1] // COLUMNS
     return [

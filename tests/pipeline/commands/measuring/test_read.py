@@ -4,13 +4,15 @@ import io
 import json
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from stand_ins import CONTACT, result_of
 
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Press
 from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
 
@@ -156,18 +158,64 @@ def test_wrong_input_is_one_line(made, capsys, words, message):
     assert message in error[-1]
 
 
-def test_large_strain_is_refused(capsys, tmp_path):
-    """Its forces belong to another law; a coupon, which knows of no fruit, is taken."""
-    result = result_of()
-    press = replace(result.design.press, strain="large")
-    write_outputs(replace(result, design=replace(result.design, press=press)), tmp_path)
-    table = tmp_path / "weights.csv"
-    table.write_text("tip,weight_g,deflection_mm\nlow,0,0\n", encoding="utf-8")
-    for words in (["read", str(tmp_path), "--forces", "0.4,1"], ["calibrate", str(tmp_path), str(table)]):
-        assert main(words) == 2
-        (line,) = capsys.readouterr().err.splitlines()
-        assert "press.strain = 'large': must be 'linear'" in line
-        assert "press.strain=linear" in line
+@pytest.fixture(scope="module")
+def deep(tmp_path_factory):
+    """Return the folder of the paper sensor at large strain on flesh of nu 0.45, whose table P drifts over."""
+    folder = tmp_path_factory.mktemp("deep") / "deep"
+    folder.mkdir()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        result = result_of(Design(press=Press(strain="large"), fruit=Fruit(poisson=0.45)))
+        write_outputs(result, folder)
+    return folder, result
+
+
+def test_press_at_large_strain_is_read_by_its_table(deep, capsys, tmp_path):
+    """The forces of response.csv read as their own modulus, by another law of flesh as another one."""
+    folder, result = deep
+    table = result.press.table
+    rows = zip(table.F[1, :, 0].tolist(), table.F[1, :, 1].tolist(), strict=True)
+    lines = "".join(f"{0.001 * place},{soft},{stiff}\n" for place, (soft, stiff) in enumerate(rows))
+    path = tmp_path / "press.csv"
+    path.write_text("t_s,F_l_N,F_h_N\n" + lines, encoding="utf-8")
+    assert main(["read", str(folder), str(path), "--json"]) == 0
+    answer = capsys.readouterr()
+    reading, E = json.loads(answer.out), float(table.E[1])
+    assert reading["E_MPa"] == pytest.approx(E, rel=1e-4)
+    assert reading["E_force_ratio_MPa"] == pytest.approx(E, rel=1e-4)
+    assert abs(reading["E_hencky_MPa"] / E - 1.0) > 0.01
+    assert "log neo-Hooke" in answer.err
+    assert "calibrate at the same depth on a body of known E" in answer.err
+
+
+def test_unit_at_large_strain_is_calibrated_by_weights_and_by_rubbers(deep, capsys, tmp_path):
+    folder, result = deep
+    K = 1.0 / np.diag(result.springs.C)
+    lines = ["tip,weight_g,deflection_mm"]
+    lines += [f"{name},{g},{g * 9.80665e-3 / K[i]}" for i, name in enumerate(("low", "high")) for g in (0, 10, 30)]
+    weights, rubbers = tmp_path / "weights.csv", tmp_path / "rubbers.csv"
+    weights.write_text("\n".join(lines), encoding="utf-8")
+    table = result.press.table
+    lines = ["rubber,E_over_1_minus_nu2_MPa,F_l_N,F_h_N"]
+    lines += [f"r{i},{table.E[i] / (1.0 - 0.45**2)},{table.F[i, j, 0]},{table.F[i, j, 1]}"
+              for i in (1, -1) for j in (3, 7, 11)]  # fmt: skip
+    rubbers.write_text("\n".join(lines), encoding="utf-8")
+    for measured, precision in ((weights, 1e-9), (rubbers, 1e-3)):
+        main(["calibrate", str(folder), str(measured), "--json"])
+        answer = capsys.readouterr()
+        found = json.loads(answer.out)
+        np.testing.assert_allclose(1e-3 * np.array(found["K_N_per_m"]), K, rtol=precision)
+        P_max = next(one for one in found["verdicts"] if one["name"] == "P_max")
+        assert P_max["value"] == pytest.approx(result.judgement.reached.P_max.value, rel=2e-3)
+        assert "calibrate at the same depth on a body of known E" in answer.err
+
+
+def test_firmware_at_large_strain_is_refused_by_name(deep, capsys, tmp_path):
+    folder, _ = deep
+    assert main(["read", str(folder), "--c-header", str(tmp_path / "unit.h")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "press.strain = 'large': must be 'linear' for firmware" in line
+    assert not (tmp_path / "unit.h").exists()
 
 
 def test_forces_that_tell_nothing_exit_with_one(made, capsys):

@@ -1,0 +1,51 @@
+"""The answer of a run that has been: printed again where its folder still holds just what the run would write."""
+
+import os
+import re
+from dataclasses import asdict, replace
+from importlib.metadata import requires, version
+from pathlib import Path
+
+from cad.design.design_file import design_as_mapping
+from cad.design.parameters import Design
+from cad.files.file_date import NAME
+from pipeline.answer.answer import RunAnswer
+from pipeline.options import RunOptions
+from pipeline.storage.belongings import REPORT
+from pipeline.storage.cache import store, stored
+from pipeline.storage.folder import whole_report
+from pipeline.storage.plain import Plain
+from pipeline.storage.seal import file_digest
+
+_STAGE = "answer"
+
+
+def kept_answer(design: Design, options: RunOptions, folder: Path) -> RunAnswer | None:
+    """Return the answer of the run that wrote all that a folder holds, by the same program; None where none did.
+
+    Raises OutputError where the folder cannot be used or another run writes it.
+    """
+    report = whole_report(folder)
+    return None if report is None else stored(_STAGE, _inputs(design, options, report), RunAnswer)
+
+
+def keep_answer(answer: RunAnswer, design: Design, options: RunOptions, folder: Path) -> None:
+    """Keep the answer of the run that wrote a folder."""
+    store(_STAGE, _inputs(design, options, file_digest(folder / REPORT)), answer)
+
+
+def _inputs(design: Design, options: RunOptions, report: str) -> Plain:
+    """Return what the files of a run follow from, wherever they are, and the digest of their report."""
+    return {
+        "design": design_as_mapping(design),
+        "options": asdict(replace(options, out=None, force=False)),
+        "date": os.environ.get(NAME),
+        "packages": _packages(),
+        "report": report,
+    }
+
+
+def _packages() -> dict[str, str]:
+    """Return the version of the program and of each package that it needs, those for plots and pages too."""
+    needs = [need for need in requires("twintip") or () if "extra ==" not in need]
+    return {name: version(name) for name in ("twintip", *(re.split(r"[^\w.-]", need)[0] for need in needs))}

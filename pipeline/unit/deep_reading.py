@@ -1,0 +1,109 @@
+"""Readings of a pair whose tips go deep: the modulus by the curve of a tip at large strain, and what other laws read.
+
+The curve is that of log neo-Hooke. The law of a real fruit is not known: what the laws of Hencky and of foam read of
+the same forces stands beside, and in the uncertainty.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from cad.theory.contrast_law import ReadingError
+from cad.theory.pair_line import PairLine
+from cad.theory.soft_tissue import FLESH_LAWS, large_strain_factor
+from pipeline.unit.deep_pair import DeepPair, Sample
+from pipeline.unit.fruit_reading import COVERAGE, FruitReading, combined, flags_of_forces, judged_reading
+from pipeline.unit.measuring import MeasuringUnit
+
+_STEP = 1e-4  # of a stiffness or a gain, for slopes of the modulus
+_LEVEL = (None, None)  # tilt and its direction, which one reading of a pair does not tell
+
+
+def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample]) -> FruitReading:
+    """Return what the samples of a press tell: the modulus by the line, `others` by the force ratio and other laws."""
+    _, *deepest = samples[-1]
+    try:
+        line, ratio = law.line(samples, sensor.noises), law.ratio_modulus(deepest)
+        E, bounds, others = _with_others(sensor, law, lambda each: each.line(samples, sensor.noises).modulus)
+    except ReadingError:
+        return FruitReading(flags=("out_of_range",))
+    scatter = math.hypot(line.error, *_unit_shares(sensor, law, samples, E))
+    reading = judged_reading(sensor, E, combined(sensor, E, scatter, *bounds), _turned(sensor, line), deepest)
+    allowed = COVERAGE * math.hypot(line.error, _noise(sensor, law, deepest, ratio)) + bounds[0]
+    if abs(ratio / E - 1.0) > allowed + 0.01 * sensor.report.read_out.model_error_percent:
+        reading = replace(reading, flags=(*reading.flags, "read_outs_disagree"))
+    return _told(law, replace(reading, others={"force_ratio": ratio, **others}), deepest)
+
+
+def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float]) -> FruitReading:
+    """Return what one reading of a pair tells [N]: the force ratio, right only where no tilt leads one of its tips."""
+    flags = flags_of_forces(sensor, forces)
+    if flags:
+        return FruitReading(flags=flags)
+    try:
+        E, bounds, others = _with_others(sensor, law, lambda each: each.ratio_modulus(forces))
+    except ReadingError:
+        return FruitReading(flags=("out_of_range",))
+    lead = math.tan(math.radians(sensor.steepest_deg)) * sensor.design.tips.spacing_mm
+    by_lead = lead / (math.sqrt(3.0) * abs(law.lead_slopes(forces, E)[2]))
+    by_unit = _unit_shares(sensor, law, [(1, forces[0], forces[1])], E)
+    u = combined(sensor, E, math.hypot(_noise(sensor, law, forces, E), by_lead, *by_unit), *bounds)
+    return _told(law, replace(judged_reading(sensor, E, u, _LEVEL, forces), others=others), forces)
+
+
+def _turned(sensor: MeasuringUnit, line: PairLine) -> tuple[float, float]:
+    """Return the tilt that the lead of a line means, and its direction along the tips [deg]."""
+    tilt = math.degrees(math.atan(-line.lead / sensor.design.tips.spacing_mm))
+    return abs(tilt), 0.0 if tilt >= 0.0 else 180.0
+
+
+def _with_others(
+    sensor: MeasuringUnit, law: DeepPair, read: Callable[[DeepPair], float]
+) -> tuple[float, tuple[float, float], dict[str, float]]:
+    """Return the modulus [MPa], how far the bar of the curve and other laws move it [1], and what those read [MPa]."""
+    E = read(law)
+    others = {name: read(other) for name, other in other_laws(sensor, law)}
+    by_law = max(abs(other / E - 1.0) for other in others.values())
+    return E, (abs(read(_moved(sensor, law)) / E - 1.0), by_law), others
+
+
+def other_laws(sensor: MeasuringUnit, law: DeepPair) -> list[tuple[str, DeepPair]]:
+    """Return the other laws of flesh by name: the curve times what they put a sharp tip's force apart."""
+    nu = sensor.design.fruit.poisson
+    found: list[tuple[str, DeepPair]] = []
+    for name in FLESH_LAWS[1:]:
+        apart = [large_strain_factor(d, nu, name) / large_strain_factor(d, nu) for d in law.depths]
+        factors = tuple(factor * share for factor, share in zip(law.factors, apart, strict=True))
+        found.append((name, replace(law, factors=factors)))
+    return found
+
+
+def _moved(sensor: MeasuringUnit, law: DeepPair) -> DeepPair:
+    """Return the law whose curve is off by its error bar at every depth."""
+    errors = [1.0 + 0.01 * row.error_percent for row in sensor.report.read_out.large_strain]
+    return replace(law, factors=tuple(factor * error for factor, error in zip(law.factors, errors, strict=True)))
+
+
+def _noise(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float], E: float) -> float:
+    """Return the standard deviation of a modulus by the force ratio of one reading by noise alone [1]."""
+    by_soft, by_stiff, by_modulus = law.lead_slopes(forces, E)
+    return math.hypot(by_soft * sensor.noises[0], by_stiff * sensor.noises[1]) / abs(by_modulus)
+
+
+def _unit_shares(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample], E: float) -> list[float]:
+    """Return the share of E that each spring and each gain leaves open [1], one standard deviation."""
+    unit, shares = sensor.unit, []
+    for tip in range(len(unit.tips)):
+        stiffer = replace(law, C=sensor.with_stiffness(tip, 1.0 + _STEP).C)
+        gains = [1.0 + _STEP * (tip == other) for other in range(len(unit.tips))]
+        by_spring = law.moved(samples, E, stiffer, [1.0] * len(gains)) / _STEP
+        by_gain = law.moved(samples, E, law, gains) / _STEP
+        shares += [0.01 * unit.K_percent[tip] * by_spring, 0.01 * unit.gain_percent[tip] * by_gain]
+    return shares
+
+
+def _told(law: DeepPair, reading: FruitReading, deepest: Sequence[float]) -> FruitReading:
+    """Return a reading, flagged where a tip would stand deeper than large strain was solved for."""
+    if reading.E is None or not law.is_beyond(deepest, reading.E):
+        return reading
+    return replace(reading, flags=(*reading.flags, "deeper_than_solved"))

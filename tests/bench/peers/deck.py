@@ -1,0 +1,99 @@
+"""What `pipeline bench` gives a peer and how the peer answers, with numpy alone: the peer's own interpreter runs this.
+
+A task is a file of arrays, N and mm and MPa. With a mesh it has `nodes` (n, 3), `cells` (m, k) in the order of VTK,
+node numbers `set NAME`, and for each step the held components and the prescribed u_z by set, and forces along z (n,).
+"""
+
+import json
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+VERTICAL = 3  # components count from 1
+_TETRA = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_HEXA = tuple((x, y, z) for z in (0.0, 1.0) for x, y in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)))
+_TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+_HEXA_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
+# Places of the nodes in a cell of 10 or 20, in the order of VTK.
+REFERENCE = {
+    len(corners) + len(edges): [
+        *corners,
+        *(tuple(0.5 * (a + b) for a, b in zip(corners[i], corners[j], strict=True)) for i, j in edges),
+    ]
+    for corners, edges in ((_TETRA, _TETRA_EDGES), (_HEXA, _HEXA_EDGES))
+}
+# The corners of each face of a cell.
+FACES = {
+    4: ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)),
+    8: ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step: held components and prescribed u_z [mm] by name of a set, forces along z (nodes,) [N]."""
+
+    held: dict
+    pressed: dict
+    loads: np.ndarray
+    support: str
+
+
+@dataclass(frozen=True)
+class Deck:
+    """A body of one material with sets of nodes and the steps that load it."""
+
+    nodes: np.ndarray
+    cells: np.ndarray
+    kind: str
+    E: float
+    poisson: float
+    sets: dict
+    steps: list
+    asked: str
+
+    def prescribed(self, step):
+        """Return the dofs 3 * node + component whose displacement is given, and their values [mm]."""
+        values = {}
+        for name, components in step.held.items():
+            values |= {3 * int(node) + c - 1: 0.0 for node in self.sets[name] for c in components}
+        for name, shift in step.pressed.items():
+            values |= {3 * int(node) + VERTICAL - 1: shift for node in self.sets[name]}
+        dofs = np.array(sorted(values))
+        return dofs, np.array([values[dof] for dof in dofs])
+
+    def facets(self, name):
+        """Return the corners (facets, 3 or 4) of the faces on the boundary whose corners all lie in a set."""
+        corners = 4 if len(self.cells[0]) == 10 else 8
+        faces = np.concatenate([self.cells[:, list(face)] for face in FACES[corners]])
+        _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+        outer = faces[first[count == 1]]
+        return outer[np.isin(outer, self.sets[name]).all(axis=1)]
+
+    def answer_of(self, step, u, reaction):
+        """Return a step's answer from displacements and reactions (nodes, 3)."""
+        forces = {name: float(reaction[self.sets[name], VERTICAL - 1].sum()) for name in (*step.pressed, step.support)}
+        return {"forces": forces, "displacements": u[self.sets[self.asked], VERTICAL - 1].tolist()}
+
+
+@dataclass
+class Clock:
+    """CPU seconds of this process since the clock was made: after the imports."""
+
+    start: float = field(default_factory=time.process_time)
+
+    def print_answer(self, dofs, steps):
+        """Print the answer in one line of JSON."""
+        print(json.dumps({"cpu": time.process_time() - self.start, "dofs": int(dofs), "steps": steps}))
+
+
+def read_deck(path):
+    """Return the deck of a file of arrays."""
+    with np.load(Path(path)) as file:
+        arrays = dict(file)
+    scene = json.loads(str(arrays["scene"]))
+    steps = [Step(**step, loads=arrays[f"loads {number}"]) for number, step in enumerate(scene.pop("steps"))]
+    sets = {name.partition(" ")[2]: numbers for name, numbers in arrays.items() if name.startswith("set ")}
+    return Deck(nodes=arrays["nodes"], cells=arrays["cells"], sets=sets, steps=steps, **scene)

@@ -1,0 +1,146 @@
+"""Readings of a pair at large strain: of forces that the solver gives, whose balance and interpolation are its own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from measured_units import PAPER, MeasuredDesign
+from stand_ins import INFO
+
+from cad.quantity import InputError
+from pipeline.report.stored_records import StoredDepth
+from pipeline.unit.deep_reading import other_laws
+from pipeline.unit.firmware import c_header
+from pipeline.unit.measuring import MeasuringUnit
+from pipeline.unit.pair_press import PairPress, single_reading
+from solve.contact.large_response import large_response
+from solve.contact.scene import Scene
+from solve.large_strain.force_curve import ForceCurve
+
+TRAVELS = np.linspace(0.03, 0.6, 40)
+DEPTHS = (0.003, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+# Of log neo-Hooke at nu = 0.45, sharp, no slip, by an independent program, over its start.
+FACTORS = tuple(np.array([1.0027, 0.9964, 0.9894, 0.9798, 0.9723, 0.9659, 0.9609, 0.9547]) / 1.0027)
+CURVE = ForceCurve(depths=DEPTHS, factors=FACTORS, errors=(2e-3,) * 8, grip=1.0, asked=0.6, info=INFO)
+
+
+class DeepDesign(MeasuredDesign):
+    """The paper's sensor on flesh at large strain, whose curve is given."""
+
+    def __init__(self):
+        super().__init__("paper")
+        design = replace(self.design, press=replace(self.design.press, strain="large"))
+        depths = np.linspace(DEPTHS[0], DEPTHS[-1], 61)
+        rows = zip(depths.tolist(), CURVE.factor(depths).tolist(), strict=True)
+        table = tuple(StoredDepth(depth_sides=depth, factor=g, error_percent=0.5) for depth, g in rows)
+        self.report = replace(self.report, design=design, read_out=replace(self.report.read_out, large_strain=table))
+        self.scene = Scene(fruit=design.fruit, tips=design.tips, press=design.press)
+
+    def press(self, E, lead=0.0, curve=CURVE, travels=TRAVELS):
+        """Return forces [N] over travels, (travels, tips); the low tip stands back by a lead [mm]."""
+        scene = replace(self.scene, ahead_mm=(-lead, 0.0) if lead else ())
+        return large_response(scene, self.contact, self.C, curve, ([E], travels)).F[0]
+
+
+@pytest.fixture(scope="module")
+def deep():
+    return DeepDesign()
+
+
+def read(sensor, forces):
+    found = PairPress(sensor)
+    for soft, stiff in forces.tolist():
+        if min(soft, stiff) > 0.0:
+            found.add(soft, stiff)
+    return found.reading()
+
+
+@pytest.mark.parametrize("E", [0.5, 1.3, 3.5])
+def test_level_press_is_read_by_line_and_by_ratio(deep, E):
+    forces = deep.press(E)
+    reading = read(deep.measuring(), forces)
+    assert pytest.approx(E, rel=1e-4) == reading.E
+    assert reading.others["force_ratio"] == pytest.approx(E, rel=1e-4)
+    assert reading.flags == ()
+    assert pytest.approx(E, rel=1e-4) == single_reading(deep.measuring(), forces[-1].tolist()).E
+
+
+def test_linear_law_would_be_off(deep):
+    """What large strain is read for: the linear law reads this press 6 % low, the line even lower."""
+    linear = MeasuringUnit(
+        report=replace(deep.report, read_out=replace(deep.report.read_out, large_strain=())), unit=deep.measuring().unit
+    )
+    found = read(linear, deep.press(1.0))
+    assert 0.03 < 1.0 - found.others["force_ratio"] < 0.09
+    assert found.others["force_ratio"] > found.E
+
+
+def test_line_reads_through_a_lead(deep):
+    reading = read(deep.measuring(), deep.press(1.0, lead=0.05))
+    assert pytest.approx(1.0, rel=1e-3) == reading.E
+    assert reading.tilt == pytest.approx(np.degrees(np.arctan(0.05 / 8.0)), rel=0.01)
+    assert "read_outs_disagree" in reading.flags
+
+
+def test_flesh_of_another_law_is_inside_the_uncertainty(deep):
+    for name, law in other_laws(deep.measuring(), deep.measuring().deep):
+        factors = tuple(np.interp(DEPTHS, law.depths, law.factors).tolist())
+        reading = read(deep.measuring(), deep.press(1.0, curve=replace(CURVE, factors=factors)))
+        assert abs(reading.E - 1.0) > 0.01
+        assert abs(reading.E - 1.0) < reading.u * reading.E
+        assert reading.others[name] == pytest.approx(1.0, rel=2e-3)
+
+
+def test_springs_and_gains_move_the_reading_as_is_said(deep):
+    forces = deep.press(1.3)
+    plain = read(deep.measuring(), forces)
+    for tip in range(2):
+        factors = np.ones(2)
+        factors[tip] = 1.001
+        moved = read(deep.measuring(factors), forces).E / plain.E - 1.0
+        known = read(deep.measuring(percent=0.0), forces).u
+        alone = np.zeros(2)
+        alone[tip] = 1.0
+        unit = deep.measuring().unit
+        open_spring = MeasuringUnit(report=deep.report, unit=replace(unit, K_percent=tuple(alone.tolist())))
+        wider = read(open_spring, forces).u
+        assert np.sqrt(wider**2 - known**2) == pytest.approx(2.0 * 10.0 * abs(moved), rel=0.03)
+
+
+def test_noise_is_as_said(deep, rng):
+    sensor, forces = deep.measuring(), deep.press(1.3)
+    found = [sensor.deep.line(_samples(forces + rng.normal(0.0, sensor.noises, forces.shape)), sensor.noises)
+             for _ in range(30)]  # fmt: skip
+    E = np.array([line.modulus for line in found])
+    assert abs(E.mean() - 1.3) < 3.0 * E.std() / np.sqrt(len(E))
+    assert E.std() / 1.3 == pytest.approx(found[0].error, rel=0.4)  # of 30 draws: 13 % one sigma
+
+
+def _samples(forces):
+    return [(1, soft, stiff) for soft, stiff in forces.tolist()]
+
+
+def test_press_deeper_than_was_solved_is_flagged_and_far_deeper_refused(deep):
+    longer = replace(CURVE, depths=(*DEPTHS[:-1], 1.5), asked=1.5)
+    found = {travel: read(deep.measuring(), deep.press(0.5, curve=longer, travels=np.linspace(0.05, travel, 40)))
+             for travel in (0.7, 1.2)}  # fmt: skip
+    assert "deeper_than_solved" in found[0.7].flags
+    assert (found[1.2].E, found[1.2].flags) == (None, ("out_of_range",))
+
+
+def test_forces_of_no_fruit_tell_no_modulus(deep):
+    forces = deep.press(1.3)[:, ::-1]
+    assert read(deep.measuring(), forces).E is None
+    assert single_reading(deep.measuring(), forces[-1].tolist()).flags == ("out_of_range",)
+
+
+def test_level_forces_are_those_of_the_solver(deep):
+    for E in (0.5, 3.5):
+        found = deep.measuring().deep.forces(E, 0.6)
+        np.testing.assert_allclose(found, deep.press(E, travels=np.array([0.6]))[0], rtol=1e-5)
+    assert PAPER == (906.0, 20830.0)
+
+
+def test_firmware_is_refused_by_name(deep):
+    with pytest.raises(InputError, match=r"press\.strain = 'large': must be 'linear' for firmware"):
+        c_header(deep.measuring())
