@@ -5,7 +5,7 @@ import os
 import platform
 from pathlib import Path
 
-from pipeline.bench import contact, flexure
+from pipeline.bench import contact, flexure, unilateral
 from pipeline.bench.command import command_sheet
 from pipeline.bench.harness import measurements_of
 from pipeline.bench.plot import error_over_cost
@@ -14,6 +14,7 @@ from pipeline.storage.placed_files import refuse_taken
 
 OUT = Path("outputs") / "bench"
 FILES = ("benchmarks.md", "benchmarks.svg", "bench.json")
+MODULES = (contact, unilateral, flexure)
 INTRODUCTION = """\
 This page is written by `pipeline bench`, never typed. Each method solves the same task; the tables say how far its
 answer is from a reference and what it cost. CPU seconds are on one thread, imports not counted. A peer that is not
@@ -30,7 +31,7 @@ def bench(*, as_json: bool, out: Path = OUT, quick: bool = False, force: bool = 
     """
     if not force:
         refuse_taken(out, FILES, "--out")
-    measured = {module.BENCH: measurements_of(module.__name__, quick=quick) for module in (contact, flexure)}
+    measured = {module.BENCH: measurements_of(module.__name__, quick=quick) for module in MODULES}
     sheets = [kind.sheet(rows) for kind, rows in measured.items()]
     sheets += [] if quick else [command_sheet()]
     machine = {"cores": os.cpu_count(), "processor": platform.machine(), "python": platform.python_version()}

@@ -9,7 +9,6 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -38,6 +37,11 @@ class Reference:
     values: tuple[float, ...]
     errors: tuple[float, ...]
     source: str
+
+    @property
+    def relative_error(self) -> float:
+        """Return the largest error over its value [1]."""
+        return max(error / abs(value) for value, error in zip(self.values, self.errors, strict=True))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +84,7 @@ class Bench:
         notes = [
             f"{self.scene}; reference {reference} {self.unit} by {self.reference.source}",
             f"meshing included in the CPU seconds; error bar of {self.values[0]}",
-            *map(partial(self._winner, rows), LEVELS),
+            *(self._winner(rows, level) for level in LEVELS if level >= self.reference.relative_error),
             *self._growth(rows),
         ]
         notes += [f"not installed, so not measured: {', '.join(absent)}"] if absent else []

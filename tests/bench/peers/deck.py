@@ -53,6 +53,7 @@ class Deck:
     sets: dict
     steps: list
     asked: str
+    plane: tuple = (0.0, 0.0)  # height at x = 0 of the plane of rigid tips [mm], and its slope along x
 
     def prescribed(self, step):
         """Return the dofs 3 * node + component whose displacement is given, and their values [mm]."""

@@ -1,4 +1,4 @@
-"""A deck by GetFEM: its elements, its assembly, its direct solver MUMPS. `with_getfem.py deck TASK.npz`."""
+"""A deck, or contact with a rigid plane, by GetFEM. `with_getfem.py deck|contact TASK.npz`."""
 
 import sys
 
@@ -13,6 +13,7 @@ KINDS = {
     "C3D20R": ("GT_Q2_INCOMPLETE(3)", "FEM_Q2_INCOMPLETE(3)", "IM_GAUSS_PARALLELEPIPED(3,3)"),
     "C3D20": ("GT_Q2_INCOMPLETE(3)", "FEM_Q2_INCOMPLETE(3)", "IM_GAUSS_PARALLELEPIPED(3,5)"),
 }
+STIFF = 1e7  # of a plane of symmetry, over E [1/mm]
 
 
 def elements(deck):
@@ -58,6 +59,68 @@ def solve(deck):
     return count, answers
 
 
+def contact(deck):
+    """Return the answer under rigid tips on a plane, by the augmented Lagrangian of Alart and Curnier."""
+    (step,) = deck.steps
+    mesh, displacement, rule, node = elements(deck)
+    model = getfem.Model("real")
+    model.add_fem_variable("u", displacement)
+    first = deck.E * deck.poisson / ((1.0 + deck.poisson) * (1.0 - 2.0 * deck.poisson))
+    model.add_initialized_data("first", first)
+    model.add_initialized_data("shear", 0.5 * deck.E / (1.0 + deck.poisson))
+    model.add_isotropic_linearized_elasticity_brick(rule, "u", "first", "shear")
+    add_supports(model, mesh, deck, step)
+    height, slope = deck.plane
+    scalar = getfem.MeshFem(mesh, 1)
+    scalar.set_fem(getfem.Fem("FEM_PK(3,2)"))
+    x, _, z = scalar.basic_dof_nodes()
+    model.add_initialized_fem_data("obstacle", scalar, (height + slope * x - z) / np.hypot(1.0, slope))
+    model.add_initialized_data("augmentation", 10.0 * deck.E)
+    pressure = getfem.MeshFem(mesh, 1)
+    pressure.set_fem(getfem.Fem("FEM_PK(3,1)"))
+    region, count = 100, displacement.nbdof()
+    mesh.set_region(region, np.hstack([faces_on(mesh, deck, name) for name in step.pressed]))
+    model.add_filtered_fem_variable("pressure", pressure, region)
+    model.add_integral_contact_with_rigid_obstacle_brick(
+        getfem.MeshIm(mesh, getfem.Integ("IM_TETRAHEDRON(6)")), "u", "pressure", "obstacle", "augmentation", region, 1
+    )
+    _, converged = model.solve("max_iter", 60, "max_res", 1e-9, "lsolver", "mumps")
+    if not converged:
+        sys.exit("Newton's method does not converge")
+    u = model.variable("u")
+    data = getfem.MeshFem(mesh, 1)
+    data.set_fem(getfem.Fem("FEM_PK(3,0)"))
+    ones = np.ones(data.nbdof())
+    K = getfem.asm_linear_elasticity(rule, displacement, data, first * ones, 0.5 * deck.E / (1.0 + deck.poisson) * ones)
+    place = np.empty(len(deck.nodes), dtype=int)
+    place[node] = np.arange(len(node))
+    return count, [deck.answer_of(step, *(values.reshape(-1, 3)[place] for values in (u, K.mult(u))))]
+
+
+def add_supports(model, mesh, deck, step):
+    """Clamp where all components are held; a plane of symmetry holds its normal one."""
+    rule = getfem.MeshIm(mesh, getfem.Integ("IM_TETRAHEDRON(5)"))
+    for number, (name, components) in enumerate(step.held.items(), start=1):
+        mesh.set_region(number, faces_on(mesh, deck, name))
+        if len(components) == 3:
+            model.add_Dirichlet_condition_with_simplification("u", number)
+        else:
+            axes = np.diag([float(axis in components) for axis in (1, 2, 3)])
+            model.add_initialized_data("zero", np.zeros(3))
+            model.add_initialized_data("axes", axes.ravel(), (3, 3))
+            model.add_generalized_Dirichlet_condition_with_penalization(
+                rule, "u", STIFF * deck.E, number, "zero", "axes"
+            )
+
+
+def faces_on(mesh, deck, name):
+    """Return the faces of the mesh whose nodes all lie in a set, shape (2, faces)."""
+    points = mesh.pid_from_coords(np.asfortranarray(deck.nodes[deck.sets[name]].T), 1e-7)
+    return mesh.faces_from_pid(points)
+
+
+TASKS = {"deck": solve, "contact": contact}
+
 if __name__ == "__main__":
     clock = Clock()
-    clock.print_answer(*solve(read_deck(sys.argv[2])))
+    clock.print_answer(*TASKS[sys.argv[1]](read_deck(sys.argv[2])))

@@ -19,7 +19,7 @@ from mesh.fruit import fruit_mesh
 from mesh.housing.sweep import flexure_mesh
 from pipeline.bench import bench as bench_module
 from pipeline.bench import calculix as peer
-from pipeline.bench import command, contact, flexure, harness
+from pipeline.bench import command, contact, flexure, harness, unilateral
 from pipeline.bench.bench import bench
 from pipeline.bench.calculix import calculix
 from pipeline.bench.harness import measurements_of
@@ -136,17 +136,28 @@ def test_command_is_compared_with_its_imports(monkeypatch):
 
     def stand_in(program, folder=None, environment=None):
         calls.append((program, folder, environment))
-        wall = 2.0 if program[-1] == command.IMPORTS else 7.0
-        code = 0 if wall == 2.0 else 2
-        return ResourceUsage(exit_code=code, wall=wall, cpu=1.0, peak_MiB=100.0, out="", err="pipeline: no\n")
+        if program[-1] == command.IMPORTS:
+            return ResourceUsage(exit_code=0, wall=2.0, cpu=1.0, peak_MiB=100.0, out="", err="")
+        if "design" in program[-1]:
+            return ResourceUsage(exit_code=2, wall=7.0, cpu=4.0, peak_MiB=100.0, out="", err="pipeline: no\n")
+        if folder is not None:
+            (folder / "out").mkdir(exist_ok=True)
+            report = {"cpu_seconds": {"contact": 0.5, "springs": 2.25, "verdicts": 0.001}}
+            (folder / "out" / "report.json").write_text(json.dumps(report))
+        return ResourceUsage(exit_code=1, wall=7.0, cpu=4.0, peak_MiB=100.0, out="", err="")
 
     monkeypatch.setattr(command, "resource_usage", stand_in)
-    sheet = command.command_sheet(repeats=1)
-    assert sheet.rows[:2] == (
-        ("bare imports", "2", "1", "1", "-", "100", ""),
-        ("cold", "7", "1", "3.5", "5", "100", "exit code 2: pipeline: no"),
-    )
-    assert len({call[2]["XDG_CACHE_HOME"] for call in calls if call[2]}) == 1
+    rows = {row[0]: row[1:] for row in command.command_sheet(repeats=1).rows}
+    assert rows == {
+        "bare imports": ("2", "1", "1", "-", "1", "-", "100", ""),
+        "our imports": ("7", "4", "3.5", "-", "4", "-", "100", ""),
+        "cold": ("7", "4", "3.5", "1.8", "4", "2.4", "100", "springs 2.25, contact 0.50"),
+        "unchanged": ("7", "4", "3.5", "0.3", "4", "0.3", "100", ""),
+        "another --nl": ("7", "4", "3.5", "1.8", "4", "1.8", "100", "springs 2.25, contact 0.50"),
+        "design, cold": ("7", "4", "3.5", "-", "4", "-", "100", "exit code 2: pipeline: no"),
+    }
+    caches = [call[2].get("XDG_CACHE_HOME") for call in calls if call[1] is not None]
+    assert caches[0] == caches[1] == caches[2] != caches[3]
 
 
 def test_comparison_with_the_products_element_is_the_product(housing_mesh):
@@ -234,7 +245,11 @@ def test_measurement_that_ends_badly_is_refused():
 
 def test_quick_bench_from_end_to_end(tmp_path, capsys, monkeypatch):
     def in_this_process(module, *, quick):
-        rows = {contact.__name__: (contact.split_rows(), 3), flexure.__name__: (flexure.product_rows(), 2)}
+        rows = {
+            unilateral.__name__: (unilateral.product_rows(), 1),
+            contact.__name__: (contact.split_rows(), 3),
+            flexure.__name__: (flexure.product_rows(), 2),
+        }
         return list(itertools.islice(*rows[module])) if quick else []
 
     monkeypatch.setattr(bench_module, "measurements_of", in_this_process)
@@ -245,6 +260,8 @@ def test_quick_bench_from_end_to_end(tmp_path, capsys, monkeypatch):
     default = split[(contact.JUDGED_SPLIT, "to 0.1 %")]
     assert max(map(abs, default["errors"])) < 1e-4
     assert abs(default["errors"][0]) < default["error_bar"]
+    (pressed,) = printed["unilateral contact"]["records"]
+    assert abs(pressed["errors"][0]) < pressed["error_bar"] + 0.01  # of the reference
     coarse, fine = printed["flexures"]["records"]
     assert abs(fine["errors"][0]) < min(abs(coarse["errors"][0]), fine["error_bar"])
     text = (tmp_path / "benchmarks.md").read_text(encoding="utf-8")

@@ -166,7 +166,7 @@ def test_ended_study_goes_on_to_the_same_table(
     path = written()
     study = read_study(path)
     run_study(study, tmp_path / "whole", engine)
-    monkeypatch.setattr(execute, "RANGE", 3)  # the first task ends before the others begin
+    monkeypatch.setattr(execute, "RANGE", 3)  # so that it ends after one of three tasks
 
     class EndedError(RuntimeError):
         pass
@@ -179,7 +179,8 @@ def test_ended_study_goes_on_to_the_same_table(
         run_study(study, tmp_path / "ended", engine, end)
     monkeypatch.setattr(execute, "RANGE", 5)
     again = run_study(study, tmp_path / "ended", engine)
-    assert (again.done, again.solved) == (8, 5)
+    assert again.done == 8
+    assert again.solved in (5, 6)  # tasks of 3, 3 and 2 points end in any order
     assert table(tmp_path / "ended", path) == table(tmp_path / "whole", path)
     assert run_study(study, tmp_path / "ended", engine).solved == 0
 
