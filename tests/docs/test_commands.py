@@ -72,7 +72,7 @@ ELSEWHERE = {
         '"--export", str(csv)',
     ),
     "pipeline study springs.toml --scheduler tcp://10.0.0.5:8786": (
-        "tests/pipeline/study/test_engines.py",
+        "tests/pipeline/study/workers/test_engines.py",
         '"--scheduler", address',
     ),
     "pipeline optimise sharper.toml": ("tests/pipeline/study/test_optimum.py", 'main(["optimise", str(written(text))'),

@@ -47,9 +47,8 @@ def sized_report(
     Raises InputError for a design that cannot be sized, pressed or read, SolveError where a press is not to be
     believed.
     """
-    drawn = spring_sizing(design, contact, RunOptions())
+    drawn, sizing = _sizings(design, contact, miss)
     _refuse_bad(design, stages)
-    sizing = printed_sizing(design, drawn, miss)
     report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
     press = None
     if _presses(design, stages):
@@ -68,6 +67,12 @@ def sized_report(
         verdicts += _target_verdicts(design, reached)
     verdicts += _press_verdicts(design, press)
     return report | {"verdicts": [asdict(verdict) for verdict in verdicts]}
+
+
+def _sizings(design: Design, contact: FruitCompliance, miss: PrintMiss) -> tuple[SpringSizing, SpringSizing]:
+    """Return the springs as drawn, and those of a print that misses the drawing."""
+    drawn = spring_sizing(design, contact, RunOptions())
+    return drawn, printed_sizing(design, drawn, miss)
 
 
 def _refuse_bad(design: Design, stages: frozenset[Stage]) -> None:

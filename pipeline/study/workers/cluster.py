@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 _ANSWER_S = 15  # for the scheduler to answer
 _WITHOUT_WORKERS_S = 120.0  # a worker that was lost may be started again in that time
+# Loggers of Dask and of what it runs on: that a cluster is lost is said here, in one line.
+_TALKERS = ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio")
 _RESUME = "all points that ended are kept; start it again, then the same command goes on"
 
 
@@ -33,7 +35,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     except ImportError as error:
         remedy = "install it with: pip install 'twintip[cluster]'"
         raise fault("--scheduler", address, "", "used with the package distributed", remedy) from error
-    for name in ("distributed", "distributed.client"):  # what is lost is said here, in one line
+    for name in _TALKERS:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(address, timeout=_ANSWER_S, set_as_default=False)

@@ -112,14 +112,14 @@ import sys
 from pipeline.cli import main
 
 if __name__ == "__main__":
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))  # no file of this process grows beyond it
+    resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))  # no file of this process grows beyond it
     sys.exit(main(sys.argv[1:]))
 """
 
 
 def test_full_disk_is_one_line_and_the_study_goes_on_when_there_is_room(start: Start, tmp_path: Path) -> None:
     path, script, folder = tmp_path / "many.toml", tmp_path / "small_disk.py", tmp_path / "out"
-    path.write_text(TEXT.replace("samples = 8", "samples = 600").replace('"tips.side_mm"', '"targets.NL"'), "utf-8")
+    path.write_text(TEXT.replace("samples = 8", "samples = 2000").replace('"tips.side_mm"', '"targets.NL"'), "utf-8")
     path.write_text(path.read_text("utf-8").replace("from = 0.9, to = 1.1", "from = 0.04, to = 0.06"), "utf-8")
     script.write_text(SMALL_DISK, encoding="utf-8")
     small = start(script, *words_of(path, folder, "--processes", "1")[2:], PYTHONPATH=str(Path(__file__).parents[4]))
@@ -128,11 +128,11 @@ def test_full_disk_is_one_line_and_the_study_goes_on_when_there_is_room(start: S
     assert complaint.count("\n") == 1
     assert "all points before this one are kept" in complaint
     kept = stored_count(folder)
-    assert 0 < kept < 600
+    assert 0 < kept < 2000
     code, printed, complaint = start(*words_of(path, folder, "--processes", "1")).ended()
     assert (code, complaint) == (0, "")
-    assert "600 points: 600 done" in printed
-    assert f"{600 - kept} solved in" in printed
+    assert "2000 points: 2000 done" in printed
+    assert f"{2000 - kept} solved in" in printed
 
 
 def test_cluster_agrees_to_the_bit_and_a_lost_one_is_one_line(
