@@ -45,15 +45,20 @@ def punch_deck_text(deck: Deck, punches: Mapping[str, Punch], travel: float) -> 
     for number, (name, punch) in enumerate(punches.items()):
         _write_punch(file, deck, name, number, punch.face + np.array([[0.0], [0.0], [way]]))
         _write_touched(file, deck, name)
+    _write_step(file, deck, tuple(punches), way)
+    return file.getvalue()
+
+
+def _write_step(file: TextIO, deck: Deck, punches: tuple[str, ...], way: float) -> None:
+    """Write the step in which the punches move down their way [mm], and what is printed at its end."""
     file.write("*STEP, INC=200\n*STATIC\n0.5, 1.0, 1.0e-4, 0.5\n*BOUNDARY\n")
-    for name, components in step.held.items():
+    for name, components in deck.steps[0].held.items():
         file.writelines(f"{name.upper()}, {component}, {component}\n" for component in components)
     for name in punches:
         file.write(f"{name.upper()}, 1, 2\n{name.upper()}, 3, 3, {-way:.12e}\n")
     for name in ("support0", *punches):
         file.write(f"*NODE PRINT, NSET={name.upper()}, TOTALS=ONLY, FREQUENCY=1000\nRF\n")
     file.write(f"*NODE PRINT, NSET={deck.asked.upper()}, FREQUENCY=1000\nU\n*END STEP\n")
-    return file.getvalue()
 
 
 def _write_punch(file: TextIO, deck: Deck, name: str, number: int, face: Floats) -> None:

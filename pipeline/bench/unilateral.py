@@ -10,13 +10,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-import cadquery as cq
 import numpy as np
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
-from cad.parts.fruit import curved_fruit
-from cad.parts.part import Part, named_part, on_plane
+from cad.parts.fruit import curved_half
+from cad.parts.part import Part
 from mesh.fruit import edge_size
 from mesh.volume import SizeField, volume_mesh
 from pipeline.bench.calculix import calculix_on, is_installed
@@ -41,7 +40,7 @@ BENCH = Bench(
     name="unilateral contact",
     scene=f"sphere of radius 35 mm, 20 x 20 mm, 12 mm thick, nu 0.3, E 1 MPa; flat tips of 1 mm, 8 mm apart, tilted "
     f"by 1 degree, moved {TRAVEL_MM:g} mm from first touch without springs",
-    values=("F_l", "F_h"),
+    values=tuple(name.replace("_", " ") for name in FACES),
     unit="N",
     reference=Reference(
         values=(0.0987, 0.2760),
@@ -77,30 +76,16 @@ def tip_plane() -> tuple[float, float]:
     return -(SCENE.first_touch_mm + TRAVEL_MM), -float(SCENE.turn[0])
 
 
-def half_piece() -> Part:
-    """Return the half y >= 0 of the solid [mm] with the faces base, top, low_tip, high_tip and symmetry_y."""
-    whole = curved_fruit(FRUIT, TIPS).shape
-    far = whole.BoundingBox().DiagonalLength
-    half = whole.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far))).Solids()[0]
-    reach = 0.5 * TIPS.side_mm + 1e-3
-
-    def under(centre: float, face: cq.Face) -> bool:
-        box = face.BoundingBox()
-        beside = max(abs(box.xmin - centre), abs(box.xmax - centre), box.ymax)
-        return face.geomType() != "PLANE" and beside < reach
-
-    tips = {name: partial(under, centre) for name, centre in zip(FACES, TIPS.centres_mm, strict=True)}
-    planes = {"base": on_plane(2, -FRUIT.depth_mm), SIDE: on_plane(1, 0.0)}
-    top = {"top": lambda face: face.geomType() != "PLANE" and not any(test(face) for test in tips.values())}
-    return named_part("half of a curved fruit", half, {**planes, **tips, **top})
-
-
 def half_mesh(part: Part, scale: float) -> SkfemMesh:
     """Return straight tetrahedra [mm] of the half, `scale` times the coarsest size at the edges of the tips."""
+    smooth = scale**0.25
     size = SizeField(
-        smallest_mm=edge_size(TIPS, scale), growth=0.5 * scale**0.25, largest_mm=4.0 * scale**0.25, faces=FACES,
+        smallest_mm=edge_size(TIPS, scale),
+        growth=0.5 * smooth,
+        largest_mm=4.0 * smooth,
+        faces=FACES,
         cuts=(SIDE,),
-    )  # fmt: skip
+    )
     return volume_mesh(part, size, tolerance=0.05)
 
 
@@ -141,7 +126,7 @@ def product_rows() -> Iterator[Measurement]:
 
 def peer_rows() -> Iterator[Measurement]:
     """Yield GetFEM by augmented Lagrangian and CalculiX face to face on one family, NGSolve on its mesh by penalty."""
-    part = half_piece()
+    part = curved_half(FRUIT, TIPS)
     for scale in SCALES:
         mesh, meshing = timed(partial(half_mesh, part, scale))
         deck, name = half_deck(mesh), f"edge {edge_size(TIPS, scale):.3g} mm"

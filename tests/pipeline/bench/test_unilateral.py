@@ -5,6 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
+from cad.parts.fruit import curved_half
 from pipeline.bench import unilateral
 from pipeline.bench.calculix import calculix_on
 from pipeline.bench.punch_deck import punch_deck_text
@@ -13,7 +14,7 @@ from pipeline.bench.unilateral import FACES, SCENE, TIPS, TRAVEL_MM
 
 @pytest.fixture(scope="module")
 def deck():
-    return unilateral.half_deck(unilateral.half_mesh(unilateral.half_piece(), 4.0))
+    return unilateral.half_deck(unilateral.half_mesh(curved_half(unilateral.FRUIT, TIPS), 4.0))
 
 
 def test_plane_of_the_tips_is_where_the_scene_has_it():
