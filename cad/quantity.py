@@ -77,6 +77,8 @@ class Estimate:
 
 
 # Below, a length is one of atoms and a modulus that of a gas: nothing that these models solve.
+COVERAGE = 2.0
+"""Standard deviations to each side that hold 95 % of a normal distribution, rounded: JCGM 100:2008, 6.3.3."""
 LENGTH = Bounds(at_least=1e-6, at_most=1000.0)
 MODULUS = Bounds(at_least=1e-6, at_most=1e6)
 

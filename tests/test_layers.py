@@ -166,6 +166,7 @@ DEFERRED_ONLY_IN = (
     "pipeline.commands",
     "pipeline.check.limited_check",
     "pipeline.study.levels.direct_solve",
+    "pipeline.uncertainty.print_scatter",
 )
 VAGUE = {"utils", "util", "common", "helpers", "helper", "core", "base", "misc"}
 

@@ -131,7 +131,7 @@ def test_only_the_quick_tests_of_make_leave_slow_ones_out() -> None:
     """`make test` is for the desk, `make test-all`, which .ci/run calls, for what is accepted, studies by hand."""
     text = (ROOT / "Makefile").read_text(encoding="utf-8")
     recipes = dict(re.findall(r"^(test[a-z-]*):.*\n\t(.+)$", text, flags=re.MULTILINE))
-    every = "$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) -m "
+    every = "$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) --dist worksteal -m "
     assert recipes["test"] == f'{every}"not slow and not study"'
     assert recipes["test-all"] == f'{every}"not study"'
     assert recipes["test-studies"] == f"{every}study"

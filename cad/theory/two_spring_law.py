@@ -8,6 +8,7 @@ K_m is the fruit's stiffness under the low tip. Off the middle of a fruit it is 
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -36,6 +37,11 @@ class Springs:
     def stiffnesses(self) -> tuple[float, float]:
         """Return both stiffnesses, low then high [N/mm]."""
         return self.K_l, self.K_h
+
+    def scaled(self, factors: Iterable[float]) -> "Springs":
+        """Return springs whose stiffnesses are these times a factor each [1], low then high."""
+        low, high = factors
+        return Springs(K_l=self.K_l * low, K_h=self.K_h * high)
 
 
 PAPER_SPRINGS = Springs(K_l=0.753, K_h=17.3)  # the paper's own, sized by (6), (7) and (10)

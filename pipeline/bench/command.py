@@ -1,40 +1,60 @@
-"""Wall time of the whole command against the bare imports of what it uses, and its peak memory."""
+"""Wall and processor time of the whole command against the bare imports of what it uses, and its peak memory."""
 
+import json
 import statistics
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from pipeline.bench.resources import ResourceUsage, resource_usage
+from pipeline.bench.resources import ONE_THREAD, ResourceUsage, resource_usage
 from pipeline.bench.table import Sheet
 
 IMPORTS = "import cadquery, gmsh, skfem"
+OUR_IMPORTS = "import pipeline.run"
 REPEATS = 3
-# Each way to call the command: its nonlinearity, and the project's goal for its time over that of the imports.
-RUNS = {"cold": ("0.05", 5.0), "unchanged": ("0.05", 1.5), "another --nl": ("0.06", 3.0)}
 PEAK_GOAL_MIB = 2048.0
+_LEAST_S = 0.01  # of a stage that is named
 _DONE = (0, 1)  # exit codes of a run that wrote its outputs
+_ROOT = str(Path(__file__).parents[2])
+
+
+@dataclass(frozen=True, kw_only=True)
+class CommandRun:
+    """One way to call the command, and the project's goals for its seconds over those of the imports [1].
+
+    `place` names its cache and its output folder: runs of one place come after each other.
+    """
+
+    words: tuple[str, ...]
+    place: str
+    wall_goal: float | None = None
+    cpu_goal: float | None = None
+
+
+_PAPER = ("run", "--nl", "0.05")
+RUNS = {
+    "cold": CommandRun(words=_PAPER, place="run", wall_goal=1.8, cpu_goal=2.4),
+    "unchanged": CommandRun(words=_PAPER, place="run", wall_goal=0.3, cpu_goal=0.3),
+    "another --nl": CommandRun(words=("run", "--nl", "0.06"), place="run", wall_goal=1.8, cpu_goal=1.8),
+    "design, cold": CommandRun(words=("design", "--nl", "0.05"), place="design"),
+}
 
 
 def command_sheet(repeats: int = REPEATS) -> Sheet:
-    """Return what the imports cost, a run with an empty cache, the same run again, and one with another nonlinearity.
+    """Return what the imports cost, and every way to call the command.
 
     Seconds [s] are medians, memory [MiB] is that of the largest process. A first import that is not counted warms the
-    page cache; each repeat has an empty cache of its own.
+    page cache; each repeat has empty caches of its own. The remark of a run that solved has the processor seconds of
+    its stages [s], of the last repeat.
     """
-    bare = [sys.executable, "-c", IMPORTS]
-    resource_usage(bare)
-    usages = {"bare imports": [resource_usage(bare) for _ in range(repeats)], **{name: [] for name in RUNS}}
-    for _ in range(repeats):
-        with tempfile.TemporaryDirectory() as folder:
-            for name, (nl, _) in RUNS.items():
-                usages[name].append(_run(Path(folder), nl))
-    baseline = statistics.median(usage.wall for usage in usages["bare imports"])
-    records = tuple(_record(name, repeated, baseline) for name, repeated in usages.items())
+    usages, stages = _measured(repeats)
+    baseline = usages["bare imports"]
+    records = tuple(_record(name, repeated, baseline, stages) for name, repeated in usages.items())
     rows = tuple(tuple(f"{v:.3g}" if isinstance(v, float) else v for v in record.values()) for record in records)
     notes = (
-        f"pipeline run --nl 0.05 with all its files beside python -c '{IMPORTS}'; median of {repeats}",
+        f"pipeline run --nl 0.05 with all its files beside python -c '{IMPORTS}'; median of {repeats}; one thread",
         f"memory of the largest process; goal {PEAK_GOAL_MIB:.0f} MiB",
     )
     return Sheet(
@@ -42,23 +62,71 @@ def command_sheet(repeats: int = REPEATS) -> Sheet:
     )
 
 
-def _record(name: str, usages: Sequence[ResourceUsage], baseline: float) -> dict[str, str | float]:
+def _measured(repeats: int) -> tuple[dict[str, list[ResourceUsage]], dict[str, str]]:
+    """Return what each program used every time, and by run the seconds of its stages in words."""
+    programs = {"bare imports": IMPORTS, "our imports": _of_ours(OUR_IMPORTS)}
+    usages: dict[str, list[ResourceUsage]] = {name: [] for name in (*programs, *RUNS)}
+    stages: dict[str, str] = {}
+    resource_usage([sys.executable, "-c", IMPORTS])
+    for _ in range(repeats):
+        for name, program in programs.items():
+            usages[name].append(resource_usage([sys.executable, "-c", program], environment=ONE_THREAD))
+        with tempfile.TemporaryDirectory() as folder:
+            for name, run in RUNS.items():
+                usages[name].append(_run(Path(folder), run))
+                stages[name] = _stages(Path(folder) / run.place / "out")
+    stages["unchanged"] = ""  # its report is that of the run before
+    return usages, stages
+
+
+def _record(
+    name: str, usages: Sequence[ResourceUsage], baseline: Sequence[ResourceUsage], stages: Mapping[str, str]
+) -> dict[str, str | float]:
     failed = [f"exit code {usage.exit_code}: {usage.last_line}" for usage in usages if usage.exit_code not in _DONE]
-    wall = statistics.median(usage.wall for usage in usages)
+    wall, cpu = (statistics.median(values) for values in _seconds(usages))
+    bare_wall, bare_cpu = (statistics.median(values) for values in _seconds(baseline))
+    run = RUNS.get(name, CommandRun(words=(), place=""))
     return {
         "run": name,
         "wall s": wall,
-        "CPU s": statistics.median(usage.cpu for usage in usages),
-        "ratio to imports": wall / baseline,
-        "goal": RUNS[name][1] if name in RUNS else "-",
+        "CPU s": cpu,
+        "wall / imports": wall / bare_wall,
+        "goal": _goal(run.wall_goal),
+        "CPU / imports": cpu / bare_cpu,
+        "CPU goal": _goal(run.cpu_goal),
         "peak MiB": max(usage.peak_MiB for usage in usages),
-        "remark": failed[0] if failed else "",
+        "remark": failed[0] if failed else stages.get(name, ""),
     }
 
 
-def _run(folder: Path, nl: str) -> ResourceUsage:
-    """Run the command with its cache and outputs in a folder, where it stays."""
-    words = ["run", "--nl", nl, "--out", str(folder / "out")]
-    root = str(Path(__file__).parents[2])
-    program = f"import sys; sys.path.insert(0, {root!r})\nfrom pipeline.cli import main\nsys.exit(main({words!r}))"
-    return resource_usage([sys.executable, "-c", program], folder, {"XDG_CACHE_HOME": str(folder / "cache")})
+def _seconds(usages: Sequence[ResourceUsage]) -> tuple[list[float], list[float]]:
+    return [usage.wall for usage in usages], [usage.cpu for usage in usages]
+
+
+def _goal(goal: float | None) -> str | float:
+    return "-" if goal is None else goal
+
+
+def _stages(out: Path) -> str:
+    """Return the processor seconds of the dearer stages as a run's report has them; nothing where there is none."""
+    report = out / "report.json"
+    if not report.is_file():
+        return ""
+    seconds = json.loads(report.read_bytes())["cpu_seconds"]
+    dearer = sorted((stage for stage in seconds if seconds[stage] >= _LEAST_S), key=seconds.__getitem__, reverse=True)
+    return ", ".join(f"{stage} {seconds[stage]:.2f}" for stage in dearer)
+
+
+def _of_ours(program: str) -> str:
+    """Return a program that finds this project wherever it is started."""
+    return f"import sys; sys.path.insert(0, {_ROOT!r})\n{program}"
+
+
+def _run(folder: Path, run: CommandRun) -> ResourceUsage:
+    """Run the command with its cache and outputs in its place in a folder, where they stay."""
+    place = folder / run.place
+    place.mkdir(exist_ok=True)
+    words = [*run.words, "--out", str(place / "out")]
+    program = _of_ours(f"from pipeline.cli import main\nsys.exit(main({words!r}))")
+    environment = {**ONE_THREAD, "XDG_CACHE_HOME": str(place / "cache")}
+    return resource_usage([sys.executable, "-c", program], place, environment)

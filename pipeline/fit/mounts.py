@@ -1,5 +1,6 @@
 """What holds the frame as the solver takes it: layers on its side faces where covers or washers press on it."""
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,7 +11,7 @@ from cad.parts.pin_socket import STEEL_MPA
 from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.foils import bonded_foils
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
-from solve.housing.held_half import HOLES, SIDES, Attached, held_half, with_layers
+from solve.housing.held_half import HOLES, SIDES, Attached, HeldHalf, held_half, with_layers
 from solve.housing.stiffness import stiffness_of
 
 # The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher. tests/reference/test_mounts.py
@@ -19,7 +20,7 @@ SKIN_MM = 0.02
 PLATE_SHARE = 0.75
 SCREW_CORE_MM = 2.387  # core diameter of M3, ISO 724
 SPREAD = 0.5  # tangent of the cone in which the pressure of a screw spreads, VDI 2230
-MOUNT_SCALE = 4.0  # of the mesh on which other mounts are compared
+MOUNT_SCALE = 4.0  # of the mesh on which other mounts are compared, and modes found
 
 
 def attached_to(housing: Housing) -> tuple[Attached, ...]:
@@ -58,13 +59,22 @@ def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...
     return replace(front, thickness=2.0 * front.thickness), back
 
 
+@functools.lru_cache(maxsize=1)
+def coarse_half(housing: Housing, E: float, poisson: float) -> HeldHalf:
+    """Return half the housing in its own mount on a coarse mesh [E in MPa]; the last one is kept.
+
+    Stiffness in other mounts and modes both start from it. Raises SolveError.
+    """
+    return held_half(flexure_mesh(housing, MOUNT_SCALE), E, poisson, attached_to(housing))
+
+
 def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
     """Return by name the relative change of each spring's stiffness [1] in other mounts than its own [E in MPa].
 
     They are the other mount that a design may ask for, covers that press near the screws alone, and screws so loose
     that they carry by bending alone. On a coarse mesh, which moves a change by a tenth of it. Raises SolveError.
     """
-    half = held_half(flexure_mesh(housing, MOUNT_SCALE), E, poisson, attached_to(housing))
+    half = coarse_half(housing, E, poisson)
     own = stiffness_of(half)
 
     def change(layers: Sequence[ElasticLayer]) -> tuple[float, ...]:

@@ -7,6 +7,7 @@ from cad.design.parameters import Design
 from cad.design.tips import Attitude, Press, Tips
 from cad.verdict import Verdict
 from pipeline.report.stored import StoredReport
+from pipeline.report.verdict_rule import UNREAD, bound_sense, bound_sign, fails_unread
 
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _SIDEWAYS = 3.0  # tolerances that a bar shows to each side of its target
@@ -39,10 +40,14 @@ class Bar:
 
 @dataclass(frozen=True, kw_only=True)
 class VerdictRow:
-    """A verdict with its numbers as they are shown, its bar where it has one, and the same of the paper's springs."""
+    """A verdict with its numbers as they are shown, its bar where it has one, and the same of the paper's springs.
+
+    `more` says why it failed where its value does not.
+    """
 
     verdict: Verdict
     outcome: str
+    more: str
     value: str
     error: str
     limit: str
@@ -126,14 +131,20 @@ def _row(verdict: Verdict, paper: Verdict | None) -> VerdictRow:
     return VerdictRow(
         verdict=verdict,
         outcome=OUTCOMES[verdict.passed],
+        more=UNREAD if fails_unread(verdict) else "",
         value=shown(verdict.value, verdict.unit),
         error=shown(verdict.error),
-        limit=shown(verdict.limit),
+        limit=limit_of(verdict),
         tolerance=_tolerance(verdict),
         bar=bar_of(verdict),
         paper="" if paper is None else shown(paper.value, paper.unit),
         paper_outcome="" if paper is None else OUTCOMES[paper.passed],
     )
+
+
+def limit_of(verdict: Verdict, unit: str = "") -> str:
+    """Return the target or limit of a verdict with a unit, its sign before it where it bounds the value on one side."""
+    return bound_sign(verdict) + shown(verdict.limit, unit)
 
 
 def shown(value: float | str | None, unit: str = "") -> str:
@@ -174,7 +185,8 @@ def _bar_about(verdict: Verdict, value: float, target: float, width: float) -> B
 def _bar_to(verdict: Verdict, value: float, limit: float) -> Bar:
     """Return the bar from 0 to beyond a limit, on whose one side or the other a value passes."""
     scale, error = 100.0 / (_MOST * limit), verdict.error or 0.0
-    below = (value <= limit) is (verdict.passed is not False)
+    sense = bound_sense(verdict)
+    below = (value <= limit) is (verdict.passed is not False) if sense is None else sense == "at most"
     return Bar(
         value=_cut(scale * value),
         error=(_cut(scale * (value - error)), _cut(scale * (value + error))),

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from pipeline.page.answer import answer_of, dimension_rows, shown, verdict_rows
+from pipeline.page.answer import answer_of, dimension_rows, limit_of, shown, verdict_rows
 from pipeline.page.bodies import exploded_picture, part_picture
 from pipeline.page.error_plots import budget_plot, pose_plot, speed_plot
 from pipeline.page.field_plots import contact_picture, flexure_picture
@@ -63,6 +63,7 @@ def _page(report: StoredReport, folder: Path, fields: Fields) -> str:
         told=_told(mangoes),
         dimensions=tuple(dimension_rows(report)),
         shown=shown,
+        limit_of=limit_of,
         style=_own("page.css"),
         script=_own("live.js"),
     )

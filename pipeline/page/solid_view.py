@@ -169,14 +169,22 @@ def _edges(front: Ints, depth: Floats, normals: Floats, owner: Ints) -> NDArray[
     found = np.zeros(front.shape, dtype=bool)
     whole, later, earlier = slice(None), slice(1, None), slice(None, -1)
     for here, there in (((whole, later), (whole, earlier)), ((later, whole), (earlier, whole))):
-        a, b = front[here], front[there]
-        both = (a >= 0) & (b >= 0)
-        turned = np.einsum("...i,...i", normals[a], normals[b]) < _FOLD
-        apart = np.abs(np.where(both, depth[here] - np.where(both, depth[there], 0.0), 0.0)) > _STEP
-        edge = ((a >= 0) != (b >= 0)) | (both & (turned | apart | (owner[a] != owner[b])))
+        edge = _apart(front[here], front[there], normals, owner)
+        both = (front[here] >= 0) & (front[there] >= 0)
+        edge[both] |= np.abs(depth[here][both] - depth[there][both]) > _STEP
         found[here] |= edge
         found[there] |= edge
     return found
+
+
+def _apart(a: Ints, b: Ints, normals: Floats, owner: Ints) -> NDArray[np.bool_]:
+    """Return where one triangle is none, or two are of other bodies or turned from each other; -1 for none."""
+    apart = np.asarray((a >= 0) != (b >= 0))
+    other = (a >= 0) & (b >= 0) & (a != b)
+    a, b = a[other], b[other]
+    turned = np.einsum("...i,...i", normals[a], normals[b]) < _FOLD
+    apart[other] = turned | (owner[a] != owner[b])
+    return apart
 
 
 def _reduced(picture: Floats) -> Pixels:

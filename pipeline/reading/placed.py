@@ -20,6 +20,7 @@ Vector = tuple[float, float]
 
 DIRECTIONS = 8
 FEWEST_MODULI = 4
+_AXES = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # by their angle to +x [deg]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,15 +62,20 @@ class Placed:
         )
 
     def __str__(self) -> str:
-        """Return the place in words."""
+        """Return the place in words; it is the tips on the side named that are lower."""
         tilt, off = math.hypot(*self.tilt_deg), math.hypot(*self.off_centre_mm)
-        along = math.degrees(math.atan2(self.tilt_deg[1], self.tilt_deg[0]))
         parts = [
-            f"tilt {tilt:.2g} deg towards {along:.0f} deg" if tilt else "level",
-            f"{off:.2g} mm off centre" if off else "",
-            f"radius {self.radius_mm:.3g} mm" if self.radius_mm else "",
+            f"tilted {tilt:.2g} deg down towards {_direction(self.tilt_deg)}" if tilt else "level",
+            f"{off:.2g} mm off the apex towards {_direction(self.off_centre_mm)}" if off else "",
+            f"on a radius of {self.radius_mm:.3g} mm" if self.radius_mm else "",
         ]
         return ", ".join(part for part in parts if part)
+
+
+def _direction(vector: Vector) -> str:
+    """Return in words where a vector along and across the tips points: along an axis, or by its angle to +x."""
+    angle = round(math.degrees(math.atan2(vector[1], vector[0])))
+    return _AXES.get(angle, f"{angle} deg from +x")
 
 
 def press_of(placed: Placed, E: float, design: Design, samples: int) -> list[Pose]:
@@ -144,7 +150,7 @@ def refuse_steep_poses(design: Design) -> None:
                 key, value, unit = "reading.off_centre_mm", reading.off_centre_mm, "mm"
             bound = (
                 f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {posed.steepest_deg:.3g} "
-                f"deg at {placed}"
+                f"deg where the sensor is {placed}"
             )
             raise fault(
                 key, value, unit, bound, "take less tilt, a place nearer to the apex, or a smaller spread of radius"

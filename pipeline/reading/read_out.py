@@ -1,4 +1,4 @@
-"""How the forces of a design's tips become a modulus: the contrast of one reading, or the line over a press."""
+"""How the forces of a design's tips become a modulus: the contrast of one reading, or the line through a press."""
 
 import math
 from collections.abc import Sequence
@@ -48,11 +48,11 @@ class ContrastReadOut:
 
 @dataclass(frozen=True, kw_only=True)
 class LineReadOut:
-    """Reads the samples of a whole press by the line through them; how the tips are off level drops out."""
+    """Reads a whole press by the straight line through its samples; how the tips are off level drops out."""
 
     C: tuple[tuple[float, ...], ...]
     own_less_other: float
-    method: str = "line over the press"
+    method: str = "straight line through the samples of a press"
     samples: int = PRESS_TRAVELS
 
     def modulus(self, press: Floats) -> float:

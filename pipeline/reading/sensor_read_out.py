@@ -41,7 +41,7 @@ class DepthFactor:
 class SensorReadOut:
     """The read-out of a sensor, largest force of each channel [N] (tips,), the error of the model as a share of E [1].
 
-    `level` are readings over the range of E which a contrast is corrected by; a line over the press has none. `deep` is
+    `level` are readings over the range of E which a contrast is corrected by; the line of a pair needs none. `deep` is
     the curve of a tip at large strain, none where the flesh is linear.
     """
 

@@ -79,7 +79,7 @@ def _key_in_words(design: Design, key: str, changes: Changes, *, alone: bool) ->
 def _none(search: Search) -> str:
     """Return that nothing tried passes, which keys that was, and what comes nearest."""
     if search.count == 0:
-        return "none found: no change of a key that bears on it could be tried"
+        return "none found: no key of the design is known to help, or every other value of it is refused"
     said = f"none found: of {search.count} designs with other {', '.join(search.keys)} none passes"
     if search.least is None:
         return said

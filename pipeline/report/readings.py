@@ -27,7 +27,7 @@ def reading_mapping(tips: Tips, read_out: SensorReadOut, readings: Readings | No
 
 
 def _read_out(known: SensorReadOut) -> Plain:
-    """Return the numbers that turn forces into a modulus: those of the contrast, or of the line over a press."""
+    """Return the numbers that turn forces into a modulus: those of the contrast, or of the line through a press."""
     read_out = known.read_out
     shared = {
         "method": read_out.method,

@@ -96,7 +96,7 @@ class StoredDepth:
 
 @dataclass(frozen=True, kw_only=True)
 class StoredReadOut:
-    """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line over a press.
+    """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line through a press.
 
     `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, `weights` [1] and `gaps_mm`
     (tips,). A pair has `own_less_other_per_mm` and None for the terms of a contrast; other layouts the other way round.

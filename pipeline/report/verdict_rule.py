@@ -21,6 +21,8 @@ _RULES = {
     "geometry.plates": "reaches", "geometry.tip_face": "at most", "geometry.*": "equal",
 }  # fmt: skip
 """The rule of each name, of which the first that fits decides; `*` stands for the rest of a name."""
+UNREAD = "some poses have no reading"
+"""Why a verdict on readings fails whose value keeps the limit: the value is that of the other poses."""
 
 
 def outcome_of(verdict: Verdict) -> Outcomes:
@@ -55,6 +57,16 @@ def bound_sense(verdict: Verdict) -> str | None:
     if rule.startswith("at most"):
         return "at most"
     return "at least" if rule in ("at least", "reaches") else None
+
+
+def bound_sign(verdict: Verdict) -> str:
+    """Return the sign that stands before a limit which bounds its value on one side; an empty text before others."""
+    return {"at most": "≤ ", "at least": "≥ "}.get(bound_sense(verdict) or "", "")
+
+
+def fails_unread(verdict: Verdict) -> bool:
+    """Say whether a verdict on readings fails though its value keeps the limit: for poses that have no reading."""
+    return verdict.passed is False and outcome_of(verdict) == (True, False)
 
 
 def _rule_of(name: str) -> str | None:

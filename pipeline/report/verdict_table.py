@@ -6,12 +6,11 @@ from rich.markup import escape
 
 from cad.verdict import Verdict
 from pipeline.answer.answer import AnswerPart, AnswerTable, print_answer
-from pipeline.report.verdict_rule import bound_sense
+from pipeline.report.verdict_rule import UNREAD, bound_sign, fails_unread
 
 OUTCOME = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
 _HEADS = ("verdict", "value", "± error", "target", "tolerance", "")
 _SPARE = ("tolerance", "± error")
-_SIGNS = {"at most": "≤", "at least": "≥"}
 
 
 def print_verdicts(title: str, verdicts: Sequence[Verdict]) -> None:
@@ -48,14 +47,13 @@ def verdict_table(title: str, verdicts: Iterable[Verdict], last_row: tuple[str, 
 
 
 def _row(verdict: Verdict) -> tuple[str, ...]:
-    sense = bound_sense(verdict)
     return (
         verdict.name,
         shown(verdict.value, verdict.unit),
         shown(verdict.error),
-        f"{_SIGNS[sense]} {shown(verdict.limit)}" if sense else shown(verdict.limit),
+        bound_sign(verdict) + shown(verdict.limit),
         _tolerance(verdict),
-        OUTCOME[verdict.passed],
+        f"{OUTCOME[verdict.passed]}: {UNREAD}" if fails_unread(verdict) else OUTCOME[verdict.passed],
     )
 
 

@@ -8,16 +8,14 @@ from cad.parts.housing import Arm, Housing
 from cad.theory.elastica import large_deflection_stiffening
 from cad.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
 from cad.theory.strain_gauge import FOIL
-from mesh.housing.sweep import flexure_mesh
-from pipeline.fit.mounts import attached_to
+from pipeline.fit.mounts import coarse_half
 from pipeline.stages.response import ScenePress
 from pipeline.stages.springs import FittedSprings
 from pipeline.storage.cache import cached
-from solve.housing.modes import Modes, Solid, housing_modes
+from solve.housing.modes import Modes, Solid, modes_of
 
 GAUGE_FACTOR = FOIL.gauge_factor
 GRID_MM = FOIL.grid_length_mm
-MODES_SCALE = 4.0  # of the mesh that finds the modes: the stiffness of the springs is that of the fit
 LONGEST_SHARE = 0.5  # of a leaf, to which the elastica is given
 
 
@@ -59,7 +57,8 @@ def sensor_modes(springs: FittedSprings) -> Modes | None:
     solid = Solid(E=process.E_MPa, poisson=process.poisson, density=process.density_g_per_cm3)
 
     def solve() -> Modes:
-        return housing_modes(flexure_mesh(housing, MODES_SCALE), solid, K, attached_to(housing))
+        # the stiffness of the springs, to which modes are scaled, is that of the fit
+        return modes_of(coarse_half(housing, process.E_MPa, process.poisson), solid, K)
 
     return cached("modes", {"housing": housing, "solid": solid, "K": K}, solve, Modes)
 

@@ -97,7 +97,7 @@ def _at_large_strain(
     for _ in range(MOST_ROUNDS):
         C = spring_compliance(*design.tips.each(*sized.stiffnesses))
         P = pressed_at(scene, contact, C, moduli, 1).P[:, -1]
-        times, off = P[-1] / targets.P_max, curve_nonlinearity(P, moduli, targets.NL_definition) - targets.NL
+        times, off = float(P[-1]) / targets.P_max, curve_nonlinearity(P, moduli, targets.NL_definition) - targets.NL
         if max(abs(times - 1.0), abs(off)) <= SETTLED:
             return sized
         P_max, NL = P_max / times, NL - off

@@ -31,7 +31,7 @@ _SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their che
 
 @dataclass(frozen=True, kw_only=True)
 class Solids:
-    """Files by name, as text in base 85, and the verdicts on them."""
+    """Files by name, as text in base 64, and the verdicts on them."""
 
     files: dict[str, str]
     verdicts: tuple[Verdict, ...]
@@ -70,12 +70,12 @@ def written_once(stage: str, inputs: Mapping[str, object], write: Callable[[], W
 
     def solids() -> Solids:
         paths, verdicts = write()
-        files = {path.name: base64.b85encode(path.read_bytes()).decode() for path in paths}
+        files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in paths}
         return Solids(files=files, verdicts=verdicts)
 
     found = cached(stage, {**inputs, "date": os.environ.get("SOURCE_DATE_EPOCH")}, solids, Solids)
     for name, text in found.files.items():
-        (folder / name).write_bytes(base64.b85decode(text))
+        (folder / name).write_bytes(base64.b64decode(text))
     return found.verdicts
 
 

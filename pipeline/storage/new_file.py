@@ -40,9 +40,10 @@ def write_all_new(files: Sequence[NewFile], *, force: bool = False) -> None:
 
 
 def write_new(path: Path, text: str, flag: str, *, force: bool = False, remedy: str = _OR_FORCE) -> None:
-    """Write a text file whole or not at all; raises InputError where one is there, unless forced, or none can be.
+    """Write a text file, whole or not at all.
 
-    `remedy` is what to do about a file that is there already.
+    Raises InputError where a file of this name exists and `force` is not set, or where the place cannot be written. The
+    error names the file by its `flag`, and for a file that exists says the `remedy`.
     """
     part = _part(path)
     try:
@@ -60,7 +61,7 @@ def write_new(path: Path, text: str, flag: str, *, force: bool = False, remedy: 
 
 
 def refuse_unwritable(path: Path, flag: str, remedy: str = _OR_FORCE) -> None:
-    """Raise InputError where a file is there already, or none can be written; nothing stays of the attempt."""
+    """Raise InputError as `write_new` would without `force`; the place is tried, and nothing is left there."""
     part = _part(path)
     try:
         if os.path.lexists(path):

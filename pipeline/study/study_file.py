@@ -15,6 +15,7 @@ from cad.quantity import InputError, fault, nearest
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
 from pipeline.storage.plain import Plain
 from pipeline.study.file_values import real_at, refuse_unknown_keys, text_at, texts, whole_at
+from pipeline.study.levels.printed import PRINTED_KEYS
 from pipeline.study.points_file import Row, columns_of, read_rows
 from pipeline.study.report_keys import LEVELS, Level, Stage, level_of, refuse_unknown, stages_of
 from pipeline.study.variation import Choices, Variation, variation
@@ -115,6 +116,9 @@ class Study:
             raise fault("vary", "{}", "", "a table of at least one key", "name a key of the design file under [vary]")
         for key in self.vary:
             _check_design_key(key)
+            if key in PRINTED_KEYS and self.level != "contact":
+                bound = f"contact where {key} varies: the springs of a print follow the beam law"
+                raise fault("level", self.level, "", bound, "ask for keys of that level")
 
     def _check_numbers(self) -> None:
         if self.how == "sobol" and not 0 < self.samples <= MOST_POINTS:
@@ -229,6 +233,7 @@ def _flat(name: str, data: Mapping[str, Any]) -> dict[str, object]:
 
 def _check_design_key(key: str) -> None:
     known = [f"{table}.{item.name}" for table, kind in TABLE_TYPES.items() for item in fields(kind)]
+    known += PRINTED_KEYS
     if key not in known:
         msg = f"vary {key}: unknown key of a design; must be table.key; did you mean {nearest(key, known)}?"
         raise InputError(msg)

@@ -1,5 +1,6 @@
 """A piece of a study that one process solves: some points, and what came out of each."""
 
+import errno
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from cad.quantity import InputError
 from pipeline.storage.plain import Plain
 from pipeline.study.levels.contact_surrogate import ContactSurrogate
 from pipeline.study.levels.direct_solve import solved_report
+from pipeline.study.levels.printed import print_miss
 from pipeline.study.levels.sized import sized_report
 from pipeline.study.levels.unit_scene import scene_compliance, unit_scene
 from pipeline.study.points import Point, design_of, points_between
@@ -29,6 +31,7 @@ FAILURES = (
 )  # fmt: skip
 # Every class that a solve can raise, of libraries too: a point that meets a rare fault must not stop a million others.
 # MeshError and SolveError are RuntimeErrors; ExportError, SplitDomainError and LinAlgError are ValueErrors.
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,10 +91,12 @@ def _solved(task: Task, point: Point) -> PointResult:
         values = _wanted(task, design, point, task.surrogate)
         if task.surrogate is not None and _is_audited(point.number, task.study):
             audit = _wanted(task, design, point, None)
-    except InputError as refusal:
-        status, error = "refused", str(refusal)
     except FAILURES as failure:
-        status, error = "failed", f"{type(failure).__name__}: {failure}"
+        if _lacks_room(failure):
+            raise  # of the machine, not of the point: it is solved when there is room again
+        refused = isinstance(failure, InputError)
+        status = "refused" if refused else "failed"
+        error = str(failure) if refused else f"{type(failure).__name__}: {failure}"
     return PointResult(
         number=point.number,
         settings=point.settings,
@@ -103,6 +108,12 @@ def _solved(task: Task, point: Point) -> PointResult:
     )
 
 
+def _lacks_room(failure: BaseException) -> bool:
+    """Say whether an error, or the one that it came from, is that of a full disk."""
+    causes = failure, failure.__cause__
+    return any(isinstance(one, OSError) and one.errno in _NO_ROOM for one in causes)
+
+
 def _wanted(task: Task, design: Design, point: Point, surrogate: ContactSurrogate | None) -> dict[str, object]:
     study = task.study
     report = _report(task, design, point, surrogate)
@@ -112,7 +123,8 @@ def _wanted(task: Task, design: Design, point: Point, surrogate: ContactSurrogat
 def _report(task: Task, design: Design, point: Point, surrogate: ContactSurrogate | None) -> Plain:
     study = task.study
     if study.level == "contact":
-        return sized_report(design, _contact(study, design, surrogate), study.stages)
+        contact = _contact(study, design, surrogate)
+        return sized_report(design, contact, study.stages, print_miss(point.settings))
     out = None if task.folder is None else task.folder / "designs" / f"{point.number:07d}"
     return solved_report(design, study.level, study.tol, out)
 

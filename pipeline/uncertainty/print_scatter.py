@@ -10,11 +10,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm, qmc
+from scipy.special import ndtri
 
 from cad.design.parameters import Design, Targets
 from cad.design.processes import Process
 from cad.parts.housing import Housing
+from cad.quantity import COVERAGE
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.mesh_pairs import COARSE
@@ -23,7 +24,6 @@ from pipeline.stages.sizing import SpringSizing
 from pipeline.stages.springs import FittedSprings
 from pipeline.storage.cache import cached
 from pipeline.uncertainty.causes import CALIBRATED
-from pipeline.uncertainty.spring_causes import SIGMAS
 from pipeline.verdicts.characteristic import Characteristic, characteristic
 from solve.error_estimate import propagated
 from solve.fruit.compliance import FruitCompliance
@@ -137,10 +137,12 @@ def scatter_bands(
     housing: Housing, process: Process, own: Characteristic, targets: Targets, surrogate: StiffnessSurrogate
 ) -> ScatterBands:
     """Return the bands over a Sobol sample of thickness offset and modulus, both normal."""
+    from scipy.stats import qmc  # a tenth of all imports, and only fabrication needs it
+
     nominal, K_m_max, ratio = own.springs, own.K_m_max, own.stiffness_ratio
     points = qmc.Sobol(2, seed=1).random(SAMPLES)
-    offset, scatter = norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9)).T
-    offset = offset * process.accuracy_mm / SIGMAS
+    offset, scatter = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9)).T
+    offset = offset * process.accuracy_mm / COVERAGE
     shifts = np.stack([np.log1p(offset / arm.flexure.thickness) for arm in housing.arms])
     factors = (1.0 + process.E_scatter * scatter) * surrogate.factors(shifts)
     prints = [Springs(K_l=nominal.K_l * soft, K_h=nominal.K_h * stiff) for soft, stiff in factors.T.tolist()]

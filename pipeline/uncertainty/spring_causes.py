@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from cad.parts.engraving import ENGRAVED_MM
+from cad.quantity import COVERAGE
 from cad.theory.elastica import large_deflection_stiffening
 from cad.theory.leaf_spring import Flexure
 from cad.theory.strain_gauge import GAUGES, sandwich_gain
@@ -11,7 +12,6 @@ from pipeline.stages.characteristics import LONGEST_SHARE
 from pipeline.stages.springs import FittedSprings
 from pipeline.uncertainty.cause import Cause, PerTip, Sensor
 
-SIGMAS = 2.0  # which accuracy_mm of a process is
 # How far the first layer of a print spreads on each side of a leaf, and how high: a judgement, one layer of 0.2 mm.
 FOOT_MM, FOOT_HIGH_MM = 0.15, 0.2
 GLUED = 0.25  # of what gauges stiffen: a judgement, as makers give neither the fill of a grid nor the glue
@@ -74,7 +74,7 @@ def other_mount(mounts: Mapping[str, PerTip]) -> tuple[Cause, ...]:
 def print_causes(sensor: Sensor) -> tuple[Cause, ...]:
     """Return what the process does not hold of the springs, alike on all of them as they are one print."""
     process = sensor.springs.process
-    E, off = SIGMAS * process.E_scatter, process.accuracy_mm
+    E, off = COVERAGE * process.E_scatter, process.accuracy_mm  # the accuracy of a process holds 95 % already
     leaves = process.leaf_thicknesses_mm
     slopes = sensor.slopes
     thicker = tuple(math.expm1(slope * math.log1p(off / t)) for slope, t in zip(slopes, leaves, strict=True))

@@ -8,11 +8,12 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.pair_line import PairLine
 from cad.theory.soft_tissue import FLESH_LAWS, large_strain_factor
 from pipeline.unit.deep_pair import DeepPair, Sample
-from pipeline.unit.fruit_reading import COVERAGE, FruitReading, combined, flags_of_forces, judged_reading
+from pipeline.unit.fruit_reading import FruitReading, combined, flags_of_forces, judged_reading
 from pipeline.unit.measuring import MeasuringUnit
 
 _STEP = 1e-4  # of a stiffness or a gain, for slopes of the modulus

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from cad.quantity import COVERAGE
 from cad.theory.contrast_law import (
     ContrastLaw,
     ReadingError,
@@ -15,7 +16,6 @@ from cad.theory.contrast_law import (
 from pipeline.storage.plain import Plain
 from pipeline.unit.measuring import MeasuringUnit
 
-COVERAGE = 2.0  # standard deviations that hold 95 % of a normal distribution (JCGM 100:2008, 6.3.3)
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
 IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range")
 """Flags that firmware has too, from bit 0 on."""

@@ -60,11 +60,11 @@ class MeasuringUnit:
     @cached_property
     def law(self) -> ContrastLaw | None:
         """Return the contrast law of the unit; None for a pair."""
-        known = self.report.read_out
-        if known.weights is None or known.gaps_mm is None or known.fruit_per_mm is None:
+        designed = self.report.read_out.contrast
+        if designed is None:
             return None
-        gaps = tuple(gap - height for gap, height in zip(known.gaps_mm, self.unit.height_mm, strict=True))
-        return ContrastLaw(weights=known.weights, gaps=gaps, C=self.C, S=known.fruit_per_mm, hertz=known.hertz or 0.0)
+        gaps = tuple(gap - height for gap, height in zip(designed.gaps, self.unit.height_mm, strict=True))
+        return replace(designed, gaps=gaps, C=self.C)
 
     @cached_property
     def deep(self) -> DeepPair | None:

@@ -8,11 +8,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.pair_line import FEWEST, PairLine, PressSums, line_of_sums, ratio_modulus
 from pipeline.unit.deep_reading import deep_reading, deep_single_reading
 from pipeline.unit.fruit_reading import (
-    COVERAGE,
     FruitReading,
     combined,
     flags_of_forces,

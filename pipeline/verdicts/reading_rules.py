@@ -58,7 +58,8 @@ def _uncertainty_verdict(assessed: ReadingAssessment, reading: Reading) -> Verdi
 
 
 def _refused(verdict: Verdict, reason: str) -> Verdict:
-    return replace(verdict, passed=False, reference=f"{verdict.reference}; {reason}")
+    of_others = "" if verdict.value is None else "of the others: "
+    return replace(verdict, passed=False, reference=f"{reason}; {of_others}{verdict.reference}")
 
 
 def skin_verdict(pressures: Sequence[SkinPressure]) -> Verdict:

@@ -97,8 +97,8 @@ def _check_face(scene: Scene, needed: float) -> None:
 
 def _dome_status(scene: Scene) -> str:
     return (
-        f"domes as Hertz's spheres, exact for any tilt; the fruit slopes by {joined(scene.slopes_deg)} deg under the "
-        "tips; friction and large strain are left out"
+        "Hertz's law where each dome touches, at any tilt without a small-angle approximation; the fruit slopes by "
+        f"{joined(scene.slopes_deg)} deg under the tips; friction and large strain are left out"
     )
 
 

@@ -61,7 +61,11 @@ def housing_modes(
     `stiffness` is that of each tip on finer meshes [N/mm]. Both symmetries about the plane y = 0 are solved. Raises
     SolveError when a mode is not exact.
     """
-    half = held_half(mesh, solid.E, solid.poisson, attached, PRESS)
+    return modes_of(held_half(mesh, solid.E, solid.poisson, attached, PRESS), solid, stiffness, springs)
+
+
+def modes_of(half: HeldHalf, solid: Solid, stiffness: PerTip, springs: Sequence[str] = SPRINGS) -> Modes:
+    """Return the three lowest modes of a held half of that solid, as `housing_modes` does."""
     mass = mass_matrix(half.basis, _TONNES * solid.density)
     known = {
         f"{spring} spring {_PRESS}": (fine / here) ** 0.5

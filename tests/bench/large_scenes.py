@@ -35,13 +35,15 @@ LEAST_COVERED = 0.95  # of the forces
 FINER, SLOWER = 2 * REFINEMENTS[-1], 1.5
 EVERY = 3  # of the depths of a curve, the deepest one included: a finer press costs ten times as much
 INTRODUCTION = """\
-`tests/bench/large_scenes.py {flags}` writes this page. It draws presses at random: a cube or a cylinder of 0.5 to 4 mm,
-up to 0.6 sides deep, its edge sharp or rounded up to a tenth of the side, flesh of Poisson's ratio 0 to 0.49 by one of
-the three laws, a tip that grips or slides. Each is solved as a run solves it, and again on a mesh whose elements at the
-edge are half as large as the finer one's and grow by {growth:g} from one to the next instead of {coarse:g}.
+`tests/bench/large_scenes.py {flags}` writes this page. It draws presses at random:
+a cube or a cylinder of 0.5 to 4 mm, up to 0.6 sides deep, its edge sharp or rounded up to a tenth of the side, flesh of
+Poisson's ratio 0 to 0.49 by one of the three laws, a tip that grips or slides. Each is solved as a run solves it, and
+again on a mesh whose elements at the edge are half as large as the finer one's and grow by {growth:g} from one to the
+next instead of {coarse:g}.
 
 Goals: every press converges, ends at a depth that it names, or is refused in one line; its bars hold the forces of the
-finer mesh in {percent:.0f} % of all depths at which it was solved."""
+finer mesh in {percent:.0f} % of all depths at which it was solved. That mesh is solved at every third depth, as deep as
+equilibrium is found on it."""
 
 
 @dataclass(frozen=True, kw_only=True)

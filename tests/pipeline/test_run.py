@@ -11,6 +11,7 @@ from cad.design.design_file import design_from_mapping, read_design
 from cad.files.step import read_step
 from pipeline.cli import main
 
+ACCURACY = Path(__file__).parents[2] / "docs" / "accuracy.md"
 MAIN_KEYS = {
     "schema", "design", "springs", "flexures", "material", "contact", "response", "verdicts", "paper", "files",
     "seconds", "versions",
@@ -87,6 +88,19 @@ def test_default_run_meets_its_targets_within_the_stated_errors(default_run):
     found = verdicts_of(report_of(default_run.folder))
     for name, target in (("P_max", 5.0), ("NL", 0.05)):
         assert abs(found[name]["value"] - target) <= found[name]["error"]
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"), [*((name, name) for name in ("K_l", "K_h", "P_max", "NL")), ("contact", "contact, s11 - s12")]
+)
+def test_table_of_errors_in_the_docs_is_that_of_the_default_run(default_run, name, shown):
+    """Two digits of each number, and the two largest shares."""
+    budget = report_of(default_run.folder)["errors"][name]
+    kinds = (budget[f"{kind}_percent"] for kind in ("discretisation", "model", "inputs"))
+    shares = sorted(budget["model"] + budget["inputs"], key=lambda share: -abs(share["size_percent"]))[:2]
+    largest = ", ".join(f"{share['effect']} {abs(share['size_percent']):.2g} %" for share in shares)
+    row = f"| {shown} | {' | '.join(f'{percent:.2g} %' for percent in kinds)} | {largest} |"
+    assert row in ACCURACY.read_text(encoding="utf-8")
 
 
 def test_loose_tolerance_takes_coarser_meshes_and_says_which_would_decide(default_run, tmp_path):

@@ -45,7 +45,6 @@ def add_engine_flags(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1."""
     from pipeline.study.answers.sensitivity import sensitivities
-    from pipeline.study.answers.study_page import write_page
     from pipeline.study.execute import run_study
     from pipeline.study.export import export_table
     from pipeline.study.store import stored_study
@@ -63,6 +62,8 @@ def execute(arguments: Namespace) -> int:
         if arguments.export is not None:
             export_table(store, study, arguments.export, force=force)
         if page is not None:
+            from pipeline.study.answers.study_page import write_page
+
             write_page(store, study, page, force=force)
         refusals = store.messages()
         shares = sensitivities(store, study) if study.how == "sensitivity" else ()
@@ -73,12 +74,13 @@ def execute(arguments: Namespace) -> int:
 
 def _refuse_outputs(table: Path | None, page: Path | None, folder: Path, *, force: bool) -> None:
     """Raise InputError where what is asked for beside the points could not be written."""
-    from pipeline.study.answers.study_page import refuse_page
     from pipeline.study.export import refuse_export
 
     if table is not None:
         refuse_export(table, folder, force=force)
     if page is not None:
+        from pipeline.study.answers.study_page import refuse_page
+
         refuse_page(page, folder, force=force)
 
 

@@ -1,4 +1,4 @@
-"""A design whose springs are exactly as they were sized or given: contact and closed forms, no solid and no fit."""
+"""A design whose springs are exactly as they were sized or given, or as a print has them: no solid and no fit."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -20,6 +20,7 @@ from pipeline.stages.fitted_spring import springs_as_sized
 from pipeline.stages.response import ScenePress, mean_pressure_estimate, press_scene, scene_of
 from pipeline.stages.sizing import SpringSizing, spring_sizing
 from pipeline.storage.plain import Plain
+from pipeline.study.levels.printed import AS_DRAWN, PrintMiss, printed_sizing
 from pipeline.study.report_keys import Stage
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.reading_rules import reading_verdicts
@@ -39,14 +40,17 @@ CLOSED_FORMS: frozenset[Stage] = frozenset(("sizing", "level", "printable"))  # 
 _OF_WHAT = "of springs exactly as they were sized or given"
 
 
-def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Stage]) -> Plain:
-    """Return the part of report.json that some stages give, for springs exactly as sized; docs/studies.md lists it.
+def sized_report(
+    design: Design, contact: FruitCompliance, stages: frozenset[Stage], miss: PrintMiss = AS_DRAWN
+) -> Plain:
+    """Return the part of report.json that some stages give, for springs as sized, or as a print misses them.
 
     Raises InputError for a design that cannot be sized, pressed or read, SolveError where a press is not to be
     believed.
     """
-    sizing = spring_sizing(design, contact, RunOptions())
+    drawn = spring_sizing(design, contact, RunOptions())
     _refuse_bad(design, stages)
+    sizing = printed_sizing(design, drawn, miss)
     report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
     press = None
     if _presses(design, stages):
@@ -54,7 +58,7 @@ def sized_report(design: Design, contact: FruitCompliance, stages: frozenset[Sta
         report["response"] = _rows(design, press)
     verdicts: list[Verdict] = []
     if "printable" in stages:
-        verdicts += [printable_verdict(spring) for spring in springs_as_sized(design, sizing)]
+        verdicts += [printable_verdict(spring) for spring in springs_as_sized(design, drawn)]
     if "reading" in stages and design.reading is not None:
         readings = _readings(design, contact, sizing, design.reading)
         report["reading"] = assessed_mapping(readings)

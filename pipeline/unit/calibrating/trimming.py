@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design, Targets
+from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
 from cad.theory.leaf_spring import Flexure, pair_length
 from cad.theory.pair_line import ratio_modulus
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from cad.verdict import Verdict, equal
-from pipeline.unit.fruit_reading import COVERAGE
 from pipeline.unit.measuring import MeasuringUnit
 
 Floats = NDArray[np.float64]

@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.quantity import InputError
+from cad.quantity import COVERAGE, InputError
 from pipeline.unit.calibrating.measured_table import MeasuredRow, only_columns
-from pipeline.unit.fruit_reading import COVERAGE
 
 FEWEST = 3
 # Student's t that holds 95 %, by degrees of freedom from 1; beyond them 2.

@@ -136,17 +136,28 @@ def test_command_is_compared_with_its_imports(monkeypatch):
 
     def stand_in(program, folder=None, environment=None):
         calls.append((program, folder, environment))
-        wall = 2.0 if program[-1] == command.IMPORTS else 7.0
-        code = 0 if wall == 2.0 else 2
-        return ResourceUsage(exit_code=code, wall=wall, cpu=1.0, peak_MiB=100.0, out="", err="pipeline: no\n")
+        if program[-1] == command.IMPORTS:
+            return ResourceUsage(exit_code=0, wall=2.0, cpu=1.0, peak_MiB=100.0, out="", err="")
+        if "design" in program[-1]:
+            return ResourceUsage(exit_code=2, wall=7.0, cpu=4.0, peak_MiB=100.0, out="", err="pipeline: no\n")
+        if folder is not None:
+            (folder / "out").mkdir(exist_ok=True)
+            report = {"cpu_seconds": {"contact": 0.5, "springs": 2.25, "verdicts": 0.001}}
+            (folder / "out" / "report.json").write_text(json.dumps(report))
+        return ResourceUsage(exit_code=1, wall=7.0, cpu=4.0, peak_MiB=100.0, out="", err="")
 
     monkeypatch.setattr(command, "resource_usage", stand_in)
-    sheet = command.command_sheet(repeats=1)
-    assert sheet.rows[:2] == (
-        ("bare imports", "2", "1", "1", "-", "100", ""),
-        ("cold", "7", "1", "3.5", "5", "100", "exit code 2: pipeline: no"),
-    )
-    assert len({call[2]["XDG_CACHE_HOME"] for call in calls if call[2]}) == 1
+    rows = {row[0]: row[1:] for row in command.command_sheet(repeats=1).rows}
+    assert rows == {
+        "bare imports": ("2", "1", "1", "-", "1", "-", "100", ""),
+        "our imports": ("7", "4", "3.5", "-", "4", "-", "100", ""),
+        "cold": ("7", "4", "3.5", "1.8", "4", "2.4", "100", "springs 2.25, contact 0.50"),
+        "unchanged": ("7", "4", "3.5", "0.3", "4", "0.3", "100", ""),
+        "another --nl": ("7", "4", "3.5", "1.8", "4", "1.8", "100", "springs 2.25, contact 0.50"),
+        "design, cold": ("7", "4", "3.5", "-", "4", "-", "100", "exit code 2: pipeline: no"),
+    }
+    caches = [call[2].get("XDG_CACHE_HOME") for call in calls if call[1] is not None]
+    assert caches[0] == caches[1] == caches[2] != caches[3]
 
 
 def test_comparison_with_the_products_element_is_the_product(housing_mesh):

@@ -13,11 +13,13 @@ from cad.design.parameters import Design, Print
 from cad.parts.cover import WASHER_MM, Cover, cover_part
 from cad.parts.housing import SETBACK_MM
 from mesh.housing.sweep import flexure_mesh
+from pipeline.fit import mounts
 from pipeline.fit.mesh_pairs import COARSE, DEFAULT
-from pipeline.fit.mounts import MOUNT_SCALE, attached_to, mount_changes, mount_layers
+from pipeline.fit.mounts import MOUNT_SCALE, attached_to, coarse_half, mount_changes, mount_layers
 from solve.elasticity import vector_basis
 from solve.housing.elastic_layer import layer_area
 from solve.housing.held_half import REDUCED
+from solve.housing.modes import Solid, housing_modes, modes_of
 from solve.housing.stiffness import housing_stiffness, tip_compliance
 
 MATERIAL = (PETG.E_MPa, PETG.poisson)
@@ -113,3 +115,12 @@ def test_change_to_another_mount_is_that_of_solving_it():
     assert changes["washers on the frame, no covers"] == pytest.approx(washers / own - 1.0, abs=ROUND_OFF)
     for name in ("screws so loose that they bend", "covers that press near the screws alone"):
         assert max(changes[name]) < 0.0
+
+
+def test_mounts_and_modes_share_one_factorisation(monkeypatch):
+    """Modes of the kept half are those of one of their own, to the bit."""
+    housing, solid, K = mounted("covers"), Solid(E=MATERIAL[0], poisson=MATERIAL[1], density=1.27), (0.9, 20.8)
+    mount_changes(housing, *MATERIAL)
+    own = housing_modes(flexure_mesh(housing, MOUNT_SCALE), solid, K, attached_to(housing))
+    monkeypatch.setattr(mounts, "held_half", None)
+    assert modes_of(coarse_half(housing, *MATERIAL), solid, K) == own

@@ -11,7 +11,7 @@ from stand_ins import result_of
 from cad.design.fruit import Fruit
 from cad.design.reading import Reading
 from cad.verdict import Verdict
-from pipeline.page.answer import answer_of, bar_of
+from pipeline.page.answer import answer_of, bar_of, verdict_rows
 from pipeline.page.page import page_of_folder, page_of_run
 from pipeline.report.outputs import PAGE, write_outputs
 from pipeline.storage.seal import file_digest
@@ -120,6 +120,19 @@ def planted(name, **changes):
     return Verdict(name=name, **(given | changes))
 
 
+def test_limits_on_one_side_have_their_sign_and_a_missing_reading_its_reason(flat_page):
+    """A bias of 0.02 keeps its limit of 0.05, and fails for the poses that have no reading."""
+    bias = planted("reading.bias", value=0.02, limit=0.05, unit="1")
+    lift = planted("reading.lift", value=3.0, limit=4.0, unit="deg")
+    report = dataclasses.replace(flat_page.report, verdicts=(bias, lift, planted("K_l", tolerance=0.1)))
+    (unread, lifted, target), _ = verdict_rows(report)
+    assert [row.limit for row in (unread, lifted, target)] == ["≤ 0.05", "≥ 4", "1"]
+    assert [row.more for row in (unread, lifted, target)] == ["some poses have no reading", "", ""]
+    assert (unread.bar.passing[0], lifted.bar.passing[1]) == (0.0, 100.0)
+    text = Outline(page_of_folder(report, flat_page.folder)).text
+    assert "reading.bias failed some poses have no reading 0.02 ≤ 0.05" in text
+
+
 def test_answer_of_a_good_sensor_is_yes(flat_page):
     passing = tuple(dataclasses.replace(verdict, passed=True) for verdict in flat_page.report.verdicts)
     answer = answer_of(dataclasses.replace(flat_page.report, verdicts=passing))
@@ -172,7 +185,7 @@ def test_planted_failed_verdict_is_said_first_with_its_remedy(flat_page):
     text = Outline(page_of_folder(report, flat_page.folder)).text
     first, *_ = text.split("Verdicts", maxsplit=1)
     assert f"No: paper fails 1 of {len(good) + 2} verdicts" in first
-    assert first.index("bruise failed: 2 MPa, asked for 1 MPa") < first.index("x is undecided")
+    assert first.index("bruise failed: 2 MPa, asked for ≤ 1 MPa") < first.index("x is undecided")
     assert "What would help: travel at most 0.05 mm" in first
 
 

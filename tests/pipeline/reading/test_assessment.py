@@ -77,9 +77,11 @@ def test_tilt_that_lifts_a_tip_is_refused_and_fails_the_lift():
     design = square_design(tilt_deg=8.0)
     found = assessed(design)
     assert found.bias.value < 1e-9
-    assert re.match(r"\d+ of \d+ poses have no reading, as at 0.5 MPa, tilt 8 deg", found.refused)
+    assert re.match(r"\d+ of \d+ poses have no reading, as at 0.5 MPa, tilted 8 deg", found.refused)
     assert "is off the fruit" in found.refused
     assert set(outcomes(found, design).values()) == {False}
+    bias, *_ = assessed_verdicts(found, design.reading)
+    assert bias.reference.startswith(f"{found.refused}; of the others: largest |E read / E - 1|")
 
 
 def test_lift_is_where_the_force_of_the_first_tip_ends():
@@ -112,5 +114,7 @@ def test_poses_are_at_least_those_that_the_issue_asks_for():
 
 def test_place_is_said_in_words():
     placed = Placed(tilt_deg=(0.0, 4.0), off_centre_mm=(1.0, 0.0), radius_mm=28.0)
-    assert str(placed) == "tilt 4 deg towards 90 deg, 1 mm off centre, radius 28 mm"
+    assert str(placed) == "tilted 4 deg down towards +y, 1 mm off the apex towards +x, on a radius of 28 mm"
     assert str(Placed()) == "level"
+    aslant = Placed(tilt_deg=(-1.0, -1.0), off_centre_mm=(-0.5, 0.0))
+    assert str(aslant) == "tilted 1.4 deg down towards -135 deg from +x, 0.5 mm off the apex towards -x"

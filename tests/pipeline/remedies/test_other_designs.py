@@ -50,7 +50,10 @@ def test_no_design_tried_is_not_told_as_designs_that_fail(kept):
     """Every key that bears on it is kept, or there is no budget for any."""
     search = searched(STIFF, kept, BUDGET if kept else 0)
     assert (search.count, search.keys) == (0, ())
-    assert sentence(STIFF, search) == "none found: no change of a key that bears on it could be tried"
+    assert (
+        sentence(STIFF, search)
+        == "none found: no key of the design is known to help, or every other value of it is refused"
+    )
 
 
 def test_line_is_mended_by_a_layout_that_has_a_housing():

@@ -9,6 +9,7 @@ from stand_ins import GOOD, print_everything, print_summary, result_of
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
+from cad.verdict import Verdict
 from pipeline.remedies.sentences import with_remedies
 from pipeline.report.verdict_table import print_verdicts
 
@@ -48,6 +49,15 @@ def test_limit_has_its_sign(failing, monkeypatch, capsys):
     rows = {line.split("│")[1].strip(): line for line in capsys.readouterr().out.splitlines() if "│" in line}
     assert "≤ 0.29" in rows["bruise"]
     assert "│ 5 " in rows["P_max"]
+
+
+@pytest.mark.parametrize(("passed", "value", "said"), [(False, 0.02, True), (False, 0.06, False), (True, 0.02, False)])
+def test_table_says_why_a_reading_fails_whose_value_keeps_the_limit(passed, value, said, monkeypatch, capsys):
+    monkeypatch.delenv("COLUMNS", raising=False)
+    given = {"unit": "1", "limit": 0.05, "tolerance": 0.0, "reference": "3 of 68 poses have no reading"}
+    print_verdicts("", [Verdict(name="reading.bias", value=value, passed=passed, **given)])
+    row = next(line for line in capsys.readouterr().out.splitlines() if "≤ 0.05" in line)
+    assert ("failed: some poses have no reading" in row) is said
 
 
 def test_output_in_ascii_has_words_for_signs(failing, monkeypatch):

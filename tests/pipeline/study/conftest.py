@@ -144,3 +144,28 @@ def start() -> Iterator[Callable[..., Run]]:
     finally:
         for run in started:
             run.clear()
+
+
+CLUSTER = """
+import sys
+
+from distributed import LocalCluster
+
+if __name__ == "__main__":
+    with LocalCluster(n_workers=2, threads_per_worker=1, protocol="tcp", host="127.0.0.1",
+                      dashboard_address=None) as cluster:
+        print(cluster.scheduler_address, flush=True)
+        sys.stdin.readline()
+"""
+"""A scheduler and two workers, for as long as nobody writes to it."""
+
+
+@pytest.fixture
+def dask_cluster(start: Callable[..., Run], tmp_path: Path) -> tuple[Run, str]:
+    """Start a Dask cluster of two workers over TCP; return its process and the address of its scheduler."""
+    pytest.importorskip("distributed")
+    script, cache = tmp_path / "cluster.py", tmp_path / "cluster-cache"
+    script.write_text(CLUSTER, encoding="utf-8")
+    root = str(Path(__file__).parents[3])
+    run = start(script, PYTHONPATH=root, OPENBLAS_NUM_THREADS="1", XDG_CACHE_HOME=str(cache))
+    return run, run.first_line()

@@ -1,5 +1,6 @@
 """A study solves each of its points once, keeps what goes wrong with it, and goes on where it was ended."""
 
+import errno
 import subprocess
 import sys
 from collections.abc import Callable
@@ -128,7 +129,7 @@ def test_springs_alone_ask_no_printer(
     def refuse(*_: object, **__: object) -> None:
         raise NotImplementedError
 
-    monkeypatch.setattr(sized, "check_printable", refuse)
+    monkeypatch.setattr(sized, "springs_as_sized", refuse)
     assert run_study(read_study(written()), tmp_path / "out", engine).done == 8
     asked = replace(read_study(written()), wanted=("verdicts.printable.low.value",))
     assert run_study(asked, tmp_path / "asked", engine).failed == 8
@@ -165,7 +166,7 @@ def test_ended_study_goes_on_to_the_same_table(
     path = written()
     study = read_study(path)
     run_study(study, tmp_path / "whole", engine)
-    monkeypatch.setattr(execute, "RANGE", 3)  # the first task ends before the others begin
+    monkeypatch.setattr(execute, "RANGE", 3)  # so that it ends after one of three tasks
 
     class EndedError(RuntimeError):
         pass
@@ -178,7 +179,8 @@ def test_ended_study_goes_on_to_the_same_table(
         run_study(study, tmp_path / "ended", engine, end)
     monkeypatch.setattr(execute, "RANGE", 5)
     again = run_study(study, tmp_path / "ended", engine)
-    assert (again.done, again.solved) == (8, 5)
+    assert again.done == 8
+    assert again.solved in (5, 6)  # tasks of 3, 3 and 2 points end in any order
     assert table(tmp_path / "ended", path) == table(tmp_path / "whole", path)
     assert run_study(study, tmp_path / "ended", engine).solved == 0
 
@@ -262,6 +264,25 @@ def test_point_that_fails_in_any_way_does_not_stop_the_others(
     monkeypatch.setattr(tasks, "scene_compliance", lambda *_: None)
     summary = run_study(read_study(written()), tmp_path / "out", engine)
     assert (summary.done, summary.failed) == (7, 1)
+
+
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_full_disk_is_no_fault_of_a_point(
+    written: Write, engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, wrapped: bool
+) -> None:
+    def solve(*_: object) -> dict[str, object]:
+        full = OSError(errno.ENOSPC, "No space left on device", "response.csv")
+        if not wrapped:
+            raise full
+        message = "--out: must have room"
+        raise InputError(message) from full
+
+    study = read_study(written())
+    with monkeypatch.context() as patch:
+        patch.setattr(tasks, "sized_report", solve)
+        with pytest.raises((OSError, InputError), match=r"room|No space"):
+            run_study(study, tmp_path / "out", engine)
+    assert run_study(study, tmp_path / "out", engine).done == 8
 
 
 def test_contact_alone_imports_no_solids(written: Write) -> None:

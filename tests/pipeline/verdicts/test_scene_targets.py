@@ -107,6 +107,7 @@ def test_springs_sized_at_large_strain_meet_both_targets(definition):
     assert found.reached.P_max.value == pytest.approx(5.0, rel=1e-6)
     assert found.reached.NL.value == pytest.approx(0.05, abs=1e-6)
     assert verdict(found, "P_max").passed is verdict(found, "NL").passed is True
+    assert all(type(K) is float for K in sizing_of(large).springs.stiffnesses)  # they go to report.json
     linear = sizing_of(Design(targets=targets)).springs
     given = GivenSprings(K_l_N_per_m=1e3 * linear.K_l, K_h_N_per_m=1e3 * linear.K_h)
     missed = judged(replace(large, springs=given))[0]

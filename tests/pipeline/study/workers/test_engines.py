@@ -105,27 +105,40 @@ def test_killed_workers_are_replaced(start: Start, written: Write, whole: bytes,
     assert table(path, killed) == whole
 
 
-CLUSTER = """
+SMALL_DISK = """
+import resource
 import sys
 
-from distributed import LocalCluster
+from pipeline.cli import main
 
 if __name__ == "__main__":
-    with LocalCluster(n_workers=2, threads_per_worker=1, protocol="tcp", host="127.0.0.1",
-                      dashboard_address=None) as cluster:
-        print(cluster.scheduler_address, flush=True)
-        sys.stdin.readline()
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))  # no file of this process grows beyond it
+    sys.exit(main(sys.argv[1:]))
 """
 
 
+def test_full_disk_is_one_line_and_the_study_goes_on_when_there_is_room(start: Start, tmp_path: Path) -> None:
+    path, script, folder = tmp_path / "many.toml", tmp_path / "small_disk.py", tmp_path / "out"
+    path.write_text(TEXT.replace("samples = 8", "samples = 600").replace('"tips.side_mm"', '"targets.NL"'), "utf-8")
+    path.write_text(path.read_text("utf-8").replace("from = 0.9, to = 1.1", "from = 0.04, to = 0.06"), "utf-8")
+    script.write_text(SMALL_DISK, encoding="utf-8")
+    small = start(script, *words_of(path, folder, "--processes", "1")[2:], PYTHONPATH=str(Path(__file__).parents[4]))
+    code, _, complaint = small.ended()
+    assert code == 2
+    assert complaint.count("\n") == 1
+    assert "all points before this one are kept" in complaint
+    kept = stored_count(folder)
+    assert 0 < kept < 600
+    code, printed, complaint = start(*words_of(path, folder, "--processes", "1")).ended()
+    assert (code, complaint) == (0, "")
+    assert "600 points: 600 done" in printed
+    assert f"{600 - kept} solved in" in printed
+
+
 def test_cluster_agrees_to_the_bit_and_a_lost_one_is_one_line(
-    start: Start, written: Write, whole: bytes, tmp_path: Path
+    start: Start, written: Write, whole: bytes, dask_cluster: tuple[Any, str], tmp_path: Path
 ) -> None:
-    pytest.importorskip("distributed")
-    path, script, folder = written(TEXT), tmp_path / "cluster.py", tmp_path / "lost"
-    script.write_text(CLUSTER, encoding="utf-8")
-    cluster = start(script, PYTHONPATH=str(Path(__file__).parents[4]), OPENBLAS_NUM_THREADS="1")
-    address = cluster.first_line()
+    path, folder, (cluster, address) = written(TEXT), tmp_path / "lost", dask_cluster
     assert address.startswith("tcp://127.0.0.1:")
     run = start(*words_of(path, tmp_path / "dask", "--scheduler", address))
     run.wait_for(lambda: stored_count(tmp_path / "dask") >= 1)

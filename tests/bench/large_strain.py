@@ -1,0 +1,43 @@
+"""What large strain does to the paper's press, beside the linear law: the table of docs/accuracy.md.
+
+From the root of the repository, `python tests/bench/large_strain.py` prints its rows, by the factors of
+cad/theory/large_strain.toml; tests/docs/test_large_strain_table.py holds the page against them.
+"""
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+sys.path[:0] = [str(ROOT)]
+
+from cad.design.fruit import Fruit  # noqa: E402
+from cad.design.tips import Tips  # noqa: E402
+from cad.theory.deep_press import DeepPress  # noqa: E402
+from cad.theory.soft_tissue import FLESH_LAWS  # noqa: E402
+from cad.theory.two_spring_law import PAPER_SPRINGS, force_ratio  # noqa: E402
+from pipeline.stages.contact import contact_compliance  # noqa: E402
+
+POISSONS = (0.3, 0.4, 0.45, 0.49)
+FIRST, TRAVELS = 0.06, (0.1, 0.3, 0.6)  # [mm]
+
+
+def rows() -> Iterator[str]:
+    """Yield a row for each Poisson's ratio and law: P at both ends of the travel, linear and large, and E at 1 MPa."""
+    for poisson in POISSONS:
+        K_m = contact_compliance(Fruit(poisson=poisson), Tips(), "split", 1e-3).K_m_over_E()
+        linear = force_ratio(PAPER_SPRINGS, K_m)
+        press = DeepPress(springs=PAPER_SPRINGS, side=1.0, poisson=poisson)
+        for law in FLESH_LAWS:
+            deep = replace(press, law=law)
+            ratios = [f"{deep.ratio(K_m, travel):.3f}" for travel in (FIRST, TRAVELS[-1])]
+            drift = f"{100.0 * deep.drift(K_m, (FIRST, TRAVELS[-1])):+.1f} %"
+            biases = [f"{100.0 * deep.bias(K_m, travel):+.1f} %" for travel in TRAVELS]
+            cells = [f"{poisson:g}", law, f"{linear:.3f}", *ratios, "0", drift, "0", *biases]
+            yield f"| {' | '.join(cells)} |"
+
+
+if __name__ == "__main__":
+    for row in rows():
+        print(row)
