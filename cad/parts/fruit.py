@@ -9,6 +9,7 @@ from cad.kernel import cq
 from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, on_plane, same_as
 from cad.quantity import fault
 
+_NEAR_BOX_MM = 1e-3  # the box about a curved face is wider than it
 _CURVED = 1e-4  # relative: areas of curved faces are sums
 _MIRROR_PLANES = {"symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
 
@@ -99,6 +100,34 @@ def curved_fruit(fruit: Fruit, tips: Tips | None = None) -> Part:
         return face.geomType() != "PLANE" and not any(test(face) for test in tests.values())
 
     return named_part(f"fruit {fruit.shape}", piece, {"base": on_plane(2, -fruit.depth_mm), "top": top, **tests})
+
+
+def curved_half(fruit: Fruit, tips: Tips) -> Part:
+    """Return the half y >= 0 of the piece [mm] with the faces base, top, low_tip, high_tip and symmetry_y.
+
+    The tips leave their outlines as seen from above. Raises InputError for a block.
+    """
+    whole = curved_fruit(fruit, tips).shape
+    far = whole.BoundingBox().DiagonalLength
+    half = whole.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far))).Solids()[0]
+    under = {name: _under(tips, centre) for name, centre in tip_centres(tips).items()}
+
+    def top(face: cq.Face) -> bool:
+        return face.geomType() != "PLANE" and not any(test(face) for test in under.values())
+
+    planes = {"base": on_plane(2, -fruit.depth_mm), "symmetry_y": _MIRROR_PLANES["symmetry_y"]}
+    return named_part(f"half of a fruit {fruit.shape}", half, {**planes, **under, "top": top})
+
+
+def _under(tips: Tips, centre: float) -> FaceTest:
+    """Pick the curved face that lies in the plan of a tip."""
+    reach = 0.5 * tips.side_mm + _NEAR_BOX_MM
+
+    def belongs(face: cq.Face) -> bool:
+        box = face.BoundingBox()
+        return face.geomType() != "PLANE" and max(centre - box.xmin, box.xmax - centre, box.ymax) < reach
+
+    return belongs
 
 
 def bare_fruit(fruit: Fruit) -> cq.Shape:

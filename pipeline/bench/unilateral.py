@@ -14,13 +14,14 @@ import numpy as np
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
-from cad.kernel import cq
-from cad.parts.fruit import curved_fruit
-from cad.parts.part import Part, named_part, on_plane
+from cad.parts.fruit import curved_half
+from cad.parts.part import Part
 from mesh.fruit import edge_size
 from mesh.volume import SizeField, volume_mesh
+from pipeline.bench.calculix import calculix_on, is_installed
 from pipeline.bench.harness import Bench, Reference, print_measurements, timed
 from pipeline.bench.peers import GETFEM, NGSOLVE, Peer, PeerTask, deck_task, peer_answer
+from pipeline.bench.punch_deck import Punch, punch_deck_text
 from pipeline.bench.table import Measurement
 from pipeline.decks.deck import Deck, LinearStep
 from pipeline.decks.elements import SkfemMesh, boundary_sets, peer_elements
@@ -39,7 +40,7 @@ BENCH = Bench(
     name="unilateral contact",
     scene=f"sphere of radius 35 mm, 20 x 20 mm, 12 mm thick, nu 0.3, E 1 MPa; flat tips of 1 mm, 8 mm apart, tilted "
     f"by 1 degree, moved {TRAVEL_MM:g} mm from first touch without springs",
-    values=("F_l", "F_h"),
+    values=tuple(name.replace("_", " ") for name in FACES),
     unit="N",
     reference=Reference(
         values=(0.0987, 0.2760),
@@ -51,6 +52,7 @@ BENCH = Bench(
     families=("GetFEM P2 tets",),
 )
 SCALES = (2.0, 1.0, 0.5, 0.25)  # of the size at the edges of the tips, as in mesh/fruit.py
+CALCULIX_SCALES = SCALES[:2]
 # What NGSolve presses: sizes of elements [mm], and the penalty over E [1/mm].
 PENALTY_PIECE = {
     "size": (FRUIT.length_mm, FRUIT.width_mm, FRUIT.depth_mm),
@@ -74,40 +76,40 @@ def tip_plane() -> tuple[float, float]:
     return -(SCENE.first_touch_mm + TRAVEL_MM), -float(SCENE.turn[0])
 
 
-def half_piece() -> Part:
-    """Return the half y >= 0 of the solid [mm] with the faces base, top, low_tip, high_tip and symmetry_y."""
-    whole = curved_fruit(FRUIT, TIPS).shape
-    far = whole.BoundingBox().DiagonalLength
-    half = whole.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far))).Solids()[0]
-    reach = 0.5 * TIPS.side_mm + 1e-3
-
-    def under(centre: float, face: cq.Face) -> bool:
-        box = face.BoundingBox()
-        beside = max(abs(box.xmin - centre), abs(box.xmax - centre), box.ymax)
-        return face.geomType() != "PLANE" and beside < reach
-
-    tips = {name: partial(under, centre) for name, centre in zip(FACES, TIPS.centres_mm, strict=True)}
-    planes = {"base": on_plane(2, -FRUIT.depth_mm), SIDE: on_plane(1, 0.0)}
-    top = {"top": lambda face: face.geomType() != "PLANE" and not any(test(face) for test in tips.values())}
-    return named_part("half of a curved fruit", half, {**planes, **tips, **top})
-
-
 def half_mesh(part: Part, scale: float) -> SkfemMesh:
     """Return straight tetrahedra [mm] of the half, `scale` times the coarsest size at the edges of the tips."""
-    wider = scale**0.25
+    smooth = scale**0.25
     size = SizeField(
-        smallest_mm=edge_size(TIPS, scale), growth=0.5 * wider, largest_mm=4.0 * wider, faces=FACES, cuts=(SIDE,)
+        smallest_mm=edge_size(TIPS, scale),
+        growth=0.5 * smooth,
+        largest_mm=4.0 * smooth,
+        faces=FACES,
+        cuts=(SIDE,),
     )
     return volume_mesh(part, size, tolerance=0.05)
 
 
-def contact_task(mesh: SkfemMesh) -> PeerTask:
-    """Return the task to press the tips on a mesh of the half."""
+def half_deck(mesh: SkfemMesh) -> Deck:
+    """Return the half as a deck; its step says how the tips move."""
     elements = peer_elements(mesh, "tet P2", "C3D10")
     sets = boundary_sets(elements, mesh, "tet P2", ("base", SIDE, *FACES))
-    deck = Deck(elements=elements, sets=sets, E=E_MPA, poisson=FRUIT.poisson, steps=[STEP], asked="base")
+    return Deck(elements=elements, sets=sets, E=E_MPA, poisson=FRUIT.poisson, steps=[STEP], asked="base")
+
+
+def contact_task(deck: Deck) -> PeerTask:
+    """Return the task to press the tips on the half."""
     task = deck_task(deck)
     return replace(task, kind="contact", scene={**task.scene, "plane": tip_plane()})
+
+
+def punches() -> dict[str, Punch]:
+    """Return the half y >= 0 of each tip where its way ends, by the name of what it may touch."""
+    (height, slope), half = tip_plane(), 0.5 * TIPS.side_mm
+    placed = {}
+    for name, centre in zip(FACES, TIPS.centres_mm, strict=True):
+        x, y = centre + half * np.array([-1.0, 1.0, 1.0, -1.0]), half * np.array([0.0, 0.0, 1.0, 1.0])
+        placed[name] = Punch(face=np.array([x, y, height + slope * x]))
+    return placed
 
 
 def product_rows() -> Iterator[Measurement]:
@@ -123,15 +125,25 @@ def product_rows() -> Iterator[Measurement]:
 
 
 def peer_rows() -> Iterator[Measurement]:
-    """Yield GetFEM on tetrahedra of the half, by augmented Lagrangian, and NGSolve on its own mesh, by penalty."""
-    part = half_piece()
-    for scale in SCALES if GETFEM.interpreter else ():
+    """Yield GetFEM by augmented Lagrangian and CalculiX face to face on one family, NGSolve on its mesh by penalty."""
+    part = curved_half(FRUIT, TIPS)
+    for scale in SCALES:
         mesh, meshing = timed(partial(half_mesh, part, scale))
-        solve = partial(_pressed, GETFEM, contact_task(mesh))
-        yield BENCH.peer_row(f"{GETFEM.name} P2 tets", f"edge {edge_size(TIPS, scale):.3g} mm", meshing, solve)
+        deck, name = half_deck(mesh), f"edge {edge_size(TIPS, scale):.3g} mm"
+        if GETFEM.interpreter:
+            solve = partial(_pressed, GETFEM, contact_task(deck))
+            yield BENCH.peer_row(f"{GETFEM.name} P2 tets", name, meshing, solve)
+        if is_installed() and scale in CALCULIX_SCALES:
+            yield BENCH.peer_row("CalculiX P2 tets", name, meshing, partial(_pressed_by_calculix, deck))
     if NGSOLVE.interpreter:
         task = PeerTask(kind="contact", scene={**PENALTY_PIECE, "plane": tip_plane()}, steps=[STEP])
         yield BENCH.peer_row(f"{NGSOLVE.name}, order 2", "edge 0.1 mm", 0.0, partial(_pressed, NGSOLVE, task))
+
+
+def _pressed_by_calculix(deck: Deck) -> tuple[tuple[float, ...], float, int]:
+    """Return the forces on the whole tips [N], the CPU seconds [s] and the dofs of CalculiX."""
+    (result,), cpu = calculix_on(punch_deck_text(deck, punches(), TRAVEL_MM), deck)
+    return tuple(2.0 * abs(result.forces[name]) for name in FACES), cpu, 3 * deck.elements.nodes.shape[1]
 
 
 def _pressed(peer: Peer, task: PeerTask) -> tuple[tuple[float, ...], float, int]:
