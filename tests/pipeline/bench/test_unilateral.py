@@ -43,7 +43,10 @@ def test_tips_stand_over_their_faces_on_the_sphere(deck):
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
 def test_calculix_presses_like_the_product(deck):
-    """On a coarse mesh forces are too large, as prescribed displacements always make them, by less than a fifth."""
+    """On a coarse mesh forces are too large, as prescribed displacements always make them, by less than a fifth.
+
+    docs/benchmarks.md has 7.7 % on half the size at the edges: at first order 15 % here, and a third more is allowed.
+    """
     (result,), cpu = calculix_on(punch_deck_text(deck, unilateral.punches(), TRAVEL_MM), deck)
     (ours,) = unilateral.product_rows()
     truth = np.array(unilateral.BENCH.reference.values)
