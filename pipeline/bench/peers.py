@@ -5,7 +5,6 @@
 
 import json
 import math
-import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,9 +20,10 @@ from pipeline.decks.deck import Deck, LinearStep, support_nodes
 from solve.arrays import Floats
 from solve.linear import SolveError
 
+ROOT = Path(__file__).parents[2]
 # The environment that `make bench-peers` makes, and Debian's interpreter, which has what Debian alone packs.
-INTERPRETERS = (Path(".venv-peers/bin/python"), Path("/usr/bin/python3"))
-SCRIPTS = Path(__file__).parents[2] / "tests" / "bench" / "peers"
+INTERPRETERS = (ROOT / ".venv-peers" / "bin" / "python", Path("/usr/bin/python3"))
+SCRIPTS = ROOT / "tests" / "bench" / "peers"
 DEADLINE = 1200.0  # [s] of one task
 
 
@@ -140,7 +140,7 @@ def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
         path = Path(name) / "task.npz"
         task.write(path)
         # Not resolved: the interpreter of an environment is a link, and is told by its place.
-        command = [os.path.abspath(interpreter), str(SCRIPTS / peer.script), task.kind, str(path)]  # noqa: PTH100
+        command = [str(interpreter), str(SCRIPTS / peer.script), task.kind, str(path)]
         usage = resource_usage(command, Path(name), ONE_THREAD, deadline=DEADLINE)
     if usage.wall >= DEADLINE:
         raise _refused(peer, f"still at work after {DEADLINE:g} s")
@@ -188,9 +188,8 @@ def _interpreter(package: str, interpreters: tuple[Path, ...]) -> Path | None:
     program = f"import importlib.util, sys; sys.exit(importlib.util.find_spec({package!r}) is None)"
     for interpreter in interpreters:
         if interpreter.is_file():
-            place = os.path.abspath(interpreter)  # noqa: PTH100
             try:
-                usage = resource_usage([place, "-c", program], deadline=DEADLINE)
+                usage = resource_usage([str(interpreter), "-c", program], deadline=DEADLINE)
             except OSError:
                 continue
             if usage.exit_code == 0:

@@ -129,3 +129,18 @@ def test_program_beyond_its_deadline_is_killed():
     usage = resource_usage([sys.executable, "-c", "import time; time.sleep(600)"], deadline=0.3)
     assert usage.exit_code == -9
     assert usage.wall >= 0.3
+
+
+def test_peers_interpreter_is_that_of_this_project_wherever_it_is_called(tmp_path, monkeypatch):
+    """A stranger's interpreter in the folder where a user stands is never started."""
+    started = tmp_path / "started"
+    stranger = tmp_path / ".venv-peers" / "bin" / "python"
+    stranger.parent.mkdir(parents=True)
+    stranger.write_text(f"#!/bin/sh\ntouch '{started}'\n", encoding="utf-8")
+    stranger.chmod(0o755)
+    monkeypatch.chdir(tmp_path)
+    peers._interpreter.cache_clear()
+    absent_peers()
+    peers._interpreter.cache_clear()
+    assert not started.exists()
+    assert all(interpreter.is_absolute() for interpreter in peers.INTERPRETERS)
