@@ -1,11 +1,11 @@
-"""A deck by felupe: its regions, its assembly, its direct solver of SciPy. `with_felupe.py deck TASK.npz`."""
+"""A deck by felupe: its regions, its assembly, a direct solver of SciPy. `with_felupe.py deck TASK.npz`."""
 
 import sys
 
 import felupe
 import numpy as np
 from deck import Clock, read_deck
-from scipy.sparse.linalg import spsolve
+from stiffness_solver import StiffnessSolver
 
 # Two Gauss points along each axis, or three.
 HEXAHEDRA = {"C3D20R": 1, "C3D20": 2}
@@ -27,15 +27,13 @@ def solve(deck):
     field = felupe.FieldContainer([felupe.Field(elements, dim=3)])
     body = felupe.SolidBody(umat=felupe.LinearElastic(E=deck.E, nu=deck.poisson), field=field)
     K = body.assemble.matrix().tocsr()
+    solver = StiffnessSolver(K)
     answers = []
     for step in deck.steps:
         fixed, values = deck.prescribed(step)
-        free = np.setdiff1d(np.arange(3 * mesh.npoints), fixed)
         loads = np.zeros(3 * mesh.npoints)
         loads[2::3] = step.loads if len(step.loads) else 0.0
-        u = np.zeros(3 * mesh.npoints)
-        u[fixed] = values
-        u[free] = spsolve(K[free][:, free].tocsc(), (loads - K @ u)[free], permc_spec="MMD_AT_PLUS_A")
+        u = solver.displacements(fixed, values, loads)
         reaction = K @ u - loads
         answers.append(deck.answer_of(step, u.reshape(-1, 3), reaction.reshape(-1, 3)))
     return 3 * mesh.npoints, answers

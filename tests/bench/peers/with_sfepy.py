@@ -1,16 +1,16 @@
-"""A deck by sfepy: its fields, its assembly, its direct solver. `with_sfepy.py deck TASK.npz`."""
+"""A deck by sfepy: its fields, its assembly, a direct solver of SciPy. `with_sfepy.py deck TASK.npz`."""
 
 import sys
 
 import numpy as np
 from deck import Clock, read_deck
-from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 from sfepy.base.base import output
 from sfepy.discrete import Equation, Equations, FieldVariable, Integral, Material, Problem
 from sfepy.discrete.fem import FEDomain, Field, Mesh
 from sfepy.mechanics.matcoefs import stiffness_from_youngpoisson
 from sfepy.terms import Term
+from stiffness_solver import StiffnessSolver
 
 
 def solve(deck):
@@ -28,18 +28,15 @@ def solve(deck):
     law = Material("law", D=stiffness_from_youngpoisson(3, deck.E, deck.poisson))
     term = Term.new("dw_lin_elastic(law.D, v, u)", Integral("i", order=2), region, law=law, v=v, u=u)
     K = assembled(term)
+    solver = StiffnessSolver(K)
     node = cKDTree(field.get_coor()).query(deck.nodes)[1]
     answers = []
     for step in deck.steps:
         dofs, values = deck.prescribed(step)
         fixed = 3 * node[dofs // 3] + dofs % 3
-        free = np.setdiff1d(np.arange(K.shape[0]), fixed)
         loads = np.zeros(K.shape[0])
         loads[3 * node[np.arange(len(step.loads))] + 2] = step.loads
-        displacements = np.zeros(K.shape[0])
-        displacements[fixed] = values
-        right = (loads - K @ displacements)[free]
-        displacements[free] = spsolve(K[free][:, free].tocsc(), right, permc_spec="MMD_AT_PLUS_A")
+        displacements = solver.displacements(fixed, values, loads)
         reaction = K @ displacements - loads
         answers.append(deck.answer_of(step, displacements.reshape(-1, 3)[node], reaction.reshape(-1, 3)[node]))
     return K.shape[0], answers

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bench.peers import stiffness_solver
+from scipy.sparse import diags_array
 
 from pipeline.bench import contact, peers
 from pipeline.bench.peers import FELUPE, NGSOLVE, PeerTask, absent_peers, deck_solvers, peer_answer
@@ -144,3 +146,22 @@ def test_peers_interpreter_is_that_of_this_project_wherever_it_is_called(tmp_pat
     peers._interpreter.cache_clear()
     assert not started.exists()
     assert all(interpreter.is_absolute() for interpreter in peers.INTERPRETERS)
+
+
+def test_peers_without_a_solver_factorise_once_for_steps_with_the_same_free_dofs(monkeypatch):
+    """A chain of springs of 1 N/mm, held at one end, moved or loaded at the other: its displacements are linear."""
+    factorised, number = [], 6
+    splu = stiffness_solver.splu
+    monkeypatch.setattr(stiffness_solver, "splu", lambda *given, **how: factorised.append(how) or splu(*given, **how))
+    diagonal = np.array([1.0, *[2.0] * (number - 2), 1.0])
+    solver = stiffness_solver.StiffnessSolver(
+        diags_array([diagonal, -np.ones(number - 1), -np.ones(number - 1)], offsets=[0, 1, -1]).tocsr()
+    )
+    ends, places = np.array([0, number - 1]), np.arange(float(number))
+    for moved in (5.0, -10.0):
+        found = solver.displacements(ends, np.array([0.0, moved]), np.zeros(number))
+        np.testing.assert_allclose(found, moved / 5.0 * places, rtol=1e-12)
+    assert factorised == [{"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}]
+    found = solver.displacements(ends[:1], np.zeros(1), np.array([*[0.0] * (number - 1), 2.0]))
+    np.testing.assert_allclose(found, 2.0 * places, rtol=1e-12)
+    assert len(factorised) == 2
