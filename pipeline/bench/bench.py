@@ -17,8 +17,13 @@ FILES = ("benchmarks.md", "benchmarks.svg", "bench.json")
 MODULES = (contact, unilateral, flexure)
 INTRODUCTION = """\
 This page is written by `pipeline bench`, never typed. Each method solves the same task; the tables say how far its
-answer is from a reference and what it cost. CPU seconds are on one thread, imports not counted. A peer that is not
-installed is named. Measured on {cores} cores, Python {python}.
+answer is from a reference and what it cost. CPU seconds are on one thread, imports not counted. Measured on {cores}
+cores, Python {python}.
+
+A peer that is not installed is named. `make bench-peers` installs all but CalculiX; GetFEM comes from Debian, which it
+can install only as root: else root runs `apt-get install --yes --no-install-recommends python3-getfem`. felupe and
+sfepy assemble, and SciPy's SuperLU solves for them: in its symmetric mode, like ours, and with one factor for all steps
+that hold the same nodes.
 
 ![error against CPU seconds](benchmarks.svg)"""
 

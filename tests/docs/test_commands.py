@@ -51,6 +51,7 @@ ELSEWHERE = {
     "make run": ("Makefile", "$(BIN)/pipeline run --nl 0.05"),
     "make setup": ("Makefile", "lint: setup"),
     "make test": (".ci/run", "make test"),
+    "make bench-peers": ("tests/pipeline/bench/test_peers.py", '".ci" / "peers"'),
     "pipeline run --fruit-stiffness hayes": ("tests/pipeline/test_run.py", '"--fruit-stiffness", "hayes"'),
     "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
     "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),

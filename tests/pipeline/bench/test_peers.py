@@ -4,6 +4,9 @@ The stand-in is an interpreter: a script that prints what the test says, whateve
 """
 
 import json
+import os
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -165,3 +168,26 @@ def test_peers_without_a_solver_factorise_once_for_steps_with_the_same_free_dofs
     found = solver.displacements(ends[:1], np.zeros(1), np.array([*[0.0] * (number - 1), 2.0]))
     np.testing.assert_allclose(found, 2.0 * places, rtol=1e-12)
     assert len(factorised) == 2
+
+
+@pytest.mark.parametrize("lacks", ["sfepy", "nothing"])
+def test_set_up_of_the_peers_ends_well_only_when_all_are_there(lacks, tmp_path):
+    """GetFEM is looked for in Debian's interpreter; the stand-in for apt-get installs nothing."""
+    script = Path(peers.__file__).parents[2] / ".ci" / "peers"
+    (tmp_path / "requirements-peers.lock").write_text("felupe==1\nsfepy==1\n", encoding="utf-8")
+    (tmp_path / ".ci").mkdir()
+    copy = shutil.copy(script, tmp_path / ".ci")
+    programs = {".venv-peers/bin/python": f'cat > /dev/null; [ "$2" != "import {lacks}" ]', "bin/apt-get": "exit 1"}
+    for name, line in programs.items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"#!/bin/sh\n{line}\n", encoding="utf-8")
+        path.chmod(0o755)
+    places = {**os.environ, "PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}"}
+    ended = subprocess.run(
+        ["bash", copy], env=places, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=300, check=False
+    )
+    said = ended.stdout
+    assert "peers: felupe is installed" in said
+    assert ("peers: sfepy is not installed" in said) == (lacks == "sfepy")
+    assert ended.returncode == ("is not installed" in said)
