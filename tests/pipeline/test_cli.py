@@ -156,7 +156,7 @@ def test_closed_pipe_keeps_the_verdicts_code(tmp_path):
         from pipeline.cli import main
         long = (AnswerPart(lines=("x" * 99,) * 9999),)
         answer = RunAnswer(passed=False, summary=long, everything=long)
-        pipeline.commands.run._new_answer = lambda *_, **__: answer
+        pipeline.commands.run._new_answer = lambda *_, **__: (answer, None)
         sys.exit(main(["run", "--out", {str(tmp_path / "out")!r}]) + 40)
     """
     with subprocess.Popen(
