@@ -76,10 +76,19 @@ def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
     block = csc_matrix(matrix[free][:, free])
     if not len(free):
         return Factor(matrix, block, free, fixed, np.copy)
-    with_pardiso = len(free) > _SMALL and importlib.util.find_spec("pypardiso") is not None
+    with_pardiso = len(free) > _SMALL and _has_pardiso()
     back_substitute = _PardisoFactor(block) if with_pardiso else _superlu(block)
     _check_condition(block, back_substitute)
     return Factor(matrix, block, free, fixed, back_substitute)
+
+
+def _has_pardiso() -> bool:
+    return importlib.util.find_spec("pypardiso") is not None
+
+
+def solver_in_words() -> str:
+    """Return the name of the direct solver that factorises matrices here."""
+    return f"pypardiso, SuperLU of SciPy up to {_SMALL} dofs" if _has_pardiso() else "SuperLU of SciPy"
 
 
 def check_cost(unknowns: int) -> None:

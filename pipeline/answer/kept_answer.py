@@ -1,5 +1,6 @@
 """The answer of a run that has been: printed again where its folder still holds just what the run would write."""
 
+import hashlib
 import os
 import re
 from dataclasses import asdict, replace
@@ -11,41 +12,47 @@ from cad.design.parameters import Design
 from cad.files.file_date import NAME
 from pipeline.answer.answer import RunAnswer
 from pipeline.options import RunOptions
-from pipeline.storage.belongings import REPORT
 from pipeline.storage.cache import store, stored
 from pipeline.storage.folder import whole_report
 from pipeline.storage.plain import Plain
-from pipeline.storage.seal import file_digest
 
 _STAGE = "answer"
 
 
-def kept_answer(design: Design, options: RunOptions, folder: Path) -> RunAnswer | None:
-    """Return the answer of the run that wrote all that a folder holds, by the same program; None where none did.
+def kept_answer(design: Design, options: RunOptions, folder: Path) -> tuple[RunAnswer, bytes] | None:
+    """Return the answer and report.json of the run that wrote all that a folder holds; None where no such run is kept.
+
+    It had the same design and options, and was made by the same program.
 
     Raises OutputError where the folder cannot be used or another run writes it.
     """
     report = whole_report(folder)
-    return None if report is None else stored(_STAGE, _inputs(design, options, report), RunAnswer)
+    if report is None:
+        return None
+    answer = stored(_STAGE, _inputs(design, options, report), RunAnswer)
+    return None if answer is None else (answer, report)
 
 
-def keep_answer(answer: RunAnswer, design: Design, options: RunOptions, folder: Path) -> None:
-    """Keep the answer of the run that wrote a folder."""
-    store(_STAGE, _inputs(design, options, file_digest(folder / REPORT)), answer)
+def keep_answer(answer: RunAnswer, design: Design, options: RunOptions, report: bytes) -> None:
+    """Keep the answer of the run that wrote a report.json."""
+    store(_STAGE, _inputs(design, options, report), answer)
 
 
-def _inputs(design: Design, options: RunOptions, report: str) -> Plain:
+def _inputs(design: Design, options: RunOptions, report: bytes) -> Plain:
     """Return what the files of a run follow from, wherever they are, and the digest of their report."""
     return {
         "design": design_as_mapping(design),
         "options": asdict(replace(options, out=None, force=False)),
         "date": os.environ.get(NAME),
         "packages": _packages(),
-        "report": report,
+        "report": hashlib.sha256(report).hexdigest(),
     }
 
 
 def _packages() -> dict[str, str]:
-    """Return the version of the program and of each package that it needs, those for plots and pages too."""
+    """Return the version of the program and of each package that it needs, those for plots and pages too.
+
+    Python's and those of optional solvers are in the digest of the code, which every entry of the cache has.
+    """
     needs = [need for need in requires("twintip") or () if "extra ==" not in need]
     return {name: version(name) for name in ("twintip", *(re.split(r"[^\w.-]", need)[0] for need in needs))}

@@ -11,6 +11,7 @@ from pipeline.bench.harness import measurements_of
 from pipeline.bench.plot import error_over_cost
 from pipeline.bench.table import page, publish
 from pipeline.storage.placed_files import refuse_taken
+from solve.linear import solver_in_words
 
 OUT = Path("outputs") / "bench"
 FILES = ("benchmarks.md", "benchmarks.svg", "bench.json")
@@ -18,7 +19,7 @@ MODULES = (contact, unilateral, flexure)
 INTRODUCTION = """\
 This page is written by `pipeline bench`, never typed. Each method solves the same task; the tables say how far its
 answer is from a reference and what it cost. CPU seconds are on one thread, imports not counted. Measured on {cores}
-cores, Python {python}.
+cores (load before it began: {load}), Python {python}; our own finite elements are solved by {solver}.
 
 A peer that is not installed is named. `make bench-peers` installs all but CalculiX; GetFEM comes from Debian, which it
 can install only as root: else root runs `apt-get install --yes --no-install-recommends python3-getfem`. felupe and
@@ -36,10 +37,10 @@ def bench(*, as_json: bool, out: Path = OUT, quick: bool = False, force: bool = 
     """
     if not force:
         refuse_taken(out, FILES, "--out")
+    machine = _machine()
     measured = {module.BENCH: measurements_of(module.__name__, quick=quick) for module in MODULES}
     sheets = [kind.sheet(rows) for kind, rows in measured.items()]
     sheets += [] if quick else [command_sheet()]
-    machine = {"cores": os.cpu_count(), "processor": platform.machine(), "python": platform.python_version()}
     records = {sheet.name: {"records": list(sheet.records), "notes": list(sheet.notes)} for sheet in sheets}
     tables = [sheet.markdown() for sheet in sheets]
     texts = (
@@ -50,3 +51,14 @@ def bench(*, as_json: bool, out: Path = OUT, quick: bool = False, force: bool = 
     files = dict(zip(FILES, texts, strict=True))
     publish(out, files, as_json=as_json, force=force)
     return 0
+
+
+def _machine() -> dict[str, int | str | None]:
+    """Return what the numbers hang on beside the code; the load is that of the last minute before."""
+    return {
+        "cores": os.cpu_count(),
+        "processor": platform.machine(),
+        "python": platform.python_version(),
+        "load": f"{os.getloadavg()[0]:.1f}",
+        "solver": solver_in_words(),
+    }

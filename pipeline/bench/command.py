@@ -56,10 +56,22 @@ def command_sheet(repeats: int = REPEATS) -> Sheet:
     notes = (
         f"pipeline run --nl 0.05 with all its files beside python -c '{IMPORTS}'; median of {repeats}; one thread",
         f"memory of the largest process; goal {PEAK_GOAL_MIB:.0f} MiB",
+        goals_note(records),
     )
     return Sheet(
         name="command", title="Whole command", heads=tuple(records[0]), rows=rows, notes=notes, records=records
     )
+
+
+def goals_note(records: Sequence[Mapping[str, str | float]]) -> str:
+    """Say which goals are missed by the rows of the table, each with its value."""
+    missed = []
+    for record in records:
+        goals = ("wall / imports", record["goal"]), ("CPU / imports", record["CPU goal"]), ("peak MiB", PEAK_GOAL_MIB)
+        for name, goal in goals:
+            if goal != "-" and float(record[name]) > float(goal):
+                missed.append(f"{record['run']}: {name} {float(record[name]):.3g} for {float(goal):g}")
+    return f"missed goals: {'; '.join(missed)}" if missed else "missed goals: none"
 
 
 def _measured(repeats: int) -> tuple[dict[str, list[ResourceUsage]], dict[str, str]]:

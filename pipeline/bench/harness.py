@@ -84,24 +84,54 @@ class Bench:
         notes = [
             f"{self.scene}; reference {reference} {self.unit} by {self.reference.source}",
             f"meshing included in the CPU seconds; error bar of {self.values[0]}",
+            "each level counts every row with dofs by its error, and by its error bar where it states one",
             *(self._winner(rows, level) for level in LEVELS if level >= self.reference.relative_error),
+            *self._outside(rows),
             *self._growth(rows),
         ]
         notes += [f"not installed, so not measured: {', '.join(absent)}"] if absent else []
         return work_sheet(self.name, f"{self.name.capitalize()}: work and precision", self.values, rows, notes)
 
     def _winner(self, rows: Sequence[Measurement], level: float) -> str:
-        """Say who is cheapest within a relative error [1]: a peer by its error, the product by its error bar too."""
-        within = [row for row in rows if row.worst <= level]
-        ours = [row for row in within if row.method == self.ours and (row.error_bar or math.inf) <= level]
-        peers = [row for row in within if row.method.startswith(PEER_NAMES)]
-        best = [min(side, key=lambda row: row.cpu) for side in (ours, peers) if side]
-        if not best:
-            return f"within {percent(level)}: nobody"
-        winner, *others = sorted(best, key=lambda row: row.cpu)
-        second = f"; then {others[0].cost}, {others[0].cpu / winner.cpu:.2g} times as much" if others else ""
-        missing = "" if others else f"; {'no peer' if ours else 'not the product'} is there"
-        return f"within {percent(level)} wins {winner.cost}{second}{missing}"
+        """Say who is cheapest within a relative error [1], and what the product and the cheapest peer take there.
+
+        A formula, which has no dofs and takes no time, is named beside them.
+        """
+        near = sorted((row for row in rows if self._is_within(row, level)), key=lambda row: row.cpu)
+        within = [row for row in near if row.dofs]
+        formulas = "".join(f"; without a mesh: {row.method} at {percent(row.worst)}" for row in near if not row.dofs)
+        if not within:
+            return f"within {percent(level)}: nobody{formulas}"
+        first = within[0]
+        said = f"within {percent(level)} wins {first.cost}"
+        for name, methods in (("the product", self.ours), ("the cheapest peer", PEER_NAMES)):
+            found = next((row for row in within if row.method.startswith(methods)), None)
+            if found is None:
+                said += f"; {name} is not there"
+            elif found is not first:
+                said += f"; {name}: {found.cost}, {found.cpu / first.cpu:.2g} times as much"
+        return said + formulas
+
+    def _is_within(self, row: Measurement, level: float) -> bool:
+        """Say whether a row has a relative error [1]: by the reference, and by its error bar where it states one.
+
+        The product must state one: what it does not vouch for may be luck.
+        """
+        unstated = math.inf if row.method == self.ours else 0.0
+        bar = unstated if row.error_bar is None else row.error_bar
+        return max(row.worst, bar) <= level
+
+    def _outside(self, rows: Sequence[Measurement]) -> Iterator[str]:
+        """Say which answers are outside the error bar that they state, and whether the reference can tell."""
+        name, known = self.values[0], self.reference.errors[0] / abs(self.reference.values[0])
+        for row in rows:
+            if row.error_bar is not None and row.errors and abs(row.errors[0]) > row.error_bar:
+                sure = abs(row.errors[0]) > row.error_bar + known
+                told = "the bar is missed" if sure else "it cannot tell"
+                yield (
+                    f"{row.method}, {row.mesh}: the error of {name}, {percent(abs(row.errors[0]))}, is outside its "
+                    f"error bar of {percent(row.error_bar)}; the reference is known to {percent(known)}, so {told}"
+                )
 
     def _growth(self, rows: Sequence[Measurement]) -> Iterator[str]:
         """Say how error falls and time grows with dofs over each family of meshes, by least squares of logarithms."""

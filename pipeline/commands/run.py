@@ -19,9 +19,9 @@ from pipeline.options import (
     load_design,
 )
 from pipeline.progress.line import showing_progress
-from pipeline.storage.belongings import REPORT
 from pipeline.storage.folder import refuse_unusable
 from pipeline.storage.interruption import interruptible
+from pipeline.storage.plain import Plain
 
 if TYPE_CHECKING:
     from pipeline.answer.answer import RunAnswer
@@ -97,12 +97,11 @@ def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> in
     from pipeline.answer.kept_answer import kept_answer
 
     with interruptible():
-        answer = kept_answer(design, options, folder)
-    if answer is None:
-        answer = _new_answer(design, options, folder, quiet=arguments.json)
+        kept = kept_answer(design, options, folder)
+    answer, report = kept or _new_answer(design, options, folder, quiet=arguments.json)
     with answering():
         if arguments.json:
-            print_json(json.loads((folder / REPORT).read_bytes()))
+            print_json(_own_report(report, folder))
         elif arguments.verbose:
             print_answer(answer.everything)
         else:
@@ -110,23 +109,38 @@ def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> in
     return PASSED if answer.passed else FAILED
 
 
-def _new_answer(design: Design, options: RunOptions, folder: Path, *, quiet: bool) -> "RunAnswer":
-    """Run and keep the answer; raises InputError for a scene that cannot be solved."""
+def _own_report(report: bytes | None, folder: Path) -> Plain:
+    """Return report.json as data; raises InputError where another run has taken the folder since."""
+    if report is None:
+        bound = "a folder that no other run writes, and its report.json is not that of this run any longer"
+        raise fault("--out", str(folder), "", bound, "run again, or name another folder with --out")
+    data: Plain = json.loads(report)
+    return data
+
+
+def _new_answer(design: Design, options: RunOptions, folder: Path, *, quiet: bool) -> "tuple[RunAnswer, bytes | None]":
+    """Run and keep the answer; return it with report.json, None where another run has taken the folder since.
+
+    Raises InputError for a scene that cannot be solved.
+    """
     from cad.files.sensor_files import ExportError
     from mesh.session import MeshError
     from pipeline import run
     from pipeline.answer.kept_answer import keep_answer
+    from pipeline.report.outputs import written_report
     from pipeline.report.tables import run_answer
     from solve.fruit.split import SplitDomainError
     from solve.linear import SolveError
 
     try:
         with interruptible(), showing_progress("start", quiet=quiet):
-            answer = run_answer(run(design, options))
-            keep_answer(answer, design, options, folder)
+            result = run(design, options)
+            answer, report = run_answer(result), written_report(result, folder)
+            if report is not None:
+                keep_answer(answer, design, options, report)
     except (ExportError, MeshError, SolveError, SplitDomainError) as error:
         raise InputError(str(error)) from error
-    return answer
+    return answer, report
 
 
 def settings_of(arguments: Namespace) -> dict[str, str]:

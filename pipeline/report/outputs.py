@@ -11,7 +11,7 @@ from pipeline.report.stored import StoredReport, report_of
 from pipeline.result import SensorResult
 from pipeline.storage.belongings import REPORT, own_files
 from pipeline.storage.plain import Plain, to_plain
-from pipeline.storage.seal import file_digest
+from pipeline.storage.seal import KEY, file_digest
 
 PAGE = "report.html"
 
@@ -37,6 +37,18 @@ def write_outputs(result: SensorResult, folder: Path, page: Page | None = None) 
 def _plain_report(result: SensorResult, folder: Path) -> Plain:
     report: Plain = to_plain(report_mapping(result, file_entries(folder)))
     return report
+
+
+def written_report(result: SensorResult, folder: Path) -> bytes | None:
+    """Return the report.json that a run has left in a folder; None where it is gone or is that of another run."""
+    try:
+        content = (folder / REPORT).read_bytes()
+        found = json.loads(content)
+    except (OSError, ValueError):
+        return None
+    # what follows from the folder itself is left out: the other files, and the digest over them too
+    own = {**json.loads(json.dumps(to_plain(report_mapping(result)))), "files": None, KEY: None}
+    return content if isinstance(found, dict) and {**found, "files": None, KEY: None} == own else None
 
 
 def reproducing(result: SensorResult) -> str:

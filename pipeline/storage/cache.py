@@ -7,8 +7,9 @@ import functools
 import hashlib
 import json
 import os
+import platform
 from collections.abc import Callable
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TypeVar
 
@@ -18,6 +19,7 @@ T = TypeVar("T")
 
 _SOURCES = ("cad", "mesh", "solve", "pipeline")
 _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
+_OPTIONAL = ("mkl", "pypardiso")  # another direct solver where they are installed
 
 
 def cache_folder() -> Path | None:
@@ -36,10 +38,22 @@ def cache_folder() -> Path | None:
 def code_digest() -> str:
     """Return the digest of every source file of the project and of the versions of what it computes with."""
     digest = hashlib.sha256()
-    for name in _LIBRARIES:
-        digest.update(f"{name}=={version(name)}\n".encode())
+    for name, number in computing_versions().items():
+        digest.update(f"{name}=={number}\n".encode())
     digest.update(sources_digest(Path(__file__).parents[2]).encode())
     return digest.hexdigest()
+
+
+def computing_versions() -> dict[str, str | None]:
+    """Return the version of Python and of each package that numbers come from; None for an optional one not there."""
+    found: dict[str, str | None] = {"python": platform.python_version()}
+    found |= {name: version(name) for name in _LIBRARIES}
+    for name in _OPTIONAL:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = None
+    return found
 
 
 def sources_digest(root: Path) -> str:

@@ -12,7 +12,6 @@ from pathlib import Path
 from cad.quantity import InputError, fault
 from pipeline.storage.belongings import REPORT, foreign_files, is_whole, keep_aside, own_files
 from pipeline.storage.interruption import hold
-from pipeline.storage.seal import file_digest
 
 
 class OutputError(InputError):
@@ -55,8 +54,8 @@ def refuse_unusable(path: Path, *, force: bool = False) -> None:
         refuse_foreign(target)
 
 
-def whole_report(path: Path) -> str | None:
-    """Return the sha256 of the report.json of an output folder that is as its last run left it; None for any other.
+def whole_report(path: Path) -> bytes | None:
+    """Return the report.json of an output folder that is as its last run left it; None for any other.
 
     Raises OutputError where the place cannot be used or is in use by a run.
     """
@@ -65,7 +64,7 @@ def whole_report(path: Path) -> str | None:
         return None
     with _locked(target):
         _recover(target)
-        return file_digest(target / REPORT) if target.is_dir() and is_whole(target) else None
+        return (target / REPORT).read_bytes() if target.is_dir() and is_whole(target) else None
 
 
 def refuse_foreign(folder: Path) -> None:

@@ -78,5 +78,6 @@ def in_c() -> float:
     assert command is not None
     assert ", ".join(f"{force:g}f" for force in forces()) in source[1]
     Path("main.c").write_text(source[1], encoding="utf-8")
-    subprocess.run(command[1].split(), check=True)
-    return number(r"E ([\d.]+) MPa", subprocess.run(["./main"], check=True, capture_output=True, text=True).stdout)
+    subprocess.run(command[1].split(), check=True, timeout=600)
+    said = subprocess.run(["./main"], check=True, capture_output=True, text=True, timeout=600).stdout
+    return number(r"E ([\d.]+) MPa", said)

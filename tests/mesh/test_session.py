@@ -85,5 +85,6 @@ def test_signal_reaches_its_handler_after_gmsh_was_open(name):
             os.kill(os.getpid(), signal.{name})
         os.kill(os.getpid(), signal.{name})
     """
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
+    words = [sys.executable, "-c", program]
+    done = subprocess.run(words, capture_output=True, text=True, check=True, cwd=ROOT, timeout=600)
     assert done.stdout == "reached\n" * 2

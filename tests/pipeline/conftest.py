@@ -68,13 +68,14 @@ class StandInRun:
 
     def __call__(self, design: Design, options: RunOptions) -> SensorResult:
         """Run nothing, or raise inside the output folder."""
+        verdicts = tuple(replace(verdict, passed=self.passed) for verdict in self.result.verdicts)
+        result = replace(self.result, design=design, options=options, verdicts=verdicts)
         with output_folder(options.out, force=options.force) as folder:
-            (folder / "report.json").write_text(json.dumps(report_mapping(self.result)), encoding="utf-8")
+            (folder / "report.json").write_text(json.dumps(report_mapping(result)), encoding="utf-8")
             if self.error is not None:
                 raise self.error
         self.asked.append((design, options))
-        verdicts = tuple(replace(verdict, passed=self.passed) for verdict in self.result.verdicts)
-        return replace(self.result, design=design, options=options, verdicts=verdicts)
+        return result
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 from importlib.metadata import version
 from pathlib import Path
 
@@ -156,16 +157,21 @@ def test_closed_pipe_keeps_the_verdicts_code(tmp_path):
         from pipeline.cli import main
         long = (AnswerPart(lines=("x" * 99,) * 9999),)
         answer = RunAnswer(passed=False, summary=long, everything=long)
-        pipeline.commands.run._new_answer = lambda *_, **__: answer
+        pipeline.commands.run._new_answer = lambda *_, **__: (answer, None)
         sys.exit(main(["run", "--out", {str(tmp_path / "out")!r}]) + 40)
     """
     with subprocess.Popen(
         [sys.executable, "-c", program], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
-        process.stdout.readline()
-        process.stdout.close()
-        assert process.stderr.read() == ""
-        assert process.wait(60) == 41
+        late = threading.Timer(600, process.kill)
+        try:
+            late.start()
+            process.stdout.readline()
+            process.stdout.close()
+            assert process.stderr.read() == ""
+            assert process.wait() == 41
+        finally:
+            late.cancel()
 
 
 @pytest.mark.parametrize(

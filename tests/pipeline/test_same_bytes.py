@@ -24,6 +24,7 @@ def run(folder: Path, threads: int) -> dict[str, bytes]:
         env={**os.environ, **variables},
         capture_output=True,
         check=False,
+        timeout=600,
     )
     assert done.stderr == b""
     return {path.name: path.read_bytes() for path in sorted((folder / "out").iterdir())}

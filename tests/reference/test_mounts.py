@@ -90,7 +90,7 @@ def calculix_modes(mesh, folder: Path) -> np.ndarray:
         text = (folder / f"{name}.inp").read_text(encoding="ascii")
         density = f"*DENSITY\n{1e-9 * PETG.density_g_per_cm3:.6e}\n*SOLID SECTION"
         (folder / f"{name}.inp").write_text(text.replace("*SOLID SECTION", density), encoding="ascii")
-        subprocess.run([shutil.which("ccx"), "-i", name], cwd=folder, check=True, capture_output=True)
+        subprocess.run([shutil.which("ccx"), "-i", name], cwd=folder, check=True, capture_output=True, timeout=600)
         rows = re.findall(r"^ +\d+ +\S+ +\S+ +(\S+) +\S+$", (folder / f"{name}.dat").read_text(), re.MULTILINE)
         frequencies += [float(row) for row in rows[:4]]
     return np.sort(frequencies)

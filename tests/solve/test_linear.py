@@ -8,7 +8,7 @@ from skfem import ElementTetP1, MeshTet
 
 from solve import linear
 from solve.elasticity import stiffness_matrix, vector_basis
-from solve.linear import RESIDUAL_LIMIT, SolveError, factorised
+from solve.linear import RESIDUAL_LIMIT, SolveError, factorised, solver_in_words
 
 NONE = np.array([], dtype=np.int64)
 
@@ -21,6 +21,12 @@ def solver(request, monkeypatch):
     elif importlib.util.find_spec("pypardiso") is None:
         pytest.skip("pypardiso is not installed")
     return request.param
+
+
+@pytest.mark.parametrize(("found", "words"), [(None, "SuperLU of SciPy"), ("a spec", "pypardiso, SuperLU of SciPy up")])
+def test_solver_is_named(found, words, monkeypatch):
+    monkeypatch.setattr(linear.importlib.util, "find_spec", lambda _: found)
+    assert solver_in_words().startswith(words)
 
 
 def spd(rng: np.random.Generator, size: int = 40) -> np.ndarray:

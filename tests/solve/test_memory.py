@@ -30,7 +30,8 @@ def free_under_limit(limit: int) -> float:
         from solve.memory import free_bytes
         print(free_bytes())
     """
-    return float(subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True).stdout)
+    words = [sys.executable, "-c", program]
+    return float(subprocess.run(words, cwd=ROOT, check=True, capture_output=True, timeout=600).stdout)
 
 
 def test_free_memory_is_less_than_the_machine_has_and_follows_a_limit():

@@ -36,7 +36,9 @@ def test_same_bytes_in_every_process_hash_seed_and_folder(tmp_path):
     write_step(two_bodies()[:1], here / "counted.step", "box")  # moves the counters of this process on
     write_step(two_bodies(), here / "two.step", "pair")
     environment = {**os.environ, "PYTHONHASHSEED": "7", "PYTHONPATH": str(ROOT)}
-    subprocess.run([sys.executable, "-c", WRITE, str(there), "12345"], env=environment, cwd=tmp_path, check=True)
+    subprocess.run(
+        [sys.executable, "-c", WRITE, str(there), "12345"], env=environment, cwd=tmp_path, check=True, timeout=600
+    )
     assert (here / "two.step").read_bytes() == (there / "two.step").read_bytes()
 
 

@@ -82,7 +82,7 @@ def test_same_bytes_in_another_process_and_folder(sensor, tmp_path):
     assert [path.name for path in written] == [*FILES, *SHEETS]
     environment = {**os.environ, "PYTHONHASHSEED": "11", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-c", AGAIN, str(there), repr(sensor.housing)]
-    subprocess.run(command, env=environment, cwd=tmp_path, check=True)
+    subprocess.run(command, env=environment, cwd=tmp_path, check=True, timeout=600)
     assert digests(here) == digests(there)
 
 

@@ -167,6 +167,62 @@ def test_whole_folder_of_another_run_is_replaced(runs):
     assert len(runs) == 3
 
 
+@pytest.fixture
+def overtaken(runs, monkeypatch):
+    """Let another run take the folder as soon as a run has left it, before its answer is kept."""
+    own = pipeline.run
+
+    def run(design, options):
+        result = own(design, options)
+        other = Path("taken")
+        if other.exists():
+            shutil.rmtree("out")
+            other.rename("out")
+        return result
+
+    main(["run", "--nl", "0.4", "--out", "taken"])
+    monkeypatch.setattr(pipeline, "run", run)
+    return runs
+
+
+def test_answer_is_not_kept_for_the_files_of_another_run(overtaken, capsys):
+    """The files in the end are those of a design that fails: the same command must solve again, not say passed."""
+    assert main(RUN) == 0
+    theirs = files_of("out")
+    capsys.readouterr()
+    assert main([*RUN, "--nl", "0.4"]) == 1
+    assert files_of("out") == theirs
+    assert len(overtaken) == 2
+    assert main(RUN) == 0
+    assert len(overtaken) == 3
+
+
+def test_report_of_another_run_is_not_printed_as_ones_own(overtaken, capsys):
+    capsys.readouterr()
+    assert main([*RUN, "--json"]) == 2
+    said = capsys.readouterr()
+    assert (said.out, len(overtaken)) == ("", 2)
+    assert "report.json is not that of this run any longer; run again" in said.err
+
+
+@pytest.mark.parametrize("left", [None, "", "[]", '{"schema": 1}'], ids=str)
+def test_folder_that_is_gone_or_spoilt_after_the_run_is_no_error(left, runs, monkeypatch):
+    own = pipeline.run
+
+    def run(design, options):
+        result = own(design, options)
+        shutil.rmtree("out")
+        if left is not None:
+            Path("out").mkdir()
+            Path("out/report.json").write_text(left)
+        return result
+
+    monkeypatch.setattr(pipeline, "run", run)
+    assert main(RUN) == 0
+    assert not list(cache_folder().glob("answer-*"))
+    assert len(runs) == 1
+
+
 @pytest.mark.parametrize("damage", [Path.unlink, lambda path: path.write_text("{}")], ids=["lost", "damaged"])
 def test_answer_that_is_not_kept_well_is_made_again(damage, runs):
     main(RUN)

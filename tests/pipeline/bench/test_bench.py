@@ -82,20 +82,49 @@ def test_table_says_the_same_in_markdown_and_for_machines():
 
 
 def test_winner_is_named_whoever_it_is():
-    def notes(bar, *peers):
+    def notes(bar, *others):
         ours = row(contact.JUDGED_SPLIT, 0.1, errors=(1e-4, 0.0), error_bar=bar)
-        return " ".join(contact.BENCH.sheet([ours, *peers]).notes)
+        return " ".join(contact.BENCH.sheet([ours, *others]).notes)
 
     cheap, exact = row("felupe P2 tets", 0.01, (5e-2,)), row("NGSolve, order 4", 20.0, (1e-5,))
     found = notes(1e-4, cheap, exact)
     ours = f"{contact.JUDGED_SPLIT} at 0.01 % in 0.1 CPU s"
-    assert f"within 10 % wins felupe P2 tets at 5 % in 0.01 CPU s; then {ours}, 10 times as much" in found
-    assert f"within 1 % wins {ours}; then NGSolve, order 4 at 0.001 % in 20 CPU s, 2e+02 times as much" in found
-    assert f"within 0.01 % wins {ours}; no peer is there" in notes(1e-4, cheap)
+    peer = "the cheapest peer: NGSolve, order 4 at 0.001 % in 20 CPU s, 2e+02 times as much"
+    assert f"within 10 % wins felupe P2 tets at 5 % in 0.01 CPU s; the product: {ours}, 10 times as much" in found
+    assert f"within 1 % wins {ours}; {peer}" in found
+    assert f"within 0.01 % wins {ours}; the cheapest peer is not there" in notes(1e-4, cheap)
     for by_luck in (3e-4, None):
         found = notes(by_luck, exact)
-        assert "within 0.01 % wins NGSolve, order 4 at 0.001 % in 20 CPU s; not the product is there" in found
+        assert "within 0.01 % wins NGSolve, order 4 at 0.001 % in 20 CPU s; the product is not there" in found
         assert "within 0.01 %: nobody" in notes(by_luck, cheap)
+
+
+def test_every_row_that_meets_the_error_can_win():
+    """A cheaper row of our own without the product's checks, and a formula that takes no time."""
+    ours = row(contact.JUDGED_SPLIT, 0.2, error_bar=3e-4)
+    rough, guess = (
+        row("rough split", 0.05, error_bar=3e-3),
+        dataclasses.replace(row("beam, Euler", 0.0, (0.07,)), dofs=0),
+    )
+    peers = row("CalculiX P2 tets", 0.5, (4e-2,)), row("felupe P2 tets", 0.4, (4e-2,))
+    found = " ".join(contact.BENCH.sheet([ours, *peers, rough, guess]).notes)
+    own = f"the product: {contact.JUDGED_SPLIT} at 0.02 % in 0.2 CPU s"
+    peer = "the cheapest peer: felupe P2 tets at 4 % in 0.4 CPU s"
+    wins = f"wins rough split at 0.02 % in 0.05 CPU s; {own}, 4 times as much"
+    assert f"within 10 % {wins}; {peer}, 8 times as much; without a mesh: beam, Euler at 7 %" in found
+    assert f"within 1 % {wins}; the cheapest peer is not there" in found
+    assert f"within 0.1 % wins {ours.cost}; the cheapest peer is not there" in found
+
+
+@pytest.mark.parametrize(
+    ("error", "words"), [(0.0010, None), (0.0029, "so it cannot tell"), (0.0080, "so the bar is missed")]
+)
+def test_error_outside_its_own_bar_is_said(error, words):
+    """The bar is 0.12 %, the reference of the low tip known to 0.61 %."""
+    notes = unilateral.BENCH.sheet([row(unilateral.OURS, errors=(error, 0.0), error_bar=0.0012)]).notes
+    found = [note for note in notes if "outside its error bar" in note]
+    assert len(found) == (words is not None)
+    assert all(note.endswith(f"the reference is known to 0.61 %, {words}") for note in found)
 
 
 def test_peer_that_refuses_says_why_in_its_row(monkeypatch):
@@ -147,7 +176,8 @@ def test_command_is_compared_with_its_imports(monkeypatch):
         return ResourceUsage(exit_code=1, wall=7.0, cpu=4.0, peak_MiB=100.0, out="", err="")
 
     monkeypatch.setattr(command, "resource_usage", stand_in)
-    rows = {row[0]: row[1:] for row in command.command_sheet(repeats=1).rows}
+    sheet = command.command_sheet(repeats=1)
+    rows = {row[0]: row[1:] for row in sheet.rows}
     assert rows == {
         "bare imports": ("2", "1", "1", "-", "1", "-", "100", ""),
         "our imports": ("7", "4", "3.5", "-", "4", "-", "100", ""),
@@ -156,8 +186,19 @@ def test_command_is_compared_with_its_imports(monkeypatch):
         "another --nl": ("7", "4", "3.5", "1.8", "4", "1.8", "100", "springs 2.25, contact 0.50"),
         "design, cold": ("7", "4", "3.5", "-", "4", "-", "100", "exit code 2: pipeline: no"),
     }
+    assert sheet.notes[-1] == (
+        "missed goals: cold: wall / imports 3.5 for 1.8; cold: CPU / imports 4 for 2.4; unchanged: wall / imports 3.5 "
+        "for 0.3; unchanged: CPU / imports 4 for 0.3; another --nl: wall / imports 3.5 for 1.8; another --nl: "
+        "CPU / imports 4 for 1.8"
+    )
     caches = [call[2].get("XDG_CACHE_HOME") for call in calls if call[1] is not None]
     assert caches[0] == caches[1] == caches[2] != caches[3]
+
+
+def test_met_goals_are_said_to_be():
+    record = {"run": "cold", "wall / imports": 1.7, "goal": 1.8, "CPU / imports": 2.0, "CPU goal": 2.4, "peak MiB": 9.0}
+    assert command.goals_note([record]) == "missed goals: none"
+    assert command.goals_note([{**record, "peak MiB": 3e3}]) == "missed goals: cold: peak MiB 3e+03 for 2048"
 
 
 def test_comparison_with_the_products_element_is_the_product(housing_mesh):

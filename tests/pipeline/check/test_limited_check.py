@@ -3,7 +3,9 @@
 import json
 import random
 import re
+import select
 import struct
+import subprocess
 import time
 import zipfile
 from collections.abc import Callable
@@ -30,12 +32,20 @@ LINE = json.dumps({"verdict": {
 ENDS = {
     "import os; os.kill(os.getpid(), 11)": "ended the process by SIGSEGV",
     "import os; os.abort()": "ended the process by SIGABRT",
-    "import time; time.sleep(600)": "took more than 5 s",
-    "while True: pass": "took more than 5 s",
+    "import time; time.sleep(600)": "took more than 1 s",
+    "while True: pass": "took more than 1 s",
     "import os; os._exit(3)": "failed",
     "raise ValueError('no part [/b]')": r"failed (ValueError: no part [/b])",
     "x = [0]\nwhile True: x = x + x": "failed (MemoryError)",
 }
+
+
+class Awaited(subprocess.Popen):
+    """A process whose seconds count from its first output, so that no test hangs on how fast a process starts."""
+
+    def communicate(self, *words, **limits):
+        select.select([self.stdout], [], [], 600.0)
+        return super().communicate(*words, **limits)
 
 
 @pytest.mark.parametrize("program", ENDS)
@@ -44,7 +54,8 @@ def test_end_of_the_process_is_a_failed_verdict_after_those_it_had(program, tmp_
     text = f"# {{path}}\n{limited}\nprint({LINE.replace('{', '{{').replace('}', '}}')!r}, flush=True)\n{program}"
     monkeypatch.setattr(limited_check, "_PROGRAM", text)
     if "took more" in ENDS[program]:
-        monkeypatch.setattr(limited_check, "SECONDS", 5)  # enough to start and to write the first verdict
+        monkeypatch.setattr(limited_check, "SECONDS", 1)
+        monkeypatch.setattr(limited_check.subprocess, "Popen", Awaited)
     first, last = verdicts_apart(tmp_path / "part.step", "fdm-petg")
     assert (first.name, first.passed) == ("files.unchanged", True)
     assert (last.name, last.passed) == ("geometry.readable", False)
@@ -60,8 +71,10 @@ def test_refusal_of_the_process_is_one_of_the_command(tmp_path, monkeypatch):
 def test_its_temporary_files_go_with_it(tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr(limited_check.tempfile, "tempdir", None)
-    monkeypatch.setattr(limited_check, "SECONDS", 5)
-    program = "# {path}\nimport os, tempfile, time\nopen(tempfile.mkdtemp() + '/x', 'w').close()\ntime.sleep(600)"
+    monkeypatch.setattr(limited_check, "SECONDS", 1)
+    monkeypatch.setattr(limited_check.subprocess, "Popen", Awaited)
+    made = "open(tempfile.mkdtemp() + '/x', 'w').close()\nprint('{{}}', flush=True)"
+    program = f"# {{path}}\nimport os, tempfile, time\n{made}\ntime.sleep(600)"
     monkeypatch.setattr(limited_check, "_PROGRAM", program)
     verdicts_apart(tmp_path / "part.step", "fdm-petg")
     assert list(tmp_path.iterdir()) == []

@@ -1,13 +1,14 @@
 """The cache gives back what was stored for the same inputs and code, and never anything else."""
 
 import stat
+import sys
 from pathlib import Path
 
 import pytest
 
 from cad.design import parameters
 from pipeline.storage import cache
-from pipeline.storage.cache import cache_folder, cached, code_digest, sources_digest
+from pipeline.storage.cache import cache_folder, cached, code_digest, computing_versions, sources_digest
 
 
 @pytest.fixture(autouse=True)
@@ -79,6 +80,21 @@ def test_folder_follows_the_environment(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", "relative")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert cache_folder() == tmp_path / ".cache" / "twintip"
+
+
+def test_another_python_or_direct_solver_is_another_code(monkeypatch):
+    own = computing_versions()
+    assert own["python"] == ".".join(map(str, sys.version_info[:3]))
+    digests = {code_digest()}
+    for name in ("python", "pypardiso", "mkl"):
+        monkeypatch.setattr(cache, "computing_versions", lambda name=name: {**own, name: "0.0.1"})
+        digests.add(code_digest.__wrapped__())
+    assert len(digests) == 4
+
+
+def test_absent_optional_package_has_no_version(monkeypatch):
+    monkeypatch.setattr(cache, "_OPTIONAL", ("no-such-package",))
+    assert computing_versions()["no-such-package"] is None
 
 
 def test_code_digest_is_one_of_sha256():

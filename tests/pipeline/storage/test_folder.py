@@ -19,7 +19,7 @@ from pipeline.storage.interruption import Interrupted, interruptible
 from pipeline.storage.seal import sealed_mapping
 
 ROOT = Path(__file__).parents[3]
-WAIT = 30.0  # seconds until a child process is given up
+WAIT = 120.0  # seconds until a child process is given up
 
 
 def fill(folder: Path, text: str = "new", *more: str) -> None:
@@ -91,13 +91,19 @@ def child():
             text=True,
         )
         started.append(process)
-        assert process.stdout.readline() == "inside\n", process.stderr.read()
+        late = threading.Timer(WAIT, process.kill)
+        try:
+            late.start()
+            assert process.stdout.readline() == "inside\n", process.stderr.read()
+        finally:
+            late.cancel()
         return process
 
     yield start
     for process in started:
         process.kill()
-        process.communicate()
+    for process in started:
+        process.communicate(timeout=WAIT)
 
 
 @pytest.mark.parametrize("place", ["out", "missing/above/out", "out/"])

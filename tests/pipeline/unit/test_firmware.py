@@ -65,11 +65,13 @@ def compiled(folder, sensor, main):
     (folder / "unit.h").write_text(c_header(sensor), encoding="utf-8")
     (folder / "main.c").write_text(main, encoding="utf-8")
     made = folder / "read"
-    subprocess.run([compiler, *FLAGS, str(folder / "main.c"), "-o", str(made), "-lm"], check=True, cwd=folder)
+    subprocess.run(
+        [compiler, *FLAGS, str(folder / "main.c"), "-o", str(made), "-lm"], check=True, cwd=folder, timeout=600
+    )
 
     def lines(rows):
         content = np.asarray(rows, dtype=np.float32).tobytes()
-        done = subprocess.run([made], input=content, capture_output=True, check=True)
+        done = subprocess.run([made], input=content, capture_output=True, check=True, timeout=600)
         return done.stdout.decode().splitlines()
 
     return lines

@@ -26,7 +26,7 @@ def decks(stand_in_folder, tmp_path_factory):
 
 def tables(folder, name, kind, node_set):
     """Run a deck and return the tables of a set, one for each step; an exit code of 0 says nothing here."""
-    ran = subprocess.run(["ccx", "-i", name], cwd=folder, capture_output=True, text=True, check=True)
+    ran = subprocess.run(["ccx", "-i", name], cwd=folder, capture_output=True, text=True, check=True, timeout=600)
     assert "Job finished" in ran.stdout
     assert "*ERROR" not in ran.stdout
     text = (folder / f"{name}.dat").read_text(encoding="ascii")

@@ -51,7 +51,7 @@ def started(folder, said):
     finally:
         late.cancel()
         server.kill()
-        server.communicate()
+        server.communicate(timeout=SECONDS)
 
 
 def answered(address, headers=None):

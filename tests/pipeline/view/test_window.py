@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -37,11 +38,16 @@ def virtual_display():
         stderr=subprocess.DEVNULL,
         text=True,
     )
+    late = threading.Timer(SECONDS, server.kill)
     try:
-        yield f":{server.stdout.readline().strip()}"
+        late.start()
+        number = server.stdout.readline().strip()
+        late.cancel()
+        yield f":{number}"
     finally:
+        late.cancel()
         server.kill()
-        server.communicate()
+        server.communicate(timeout=SECONDS)
 
 
 @pytest.fixture(scope="module")

@@ -108,5 +108,5 @@ def test_command_needs_no_cad_kernel_and_no_mesher():
     )
     root = str(Path(__file__).parents[4])
     out = subprocess.run([sys.executable, "-c", f"import sys; sys.path.insert(0, {root!r}); {script}"],
-                         capture_output=True, text=True, check=True).stdout  # fmt: skip
+                         capture_output=True, text=True, check=True, timeout=600).stdout  # fmt: skip
     assert out.splitlines()[-1] == "[]"

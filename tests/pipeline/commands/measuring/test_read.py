@@ -233,5 +233,7 @@ from pipeline.cli import main
 assert main(["read", {str(folder)!r}, "--forces", "0.37,1.07"]) == 0
 print(sorted({{"cadquery", "OCP", "gmsh", "skfem", "pyvista", "scipy"}} & set(sys.modules)))
 """
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True, timeout=600
+    )
     assert done.stdout.splitlines()[-1] == "[]"
