@@ -8,17 +8,29 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import Any
 
 from cad.quantity import fault
 from pipeline.storage.plain import Plain
 from pipeline.study.study_facts import plain_json, refuse_other, study_facts
 from pipeline.study.study_file import Study
-from pipeline.study.tasks import PointResult
+from pipeline.study.tasks import LOST, PointResult
 
 STORE = "study.sqlite"
 _LOCK = "study.lock"
 _APPLICATION = 0x74776E74  # twnt, the mark that SQLite keeps for whose file it is
 _SCHEMA = 1
+_WAIT_S = 60.0  # for another program that reads or writes the file
+_AGAIN = "and run the same command again: all points before this one are kept"
+_IN_USE = "a file that no other program has open", f"close it there {_AGAIN}"
+_NO_ROOM = "a file that can grow", f"free some space {_AGAIN}"
+_REASONS = {
+    sqlite3.SQLITE_BUSY: _IN_USE,
+    sqlite3.SQLITE_LOCKED: _IN_USE,
+    sqlite3.SQLITE_FULL: _NO_ROOM,
+    sqlite3.SQLITE_IOERR: _NO_ROOM,
+}
+"""What a file must be, and what to do, by the codes of SQLite's errors."""
 _TABLES = """
 CREATE TABLE IF NOT EXISTS study (key TEXT PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS points (
@@ -42,20 +54,21 @@ class StudyStore:
         self.path = path
 
     def put(self, results: Iterable[PointResult]) -> None:
-        """Keep results, all of them or none; raises InputError where there is no room, with nothing lost."""
+        """Keep results, all of them or none."""
         rows = list(results)
-        try:
-            with self._connection as open_transaction:
-                open_transaction.executemany(
-                    "INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?)", [_row(result) for result in rows]
-                )
-                open_transaction.executemany(
-                    "INSERT OR IGNORE INTO audits VALUES (?, ?)",
-                    [(result.number, plain_json(result.audit)) for result in rows if result.audit is not None],
-                )
-        except sqlite3.OperationalError as error:
-            remedy = "free some space and run the same command again: all points before this one are kept"
-            raise fault(str(self.path), str(error), "", "a file that can grow", remedy) from error
+        with self._connection as open_transaction:
+            open_transaction.executemany(
+                "INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?)", [_row(result) for result in rows]
+            )
+            open_transaction.executemany(
+                "INSERT OR IGNORE INTO audits VALUES (?, ?)",
+                [(result.number, plain_json(result.audit)) for result in rows if result.audit is not None],
+            )
+
+    def forget_lost(self) -> None:
+        """Take away the points whose workers were lost: they are solved when the study goes on."""
+        with self._connection as open_transaction:
+            open_transaction.execute("DELETE FROM points WHERE status = 'failed' AND error = ?", (LOST,))
 
     def remember(self, key: str, value: object) -> None:
         """Keep a fact of the study by its name."""
@@ -106,16 +119,28 @@ class StudyStore:
 
     def _selected(self, which: str, values: Sequence[int] = ()) -> Iterator[PointResult]:
         query = f"SELECT points.*, audits.results FROM points LEFT JOIN audits USING (number) {which}"
-        for number, status, settings, results, error, seconds, audit in self._connection.execute(query, values):
-            yield PointResult(
-                number=number,
-                settings=json.loads(settings),
-                status=status,
-                values=json.loads(results),
-                error=error,
-                seconds=seconds,
-                audit=None if audit is None else json.loads(audit),
-            )
+        for row in self._connection.execute(query, values):
+            try:
+                result = _result(row)
+            except json.JSONDecodeError as error:
+                bound = f"as the study wrote it into {self.path}, and it is no JSON ({error})"
+                remedy = "delete its row and run the same command again"
+                raise fault("point", row[0], "", bound, remedy) from error
+            yield result
+
+
+def _result(row: tuple[Any, ...]) -> PointResult:
+    """Return a row of the table of points with that of its audit; raises JSONDecodeError where a person edited it."""
+    number, status, settings, results, error, seconds, audit = row
+    return PointResult(
+        number=number,
+        settings=json.loads(settings),
+        status=status,
+        values=json.loads(results),
+        error=error,
+        seconds=seconds,
+        audit=None if audit is None else json.loads(audit),
+    )
 
 
 def _without_numbers(message: str) -> str:
@@ -143,6 +168,8 @@ def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
         store.remember("asked", facts)
         store.remember("schema", _SCHEMA)
         _make_table_view(connection, study)
+        if study.how != "search":  # what a search asks for next followed from them
+            store.forget_lost()
         yield store
 
 
@@ -161,11 +188,12 @@ def stored_study(folder: Path) -> Iterator[StudyStore]:
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     """Give a connection; whatever SQLite has against the file, then or later, is an InputError of one line."""
     try:
-        with closing(sqlite3.connect(path, timeout=60.0)) as connection:
+        with closing(sqlite3.connect(path, timeout=_WAIT_S)) as connection:
             yield connection
     except sqlite3.DatabaseError as error:
-        bound = f"a whole SQLite file that can be read and written ({error})"
-        raise fault("study store", str(path), "", bound, "name another --out") from error
+        code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without the details of an extended code
+        bound, remedy = _REASONS.get(code, ("a whole SQLite file that can be read and written", "name another --out"))
+        raise fault("study store", str(path), "", f"{bound} ({error})", remedy) from error
 
 
 def _refuse_foreign(connection: sqlite3.Connection, path: Path) -> None:

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from cad.design.design_file import TABLE_TYPES, design_from_mapping, overridden, read_design
+from cad.design.design_file import TABLE_TYPES, design_from_mapping, overridden, read_design, with_process_file
 from cad.design.parameters import TABLES
 from cad.design.tips import Tips
 from cad.quantity import InputError, fault, nearest
@@ -26,6 +26,7 @@ Contact = Literal["auto", "solve", "surrogate"]
 HOW = ("sobol", "grid", "points", "search", "sensitivity")
 CONTACT = ("auto", "solve", "surrogate")
 MOST_POINTS = 10_000_000
+_PROCESS_FILE = "print.process_file"
 _FILE_KEYS = (
     "base", "samples", "seed", "wanted", "vary", "set", "how", "points", "tol", "level", "contact", "audit", "optimise"
 )  # fmt: skip
@@ -190,7 +191,9 @@ def _base(data: Mapping[str, Any], folder: Path) -> Plain:
     base = text_at(data, "base", "paper")
     path = folder / base if base.endswith(".toml") else design_path(base)
     settings = {key: _as_text(key, value) for key, value in _flat("set", data).items()}
-    tables = overridden({"name": path.stem, **read_design(path)}, settings)
+    if settings.get(_PROCESS_FILE):  # under [set] its path starts beside the study file
+        settings[_PROCESS_FILE] = str((folder / settings[_PROCESS_FILE]).absolute())
+    tables = dict(with_process_file(overridden({"name": path.stem, **read_design(path)}, settings), path.parent))
     design_from_mapping(tables)
     return tables
 

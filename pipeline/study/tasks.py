@@ -31,6 +31,7 @@ FAILURES = (
 )  # fmt: skip
 # Every class that a solve can raise, of libraries too: a point that meets a rare fault must not stop a million others.
 # MeshError and SolveError are RuntimeErrors; ExportError, SplitDomainError and LinAlgError are ValueErrors.
+LOST = "the worker that solved this point was lost again and again; free memory, the same command tries it again"
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -74,9 +75,8 @@ def solve_task(task: Task) -> tuple[PointResult, ...]:
 def lost_task(task: Task) -> tuple[PointResult, ...]:
     """Return the points of a task whose workers were lost, failed."""
     ranged = points_between(task.study, task.start, task.stop) if task.stop > task.start else ()
-    why = "the worker that solved this point was lost again and again; it may need more memory"
     return tuple(
-        PointResult(number=point.number, settings=point.settings, status="failed", values={}, error=why, seconds=0.0)
+        PointResult(number=point.number, settings=point.settings, status="failed", values={}, error=LOST, seconds=0.0)
         for point in (*task.points, *ranged)
     )
 

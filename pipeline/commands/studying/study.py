@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 
 from cad.quantity import fault
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
+from pipeline.storage.interruption import interruptible
 
 if TYPE_CHECKING:
     from pipeline.study.answers.sensitivity import Sensitivity
     from pipeline.study.execute import StudySummary
+    from pipeline.study.store import StudyStore
+    from pipeline.study.study_file import Study
 
 PURPOSE = "solve many designs around one: what varies, how, and what is wanted stand in a file"
 EXAMPLE = "pipeline study springs.toml --export springs.csv"
@@ -46,30 +49,37 @@ def execute(arguments: Namespace) -> int:
     """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1."""
     from pipeline.study.answers.sensitivity import sensitivities
     from pipeline.study.execute import run_study
-    from pipeline.study.export import export_table
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
     from pipeline.study.workers.progress import chosen_engine, shown_progress
 
     study = read_study(arguments.file)
     refuse_two_engines(arguments)
-    folder, force = arguments.out or Path("outputs") / study.name, arguments.force
+    folder = arguments.out or Path("outputs") / study.name
     page = folder / "study.html" if arguments.html == Path() else arguments.html
-    _refuse_outputs(arguments.export, page, folder, force=force)
-    with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
-        summary = run_study(study, folder, engine, progress)
-    with stored_study(folder) as store:
-        if arguments.export is not None:
-            export_table(store, study, arguments.export, force=force)
-        if page is not None:
-            from pipeline.study.answers.study_page import write_page
-
-            write_page(store, study, page, force=force)
-        refusals = store.messages()
-        shares = sensitivities(store, study) if study.how == "sensitivity" else ()
+    _refuse_outputs(arguments.export, page, folder, force=arguments.force)
+    with interruptible():
+        with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
+            summary = run_study(study, folder, engine, progress)
+        with stored_study(folder) as store:
+            _write(store, study, arguments.export, page, force=arguments.force)
+            refusals = store.messages()
+            shares = sensitivities(store, study) if study.how == "sensitivity" else ()
     with answering():
         _print(summary, refusals, shares, as_json=arguments.json)
     return FAILED if summary.failed or not summary.done else PASSED
+
+
+def _write(store: "StudyStore", study: "Study", table: Path | None, page: Path | None, *, force: bool) -> None:
+    """Write what is asked for beside the points."""
+    if table is not None:
+        from pipeline.study.export import export_table
+
+        export_table(store, study, table, force=force)
+    if page is not None:
+        from pipeline.study.answers.study_page import write_page
+
+        write_page(store, study, page, force=force)
 
 
 def _refuse_outputs(table: Path | None, page: Path | None, folder: Path, *, force: bool) -> None:

@@ -10,6 +10,7 @@ from cad.quantity import fault
 from pipeline.storage.placed_files import place_files, refuse_taken
 from pipeline.study.answers.point_columns import PointColumns, point_columns
 from pipeline.study.answers.study_plots import MOST_DOTS, MOST_LINES, constants, drawings
+from pipeline.study.levels.printed import PRINTED_KEYS
 from pipeline.study.points import design_of
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study
@@ -17,14 +18,18 @@ from pipeline.study.study_file import Study
 FLAG = "--html"
 TEMPLATE = "page.html.j2"
 BEST = 10
+_BEST_DESIGNS = "best-designs"
 
 
 @dataclass(frozen=True, kw_only=True)
 class BestRow:
-    """A line of the table of the best points: its number, its design file as the page names it, and its cells."""
+    """A line of the table of the best points: its number, its cells, and its design file as the page names it.
+
+    A point of a study of prints has no design file.
+    """
 
     number: int
-    design: str
+    design: str | None
     cells: tuple[str, ...]
 
 
@@ -36,6 +41,8 @@ def refuse_page(path: Path, folder: Path, *, force: bool = False) -> None:
         raise fault(FLAG, str(path), "", "a file in a folder that is there", "make that folder first")
     if not force:
         refuse_taken(path.parent, [path.name], FLAG)
+        designs = folder / _BEST_DESIGNS
+        refuse_taken(designs, [place.name for place in sorted(designs.glob("point-*.toml"))], "--out")
 
 
 def write_page(store: StudyStore, study: Study, path: Path, *, force: bool = False) -> None:
@@ -58,27 +65,36 @@ def write_page(store: StudyStore, study: Study, path: Path, *, force: bool = Fal
         first=study.wanted[0],
         header=[key.split(".") for key in keys],
         best=_best_rows(store, study, columns, path, force=force),
+        prints_vary=prints_vary(study),
         messages=store.messages(),
     )
     place_files(path.parent, {path.name: text.encode()}, FLAG, force=force)
 
 
 def _best_rows(store: StudyStore, study: Study, columns: PointColumns, page: Path, *, force: bool) -> list[BestRow]:
-    """Return the best ten points, their design files written beside the store."""
+    """Return the best ten points, their design files written beside the store; there are none where prints vary."""
     best = store.picked(columns.best(study.wanted[0], BEST))
-    designs = {
-        f"point-{point.number}.toml": design_as_toml(design_of(study, point.settings)).encode() for point in best
-    }
-    paths = place_files(store.path.parent / "best-designs", designs, "--out", force=force)
+    links: list[str | None] = [None] * len(best)
+    if not prints_vary(study):
+        designs = {
+            f"point-{point.number}.toml": design_as_toml(design_of(study, point.settings)).encode() for point in best
+        }
+        paths = place_files(store.path.parent / _BEST_DESIGNS, designs, "--out", force=force)
+        links = [_link(path, page.parent) for path in paths]
     keys = tuple(dict.fromkeys((*study.vary, *study.wanted)))
     return [
         BestRow(
             number=point.number,
-            design=_link(path, page.parent),
+            design=link,
             cells=tuple(_cell({**point.settings, **point.values}.get(key)) for key in keys),
         )
-        for point, path in zip(best, paths, strict=True)
+        for point, link in zip(best, links, strict=True)
     ]
+
+
+def prints_vary(study: Study) -> bool:
+    """Say whether the points of a study are prints that miss their drawing, so that no design file has them."""
+    return any(key in PRINTED_KEYS for key in study.vary)
 
 
 def _link(target: Path, page: Path) -> str:

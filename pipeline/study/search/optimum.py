@@ -17,6 +17,7 @@ from scipy.optimize import Bounds, differential_evolution
 
 from cad.design.parameters import Design
 from cad.quantity import InputError, fault
+from pipeline.study.levels.printed import PRINTED_KEYS
 from pipeline.study.points import Point, design_of, point_at
 from pipeline.study.store import STORE, StudyStore, study_store
 from pipeline.study.study_file import Study
@@ -61,11 +62,15 @@ def search(study: Study, folder: Path, engine: Engine, progress: Progress | None
 
     A search that was ended goes on: it asks for the same candidates again, and those that are stored are not solved.
     With more `evaluations` it asks for the same ones and then for more: no step of the method looks at how many are to
-    come. Raises InputError where not all keys vary over spans, and where what is to be made least is no number.
+    come. Raises InputError where not all keys are those of a design that vary over spans, and where what is to be
+    made least is no number.
     """
     for key, varied in study.vary.items():
         if not isinstance(varied, Span):
             raise fault(key, type(varied).__name__, "", "a span, from and to", "an optimum lies in a span")
+        if key in PRINTED_KEYS:
+            bound = "a key of the design: nobody chooses by how much a print misses its drawing"
+            raise fault("vary", key, "", bound, "vary it in a study")
     if not (folder / STORE).exists():
         _refuse_no_number(study)
     with study_store(folder, study) as store:

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from distributed import Client
 
 _ANSWER_S = 15  # for the scheduler to answer
+_QUESTIONS = 3  # before a scheduler that is busy counts as gone
+_CODE_S = 120  # for all workers to say which code they have
 _WITHOUT_WORKERS_S = 120.0  # a worker that was lost may be started again in that time
 # Loggers of Dask and of what it runs on: that a cluster is lost is said here, in one line.
 _TALKERS = ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio")
@@ -57,11 +59,18 @@ def cluster_engine(address: str) -> Iterator[Engine]:
 
 
 def _refuse_other_code(client: "Client", address: str) -> None:
+    async def digests_of_workers() -> dict[str, str]:
+        found: dict[str, str] = await client.run(code_digest)
+        return found
+
     try:
-        digests = client.run(code_digest)
+        digests = client.sync(digests_of_workers, callback_timeout=_CODE_S)
     except ImportError as error:
         msg = "--scheduler: a worker has no twintip; install the version of this machine there"
         raise InputError(msg) from error
+    except TimeoutError as error:
+        bound = f"one whose workers answer within {_CODE_S} s"
+        raise fault("--scheduler", address, "", bound, "end the workers that hang, then start new ones") from error
     if not digests:
         raise fault("--scheduler", address, "", "one with workers", "start some with: dask worker ADDRESS")
     others = [place for place, digest in digests.items() if digest != code_digest()]
@@ -82,22 +91,41 @@ class _Watch:
     def __init__(self, client: "Client", address: str) -> None:
         self._client = client
         self._address = address
-        self._seen = time.monotonic()
+        self._without_since: float | None = None
 
     def check(self) -> None:
         """Raise InputError where the scheduler is gone, or has been without workers for two minutes."""
         if self._workers():
-            self._seen = time.monotonic()
-        elif time.monotonic() - self._seen > _WITHOUT_WORKERS_S:
+            self._without_since = None
+            return
+        now = time.monotonic()
+        if self._without_since is None:
+            self._without_since = now
+        if now - self._without_since > _WITHOUT_WORKERS_S:
             bound = f"one with workers, and it has had none for {_WITHOUT_WORKERS_S:.0f} s"
             raise fault("--scheduler", self._address, "", bound, _RESUME)
 
     def _workers(self) -> int:
-        scheduler = self._client.scheduler
+        """Return how many workers there are; a scheduler that is slow to answer is asked again."""
+        for _ in range(_QUESTIONS - 1):
+            with suppress(TimeoutError):
+                return self._answer()
         try:
-            if scheduler is None:
-                raise ConnectionError  # the client has given up already
+            return self._answer()
+        except TimeoutError as error:
+            raise self._gone() from error
+
+    def _answer(self) -> int:
+        scheduler = self._client.scheduler
+        if scheduler is None:  # the client has given up already
+            raise self._gone()
+        try:
             return len(self._client.sync(scheduler.ncores, callback_timeout=_ANSWER_S))
+        except TimeoutError:
+            raise
         except (OSError, RuntimeError) as error:
-            bound = "the address of a scheduler that answers, and it is gone"
-            raise fault("--scheduler", self._address, "", bound, _RESUME) from error
+            raise self._gone() from error
+
+    def _gone(self) -> InputError:
+        bound = "the address of a scheduler that answers, and it is gone"
+        return fault("--scheduler", self._address, "", bound, _RESUME)

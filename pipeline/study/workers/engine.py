@@ -1,6 +1,7 @@
 """Where the tasks of a study run: a pool of processes on this machine, or a cluster; lost workers lose no task."""
 
 import os
+import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
@@ -16,7 +17,7 @@ Found = TypeVar("Found")
 MOST_PROCESSES = 1024
 ATTEMPTS = 5  # of a task whose worker was lost
 _IN_FLIGHT = 4  # tasks a worker: enough that none waits, few enough that a million need no memory
-_LISTEN_S = 5.0  # without an answer, before the engine is asked whether one can still come
+_LISTEN_S = 5.0  # after which the engine is asked again whether answers can still come
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -93,6 +94,7 @@ class _Flight(Generic[Given, Found]):
         self._engine, self._work, self._source = engine, work, iter(given)
         self._waiting: dict[Future[Found], tuple[Given, int]] = {}
         self._again: list[tuple[Given, int]] = []
+        self._checked = time.monotonic()
 
     def fill(self) -> bool:
         """Give things out until every worker has some; say whether any are out."""
@@ -121,5 +123,6 @@ class _Flight(Generic[Given, Found]):
                     continue
                 found = lost(thing)
             yield found
-        if self._again or not done:
+        if self._again or not done or time.monotonic() - self._checked > _LISTEN_S:
             self._engine.check()
+            self._checked = time.monotonic()

@@ -2,15 +2,18 @@
 
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import suppress
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
+from cad.quantity import fault
 from pipeline.study.tasks import FAILURES
 
 Found = TypeVar("Found")
@@ -31,6 +34,7 @@ class ProcessPool(Executor):
 
     def __init__(self, processes: int) -> None:
         """Make room for some processes; each is started when there is something to do for it."""
+        self._processes = processes
         self._threads = ThreadPoolExecutor(processes)
         self._idle: SimpleQueue[_Worker] = SimpleQueue()
         self._alive: set[_Worker] = set()
@@ -50,14 +54,18 @@ class ProcessPool(Executor):
 
     def _answer(self, call: tuple[object, ...]) -> Any:  # noqa: ANN401 - what the call gives, which crossed a pipe
         """Return what a call gives; a thread waits here for each process that works."""
-        worker = self._worker()
+        worker, answered = self._worker(), False
         try:
             succeeded, found = worker.ask(call)
+            answered = True
         except (EOFError, OSError) as error:
-            self._alive.discard(worker)
-            worker.kill()
             raise WorkerLostError from error
-        self._idle.put(worker)
+        finally:
+            if answered:
+                self._idle.put(worker)
+            else:
+                self._alive.discard(worker)
+                worker.kill()
         if not succeeded:
             raise found
         return found
@@ -65,7 +73,11 @@ class ProcessPool(Executor):
     def _worker(self) -> "_Worker":
         with suppress(Empty):
             return self._idle.get_nowait()
-        worker = _Worker()
+        try:
+            worker = _Worker()
+        except OSError as error:
+            bound = f"few enough for this machine to start ({error.strerror})"
+            raise fault("--processes", self._processes, "", bound, "give a smaller number") from error
         self._alive.add(worker)
         if self._shut.is_set():  # too late to be killed with the others
             worker.kill()
@@ -78,9 +90,12 @@ class _Worker:
     def __init__(self) -> None:
         self._pipe, other = _CONTEXT.Pipe()
         self._process = _CONTEXT.Process(target=_serve, args=(other,), daemon=True)
+        resource_tracker.ensure_running()  # first, as it lets Ctrl-C through again once it has started
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # from its first moment the process has it
         try:
             self._process.start()
         finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
             other.close()  # the pipe ends with the process only where nobody else holds its other end
 
     def ask(self, call: tuple[object, ...]) -> tuple[bool, Any]:
@@ -108,8 +123,20 @@ def _serve(pipe: Connection) -> None:
             try:
                 answer = True, function(*positional, **named)
             except FAILURES as error:
-                answer = False, error
-            pipe.send(answer)
+                answer = False, _sendable(error)
+            try:
+                pipe.send(answer)
+            except (pickle.PickleError, TypeError, AttributeError) as error:  # raised before a byte is written
+                pipe.send((False, RuntimeError(repr(error))))
+
+
+def _sendable(error: Exception) -> Exception:
+    """Return an error, or its words as a RuntimeError where it cannot be rebuilt at the other end of a pipe."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except (pickle.PickleError, *FAILURES):
+        return RuntimeError(repr(error))
+    return error
 
 
 def _end_with_parent() -> None:

@@ -82,15 +82,15 @@ def is_worker(process: str) -> bool:
 class Run:
     """A process that a test has started, the first of a group of its own; every wait for it has a deadline."""
 
-    def __init__(self, words: list[str], **environment: str) -> None:
-        """Start it at the root of the project."""
+    def __init__(self, words: list[str], stderr: int = subprocess.PIPE, **environment: str) -> None:
+        """Start it at the root of the project; stderr goes to a descriptor where one is named."""
         self.process = subprocess.Popen(
             words,
             cwd=Path(__file__).parents[3],
             env={**os.environ, **environment},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stderr=stderr,
             text=True,
             start_new_session=True,
         )
@@ -123,10 +123,14 @@ class Run:
                 found += [int(child) for child in thread.read_text(encoding="utf-8").split() if is_worker(child)]
         return found
 
-    def clear(self) -> None:
+    def kill(self) -> None:
         """Kill whatever is left of its group."""
         with suppress(ProcessLookupError):
             os.killpg(self.process.pid, signal.SIGKILL)
+
+    def clear(self) -> None:
+        """Kill whatever is left of its group, and wait for its end."""
+        self.kill()
         self.process.communicate(timeout=DEADLINE_S)
 
 
@@ -135,13 +139,15 @@ def start() -> Iterator[Callable[..., Run]]:
     """Start processes by their words; none of them outlives the test."""
     started: list[Run] = []
 
-    def begin(*words: str | Path, **environment: str) -> Run:
-        started.append(Run([sys.executable, *map(str, words)], **environment))
+    def begin(*words: str | Path, stderr: int = subprocess.PIPE, **environment: str) -> Run:
+        started.append(Run([sys.executable, *map(str, words)], stderr, **environment))
         return started[-1]
 
     try:
         yield begin
     finally:
+        for run in started:
+            run.kill()
         for run in started:
             run.clear()
 

@@ -8,7 +8,7 @@ import pytest
 
 from cad.quantity import InputError
 from pipeline.cli import main
-from pipeline.study import read_study, run_study
+from pipeline.study import read_study, run_study, store
 from pipeline.study.store import STORE, stored_study
 from pipeline.study.workers.engine import Engine
 
@@ -76,8 +76,8 @@ def test_store_that_breaks_later_is_one_line(solved: list[str], tmp_path: Path) 
     connection = sqlite3.connect(tmp_path / "out" / STORE)
     connection.executescript("DROP VIEW results; DROP TABLE points")
     connection.close()
-    with pytest.raises(InputError, match="no such table"), stored_study(tmp_path / "out") as store:
-        store.counts()
+    with pytest.raises(InputError, match="no such table"), stored_study(tmp_path / "out") as kept:
+        kept.counts()
 
 
 def test_folder_below_a_file_is_one_line(written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -88,3 +88,53 @@ def test_folder_below_a_file_is_one_line(written: Write, tmp_path: Path, capsys:
             words[1] = str(written(written().read_text(encoding="utf-8").replace("samples = 8", "") + text))
         assert main(words) == 2
         assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_row_that_a_person_broke_is_named(
+    solved: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    connection = sqlite3.connect(tmp_path / "out" / STORE)
+    connection.execute("UPDATE points SET results = '{' WHERE number = 3")
+    connection.commit()
+    connection.close()
+    assert main([*solved, "--export", str(tmp_path / "x.csv")]) == 2
+    complaint = capsys.readouterr().err
+    assert complaint.count("\n") == 1
+    assert "point = 3" in complaint
+
+
+def test_store_that_another_program_holds_is_said_so(
+    solved: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(store, "_WAIT_S", 0.0)
+    connection = sqlite3.connect(tmp_path / "out" / STORE)
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        assert main(solved) == 2
+    finally:
+        connection.close()
+    assert "no other program has open (database is locked); close it there" in capsys.readouterr().err
+    assert main(solved) == 0
+
+
+def test_full_disk_at_the_start_is_said_so(tmp_path: Path) -> None:
+    whole = "PRAGMA max_page_count = 1; CREATE TABLE a (b); CREATE TABLE c (d)"
+    with pytest.raises(InputError, match="free some space"), store._opened(tmp_path / STORE) as connection:
+        connection.executescript(whole)
+
+
+@pytest.mark.parametrize("content", ["of a person", None])
+def test_design_files_that_a_person_edited_are_refused_before_anything_is_solved(
+    written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str], content: str | None
+) -> None:
+    out = tmp_path / "out"
+    words = ["study", "--processes", "1", "--out", str(out), "--html", str(tmp_path / "study.html")]
+    assert main([*words, str(written())]) == 0
+    edited = next((out / "best-designs").glob("point-*.toml"))
+    if content is not None:
+        edited.write_text(content, encoding="utf-8")
+    capsys.readouterr()
+    longer = written(**{"samples = 8": "samples = 12"})
+    assert main([*words, str(longer)]) == (0 if content is None else 2)
+    with stored_study(out) as kept:
+        assert sum(kept.counts().values()) == (12 if content is None else 8)

@@ -163,6 +163,17 @@ def test_search_needs_spans(written: Callable[..., Path], engine: Engine, tmp_pa
         search(study, tmp_path / "out", engine)
 
 
+def test_search_does_not_choose_by_how_much_a_print_misses(
+    written: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = written(SOFTEST.replace('"targets.NL"', '"printed.E_offset"')), tmp_path / "out"
+    assert main(["optimise", str(path), "--out", str(out), "--processes", "1"]) == 2
+    complaint = capsys.readouterr().err
+    assert complaint.count("\n") == 1
+    assert "printed.E_offset" in complaint
+    assert not out.exists()
+
+
 def test_study_with_a_goal_is_run_by_optimise(written: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["study", str(written(SOFTEST))]) == 2
     assert "pipeline optimise" in capsys.readouterr().err

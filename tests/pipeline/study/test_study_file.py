@@ -6,11 +6,13 @@ from pathlib import Path
 import pytest
 
 from cad.quantity import InputError
+from pipeline.options import load_design
 from pipeline.study import read_study
-from pipeline.study.points import point_count, points_between
+from pipeline.study.points import design_of, point_count, points_between
 from pipeline.study.variation import Choices, Normal, Span
 
 Write = Callable[..., Path]
+PROCESS_FILE = Path(__file__).parents[3] / "cad" / "design" / "processes.toml"
 
 
 def test_study_file_is_read(written: Write) -> None:
@@ -55,6 +57,18 @@ def test_wrong_study_file_is_refused_in_one_line(written: Write, old: str, new: 
         point_count(read_study(written(**{old: new})))
     assert words in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_base_may_name_a_process_file_beside_it(written: Write, tmp_path: Path) -> None:
+    resin = PROCESS_FILE.read_text(encoding="utf-8").partition("[sla-resin]")[2].partition("[dmls-17-4ph]")[0]
+    own = "[tough-resin]" + resin.replace("sla-resin", "tough-resin").replace("E_MPa = 2500.0", "E_MPa = 1900.0")
+    (tmp_path / "own.toml").write_text(own, encoding="utf-8")
+    (tmp_path / "mine.toml").write_text('[print]\nprocess_file = "own.toml"\n', encoding="utf-8")
+    study = read_study(written(**{'"paper"': '"mine.toml"'}))
+    assert design_of(study, {}) == load_design(tmp_path / "mine.toml")
+    assert design_of(study, {}).process.E_MPa == 1900.0
+    named = read_study(written(**{"[vary]": '[set]\n"print.process_file" = "own.toml"\n[vary]'}))
+    assert design_of(named, {}).process.E_MPa == 1900.0
 
 
 def test_grid_takes_every_combination_with_both_ends(written: Write) -> None:

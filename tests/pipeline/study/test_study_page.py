@@ -46,6 +46,20 @@ def test_page_has_plots_and_the_best_ten_and_no_network(
         assert load_design(tmp_path / "out" / link).nominal_targets.P_max >= 3.0
 
 
+def test_best_prints_have_no_design_files_and_the_page_says_why(
+    written: Callable[..., Path], engine: Engine, tmp_path: Path
+) -> None:
+    miss = "mean = 0, sd = 0.1, source = 'test'"
+    study = read_study(written(**{"targets.P_max": "printed.E_offset", "from = 3, to = 8": miss}))
+    assert run_study(study, tmp_path / "out", engine).done == 8
+    with stored_study(tmp_path / "out") as store:
+        write_page(store, study, tmp_path / "out" / "study.html")
+    text = (tmp_path / "out" / "study.html").read_text(encoding="utf-8")
+    assert "<a href" not in text
+    assert "They have no design files" in text
+    assert not (tmp_path / "out" / "best-designs").exists()
+
+
 def test_command_writes_the_page(written: Callable[..., Path], tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert main(["study", str(written()), "--out", str(out), "--processes", "1", "--html"]) == 0

@@ -23,11 +23,19 @@ class Scheduler:
         return answer
 
 
-@pytest.mark.parametrize("error", [OSError(), TimeoutError(), ConnectionError(), RuntimeError()])
-def test_scheduler_that_does_not_answer_is_gone(error: Exception) -> None:
+@pytest.mark.parametrize("error", [OSError(), ConnectionError(), RuntimeError()])
+def test_scheduler_that_closed_is_gone(error: Exception) -> None:
     watch = cluster._Watch(Scheduler([{"tcp://x:1": 1}, error]), "tcp://x:2")
     watch.check()
     with pytest.raises(InputError, match=r"tcp://x:2.*it is gone; all points that ended are kept"):
+        watch.check()
+
+
+def test_busy_scheduler_is_asked_three_times() -> None:
+    slow, workers = TimeoutError(), {"tcp://x:1": 1}
+    watch = cluster._Watch(Scheduler([slow, slow, workers, slow, slow, slow]), "tcp://x:2")
+    watch.check()
+    with pytest.raises(InputError, match="it is gone"):
         watch.check()
 
 
@@ -41,10 +49,16 @@ def test_client_that_gave_up_has_no_scheduler() -> None:
 def test_workers_may_come_back_within_two_minutes(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [0.0]
     monkeypatch.setattr(cluster.time, "monotonic", lambda: now[0])
-    watch = cluster._Watch(Scheduler([{}, {"tcp://x:1": 1}, {}, {}]), "tcp://x:2")
-    for seconds in (119.0, 200.0, 319.0):
+    workers = {"tcp://x:1": 1}
+    watch = cluster._Watch(Scheduler([{}, {}, workers, {}, {}, {}]), "tcp://x:2")
+    for seconds in (1000.0, 1119.0, 1200.0, 1400.0, 1519.0):
         now[0] = seconds
         watch.check()
-    now[0] = 321.0
+    now[0] = 1521.0
     with pytest.raises(InputError, match="it has had none for 120 s"):
         watch.check()
+
+
+def test_workers_that_never_say_their_code_are_refused() -> None:
+    with pytest.raises(InputError, match="one whose workers answer within 120 s"):
+        cluster._refuse_other_code(Scheduler([TimeoutError()]), "tcp://x:2")

@@ -77,7 +77,7 @@ def stored(folder: Path) -> int:
         return 0
     with stored_study(folder) as store:
         try:
-            return len(store.numbers())
+            return sum(store.counts().values())
         except sqlite3.OperationalError:
             return 0
 
