@@ -24,16 +24,32 @@ def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample]
     """Return what the samples of a press tell: the modulus by the line, `others` by the force ratio and other laws."""
     _, *deepest = samples[-1]
     try:
-        line, ratio = law.line(samples, sensor.noises), law.ratio_modulus(deepest)
+        line = law.line(samples, sensor.noises)
         E, bounds, others = _with_others(sensor, law, lambda each: each.line(samples, sensor.noises).modulus)
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
     scatter = math.hypot(line.error, *_unit_shares(sensor, law, samples, E))
     reading = judged_reading(sensor, E, combined(sensor, E, scatter, *bounds), _turned(sensor, line), deepest)
-    allowed = COVERAGE * math.hypot(line.error, _noise(sensor, law, deepest, ratio)) + bounds[0]
-    if abs(ratio / E - 1.0) > allowed + 0.01 * sensor.report.read_out.model_error_percent:
+    ratio = _by_ratio(sensor, law, deepest)
+    if ratio is None or abs(ratio[0] / E - 1.0) > _allowed_apart(sensor, bounds[0], line.error, ratio[1]):
         reading = replace(reading, flags=(*reading.flags, "read_outs_disagree"))
-    return _told(law, replace(reading, others={"force_ratio": ratio, **others}), deepest)
+    if ratio is not None:
+        others = {"force_ratio": ratio[0], **others}
+    return _told(law, replace(reading, others=others), deepest)
+
+
+def _by_ratio(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float]) -> tuple[float, float] | None:
+    """Return the modulus [MPa] that the force ratio tells and its noise [1]; None where a tilt leaves it none."""
+    try:
+        ratio = law.ratio_modulus(forces)
+    except ReadingError:
+        return None
+    return ratio, _noise(sensor, law, forces, ratio)
+
+
+def _allowed_apart(sensor: MeasuringUnit, by_curve: float, *noises: float) -> float:
+    """Return by how much line and force ratio may differ [1]: the bar of the curve, that of the contact, and noise."""
+    return by_curve + 0.01 * sensor.report.read_out.model_error_percent + COVERAGE * math.hypot(*noises)
 
 
 def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float]) -> FruitReading:
