@@ -97,6 +97,21 @@ def test_flesh_of_another_law_is_inside_the_uncertainty(deep):
         assert reading.others[name] == pytest.approx(1.0, rel=2e-3)
 
 
+@pytest.mark.parametrize("bent", [np.ones(8), np.linspace(-1.0, 1.0, 8), np.sign(np.array(DEPTHS) - 0.25)])
+def test_curve_anywhere_within_its_bar_is_inside_what_it_adds_to_the_uncertainty(deep, bent):
+    """Flesh whose curve is off alike, tilted or turned, each by the bar of 0.5 %, read by the curve of the report."""
+    sensor, exact = deep.measuring(), MeasuringUnit(report=without_bars(deep.report), unit=deep.measuring().unit)
+    forces = deep.press(1.0, curve=replace(CURVE, factors=tuple(np.array(FACTORS) * (1.0 + 0.005 * bent))))
+    reading, known = read(sensor, forces), read(exact, forces)
+    by_curve = 0.5 * np.sqrt(3.0 * (reading.u**2 - known.u**2))
+    assert 0.001 < abs(reading.E - 1.0) < by_curve
+
+
+def without_bars(report):
+    rows = tuple(replace(row, error_percent=0.0) for row in report.read_out.large_strain)
+    return replace(report, read_out=replace(report.read_out, large_strain=rows))
+
+
 def test_springs_and_gains_move_the_reading_as_is_said(deep):
     forces = deep.press(1.3)
     plain = read(deep.measuring(), forces)
