@@ -12,7 +12,7 @@ from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.pair_line import PairLine
 from cad.theory.soft_tissue import FLESH_LAWS, large_strain_factor
-from pipeline.unit.deep_pair import DeepPair, Sample
+from pipeline.unit.deep_pair import TOO_DEEP, DeepPair, Sample
 from pipeline.unit.fruit_reading import FruitReading, combined, flags_of_forces, judged_reading
 from pipeline.unit.measuring import MeasuringUnit
 
@@ -27,18 +27,22 @@ def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample]
     try:
         line = law.line(samples, sensor.noises)
         E, by_law, others = _with_others(sensor, law, lambda each: each.line(samples, sensor.noises).modulus)
-    except ReadingError:
-        return FruitReading(flags=("out_of_range",))
+    except ReadingError as error:
+        return _without_modulus(error)
     by_curve = _by_curve(sensor, law, samples, E)
-    scatter = math.hypot(line.error, *_unit_shares(sensor, law, samples, E))
-    u = combined(sensor, E, scatter, by_curve, by_law)
+    u = combined(sensor, E, math.hypot(line.error, *_unit_shares(sensor, law, samples, E)), by_curve, by_law)
     reading = judged_reading(sensor, E, u, _turned(sensor, line), deepest)
     ratio = _by_ratio(sensor, law, deepest)
     if ratio is None or abs(ratio[0] / E - 1.0) > _allowed_apart(sensor, by_curve, line.error, ratio[1]):
         reading = replace(reading, flags=(*reading.flags, "read_outs_disagree"))
-    if ratio is not None:
-        others = {"force_ratio": ratio[0], **others}
-    return _told(law, replace(reading, others=others), deepest)
+    by_ratio = {} if ratio is None else {"force_ratio": ratio[0]}
+    return _told(law, replace(reading, others={**by_ratio, **others}), deepest)
+
+
+def _without_modulus(error: ReadingError) -> FruitReading:
+    """Return a reading that tells no modulus, flagged where that is because the tips stand too deep."""
+    deeper = ("deeper_than_solved",) if str(error) == TOO_DEEP else ()
+    return FruitReading(flags=("out_of_range", *deeper))
 
 
 def _by_ratio(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float]) -> tuple[float, float] | None:

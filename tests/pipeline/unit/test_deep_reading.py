@@ -146,7 +146,7 @@ def test_press_deeper_than_was_solved_is_flagged_and_far_deeper_refused(deep):
     found = {travel: read(deep.measuring(), deep.press(0.5, curve=longer, travels=np.linspace(0.05, travel, 40)))
              for travel in (0.7, 1.2)}  # fmt: skip
     assert "deeper_than_solved" in found[0.7].flags
-    assert (found[1.2].E, found[1.2].flags) == (None, ("out_of_range",))
+    assert (found[1.2].E, found[1.2].flags) == (None, ("out_of_range", "deeper_than_solved"))
 
 
 def test_forces_of_no_fruit_tell_no_modulus(deep):
