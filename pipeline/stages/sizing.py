@@ -58,10 +58,11 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     ratio = 1.0 if by_hayes else contact.stiffness_ratio()
     K_m_max = fruit.E_max_MPa * K_m_over_E
     springs = _springs(design, K_m_max, ratio)
-    if design.press.strain == "large" and not by_hayes and not design.springs.given:
-        springs = _at_large_strain(
-            design, of_tips, partial(size_springs, K_m_max=K_m_max, stiffness_ratio=ratio), springs
-        )
+    if design.press.strain == "large" and not design.springs.given:
+        if by_hayes:
+            raise fault("--fruit-stiffness", "hayes", "", "contact at large strain", "leave it out, or give springs")
+        law = partial(size_springs, K_m_max=K_m_max, stiffness_ratio=ratio)
+        springs = _at_large_strain(design, of_tips, law, springs)
     return SpringSizing(
         springs=springs,
         K_m_over_E=K_m_over_E,
@@ -87,7 +88,7 @@ def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
 def _at_large_strain(
     design: Design, contact: FruitCompliance, law: Callable[..., Springs], springs: Springs
 ) -> Springs:
-    """Return springs whose response has the targets at full travel; those of the linear law where none are found.
+    """Return springs whose response has the targets at full travel; raises InputError where none are found.
 
     The linear law is asked for other targets until the response has the wanted ones.
     """
@@ -105,4 +106,6 @@ def _at_large_strain(
             sized = law(P_max, NL, definition=targets.NL_definition)
         except ValueError:
             break
-    return springs
+    bound = "one that springs meet at large strain"
+    remedy = "ask for another NL or press less deep, or take press.strain = 'linear'"
+    raise fault("targets.NL", targets.NL, "1", bound, remedy)

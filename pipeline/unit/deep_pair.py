@@ -27,7 +27,7 @@ _SCAN, _SHRINKS, _HALVINGS = 24, 60, 60
 _AT_THE_END = 1e-6  # of a logarithm
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _STEPS, _SETTLED = 50, 1e-13
-_TOO_DEEP = "the tips stand deeper than large strain was solved for: must be a press of this design; press less far"
+TOO_DEEP = "the tips stand deeper than large strain was solved for: must be a press of this design; press less far"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -183,7 +183,7 @@ class DeepPair:
             raise ReadingError(OF_ANOTHER_SENSOR)
         found = _least_place(scatter, logs[max(0, lowest - 1)], logs[lowest + 1])
         if found - least < _AT_THE_END:
-            raise ReadingError(_TOO_DEEP)
+            raise ReadingError(TOO_DEEP)
         return found
 
     def _scatter(self, samples: Sequence[Sample], noises: Sequence[float], E: float) -> float:

@@ -12,11 +12,12 @@ from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.pair_line import PairLine
 from cad.theory.soft_tissue import FLESH_LAWS, large_strain_factor
-from pipeline.unit.deep_pair import DeepPair, Sample
+from pipeline.unit.deep_pair import TOO_DEEP, DeepPair, Sample
 from pipeline.unit.fruit_reading import FruitReading, combined, flags_of_forces, judged_reading
 from pipeline.unit.measuring import MeasuringUnit
 
 _STEP = 1e-4  # of a stiffness or a gain, for slopes of the modulus
+_EXACT = (1.0, 1.0)  # gains of both tips
 _LEVEL = (None, None)  # tilt and its direction, which one reading of a pair does not tell
 
 
@@ -24,16 +25,38 @@ def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample]
     """Return what the samples of a press tell: the modulus by the line, `others` by the force ratio and other laws."""
     _, *deepest = samples[-1]
     try:
-        line, ratio = law.line(samples, sensor.noises), law.ratio_modulus(deepest)
-        E, bounds, others = _with_others(sensor, law, lambda each: each.line(samples, sensor.noises).modulus)
-    except ReadingError:
-        return FruitReading(flags=("out_of_range",))
-    scatter = math.hypot(line.error, *_unit_shares(sensor, law, samples, E))
-    reading = judged_reading(sensor, E, combined(sensor, E, scatter, *bounds), _turned(sensor, line), deepest)
-    allowed = COVERAGE * math.hypot(line.error, _noise(sensor, law, deepest, ratio)) + bounds[0]
-    if abs(ratio / E - 1.0) > allowed + 0.01 * sensor.report.read_out.model_error_percent:
+        line = law.line(samples, sensor.noises)
+        E, by_law, others = _with_others(sensor, law, lambda each: each.line(samples, sensor.noises).modulus)
+    except ReadingError as error:
+        return _without_modulus(error)
+    by_curve = _by_curve(sensor, law, samples, E)
+    u = combined(sensor, E, math.hypot(line.error, *_unit_shares(sensor, law, samples, E)), by_curve, by_law)
+    reading = judged_reading(sensor, E, u, _turned(sensor, line), deepest)
+    ratio = _by_ratio(sensor, law, deepest)
+    if ratio is None or abs(ratio[0] / E - 1.0) > _allowed_apart(sensor, by_curve, line.error, ratio[1]):
         reading = replace(reading, flags=(*reading.flags, "read_outs_disagree"))
-    return _told(law, replace(reading, others={"force_ratio": ratio, **others}), deepest)
+    by_ratio = {} if ratio is None else {"force_ratio": ratio[0]}
+    return _told(law, replace(reading, others={**by_ratio, **others}), deepest)
+
+
+def _without_modulus(error: ReadingError) -> FruitReading:
+    """Return a reading that tells no modulus, flagged where that is because the tips stand too deep."""
+    deeper = ("deeper_than_solved",) if str(error) == TOO_DEEP else ()
+    return FruitReading(flags=("out_of_range", *deeper))
+
+
+def _by_ratio(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float]) -> tuple[float, float] | None:
+    """Return the modulus [MPa] that the force ratio tells and its noise [1]; None where a tilt leaves it none."""
+    try:
+        ratio = law.ratio_modulus(forces)
+    except ReadingError:
+        return None
+    return ratio, _noise(sensor, law, forces, ratio)
+
+
+def _allowed_apart(sensor: MeasuringUnit, by_curve: float, *noises: float) -> float:
+    """Return by how much line and force ratio may differ [1]: the bar of the curve, that of the contact, and noise."""
+    return by_curve + 0.01 * sensor.report.read_out.model_error_percent + COVERAGE * math.hypot(*noises)
 
 
 def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float]) -> FruitReading:
@@ -42,13 +65,14 @@ def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[f
     if flags:
         return FruitReading(flags=flags)
     try:
-        E, bounds, others = _with_others(sensor, law, lambda each: each.ratio_modulus(forces))
+        E, by_law, others = _with_others(sensor, law, lambda each: each.ratio_modulus(forces))
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
     lead = math.tan(math.radians(sensor.steepest_deg)) * sensor.design.tips.spacing_mm
     by_lead = lead / (math.sqrt(3.0) * abs(law.lead_slopes(forces, E)[2]))
-    by_unit = _unit_shares(sensor, law, [(1, forces[0], forces[1])], E)
-    u = combined(sensor, E, math.hypot(_noise(sensor, law, forces, E), by_lead, *by_unit), *bounds)
+    samples = [(1, forces[0], forces[1])]
+    scatter = math.hypot(_noise(sensor, law, forces, E), by_lead, *_unit_shares(sensor, law, samples, E))
+    u = combined(sensor, E, scatter, _by_curve(sensor, law, samples, E), by_law)
     return _told(law, replace(judged_reading(sensor, E, u, _LEVEL, forces), others=others), forces)
 
 
@@ -60,12 +84,12 @@ def _turned(sensor: MeasuringUnit, line: PairLine) -> tuple[float, float]:
 
 def _with_others(
     sensor: MeasuringUnit, law: DeepPair, read: Callable[[DeepPair], float]
-) -> tuple[float, tuple[float, float], dict[str, float]]:
-    """Return the modulus [MPa], how far the bar of the curve and other laws move it [1], and what those read [MPa]."""
+) -> tuple[float, float, dict[str, float]]:
+    """Return the modulus [MPa], how far other laws move it [1], and what those read [MPa]."""
     E = read(law)
     others = {name: read(other) for name, other in other_laws(sensor, law)}
     by_law = max(abs(other / E - 1.0) for other in others.values())
-    return E, (abs(read(_moved(sensor, law)) / E - 1.0), by_law), others
+    return E, by_law, others
 
 
 def other_laws(sensor: MeasuringUnit, law: DeepPair) -> list[tuple[str, DeepPair]]:
@@ -79,10 +103,17 @@ def other_laws(sensor: MeasuringUnit, law: DeepPair) -> list[tuple[str, DeepPair
     return found
 
 
-def _moved(sensor: MeasuringUnit, law: DeepPair) -> DeepPair:
-    """Return the law whose curve is off by its error bar at every depth."""
-    errors = [1.0 + 0.01 * row.error_percent for row in sensor.report.read_out.large_strain]
-    return replace(law, factors=tuple(factor * error for factor, error in zip(law.factors, errors, strict=True)))
+def _by_curve(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample], E: float) -> float:
+    """Return the most that any curve within the error bars moves E [1]: the shares of all depths of the table added.
+
+    A line tells slopes: a curve that bends within its bars moves E farther than one that is off alike everywhere.
+    """
+    shares = []
+    for place, row in enumerate(sensor.report.read_out.large_strain):
+        factors = list(law.factors)
+        factors[place] *= 1.0 + 0.01 * row.error_percent
+        shares.append(abs(law.moved(samples, E, replace(law, factors=tuple(factors)), _EXACT)))
+    return math.fsum(shares)
 
 
 def _noise(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float], E: float) -> float:

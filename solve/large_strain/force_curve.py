@@ -19,7 +19,9 @@ DEPTH_SHARES = (0.005, 0.02, 0.04, 0.08, 0.12, 0.17, 0.25, 1 / 3, 5 / 12, 0.5, 7
 DOME_SHARES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 REFINEMENTS = (1, 2)
 LEAST_SLIDING_EDGE = 0.05  # of the tip's radius
-LEAST_ERROR = 1e-3  # of a factor: what penalty, body, steps and far elements leave, also where both meshes agree
+# Of a factor where both meshes agree, for penalty, finite body, steps and far elements. It is chosen, not derived:
+# docs/large-scenes.md says how often the bars hold a finer mesh, whose far elements are smaller too.
+LEAST_ERROR = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)

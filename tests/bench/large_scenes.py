@@ -5,6 +5,7 @@ large-scenes.md into a folder and exits 1 when a goal is missed. A scene takes s
 """
 
 import argparse
+import math
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -37,13 +38,13 @@ EVERY = 3  # of the depths of a curve, the deepest one included: a finer press c
 INTRODUCTION = """\
 `tests/bench/large_scenes.py {flags}` writes this page. It draws presses at random:
 a cube or a cylinder of 0.5 to 4 mm, up to 0.6 sides deep, its edge sharp or rounded up to a tenth of the side, flesh of
-Poisson's ratio 0 to 0.49 by one of the three laws, a tip that grips or slides. Each is solved as a run solves it, and
-again on a mesh whose elements at the edge are half as large as the finer one's and grow by {growth:g} from one to the
-next instead of {coarse:g}.
+Poisson's ratio 0 to 0.49 by one of the three laws, a tip that grips or slides. One that grips is solved as a run
+solves it; one that slides has the same meshes, but no run asks for it. Each is solved again on a mesh whose elements at
+the edge are half as large as the finer one's and grow by {growth:g} from one to the next instead of {coarse:g}.
 
 Goals: every press converges, ends at a depth that it names, or is refused in one line; its bars hold the forces of the
-finer mesh in {percent:.0f} % of all depths at which it was solved. That mesh is solved at every third depth, as deep as
-equilibrium is found on it."""
+finer mesh in {percent:.0f} % of all depths that are compared: every third one of a curve. A depth at which the finer
+mesh finds no equilibrium counts as one that is not held."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +59,10 @@ class DeepScene:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What became of a scene: its curve or why it was refused; how far it is off over its bar [1] at each depth."""
+    """What became of a scene: its curve or why it was refused; how far it is off over its bar [1] at each depth.
+
+    A share is infinite where the finer mesh finds no equilibrium.
+    """
 
     scene: DeepScene
     curve: ForceCurve | None
@@ -96,12 +100,12 @@ def outcome(scene: DeepScene) -> Outcome:
         seconds = time.process_time() - start
         return Outcome(scene=scene, curve=None, refused=str(error), shares=(), seconds=seconds)
     seconds = time.process_time() - start
+    depths = curve.depths[::-EVERY][::-1]
     with slower_growth():
-        finer = pressed(
-            TipPress(tip=tip, law=scene.law, slides=scene.slides, refinement=FINER), curve.depths[::-EVERY][::-1]
-        )
+        finer = pressed(TipPress(tip=tip, law=scene.law, slides=scene.slides, refinement=FINER), depths)
     off = np.abs(finer.forces / (finer.sharp * finer.depths) - curve.factor(finer.depths))
-    shares = tuple((off / curve.error(finer.depths)).tolist())
+    missed = len(depths) - len(finer.depths)
+    shares = (*(off / curve.error(finer.depths)).tolist(), *[math.inf] * missed)
     return Outcome(scene=scene, curve=curve, refused="", shares=shares, seconds=seconds)
 
 
@@ -127,6 +131,12 @@ def covered(found: Sequence[Outcome]) -> float:
     """Return the share of all forces whose bar holds that of the finer mesh [1]."""
     shares = [share for one in found for share in one.shares]
     return float(np.mean(np.array(shares) <= 1.0)) if shares else 0.0
+
+
+def whole_curves(found: Sequence[Outcome]) -> tuple[int, int]:
+    """Return how many curves hold the finer mesh at every depth, and how many there are."""
+    curves = [one.shares for one in found if one.shares]
+    return sum(max(shares) <= 1.0 for shares in curves), len(curves)
 
 
 def sheets(found: Sequence[Outcome]) -> list[Sheet]:
@@ -160,7 +170,8 @@ def _row(one: Outcome) -> tuple[str, ...]:
         return (*scene, f"{one.scene.depth:g}", "refused", "-", "-", "-", f"{one.seconds:.1f}")
     bar, held = 100.0 * max(one.curve.errors), sum(share <= 1.0 for share in one.shares)
     within = f"{held} of {len(one.shares)}"
-    reached, worst = f"{one.curve.reached:.3g}", f"{max(one.shares, default=0.0):.2f}"
+    reached, solved = f"{one.curve.reached:.3g}", [share for share in one.shares if share < math.inf]
+    worst = f"{max(solved, default=math.nan):.2f}"
     return (*scene, f"{one.scene.depth:g}", reached, f"{bar:.2f}", worst, within, f"{one.seconds:.1f}")
 
 
@@ -179,8 +190,11 @@ def main() -> int:
     flags = f"--count {arguments.count} --seed {arguments.seed}"
     introduction = INTRODUCTION.format(flags=flags, percent=100.0 * LEAST_COVERED, growth=SLOWER, coarse=grid.GROWTH)
     seconds = [one.seconds for one in found if one.curve is not None]
+    missed = sum(share == math.inf for one in found for share in one.shares)
+    whole, curves = whole_curves(found)
     summary = (
-        f"{100.0 * share:.1f} % of {sum(len(one.shares) for one in found)} forces are covered. A curve took "
+        f"{100.0 * share:.1f} % of {sum(len(one.shares) for one in found)} forces are covered; at {missed} of them the "
+        f"finer mesh found no equilibrium. {whole} of {curves} curves hold it at every depth. A curve took "
         f"{np.median(seconds):.1f} CPU s in the median, {max(seconds):.1f} at most."
     )
     tables = [sheet.markdown() for sheet in sheets(found)]

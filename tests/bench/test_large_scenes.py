@@ -37,7 +37,19 @@ def test_press_is_held_against_the_finer_mesh_which_leaves_no_trace(large_scenes
     found = large_scenes.outcome(shallow(large_scenes))
     assert (found.end, len(found.shares), grid.GROWTH) == ("converged", 6, growth)
     assert large_scenes.covered([found]) == 1.0
-    assert large_scenes.covered([replace(found, shares=(0.5, 1.5, 0.9, 2.0))]) == 0.5  # a bar that is too narrow
+    narrow = replace(found, shares=(0.5, 1.5, 0.9, 2.0))
+    assert large_scenes.covered([narrow]) == 0.5
+    assert large_scenes.whole_curves([found, narrow]) == (1, 2)
+
+
+def test_depth_that_the_finer_mesh_misses_is_not_covered(large_scenes, monkeypatch):
+    """A curve whose finer mesh ends at the second of six depths holds two of them at most."""
+    original = large_scenes.pressed
+    monkeypatch.setattr(large_scenes, "pressed", lambda press, depths: original(press, depths[:2]))
+    found = large_scenes.outcome(shallow(large_scenes))
+    assert found.shares[2:] == (np.inf,) * 4
+    assert large_scenes.covered([found]) <= 2 / 6
+    assert large_scenes.whole_curves([found]) == (0, 1)
 
 
 def test_sharp_edge_that_slides_counts_as_refused(large_scenes):

@@ -25,6 +25,7 @@ Moduli = dict[int, float]  # of the rubber of each line [MPa]
 FEWEST_RUBBERS = 2
 AVERAGED = 0.1  # of the noise of a sample: each row is the mean of some hundred while the press is held
 MOST_OPEN = 0.3  # of a stiffness, one sigma: a calibration that leaves more is none
+ALIKE_POISSON = 0.005  # over it the curve of log neo-Hooke moves by 0.2 % at most
 ALIKE = 0.03  # of a compliance, one sigma: two prints of one drawing on one machine
 _RANK = 1e-9  # of the largest singular value: below it springs are not told apart
 _MOVED = 1e-3  # of a rubber's modulus, for what its error does to the springs
@@ -67,6 +68,19 @@ def springs_on_rubbers(path: Path, rows: Sequence[MeasuredRow], sensor: Measurin
     )
 
 
+def _refuse_other_poisson(path: Path, row: MeasuredRow, poisson: float) -> None:
+    """Raise InputError for a rubber of another Poisson's ratio [1] than the fruit's, whose curve bends otherwise.
+
+    E / (1 - nu^2) makes two bodies alike at small strain only.
+    """
+    nu = row.numbers.get("poisson")
+    if nu is None or abs(nu - poisson) > ALIKE_POISSON:
+        given = "not given" if nu is None else f"{nu:g}"
+        bound = f"within {ALIKE_POISSON:g} of the fruit's {poisson:g} at large strain; calibrate with weights"
+        msg = f"{path} line {row.line}: poisson of rubber {row.words['rubber']} = {given}: must be {bound}"
+        raise InputError(msg)
+
+
 def _refuse_open(path: Path, sensor: MeasuringUnit, found: Floats, shares: Floats) -> None:
     """Raise InputError for compliances [1] below zero, or known to shares [1] that make no calibration."""
     if not (found > 0.0).all():
@@ -105,6 +119,8 @@ def _assumed(path: Path, rows: Sequence[MeasuredRow], sensor: MeasuringUnit) -> 
 def _modulus(path: Path, row: MeasuredRow, sensor: MeasuringUnit) -> float:
     """Return the modulus [MPa] that a fruit of the design's Poisson's ratio has where it is as stiff as a rubber."""
     numbers, nu = row.numbers, sensor.design.fruit.poisson
+    if sensor.deep is not None:
+        _refuse_other_poisson(path, row, nu)
     if "E_over_1_minus_nu2" in numbers:
         reduced = numbers["E_over_1_minus_nu2"]
     elif "E" in numbers and "poisson" in numbers:

@@ -65,6 +65,12 @@ def test_press_deeper_than_was_solved_is_told_so():
     )
 
 
+def test_deep_press_at_large_strain_is_not_told_to_be_of_small_strain():
+    line = note(result_of(Design(press=Press(travel_mm=1.2, strain="large"))), "press")
+    assert "large strain is solved" in line
+    assert "small strain is assumed" not in line
+
+
 def test_calibration_note_is_three_times_the_relative_error_of_a_leaf():
     """K goes with the cube of the thickness: 0.05 mm on 0.8 and 1.2 mm."""
     words = r"calibrate each printed unit: leaves 0\.05 mm off move K_l by (\d+) % and K_h by (\d+) %"

@@ -8,13 +8,15 @@ from stand_ins import CONTACT
 
 import pipeline.stages.tip_curve
 from cad.design.fruit import Fruit
-from cad.design.parameters import Design
+from cad.design.parameters import Design, Targets
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from cad.theory.deep_press import DeepPress
 from cad.theory.two_spring_law import Springs
+from pipeline.options import RunOptions
 from pipeline.stages.response import press_scene, refuse_unsolvable, scene_of
+from pipeline.stages.sizing import spring_sizing
 from pipeline.stages.tip_curve import tip_curve
 from solve.contact.linear_response import spring_compliance
 from solve.large_strain.force_curve import force_curve
@@ -43,6 +45,21 @@ def test_force_ratio_falls_over_the_travel_as_by_the_table_of_factors(press):
     assert 0.01 < np.ptp(table.P[1]) / table.P[1].mean() < 0.05
     assert not press.level
     assert press.tilted == ()
+
+
+@pytest.mark.parametrize(
+    ("NL", "basis", "message"),
+    [
+        (0.003, "contact", r"targets\.NL = 0\.003: must be one that springs meet at large strain"),
+        (0.05, "hayes", r"--fruit-stiffness = 'hayes': must be contact at large strain"),
+    ],
+)
+def test_springs_that_are_not_found_at_large_strain_are_refused(monkeypatch, tmp_path, NL, basis, message):
+    """The springs of the linear law would miss the targets, and no word of the answer would say so."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    asked = Design(press=Press(strain="large", travel_mm=1.2), targets=Targets(NL=NL))
+    with pytest.raises(InputError, match=message):
+        spring_sizing(asked, CONTACT, RunOptions(fruit_stiffness=basis))
 
 
 def test_linear_press_has_one_ratio_over_the_travel():

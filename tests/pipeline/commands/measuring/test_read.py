@@ -196,8 +196,8 @@ def test_unit_at_large_strain_is_calibrated_by_weights_and_by_rubbers(deep, caps
     weights, rubbers = tmp_path / "weights.csv", tmp_path / "rubbers.csv"
     weights.write_text("\n".join(lines), encoding="utf-8")
     table = result.press.table
-    lines = ["rubber,E_over_1_minus_nu2_MPa,F_l_N,F_h_N"]
-    lines += [f"r{i},{table.E[i] / (1.0 - 0.45**2)},{table.F[i, j, 0]},{table.F[i, j, 1]}"
+    lines = ["rubber,E_MPa,poisson,F_l_N,F_h_N"]
+    lines += [f"r{i},{table.E[i]},0.45,{table.F[i, j, 0]},{table.F[i, j, 1]}"
               for i in (1, -1) for j in (3, 7, 11)]  # fmt: skip
     rubbers.write_text("\n".join(lines), encoding="utf-8")
     for measured, precision in ((weights, 1e-9), (rubbers, 1e-3)):
@@ -208,6 +208,21 @@ def test_unit_at_large_strain_is_calibrated_by_weights_and_by_rubbers(deep, caps
         P_max = next(one for one in found["verdicts"] if one["name"] == "P_max")
         assert P_max["value"] == pytest.approx(result.judgement.reached.P_max.value, rel=2e-3)
         assert "calibrate at the same depth on a body of known E" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("columns", "told", "found"),
+    [("E_MPa,poisson", "1,0.49", "0.49"), ("E_over_1_minus_nu2_MPa", "1.2", "not given")],
+)
+def test_rubber_of_another_poisson_s_ratio_is_refused_at_large_strain(deep, capsys, tmp_path, columns, told, found):
+    """One of nu 0.49 calibrated as flesh of nu 0.3 gave K_h half as much again."""
+    folder, _ = deep
+    path = tmp_path / "rubbers.csv"
+    path.write_text(f"rubber,{columns},F_l_N,F_h_N\nsoft,{told},0.2,0.5\nhard,{told},0.3,0.9\n", encoding="utf-8")
+    assert main(["calibrate", str(folder), str(path)]) == 2
+    line = capsys.readouterr().err.splitlines()[-1]
+    bound = "must be within 0.005 of the fruit's 0.45 at large strain; calibrate with weights"
+    assert f"line 2: poisson of rubber soft = {found}: {bound}" in line
 
 
 def test_firmware_at_large_strain_is_refused_by_name(deep, capsys, tmp_path):
