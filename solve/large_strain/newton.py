@@ -76,7 +76,8 @@ class PressedBody:
         """
         for iteration in range(MOST_ITERATIONS):
             system = self._system(u, depth, held)
-            if np.linalg.norm(system.residual) <= RESIDUAL_LIMIT * abs(system.force):
+            # The stresses round off at eps E, whatever the force: one unit of length makes a force of it.
+            if np.linalg.norm(system.residual) <= max(RESIDUAL_LIMIT * abs(system.force), self._round_off):
                 return Equilibrium(depth=depth, u=u, force=system.force, iterations=iteration)
             u = self._searched(u, depth, self._direction(system, u, depth, held), system.residual)
         raise NoEquilibriumError(_failed(depth, f"not within {MOST_ITERATIONS} iterations"))
