@@ -21,10 +21,10 @@ from pipeline.options import (
 from pipeline.progress.line import showing_progress
 from pipeline.storage.folder import refuse_unusable
 from pipeline.storage.interruption import interruptible
-from pipeline.storage.plain import Plain
 
 if TYPE_CHECKING:
     from pipeline.answer.answer import RunAnswer
+    from pipeline.storage.plain import Plain
 
 PURPOSE = "size, shape, mesh, solve and judge a sensor"
 EXAMPLE = "pipeline run --nl 0.05 --out outputs/mine"
@@ -109,7 +109,7 @@ def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> in
     return PASSED if answer.passed else FAILED
 
 
-def _own_report(report: bytes | None, folder: Path) -> Plain:
+def _own_report(report: bytes | None, folder: Path) -> "Plain":
     """Return report.json as data; raises InputError where another run has taken the folder since."""
     if report is None:
         bound = "a folder that no other run writes, and its report.json is not that of this run any longer"
