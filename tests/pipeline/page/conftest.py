@@ -1,13 +1,12 @@
 """Pages of results that were not solved, and of the default run; a browser where there is one."""
 
-import os
-import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from browser import browser as quiet_browser
+from playwright.sync_api import Browser, Page
 from stand_ins import result_of
 
 from cad.design.fruit import Fruit
@@ -18,11 +17,6 @@ from pipeline.report.outputs import PAGE, write_outputs
 from pipeline.report.stored import StoredReport, read_report
 from pipeline.result import SensorResult
 
-CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
-FLAGS = (
-    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
-    *("--disable-background-networking", "--disable-component-update"),
-)
 DOMES = Design(
     name="domes",
     fruit=Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0),
@@ -64,14 +58,11 @@ def dome_page(tmp_path_factory: pytest.TempPathFactory) -> WrittenPage:
     return written(result_of(DOMES), tmp_path_factory.mktemp("page"))
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    if CHROMIUM is None:
-        pytest.skip("no Chromium: set CHROMIUM to its path")
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+    """Return a browser; it ends with the module, so that those of other modules can open theirs."""
+    with quiet_browser() as opened:
         yield opened
-        opened.close()
 
 
 @pytest.fixture
