@@ -2,9 +2,7 @@
 
 import hashlib
 import os
-import re
 from dataclasses import asdict, replace
-from importlib.metadata import requires, version
 from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
@@ -14,6 +12,7 @@ from pipeline.answer.answer import RunAnswer
 from pipeline.options import RunOptions
 from pipeline.storage.cache import store, stored
 from pipeline.storage.folder import whole_report
+from pipeline.storage.packages import declared_packages, installed_version
 from pipeline.storage.plain import Plain
 
 _STAGE = "answer"
@@ -49,10 +48,9 @@ def _inputs(design: Design, options: RunOptions, report: bytes) -> Plain:
     }
 
 
-def _packages() -> dict[str, str]:
+def _packages() -> dict[str, str | None]:
     """Return the version of the program and of each package that it needs, those for plots and pages too.
 
     Python's and those of optional solvers are in the digest of the code, which every entry of the cache has.
     """
-    needs = [need for need in requires("twintip") or () if "extra ==" not in need]
-    return {name: version(name) for name in ("twintip", *(re.split(r"[^\w.-]", need)[0] for need in needs))}
+    return {name: installed_version(name) for name in ("twintip", *declared_packages())}

@@ -7,7 +7,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Literal
 
@@ -17,6 +16,7 @@ from rich.table import Table
 
 from pipeline.limits import LEAST_MEMORY_GIB
 from pipeline.storage.cache import cache_folder
+from pipeline.storage.packages import declared_packages, installed_version
 
 Status = Literal["ok", "note", "wrong"]
 
@@ -30,7 +30,6 @@ OPTIONAL_PROGRAMS = {
 }
 _IMPORT_SECONDS = 120
 _PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[^\s;]+)")
-_NAME = re.compile(r"[A-Za-z0-9._-]+")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,12 +74,12 @@ def _packages() -> Iterator[Row]:
     """Yield a row for each declared package, and for each other locked one whose version is not the locked one."""
     locks = [ROOT / name for name in LOCKS]
     locked = pins("\n".join(path.read_text(encoding="utf-8") for path in locks if path.is_file()))
-    declared = _declared()
+    declared = declared_packages()
     if not locked:
         yield Row(name="lock", found="absent", status="note", remark="versions are not compared")
     as_locked = 0
     for name, wanted in {**dict.fromkeys(declared, ""), **locked}.items():
-        found = _version(name)
+        found = installed_version(name)
         if name in declared or found not in (None, wanted):
             yield package_row(name, found, wanted, needed=name in declared)
         else:
@@ -95,23 +94,6 @@ def package_row(name: str, found: str | None, wanted: str, *, needed: bool) -> R
     if wanted in ("", found):
         return Row(name=name, found=found, status="ok")
     return Row(name=name, found=found, status="note", remark=f"locked at {wanted}; tests ran with that one")
-
-
-def _declared() -> tuple[str, ...]:
-    """Return the names of the packages that every run needs."""
-    try:
-        texts = requires("twintip") or []
-    except PackageNotFoundError:
-        return ()
-    matches = (_NAME.match(text) for text in texts if "extra ==" not in text)
-    return tuple(match[0] for match in matches if match)
-
-
-def _version(name: str) -> str | None:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None
 
 
 def _imports() -> Iterator[Row]:
@@ -141,7 +123,7 @@ def _imports() -> Iterator[Row]:
 
 
 def _optional() -> Iterator[Row]:
-    fast = _version("pypardiso")
+    fast = installed_version("pypardiso")
     yield Row(
         name="pypardiso",
         found=fast or "absent",

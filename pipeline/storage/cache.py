@@ -9,10 +9,11 @@ import json
 import os
 import platform
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import TypeVar
 
+from pipeline.storage.packages import installed_version
 from pipeline.storage.plain import from_plain, to_plain
 
 T = TypeVar("T")
@@ -48,11 +49,7 @@ def computing_versions() -> dict[str, str | None]:
     """Return the version of Python and of each package that numbers come from; None for an optional one not there."""
     found: dict[str, str | None] = {"python": platform.python_version()}
     found |= {name: version(name) for name in _LIBRARIES}
-    for name in _OPTIONAL:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = None
+    found |= {name: installed_version(name) for name in _OPTIONAL}
     return found
 
 

@@ -107,13 +107,10 @@ class _Watch:
 
     def _workers(self) -> int:
         """Return how many workers there are; a scheduler that is slow to answer is asked again."""
-        for _ in range(_QUESTIONS - 1):
+        for _ in range(_QUESTIONS):
             with suppress(TimeoutError):
                 return self._answer()
-        try:
-            return self._answer()
-        except TimeoutError as error:
-            raise self._gone() from error
+        raise self._gone()
 
     def _answer(self) -> int:
         scheduler = self._client.scheduler
