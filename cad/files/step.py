@@ -7,7 +7,6 @@ the header is set, counts are taken again, and the entities are put in an order 
 import hashlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from graphlib import TopologicalSorter
 from pathlib import Path
 
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
@@ -30,15 +29,17 @@ from cad.parts.sensor import Body
 
 _LINE = 78
 _YES, _NO = True, False
-_ENTITY = re.compile(r"#(\d+)\s*=\s*((?:[^';]|'(?:[^']|'')*')*);")
-_STRING = re.compile(r"('(?:[^']|'')*')")
-_STRING_OR_SPACE = re.compile(r"('(?:[^']|'')*')|\s+")
-_PIECE = re.compile(r"'(?:[^']|'')*'|[^',]+|,")
+_STRING = re.compile(r"'(?:[^']|'')*'")
+_ENTITY = re.compile(r"#(\d+)=([^;]*);")
 _REFERENCE = re.compile(r"#(\d+)")
+_ASIDE = re.compile(r"\0(\d+)\0")
+_PIECE = re.compile(r"'(?:[^']|'')*'|[^',]+|,")
 _COUNTED_START = "NEXT_ASSEMBLY_USAGE_OCCURRENCE('"
-_COUNTED = re.compile(r"^(NEXT_ASSEMBLY_USAGE_OCCURRENCE\(')[^']*(')")
+_COUNTED = re.compile(r"(NEXT_ASSEMBLY_USAGE_OCCURRENCE\()\0\d+\0")
 _TRANSLATOR = re.compile(r"(Open CASCADE STEP translator [\d.]+) [\d.]+")
-_UNORDERED = re.compile(r"^(MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION\('[^']*',\()([#\d,]*)(\).*)$")
+_UNORDERED = "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION("
+_Entities = dict[str, list[str]]
+"""The text of each entity by its number, split at its references: text, number, text, number, ..., text."""
 
 
 def write_step(bodies: Sequence[Body], path: Path, name: str) -> None:
@@ -108,72 +109,95 @@ def canonical(text: str) -> str:
     if not (mark and end):
         msg = "STEP: the text has no DATA section; write the file again"
         raise ValueError(msg)
-    lines = _canonical_lines({int(number): _plain(body) for number, body in _ENTITY.findall(data)})
+    entities = _entities(data)
+    digest = _digests(entities)
+    used = {number for pieces in entities.values() for number in pieces[1::2]}
+    roots = sorted(entities.keys() - used, key=digest.__getitem__)
+    place = {number: f"#{count}" for count, number in enumerate(_from_roots(roots, entities), start=1)}
+    lines = [_lines(name, _renamed(entities[number], place)) for number, name in place.items()]
     return f"{head}{mark}\n" + "\n".join(lines) + f"\n{end}{tail}"
 
 
-def _canonical_lines(entities: dict[int, str]) -> list[str]:
-    """Return the entities, their unordered items sorted, in the order and with the numbers of their content."""
-    digest: dict[int, str] = {}
-    for number in TopologicalSorter(_references(entities)).static_order():
-        entities[number] = _sorted_items(entities[number], digest)
-        digest[number] = hashlib.sha256(_renamed(entities[number], digest).encode("ascii")).hexdigest()
-    uses = _references(entities)
-    used = {number for numbers in uses.values() for number in numbers}
-    roots = sorted(entities.keys() - used, key=digest.__getitem__)
-    place = {number: count for count, number in enumerate(_from_roots(roots, uses), start=1)}
-    return [_lines(count, _renamed(entities[number], place)) for number, count in place.items()]
+def _entities(data: str) -> _Entities:
+    """Return the entities without line breaks and without what a process counts.
+
+    Strings are set aside meanwhile, for in them spaces and signs mean nothing.
+    """
+    strings: list[str] = []
+
+    def aside(match: re.Match[str]) -> str:
+        if match[0] == "''":
+            return "''"
+        strings.append(_TRANSLATOR.sub(r"\1", match[0].replace("\n", "")))
+        return f"\0{len(strings) - 1}\0"
+
+    def in_place(match: re.Match[str]) -> str:
+        return strings[int(match[1])]
+
+    bare = _COUNTED.sub(r"\1''", "".join(_STRING.sub(aside, data).split()))
+    entities = {}
+    for number, body in _ENTITY.findall(bare):
+        pieces = _REFERENCE.split(body)
+        entities[number] = [_ASIDE.sub(in_place, piece) for piece in pieces] if "\0" in body else pieces
+    return entities
 
 
-def _plain(body: str) -> str:
-    """Return an entity without line breaks and without what a process counts."""
-    if "'" not in body:
-        return "".join(body.split())
-    joined = _STRING_OR_SPACE.sub(lambda match: (match[1] or "").replace("\n", ""), body)
-    return _COUNTED.sub(r"\1\2", _TRANSLATOR.sub(r"\1", joined))
+def _digests(entities: _Entities) -> dict[str, str]:
+    """Return by number a digest of what an entity says, and what it refers to; raises ValueError for a circle.
+
+    Where OCCT orders items by address, they are put in the order of their digests.
+    """
+    digest: dict[str, str] = {}
+    waiting, opened = list(entities), set()
+    while waiting:
+        number = waiting.pop()
+        if number in digest:
+            continue
+        pieces = entities[number]
+        unknown = [used for used in pieces[1::2] if used not in digest]
+        if unknown and number in opened:
+            msg = f"STEP: entity #{number} refers to itself; write the file again"
+            raise ValueError(msg)
+        if unknown:
+            opened.add(number)
+            waiting += [number, *unknown]
+            continue
+        if pieces[0].startswith(_UNORDERED):
+            _sort_items(pieces, digest)
+        digest[number] = "#" + hashlib.sha256(_renamed(pieces, digest).encode("ascii")).hexdigest()
+    return digest
 
 
-def _references(entities: Mapping[int, str]) -> dict[int, list[int]]:
-    """Return by entity the numbers of those that it refers to, in the order of its text, strings left out."""
-    return {number: [int(n) for n in _REFERENCE.findall(_STRING.sub("''", body))] for number, body in entities.items()}
+def _sort_items(pieces: list[str], digest: Mapping[str, str]) -> None:
+    """Sort the first list of items of an entity by content."""
+    end = next(i for i in range(2, len(pieces), 2) if pieces[i] != ",")
+    pieces[1:end:2] = sorted(pieces[1:end:2], key=digest.__getitem__)
 
 
-def _sorted_items(body: str, digest: Mapping[int, str]) -> str:
-    """Return the entity with its items sorted by content, where OCCT orders them by address."""
-    match = _UNORDERED.match(body)
-    if match is None:
-        return body
-    items = sorted((int(n) for n in _REFERENCE.findall(match[2])), key=digest.__getitem__)
-    return match[1] + ",".join(f"#{n}" for n in items) + match[3]
-
-
-def _from_roots(roots: Sequence[int], uses: dict[int, list[int]]) -> Iterator[int]:
+def _from_roots(roots: Sequence[str], entities: _Entities) -> Iterator[str]:
     """Yield every entity once, each root followed by what it refers to, in the order of the text."""
-    seen: set[int] = set()
+    seen: set[str] = set()
     waiting = list(reversed(roots))
     while waiting:
         number = waiting.pop()
         if number not in seen:
             seen.add(number)
             yield number
-            waiting += reversed(uses[number])
+            waiting += entities[number][::-1][1::2]
 
 
-def _renamed(body: str, names: Mapping[int, object]) -> str:
-    """Return the entity with its references, but not its strings, written with other names."""
-
-    def renamed(reference: re.Match[str]) -> str:
-        return f"#{names[int(reference[1])]}"
-
-    parts = enumerate(_STRING.split(body))
-    return "".join(part if i % 2 else _REFERENCE.sub(renamed, part) for i, part in parts)
+def _renamed(pieces: list[str], names: Mapping[str, str]) -> str:
+    """Return the text of an entity with its references written with other names."""
+    named = pieces.copy()
+    named[1::2] = [names[number] for number in pieces[1::2]]
+    return "".join(named)
 
 
-def _lines(number: int, body: str) -> str:
+def _lines(name: str, body: str) -> str:
     """Return one entity, broken after commas so that no line grows long; counted anew where it carries a count."""
     if body.startswith(_COUNTED_START):
-        body = f"{_COUNTED_START}{number}{body.removeprefix(_COUNTED_START)}"
-    lines, line = [], f"#{number} = "
+        body = f"{_COUNTED_START}{name[1:]}{body.removeprefix(_COUNTED_START)}"
+    lines, line = [], f"{name} = "
     for piece in _PIECE.findall(f"{body};") if len(body) > _LINE - len(line) else (f"{body};",):
         if len(line) + len(piece) > _LINE and line.strip() and piece != ",":
             lines.append(line)
