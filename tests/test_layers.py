@@ -168,6 +168,8 @@ FORMS = {"BilinearForm", "LinearForm", "Functional", "TrilinearForm", "asm", "so
 
 OPTIONAL = {"distributed", "pyarrow", "pypardiso"}
 DEFERRED_ONLY_IN = (
+    "cad.kernel",
+    "cad.parts.pose",  # for types only: no triangles are loaded where a pose is computed
     "pipeline.cli",
     "pipeline.commands",
     "pipeline.check.limited_check",
