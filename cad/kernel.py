@@ -1,8 +1,9 @@
-"""The CAD kernel, imported without what its package loads whole and a sensor does not need: pictures and DXF files.
+"""The CAD kernel, imported at its first use: what needs numbers alone never waits for it.
 
-While CadQuery is imported, stand-ins have the names of the modules for these. A stand-in gives names that, at their
-first use, bring the modules and put what is meant in their places, so CadQuery's functions work as ever. The stand-ins
-are gone after the import: who imports such a module gets it, and one that was imported before is left alone.
+Its package loads whole what a sensor does not need: pictures and DXF files. While it is imported, stand-ins have the
+names of the modules for these. A stand-in gives names that, at their first use, bring the modules and put what is meant
+in their places, so CadQuery's functions work as ever. The stand-ins are gone after the import: who imports such a
+module gets it, and one that was imported before is left alone.
 """
 
 import gc
@@ -11,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 _LATER = (
     "cadquery.occ_impl.exporters.dxf",
@@ -76,6 +77,9 @@ def _stand_ins() -> Iterator[None]:
 
     What it brings stays: the garbage collector need not look through it, neither meanwhile, over and over, nor later.
     """
+    if "cadquery" in sys.modules:
+        yield
+        return
     absent, collecting = [name for name in _LATER if name not in sys.modules], gc.isenabled()
     sys.modules.update({name: _StandIn(name) for name in absent})
     gc.disable()
@@ -91,7 +95,30 @@ def _stand_ins() -> Iterator[None]:
     gc.freeze()
 
 
-with _stand_ins():
-    import cadquery as cq
+def load_kernel() -> ModuleType:
+    """Import the kernel and return it."""
+    with _stand_ins():
+        import cadquery
+    return cadquery
 
-__all__ = ["cq"]
+
+class _Kernel(ModuleType):
+    """The names of CadQuery or of OCP, the library below it, both imported when the first of them is asked for."""
+
+    def __getattr__(self, name: str) -> object:
+        """Return a name of the kernel; names in double underscores are asked for by tools and load nothing."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        load_kernel()
+        found = getattr(sys.modules[self.__name__], name)
+        setattr(self, name, found)
+        return found
+
+
+if TYPE_CHECKING:
+    import cadquery as cq
+    import OCP
+else:
+    cq, OCP = _Kernel("cadquery"), _Kernel("OCP")
+
+__all__ = ["OCP", "cq", "load_kernel"]

@@ -4,27 +4,15 @@ OCCT puts the time, a count of what the process wrote before and an order by mem
 the header is set, counts are taken again, and the entities are put in an order that the content gives.
 """
 
+from __future__ import annotations
+
 import hashlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
-from OCP.IFSelect import IFSelect_RetDone
-from OCP.Interface import Interface_Static
-from OCP.Message import Message
-from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
-from OCP.STEPCAFControl import STEPCAFControl_Writer
-from OCP.STEPControl import STEPControl_AsIs, STEPControl_Reader
-from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
-from OCP.TDataStd import TDataStd_Name
-from OCP.TDF import TDF_Label
-from OCP.TDocStd import TDocStd_Document
-from OCP.TopLoc import TopLoc_Location
-from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
-
 from cad.files.file_date import file_date
-from cad.kernel import cq
+from cad.kernel import OCP, cq
 from cad.parts.sensor import Body
 
 _LINE = 78
@@ -47,14 +35,14 @@ def write_step(bodies: Sequence[Body], path: Path, name: str) -> None:
 
     The header's time is `file_date`.
     """
-    writer = STEPCAFControl_Writer()
+    writer = OCP.STEPCAFControl.STEPCAFControl_Writer()
     for key, value in (("write.step.schema", "AP242DIS"), ("write.step.unit", "MM"), ("xstep.cascade.unit", "MM")):
-        Interface_Static.SetCVal_s(key, value)
+        OCP.Interface.Interface_Static.SetCVal_s(key, value)
     writer.SetColorMode(_YES)
     writer.SetNameMode(_YES)
-    writer.Transfer(_document(bodies, name), STEPControl_AsIs)
+    writer.Transfer(_document(bodies, name), OCP.STEPControl.STEPControl_AsIs)
     _set_header(writer, name)
-    if writer.Write(str(path)) != IFSelect_RetDone:
+    if writer.Write(str(path)) != OCP.IFSelect.IFSelect_RetDone:
         msg = f"STEP: cannot write {path}; check that the folder exists and has room"
         raise OSError(msg)
     path.write_text(canonical(path.read_text(encoding="ascii")), encoding="ascii")
@@ -62,44 +50,49 @@ def write_step(bodies: Sequence[Body], path: Path, name: str) -> None:
 
 def read_step(path: Path) -> cq.Shape:
     """Return the shape of a STEP file [mm]; raises ValueError when it holds none that can be read."""
-    Message.DefaultMessenger_s().ChangePrinters().Clear()  # OCCT prints what it meets; the caller gets it as an error
-    reader = STEPControl_Reader()
-    if reader.ReadFile(str(path)) != IFSelect_RetDone or not reader.TransferRoots():
+    # OCCT prints what it meets; the caller gets it as an error.
+    OCP.Message.Message.DefaultMessenger_s().ChangePrinters().Clear()
+    reader = OCP.STEPControl.STEPControl_Reader()
+    if reader.ReadFile(str(path)) != OCP.IFSelect.IFSelect_RetDone or not reader.TransferRoots():
         msg = f"STEP: {path.name} holds no shape that can be read; export it again"
         raise ValueError(msg)
     return cq.Shape.cast(reader.OneShape())
 
 
-def _document(bodies: Sequence[Body], name: str) -> TDocStd_Document:
-    document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
-    shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-    colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+def _document(bodies: Sequence[Body], name: str) -> OCP.TDocStd.TDocStd_Document:
+    document = OCP.TDocStd.TDocStd_Document(OCP.TCollection.TCollection_ExtendedString("XmlOcaf"))
+    shapes = OCP.XCAFDoc.XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    colours = OCP.XCAFDoc.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     labels = []
     for body in bodies:
         label = shapes.AddShape(body.shape.wrapped, _NO)
         _name(label, body.name)
-        colours.SetColor(label, Quantity_Color(*body.colour, Quantity_TOC_sRGB), XCAFDoc_ColorSurf)
+        colours.SetColor(
+            label,
+            OCP.Quantity.Quantity_Color(*body.colour, OCP.Quantity.Quantity_TOC_sRGB),
+            OCP.XCAFDoc.XCAFDoc_ColorSurf,
+        )
         labels.append((label, body.name))
     if len(labels) > 1:
         assembly = shapes.NewShape()
         _name(assembly, name)
         for label, part in labels:
-            _name(shapes.AddComponent(assembly, label, TopLoc_Location()), part)
+            _name(shapes.AddComponent(assembly, label, OCP.TopLoc.TopLoc_Location()), part)
         shapes.UpdateAssemblies()
     return document
 
 
-def _name(label: TDF_Label, name: str) -> None:
-    TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
+def _name(label: OCP.TDF.TDF_Label, name: str) -> None:
+    OCP.TDataStd.TDataStd_Name.Set_s(label, OCP.TCollection.TCollection_ExtendedString(name))
 
 
-def _set_header(writer: STEPCAFControl_Writer, name: str) -> None:
-    header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
-    header.SetName(TCollection_HAsciiString(name))
-    header.SetTimeStamp(TCollection_HAsciiString(file_date().strftime("%Y-%m-%dT%H:%M:%S")))
-    header.SetAuthorValue(1, TCollection_HAsciiString("twintip"))
-    header.SetOrganizationValue(1, TCollection_HAsciiString(""))
-    header.SetOriginatingSystem(TCollection_HAsciiString("twintip"))
+def _set_header(writer: OCP.STEPCAFControl.STEPCAFControl_Writer, name: str) -> None:
+    header = OCP.APIHeaderSection.APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
+    header.SetName(OCP.TCollection.TCollection_HAsciiString(name))
+    header.SetTimeStamp(OCP.TCollection.TCollection_HAsciiString(file_date().strftime("%Y-%m-%dT%H:%M:%S")))
+    header.SetAuthorValue(1, OCP.TCollection.TCollection_HAsciiString("twintip"))
+    header.SetOrganizationValue(1, OCP.TCollection.TCollection_HAsciiString(""))
+    header.SetOriginatingSystem(OCP.TCollection.TCollection_HAsciiString("twintip"))
 
 
 def canonical(text: str) -> str:
