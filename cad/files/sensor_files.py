@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from cad.files.export_error import ExportError
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, triangles, write_stl
 from cad.files.threemf import read_3mf, write_3mf
@@ -16,10 +17,6 @@ _STEP_TOLERANCE = 1e-9  # Part 21 carries 15 digits
 _TURNED = ("SPHERE", "REVOLUTION")
 _INTEGRAL_TOLERANCE = 1e-8  # relative, of a volume within a ball or a surface of revolution
 _SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of a part
-
-
-class ExportError(ValueError):
-    """A file that does not hold what was written; the message is one line."""
 
 
 def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:

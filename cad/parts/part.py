@@ -1,12 +1,14 @@
 """A solid together with the names of the faces that matter."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from cad.kernel import cq
 
-FaceTest = Callable[[cq.Face], bool]
+FaceTest = Callable[["cq.Face"], bool]
 NEAR_MM = 1e-6  # well under any length of a design, well over the tolerance of the geometry kernel
 
 

@@ -4,14 +4,19 @@ Sensor frame: see cad/parts/sensor.py. Print pose: the plate lies flat on z = 0 
 stays, what was z points along y. A plate with pads on its back lies the other way up: y stays up, z points along -y.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 
 from cad.design.tips import Press
 from cad.kernel import cq
 from cad.parts.housing import Housing
+
+if TYPE_CHECKING:
+    import trimesh
 
 TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
 _QUARTER_TURN = 90.0

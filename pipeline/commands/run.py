@@ -123,7 +123,7 @@ def _new_answer(design: Design, options: RunOptions, folder: Path, *, quiet: boo
 
     Raises InputError for a scene that cannot be solved.
     """
-    from cad.files.sensor_files import ExportError
+    from cad.files.export_error import ExportError
     from mesh.session import MeshError
     from pipeline import run
     from pipeline.answer.kept_answer import keep_answer

@@ -7,7 +7,8 @@ import pytest
 import cad.files.sensor_files
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.files.sensor_files import ExportError, export_step, write_sensor
+from cad.files.export_error import ExportError
+from cad.files.sensor_files import export_step, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
