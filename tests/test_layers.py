@@ -21,8 +21,11 @@ PACKAGES = ("cad", "mesh", "solve", "pipeline")
 NUMBERS = ("cad.quantity", "cad.verdict")
 LAWS = (*NUMBERS, "cad.theory", "cad.design")
 SHAPES = (*LAWS, "cad.kernel", "cad.parts")
+CELLS = ("mesh.cells", "mesh.cell_facets")
 ELASTIC = (
+    *CELLS,
     "solve.arrays",
+    "solve.displacement_basis",
     "solve.elasticity",
     "solve.linear",
     "solve.error_estimate",
@@ -66,14 +69,17 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "mesh.session": ("cad.quantity",),
     "mesh.gmsh_arrays": ("mesh.session",),
     "mesh.quality": ("cad.quantity", "mesh.session", "mesh.gmsh_arrays"),
+    "mesh.cells": (),
+    "mesh.cell_facets": ("mesh.cells",),
     "mesh.volume": (*SHAPES, "mesh.session", "mesh.gmsh_arrays", "mesh.quality"),
     "mesh.fruit": (*SHAPES, "mesh.volume"),
-    "mesh.housing": (*SHAPES, "mesh.session", "mesh.gmsh_arrays", "mesh.quality"),
+    "mesh.housing": (*SHAPES, *CELLS, "mesh.session", "mesh.gmsh_arrays", "mesh.quality"),
     "solve.arrays": (),
-    "solve.elasticity": (*LAWS, "solve.arrays"),
+    "solve.displacement_basis": ("mesh.cells", "solve.arrays"),
+    "solve.elasticity": (*LAWS, "solve.arrays", "solve.displacement_basis"),
     "solve.memory": (),
     "solve.linear": (*LAWS, "solve.arrays", "solve.memory"),
-    "solve.surface": (*LAWS, "solve.arrays"),
+    "solve.surface": (*LAWS, *CELLS, "solve.arrays"),
     "solve.error_estimate": LAWS,
     "solve.nodal_fields": (*LAWS, "solve.arrays", "solve.elasticity"),
     "solve.halfspace": (*LAWS, *ELASTIC),

@@ -10,10 +10,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 from skfem import MeshHex1, MeshHex2
 from skfem.quadrature import get_quadrature
-from skfem.refdom import RefHex, RefQuad
+from skfem.refdom import RefHex
 
 from cad.parts.housing import Housing
 from cad.parts.part import PartSize
+from mesh.cell_facets import facets_area
+from mesh.cells import cell_slopes, determinant
 from mesh.gmsh_arrays import Floats, Ints, index_by_nodes
 from mesh.housing.blocks import counts
 from mesh.housing.frame import housing_blocks, post_columns
@@ -77,19 +79,13 @@ def check_flexure_mesh(mesh: MeshHex2, solid: PartSize) -> None:
     The surface tells a mesh whose neighbours do not share their facets.
     """
     points, weights = get_quadrature(RefHex, 5)
-    volume = 2.0 * float((np.abs(mesh.mapping().detDF(points)) * weights).sum())
+    volume = 2.0 * float((np.abs(determinant(cell_slopes(mesh, points))) * weights).sum())
     compare(("volume", "mm^3"), volume, solid.volume, _VOLUME_TOLERANCE, _VERY)
     skin = np.setdiff1d(mesh.boundary_facets(), (mesh.boundaries or {}).get("symmetry", []))
-    compare(("surface", "mm^2"), _area(mesh, skin), solid.surface, _AREA_TOLERANCE, _VERY)
+    compare(("surface", "mm^2"), 2.0 * facets_area(mesh, skin), solid.surface, _AREA_TOLERANCE, _VERY)
     for name, expected in solid.areas.items():
-        area = _area(mesh, named_facets(mesh, name))
+        area = 2.0 * facets_area(mesh, named_facets(mesh, name))
         compare((f"area of face {name!r}", "mm^2"), area, expected, _AREA_TOLERANCE, _VERY)
-
-
-def _area(mesh: MeshHex2, facets: Ints) -> float:
-    """Return twice the area of some facets."""
-    points, weights = get_quadrature(RefQuad, 5)
-    return 2.0 * float((np.abs(mesh.mapping().detDG(points, facets)) * weights).sum())
 
 
 def check_jacobian(mesh: MeshHex2) -> None:
@@ -97,9 +93,8 @@ def check_jacobian(mesh: MeshHex2) -> None:
 
     The measure is det J over the product of the lengths of its columns: 1 for a brick, 0 when flat.
     """
-    mapping, points = mesh.mapping(), np.hstack([RefHex.p, get_quadrature(RefHex, 3)[0]])
-    lengths = np.linalg.norm(mapping.DF(points), axis=0).prod(axis=0)
-    quality = mapping.detDF(points) / lengths
+    slopes = cell_slopes(mesh, np.hstack([RefHex.p, get_quadrature(RefHex, 3)[0]]))
+    quality = determinant(slopes) / np.linalg.norm(slopes, axis=0).prod(axis=0)
     quality = (quality * np.sign(quality[:, :1])).min(axis=1)
     worst = int(np.argmin(quality))
     if not quality[worst] >= LEAST_JACOBIAN:

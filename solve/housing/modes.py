@@ -12,6 +12,7 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 from skfem import CellBasis, Mesh
 
 from solve.arrays import Floats
+from solve.displacement_basis import scalar_shapes
 from solve.elasticity import scattered
 from solve.housing.held_half import ACROSS, PRESS, Attached, HeldHalf, held_half, with_symmetry
 from solve.housing.stiffness import SPRINGS, PerTip, stiffness_of, tip_face
@@ -82,9 +83,8 @@ def modes_of(half: HeldHalf, solid: Solid, stiffness: PerTip, springs: Sequence[
 
 def mass_matrix(basis: CellBasis, density: float) -> csc_matrix:
     """Return the consistent mass matrix of a displacement basis [t from t/mm^3, mm], shape (dofs, dofs)."""
-    scalar = basis.with_element(basis.elem.elem)
-    shapes = np.stack([np.broadcast_to(np.asarray(field[0]), scalar.dx.shape) for field in scalar.basis])
-    blocks = density * np.einsum("aep,bep,ep->eab", shapes, shapes, scalar.dx, optimize=True)
+    shapes = scalar_shapes(basis)
+    blocks = density * np.einsum("ap,bp,ep->eab", shapes, shapes, basis.dx, optimize=True)
     dofs = np.asarray(basis.element_dofs)
     total = csc_matrix((basis.N, basis.N))
     for axis in range(3):
