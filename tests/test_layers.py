@@ -34,7 +34,15 @@ ELASTIC = (
     "solve.nodal_fields",
 )
 BELOW = ("cad", "mesh", "solve")
-STAGES = (*BELOW, "pipeline.progress", "pipeline.options", "pipeline.storage", "pipeline.fit", "pipeline.stages")
+STAGES = (
+    *BELOW,
+    "pipeline.progress",
+    "pipeline.options",
+    "pipeline.storage",
+    "pipeline.modeller",
+    "pipeline.fit",
+    "pipeline.stages",
+)
 READ = (*STAGES, "pipeline.reading")
 JUDGED = (*READ, "pipeline.verdicts")
 SENTENCES = (*JUDGED, "pipeline.uncertainty", "pipeline.result", "pipeline.report")
@@ -83,10 +91,14 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.options": LAWS,
     "pipeline.limits": ("cad.quantity",),
     "pipeline.progress": (),
-    "pipeline.storage": (*LAWS, "pipeline.progress"),
+    "pipeline.failures": (),
+    "pipeline.storage": (*LAWS, "pipeline.progress", "pipeline.modeller.answer"),
+    "pipeline.modeller.answer": (),
+    "pipeline.modeller": (*SHAPES, "cad.files.file_date", "pipeline.failures", "pipeline.storage"),
+    "pipeline.modeller.tasks": ("cad", "pipeline.modeller", "pipeline.storage"),
     "pipeline.answer": (*LAWS, "cad.files.file_date", "pipeline.options", "pipeline.storage"),
-    "pipeline.fit": (*BELOW, "pipeline.options", "pipeline.storage"),
-    "pipeline.stages": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit"),
+    "pipeline.fit": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.modeller"),
+    "pipeline.stages": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.modeller", "pipeline.fit"),
     "pipeline.stages.fabrication": JUDGED,
     "pipeline.reading": STAGES,
     "pipeline.verdicts": READ,
@@ -102,7 +114,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.explain": SENTENCES,
     "pipeline.run": (*SENTENCES, "pipeline.remedies", "pipeline.page"),
     "pipeline.suggest": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
-    "pipeline.study": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
+    "pipeline.study": ("pipeline.failures", *SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
     "pipeline.decks": (*BELOW, "pipeline.storage"),
     "pipeline.bench": (*STAGES, "pipeline.decks"),
     "pipeline.commands": (
@@ -173,6 +185,8 @@ DEFERRED_ONLY_IN = (
     "cad.parts.pose",  # for types only: no triangles are loaded where a pose is computed
     "pipeline.cli",
     "pipeline.commands",
+    "pipeline.modeller.modeller",
+    "pipeline.modeller.serving",
     "pipeline.check.limited_check",
     "pipeline.study.levels.direct_solve",
     "pipeline.uncertainty.print_scatter",

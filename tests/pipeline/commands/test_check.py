@@ -15,6 +15,7 @@ from cad.design.processes import PROCESSES
 from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
 from cad.files.stl import read_stl
+from cad.parts.assembly import sensor_of
 from cad.parts.cover import cover_of, cover_part
 from cad.parts.sensor import Body
 from cad.quantity import InputError
@@ -22,7 +23,6 @@ from pipeline.check import folder_check, limited_check
 from pipeline.check.folder_check import check_folder
 from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
-from pipeline.stages.solids import sensor_of
 from pipeline.storage.seal import sealed_mapping
 
 
