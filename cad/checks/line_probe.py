@@ -1,12 +1,12 @@
 """Where a straight line runs inside a solid: exact on a B-rep, by triangles on a mesh."""
 
+from __future__ import annotations
+
 import numpy as np
 import trimesh
-from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
-from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 
 from cad.files.stl import Floats
-from cad.kernel import cq
+from cad.kernel import OCP, cq
 from cad.parts.part import NEAR_MM
 
 Vector = tuple[float, float, float]
@@ -17,12 +17,12 @@ class SolidLines:
     """Spans of lines inside a B-rep solid [mm]."""
 
     def __init__(self, shape: cq.Shape) -> None:
-        self._faces = IntCurvesFace_ShapeIntersector()
+        self._faces = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
         self._faces.Load(shape.wrapped, 1e-7)
 
     def spans(self, start: Vector, direction: Vector) -> Spans:
         """Return the spans [mm along the unit direction] where the endless line through start is inside."""
-        line = gp_Lin(gp_Pnt(*start), gp_Dir(*direction))
+        line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*start), OCP.gp.gp_Dir(*direction))
         self._faces.Perform(line, -1e6, 1e6)
         return _paired(np.sort([self._faces.WParameter(i + 1) for i in range(self._faces.NbPnt())]))
 

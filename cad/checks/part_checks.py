@@ -1,10 +1,11 @@
 """Verdicts on one part of any origin: on a solid, on triangles, on a STEP, STL or 3MF file."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import trimesh
-from OCP.BRepCheck import BRepCheck_Analyzer
 
 from cad.checks.overhang import POSES
 from cad.checks.slicer import slicer_verdicts
@@ -19,7 +20,7 @@ from cad.design.processes import PROCESSES, Process
 from cad.files.step import read_step
 from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
-from cad.kernel import cq
+from cad.kernel import OCP, cq
 from cad.quantity import fault
 from cad.verdict import Verdict, equal, failed
 
@@ -28,7 +29,7 @@ DEFAULT_PROCESS = PROCESSES["fdm-petg"]
 
 def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     """Return geometry.valid (count of faulty faces, edges, vertices) and geometry.one_solid (count of solids)."""
-    analyser = BRepCheck_Analyzer(shape.wrapped)
+    analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
     whole = bool(analyser.IsValid())
     pieces = [*shape.Faces(), *shape.Edges(), *shape.Vertices()]
     faulty = 0 if whole else max(1, sum(not analyser.IsValid(piece.wrapped) for piece in pieces))

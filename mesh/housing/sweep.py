@@ -43,9 +43,10 @@ def flexure_mesh(housing: Housing, scale: float = 1.0) -> MeshHex2:
     profile = meshed_profile(housing_blocks(housing, counts(housing, scale)))
     levels = 0.5 * housing.depth * _layers(2 if scale >= 1.0 else 1 + round(1.0 / scale))
     straight = _swept(profile, levels)
-    curved = _curved(MeshHex2.from_mesh(straight), profile)
+    quadratic = MeshHex2.from_mesh(straight)
+    curved = _curved(quadratic, profile)
     curved[1] *= _depth_share(housing, curved[0], curved[2])
-    mesh = dataclasses.replace(MeshHex2.from_mesh(straight), doflocs=curved)
+    mesh = dataclasses.replace(quadratic, doflocs=curved)
     mesh = mesh.with_boundaries(_boundaries(housing, profile, straight))
     check_jacobian(mesh)
     return mesh

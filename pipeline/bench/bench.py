@@ -6,7 +6,7 @@ import platform
 from pathlib import Path
 
 from pipeline.bench import contact, flexure, unilateral
-from pipeline.bench.command import command_sheet
+from pipeline.bench.command.runs import command_sheets
 from pipeline.bench.harness import measurements_of
 from pipeline.bench.plot import error_over_cost
 from pipeline.bench.table import page, publish
@@ -40,7 +40,7 @@ def bench(*, as_json: bool, out: Path = OUT, quick: bool = False, force: bool = 
     machine = _machine()
     measured = {module.BENCH: measurements_of(module.__name__, quick=quick) for module in MODULES}
     sheets = [kind.sheet(rows) for kind, rows in measured.items()]
-    sheets += [] if quick else [command_sheet()]
+    sheets += [] if quick else command_sheets()
     records = {sheet.name: {"records": list(sheet.records), "notes": list(sheet.notes)} for sheet in sheets}
     tables = [sheet.markdown() for sheet in sheets]
     texts = (
