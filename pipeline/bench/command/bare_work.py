@@ -21,14 +21,13 @@ from matplotlib.figure import Figure
 
 from cad.design.parameters import Design
 from cad.files.stl import ANGLE_RAD, CHORD_MM
-from cad.parts.assembly import assembly_bodies
+from cad.parts.assembly import assembly_bodies, sensor_of
 from cad.parts.housing import Housing
 from pipeline.bench.harness import timed
 from pipeline.options import RunOptions, load_design
 from pipeline.stages.characteristics import sensor_modes
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.sizing import spring_sizing
-from pipeline.stages.solids import sensor_of
 from pipeline.stages.springs import fit_springs, other_mounts
 from solve.linear import Factor, factorised
 

@@ -57,7 +57,6 @@ class Place:
         there += [path for path in (self.root / "cache").rglob("*") if path.is_file() and path.suffix != ".json"]
         return sorted(str(path.relative_to(self.root)) for path in there if path != self.out)
 
-
     def processes(self) -> list[int]:
         """Return the processes of a command that still run: they have its cache in their environment."""
         mark, found = f"XDG_CACHE_HOME={self.root / 'cache'}".encode(), []
