@@ -1,6 +1,7 @@
 """The process that models: it reads tasks, answers each in their order, and ends with whoever started it."""
 
 import ctypes
+import gc
 import os
 import pickle
 import signal
@@ -18,6 +19,7 @@ def serve(descriptor: int, parent: int) -> None:
     _end_with(parent)
     from pipeline.modeller.tasks import TASKS
 
+    gc.freeze()  # the kernel stays: the garbage collector need not look through it again
     stream = socket.socket(fileno=descriptor).makefile("rwb")
     with suppress(EOFError, OSError):
         while True:

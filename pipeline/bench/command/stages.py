@@ -6,12 +6,12 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from cad.quantity import fault
 from pipeline.bench.command.bare_work import BareWork
 from pipeline.bench.resources import ONE_THREAD, resource_usage
 from pipeline.bench.table import Sheet, record_sheet
+from pipeline.storage.plain import Plain
 
 LIBRARIES = "import OCP, gmsh, skfem, matplotlib.figure"
 MODULE = "pipeline.bench.command.bare_work"
@@ -73,5 +73,5 @@ def stage_sheet(run: ColdRun, bare: Sequence[BareWork]) -> Sheet:
     return record_sheet("stages", "Stages of a cold run", records, NOTES, digits=2)
 
 
-def _record(stage: str, cpu: float, at_best: float, what: str) -> dict[str, Any]:
+def _record(stage: str, cpu: float, at_best: float, what: str) -> Plain:
     return dict(zip(HEADS, (stage, cpu, at_best, cpu / at_best, what), strict=True))
