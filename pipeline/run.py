@@ -10,7 +10,8 @@ from pipeline.modeller.answer import Answer, known
 from pipeline.modeller.kept_files import Verdicts
 from pipeline.modeller.modeller import Modeller, ModellerProcess
 from pipeline.options import RunOptions
-from pipeline.page.page import page_of_run
+from pipeline.page.page import begin_pictures, page_of_run
+from pipeline.page.solid_pictures import SolidPictures
 from pipeline.reading.placed import refuse_unsolvable_presses
 from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.reading.sensor_readings import assess_readings
@@ -39,10 +40,11 @@ def run(design: Design, options: RunOptions | None = None, *, modeller: Modeller
     """
     options = options or RunOptions()
     _refuse_before_solving(design)
-    modeller = modeller or (Modeller() if options.out is None else ModellerProcess())
+    timed, modeller = Stopwatch(), modeller or (Modeller() if options.out is None else ModellerProcess())
     with output_folder(options.out, force=options.force) as folder, modeller:
-        result = _stages(design, options, folder, modeller, Stopwatch())
-        write_outputs(result, folder, None if options.out is None else page_of_run(result))
+        solved, files = _solved(design, options, folder, modeller, timed)
+        result = _stages(solved, files, folder, modeller, timed)
+        write_outputs(result, folder, None if options.out is None else page_of_run(result, files.pictures.result()))
     return result
 
 
@@ -66,10 +68,11 @@ def _refuse_before_solving(design: Design) -> None:
 
 
 class _Files(NamedTuple):
-    """The verdicts on files that the modeller may still be writing."""
+    """The verdicts on files that the modeller may still be writing, and the pictures that it draws."""
 
-    solids: Answer[Verdicts]
-    fabrication: Answer[Verdicts]
+    solids: Answer[Verdicts] = known(())
+    fabrication: Answer[Verdicts] = known(())
+    pictures: Answer[SolidPictures] = known(SolidPictures())
 
 
 def _solved(
@@ -79,10 +82,13 @@ def _solved(
     contact = timed("contact", fruit_compliance, design, options)  # meshes and solves the fruit
     sizing = timed("sizing", spring_sizing, design, contact, options)  # closed form
     springs = timed("springs", fit_springs, design, sizing, options, modeller)  # meshes and solves the housing
-    files = _Files(known(()), known(()))
+    files = _Files()
     if folder is not None:  # from here on the modeller draws, writes and checks the solids beside all that follows
-        solids = timed("solids", begin_solids, design, springs, folder, modeller)
-        files = _Files(solids, timed("fabrication", begin_fabrication, design, springs, options, folder, modeller))
+        files = _Files(
+            solids=timed("solids", begin_solids, design, springs, folder, modeller),
+            fabrication=timed("fabrication", begin_fabrication, design, springs, options, folder, modeller),
+            pictures=begin_pictures(design, springs.housing, folder, modeller),
+        )
     solved = SolvedSensor(
         design=design,
         options=options,
@@ -106,9 +112,9 @@ def _judged(solved: SolvedSensor, files: _Files, timed: Stopwatch) -> JudgedSens
     return JudgedSensor(**vars(solved), judgement=judgement, verdicts=verdicts)
 
 
-def _stages(design: Design, options: RunOptions, folder: Path, modeller: Modeller, timed: Stopwatch) -> SensorResult:
-    solved, files = _solved(design, options, folder, modeller, timed)
-    contact, springs, press, readings = solved.contact, solved.springs, solved.press, solved.readings
+def _stages(solved: SolvedSensor, files: _Files, folder: Path, modeller: Modeller, timed: Stopwatch) -> SensorResult:
+    design, options, contact, springs = solved.design, solved.options, solved.contact, solved.springs
+    press, readings = solved.press, solved.readings
     sensor = timed("mounts", assessed_sensor, design, contact, solved.sizing, springs)
     behaviour = timed("behaviour", solved_behaviour, springs, press)
     read_out = timed("reading", sensor_read_out, design, contact, springs, press, readings)

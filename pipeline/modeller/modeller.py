@@ -93,7 +93,7 @@ class ModellerProcess(Modeller):
         if self._process is not None or self._here:
             return
         ours, theirs = socket.socketpair()
-        words = [sys.executable, "-c", _PROGRAM, str(theirs.fileno()), str(os.getpid()), *sys.path]
+        words = [sys.executable, "-W", "ignore", "-c", _PROGRAM, str(theirs.fileno()), str(os.getpid()), *sys.path]
         with ours, theirs:
             try:
                 self._process = subprocess.Popen(

@@ -1,4 +1,4 @@
-"""What the process that models can do: measure the solid of a housing, write and check the files of a sensor."""
+"""What the process that models can do: measure the solid of a housing, write and check files, draw pictures."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -20,6 +20,9 @@ from cad.workshop.bridges import Spring
 from cad.workshop.maker_files import write_fabrication
 from cad.workshop.mount_checks import mount_verdicts
 from pipeline.modeller.kept_files import Inputs, Verdicts, Written, written_once
+from pipeline.page.bodies import solid_pictures
+from pipeline.page.solid_pictures import SolidPictures
+from pipeline.storage.cache import cached
 
 load_kernel()
 
@@ -60,5 +63,15 @@ def maker_files(
     return written_once("maker files", inputs, write, folder)
 
 
-TASKS: dict[str, Callable[..., Any]] = {"part_size": part_size, "solids": solids, "maker_files": maker_files}
+def pictures(inputs: Inputs, design: Design, housing: Housing, folder: Path) -> SolidPictures:
+    """Return the pictures of the part whose STL file the folder has, kept by the inputs."""
+    return cached("pictures", inputs, lambda: solid_pictures(design, housing, folder), SolidPictures)
+
+
+TASKS: dict[str, Callable[..., Any]] = {
+    "part_size": part_size,
+    "solids": solids,
+    "maker_files": maker_files,
+    "pictures": pictures,
+}
 """By name, as they are asked for: whoever asks does not import them."""
