@@ -51,7 +51,7 @@ class RoundBody:
         return float(self._elements.weights.sum())
 
     def deformed(self, u: Floats) -> Deformed:
-        """Return what displacements (nodes, 2) make of the body."""
+        """Return what displacements (nodes, 2) [tip sides] make of the body."""
         scale = self._elements.scale
         F = (self._gradient @ u.ravel()[self.dofs]).reshape(scale.shape) * scale + _REST
         stretches = principal_stretches(F)

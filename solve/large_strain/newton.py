@@ -77,7 +77,7 @@ class PressedBody:
         return self.tip.distance(self.grid.r_nodes + moved[:, 0], moved[:, 1] + depth)
 
     def state(self, u: Floats, depth: float) -> State:
-        """Return what displacements (nodes, 2) make of the body and its contact at a depth."""
+        """Return what displacements (nodes, 2) make of body and contact at a depth, all in [tip sides]."""
         body, touch = self.body.deformed(u), self.touch(u, depth)
         inside = np.minimum(touch.value, 0.0)
         energy = body.energy + 0.5 * PENALTY * float((self._areas * inside**2).sum())
