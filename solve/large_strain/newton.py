@@ -105,6 +105,25 @@ class PressedBody:
         u = displaced.ravel() + _solved(self._banded(entries, held), np.where(held, 0.0, -load))
         return u.reshape(-1, 2), -float(self._pushed(matrices, u)[2 * self.grid.top + 1].sum())
 
+    def slope(self, at: Equilibrium, held: Flags, lowered: Floats) -> Floats:
+        """Return by how much nodes move for each unit of depth, shape (nodes, 2) [1]; `lowered` is that of held dofs.
+
+        Where the energy is not convex, negative curvatures are left out: the slope then serves as a start only.
+        """
+        state = self.state(at.u, at.depth)
+        for projected in (False, True):
+            _, entries = self.body.tangent(state.body, projected=projected)
+            _, curvature = self._penalty(state, projected=projected)
+            load = self._pushed(whole_matrices(entries), lowered.ravel()).reshape(-1, 2)
+            # Nodes in contact move against the tip, which goes down by 1.
+            load[self.grid.top] += np.einsum("nij,nj->ni", curvature, lowered[self.grid.top] + [0.0, 1.0])
+            try:
+                moved = _solved(self._band(entries, curvature, held), np.where(held, 0.0, -load.ravel()))
+            except LinAlgError:
+                continue
+            return lowered + moved.reshape(-1, 2)
+        raise NoEquilibriumError(_failed(at.depth, "the matrix is singular"))
+
     def _pushed(self, matrices: Floats, u: Floats) -> Floats:
         """Return the forces (2 nodes,) of small displacements (2 nodes,)."""
         return self.body.assembled(np.einsum("eab,be->ae", matrices, u[self.body.dofs]))
@@ -148,18 +167,20 @@ class PressedBody:
         top = self.grid.top
         residual = forces.reshape(-1, 2).copy()
         residual[top] += push
-        free = ~held.reshape(-1, 2)[top]
-        band = self._banded(entries, held)
-        self._add_contact(band, curvature * (free[:, :, None] & free[:, None, :]))
+        band = self._band(entries, curvature, held)
         force = -float(forces[2 * top + 1].sum())
         return _System(residual=np.where(held, 0.0, residual.ravel()), band=band, force=force)
 
-    def _add_contact(self, band: Floats, curvature: Floats) -> None:
-        """Add second derivatives (nodes, 2, 2) at the top to a lower band."""
+    def _band(self, entries: Floats, curvature: Floats, held: Flags) -> Floats:
+        """Return the lower band of elements and of second derivatives (nodes, 2, 2) of the penalty at the top."""
+        band = self._banded(entries, held)
+        free = ~held.reshape(-1, 2)[self.grid.top]
+        kept = curvature * (free[:, :, None] & free[:, None, :])
         across, up = 2 * self.grid.top, 2 * self.grid.top + 1
-        band[0, across] += curvature[:, 0, 0]
-        band[0, up] += curvature[:, 1, 1]
-        band[1, across] += curvature[:, 0, 1]
+        band[0, across] += kept[:, 0, 0]
+        band[0, up] += kept[:, 1, 1]
+        band[1, across] += kept[:, 0, 1]
+        return band
 
     def _penalty(self, state: State, *, projected: bool) -> tuple[Floats, Floats]:
         """Return slope (nodes, 2) and second derivative (nodes, 2, 2) of the penalty's energy at the top."""

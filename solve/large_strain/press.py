@@ -100,6 +100,10 @@ class _March:
     def _equilibrium(self, depth: float) -> Equilibrium:
         best = min((self.body.state(u, depth) for u in self._starts(depth)), key=lambda state: state.energy)
         if not np.isfinite(best.energy):
+            last = self._found[-1]
+            slope = self.body.slope(last, self._held, self._lowered(self._held))
+            best = self.body.state(last.u + (depth - last.depth) * slope, depth)
+        if not np.isfinite(best.energy):
             msg = f"large strain: no start at a depth of {depth:.3g} tip sides"
             raise NoEquilibriumError(msg)
         return self.body.equilibrium(best, depth, self._held)
