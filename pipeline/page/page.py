@@ -7,12 +7,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from pipeline.page.answer import answer_of, dimension_rows, limit_of, shown, verdict_rows
 from pipeline.page.bodies import exploded_picture, part_picture
+from pipeline.page.contact_picture import contact_picture
+from pipeline.page.drawing.picture import Picture
 from pipeline.page.error_plots import budget_plot, pose_plot, speed_plot
-from pipeline.page.field_plots import contact_picture, flexure_picture
 from pipeline.page.fields import Fields, fields_of_folder, fields_of_result
+from pipeline.page.flexure_picture import flexure_picture
 from pipeline.page.live_model import LiveModel, live_data, live_model
 from pipeline.page.mangoes import SeenMango, seen_mangoes, told_apart
-from pipeline.page.picture import Picture
 from pipeline.page.response_plots import modulus_plot, pressure_plot, travel_plot
 from pipeline.report.outputs import Page
 from pipeline.report.stored import StoredReport
