@@ -15,6 +15,7 @@ _DRAWN = 0.025  # largest deflection as drawn, as a share of the width
 _OUTLINE = "#505050"  # on the pale shades of little stress, in light and dark
 _SHADES = (0xFFFFCC, 0xFFEDA0, 0xFED976, 0xFEB24C, 0xFD8D3C, 0xFC4E2A, 0xE31A1C, 0xBD0026, 0x800026)
 """From no stress to the most: YlOrRd of C. Brewer, colorbrewer2.org."""
+_STEPS = 256  # of colour
 _PIXELS = 1.6  # each way for a point of a picture of fields
 _SHEET = 475.0  # [pt] wide: pictures of fields
 _CORNERS = ((7, 0, 1), (1, 2, 3), (3, 4, 5), (5, 6, 7), (7, 1, 3), (7, 3, 5))
@@ -78,15 +79,14 @@ def _shaded(panel: Panel, moved: Floats, section: FlexureSection, most: float) -
     corners = np.column_stack([FINE * away * np.array(size), section.stress])
     triangles = np.concatenate([section.faces[:, list(corner)] for corner in _CORNERS])
     front, stress = frontmost(corners[triangles], size)
-    return reduced(
-        np.concatenate([_colours(np.where(front < 0, 0.0, stress) / most), (front >= 0)[..., None]], axis=-1)
-    )
+    shades = np.round(np.where(front < 0, 0.0, stress) * (_STEPS - 1) / most).astype(np.int64)
+    return reduced(np.where(front < 0, -1, shades), _colours())
 
 
-def _colours(shares: Floats) -> Floats:
-    """Return the colours (..., 3), red, green, blue from 0 to 1, of shares of the largest stress shown [1]."""
+def _colours() -> Floats:
+    """Return red, green and blue (steps, 3), from 0 to 1, for equal steps of stress from none to the largest shown."""
     shades = np.array([[shade >> 16, shade >> 8 & 0xFF, shade & 0xFF] for shade in _SHADES]) / 255.0
-    places = np.linspace(0.0, 1.0, len(shades))
+    shares, places = np.linspace(0.0, 1.0, _STEPS), np.linspace(0.0, 1.0, len(shades))
     return np.stack([np.interp(shares, places, shade) for shade in shades.T], axis=-1)
 
 
@@ -105,8 +105,7 @@ def _stress_bar(top: float, limit: float, most: float) -> Panel:
     panel = Panel(
         name="stress", box=box, x=x, y=Scale(start=0.0, end=1.0, steps=1), x_label=label, y_label=None, grid=False
     )
-    steps = np.linspace(0.0, 1.0, 256)
-    pixels = np.concatenate([_colours(steps), np.ones((len(steps), 1))], axis=1)
+    pixels = np.concatenate([_colours(), np.ones((_STEPS, 1))], axis=1)
     panel.image(png_address(np.asarray(np.round(255.0 * pixels[None]), dtype=np.uint8)), box)
     panel.line([limit, limit], [0.0, 1.0], "black", 3.0)
     return panel

@@ -16,7 +16,7 @@ _LIGHT = np.array([-0.35, -0.75, 0.95])
 _AMBIENT = 0.42
 _FOLD = 0.92  # cosine between neighbouring faces below which an edge is drawn
 _STEP = 1.2  # [mm] of depth between neighbouring pixels that is another body part behind
-_DARK = (0.10, 0.11, 0.13, 1.0)  # of edges
+_DARK = (0.10, 0.11, 0.13)  # of edges
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,10 +88,9 @@ def rendered(bodies: Sequence[Facets], view: View) -> Rendering:
     owner = owner[seen]
     front, depth = frontmost(view.pixels_of(corners[seen]) * np.array([FINE, FINE, 1.0]), view.size)
     colours = np.array([body.colour for body in bodies])[owner] * _shade(normals)[:, None]
-    picture = np.concatenate([colours[front], (front >= 0)[..., None]], axis=-1)
-    picture[_edges(front, depth, normals, owner)] = _DARK
+    shades = np.where(_edges(front, depth, normals, owner), len(colours), front)
     shown = np.append(owner, -1)[front][::FINE, ::FINE]
-    return Rendering(pixels=reduced(picture), seen=shown)
+    return Rendering(pixels=reduced(shades, np.vstack([colours, _DARK])), seen=shown)
 
 
 def _turned_to(view: View, corners: Floats) -> tuple[Ints, Floats]:

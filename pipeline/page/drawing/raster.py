@@ -73,13 +73,19 @@ def _ends(corners: Floats, y: Floats) -> tuple[Floats, Floats]:
     return left, right
 
 
-def reduced(picture: Floats) -> Pixels:
+def reduced(shades: Ints, palette: Floats) -> Pixels:
     """Return the pixels of a picture, shape (rows, columns, 4), each the mean of a block of fine ones.
 
-    Colours are weighted by what they cover.
+    `shades` (fine rows, fine columns) are rows of a palette (shades, 3) of red, green, blue from 0 to 1; -1 is nothing,
+    and weighs nothing in the colour of a pixel.
     """
-    height, width = picture.shape[0] // FINE, picture.shape[1] // FINE
-    blocks = picture[: FINE * height, : FINE * width].reshape(height, FINE, width, FINE, 4)
-    cover = blocks[..., 3:].mean(axis=(1, 3))
-    colour = (blocks[..., :3] * blocks[..., 3:]).mean(axis=(1, 3)) / np.maximum(cover, 1e-9)
-    return np.asarray(np.round(255.0 * np.concatenate([colour, cover], axis=-1)), dtype=np.uint8)
+    # sums in whole numbers: the last row of the palette is nothing, the last column counts what is drawn
+    parts = np.zeros((len(palette) + 1, 4), dtype=np.uint16)
+    parts[:-1, :3], parts[:-1, 3] = np.round(255.0 * palette), 1
+    rows, columns = (FINE * (count // FINE) for count in shades.shape)
+    blocks = [shades[i:rows:FINE, j:columns:FINE] for i in range(FINE) for j in range(FINE)]
+    total = sum((parts[block] for block in blocks[1:]), start=parts[blocks[0]])
+    drawn = total[..., 3]
+    total[..., :3] //= np.maximum(drawn, 1)[..., None]
+    total[..., 3] = 255 * drawn // len(blocks)
+    return total.astype(np.uint8)

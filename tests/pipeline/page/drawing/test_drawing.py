@@ -11,7 +11,7 @@ from PIL import Image
 
 from pipeline.page.drawing.panel import Box, Panel, Words
 from pipeline.page.drawing.picture import png_address
-from pipeline.page.drawing.raster import FINE, frontmost
+from pipeline.page.drawing.raster import FINE, frontmost, reduced
 from pipeline.page.drawing.scale import Scale
 
 MINUS = "\N{MINUS SIGN}"
@@ -83,3 +83,10 @@ def test_nearer_triangle_is_in_front_wherever_both_are():
     left = np.arange(8 * FINE) + 0.5
     assert np.array_equal(front, np.broadcast_to(np.where(left > 0.5 * side, 0, 1), front.shape))
     assert depth == pytest.approx(np.broadcast_to(np.maximum(left, 0.5 * side), depth.shape))
+
+
+def test_pixel_is_the_mean_of_what_is_drawn_in_it():
+    """All red, half red and half blue, a quarter red and the rest nothing, nothing."""
+    shades = np.array([[0, 0, 0, 1, 0, -1, -1, -1], [0, 0, 0, 1, -1, -1, -1, -1]])
+    (pixels,) = reduced(shades, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])).tolist()
+    assert pixels == [[255, 0, 0, 255], [127, 0, 127, 255], [255, 0, 0, 63], [0, 0, 0, 0]]
