@@ -75,7 +75,8 @@ class _StandIn(ModuleType):
 def _stand_ins() -> Iterator[None]:
     """Keep stand-ins among the modules while CadQuery is imported.
 
-    What it brings stays: the garbage collector need not look through it, neither meanwhile, over and over, nor later.
+    The garbage collector waits meanwhile: nothing of what is brought can go, and it would look through it all, over
+    and over.
     """
     if "cadquery" in sys.modules:
         yield
@@ -92,7 +93,6 @@ def _stand_ins() -> Iterator[None]:
             gc.enable()
     for package, _, last in (name.rpartition(".") for name in absent if name.startswith("cadquery")):
         vars(sys.modules[package]).setdefault(last, _Name(f"{package}.{last}", ""))
-    gc.freeze()
 
 
 def load_kernel() -> ModuleType:
