@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from cad.design.parameters import Design
 from cad.kernel import cq
 from cad.parts.cover import WASHER_MM, cover_of, cover_part, turned
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
@@ -34,6 +35,14 @@ def finished_part(housing: Housing) -> Part:
     """Return a housing as it is made: with domes, pockets for pins, and in a plate of a square with pads and holes."""
     part = socketed(domed(housing_part(housing), housing), housing)
     return named_housing(_with_pads(part.shape, housing), housing) if housing.back_to_back else part
+
+
+def sensor_of(design: Design, housing: Housing) -> Sensor:
+    """Return the sensor of a design with this housing."""
+    part = finished_part(housing)
+    return Sensor(
+        housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
+    )
 
 
 def _with_pads(plate: cq.Shape, housing: Housing) -> cq.Shape:

@@ -13,6 +13,15 @@ NEAR_MM = 1e-6  # well under any length of a design, well over the tolerance of 
 
 
 @dataclass(frozen=True, kw_only=True)
+class PartSize:
+    """The volume [mm^3] and the surface [mm^2] of a solid, and the area [mm^2] of each named face."""
+
+    volume: float
+    surface: float
+    areas: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Part:
     """A valid solid [mm] and its named faces; a face name travels on as gmsh group, mesh boundary and load case.
 
@@ -30,6 +39,12 @@ class Part:
             raise KeyError(msg)
         every = self.shape.Faces()
         return sum(every[index].Area() for index in self.faces[name])
+
+    @property
+    def size(self) -> PartSize:
+        """Return volume, surface and areas: what a mesh of the solid is compared with."""
+        areas = {name: self.face_area(name) for name in self.faces}
+        return PartSize(volume=float(self.shape.Volume()), surface=float(self.shape.Area()), areas=areas)
 
     def write_brep(self, path: Path) -> None:
         """Write the solid as a BREP file [mm], which keeps the order of the faces; raises OSError when it cannot."""

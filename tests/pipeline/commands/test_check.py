@@ -11,10 +11,12 @@ from pathlib import Path
 import pytest
 from stand_ins import result_of
 
+from cad.checks.triangle_checks import library_mesh
 from cad.design.processes import PROCESSES
 from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
 from cad.files.stl import read_stl
+from cad.parts.assembly import sensor_of
 from cad.parts.cover import cover_of, cover_part
 from cad.parts.sensor import Body
 from cad.quantity import InputError
@@ -22,7 +24,6 @@ from pipeline.check import folder_check, limited_check
 from pipeline.check.folder_check import check_folder
 from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
-from pipeline.stages.solids import sensor_of
 from pipeline.storage.seal import sealed_mapping
 
 
@@ -235,7 +236,7 @@ def test_report_that_is_something_else_is_one_line(change, folder):
 
 
 def test_stl_that_is_inside_out_fails_watertight(folder):
-    mesh = read_stl(folder / "housing.stl")
+    mesh = library_mesh(read_stl(folder / "housing.stl"))
     mesh.invert()
     mesh.export(folder / "housing.stl")
     assert "geometry.watertight" in failed(folder)
