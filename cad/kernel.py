@@ -1,9 +1,9 @@
-"""The CAD kernel, imported at its first use: what needs numbers alone never waits for it.
+"""The CAD kernel and the library for triangles, imported at their first use: what needs numbers alone never waits.
 
-Its package loads whole what a sensor does not need: pictures and DXF files. While it is imported, stand-ins have the
-names of the modules for these. A stand-in gives names that, at their first use, bring the modules and put what is meant
-in their places, so CadQuery's functions work as ever. The stand-ins are gone after the import: who imports such a
-module gets it, and one that was imported before is left alone.
+The kernel's package loads whole what a sensor does not need: pictures and DXF files. While it is imported, stand-ins
+have the names of the modules for these. A stand-in gives names that, at their first use, bring the modules and put what
+is meant in their places, so CadQuery's functions work as ever. The stand-ins are gone after the import: who imports
+such a module gets it, and one that was imported before is left alone.
 """
 
 import gc
@@ -102,15 +102,16 @@ def load_kernel() -> ModuleType:
     return cadquery
 
 
-class _Kernel(ModuleType):
-    """The names of CadQuery or of OCP, the library below it, both imported when the first of them is asked for."""
+class _Late(ModuleType):
+    """The names of a package that is imported when the first of them is asked for."""
 
     def __getattr__(self, name: str) -> object:
-        """Return a name of the kernel; names in double underscores are asked for by tools and load nothing."""
+        """Return a name of the package; names in double underscores are asked for by tools and load nothing."""
         if name.startswith("__"):
             raise AttributeError(name)
-        load_kernel()
-        found = getattr(sys.modules[self.__name__], name)
+        if self.__name__ in ("cadquery", "OCP"):
+            load_kernel()
+        found = getattr(import_module(self.__name__), name)
         setattr(self, name, found)
         return found
 
@@ -118,7 +119,8 @@ class _Kernel(ModuleType):
 if TYPE_CHECKING:
     import cadquery as cq
     import OCP
+    import trimesh
 else:
-    cq, OCP = _Kernel("cadquery"), _Kernel("OCP")
+    cq, OCP, trimesh = _Late("cadquery"), _Late("OCP"), _Late("trimesh")
 
-__all__ = ["OCP", "cq", "load_kernel"]
+__all__ = ["OCP", "cq", "load_kernel", "trimesh"]

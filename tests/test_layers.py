@@ -21,7 +21,7 @@ PACKAGES = ("cad", "mesh", "solve", "pipeline")
 
 NUMBERS = ("cad.quantity", "cad.verdict")
 LAWS = (*NUMBERS, "cad.theory", "cad.design")
-SHAPES = (*LAWS, "cad.kernel", "cad.parts")
+SHAPES = (*LAWS, "cad.kernel", "cad.triangles", "cad.parts")
 CELLS = ("mesh.cells", "mesh.cell_facets")
 ELASTIC = (
     *CELLS,
@@ -62,7 +62,8 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "cad.theory": NUMBERS,
     "cad.design": (*NUMBERS, "cad.theory"),
     "cad.kernel": (),
-    "cad.parts": (*LAWS, "cad.kernel"),
+    "cad.triangles": (),
+    "cad.parts": (*LAWS, "cad.kernel", "cad.triangles"),
     "cad.files": SHAPES,
     "cad.drawing": (*SHAPES, "cad.files"),
     "cad.checks": (*SHAPES, "cad.files"),
@@ -190,7 +191,6 @@ FORMS = {"BilinearForm", "LinearForm", "Functional", "TrilinearForm", "asm", "so
 OPTIONAL = {"distributed", "pyarrow", "pypardiso"}
 DEFERRED_ONLY_IN = (
     "cad.kernel",
-    "cad.parts.pose",  # for types only: no triangles are loaded where a pose is computed
     "pipeline.cli",
     "pipeline.commands",
     "pipeline.modeller.modeller",

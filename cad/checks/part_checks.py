@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-import trimesh
-
 from cad.checks.overhang import POSES
 from cad.checks.slicer import slicer_verdicts
 from cad.checks.triangle_checks import (
     body_verdict,
     closed_verdicts,
+    library_mesh,
     printability_verdicts,
     self_intersection_verdict,
     size_verdicts,
@@ -22,6 +21,7 @@ from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
 from cad.kernel import OCP, cq
 from cad.quantity import fault
+from cad.triangles import Triangles
 from cad.verdict import Verdict, equal, failed
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
@@ -40,12 +40,13 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     )
 
 
-def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
+def check_mesh(triangles: Triangles, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return every verdict on triangles [mm]: closed, one body, simple, size, wall, gap, overhang.
 
     Only what still has a meaning is measured on a mesh that is not closed.
     """
-    closed = closed_verdicts(mesh)
+    closed = closed_verdicts(triangles)
+    mesh = library_mesh(triangles)
     verdicts = (*closed, body_verdict(mesh), self_intersection_verdict(mesh), *size_verdicts(mesh, process))
     if any(verdict.passed is not True for verdict in closed):
         return verdicts

@@ -6,82 +6,122 @@ Element Methods (2013), chapter 8, doi:10.1007/978-3-642-36519-5.
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from solve.arrays import Floats, Ints
-from solve.large_strain.elements import quadratic_elements
+from solve.large_strain.elements import COLUMNS, DOFS, PAIRS, ROWS, quadratic_elements
 from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.grid import Grid
-from solve.large_strain.stretch import STRETCH_MODES, mode_stiffness, principal_modes, principal_stretches
+from solve.large_strain.stretch import mode_stiffness, principal_modes, principal_stretches
 
-_NO_STRAIN = np.array([1.0, 0.0, 0.0, 1.0, 1.0])
+_REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])[:, None, None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Deformed:
+    """A body at displacements u (nodes, 2) [tip sides]: F (5, points, elements) [1] and its principal stretches.
+
+    `theta` (points, elements) [1] is the projected logarithm of the volume, `energy` [E times tip side^3] is that of
+    the strain, infinite where the body is turned inside out; then theta is 0.
+    """
+
+    u: Floats
+    F: Floats
+    stretches: Floats
+    theta: Floats
+    energy: float
 
 
 class RoundBody:
     """The elements of a grid with a law of flesh; displacements are (nodes, 2), radial and up [tip sides]."""
 
     def __init__(self, grid: Grid, law: FleshLaw) -> None:
-        """Set up the gradients and weights of all elements."""
+        """Set up the shape functions and weights of all elements."""
         self.law = law
-        self.nodes: Ints = grid.nodes
         self.count = len(grid.r_nodes) * len(grid.z_nodes)
-        self.dofs: Ints = (2 * self.nodes[:, :, None] + np.arange(2)).reshape(len(self.nodes), -1)
+        self.dofs: Ints = (2 * grid.nodes[:, :, None] + np.arange(2)).reshape(len(grid.nodes), DOFS).T.copy()
         self._elements = quadratic_elements(grid)
+        self._weighted_pressures = self._elements.weights * self._elements.pressures
 
     @property
     def volume(self) -> float:
         """Return the volume of the body without load [tip sides^3]."""
         return float(self._elements.weights.sum())
 
-    def energy(self, u: Floats) -> float:
-        """Return the strain energy [E times tip side^3]; infinity where the body is turned inside out."""
-        stretches = principal_stretches(self._deformation(u))
+    def deformed(self, u: Floats) -> Deformed:
+        """Return what displacements (nodes, 2) [tip sides] make of the body."""
+        scale = self._elements.scale
+        F = (self._gradient @ u.ravel()[self.dofs]).reshape(scale.shape) * scale + _REST
+        stretches = principal_stretches(F)
         if not stretches.min() > 0.0:
-            return math.inf
-        of_volume = self.law.of_volume(self._log_volume(stretches))[0]
-        density = self.law.of_stretch(stretches)[0].sum(axis=2) + of_volume
-        return float((self._elements.weights * density).sum())
+            return Deformed(u=u, F=F, stretches=stretches, theta=np.zeros_like(F[0]), energy=math.inf)
+        theta = self._projected(np.log(stretches.prod(axis=0)))
+        density = self.law.of_stretch(stretches)[0].sum(axis=0) + self.law.of_volume(theta)[0]
+        energy = float((self._elements.weights * density).sum())
+        return Deformed(u=u, F=F, stretches=stretches, theta=theta, energy=energy)
 
-    def tangent(self, u: Floats, *, projected: bool = False) -> tuple[Floats, Floats]:
-        """Return the forces that hold u, (2 nodes,) [E times tip side^2], and the matrix of each element.
+    def tangent(self, body: Deformed, *, projected: bool = False) -> tuple[Floats, Floats]:
+        """Return the forces that hold a body, (2 nodes,) [E times tip side^2], and the matrix of each element.
 
-        Matrices have shape (elements, 18, 18) [E times tip side]. With `projected` negative curvatures of the energy
-        at the points are left out, so that no matrix is indefinite.
+        Of symmetric matrices the entries on and below the diagonal are returned, (171, elements) [E times tip side].
+        With `projected` negative curvatures of the energy at the points are left out, so that none is indefinite.
         """
-        F = self._deformation(u)
-        stretches, weights = principal_stretches(F), self._elements.weights
+        F, stretches, weights = body.F, body.stretches, self._elements.weights
         _, slope, curvature = self.law.of_stretch(stretches)
-        _, volume_slope, bulk = self.law.of_volume(self._log_volume(stretches))
+        _, volume_slope, bulk = self.law.of_volume(body.theta)
         pressure = self._projected(volume_slope)
         stiffness = mode_stiffness(stretches, slope, curvature, pressure)
         stiffness = np.maximum(stiffness, 0.0) if projected else stiffness
-        B = principal_modes(F) @ self._elements.operator  # (elements, points, modes, 18)
-        along = B[:, :, list(STRETCH_MODES)]
-        stress = slope + pressure[..., None] / stretches
-        forces = self.assembled(np.einsum("eq,eqs,eqsd->ed", weights, stress, along))
-        growth = self._elements.projection @ np.einsum("eqs,eqsd->eqd", 1.0 / stretches, along)
-        return forces, _weighted_squares(B, weights[..., None] * stiffness) + _weighted_squares(growth, weights * bulk)
+        modes = principal_modes(F)
+        matrix = self._elements.squares @ self._by_pairs(modes, weights * stiffness)
+        matrix += self._of_volume(modes, stretches, weights * bulk)
+        stress = _stress(modes, slope + pressure / stretches)
+        return self.assembled(self._moved(weights * stress)), matrix
 
     def assembled(self, local: Floats) -> Floats:
-        """Return the sum over elements of their vectors (elements, 18), shape (2 nodes,) [their unit]."""
-        return np.bincount(self.dofs.ravel(), local.ravel(), minlength=2 * self.count).astype(np.float64)
+        """Return the sum over elements of their vectors (18, elements), shape (2 nodes,) [their unit]."""
+        total = np.bincount(self.dofs.ravel(), local.ravel(), minlength=2 * self.count)
+        return total.astype(np.float64, copy=False)
 
-    def _deformation(self, u: Floats) -> Floats:
-        """Return F at all points, shape (elements, points, 5) [1]."""
-        local = u[self.nodes].reshape(len(self.nodes), 1, -1, 1)
-        return np.asarray((self._elements.operator @ local)[..., 0] + _NO_STRAIN)
+    @property
+    def _gradient(self) -> Floats:
+        return self._elements.gradient.reshape(-1, DOFS)
 
-    def _log_volume(self, stretches: Floats) -> Floats:
-        return self._projected(np.log(stretches.prod(axis=2)))
+    def _moved(self, parts: Floats) -> Floats:
+        """Return the forces (18, elements) of stresses conjugate to F times their volumes (5, points, elements)."""
+        return np.asarray(self._gradient.T @ (self._elements.scale * parts).reshape(len(self._gradient), -1))
+
+    def _by_pairs(self, modes: Floats, stiffness: Floats) -> Floats:
+        """Return the second derivatives by pairs of parts of F (pairs times points, elements), scaled for `squares`."""
+        scale, weighted = self._elements.scale, modes * stiffness[:4, None]
+        in_plane = [(weighted[:, i] * modes[:, j]).sum(axis=0) * scale[i] * scale[j] for i, j in PAIRS[:-1]]
+        return np.concatenate([*in_plane, stiffness[4] * scale[4] ** 2])
+
+    def _of_volume(self, modes: Floats, stretches: Floats, bulk: Floats) -> Floats:
+        """Return the entries (171, elements) that the curvature of U adds, by each pressure function's own growth."""
+        pressures = self._elements.pressures
+        growth = _stress(modes, 1.0 / stretches)
+        moved = np.stack([self._moved(each * growth) for each in self._weighted_pressures])
+        stiffness = np.einsum("kqe,lqe->kle", bulk * pressures, pressures, optimize=False)
+        along = np.einsum("kle,lde->kde", stiffness, moved)
+        return np.asarray(sum(left[ROWS] * right[COLUMNS] for left, right in zip(along, moved, strict=True)))
 
     def _projected(self, values: Floats) -> Floats:
-        """Return values at all points (elements, points) by the linear functions nearest to them [same unit]."""
-        return np.asarray((self._elements.projection @ values[..., None])[..., 0])
+        """Return values at all points (points, elements) by the linear functions nearest to them [same unit]."""
+        shares = (self._weighted_pressures * values).sum(axis=1)
+        return np.asarray((self._elements.pressures * shares[:, None]).sum(axis=0))
 
 
-def _weighted_squares(rows: Floats, weights: Floats) -> Floats:
-    """Return the sum of row^T weight row in each element (elements, n, n); rows (elements, ..., n)."""
-    elements, size = len(rows), rows.shape[-1]
-    flat = rows.reshape(elements, -1, size)
-    return np.asarray(flat.transpose(0, 2, 1) @ (weights.reshape(elements, -1, 1) * flat))
+def whole_matrices(entries: Floats) -> Floats:
+    """Return the matrices (elements, 18, 18) of their entries on and below the diagonal (171, elements)."""
+    whole = np.empty((entries.shape[1], DOFS, DOFS))
+    whole[:, ROWS, COLUMNS] = whole[:, COLUMNS, ROWS] = entries.T
+    return whole
+
+
+def _stress(modes: Floats, along: Floats) -> Floats:
+    """Return the sum of slopes along the principal stretches (3, ...) by parts of F, shape (5, ...)."""
+    in_plane = along[0] * modes[0] + along[1] * modes[1]
+    return np.concatenate([in_plane, along[2:]])

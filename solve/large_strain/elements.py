@@ -1,4 +1,8 @@
-"""Gradients, weights and pressure functions of quadratic elements in a body of revolution."""
+"""Shape functions, weights and pressure functions of quadratic elements in a body of revolution.
+
+All elements are rectangles: one table of shape functions serves them all, scaled by each one's width and height.
+Arrays have the elements last, so that a sum over shape functions is one matrix product for the whole body.
+"""
 
 from dataclasses import dataclass
 
@@ -8,20 +12,27 @@ from solve.arrays import Floats
 from solve.large_strain.grid import Grid
 
 POINTS = 3  # Gauss points along each direction
+DOFS = 18  # of an element
+# Parts of F whose second derivatives of an isotropic energy are not zero; the hoop couples with no other part.
+PAIRS = (*((i, j) for i in range(4) for j in range(i, 4)), (4, 4))
+ROWS, COLUMNS = np.tril_indices(DOFS)  # of the entries of an element's matrix that are kept
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Elements:
     """What the energy needs of every element at its Gauss points.
 
-    `operator` (elements, points, 5, 18) turns displacements into F less its value at rest, `weights` (elements,
-    points) are volumes [tip sides^3], `projection` (elements, points, points) takes values to the linear functions that
-    are nearest to them.
+    `gradient` (5, points, 18) turns displacements into F less its value at rest, up to `scale` (5, points, elements)
+    [1 / tip side]; `squares` (entries, pairs times points) turns second derivatives by pairs of parts of F into the
+    entries of a matrix below and on its diagonal. `weights` (points, elements) are volumes [tip sides^3], `pressures`
+    (functions, points, elements) are orthonormal in them.
     """
 
-    operator: Floats
+    gradient: Floats
+    scale: Floats
+    squares: Floats
     weights: Floats
-    projection: Floats
+    pressures: Floats
 
 
 def quadratic_elements(grid: Grid) -> Elements:
@@ -29,11 +40,17 @@ def quadratic_elements(grid: Grid) -> Elements:
     places, gauss = np.polynomial.legendre.leggauss(POINTS)
     x, y = np.repeat(places, POINTS), np.tile(places, POINTS)
     start, width, height = _rectangles(grid)
-    r = start[:, None] + np.outer(width, 0.5 * (1.0 + x))
-    weights = 0.5 * np.pi * r * np.outer(np.abs(width * height), np.outer(gauss, gauss))
-    hoop = _products(_quadratic(x), _quadratic(y)) / r[..., None]
-    operator = _operator(_gradient(x, y, width, height), hoop)
-    return Elements(operator=operator, weights=weights, projection=_projection(x, y, weights))
+    r = start + np.outer(0.5 * (1.0 + x), width)
+    weights = 0.5 * np.pi * r * np.outer(np.outer(gauss, gauss), np.abs(width * height))
+    by_r, by_z = (np.broadcast_to(2.0 / length, r.shape) for length in (width, height))
+    gradient = _gradient(x, y)
+    return Elements(
+        gradient=gradient,
+        scale=np.stack([by_r, by_z, by_r, by_z, 1.0 / r]),
+        squares=_squares(gradient),
+        weights=weights,
+        pressures=_pressures(x, y, weights),
+    )
 
 
 def _rectangles(grid: Grid) -> tuple[Floats, Floats, Floats]:
@@ -42,21 +59,22 @@ def _rectangles(grid: Grid) -> tuple[Floats, Floats, Floats]:
     return np.repeat(grid.r[:-1], rows), np.repeat(np.diff(grid.r), rows), np.tile(np.diff(grid.z), columns)
 
 
-def _gradient(x: Floats, y: Floats, width: Floats, height: Floats) -> tuple[Floats, Floats]:
-    """Return the derivatives by r and z of nine functions, each (elements, points, 9) [1 / tip side]."""
-    by_r = 2.0 / width[:, None, None] * _products(_quadratic_slope(x), _quadratic(y))
-    by_z = 2.0 / height[:, None, None] * _products(_quadratic(x), _quadratic_slope(y))
-    return by_r, by_z
+def _gradient(x: Floats, y: Floats) -> Floats:
+    """Return what each displacement adds to the parts of F in the square from -1 to 1, shape (5, points, 18) [1]."""
+    gradient = np.zeros((5, len(x), 9, 2))
+    gradient[0, :, :, 0] = gradient[2, :, :, 1] = _products(_quadratic_slope(x), _quadratic(y))
+    gradient[1, :, :, 0] = gradient[3, :, :, 1] = _products(_quadratic(x), _quadratic_slope(y))
+    gradient[4, :, :, 0] = _products(_quadratic(x), _quadratic(y))
+    return gradient.reshape(5, len(x), DOFS)
 
 
-def _operator(gradient: tuple[Floats, Floats], hoop: Floats) -> Floats:
-    """Return the operator of gradients and values over r of nine functions, each (elements, points, 9)."""
-    by_r, by_z = gradient
-    operator = np.zeros((*hoop.shape[:2], 5, 9, 2))
-    operator[:, :, 0, :, 0], operator[:, :, 1, :, 0] = by_r, by_z
-    operator[:, :, 2, :, 1], operator[:, :, 3, :, 1] = by_r, by_z
-    operator[:, :, 4, :, 0] = hoop
-    return operator.reshape(*hoop.shape[:2], 5, 18)
+def _squares(gradient: Floats) -> Floats:
+    """Return the entries of a matrix for a second derivative of 1 by each pair at each point."""
+    parts = []
+    for i, j in PAIRS:
+        part = gradient[i][:, ROWS] * gradient[j][:, COLUMNS]
+        parts.append(part if i == j else part + gradient[j][:, ROWS] * gradient[i][:, COLUMNS])
+    return np.ascontiguousarray(np.concatenate(parts).T)
 
 
 def _products(along: Floats, up: Floats) -> Floats:
@@ -64,12 +82,12 @@ def _products(along: Floats, up: Floats) -> Floats:
     return (along[:, :, None] * up[:, None, :]).reshape(len(along), 9)
 
 
-def _projection(x: Floats, y: Floats, weights: Floats) -> Floats:
-    """Return the projection on 1, x and y in the mean over each element; weights (elements, points)."""
+def _pressures(x: Floats, y: Floats, weights: Floats) -> Floats:
+    """Return functions that span 1, x and y in each element and are orthonormal by weights (points, elements)."""
     linear = np.stack([np.ones_like(x), x, y])
-    weighted = linear * weights[:, None, :]
-    mass = weighted @ linear.T
-    return np.asarray(linear.T @ np.linalg.solve(mass, weighted))
+    mass = np.einsum("kq,qe,lq->ekl", linear, weights, linear)
+    orthonormal = np.linalg.solve(np.linalg.cholesky(mass), linear[None])
+    return np.ascontiguousarray(orthonormal.transpose(1, 2, 0))
 
 
 def _quadratic(x: Floats) -> Floats:

@@ -10,7 +10,8 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
 from solve.arrays import Flags, Floats
-from solve.large_strain.body import RoundBody
+from solve.large_strain.body import Deformed, RoundBody, whole_matrices
+from solve.large_strain.elements import COLUMNS, ROWS
 from solve.large_strain.grid import Grid
 from solve.large_strain.tip_profile import Distance, TipProfile
 from solve.linear import SolveError
@@ -45,6 +46,19 @@ class _System:
     force: float
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class State:
+    """A body under a tip, in equilibrium or not: its potential energy [E times tip side^3], which may be infinite.
+
+    `touch` is the distance of the nodes of the top from the tip, `inside` (nodes of the top,) how deep they are in it.
+    """
+
+    body: Deformed
+    touch: Distance
+    inside: Floats
+    energy: float
+
+
 class PressedBody:
     """A round body under a rigid tip: its potential energy and its equilibrium at a depth [tip sides]."""
 
@@ -53,110 +67,139 @@ class PressedBody:
         self.grid, self.body, self.tip = grid, body, tip
         self._areas = _node_areas(grid.r)
         self._round_off = float(np.finfo(np.float64).eps) * body.volume
-        size = body.dofs.shape[1]
-        rows, columns = np.repeat(body.dofs, size, axis=1), np.tile(body.dofs, (1, size))
-        self._lower = (rows >= columns).ravel()
-        self._shape = int((rows - columns).max()) + 1, 2 * body.count
-        self._places = ((rows - columns) * self._shape[1] + columns).ravel()[self._lower]
+        rows, columns = body.dofs[ROWS], body.dofs[COLUMNS]
+        self._shape = 2 * body.count, int((rows - columns).max()) + 1
+        self._places = columns * self._shape[1] + rows - columns
 
     def touch(self, u: Floats, depth: float) -> Distance:
         """Return the signed distance of every node of the top from the tip [tip sides]."""
         moved = u[self.grid.top]
         return self.tip.distance(self.grid.r_nodes + moved[:, 0], moved[:, 1] + depth)
 
-    def energy(self, u: Floats, depth: float) -> float:
-        """Return the strain energy and that of the penalty [E times tip side^3]."""
-        inside = np.minimum(self.touch(u, depth).value, 0.0)
-        return self.body.energy(u) + 0.5 * PENALTY * float((self._areas * inside**2).sum())
+    def state(self, u: Floats, depth: float) -> State:
+        """Return what displacements (nodes, 2) make of body and contact at a depth, all in [tip sides]."""
+        body, touch = self.body.deformed(u), self.touch(u, depth)
+        inside = np.minimum(touch.value, 0.0)
+        energy = body.energy + 0.5 * PENALTY * float((self._areas * inside**2).sum())
+        return State(body=body, touch=touch, inside=inside, energy=energy)
 
-    def equilibrium(self, u: Floats, depth: float, held: Flags) -> Equilibrium:
-        """Return the equilibrium at a depth from a start u, whose held dofs (2 nodes,) stay.
+    def equilibrium(self, start: State, depth: float, held: Flags) -> Equilibrium:
+        """Return the equilibrium at a depth from a start, whose held dofs (2 nodes,) stay.
 
         Raises NoEquilibriumError where the residual stays above 1e-8 of the force.
         """
+        state = start
         for iteration in range(MOST_ITERATIONS):
-            system = self._system(u, depth, held)
+            system = self._system(state, held)
             # The stresses round off at eps E, whatever the force: one unit of length makes a force of it.
             if np.linalg.norm(system.residual) <= max(RESIDUAL_LIMIT * abs(system.force), self._round_off):
-                return Equilibrium(depth=depth, u=u, force=system.force, iterations=iteration)
-            u = self._searched(u, depth, self._direction(system, u, depth, held), system.residual)
+                return Equilibrium(depth=depth, u=state.body.u, force=system.force, iterations=iteration)
+            state = self._searched(state, depth, self._direction(system, state, depth, held), system.residual)
         raise NoEquilibriumError(_failed(depth, f"not within {MOST_ITERATIONS} iterations"))
 
     def linear_step(self, held: Flags, displaced: Floats) -> tuple[Floats, float]:
         """Return u (nodes, 2) of small strain for given displacements of the held dofs, and the force on the top."""
-        none = np.zeros((self.body.count, 2))
-        _, blocks = self.body.tangent(none)
-        local = displaced.ravel()[self.body.dofs]
-        load = self.body.assembled((blocks @ local[..., None])[..., 0])
-        u = displaced.ravel() + _solved(self._without(held, self._banded(blocks)), np.where(held, 0.0, -load))
-        reaction = self.body.assembled((blocks @ u[self.body.dofs][..., None])[..., 0])
-        return u.reshape(-1, 2), -float(reaction[2 * self.grid.top + 1].sum())
+        _, entries = self.body.tangent(self.body.deformed(np.zeros((self.body.count, 2))))
+        matrices = whole_matrices(entries)
+        load = self._pushed(matrices, displaced.ravel())
+        u = displaced.ravel() + _solved(self._banded(entries, held), np.where(held, 0.0, -load))
+        return u.reshape(-1, 2), -float(self._pushed(matrices, u)[2 * self.grid.top + 1].sum())
 
-    def _direction(self, system: _System, u: Floats, depth: float, held: Flags) -> Floats:
+    def slope(self, at: Equilibrium, held: Flags, lowered: Floats) -> Floats:
+        """Return by how much nodes move for each unit of depth, shape (nodes, 2) [1]; `lowered` is that of held dofs.
+
+        Where the energy is not convex, negative curvatures are left out: the slope then serves as a start only.
+        """
+        state = self.state(at.u, at.depth)
+        for projected in (False, True):
+            _, entries = self.body.tangent(state.body, projected=projected)
+            _, curvature = self._penalty(state, projected=projected)
+            load = self._pushed(whole_matrices(entries), lowered.ravel()).reshape(-1, 2)
+            # Nodes in contact move against the tip, which goes down by 1.
+            load[self.grid.top] += np.einsum("nij,nj->ni", curvature, lowered[self.grid.top] + [0.0, 1.0])
+            try:
+                moved = _solved(self._band(entries, curvature, held), np.where(held, 0.0, -load.ravel()))
+            except LinAlgError:
+                continue
+            return lowered + moved.reshape(-1, 2)
+        raise NoEquilibriumError(_failed(at.depth, "the matrix is singular"))
+
+    def _pushed(self, matrices: Floats, u: Floats) -> Floats:
+        """Return the forces (2 nodes,) of small displacements (2 nodes,)."""
+        return self.body.assembled(np.einsum("eab,be->ae", matrices, u[self.body.dofs]))
+
+    def _direction(self, system: _System, state: State, depth: float, held: Flags) -> Floats:
         """Return the step of Newton where the energy is convex, else one on which it falls."""
         try:
             return _solved(system.band, -system.residual)
         except LinAlgError:
-            convex = self._system(u, depth, held, projected=True)
+            convex = self._system(state, held, projected=True)
         try:
             return _solved(convex.band, -system.residual)
         except LinAlgError as error:
             raise NoEquilibriumError(_failed(depth, "the matrix is singular")) from error
 
-    def _searched(self, u: Floats, depth: float, step: Floats, residual: Floats) -> Floats:
-        """Return u after the longest of the halved steps that lowers the energy."""
-        start, slope, step = self.energy(u, depth), float(residual @ step), step.reshape(u.shape)
+    def _searched(self, state: State, depth: float, step: Floats, residual: Floats) -> State:
+        """Return the state after the longest of the halved steps that lowers the energy."""
+        u, slope = state.body.u, float(residual @ step)
+        step = step.reshape(u.shape)
         for halvings in range(_HALVINGS):
             share = 0.5**halvings
-            reached = self.energy(u + share * step, depth)
-            if reached <= start + _SUFFICIENT * share * slope + self._round_off:
+            reached = self.state(u + share * step, depth)
+            if reached.energy <= state.energy + _SUFFICIENT * share * slope + self._round_off:
                 break
         else:
             raise NoEquilibriumError(_failed(depth, "no step lowers the energy"))
         # Where the energy is not convex it may fall far beyond a full step.
-        while share >= 1.0 and slope < 0.0 and share < _LONGEST and start - reached > _FALLS_ON * abs(share * slope):
-            further = self.energy(u + 2.0 * share * step, depth)
-            if further >= reached:
+        while share >= 1.0 and slope < 0.0 and share < _LONGEST:
+            if state.energy - reached.energy <= _FALLS_ON * abs(share * slope):
+                break
+            further = self.state(u + 2.0 * share * step, depth)
+            if further.energy >= reached.energy:
                 break
             share, reached = 2.0 * share, further
-        return u + share * step
+        return reached
 
-    def _system(self, u: Floats, depth: float, held: Flags, *, projected: bool = False) -> _System:
+    def _system(self, state: State, held: Flags, *, projected: bool = False) -> _System:
         """Return residual, lower band of the tangent and force on the tip, with and without the held dofs."""
-        forces, blocks = self.body.tangent(u, projected=projected)
-        residual, band = forces.copy(), self._banded(blocks)
-        push, curvature = self._penalty(self.touch(u, depth), projected=projected)
-        across, up = 2 * self.grid.top, 2 * self.grid.top + 1
-        residual[across] += push[:, 0]
-        residual[up] += push[:, 1]
-        band[0, across] += curvature[:, 0, 0]
-        band[0, up] += curvature[:, 1, 1]
-        band[1, across] += curvature[:, 0, 1]
-        force = -float(forces[up].sum())
-        return _System(residual=np.where(held, 0.0, residual), band=self._without(held, band), force=force)
+        forces, entries = self.body.tangent(state.body, projected=projected)
+        push, curvature = self._penalty(state, projected=projected)
+        top = self.grid.top
+        residual = forces.reshape(-1, 2).copy()
+        residual[top] += push
+        band = self._band(entries, curvature, held)
+        force = -float(forces[2 * top + 1].sum())
+        return _System(residual=np.where(held, 0.0, residual.ravel()), band=band, force=force)
 
-    def _penalty(self, touch: Distance, *, projected: bool) -> tuple[Floats, Floats]:
+    def _band(self, entries: Floats, curvature: Floats, held: Flags) -> Floats:
+        """Return the lower band of elements and of second derivatives (nodes, 2, 2) of the penalty at the top."""
+        band = self._banded(entries, held)
+        free = ~held.reshape(-1, 2)[self.grid.top]
+        kept = curvature * (free[:, :, None] & free[:, None, :])
+        across, up = 2 * self.grid.top, 2 * self.grid.top + 1
+        band[0, across] += kept[:, 0, 0]
+        band[0, up] += kept[:, 1, 1]
+        band[1, across] += kept[:, 0, 1]
+        return band
+
+    def _penalty(self, state: State, *, projected: bool) -> tuple[Floats, Floats]:
         """Return slope (nodes, 2) and second derivative (nodes, 2, 2) of the penalty's energy at the top."""
-        inside = np.minimum(touch.value, 0.0)
+        touch, inside = state.touch, state.inside
         stiffness = PENALTY * self._areas * (inside < 0.0)
         curvature = touch.normal[:, :, None] * touch.normal[:, None, :]
         if not projected:
             curvature = curvature + inside[:, None, None] * touch.curvature
         return (stiffness * inside)[:, None] * touch.normal, stiffness[:, None, None] * curvature
 
-    def _banded(self, blocks: Floats) -> Floats:
-        """Return the lower band (band, dofs) of the sum of the element matrices."""
-        entries = blocks.ravel()[self._lower]
-        total = np.bincount(self._places, entries, minlength=self._shape[0] * self._shape[1])
-        return total.astype(np.float64).reshape(self._shape)
-
-    def _without(self, held: Flags, band: Floats) -> Floats:
-        """Return the band with rows and columns of held dofs as those of the unit matrix."""
-        free = np.concatenate([~held, np.zeros(self._shape[0], dtype=bool)])
-        rows = np.lib.stride_tricks.sliding_window_view(free, self._shape[1])[: self._shape[0]]
-        kept: Floats = band * (rows & ~held)
-        kept[0, held] = 1.0
-        return kept
+    def _banded(self, entries: Floats, held: Flags) -> Floats:
+        """Return the lower band (band, dofs) of the sum of the element matrices, held dofs as in the unit matrix."""
+        free = ~held[self.body.dofs]
+        kept = entries * (free[ROWS] & free[COLUMNS])
+        total = np.bincount(self._places.ravel(), kept.ravel(), minlength=self._shape[0] * self._shape[1])
+        # By columns, as LAPACK wants it: the factor then needs no copy.
+        band = total.astype(np.float64, copy=False).reshape(self._shape).T
+        band[0, held] = 1.0
+        return band
 
 
 def _failed(depth: float, why: str) -> str:

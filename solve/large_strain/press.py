@@ -98,11 +98,14 @@ class _March:
         return self.body.linear_step(held, self._lowered(held))[1]
 
     def _equilibrium(self, depth: float) -> Equilibrium:
-        starts = [start for start in self._starts(depth) if np.isfinite(self.body.energy(start, depth))]
-        if not starts:
+        best = min((self.body.state(u, depth) for u in self._starts(depth)), key=lambda state: state.energy)
+        if not np.isfinite(best.energy):
+            last = self._found[-1]
+            slope = self.body.slope(last, self._held, self._lowered(self._held))
+            best = self.body.state(last.u + (depth - last.depth) * slope, depth)
+        if not np.isfinite(best.energy):
             msg = f"large strain: no start at a depth of {depth:.3g} tip sides"
             raise NoEquilibriumError(msg)
-        best = min(starts, key=lambda start: self.body.energy(start, depth))
         return self.body.equilibrium(best, depth, self._held)
 
     def _starts(self, depth: float) -> list[Floats]:

@@ -11,7 +11,6 @@ from cad.quantity import fault
 from pipeline.bench.command.bare_work import BareWork
 from pipeline.bench.resources import ONE_THREAD, resource_usage
 from pipeline.bench.table import Sheet, record_sheet
-from pipeline.storage.plain import Plain
 
 LIBRARIES = "import OCP, gmsh, skfem, matplotlib.figure"
 MODULE = "pipeline.bench.command.bare_work"
@@ -19,7 +18,8 @@ PICTURE = '<svg class="picture"'  # as the page has each of its pictures
 NOTES = (
     "of the last cold run above; at best is measured in the same bench: the bare work that a stage cannot leave out, "
     "done again by itself, the least of three; meshes, assembly, checks and files are on top of it",
-    "page is all that comes after the stages: report.html, report.json and the other files",
+    "imports are those of both processes of a run; page is all that comes after the stages: report.html, report.json "
+    "and the other files",
 )
 HEADS = ("stage", "CPU s", "CPU s at best", "ratio", "at best it is")
 
@@ -64,8 +64,8 @@ def bare_works(pictures: int, root: str) -> list[BareWork]:
 def stage_sheet(run: ColdRun, bare: Sequence[BareWork]) -> Sheet:
     """Return the table of the stages that have a bare work, the others in one row, and all together."""
     parts = run.parts()
-    records = [_record(work.stage, parts.pop(work.stage, 0.0), work.cpu, work.what) for work in bare]
-    records.sort(key=lambda record: record["CPU s"], reverse=True)
+    stages = sorted(((parts.pop(work.stage, 0.0), work) for work in bare), key=lambda stage: -stage[0])
+    records = [_record(work.stage, cpu, work.cpu, work.what) for cpu, work in stages]
     others = ", ".join(stage for stage, seconds in parts.items() if seconds > 0.0)
     records.append(dict(zip(HEADS, (f"others: {others}", sum(parts.values()), "-", "-", "-"), strict=True)))
     at_best = sum(work.cpu for work in bare)
@@ -73,5 +73,5 @@ def stage_sheet(run: ColdRun, bare: Sequence[BareWork]) -> Sheet:
     return record_sheet("stages", "Stages of a cold run", records, NOTES, digits=2)
 
 
-def _record(stage: str, cpu: float, at_best: float, what: str) -> Plain:
+def _record(stage: str, cpu: float, at_best: float, what: str) -> dict[str, str | float]:
     return dict(zip(HEADS, (stage, cpu, at_best, cpu / at_best, what), strict=True))

@@ -187,6 +187,7 @@ def test_command_is_compared_with_its_imports(monkeypatch):
     assert rows == {
         "bare imports": ("2", "1", "1", "-", "1", "-", "100", ""),
         "our imports": ("7", "4", "3.5", "-", "4", "-", "100", ""),
+        "those of the modeller": ("7", "4", "3.5", "-", "4", "-", "100", ""),
         "cold": ("7", "4", "3.5", "1.8", "4", "2.4", "100", "total 3.00, springs 2.25, contact 0.50"),
         "unchanged": ("7", "4", "3.5", "0.3", "4", "0.3", "100", ""),
         "another --nl": ("7", "4", "3.5", "1.8", "4", "1.8", "100", "total 3.00, springs 2.25, contact 0.50"),
