@@ -116,6 +116,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.remedies": (*JUDGED, "pipeline.uncertainty", "pipeline.result"),
     "pipeline.report": (*JUDGED, "pipeline.uncertainty", "pipeline.result", "pipeline.answer"),
     "pipeline.check": (*SENTENCES, "pipeline.limits"),
+    "pipeline.page.drawing": (),
     "pipeline.page": SENTENCES,
     "pipeline.view": (*SENTENCES, "pipeline.decks"),
     "pipeline.compression": (*LAWS, "pipeline.options", "pipeline.storage"),
