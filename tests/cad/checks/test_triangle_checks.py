@@ -198,10 +198,8 @@ def test_3mf_is_judged_like_its_triangles(tmp_path):
 
 
 def test_another_process_has_other_limits():
-    findings = {
-        finding.name: finding
-        for finding in check_mesh(triangles_of(plate_with_wall(0.6)), PROCESSES["sla-resin"], POSE)
-    }
+    plate = triangles_of(plate_with_wall(0.6))
+    findings = {finding.name: finding for finding in check_mesh(plate, PROCESSES["sla-resin"], POSE)}
     assert failures(findings) == set()
     findings = {finding.name: finding for finding in check_mesh(plate, PETG, POSE)}
     assert failures(findings) == {"min_wall"}
