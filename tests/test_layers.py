@@ -96,6 +96,8 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.storage": (*LAWS, "pipeline.progress", "pipeline.modeller.answer"),
     "pipeline.modeller.answer": (),
     "pipeline.modeller": (*SHAPES, "cad.files.file_date", "pipeline.failures", "pipeline.storage"),
+    "pipeline.modeller.sensor_files": ("cad", "pipeline.modeller"),
+    "pipeline.modeller.maker_files": ("cad", "pipeline.modeller"),
     "pipeline.modeller.tasks": (
         "cad",
         "pipeline.modeller",
@@ -194,6 +196,7 @@ DEFERRED_ONLY_IN = (
     "pipeline.commands",
     "pipeline.modeller.modeller",
     "pipeline.modeller.serving",
+    "pipeline.modeller.tasks",
     "pipeline.check.limited_check",
     "pipeline.study.levels.direct_solve",
     "pipeline.uncertainty.print_scatter",
