@@ -6,6 +6,7 @@ sphere, and the tips are as high over it as seen from above.
 """
 
 import itertools
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -36,10 +37,12 @@ FRUIT = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0, thi
 TIPS, PRESS, TRAVEL_MM = Tips(), Press(tilt_deg=1.0), 0.2
 SCENE = Scene(fruit=FRUIT, tips=TIPS, press=PRESS)
 E_MPA = 1.0
+SMALL_SLOPE = 1.0 / math.cos(math.radians(SCENE.steepest_deg)) - 1.0  # what our forces leave open, as their status says
 BENCH = Bench(
     name="unilateral contact",
     scene=f"sphere of radius 35 mm, 20 x 20 mm, 12 mm thick, nu 0.3, E 1 MPa; flat tips of 1 mm, 8 mm apart, tilted "
-    f"by 1 degree, moved {TRAVEL_MM:g} mm from first touch without springs",
+    f"by 1 degree, moved {TRAVEL_MM:g} mm from first touch without springs; our error bar counts "
+    f"{100.0 * SMALL_SLOPE:.2g} % for the {SCENE.steepest_deg:.2g} degrees between tip and skin, taken as small",
     values=tuple(name.replace("_", " ") for name in FACES),
     unit="N",
     reference=Reference(
@@ -121,7 +124,7 @@ def product_rows() -> Iterator[Measurement]:
         return scene_response(SCENE, contact_compliance(FRUIT, TIPS), rigid, [E_MPA], [TRAVEL_MM])
 
     response, cpu = timed(forces)
-    bar = float(response.F_error[0, 0])
+    bar = float(response.F_error[0, 0]) + SMALL_SLOPE
     yield BENCH.row(OURS, "default", response.F[0, 0], cpu, response.info.dofs, bar)
 
 

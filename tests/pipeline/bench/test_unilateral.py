@@ -30,6 +30,14 @@ def test_plane_of_the_tips_is_where_the_scene_has_it():
         assert punch.face[0].mean() == pytest.approx(TIPS.centres_mm[FACES.index(name)])
 
 
+def test_bar_of_the_product_counts_what_its_status_leaves_open():
+    """Tips tilted by 1 degree, skin that falls by asin(4 / 35) under the low one: forces by the cosine of both."""
+    (ours,) = unilateral.product_rows()
+    slope = 4.0 / np.sqrt(35.0**2 - 4.0**2) + np.tan(np.radians(1.0))
+    assert pytest.approx(np.hypot(1.0, slope) - 1.0, rel=1e-9) == unilateral.SMALL_SLOPE
+    assert unilateral.SMALL_SLOPE < ours.error_bar < unilateral.SMALL_SLOPE + 0.005
+
+
 def test_tips_stand_over_their_faces_on_the_sphere(deck):
     x, y, z = deck.elements.nodes
     for name, centre in zip(FACES, TIPS.centres_mm, strict=True):
