@@ -98,7 +98,7 @@ class PressedBody:
         raise NoEquilibriumError(_failed(depth, f"not within {MOST_ITERATIONS} iterations"))
 
     def linear_step(self, held: Flags, displaced: Floats) -> tuple[Floats, float]:
-        """Return u (nodes, 2) of small strain for given displacements of the held dofs, and the force on the top."""
+        """Return u (nodes, 2) [mm] of small strain for displacements of the held dofs, and the force on the top [N]."""
         _, entries = self.body.tangent(self.body.deformed(np.zeros((self.body.count, 2))))
         matrices = whole_matrices(entries)
         load = self._pushed(matrices, displaced.ravel())
