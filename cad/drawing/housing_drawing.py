@@ -105,7 +105,7 @@ def _within(housing: Housing, process: Process, scale: float) -> Iterator[Item]:
 
 
 def screw_holes(housing: Housing, scale: float) -> Callout:
-    """Return the diameter of the holes for screws, at the upper left one, its text beside that corner."""
+    """Return the diameter [mm] of the holes for screws, at the upper left one, its text beside that corner."""
     beside, count = (housing.left, housing.top_level + 2.4 * TEXT_MM / scale), len(housing.holes)
     return Callout(
         kind="diameter",

@@ -12,7 +12,7 @@ from cad.parts.part import NEAR_MM
 
 
 def from_the_left(housing: Housing, start: float, scale: float) -> Iterator[Item]:
-    """Yield the view from the left, from a place x of the sheet on: the front of the plate to its right."""
+    """Yield the view from the left, from a place x [mm] of the sheet on: the front of the plate to its right."""
     deep, tip, top, pad = 0.5 * housing.depth, 0.5 * housing.tip_side, housing.top_level, housing.pad_height
     middle = start + pad + deep
     plate: Box = (middle - deep, housing.protrusion, middle + deep, top)

@@ -67,7 +67,7 @@ def socketed(part: Part, housing: Housing) -> Part:
 
 
 def gable_side(housing: Housing) -> float:
-    """Return the sign of the side y that lies up in print, to which the gable of a pocket points."""
+    """Return the sign [1] of the side y that lies up in print, to which the gable of a pocket points."""
     return 1.0 if housing.back_to_back else -1.0
 
 
