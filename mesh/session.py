@@ -33,6 +33,10 @@ class MeshError(RuntimeError):
         self.reason = reason
         self.remedy = remedy
 
+    def __reduce__(self) -> tuple[type["MeshError"], tuple[str, str, str], dict[str, object]]:
+        """Say how the error is rebuilt in another process."""
+        return type(self), (self.stage, self.reason, self.remedy), vars(self)
+
 
 @contextmanager
 def gmsh_session() -> Iterator[None]:

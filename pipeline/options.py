@@ -3,12 +3,14 @@
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
 from cad.design.design_file import design_from_mapping, overridden, parsed_setting, read_design, with_process_file
+from cad.design.fruit import Fruit
 from cad.design.parameters import Design
+from cad.design.tips import Tips
 from cad.quantity import Bounds, fault, nearest
 
 DEFAULT_DESIGN = "paper"
@@ -18,6 +20,7 @@ CONTACT_METHODS = ("auto", "split", "direct")
 TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
 DEFAULT_TOLERANCE = 1e-3  # what the verdicts on K_l and K_h allow: with more they stay undecided
 CONTACT_SHARE = 0.25  # of the tolerance: the contact is cheap, so the springs, the dear part, may use up the rest
+_IRRELEVANT = {"E_max_MPa", "E_MPa", "bruise_limit_MPa", "gap_mm"}  # the compliance times E does not depend on them
 
 _SHIPPED, _CHECKOUT = (Path(__file__).parents[level] / "designs" for level in (0, 1))
 DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT
@@ -55,6 +58,16 @@ class RunOptions:
     def contact_tolerance(self) -> float:
         """Return the relative error [1] allowed to the fruit's compliance."""
         return CONTACT_SHARE * self.tolerance
+
+
+def contact_inputs(design: Design, options: RunOptions) -> dict[str, object]:
+    """Return what the compliance of a fruit times its modulus depends on."""
+    method, tolerance = options.contact_method, options.contact_tolerance
+    return {"fruit": _relevant(design.fruit), "tips": _relevant(design.tips), "method": method, "tol": tolerance}
+
+
+def _relevant(record: Fruit | Tips) -> dict[str, object]:
+    return {name: value for name, value in asdict(record).items() if name not in _IRRELEVANT}
 
 
 def preset_names() -> tuple[str, ...]:

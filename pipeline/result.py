@@ -18,12 +18,8 @@ from solve.fruit.compliance import FruitCompliance
 
 
 @dataclass(frozen=True, kw_only=True)
-class JudgedSensor:
-    """A design with what the stages have found that its verdicts follow from.
-
-    `readings` are None where the design asks for none. `verdicts` are those of the readings and of the judgement, and
-    those on what fabrication has made.
-    """
+class SolvedSensor:
+    """A design with what is solved for its verdicts; `readings` are None where the design asks for none."""
 
     design: Design
     options: RunOptions
@@ -31,8 +27,14 @@ class JudgedSensor:
     sizing: SpringSizing
     springs: FittedSprings
     press: ScenePress
-    judgement: Judgement
     readings: Readings | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class JudgedSensor(SolvedSensor):
+    """A solved design with its verdicts: those of the readings and of the judgement, and those on fabrication."""
+
+    judgement: Judgement
     verdicts: tuple[Verdict, ...]
 
     @property

@@ -2,23 +2,28 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from cad.design.parameters import Design
 from cad.design.tip_mount import plate_depth
+from pipeline.modeller.answer import Answer, known
+from pipeline.modeller.kept_files import Verdicts
+from pipeline.modeller.modeller import Modeller, ModellerProcess
 from pipeline.options import RunOptions
-from pipeline.page.page import page_of_run
+from pipeline.page.page import begin_pictures, page_of_run
+from pipeline.page.solid_pictures import SolidPictures
 from pipeline.reading.placed import refuse_unsolvable_presses
 from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.reading.sensor_readings import assess_readings
 from pipeline.remedies.sentences import with_remedies
 from pipeline.report.outputs import write_outputs
-from pipeline.result import JudgedSensor, SensorResult
+from pipeline.result import JudgedSensor, SensorResult, SolvedSensor
 from pipeline.stages.characteristics import solved_behaviour
 from pipeline.stages.contact import fruit_compliance
-from pipeline.stages.fabrication import make_fabrication
+from pipeline.stages.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.stages.fields import write_fields
 from pipeline.stages.sizing import spring_sizing
-from pipeline.stages.solids import write_solids
+from pipeline.stages.solids import begin_solids
 from pipeline.stages.springs import fit_springs, press_of_springs
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Stopwatch
@@ -27,17 +32,19 @@ from pipeline.uncertainty.sensor_errors import sensor_errors
 from pipeline.verdicts.sensor import all_verdicts, judge
 
 
-def run(design: Design, options: RunOptions | None = None) -> SensorResult:
+def run(design: Design, options: RunOptions | None = None, *, modeller: Modeller | None = None) -> SensorResult:
     """Return the result of every stage; with `options.out` its files too, which appear whole or not at all.
 
-    Raises InputError for a scene or a folder that cannot be used, MeshError or SolveError where a solve is not to be
-    believed.
+    With files and no modeller given, solids are made in a process of their own beside the solves. Raises InputError
+    for a scene or a folder that cannot be used, MeshError or SolveError where a solve is not to be believed.
     """
     options = options or RunOptions()
     _refuse_before_solving(design)
-    with output_folder(options.out, force=options.force) as folder:
-        result = _stages(design, options, folder, Stopwatch())
-        write_outputs(result, folder, None if options.out is None else page_of_run(result))
+    timed, modeller = Stopwatch(), modeller or (Modeller() if options.out is None else ModellerProcess())
+    with output_folder(options.out, force=options.force) as folder, modeller:
+        solved, files = _solved(design, options, folder, modeller, timed)
+        result = _stages(solved, files, folder, modeller, timed)
+        write_outputs(result, folder, None if options.out is None else page_of_run(result, files.pictures.result()))
     return result
 
 
@@ -46,12 +53,12 @@ def judged(design: Design, options: RunOptions | None = None, *, solids: bool = 
 
     Without `solids` none is drawn, so that geometry.made fails. Raises as `run`.
     """
-    options = replace(options or RunOptions(), out=None)
+    options, modeller, timed = replace(options or RunOptions(), out=None), Modeller(), Stopwatch()
     _refuse_before_solving(design)
     if not solids:
-        return _judged(design, options, None, Stopwatch())
+        return _judged(*_solved(design, options, None, modeller, timed), timed)
     with output_folder(None) as folder:
-        return _judged(design, options, folder, Stopwatch())
+        return _judged(*_solved(design, options, folder, modeller, timed), timed)
 
 
 def _refuse_before_solving(design: Design) -> None:
@@ -60,40 +67,66 @@ def _refuse_before_solving(design: Design) -> None:
     plate_depth(design, design.process)
 
 
-def _judged(design: Design, options: RunOptions, folder: Path | None, timed: Stopwatch) -> JudgedSensor:
-    """Return what the stages up to the verdicts find; without a folder for them, no solids and no fabrication."""
+class _Files(NamedTuple):
+    """The verdicts on files that the modeller may still be writing, and the pictures that it draws."""
+
+    solids: Answer[Verdicts] = known(())
+    fabrication: Answer[Verdicts] = known(())
+    pictures: Answer[SolidPictures] = known(SolidPictures())
+
+
+def _solved(
+    design: Design, options: RunOptions, folder: Path | None, modeller: Modeller, timed: Stopwatch
+) -> tuple[SolvedSensor, _Files]:
+    """Return what verdicts follow from; without a folder for them, no solids and no fabrication."""
     contact = timed("contact", fruit_compliance, design, options)  # meshes and solves the fruit
     sizing = timed("sizing", spring_sizing, design, contact, options)  # closed form
-    springs = timed("springs", fit_springs, design, sizing, options)  # meshes and solves the housing
-    geometry = () if folder is None else timed("solids", write_solids, design, springs, folder)
-    press = timed("response", press_of_springs, design, contact, springs)
-    readings = timed("reading", assess_readings, design, contact, springs)  # where the design asks for it
-    judgement = timed("verdicts", judge, design, contact, sizing, springs, geometry, press)
-    making = () if folder is None else timed("fabrication", make_fabrication, design, springs, options, folder)
-    return JudgedSensor(
+    springs = timed("springs", fit_springs, design, sizing, options, modeller)  # meshes and solves the housing
+    files = _Files()
+    if folder is not None:  # from here on the modeller draws, writes and checks the solids beside all that follows
+        files = _Files(
+            solids=timed("solids", begin_solids, design, springs, folder, modeller),
+            fabrication=timed("fabrication", begin_fabrication, design, springs, options, folder, modeller),
+            pictures=begin_pictures(design, springs.housing, folder, modeller),
+        )
+    solved = SolvedSensor(
         design=design,
         options=options,
         contact=contact,
         sizing=sizing,
         springs=springs,
-        press=press,
-        judgement=judgement,
-        readings=readings,
-        verdicts=all_verdicts(design, readings, judgement, making),
+        press=timed("response", press_of_springs, design, contact, springs),
+        readings=timed("reading", assess_readings, design, contact, springs),  # where the design asks for it
     )
+    return solved, files
 
 
-def _stages(design: Design, options: RunOptions, folder: Path, timed: Stopwatch) -> SensorResult:
-    found = _judged(design, options, folder, timed)
-    contact, springs, press = found.contact, found.springs, found.press
+def _judged(solved: SolvedSensor, files: _Files, timed: Stopwatch) -> JudgedSensor:
+    """Return the verdicts on what was solved, and on the files as soon as the modeller has made them."""
+    design, springs = solved.design, solved.springs
+    across = timed("fabrication", sideways_verdicts, springs, solved.options)
+    geometry = timed.answered("solids", files.solids)
+    making = (*timed.answered("fabrication", files.fabrication), *across)
+    judgement = timed("verdicts", judge, design, solved.contact, solved.sizing, springs, geometry, solved.press)
+    verdicts = all_verdicts(design, solved.readings, judgement, making)
+    return JudgedSensor(**vars(solved), judgement=judgement, verdicts=verdicts)
+
+
+def _stages(solved: SolvedSensor, files: _Files, folder: Path, modeller: Modeller, timed: Stopwatch) -> SensorResult:
+    design, options, contact, springs = solved.design, solved.options, solved.contact, solved.springs
+    press, readings = solved.press, solved.readings
+    sensor = timed("mounts", assessed_sensor, design, contact, solved.sizing, springs)
+    behaviour = timed("behaviour", solved_behaviour, springs, press)
+    read_out = timed("reading", sensor_read_out, design, contact, springs, press, readings)
+    left_out = timed("fields", write_fields, design, contact, springs, press, options, folder)
+    found = _judged(solved, files, timed)
+    errors = timed("errors", sensor_errors, sensor, found.judgement.reached, press, options, readings)
     verdicts = timed("remedies", with_remedies, found)  # where some did not pass
-    sensor = timed("mounts", assessed_sensor, design, contact, found.sizing, springs)
-    errors = timed("errors", sensor_errors, sensor, found.judgement.reached, press, options, found.readings)
     return SensorResult(
         **{**vars(found), "verdicts": verdicts},
-        behaviour=timed("behaviour", solved_behaviour, springs, press),
-        read_out=timed("reading", sensor_read_out, design, contact, springs, press, found.readings),
+        behaviour=behaviour,
+        read_out=read_out,
         errors=errors,
-        left_out=timed("fields", write_fields, design, contact, springs, press, options, folder),
-        seconds=timed.seconds(),
+        left_out=left_out,
+        seconds=timed.seconds(modeller.cpu_seconds),
     )

@@ -2,9 +2,10 @@
 
 import numpy as np
 from scipy.sparse import csc_matrix
-from skfem import CellBasis, Element, ElementVector, Mesh
+from skfem import CellBasis, Element, Mesh
 
 from solve.arrays import Floats, Ints
+from solve.displacement_basis import DisplacementBasis, scalar_gradients
 
 
 def lame_parameters(E: float, poisson: float) -> tuple[float, float]:
@@ -33,7 +34,7 @@ def von_mises(sigma: Floats) -> Floats:
 
 def vector_basis(mesh: Mesh, element: Element, order: int) -> CellBasis:
     """Return the displacement basis of a scalar element; `order` is the polynomial degree integrated exactly."""
-    return CellBasis(mesh, ElementVector(element), intorder=order)
+    return DisplacementBasis(mesh, element, order)
 
 
 def stiffness_matrix(basis: CellBasis, E: float, poisson: float, *, b_bar: bool = False) -> csc_matrix:
@@ -47,23 +48,22 @@ def stiffness_matrix(basis: CellBasis, E: float, poisson: float, *, b_bar: bool 
     doi:10.1007/978-3-642-36519-5.
     """
     lam, mu = lame_parameters(E, poisson)
-    scalar = basis.with_element(basis.elem.elem)
-    gradients = np.stack([np.asarray(field[0].grad) for field in scalar.basis])  # (nodes, 3, elements, points)
+    gradients = scalar_gradients(basis)
     nodes, dim, elements, points = gradients.shape
     size = nodes * dim
     G = np.ascontiguousarray(gradients.transpose(2, 0, 1, 3)).reshape(elements, size, points)
-    M = ((G * scalar.dx[:, None, :]) @ G.transpose(0, 2, 1)).reshape(elements, nodes, dim, nodes, dim)
-    dilatation = _projected_dilatation(G, scalar).reshape(M.shape) if b_bar else M
+    M = ((G * basis.dx[:, None, :]) @ G.transpose(0, 2, 1)).reshape(elements, nodes, dim, nodes, dim)
+    dilatation = _projected_dilatation(G, basis).reshape(M.shape) if b_bar else M
     blocks = lam * dilatation + mu * M.transpose(0, 1, 4, 3, 2)
     np.einsum("eiaja->aeij", blocks)[:] += mu * np.einsum("eiaja->eij", M)
     return scattered(blocks.reshape(elements, size, size), basis.element_dofs.T, basis.N)
 
 
-def _projected_dilatation(G: Floats, scalar: CellBasis) -> Floats:
+def _projected_dilatation(G: Floats, basis: CellBasis) -> Floats:
     """Return int P(div N_i) P(div N_j), P the projection on 1, X, Y, Z of the element, shape (elements, size, size)."""
-    X = 2.0 * scalar.quadrature[0] - 1.0
+    X = 2.0 * basis.quadrature[0] - 1.0
     linear = np.concatenate([np.ones((1, X.shape[-1])), X])
-    weighted = linear[None] * scalar.dx[:, None, :]  # (elements, 4, points)
+    weighted = linear[None] * basis.dx[:, None, :]  # (elements, 4, points)
     moments = weighted @ G.transpose(0, 2, 1)
     mass = weighted @ linear.T
     return np.asarray(moments.transpose(0, 2, 1) @ np.linalg.solve(mass, moments))

@@ -1,6 +1,7 @@
 """What every test gets: a fixed seed, a cache of its own, and a way to plant source files."""
 
 import importlib
+import os
 import random
 import signal
 import textwrap
@@ -47,9 +48,15 @@ def rng() -> np.random.Generator:
 
 @pytest.fixture(autouse=True, scope="session")
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Keep the user's cache out of the tests: a result stored there earlier could hide a mistake."""
+    """Keep the user's cache out of the tests: a result stored there earlier could hide a mistake.
+
+    The workers of one session share it, so that a contact or a spring that tests of both take is solved once.
+    """
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
+    folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("XDG_CACHE_HOME", str(folder))
         yield
 
 
@@ -65,6 +72,18 @@ def plant(tmp_path: Path) -> Callable[[Mapping[str, str]], Path]:
         return tmp_path
 
     return write
+
+
+@pytest.fixture
+def without_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let runs write no report.html; tests of pages have their own."""
+    monkeypatch.setattr(importlib.import_module("pipeline.run"), "page_of_run", lambda _result: None)
+
+
+@pytest.fixture
+def without_remedies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let runs look for no remedy, which takes longer than the verdicts; tests of remedies have their own."""
+    monkeypatch.setattr(importlib.import_module("pipeline.run"), "with_remedies", lambda found: found.verdicts)
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ Syntax nodes measure how much one has to read: a dense line has many of them, an
 """
 
 import ast
+import functools
 import re
 import sys
 from collections import Counter
@@ -44,11 +45,21 @@ def sources(root: Path) -> list[Path]:
     return sorted(path for package in PACKAGES for path in (root / package).rglob("*.py"))
 
 
+@functools.cache
+def nodes(text: str) -> tuple[ast.AST, ...]:
+    """Return every syntax node of a source text, the module first; `nodes.cache_clear()` forgets them."""
+    return tuple(ast.walk(ast.parse(text)))
+
+
 def functions(root: Path) -> Iterator[Function]:
     """Yield every function of the four packages; one inside another counts to the outer one too."""
     for path in sources(root):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        yield from _functions(tree, path.relative_to(root).as_posix(), hidden=False)
+        yield from _functions_of(path.read_text(encoding="utf-8"), path.relative_to(root).as_posix())
+
+
+@functools.cache
+def _functions_of(text: str, place: str) -> tuple[Function, ...]:
+    return tuple(_functions(nodes(text)[0], place, hidden=False))
 
 
 def _functions(node: ast.AST, place: str, *, hidden: bool) -> Iterator[Function]:
@@ -82,7 +93,7 @@ def _function(node: ast.FunctionDef | ast.AsyncFunctionDef, place: str, *, hidde
 def nodes_by_line(path: Path) -> list[int]:
     """Return how many syntax nodes begin on each line that has any; docstrings do not count."""
     count: Counter[int] = Counter()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes(path.read_text(encoding="utf-8")):
         if hasattr(node, "lineno") and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
             count[node.lineno] += 1
     return list(count.values())
@@ -100,7 +111,7 @@ def folded_code(root: Path) -> list[str]:
     for path in sources(root):
         text = path.read_text(encoding="utf-8")
         lines = text.splitlines()
-        for node in ast.walk(ast.parse(text)):
+        for node in nodes(text):
             simple = isinstance(node, ast.stmt) and not hasattr(node, "body")
             if simple and "# fmt: skip" in lines[node.end_lineno - 1] and not _is_data(node):
                 found.append(f"{path.relative_to(root)}:{node.lineno}")
@@ -129,12 +140,12 @@ def main(root: Path) -> None:
     for room in sorted(rooms):
         print(f"{room:24} {files[room]:3} files {rooms[room]:6} lines")
     every = list(functions(root))
-    nodes = [one.nodes for one in every]
+    sizes = [one.nodes for one in every]
     per_line = [count for path in sources(root) for count in nodes_by_line(path)]
     numeric = [one for one in every if one.public and one.numeric]
     text = "".join(path.read_text(encoding="utf-8") for path in sources(root))
     print(f"all: {sum(files.values())} files, {sum(rooms.values())} lines, largest folder {max(files.values())} files")
-    print(f"functions: nodes p50 {quantile(nodes, 0.5)} p90 {quantile(nodes, 0.9)} max {max(nodes)}")
+    print(f"functions: nodes p50 {quantile(sizes, 0.5)} p90 {quantile(sizes, 0.9)} max {max(sizes)}")
     print(f"nodes a line: p50 {quantile(per_line, 0.5)} p90 {quantile(per_line, 0.9)} max {max(per_line)}")
     print(f"dict[str, Any]: {text.count('dict[str, Any]')}, Mapping[str, Any]: {text.count('Mapping[str, Any]')}")
     print(f"fmt: skip: {text.count('# fmt: skip')}, not data: {len(folded_code(root))}")

@@ -5,6 +5,7 @@ tree with one planted fault.
 """
 
 import ast
+import functools
 import re
 import sys
 from collections import Counter
@@ -20,9 +21,12 @@ PACKAGES = ("cad", "mesh", "solve", "pipeline")
 
 NUMBERS = ("cad.quantity", "cad.verdict")
 LAWS = (*NUMBERS, "cad.theory", "cad.design")
-SHAPES = (*LAWS, "cad.kernel", "cad.parts")
+SHAPES = (*LAWS, "cad.kernel", "cad.triangles", "cad.parts")
+CELLS = ("mesh.cells", "mesh.cell_facets")
 ELASTIC = (
+    *CELLS,
     "solve.arrays",
+    "solve.displacement_basis",
     "solve.elasticity",
     "solve.linear",
     "solve.error_estimate",
@@ -30,7 +34,15 @@ ELASTIC = (
     "solve.nodal_fields",
 )
 BELOW = ("cad", "mesh", "solve")
-STAGES = (*BELOW, "pipeline.progress", "pipeline.options", "pipeline.storage", "pipeline.fit", "pipeline.stages")
+STAGES = (
+    *BELOW,
+    "pipeline.progress",
+    "pipeline.options",
+    "pipeline.storage",
+    "pipeline.modeller",
+    "pipeline.fit",
+    "pipeline.stages",
+)
 READ = (*STAGES, "pipeline.reading")
 JUDGED = (*READ, "pipeline.verdicts")
 SENTENCES = (*JUDGED, "pipeline.uncertainty", "pipeline.result", "pipeline.report")
@@ -50,7 +62,8 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "cad.theory": NUMBERS,
     "cad.design": (*NUMBERS, "cad.theory"),
     "cad.kernel": (),
-    "cad.parts": (*LAWS, "cad.kernel"),
+    "cad.triangles": (),
+    "cad.parts": (*LAWS, "cad.kernel", "cad.triangles"),
     "cad.files": SHAPES,
     "cad.drawing": (*SHAPES, "cad.files"),
     "cad.checks": (*SHAPES, "cad.files"),
@@ -58,14 +71,17 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "mesh.session": ("cad.quantity",),
     "mesh.gmsh_arrays": ("mesh.session",),
     "mesh.quality": ("cad.quantity", "mesh.session", "mesh.gmsh_arrays"),
+    "mesh.cells": (),
+    "mesh.cell_facets": ("mesh.cells",),
     "mesh.volume": (*SHAPES, "mesh.session", "mesh.gmsh_arrays", "mesh.quality"),
     "mesh.fruit": (*SHAPES, "mesh.volume"),
-    "mesh.housing": (*SHAPES, "mesh.session", "mesh.gmsh_arrays", "mesh.quality"),
+    "mesh.housing": (*SHAPES, *CELLS, "mesh.session", "mesh.gmsh_arrays", "mesh.quality"),
     "solve.arrays": (),
-    "solve.elasticity": (*LAWS, "solve.arrays"),
+    "solve.displacement_basis": ("mesh.cells", "solve.arrays"),
+    "solve.elasticity": (*LAWS, "solve.arrays", "solve.displacement_basis"),
     "solve.memory": (),
     "solve.linear": (*LAWS, "solve.arrays", "solve.memory"),
-    "solve.surface": (*LAWS, "solve.arrays"),
+    "solve.surface": (*LAWS, *CELLS, "solve.arrays"),
     "solve.error_estimate": LAWS,
     "solve.nodal_fields": (*LAWS, "solve.arrays", "solve.elasticity"),
     "solve.halfspace": (*LAWS, *ELASTIC),
@@ -76,10 +92,20 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.options": LAWS,
     "pipeline.limits": ("cad.quantity",),
     "pipeline.progress": (),
-    "pipeline.storage": (*LAWS, "pipeline.progress"),
+    "pipeline.failures": (),
+    "pipeline.storage": (*LAWS, "pipeline.progress", "pipeline.modeller.answer"),
+    "pipeline.modeller.answer": (),
+    "pipeline.modeller": (*SHAPES, "cad.files.file_date", "pipeline.failures", "pipeline.storage"),
+    "pipeline.modeller.tasks": (
+        "cad",
+        "pipeline.modeller",
+        "pipeline.storage",
+        "pipeline.page.bodies",
+        "pipeline.page.solid_pictures",
+    ),
     "pipeline.answer": (*LAWS, "cad.files.file_date", "pipeline.options", "pipeline.storage"),
-    "pipeline.fit": (*BELOW, "pipeline.options", "pipeline.storage"),
-    "pipeline.stages": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.fit"),
+    "pipeline.fit": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.modeller"),
+    "pipeline.stages": (*BELOW, "pipeline.options", "pipeline.storage", "pipeline.modeller", "pipeline.fit"),
     "pipeline.stages.fabrication": JUDGED,
     "pipeline.reading": STAGES,
     "pipeline.verdicts": READ,
@@ -95,7 +121,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.explain": SENTENCES,
     "pipeline.run": (*SENTENCES, "pipeline.remedies", "pipeline.page"),
     "pipeline.suggest": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
-    "pipeline.study": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
+    "pipeline.study": ("pipeline.failures", *SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
     "pipeline.decks": (*BELOW, "pipeline.storage"),
     "pipeline.bench": (*STAGES, "pipeline.decks"),
     "pipeline.commands": (
@@ -162,12 +188,18 @@ FORMS = {"BilinearForm", "LinearForm", "Functional", "TrilinearForm", "asm", "so
 
 OPTIONAL = {"distributed", "pyarrow", "pypardiso"}
 DEFERRED_ONLY_IN = (
+    "cad.kernel",
     "pipeline.cli",
     "pipeline.commands",
+    "pipeline.modeller.modeller",
+    "pipeline.modeller.serving",
     "pipeline.check.limited_check",
     "pipeline.study.levels.direct_solve",
     "pipeline.uncertainty.print_scatter",
 )
+COMPUTED = "<a name computed at run time>"
+STAND_INS = ("cad.kernel", COMPUTED)
+"""The one module that may import by computed names: what its stand-ins are for."""
 VAGUE = {"utils", "util", "common", "helpers", "helper", "core", "base", "misc"}
 
 Rule = Callable[[Path], list[str]]
@@ -208,16 +240,23 @@ def sources(root: Path) -> dict[str, Path]:
 
 def imports(root: Path) -> list[Import]:
     """Return every import of the four packages, inside functions and by name too."""
-    found = []
-    for module, path in sources(root).items():
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        within = module if path.name == "__init__.py" else module.rpartition(".")[0]
-        for node, deferred in _walk(tree, deferred=False):
-            found += [
-                Import(module=module, target=target, line=node.lineno, deferred=deferred)
-                for target in _targets(node, within)
-            ]
-    return found
+    return [
+        item
+        for module, path in sources(root).items()
+        for item in _imports_of(module, path.read_text(encoding="utf-8"), package=path.name == "__init__.py")
+    ]
+
+
+@functools.cache
+def _imports_of(module: str, text: str, *, package: bool) -> tuple[Import, ...]:
+    """Return the imports of a source text; eight rules ask for those of the same files."""
+    within = module if package else module.rpartition(".")[0]
+    return tuple(
+        Import(module=module, target=target, line=node.lineno, deferred=deferred)
+        for node, deferred in _walk(ast.parse(text), deferred=False)
+        for target in _targets(node, within)
+        if (module, target) != STAND_INS
+    )
 
 
 def _walk(node: ast.AST, *, deferred: bool) -> Iterator[tuple[ast.AST, bool]]:
@@ -242,7 +281,7 @@ def _targets(node: ast.AST, within: str) -> list[str]:
         called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
         if called in ("import_module", "__import__"):
             name = node.args[0] if node.args else None
-            return [str(name.value) if isinstance(name, ast.Constant) else "<a name computed at run time>"]
+            return [str(name.value) if isinstance(name, ast.Constant) else COMPUTED]
     return []
 
 

@@ -1,6 +1,7 @@
 """The lock is complete and names no place to download from; the make commands of the documents exist."""
 
 import ast
+import functools
 import re
 import sys
 import tomllib
@@ -52,6 +53,7 @@ def make_targets() -> set[str]:
     return set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE))
 
 
+@functools.cache
 def imported_distributions() -> set[str]:
     """Return the distributions that the four packages import at the top of a module or inside a function."""
     names = set()

@@ -7,6 +7,7 @@ import ast
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from types import UnionType
 
 import metrics
 import pytest
@@ -53,11 +54,13 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 Rule = Callable[[Path], list[str]]
 
 
-def _nodes(root: Path) -> Iterator[tuple[str, ast.AST]]:
-    """Yield every syntax node of the four packages with the place where it stands."""
+def _nodes(root: Path, kind: type[ast.AST] | UnionType) -> Iterator[tuple[str, ast.AST]]:
+    """Yield every syntax node of a kind in the four packages with the place where it stands."""
     for path in metrics.sources(root):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            yield f"{path.relative_to(root)}:{getattr(node, 'lineno', 0)}", node
+        file = path.relative_to(root)
+        for node in metrics.nodes(path.read_text(encoding="utf-8")):
+            if isinstance(node, kind):
+                yield f"{file}:{node.lineno}", node
 
 
 def long_files(root: Path) -> list[str]:
@@ -118,24 +121,23 @@ def two_tips(root: Path) -> list[str]:
 def many_arguments(root: Path) -> list[str]:
     """Fault every function with more than 6 arguments, `self` and `cls` not counted."""
     found = []
-    for place, node in _nodes(root):
-        if isinstance(node, Function):
-            a = node.args
-            every = [*a.posonlyargs, *a.args, *a.kwonlyargs, *filter(None, (a.vararg, a.kwarg))]
-            count = sum(argument.arg not in ("self", "cls") for argument in every)
-            if count > MAX_ARGUMENTS:
-                found.append(f"{place} {node.name}: {count} arguments")
+    for place, node in _nodes(root, Function):
+        a = node.args
+        every = [*a.posonlyargs, *a.args, *a.kwonlyargs, *filter(None, (a.vararg, a.kwarg))]
+        count = sum(argument.arg not in ("self", "cls") for argument in every)
+        if count > MAX_ARGUMENTS:
+            found.append(f"{place} {node.name}: {count} arguments")
     return found
 
 
 def assert_statements(root: Path) -> list[str]:
     """Fault every assert: it vanishes under `python -O`."""
-    return [f"{place} asserts" for place, node in _nodes(root) if isinstance(node, ast.Assert)]
+    return [f"{place} asserts" for place, _ in _nodes(root, ast.Assert)]
 
 
 def wide_handlers(root: Path) -> list[str]:
     """Fault every handler that catches everything, bare or as Exception."""
-    handlers = [(place, node) for place, node in _nodes(root) if isinstance(node, ast.ExceptHandler)]
+    handlers = _nodes(root, ast.ExceptHandler)
     return [
         f"{place} catches {'everything' if node.type is None else ast.unparse(node.type)}"
         for place, node in handlers
@@ -185,6 +187,13 @@ PLANTED: list[tuple[Rule, str, str]] = [
     (wide_handlers, "try:\n    x = 1\nexcept builtins.BaseException:\n    pass\n", "BaseException"),
 ]
 RULES = sorted({rule for rule, _, _ in PLANTED}, key=lambda rule: rule.__name__)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _trees_forgotten() -> Iterator[None]:
+    """Parse each file once for all rules, and keep none of the trees after them."""
+    yield
+    metrics.nodes.cache_clear()
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.__name__)

@@ -1,10 +1,12 @@
 """Faces that a process would have to print on air."""
 
+from __future__ import annotations
+
 import numpy as np
 import shapely
-import trimesh
 
-from cad.files.stl import Floats
+from cad.kernel import trimesh
+from cad.triangles import Floats
 
 REACH_MM = 1.0  # a ledge up to this wide needs no support: Formlabs, design guide, unsupported overhangs
 _BED_MM = 0.05

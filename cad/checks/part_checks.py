@@ -1,16 +1,16 @@
 """Verdicts on one part of any origin: on a solid, on triangles, on a STEP, STL or 3MF file."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable
 from pathlib import Path
-
-import trimesh
-from OCP.BRepCheck import BRepCheck_Analyzer
 
 from cad.checks.overhang import POSES
 from cad.checks.slicer import slicer_verdicts
 from cad.checks.triangle_checks import (
     body_verdict,
     closed_verdicts,
+    library_mesh,
     printability_verdicts,
     self_intersection_verdict,
     size_verdicts,
@@ -19,8 +19,9 @@ from cad.design.processes import PROCESSES, Process
 from cad.files.step import read_step
 from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
-from cad.kernel import cq
+from cad.kernel import OCP, cq
 from cad.quantity import fault
+from cad.triangles import Triangles
 from cad.verdict import Verdict, equal, failed
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
@@ -28,7 +29,7 @@ DEFAULT_PROCESS = PROCESSES["fdm-petg"]
 
 def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     """Return geometry.valid (count of faulty faces, edges, vertices) and geometry.one_solid (count of solids)."""
-    analyser = BRepCheck_Analyzer(shape.wrapped)
+    analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
     whole = bool(analyser.IsValid())
     pieces = [*shape.Faces(), *shape.Edges(), *shape.Vertices()]
     faulty = 0 if whole else max(1, sum(not analyser.IsValid(piece.wrapped) for piece in pieces))
@@ -39,12 +40,13 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     )
 
 
-def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
+def check_mesh(triangles: Triangles, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return every verdict on triangles [mm]: closed, one body, simple, size, wall, gap, overhang.
 
     Only what still has a meaning is measured on a mesh that is not closed.
     """
-    closed = closed_verdicts(mesh)
+    closed = closed_verdicts(triangles)
+    mesh = library_mesh(triangles)
     verdicts = (*closed, body_verdict(mesh), self_intersection_verdict(mesh), *size_verdicts(mesh, process))
     if any(verdict.passed is not True for verdict in closed):
         return verdicts

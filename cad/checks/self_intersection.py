@@ -1,12 +1,14 @@
 """Triangles of a mesh that pass through each other."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
-import trimesh
 
-from cad.files.stl import Floats, Indices
+from cad.kernel import trimesh
+from cad.triangles import Floats, Indices
 
 _CHUNK = 4096
 _FLAT = 1e-9  # a crossing nearer to an edge than this share of the volume spanned is a touch

@@ -1,15 +1,17 @@
 """Verdicts on triangles of any origin: closed, simple, thick enough, open enough, carried, of a plausible size."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 
 import numpy as np
-import trimesh
 
 from cad.checks.overhang import POSES, REACH_MM, widest_ledge
 from cad.checks.self_intersection import crossing_pairs
 from cad.checks.wall_thickness import REACHES_MM, Span, least_gap, least_wall
 from cad.design.processes import Process
-from cad.files.stl import Indices
+from cad.kernel import trimesh
+from cad.triangles import Indices, Triangles, enclosed_volume
 from cad.verdict import Verdict, at_least, equal, judged
 
 RAY_TOLERANCE_MM = 1e-3  # a mesh file holds single precision
@@ -17,12 +19,20 @@ SHORTEST_MM, LONGEST_MM = 5.0, 1000.0  # a sensor or a coupon; a part in metres 
 _FACES_OF_AN_EDGE = 2
 
 
-def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
+def library_mesh(mesh: Triangles) -> trimesh.Trimesh:
+    """Return triangles [mm] as the library's mesh, which knows their neighbours, facets and bodies."""
+    return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+
+
+def closed_verdicts(mesh: Triangles) -> tuple[Verdict, ...]:
     """Return geometry.watertight (count of open edges; 1 inside out) and geometry.manifold (edges of 3 faces)."""
-    edges, counts = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
+    corners, directed = len(mesh.vertices), mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    names, counts = np.unique(directed.min(axis=1) * corners + directed.max(axis=1), return_counts=True)
+    edges = np.stack(np.divmod(names, corners), axis=1)
     loose, shared = edges[counts < _FACES_OF_AN_EDGE], edges[counts > _FACES_OF_AN_EDGE]
     whole = not len(loose) and not len(shared)
-    turned = int(whole and (not mesh.is_winding_consistent or _volume(mesh) < 0.0))
+    one_way = len(np.unique(directed @ [corners, 1])) == len(directed)  # no edge is run twice in one direction
+    turned = int(whole and (not one_way or mesh.volume < 0.0))
     open_edges = f"edges with one triangle, or triangles that face inward, of {len(edges)} edges{_first(mesh, loose)}"
     joined = f"edges that join more than two triangles, of {len(edges)}{_first(mesh, shared)}"
     return (
@@ -31,7 +41,7 @@ def closed_verdicts(mesh: trimesh.Trimesh) -> tuple[Verdict, ...]:
     )
 
 
-def _first(mesh: trimesh.Trimesh, edges: Indices) -> str:
+def _first(mesh: Triangles, edges: Indices) -> str:
     """Return where the first of some edges lies, in words; nothing where there is none."""
     if len(edges) == 0:
         return ""
@@ -51,7 +61,7 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
     longest, limit = max(x, y, z), f"{SHORTEST_MM:g} to {LONGEST_MM:g}"
     box = f"bounding box {x:.4g} x {y:.4g} x {z:.4g} mm; outside, the file is not in millimetres"
     plausible = SHORTEST_MM <= longest <= LONGEST_MM
-    volume, density = _volume(mesh), process.density_g_per_cm3
+    volume, density = enclosed_volume(np.asarray(mesh.triangles)), process.density_g_per_cm3
     enclosed, solid = "enclosed by the triangles, less where they face inward", f"solid {process.material}"
     return (
         judged("geometry.units", longest, passed=plausible, limit=limit, unit="mm", reference=box),
@@ -62,12 +72,6 @@ def size_verdicts(mesh: trimesh.Trimesh, process: Process) -> tuple[Verdict, ...
 
 def _positive(name: str, value: float, unit: str, reference: str) -> Verdict:
     return judged(name, value, passed=value > 0.0, limit="above 0", unit=unit, reference=reference)
-
-
-def _volume(mesh: trimesh.Trimesh) -> float:
-    """Return the volume [mm^3] from the divergence theorem; none is needed to have a centre."""
-    a, b, c = (np.asarray(mesh.triangles) - np.asarray(mesh.bounds)[0]).transpose(1, 0, 2)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
 
 
 def self_intersection_verdict(mesh: trimesh.Trimesh) -> Verdict:

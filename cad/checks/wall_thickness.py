@@ -1,17 +1,18 @@
 """Least wall and least gap of a closed mesh: rays from its surface inward and outward to the face opposite."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
 
-from cad.files.stl import Floats, Indices
+from cad.checks.line_probe import ray_distances
+from cad.kernel import trimesh
+from cad.triangles import Floats, Indices
 
 _SAMPLES = 2000
 _OPPOSITE = -0.75  # cosine between two faces of one wall; the faces of a 45 degree wedge are no wall
-_OFF = 1e-5  # [mm] nearer than this, a ray has met the triangle that it starts from
-_EDGE = 1e-9  # so that no ray slips through between two triangles
 REACHES_MM = (4.0, 16.0)  # far more than any wall or gap that matters
 _CHUNK = 250
 _PLASTIC = 1.3247179572447460  # steps of the R2 sequence, M. Roberts, 2018: even cover without chance
@@ -58,7 +59,7 @@ def _first_hits(mesh: trimesh.Trimesh, starts: Floats, rays: Floats, reach: floa
     for rows in np.array_split(np.arange(len(starts)), math.ceil(len(starts) / _CHUNK)):
         near, counts = _triangles_near(mesh, starts[rows], ends[rows])
         source = np.repeat(rows, counts)
-        distances = _distances(starts[source], rays[source], triangles[near])
+        distances = ray_distances(starts[source], rays[source], triangles[near])
         np.minimum.at(lengths, source, distances)
         nearest = np.flatnonzero(distances == lengths[source])[::-1]  # of equally near ones the first
         targets[source[nearest]] = near[nearest]
@@ -70,22 +71,6 @@ def _triangles_near(mesh: trimesh.Trimesh, starts: Floats, ends: Floats) -> tupl
     """Return the triangles whose boxes meet those of segments, segment by segment, and how many each has."""
     near, counts = mesh.triangles_tree.intersection_v(np.minimum(starts, ends), np.maximum(starts, ends))
     return near.astype(np.int64), counts.astype(np.int64)
-
-
-def _distances(starts: Floats, rays: Floats, triangles: Floats) -> Floats:
-    """Return the distance along each ray to its triangle [mm], infinity where it misses.
-
-    T. Moller, B. Trumbore, Fast, minimum storage ray-triangle intersection, J. Graphics Tools 2, 1997.
-    """
-    a, b, c = triangles.transpose(1, 0, 2)
-    across, along = np.cross(rays, c - a), np.cross(starts - a, b - a)
-    det = np.einsum("ij,ij->i", b - a, across)
-    divisor = np.where(det == 0.0, 1.0, det)
-    u = np.einsum("ij,ij->i", starts - a, across) / divisor
-    v = np.einsum("ij,ij->i", rays, along) / divisor
-    t = np.einsum("ij,ij->i", c - a, along) / divisor
-    inside = (u >= -_EDGE) & (v >= -_EDGE) & (u + v <= 1.0 + _EDGE)
-    return np.where((det != 0.0) & inside & (t > _OFF), t, np.inf)
 
 
 def surface_points(mesh: trimesh.Trimesh) -> tuple[Floats, Indices]:

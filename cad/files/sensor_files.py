@@ -4,22 +4,20 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from cad.files.export_error import ExportError
 from cad.files.step import read_step, write_step
-from cad.files.stl import CHORD_MM, read_stl, triangles, write_stl
+from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
 from cad.kernel import cq
 from cad.parts.assembly import assembly_bodies
 from cad.parts.pose import print_pose
 from cad.parts.sensor import Body, Sensor
+from cad.triangles import Triangles
 
 _STEP_TOLERANCE = 1e-9  # Part 21 carries 15 digits
 _TURNED = ("SPHERE", "REVOLUTION")
 _INTEGRAL_TOLERANCE = 1e-8  # relative, of a volume within a ball or a surface of revolution
 _SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of a part
-
-
-class ExportError(ValueError):
-    """A file that does not hold what was written; the message is one line."""
 
 
 def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
@@ -32,9 +30,9 @@ def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
     export_step((sensor.housing_body(),), housing_step)
     export_step(assembly_bodies(sensor), assembly_step)
     printed = print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back)
-    export_stl(printed, housing_stl)
-    write_3mf({sensor.part.name: triangles(printed)}, model)
-    compare_volume(model, float(read_3mf(model).mesh.volume), printed.Volume(), solid_tolerance(printed))
+    mesh = export_stl(printed, housing_stl)
+    write_3mf({sensor.part.name: mesh}, model)
+    compare_volume(model, read_3mf(model).mesh.volume, printed.Volume(), solid_tolerance(printed))
     return housing_step, assembly_step, housing_stl, model, *_write_pin(sensor, folder)
 
 
@@ -75,10 +73,15 @@ def _is_turned(shape: cq.Shape) -> bool:
     return any(face.geomType() in _TURNED for face in shape.Faces())
 
 
-def export_stl(shape: cq.Shape, path: Path) -> None:
-    """Write a shape [mm] as STL; raises OSError when it cannot be, ExportError when it reads back another volume."""
+def export_stl(shape: cq.Shape, path: Path) -> Triangles:
+    """Write a shape [mm] as STL and return what is read back.
+
+    Raises OSError when it cannot be written, ExportError when it has another volume.
+    """
     write_stl(shape, path)
-    compare_volume(path, float(read_stl(path).volume), shape.Volume(), solid_tolerance(shape))
+    found = read_stl(path)
+    compare_volume(path, found.volume, shape.Volume(), solid_tolerance(shape))
+    return found
 
 
 def solid_tolerance(shape: cq.Shape) -> float:

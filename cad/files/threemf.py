@@ -1,7 +1,5 @@
 """3MF [mm]: one named object a body, the same bytes every time; read back by lib3mf in strict mode."""
 
-import functools
-import operator
 import re
 import zipfile
 import zlib
@@ -12,8 +10,9 @@ from xml.sax.saxutils import quoteattr
 
 import lib3mf
 import numpy as np
-import trimesh
 from lib3mf import ELib3MFException, get_wrapper
+
+from cad.triangles import Triangles
 
 _TYPES = """<?xml version="1.0" encoding="UTF-8"?>
 <Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
@@ -42,12 +41,12 @@ _MILLIMETRES = {
 class Package:
     """What a 3MF file holds: all its triangles [mm], the names of its objects, and what the reader warned of."""
 
-    mesh: trimesh.Trimesh
+    mesh: Triangles
     names: tuple[str, ...]
     warnings: tuple[str, ...]
 
 
-def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path) -> None:
+def write_3mf(bodies: Mapping[str, Triangles], path: Path) -> None:
     """Write closed meshes [mm] with merged corners, each as the object of its name; raises OSError."""
     objects = "".join(_object(place, name, mesh) for place, (name, mesh) in enumerate(bodies.items(), start=1))
     items = "".join(f'  <item objectid="{place}"/>\n' for place in range(1, len(bodies) + 1))
@@ -59,7 +58,7 @@ def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path) -> None:
             package.writestr(entry, text, compresslevel=9)
 
 
-def _object(place: int, name: str, mesh: trimesh.Trimesh) -> str:
+def _object(place: int, name: str, mesh: Triangles) -> str:
     corners = "".join(f'     <vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>\n' for x, y, z in np.asarray(mesh.vertices))
     faces = "".join(f'     <triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in np.asarray(mesh.faces))
     return (
@@ -81,12 +80,10 @@ def read_3mf(path: Path) -> Package:
         raise ValueError(msg) from error
     warnings = tuple(str(reader.GetWarning(i)) for i in range(reader.GetWarningCount()))
     names = tuple(item.GetName() for item in _meshes(model))
-    pieces = [_triangles(item) for item in _meshes(model.MergeToModel())]
-    if not any(len(piece.faces) for piece in pieces):
+    mesh = _joined(_meshes(model.MergeToModel()), _MILLIMETRES[model.GetUnit()])
+    if len(mesh.faces) == 0:
         msg = f"3MF: {path.name} holds no triangles; export it again"
         raise ValueError(msg)
-    mesh = functools.reduce(operator.add, pieces)
-    mesh.vertices *= _MILLIMETRES[model.GetUnit()]
     return Package(mesh=mesh, names=names, warnings=warnings)
 
 
@@ -110,7 +107,13 @@ def _meshes(model: lib3mf.Model) -> list[lib3mf.MeshObject]:
     return objects
 
 
-def _triangles(item: lib3mf.MeshObject) -> trimesh.Trimesh:
-    corners = np.array([list(corner.Coordinates) for corner in item.GetVertices()], dtype=float)
-    faces = np.array([list(face.Indices) for face in item.GetTriangleIndices()], dtype=np.int64)
-    return trimesh.Trimesh(corners.reshape(-1, 3), faces.reshape(-1, 3), process=False)
+def _joined(items: list[lib3mf.MeshObject], scale: float) -> Triangles:
+    """Return the triangles of all objects, their corners [mm] scaled."""
+    corners = [list(corner.Coordinates) for item in items for corner in item.GetVertices()]
+    starts = np.cumsum([0, *(item.GetVertexCount() for item in items)])
+    faces = [
+        np.array([list(face.Indices) for face in item.GetTriangleIndices()], dtype=np.int64).reshape(-1, 3) + start
+        for item, start in zip(items, starts, strict=False)
+    ]
+    vertices = scale * np.array(corners, dtype=float).reshape(-1, 3)
+    return Triangles(vertices=vertices, faces=np.concatenate([np.empty((0, 3), dtype=np.int64), *faces]))

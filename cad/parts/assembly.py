@@ -5,10 +5,13 @@ round the press axis, so that low and high change sides and springs of one kind 
 at y = 0. Sensor frame, mm.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from cad.design.parameters import Design
 from cad.kernel import cq
 from cad.parts.cover import WASHER_MM, cover_of, cover_part, turned
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
@@ -25,13 +28,21 @@ WASHER_THICKNESS_MM, WASHER_HOLE_MM = 0.5, 3.2  # of M3, ISO 7089
 SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # of M3, ISO 4762
 DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # of 3 mm, ISO 8734
 _REACH = 1.0  # of a tool beyond what it cuts
-_BACK = cq.Vector(0.0, 1.0, 0.0)
+_BACK = (0.0, 1.0, 0.0)
 
 
 def finished_part(housing: Housing) -> Part:
     """Return a housing as it is made: with domes, pockets for pins, and in a plate of a square with pads and holes."""
     part = socketed(domed(housing_part(housing), housing), housing)
     return named_housing(_with_pads(part.shape, housing), housing) if housing.back_to_back else part
+
+
+def sensor_of(design: Design, housing: Housing) -> Sensor:
+    """Return the sensor of a design with this housing."""
+    part = finished_part(housing)
+    return Sensor(
+        housing=housing, part=part, fruit=design.fruit, tips=design.tips, press=design.press, name=design.name
+    )
 
 
 def _with_pads(plate: cq.Shape, housing: Housing) -> cq.Shape:
@@ -161,15 +172,17 @@ def fasteners(sensor: Sensor) -> dict[str, cq.Shape]:
         found |= {f"{name} {number}": shape for name, shape in _screw_set(x, z, half, float(length))}
     for number, (x, z) in enumerate(housing.dowels, start=1):
         start = cq.Vector(x, -0.5 * dowel, z)
-        found[f"dowel {number}"] = cq.Solid.makeCylinder(0.5 * DOWEL_MM, float(dowel), start, _BACK)
+        found[f"dowel {number}"] = cq.Solid.makeCylinder(0.5 * DOWEL_MM, float(dowel), start, cq.Vector(*_BACK))
     return found
 
 
 def _screw_set(x: float, z: float, half: float, length: float) -> Iterator[tuple[str, cq.Shape]]:
     """Yield screw, nut and washers in one hole; `half` is that of the grip."""
     head = half + WASHER_THICKNESS_MM
-    shank = cq.Solid.makeCylinder(0.5 * SCREW_MM, length, cq.Vector(x, -head, z), _BACK)
-    top = cq.Solid.makeCylinder(0.5 * HEAD_MM, HEAD_HEIGHT_MM, cq.Vector(x, -head - HEAD_HEIGHT_MM, z), _BACK)
+    shank = cq.Solid.makeCylinder(0.5 * SCREW_MM, length, cq.Vector(x, -head, z), cq.Vector(*_BACK))
+    top = cq.Solid.makeCylinder(
+        0.5 * HEAD_MM, HEAD_HEIGHT_MM, cq.Vector(x, -head - HEAD_HEIGHT_MM, z), cq.Vector(*_BACK)
+    )
     yield "screw", shank.fuse(top).Solids()[0]
     # A workplane XZ looks along -y: what it extrudes grows that way.
     behind = cq.Workplane("XZ", origin=(x, head + NUT_MM, z))

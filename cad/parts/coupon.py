@@ -3,6 +3,8 @@
 Coupon frame: that of the housing, with the middle of the clamped block at x = 0, z = 0.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

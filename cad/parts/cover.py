@@ -4,6 +4,8 @@ It is drawn as the back one, behind the face y = depth / 2 of the housing; turne
 middle line it is the front one. The rim lies on the frame alone, so nothing that moves can touch the plate.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 

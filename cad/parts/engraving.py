@@ -4,6 +4,8 @@ They are engraved in the face that lies up in print pose, y = -depth / 2, and re
 the pads of its back. Letters are made of straight strokes at 0, 45 or 90 degrees, so that no installed font has a say.
 """
 
+from __future__ import annotations
+
 import shapely
 from shapely.ops import unary_union
 

@@ -3,6 +3,8 @@
 x runs along the tips, y across, z along the press; the apex, or the middle of a block's top, is the origin. Units: mm.
 """
 
+from __future__ import annotations
+
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips, check_tips_on_fruit
 from cad.kernel import cq

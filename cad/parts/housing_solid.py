@@ -4,6 +4,8 @@ A dome on a tip is left out of what is solved, whose tips are flat: as a bar it 
 (tests/cad/parts/test_domes.py).
 """
 
+from __future__ import annotations
+
 from cad.kernel import cq
 from cad.parts.housing import Arm, Housing, fillet_corners, profile
 from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, upright_edges

@@ -1,13 +1,24 @@
 """A solid together with the names of the faces that matter."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from cad.kernel import cq
 
-FaceTest = Callable[[cq.Face], bool]
+FaceTest = Callable[["cq.Face"], bool]
 NEAR_MM = 1e-6  # well under any length of a design, well over the tolerance of the geometry kernel
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartSize:
+    """The volume [mm^3] and the surface [mm^2] of a solid, and the area [mm^2] of each named face."""
+
+    volume: float
+    surface: float
+    areas: Mapping[str, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +39,12 @@ class Part:
             raise KeyError(msg)
         every = self.shape.Faces()
         return sum(every[index].Area() for index in self.faces[name])
+
+    @property
+    def size(self) -> PartSize:
+        """Return volume, surface and areas: what a mesh of the solid is compared with."""
+        areas = {name: self.face_area(name) for name in self.faces}
+        return PartSize(volume=float(self.shape.Volume()), surface=float(self.shape.Area()), areas=areas)
 
     def write_brep(self, path: Path) -> None:
         """Write the solid as a BREP file [mm], which keeps the order of the faces; raises OSError when it cannot."""

@@ -3,6 +3,8 @@
 A printed edge is round: 0.1 mm of it moves the force ratio by a tenth. A pin has the edges that its grinder gave it.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 

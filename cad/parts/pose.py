@@ -4,14 +4,16 @@ Sensor frame: see cad/parts/sensor.py. Print pose: the plate lies flat on z = 0 
 stays, what was z points along y. A plate with pads on its back lies the other way up: y stays up, z points along -y.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
-import trimesh
 
 from cad.design.tips import Press
 from cad.kernel import cq
 from cad.parts.housing import Housing
+from cad.triangles import Triangles
 
 TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
 _QUARTER_TURN = 90.0
@@ -50,8 +52,8 @@ def print_pose(shape: cq.Shape, *, back_up: bool = False) -> cq.Shape:
     return turned.translate(cq.Vector(0.0, 0.0, -turned.BoundingBox().zmin))
 
 
-def sensor_pose(mesh: trimesh.Trimesh, depth: float, *, back_up: bool = False) -> trimesh.Trimesh:
+def sensor_pose(mesh: Triangles, depth: float, *, back_up: bool = False) -> Triangles:
     """Return triangles on the print bed [mm] as they stand in the sensor frame, for a plate of the given depth [mm]."""
     up = 1.0 if back_up else -1.0
-    to_y, to_z = [0.0, 0.0, up, -up * 0.5 * depth], [0.0, -up, 0.0, 0.0]
-    return mesh.copy().apply_transform(np.array([[1.0, 0.0, 0.0, 0.0], to_y, to_z, [0.0, 0.0, 0.0, 1.0]]))
+    x, y, z = mesh.vertices.T
+    return Triangles(vertices=np.stack([x, up * z - up * 0.5 * depth, -up * y], axis=1), faces=mesh.faces)

@@ -4,6 +4,8 @@ Sensor frame: x along the tips with their midpoint at 0, z against the press wit
 y across. The fruit waits below the tips by the gap. Units: mm, degrees.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 from cad.design.fruit import Fruit

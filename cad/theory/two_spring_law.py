@@ -8,12 +8,14 @@ K_m is the fruit's stiffness under the low tip. Off the middle of a fruit it is 
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 Definition = Literal["mid-range", "largest"]
 
+SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit
+CURVE_STEPS = 24  # of a curve of P that is solved point by point; even, so that half of E_max is one of them
 _NL_LIMIT = 0.5  # which NL tends to as K_h tends to 0
 
 
@@ -101,6 +103,30 @@ def nonlinearity(
     K_m = 0.5 * K_m_max if definition == "mid-range" else stiffness_at_largest_nonlinearity(K_h, K_m_max)
     rise = force_ratio(springs, K_m_max, stiffness_ratio) - stiffness_ratio
     return (force_ratio(springs, K_m, stiffness_ratio) - stiffness_ratio) / rise - K_m / K_m_max
+
+
+def curve_shares(steps: int) -> list[float]:
+    """Return the shares of E_max at which a curve of P is taken [1], (steps + 1,): next to none, then equal steps."""
+    return [SOFTEST, *(place / steps for place in range(1, steps + 1))]
+
+
+def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Definition) -> float:
+    """Return NL as `nonlinearity` does, of P [1] at the moduli E of a curve [MPa]; nan where a tip is off the fruit.
+
+    "largest" is the top of the parabola through the largest departure and its neighbours.
+    """
+    rise = P[-1] - P[0]
+    if not (math.isfinite(rise) and rise != 0.0):
+        return math.nan
+    departure = [(p - P[0]) / rise - e / E[-1] for p, e in zip(P, E, strict=True)]
+    if definition == "mid-range":
+        return departure[len(P) // 2]
+    if not all(map(math.isfinite, departure)):
+        return math.nan
+    top = min(max(departure.index(max(departure)), 1), len(P) - 2)
+    before, here, after = departure[top - 1 : top + 2]
+    bend = before - 2.0 * here + after
+    return here - (after - before) ** 2 / (8.0 * bend) if bend < 0.0 else here
 
 
 def size_springs(

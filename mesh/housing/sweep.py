@@ -10,10 +10,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 from skfem import MeshHex1, MeshHex2
 from skfem.quadrature import get_quadrature
-from skfem.refdom import RefHex, RefQuad
+from skfem.refdom import RefHex
 
 from cad.parts.housing import Housing
-from cad.parts.part import Part
+from cad.parts.part import PartSize
+from mesh.cell_facets import facets_area
+from mesh.cells import cell_slopes, determinant
 from mesh.gmsh_arrays import Floats, Ints, index_by_nodes
 from mesh.housing.blocks import counts
 from mesh.housing.frame import housing_blocks, post_columns
@@ -41,9 +43,10 @@ def flexure_mesh(housing: Housing, scale: float = 1.0) -> MeshHex2:
     profile = meshed_profile(housing_blocks(housing, counts(housing, scale)))
     levels = 0.5 * housing.depth * _layers(2 if scale >= 1.0 else 1 + round(1.0 / scale))
     straight = _swept(profile, levels)
-    curved = _curved(MeshHex2.from_mesh(straight), profile)
+    quadratic = MeshHex2.from_mesh(straight)
+    curved = _curved(quadratic, profile)
     curved[1] *= _depth_share(housing, curved[0], curved[2])
-    mesh = dataclasses.replace(MeshHex2.from_mesh(straight), doflocs=curved)
+    mesh = dataclasses.replace(quadratic, doflocs=curved)
     mesh = mesh.with_boundaries(_boundaries(housing, profile, straight))
     check_jacobian(mesh)
     return mesh
@@ -71,25 +74,19 @@ def stretched(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | 
     return moved
 
 
-def check_flexure_mesh(mesh: MeshHex2, part: Part) -> None:
-    """Raise MeshError when twice the volume differs by 1e-4, or the surface or a named area by 2e-3, from the part's.
+def check_flexure_mesh(mesh: MeshHex2, solid: PartSize) -> None:
+    """Raise MeshError when twice the volume differs by 1e-4, or the surface or a named area by 2e-3, from the solid's.
 
     The surface tells a mesh whose neighbours do not share their facets.
     """
     points, weights = get_quadrature(RefHex, 5)
-    volume = 2.0 * float((np.abs(mesh.mapping().detDF(points)) * weights).sum())
-    compare(("volume", "mm^3"), volume, float(part.shape.Volume()), _VOLUME_TOLERANCE, _VERY)
+    volume = 2.0 * float((np.abs(determinant(cell_slopes(mesh, points))) * weights).sum())
+    compare(("volume", "mm^3"), volume, solid.volume, _VOLUME_TOLERANCE, _VERY)
     skin = np.setdiff1d(mesh.boundary_facets(), (mesh.boundaries or {}).get("symmetry", []))
-    compare(("surface", "mm^2"), _area(mesh, skin), float(part.shape.Area()), _AREA_TOLERANCE, _VERY)
-    for name in part.faces:
-        area = _area(mesh, named_facets(mesh, name))
-        compare((f"area of face {name!r}", "mm^2"), area, part.face_area(name), _AREA_TOLERANCE, _VERY)
-
-
-def _area(mesh: MeshHex2, facets: Ints) -> float:
-    """Return twice the area of some facets."""
-    points, weights = get_quadrature(RefQuad, 5)
-    return 2.0 * float((np.abs(mesh.mapping().detDG(points, facets)) * weights).sum())
+    compare(("surface", "mm^2"), 2.0 * facets_area(mesh, skin), solid.surface, _AREA_TOLERANCE, _VERY)
+    for name, expected in solid.areas.items():
+        area = 2.0 * facets_area(mesh, named_facets(mesh, name))
+        compare((f"area of face {name!r}", "mm^2"), area, expected, _AREA_TOLERANCE, _VERY)
 
 
 def check_jacobian(mesh: MeshHex2) -> None:
@@ -97,9 +94,8 @@ def check_jacobian(mesh: MeshHex2) -> None:
 
     The measure is det J over the product of the lengths of its columns: 1 for a brick, 0 when flat.
     """
-    mapping, points = mesh.mapping(), np.hstack([RefHex.p, get_quadrature(RefHex, 3)[0]])
-    lengths = np.linalg.norm(mapping.DF(points), axis=0).prod(axis=0)
-    quality = mapping.detDF(points) / lengths
+    slopes = cell_slopes(mesh, np.hstack([RefHex.p, get_quadrature(RefHex, 3)[0]]))
+    quality = determinant(slopes) / np.linalg.norm(slopes, axis=0).prod(axis=0)
     quality = (quality * np.sign(quality[:, :1])).min(axis=1)
     worst = int(np.argmin(quality))
     if not quality[worst] >= LEAST_JACOBIAN:

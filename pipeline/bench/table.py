@@ -86,6 +86,15 @@ def work_sheet(
     return Sheet(name=name, title=title, heads=heads, rows=tuple(cells), notes=tuple(notes), records=records)
 
 
+def record_sheet(
+    name: str, title: str, records: Sequence[dict[str, str | float]], notes: Sequence[str], digits: int
+) -> Sheet:
+    """Return the table of records with the same keys, its numbers to some digits."""
+    rows = tuple(tuple(f"{v:.{digits}g}" if isinstance(v, float) else v for v in one.values()) for one in records)
+    heads = tuple(records[0])
+    return Sheet(name=name, title=title, heads=heads, rows=rows, notes=tuple(notes), records=tuple(records))
+
+
 def percent(value: float) -> str:
     """Return a relative number [1] as a percentage of two digits."""
     return f"{100.0 * value:.2g} %"

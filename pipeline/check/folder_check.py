@@ -9,12 +9,12 @@ from cad.checks.part_checks import check_file, unreadable
 from cad.checks.sensor_checks import check_sensor
 from cad.design.processes import Process
 from cad.files.step import read_step
+from cad.parts.assembly import sensor_of
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, equal, failed
 from cad.workshop.mount_checks import mount_verdicts
 from pipeline.check.agreement import report_verdicts
 from pipeline.report.stored import StoredReport, read_data, refused, report_of
-from pipeline.stages.solids import sensor_of
 from pipeline.storage.seal import is_regular
 
 Judge = Callable[[Sensor, Any, Process], tuple[Verdict, ...]]

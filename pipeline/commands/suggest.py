@@ -44,7 +44,7 @@ def execute(arguments: Namespace) -> int:
     design = load_design(arguments.design, settings)
     keep = frozenset(_known_key(key) for key in arguments.keep)
     _refuse_file(arguments.out)
-    from cad.files.sensor_files import ExportError
+    from cad.files.export_error import ExportError
     from mesh.session import MeshError
     from pipeline.suggest.suggestion import suggestion
     from solve.linear import SolveError

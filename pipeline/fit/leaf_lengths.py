@@ -12,6 +12,7 @@ from cad.quantity import fault
 from cad.theory.leaf_spring import Flexure
 from pipeline.fit.mesh_pairs import COARSE, MeshPair, mesh_pairs_for
 from pipeline.fit.solve_memo import FittedHousing, SolveMemo
+from pipeline.modeller.modeller import Modeller
 from solve.housing.stiffness import TipCompliance
 from solve.linear import SolveError
 
@@ -39,7 +40,12 @@ def solve_on(pair: MeshPair, housing: Housing, E: float, poisson: float) -> Fitt
 
 
 def fit_lengths(
-    housing: Housing, targets: Sequence[float], E: float, poisson: float, tolerance: float = TOLERANCE
+    housing: Housing,
+    targets: Sequence[float],
+    E: float,
+    poisson: float,
+    tolerance: float = TOLERANCE,
+    modeller: Modeller | None = None,
 ) -> FittedHousing:
     """Return the housing whose leaf lengths give each spring its target stiffness [N/mm from mm, E in MPa] to 0.1 %.
 
@@ -47,7 +53,8 @@ def fit_lengths(
     bars are within the relative tolerance where a mesh has it; a tolerance beyond 0.1 % holds for the targets too, up
     to 0.5 %. Raises InputError when a target leaves no leaf, SolveError when 4 fine solves do not meet the targets.
     """
-    fit = _Fit(SolveMemo(E=E, poisson=poisson), housing, tuple(targets))
+    memo = SolveMemo(E=E, poisson=poisson, modeller=modeller or Modeller())
+    fit = _Fit(memo, housing, tuple(targets))
     allowed_miss = min(max(tolerance, TOLERANCE), _LOOSEST)
     return _cheapest(mesh_pairs_for(housing, tolerance), tolerance, lambda pair: fit.on(pair, allowed_miss))
 

@@ -10,17 +10,23 @@ from cad.parts.pin_socket import pin_compliance
 from cad.quantity import fault
 from pipeline.fit.leaf_lengths import TOLERANCE, fit_lengths
 from pipeline.fit.solve_memo import FittedHousing
+from pipeline.modeller.modeller import Modeller
 from solve.housing.stiffness import HousingStiffness
 
 
 def fit_with_pins(
-    housing: Housing, targets: Sequence[float], E: float, poisson: float, tolerance: float = TOLERANCE
+    housing: Housing,
+    targets: Sequence[float],
+    E: float,
+    poisson: float,
+    tolerance: float = TOLERANCE,
+    modeller: Modeller | None = None,
 ) -> FittedHousing:
     """Return the housing whose springs have the target stiffnesses [N/mm from mm, E in MPa], pins included.
 
     Raises InputError where pins alone give more than a target allows, else as `fit_lengths`.
     """
-    fitted = fit_lengths(housing, targets_without_pins(housing, targets, E, poisson), E, poisson, tolerance)
+    fitted = fit_lengths(housing, targets_without_pins(housing, targets, E, poisson), E, poisson, tolerance, modeller)
     stiffness = add_pin_compliance(fitted.stiffness, fitted.housing, E, poisson)
     return dataclasses.replace(fitted, stiffness=stiffness)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cad.design.parameters import Design
 from cad.files.stl import coarse_triangles, read_stl
 from cad.parts.assembly import (
     COVER_COLOUR,
@@ -25,8 +26,8 @@ from cad.parts.pin_socket import pins
 from cad.parts.pose import sensor_pose
 from cad.parts.sensor import STEEL_COLOUR, Body
 from pipeline.page.picture import Label, Picture, pixel_picture
+from pipeline.page.solid_pictures import SolidPictures
 from pipeline.page.solid_view import Facets, Floats, Rendering, rendered, view_of
-from pipeline.report.stored import StoredReport
 
 _EYE = (0.55, -1.0, 0.55)
 _EYE_APART = (0.95, -1.0, 0.6)
@@ -38,26 +39,26 @@ _HOUSING = (0.47, 0.57, 0.69)  # the housing's blue, so light that dark edges sh
 _FRUIT = (0.98, 0.78, 0.42)
 
 
-def part_picture(report: StoredReport, folder: Path) -> Picture | None:
-    """Return the printed part as the STL file of the folder has it; None where there is none."""
-    part = _printed(report, folder)
-    if part is None:
-        return None
+def solid_pictures(design: Design, housing: Housing, folder: Path) -> SolidPictures:
+    """Return the pictures of the part whose STL file a folder has; raises ValueError where it holds no triangles."""
+    mesh = sensor_pose(read_stl(folder / "housing.stl"), housing.depth, back_up=housing.back_to_back)
+    part = Facets(name="printed plate", corners=np.asarray(mesh.triangles, dtype=np.float64), colour=_HOUSING)
+    return SolidPictures(part=_part_picture(housing, part), assembly=_exploded_picture(design, housing, part))
+
+
+def _part_picture(housing: Housing, part: Facets) -> Picture:
     view = view_of([part], _EYE, _WIDTH)
     size = " x ".join(f"{length:.1f}" for length in np.ptp(part.corners.reshape(-1, 3), axis=0))
-    tips = _tip_labels(report, part, view.pixels_of)
-    what = "one of two equal plates" if report.housing is not None and report.housing.back_to_back else "one piece"
+    tips = _tip_labels(housing, part, view.pixels_of)
+    what = "one of two equal plates" if housing.back_to_back else "one piece"
     title = "The printed part"
     words = (f"{what}, {size} mm", f"The housing with its two springs and their tips, {what}, {size} mm.")
     return pixel_picture(rendered([part], view).pixels, tips, "part", title, words)
 
 
-def exploded_picture(report: StoredReport, folder: Path) -> Picture | None:
-    """Return part, covers, screws, pins and fruit drawn apart; None where no part is made."""
-    part, housing = _printed(report, folder), report.housing
-    if part is None or housing is None:
-        return None
-    bodies = list(_apart(report, part, housing))
+def _exploded_picture(design: Design, housing: Housing, part: Facets) -> Picture:
+    """Return part, covers, screws, pins and fruit drawn apart."""
+    bodies = list(_apart(design, part, housing))
     view = view_of(bodies, _EYE_APART, _WIDTH, margin=0.09)
     picture = rendered(bodies, view)
     labels = _labels(bodies, picture, view.size)
@@ -66,20 +67,8 @@ def exploded_picture(report: StoredReport, folder: Path) -> Picture | None:
     return pixel_picture(picture.pixels, labels, "assembly", "How it goes together", words)
 
 
-def _printed(report: StoredReport, folder: Path) -> Facets | None:
-    """Return the printed part in the frame of the sensor."""
-    path, housing = folder / "housing.stl", report.housing
-    if housing is None or not path.is_file():
-        return None
-    mesh = sensor_pose(read_stl(path), housing.depth, back_up=housing.back_to_back)
-    return Facets(name="printed plate", corners=np.asarray(mesh.triangles, dtype=np.float64), colour=_HOUSING)
-
-
-def _tip_labels(report: StoredReport, part: Facets, seen: Callable[[Floats], Floats]) -> tuple[Label, ...]:
+def _tip_labels(housing: Housing, part: Facets, seen: Callable[[Floats], Floats]) -> tuple[Label, ...]:
     """Return labels of the tips, by the kind of their springs, below the part."""
-    housing = report.housing
-    if housing is None:
-        return ()
     lowest = seen(part.corners.reshape(-1, 3))[:, 1].max()
     labels = []
     for arm in housing.arms:
@@ -89,23 +78,23 @@ def _tip_labels(report: StoredReport, part: Facets, seen: Callable[[Floats], Flo
     return tuple(labels)
 
 
-def _apart(report: StoredReport, part: Facets, housing: Housing) -> Iterator[Facets]:
+def _apart(design: Design, part: Facets, housing: Housing) -> Iterator[Facets]:
     """Yield every body, moved apart along the screws, the fruit away from the tips."""
     plates, half = _plates(part, housing), 0.5 * housing.stack
     outer = _APART * (0.5 if len(plates) > 1 else 0.0)
     yield from plates
     if housing.mount == "covers":
-        cover = Cover(housing=housing, foot_level=cover_level(housing.protrusion, report.design.press))
+        cover = Cover(housing=housing, foot_level=cover_level(housing.protrusion, design.press))
         drawn = _facets(Body(name="cover", shape=cover_part(cover).shape, colour=COVER_COLOUR))
         # `cover_part` stands behind a single plate, of a square it stands behind the stack
         back = drawn.moved(0.0, half - 0.5 * housing.depth + outer + _APART, 0.0)
         yield from (back, _turned(back, housing))
         half, outer = half + cover.thickness, outer + _APART
     yield from _screws(housing, half, outer)
-    for pin in pins(housing, report.design.tips).values():
+    for pin in pins(housing, design.tips).values():
         shape = _facets(Body(name="pin", shape=pin, colour=STEEL_COLOUR)).moved(0.0, 0.0, -_APART)
         yield from _plates(shape, housing)
-    yield _fruit(report, 0.6 * _APART + housing.pin_out)
+    yield _fruit(design, 0.6 * _APART + housing.pin_out)
 
 
 def _plates(part: Facets, housing: Housing) -> tuple[Facets, ...]:
@@ -157,10 +146,10 @@ def _cylinder(
     return Facets(name=name, corners=corners, colour=STEEL_COLOUR)
 
 
-def _fruit(report: StoredReport, below: float) -> Facets:
+def _fruit(design: Design, below: float) -> Facets:
     """Return the fruit that is solved, its apex below the tips by a way [mm]."""
-    body = Body(name="fruit", shape=bare_fruit(report.design.fruit), colour=_FRUIT)
-    return _facets(body).moved(-report.design.tips.offset_mm, 0.0, -below)
+    body = Body(name="fruit", shape=bare_fruit(design.fruit), colour=_FRUIT)
+    return _facets(body).moved(-design.tips.offset_mm, 0.0, -below)
 
 
 def _facets(body: Body) -> Facets:

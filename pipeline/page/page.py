@@ -5,8 +5,11 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from cad.design.parameters import Design
+from cad.parts.housing import Housing
+from pipeline.modeller.answer import Answer, known
+from pipeline.modeller.modeller import Modeller
 from pipeline.page.answer import answer_of, dimension_rows, limit_of, shown, verdict_rows
-from pipeline.page.bodies import exploded_picture, part_picture
 from pipeline.page.error_plots import budget_plot, pose_plot, speed_plot
 from pipeline.page.field_plots import contact_picture, flexure_picture
 from pipeline.page.fields import Fields, fields_of_folder, fields_of_result
@@ -14,9 +17,11 @@ from pipeline.page.live_model import LiveModel, live_data, live_model
 from pipeline.page.mangoes import SeenMango, seen_mangoes, told_apart
 from pipeline.page.picture import Picture
 from pipeline.page.response_plots import modulus_plot, pressure_plot, travel_plot
+from pipeline.page.solid_pictures import SolidPictures
 from pipeline.report.outputs import Page
 from pipeline.report.stored import StoredReport
 from pipeline.result import SensorResult
+from pipeline.storage.cache import stored
 from pipeline.storage.plain import Plain
 
 _HERE = Path(__file__).parent
@@ -24,24 +29,33 @@ _TEMPLATE = "page.html.j2"
 _WITH_FIELDS = "run the design again with --fields"
 
 
-def page_of_run(result: SensorResult) -> Page:
+def begin_pictures(design: Design, housing: Housing | None, folder: Path, modeller: Modeller) -> Answer[SolidPictures]:
+    """Let the part be drawn whose STL file the modeller writes before; pictures of an earlier run are there at once."""
+    if housing is None:
+        return known(SolidPictures())
+    inputs = {"fruit": design.fruit, "tips": design.tips, "press": design.press, "housing": housing}
+    kept = stored("pictures", inputs, SolidPictures)
+    return modeller.ask("pictures", inputs, design, housing, folder) if kept is None else known(kept)
+
+
+def page_of_run(result: SensorResult, solids: SolidPictures) -> Page:
     """Return what makes the page of a run, with fields of the run that its folder does not hold."""
 
     def made(report: StoredReport, folder: Path) -> str:
-        return _page(report, folder, fields_of_result(result, report, folder))
+        return _page(report, solids, fields_of_result(result, report, folder))
 
     return made
 
 
-def page_of_folder(report: StoredReport, folder: Path) -> str:
+def page_of_folder(report: StoredReport, folder: Path, solids: SolidPictures) -> str:
     """Return the page of a finished output folder; what its files do not hold is left out, and the page says so."""
-    return _page(report, folder, fields_of_folder(report, folder))
+    return _page(report, solids, fields_of_folder(report, folder))
 
 
-def _page(report: StoredReport, folder: Path, fields: Fields) -> str:
+def _page(report: StoredReport, solids: SolidPictures, fields: Fields) -> str:
     model, mangoes = live_model(report), seen_mangoes(report)
     targets, part = verdict_rows(report)
-    pictures, no_pictures = _present(_pictures(report, folder, fields))
+    pictures, no_pictures = _present(_pictures(report, solids, fields))
     plots, no_plots = _present(_plots(report, model, mangoes))
     environment = Environment(
         loader=FileSystemLoader(_HERE),
@@ -80,10 +94,10 @@ def _present(every: Iterable[tuple[Picture | None, str]]) -> tuple[tuple[Picture
     return tuple(one for one, _ in pairs if one is not None), tuple(why for one, why in pairs if one is None)
 
 
-def _pictures(report: StoredReport, folder: Path, fields: Fields) -> Iterable[tuple[Picture | None, str]]:
-    no_part = "no part is made, or its STL file is not in the folder"
-    yield part_picture(report, folder), f"picture of the part: {no_part}"
-    yield exploded_picture(report, folder), f"picture of the assembly: {no_part}"
+def _pictures(report: StoredReport, solids: SolidPictures, fields: Fields) -> Iterable[tuple[Picture | None, str]]:
+    no_part = "no part is made"
+    yield solids.part, f"picture of the part: {no_part}"
+    yield solids.assembly, f"picture of the assembly: {no_part}"
     no_stress = "no part is made" if report.housing is None else f"the folder holds no stress: {_WITH_FIELDS}"
     yield flexure_picture(report, fields), f"picture of the flexures under load: {no_stress}"
     words = f"a tip is off the fruit, or the folder holds no pressure: {_WITH_FIELDS}"

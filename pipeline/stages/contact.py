@@ -1,34 +1,29 @@
 """The fruit's compliance under the tips by the method that fits the scene: the split in its domain, else direct FE."""
 
-import dataclasses
-
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.parts.fruit import fruit_half, fruit_quarter
 from mesh.fruit import REFINEMENTS, fruit_meshes, fruit_size
 from mesh.volume import volume_mesh
-from pipeline.options import CONTACT_SHARE, DEFAULT_TOLERANCE, RunOptions
+from pipeline.options import CONTACT_SHARE, DEFAULT_TOLERANCE, RunOptions, contact_inputs
 from pipeline.stages.level_contact import level_compliance
 from pipeline.storage.cache import cached
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.direct import direct_compliance
 
 _FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest mesh, 31 edges, misses 0.7 %
-_IRRELEVANT = {"E_max_MPa", "E_MPa", "bruise_limit_MPa", "gap_mm"}  # the compliance times E does not depend on them
 
 
 def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
     """Return the compliance of the fruit under all tips [1/mm], kept by what it depends on; raises as below."""
     method, tolerance = options.contact_method, options.contact_tolerance
-    inputs = {"fruit": _relevant(design.fruit), "tips": _relevant(design.tips), "method": method, "tol": tolerance}
     return cached(
-        "contact", inputs, lambda: contact_compliance(design.fruit, design.tips, method, tolerance), FruitCompliance
+        "contact",
+        contact_inputs(design, options),
+        lambda: contact_compliance(design.fruit, design.tips, method, tolerance),
+        FruitCompliance,
     )
-
-
-def _relevant(record: Fruit | Tips) -> dict[str, object]:
-    return {name: value for name, value in dataclasses.asdict(record).items() if name not in _IRRELEVANT}
 
 
 def contact_compliance(

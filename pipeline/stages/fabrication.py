@@ -3,22 +3,20 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.checks.assembly_checks import cover_verdicts
-from cad.checks.slicer import print_estimate, slicer_absence
+from cad.checks.slicer import slicer_absence
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
-from cad.drawing.sheet import Title
 from cad.quantity import Estimate
 from cad.verdict import Verdict
 from cad.workshop.bridges import Spring
-from cad.workshop.maker_files import write_fabrication
-from cad.workshop.mount_checks import mount_verdicts
 from mesh.housing.sweep import flexure_mesh
 from pipeline.fit.mesh_pairs import COARSE
 from pipeline.fit.mounts import attached_to
+from pipeline.modeller.answer import Answer, known
+from pipeline.modeller.kept_files import Verdicts, kept_files
+from pipeline.modeller.modeller import Modeller
 from pipeline.options import RunOptions
 from pipeline.stages.fitted_spring import FittedSpring
-from pipeline.stages.solids import Written, sensor_of, written_once
 from pipeline.stages.springs import FittedSprings
 from pipeline.storage.cache import cached
 from pipeline.verdicts.rules import margin_verdict
@@ -35,38 +33,29 @@ class SidewaysStiffness:
     coarse: tuple[float, ...]
 
 
-def make_fabrication(design: Design, springs: FittedSprings, options: RunOptions, folder: Path) -> tuple[Verdict, ...]:
-    """Write the files for fabrication, where asked for; return the verdicts on cover, bracket, sideways stiffness."""
-    if not options.fabrication:
-        return ()
-    return (*write_maker_files(design, springs, folder), *sideways_verdicts(springs))
+def begin_fabrication(
+    design: Design, springs: FittedSprings, options: RunOptions, folder: Path, modeller: Modeller
+) -> Answer[Verdicts]:
+    """Let the files for fabrication be written beside the solids, where asked for; none where no housing can be made.
 
-
-def write_maker_files(design: Design, springs: FittedSprings, folder: Path) -> tuple[Verdict, ...]:
-    """Write the files for fabrication, return the verdicts on cover and bracket; nothing where no housing can be made.
-
-    Raises OSError when a file cannot be written, ExportError when one read back has another volume.
+    The answer is the verdicts on cover and bracket. It raises OSError when a file cannot be written, ExportError when
+    one read back has another volume.
     """
-    if springs.housing is None:
-        return ()
+    housing, process = springs.housing, springs.process
+    if not options.fabrication or housing is None:
+        return known(())
+    to_read = springs_to_read(springs)
     inputs = {
         "design": design_as_mapping(design),
-        "process": springs.process,
-        "housing": springs.housing,
-        "springs": springs_to_read(springs),
+        "process": process,
+        "housing": housing,
+        "springs": to_read,
         "slicer": slicer_absence(),
     }
-    return written_once("maker files", inputs, lambda: _written(design, springs, folder), folder)
-
-
-def _written(design: Design, springs: FittedSprings, folder: Path) -> Written:
-    if springs.housing is None:
-        return (), ()
-    sensor, process = sensor_of(design, springs.housing), springs.process
-    estimate = print_estimate(folder / "housing.stl", process)
-    title = Title(name=design.name, process=process)
-    made = write_fabrication(sensor, title, springs_to_read(springs), estimate, folder)
-    return made.paths, (*cover_verdicts(sensor, made.cover, process), *mount_verdicts(sensor, made.mount, process))
+    kept = kept_files("maker files", inputs, folder)
+    if kept is not None:
+        return known(kept)
+    return modeller.ask("maker_files", inputs, design, process, housing, to_read, folder)
 
 
 def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:
@@ -88,10 +77,13 @@ def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:
     )
 
 
-def sideways_verdicts(springs: FittedSprings) -> tuple[Verdict, ...]:
-    """Return the verdicts on the stiffness across the plate over that along the press [1]; raises SolveError."""
+def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
+    """Return the verdicts on the stiffness across the plate over that along the press [1], where fabrication is asked.
+
+    Raises SolveError.
+    """
     housing, process = springs.housing, springs.process
-    if housing is None:
+    if not options.fabrication or housing is None:
         return ()
 
     def solve(scale: float) -> tuple[float, ...]:

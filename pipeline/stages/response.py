@@ -1,6 +1,5 @@
 """What the sensor reads in the scene that was asked for, solved once for everything that judges or draws it."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.quantity import Estimate, InputError
-from cad.theory.two_spring_law import Definition
+from cad.theory.two_spring_law import CURVE_STEPS, curve_shares
 from pipeline.stages.tip_curve import refuse_large_strain, tip_curve
 from solve.contact.large_response import large_response
 from solve.contact.linear_response import SensorResponse, travels
@@ -24,8 +23,6 @@ TRAVELS = 12
 _SCAN = 20  # moduli, from the least asked for to E_max, at which P must rise
 CURVE_TRAVELS = 6
 LINEAR_MODULI = 72  # of the curve; an even number, so that half of E_max is one of them
-_CURVE = {True: LINEAR_MODULI, False: 24}
-SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,25 +83,8 @@ def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequ
 
 def curve_moduli(scene: Scene) -> Floats:
     """Return the moduli of the curve of a scene [MPa]: next to none, and equal steps up to E_max."""
-    count = _CURVE[scene.linear]
-    return scene.fruit.E_max_MPa * np.array([SOFTEST, *(np.arange(1, count + 1) / count)])
-
-
-def curve_nonlinearity(P: Floats, E: Floats, definition: Definition) -> float:
-    """Return the departure of P from its straight line over E [1], (7); nan where a tip is off the fruit.
-
-    P [1] is at the moduli E of a curve. The largest departure is that of the parabola through the largest and its
-    neighbours.
-    """
-    departure = (P - P[0]) / (P[-1] - P[0]) - E / E[-1]
-    if definition == "mid-range":
-        return float(departure[len(P) // 2])
-    if not np.isfinite(departure).all():
-        return math.nan
-    top = min(max(int(departure.argmax()), 1), len(P) - 2)
-    before, here, after = departure[top - 1 : top + 2]
-    bend = before - 2.0 * here + after
-    return float(here - (after - before) ** 2 / (8.0 * bend)) if bend < 0.0 else float(here)
+    shares = curve_shares(LINEAR_MODULI if scene.linear else CURVE_STEPS)
+    return scene.fruit.E_max_MPa * np.array(shares)
 
 
 def press_scan(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> SensorResponse:

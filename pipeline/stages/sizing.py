@@ -7,9 +7,9 @@ from typing import Literal
 
 from cad.design.parameters import Design
 from cad.quantity import fault
-from cad.theory.two_spring_law import Springs, hayes_stiffness, size_springs, spring_give
+from cad.theory.two_spring_law import Springs, curve_nonlinearity, hayes_stiffness, size_springs, spring_give
 from pipeline.options import RunOptions
-from pipeline.stages.response import curve_moduli, curve_nonlinearity, pressed_at, scene_of
+from pipeline.stages.response import curve_moduli, pressed_at, scene_of
 from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
 
@@ -98,7 +98,8 @@ def _at_large_strain(
     for _ in range(MOST_ROUNDS):
         C = spring_compliance(*design.tips.each(*sized.stiffnesses))
         P = pressed_at(scene, contact, C, moduli, 1).P[:, -1]
-        times, off = float(P[-1]) / targets.P_max, curve_nonlinearity(P, moduli, targets.NL_definition) - targets.NL
+        NL_found = curve_nonlinearity(P.tolist(), moduli.tolist(), targets.NL_definition)
+        times, off = float(P[-1]) / targets.P_max, NL_found - targets.NL
         if max(abs(times - 1.0), abs(off)) <= SETTLED:
             return sized
         P_max, NL = P_max / times, NL - off

@@ -19,6 +19,7 @@ from mesh.session import MeshError
 from pipeline.fit.mounts import mount_changes
 from pipeline.fit.pins import fit_with_pins
 from pipeline.fit.solve_memo import FittedHousing
+from pipeline.modeller.modeller import Modeller
 from pipeline.options import RunOptions
 from pipeline.stages.fitted_spring import FittedSpring, springs_as_sized
 from pipeline.stages.response import ScenePress, press_scene
@@ -84,11 +85,14 @@ class FittedSprings:
         return tip_compliance(self, self.tips)
 
 
-def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> FittedSprings:
+def fit_springs(
+    design: Design, sizing: SpringSizing, options: RunOptions, modeller: Modeller | None = None
+) -> FittedSprings:
     """Return the springs of a design, fitted by FE to the relative tolerance unless the beam law rules one out.
 
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
     two springs stand for all tips of their kinds: those of a square are in two equal plates, a line has no housing.
+    The modeller makes the solid that the mesh of the fit is compared with.
     """
     process, targets = design.process, sizing.springs.stiffnesses
     deflections = sizing.deflections(design.full_travels_mm)
@@ -96,7 +100,8 @@ def fit_springs(design: Design, sizing: SpringSizing, options: RunOptions) -> Fi
     if design.tips.layout != "line" and all(spring.printable.passed is not False for spring in springs):
         lengths = tuple(spring.printable.length_mm for spring in springs)
         try:
-            fitted = _fitted(housing_for(design, process, lengths, deflections), targets, process, options.tolerance)
+            guess = housing_for(design, process, lengths, deflections)
+            fitted = _fitted(guess, targets, process, options.tolerance, modeller or Modeller())
         except (InputError, MeshError, SolveError) as error:
             springs = tuple(_undecided(spring, str(error)) for spring in springs)
         else:
@@ -173,11 +178,18 @@ def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:
     return cached("mounts", inputs, lambda: mount_changes(housing, E, poisson), dict[str, tuple[float, ...]])
 
 
-def _fitted(guess: Housing, targets: tuple[float, ...], process: Process, tolerance: float) -> FittedHousing:
+def _fitted(
+    guess: Housing, targets: tuple[float, ...], process: Process, tolerance: float, modeller: Modeller
+) -> FittedHousing:
     """Return the housing fitted to the targets [N/mm], kept by what it depends on."""
     E, poisson = process.E_MPa, process.poisson
     inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson, "tolerance": tolerance}
-    return cached("flexures", inputs, lambda: fit_with_pins(guess, targets, E, poisson, tolerance), FittedHousing)
+
+    def fit() -> FittedHousing:
+        modeller.start()  # it gets ready while lengths are looked for on the coarse mesh
+        return fit_with_pins(guess, targets, E, poisson, tolerance, modeller)
+
+    return cached("flexures", inputs, fit, FittedHousing)
 
 
 def _undecided(spring: FittedSpring, reason: str) -> FittedSpring:

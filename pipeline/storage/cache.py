@@ -84,6 +84,11 @@ def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
     return None if body is None else from_plain(kind, json.loads(body))
 
 
+def is_kept(stage: str, inputs: object) -> bool:
+    """Say whether a result of a stage is stored for these inputs."""
+    return _read(_entry(stage, inputs)) is not None
+
+
 def store(stage: str, inputs: object, result: object) -> None:
     """Store the result of a stage for these inputs; a cache that cannot be written is no error."""
     _write(_entry(stage, inputs), _body(result))

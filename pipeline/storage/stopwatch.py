@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ParamSpec, TypeVar
 
+from pipeline.modeller.answer import Answer
 from pipeline.progress.announcement import announce
 
 WORK = {
@@ -47,19 +48,36 @@ class Stopwatch:
 
     def __call__(self, stage: str, work: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
         """Return what a piece of work returns, its seconds counted to a stage."""
-        announce(f"{stage}: {WORK[stage]}" if stage in WORK else stage)
+        _tell(stage)
         wall, cpu = time.perf_counter(), time.process_time()
         try:
             return work(*arguments, **keywords)
         finally:
-            self._wall[stage] = self._wall.get(stage, 0.0) + time.perf_counter() - wall
-            self._cpu[stage] = self._cpu.get(stage, 0.0) + time.process_time() - cpu
+            self._add(stage, time.perf_counter() - wall, time.process_time() - cpu)
 
-    def seconds(self) -> Seconds:
-        """Return the seconds of every stage so far, to the millisecond, and of the whole since the start."""
+    def answered(self, stage: str, answer: Answer[T]) -> T:
+        """Return what a task gives that others did beside this process, its seconds there counted to a stage."""
+        _tell(stage)
+        done = answer.done()
+        self._add(stage, done.wall, done.cpu)
+        return done.value
+
+    def _add(self, stage: str, wall: float, cpu: float) -> None:
+        self._wall[stage] = self._wall.get(stage, 0.0) + wall
+        self._cpu[stage] = self._cpu.get(stage, 0.0) + cpu
+
+    def seconds(self, beside: float = 0.0) -> Seconds:
+        """Return the seconds of every stage so far, to the millisecond, and of the whole since the start.
+
+        The processor seconds [s] of another process beside this one are in the whole.
+        """
         wall = {**self._wall, "total": time.perf_counter() - self._started[0]}
-        cpu = {**self._cpu, "total": time.process_time() - self._started[1]}
+        cpu = {**self._cpu, "total": time.process_time() - self._started[1] + beside}
         return Seconds(wall=_rounded(wall), cpu=_rounded(cpu))
+
+
+def _tell(stage: str) -> None:
+    announce(f"{stage}: {WORK[stage]}" if stage in WORK else stage)
 
 
 def _rounded(seconds: dict[str, float]) -> dict[str, float]:

@@ -9,6 +9,7 @@ from typing import Literal
 
 from cad.design.parameters import Design
 from cad.quantity import InputError
+from pipeline.failures import FAILURES
 from pipeline.storage.plain import Plain
 from pipeline.study.levels.contact_surrogate import ContactSurrogate
 from pipeline.study.levels.direct_solve import solved_report
@@ -25,12 +26,6 @@ Status = Literal["done", "refused", "failed"]
 
 _SPREAD = 2654435761  # Knuth's multiplier: numbers that follow each other fall far apart
 _HASHES = 2**32
-FAILURES = (
-    RuntimeError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, OSError, MemoryError,
-    AssertionError, ImportError, EOFError,
-)  # fmt: skip
-# Every class that a solve can raise, of libraries too: a point that meets a rare fault must not stop a million others.
-# MeshError and SolveError are RuntimeErrors; ExportError, SplitDomainError and LinAlgError are ValueErrors.
 LOST = "the worker that solved this point was lost again and again; free memory, the same command tries it again"
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 

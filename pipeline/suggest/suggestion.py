@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from cad.design.parameters import Design
-from cad.files.sensor_files import ExportError
+from cad.files.export_error import ExportError
 from cad.quantity import InputError
 from cad.verdict import Verdict
 from mesh.session import MeshError

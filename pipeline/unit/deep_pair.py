@@ -7,12 +7,14 @@ large strain; it pushes the skin under the other tip down by s12 F / E. Both tra
 
 Over the samples of a press the modulus is the one at which the lead scatters least beside what noise explains: W. E.
 Deming, Statistical Adjustment of Data, 1943.
+
+Roots and least places are searched for here: SciPy's searches take longer to import than a reading takes in all.
 """
 
 import bisect
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from cad.theory.contrast_law import Matrix, ReadingError
@@ -24,6 +26,7 @@ Sample = tuple[int, float, float]
 BEYOND = 1.25  # of the deepest depth, up to which the factor counts as at it: a spring may be that far off its design
 _WIDEST = math.log(1e4)  # of the modulus above the least one that the curve reaches
 _SCAN, _SHRINKS, _HALVINGS = 24, 60, 60
+_NUDGE = 1e-4  # of a factor: a whole bar at one depth alone would leave a kink
 _AT_THE_END = 1e-6  # of a logarithm
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _STEPS, _SETTLED = 50, 1e-13
@@ -34,7 +37,8 @@ TOO_DEEP = "the tips stand deeper than large strain was solved for: must be a pr
 class DeepPair:
     """A pair of springs C [mm/N] over a fruit S, times E [1/mm], each with a row for the low and the high tip.
 
-    `side` of the tips [mm]; `factors` [1] is the force over the linear one at rising `depths` [tip sides].
+    `side` of the tips [mm]; `factors` [1] is the force over the linear one at rising `depths` [tip sides], `errors` [1]
+    their relative error bars.
     """
 
     C: Matrix
@@ -42,6 +46,22 @@ class DeepPair:
     side: float
     depths: tuple[float, ...]
     factors: tuple[float, ...]
+    errors: tuple[float, ...]
+
+    def nudged(self) -> Iterator[tuple["DeepPair", float]]:
+        """Yield this pair with a slightly larger factor at one depth, and how often that goes into its error bar [1].
+
+        A curve may bend within its bars: what all of them move a number by, each as often as it goes into its bar and
+        added without signs, bounds what any curve within the bars does.
+        """
+        for place, error in enumerate(self.errors):
+            factors = list(self.factors)
+            factors[place] *= 1.0 + _NUDGE
+            yield replace(self, factors=tuple(factors)), error / _NUDGE
+
+    def off_alike(self) -> "DeepPair":
+        """Return this pair with the factors of all depths as far off as their error bars."""
+        return replace(self, factors=tuple(g * (1.0 + e) for g, e in zip(self.factors, self.errors, strict=True)))
 
     @cached_property
     def _linear(self) -> tuple[float, ...]:

@@ -29,7 +29,7 @@ def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample]
         E, by_law, others = _with_others(sensor, law, lambda each: each.line(samples, sensor.noises).modulus)
     except ReadingError as error:
         return _without_modulus(error)
-    by_curve = _by_curve(sensor, law, samples, E)
+    by_curve = curve_share(law, samples, E)
     u = _half_width(sensor, law, samples, E, (line.error, by_curve, by_law))
     reading = judged_reading(sensor, E, u, _turned(sensor, line), deepest)
     ratio = _by_ratio(sensor, law, deepest)
@@ -70,7 +70,7 @@ def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[f
         return FruitReading(flags=("out_of_range",))
     samples = [(1, forces[0], forces[1])]
     scatter = math.hypot(_noise(sensor, law, forces, E), _by_lead(sensor, law, forces, E))
-    u = _half_width(sensor, law, samples, E, (scatter, _by_curve(sensor, law, samples, E), by_law))
+    u = _half_width(sensor, law, samples, E, (scatter, curve_share(law, samples, E), by_law))
     return _told(law, replace(judged_reading(sensor, E, u, _LEVEL, forces), others=others), forces)
 
 
@@ -116,17 +116,12 @@ def other_laws(sensor: MeasuringUnit, law: DeepPair) -> list[tuple[str, DeepPair
     return found
 
 
-def _by_curve(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample], E: float) -> float:
+def curve_share(law: DeepPair, samples: Sequence[Sample], E: float) -> float:
     """Return the most that any curve within the error bars moves E [1]: the shares of all depths of the table added.
 
     A line tells slopes: a curve that bends within its bars moves E farther than one that is off alike everywhere.
     """
-    shares = []
-    for place, row in enumerate(sensor.report.read_out.large_strain):
-        factors = list(law.factors)
-        factors[place] *= 1.0 + 0.01 * row.error_percent
-        shares.append(abs(law.moved(samples, E, replace(law, factors=tuple(factors)), _EXACT)))
-    return math.fsum(shares)
+    return math.fsum(times * abs(law.moved(samples, E, other, _EXACT)) for other, times in law.nudged())
 
 
 def _by_poisson(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample], E: float) -> float:

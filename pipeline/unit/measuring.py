@@ -78,6 +78,7 @@ class MeasuringUnit:
             side=self.design.tips.side_mm,
             depths=tuple(row.depth_sides for row in rows),
             factors=tuple(row.factor for row in rows),
+            errors=tuple(0.01 * row.error_percent for row in rows),
         )
 
     @cached_property

@@ -7,7 +7,8 @@ import numpy as np
 
 from cad.design.parameters import Targets
 from cad.quantity import Estimate
-from pipeline.stages.response import ScenePress, curve_nonlinearity, spring_shares
+from cad.theory.two_spring_law import curve_nonlinearity
+from pipeline.stages.response import ScenePress, spring_shares
 from pipeline.verdicts.characteristic import Characteristic
 from solve.arrays import Floats
 from solve.contact.linear_response import SensorResponse
@@ -54,8 +55,9 @@ def _largest_ratio(curve: SensorResponse, of_springs: float) -> Estimate | None:
 
 def _bend(curve: SensorResponse, targets: Targets, error: float) -> Estimate | None:
     """Return NL at full travel, with the larger step from coarser cells of the last two travels and an error [1]."""
-    definition = targets.NL_definition
-    coarse = curve.P * (1.0 - curve.P_step)
-    fine, rough = ([curve_nonlinearity(P[:, j], curve.E, definition) for j in (-2, -1)] for P in (curve.P, coarse))
+    E, coarse = curve.E.tolist(), curve.P * (1.0 - curve.P_step)
+    fine, rough = (
+        [curve_nonlinearity(P[:, j].tolist(), E, targets.NL_definition) for j in (-2, -1)] for P in (curve.P, coarse)
+    )
     step = max(abs(a - b) for a, b in zip(fine, rough, strict=True))
     return Estimate(fine[-1], SAFETY * step + error) if math.isfinite(step) else None

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
+from scipy.linalg import lu_factor, lu_solve
 from scipy.special import gamma, lpmv
 
-from solve.arrays import Floats
+from solve.arrays import Floats, Ints
 
 CELLS = (16, 32)
 GRADING = 4.0
@@ -142,12 +143,21 @@ def _rectangle_moments(cells: int, aspect: float, n: int) -> tuple[Floats, Float
 
     A is the influence of uniform pressures on the cells.
     """
-    x = graded_edges(cells)
-    A = influence(x, aspect * x).transpose(0, 2, 1, 3).reshape(cells**2, cells**2)
-    along = _legendre_integrals(x, n)
+    along = _legendre_integrals(graded_edges(cells), n)
     loads = np.einsum("ai,bj->ijab", along, aspect * along).reshape(cells**2, n * n)
-    pressure = np.linalg.solve(A, loads)
+    pressure = lu_solve(_influence_factor(cells, aspect), loads)
     return loads.T @ pressure, (pressure[:, 0] * loads[:, 0]).reshape(cells, cells)
+
+
+@functools.lru_cache(maxsize=2)
+def _influence_factor(cells: int, aspect: float) -> tuple[Floats, Ints]:
+    """Return the LU factors of the influence of uniform pressures on the cells, kept for both grids of a rectangle.
+
+    Cells at an edge are so small that round-off leaves the influence of a fine grid not positive definite.
+    """
+    x = graded_edges(cells)
+    factors, pivots = lu_factor(influence(x, aspect * x).transpose(0, 2, 1, 3).reshape(cells**2, cells**2))
+    return factors, pivots
 
 
 def influence(x: Floats, y: Floats) -> Floats:

@@ -11,10 +11,12 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis
 
+from mesh.cell_facets import ReferenceFacet
+from mesh.cells import cell_places
 from solve.arrays import Floats
 from solve.elasticity import scattered
 from solve.linear import SolveError
-from solve.surface import ReferenceFacet, SurfacePatch, patch_inside, reference_facets
+from solve.surface import SurfacePatch, patch_inside, surface_facets
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in y [mm]
 
@@ -79,7 +81,7 @@ def _patches(basis: CellBasis, foil: BondedFoil, rectangle: Rectangle) -> list[S
     """Return the parts of the half y >= 0 of a rectangle; raises SolveError where the mesh does not carry all of it."""
     (x0, x1), (y0, y1) = (sorted(ends) for ends in rectangle)
     window = np.array([[x0, x1], [max(y0, 0.0), y1]])
-    facets = reference_facets(basis, foil.name)
+    facets = surface_facets(basis, foil.name)
     patches = [patch for facet in facets for patch in _clipped(basis, facet, foil.z, window)]
     area, wanted = sum(float(patch.weights.sum()) for patch in patches), float(np.prod(window[:, 1] - window[:, 0]))
     if not abs(area - wanted) <= 1e-6 * wanted:
@@ -94,7 +96,7 @@ def _patches(basis: CellBasis, foil: BondedFoil, rectangle: Rectangle) -> list[S
 def _clipped(basis: CellBasis, facet: ReferenceFacet, z: float, window: Floats) -> Iterator[SurfacePatch]:
     """Yield the parts of some facets inside a window (x and y, ends) on the level z [mm]."""
     ends = np.array([facet.corner, facet.corner + facet.along, facet.corner + facet.across]).T
-    at = np.asarray(basis.mapping.F(ends, tind=facet.elements))  # (3, facets, ends)
+    at = cell_places(basis.mesh, ends, facet.elements)  # (3, facets, ends)
     level = np.abs(at[2] - z).max(axis=1) < _NEAR
     corner, along, across = at[:2, level].transpose(2, 0, 1)
     first, length = _gauss_shares(corner, along - corner, window)

@@ -10,9 +10,10 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis
 
+from mesh.cells import cell_places, shape_table
 from solve.arrays import Floats, Ints
 from solve.elasticity import lame_parameters, scattered
-from solve.surface import facet_points, nodal_dofs, reference_facets
+from solve.surface import nodal_dofs, surface_facets
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in z [mm]
 Disc = tuple[float, float, float]  # centre x, z and radius [mm]
@@ -82,9 +83,9 @@ def _pressed(basis: CellBasis, layer: ElasticLayer) -> Iterator[tuple[Ints, Floa
 
     Many points need no gradients: the shape functions are those of the unit cube, the same on every facet.
     """
-    for facet in reference_facets(basis, layer.name):
-        inside, area = facet_points(basis, facet, _POINTS)
-        x, _, z = np.asarray(basis.mapping.F(inside, tind=facet.elements))
-        dofs = nodal_dofs(basis, facet.elements)
-        shapes = np.stack([basis.elem.elem.lbasis(inside, node)[0] for node in range(len(dofs))])
-        yield dofs, area * _WEIGHTS * layer.covers(x, z), shapes
+    for facet in surface_facets(basis, layer.name):
+        inside = facet.inside(_POINTS)
+        area = np.linalg.norm(facet.normals(basis.mesh, _POINTS), axis=0)
+        x, _, z = cell_places(basis.mesh, inside, facet.elements)
+        shapes = shape_table(basis.elem.elem, inside).values
+        yield nodal_dofs(basis, facet.elements), area * _WEIGHTS * layer.covers(x, z), shapes

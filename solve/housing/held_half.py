@@ -8,6 +8,7 @@ from scipy.sparse import csc_matrix
 from skfem import CellBasis, ElementHexS2, Mesh
 
 from solve.arrays import Floats, Ints
+from solve.displacement_basis import scalar_shapes
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.bonded_foil import BondedFoil, membrane_matrix
 from solve.housing.elastic_layer import ElasticLayer, layer_matrix
@@ -117,10 +118,8 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, turn: bool = False) -> 
 
 def weight_load(basis: CellBasis, axis: int) -> Floats:
     """Return the nodal forces [N] of a body force of 1 N/mm^3 along an axis, shape (dofs,)."""
-    scalar = basis.with_element(basis.elem.elem)
-    nodes = np.stack([(np.asarray(field[0]) * scalar.dx).sum(axis=-1) for field in scalar.basis])
     load = np.zeros(basis.N)
-    np.add.at(load, np.asarray(basis.element_dofs)[axis::3], nodes)
+    np.add.at(load, np.asarray(basis.element_dofs)[axis::3], scalar_shapes(basis) @ basis.dx.T)
     return load
 
 

@@ -12,6 +12,7 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 from skfem import CellBasis, Mesh
 
 from solve.arrays import Floats
+from solve.displacement_basis import scalar_shapes
 from solve.elasticity import scattered
 from solve.housing.held_half import ACROSS, PRESS, Attached, HeldHalf, held_half, with_symmetry
 from solve.housing.stiffness import SPRINGS, PerTip, stiffness_of, tip_face
@@ -23,6 +24,8 @@ COUNT = 3
 RESIDUAL_LIMIT = DIGITS
 # Of what the finer meshes' stiffness moves a mode along the press, and of every mode: tests/solve/housing/test_modes.py
 ERROR_SHARE, FLOOR = 0.75, 0.003
+_KRYLOV_VECTORS = 3 * COUNT + 1
+_TOLERANCE = 1e-8  # of an eigenvalue as the iteration bounds it: well within what the residual is asked to be
 _TONNES = 1e-9  # per mm^3, of 1 g/cm^3: with N and mm the unit of mass
 _ALONG, _OUT, _PRESS = "along the tips", "out of the plane of the plate", "along the press"
 _WAYS = (_ALONG, _OUT, _PRESS)
@@ -82,9 +85,8 @@ def modes_of(half: HeldHalf, solid: Solid, stiffness: PerTip, springs: Sequence[
 
 def mass_matrix(basis: CellBasis, density: float) -> csc_matrix:
     """Return the consistent mass matrix of a displacement basis [t from t/mm^3, mm], shape (dofs, dofs)."""
-    scalar = basis.with_element(basis.elem.elem)
-    shapes = np.stack([np.broadcast_to(np.asarray(field[0]), scalar.dx.shape) for field in scalar.basis])
-    blocks = density * np.einsum("aep,bep,ep->eab", shapes, shapes, scalar.dx, optimize=True)
+    shapes = scalar_shapes(basis)
+    blocks = density * np.einsum("ap,bp,ep->eab", shapes, shapes, basis.dx, optimize=True)
     dofs = np.asarray(basis.element_dofs)
     total = csc_matrix((basis.N, basis.N))
     for axis in range(3):
@@ -99,7 +101,9 @@ def _lowest(half: HeldHalf, mass: csc_matrix, springs: Sequence[str]) -> Iterato
     inverse = LinearOperator(block.shape, matvec=factor.back_substitute, dtype=np.float64)
     start = np.cos(np.arange(block.shape[0], dtype=np.float64))
     try:
-        values, vectors = eigsh(factor.block, COUNT, block, sigma=0.0, OPinv=inverse, v0=start)
+        values, vectors = eigsh(
+            factor.block, COUNT, block, sigma=0.0, OPinv=inverse, v0=start, ncv=_KRYLOV_VECTORS, tol=_TOLERANCE
+        )
     except ArpackNoConvergence as error:
         msg = f"modes: {error}; check the mesh and what holds the housing"
         raise SolveError(msg) from error

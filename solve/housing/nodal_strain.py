@@ -10,8 +10,10 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from skfem import CellBasis
 
+from mesh.cell_facets import ReferenceFacet
 from solve.arrays import Floats, Ints
-from solve.surface import ReferenceFacet, patch_inside, reference_facets
+from solve.displacement_basis import scalar_gradients
+from solve.surface import nodal_dofs, patch_inside, surface_facets
 
 _ENDS = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])
 _FACET_POINTS = np.array([np.repeat(_ENDS, 2), np.tile(_ENDS, 2)])
@@ -55,7 +57,8 @@ def _summed(shares: Iterable[Share], count: int) -> tuple[Floats, Floats]:
 
 
 def _from_cells(basis: CellBasis, u: Floats) -> Share:
-    gradient = np.asarray(basis.interpolate(u).grad)  # (3, 3, cells, points)
+    cells = np.arange(basis.mesh.nelements)
+    gradient = np.einsum("nic,njcq->ijcq", u[nodal_dofs(basis, cells)], scalar_gradients(basis))
     strain = 0.5 * (gradient + gradient.swapaxes(0, 1))
     matrix = _continuation(basis.elem.elem.doflocs.T, basis.quadrature[0])
     return _nodes(basis), np.einsum("nq,ijcq->ncij", matrix, strain), _weights(basis)
@@ -63,7 +66,7 @@ def _from_cells(basis: CellBasis, u: Floats) -> Share:
 
 def _from_facets(basis: CellBasis, u: Floats, poisson: float, name: str) -> Iterator[Share]:
     places, nodes, weights = basis.elem.elem.doflocs, _nodes(basis), _weights(basis)
-    for facet in reference_facets(basis, name):
+    for facet in surface_facets(basis, name):
         strain = _at_facet_points(basis, u, poisson, facet)
         away = places - facet.corner
         on = np.flatnonzero(np.abs(away @ np.cross(facet.along, facet.across)) < _NEAR)
@@ -73,12 +76,10 @@ def _from_facets(basis: CellBasis, u: Floats, poisson: float, name: str) -> Iter
 
 def _at_facet_points(basis: CellBasis, u: Floats, poisson: float, facet: ReferenceFacet) -> Floats:
     """Return the strain at the 2^2 points of each facet, shape (3, 3, cells, points)."""
-    axes = np.stack([facet.along, facet.across], axis=1)
-    inside = facet.corner[:, None] + axes @ _FACET_POINTS
-    patch = patch_inside(basis, facet.elements, inside, np.ones((len(facet.elements), inside.shape[1])))
+    weights = np.ones((len(facet.elements), _FACET_POINTS.shape[1]))
+    patch = patch_inside(basis, facet.elements, facet.inside(_FACET_POINTS), weights)
     gradient = np.einsum("nic,njcq->ijcq", u[patch.dofs], patch.gradients)
-    along, across = np.einsum("ijcq,jk->kicq", basis.mapping.DF(inside, tind=facet.elements), axes)
-    return _without_load(gradient, np.cross(along, across, axis=0), poisson)
+    return _without_load(gradient, facet.normals(basis.mesh, _FACET_POINTS), poisson)
 
 
 def _without_load(gradient: Floats, normal: Floats, poisson: float) -> Floats:

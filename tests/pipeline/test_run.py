@@ -41,12 +41,6 @@ def numbers_of(report) -> dict:
     return kept
 
 
-@pytest.fixture(scope="module")
-def hayes(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("runs") / "hayes"
-    return main(["run", "--nl", "0.05", "--fruit-stiffness", "hayes", "--out", str(folder)]), folder
-
-
 def test_default_run_passes_every_verdict(default_run):
     report = report_of(default_run.folder)
     assert {v["name"]: v["reference"] for v in report["verdicts"] if v["passed"] is not True} == {}
@@ -64,6 +58,7 @@ def test_default_run_keeps_the_contract(default_run):
         assert {len(row[key]) for key in ("x_mm", "F_l_N", "F_h_N", "P", "slope_ratio")} == {len(row["x_mm"])}
 
 
+@pytest.mark.usefixtures("without_page")
 def test_printed_report_is_the_one_in_the_folder(default_run, tmp_path, capsys):
     assert main(["run", "--json", "--out", str(tmp_path / "again")]) == 0
     printed = json.loads(capsys.readouterr().out)
@@ -103,6 +98,7 @@ def test_table_of_errors_in_the_docs_is_that_of_the_default_run(default_run, nam
     assert row in ACCURACY.read_text(encoding="utf-8")
 
 
+@pytest.mark.usefixtures("without_page")
 def test_loose_tolerance_takes_coarser_meshes_and_says_which_would_decide(default_run, tmp_path):
     fine = report_of(default_run.folder)
     assert main(["run", "--tol", "0.02", "--out", str(tmp_path / "rough")]) == 1
@@ -151,6 +147,7 @@ def test_housing_is_one_solid_that_ends_in_two_tips(default_run):
     assert [face.Area() for face in tips] == pytest.approx([1.0, 1.0], rel=1e-9)
 
 
+@pytest.mark.usefixtures("without_page")
 def test_design_file_repeats_the_run_without_its_cache(default_run, tmp_path, monkeypatch):
     """The numbers and the bytes of every file are the same; only the seconds differ."""
     first = default_run.folder
@@ -160,9 +157,10 @@ def test_design_file_repeats_the_run_without_its_cache(default_run, tmp_path, mo
     assert numbers_of(report_of(again)) == numbers_of(report_of(first))
 
 
-def test_hayes_designs_the_paper_sensor_and_fails_it(hayes):
-    code, folder = hayes
-    report = report_of(folder)
+@pytest.mark.usefixtures("without_page")
+def test_hayes_designs_the_paper_sensor_and_fails_it(tmp_path):
+    code = main(["run", "--nl", "0.05", "--fruit-stiffness", "hayes", "--out", str(tmp_path / "hayes")])
+    report = report_of(tmp_path / "hayes")
     found = verdicts_of(report)
     assert code == 1
     assert report["springs"]["K_l_N_per_m"] == pytest.approx(752.5, abs=0.05)
@@ -172,7 +170,7 @@ def test_hayes_designs_the_paper_sensor_and_fails_it(hayes):
     assert (found["P_max"]["passed"], found["K_l"]["passed"], found["K_h"]["passed"]) == (False, True, True)
 
 
-@pytest.mark.usefixtures("default_run")
+@pytest.mark.usefixtures("default_run", "without_page", "without_remedies")
 def test_planted_tilt_of_one_degree_fails_displacement_independence(tmp_path):
     """The flexures are the default run's, so only the response is new."""
     code = main(["run", "--nl", "0.05", "--set", "press.tilt_deg=1", "--out", str(tmp_path / "tilted")])
@@ -185,6 +183,7 @@ def test_planted_tilt_of_one_degree_fails_displacement_independence(tmp_path):
     assert found["P_displacement_independent"]["value"] > 0.1
 
 
+@pytest.mark.usefixtures("without_page", "without_remedies")
 def test_bruise_limit_makes_a_verdict_at_the_largest_modulus(default_run, tmp_path):
     """2.24 N on 1 mm^2 of the high tip at 3.5 MPa, whichever moduli are shown: over the 0.29 MPa of apple flesh."""
     settings = ["--set", "fruit.bruise_limit_MPa=0.29", "--set", "fruit.E_MPa=[0.5]"]
@@ -195,6 +194,7 @@ def test_bruise_limit_makes_a_verdict_at_the_largest_modulus(default_run, tmp_pa
     assert found["bruise"]["value"] == pytest.approx(2.24, abs=0.01)
 
 
+@pytest.mark.usefixtures("without_page", "without_remedies")
 def test_tip_that_the_housing_does_not_carry_fails_and_is_not_the_papers(tmp_path):
     code = main(["run", "--nl", "0.05", "--set", "tips.fillet_mm=0.1", "--out", str(tmp_path / "fillet")])
     report = report_of(tmp_path / "fillet")
@@ -202,6 +202,7 @@ def test_tip_that_the_housing_does_not_carry_fails_and_is_not_the_papers(tmp_pat
     assert report["paper"] is None
 
 
+@pytest.mark.usefixtures("without_page", "without_remedies")
 def test_spring_that_cannot_be_printed_is_a_verdict_and_leaves_the_rest(tmp_path, capsys):
     folder = tmp_path / "short"
     assert main(["run", "--set", "print.max_length_mm=20", "--out", str(folder)]) == 1

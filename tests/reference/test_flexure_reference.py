@@ -33,11 +33,13 @@ def part(tmp_path_factory) -> Part:
 
 
 @pytest.fixture(scope="module")
-def meshes(part):
-    return [tetrahedra(part, fine_boxes(SMALL, size), size) for size in SIZES]
+def mesh(part):
+    return tetrahedra(part, fine_boxes(SMALL, SIZES[1]), SIZES[1])
 
 
-def test_stiffness_of_the_step_file_lies_inside_bar_and_spread(meshes):
+@pytest.mark.slow
+def test_stiffness_of_the_step_file_lies_inside_bar_and_spread(part, mesh):
+    meshes = [tetrahedra(part, fine_boxes(SMALL, SIZES[0]), SIZES[0]), mesh]
     fine, coarse = (tip_compliance(flexure_mesh(SMALL, scale), *PETG) for scale in (1.0, 2.0))
     found = housing_stiffness(fine, coarse)
     reference = reference_stiffness(meshes, SIZES, *PETG)
@@ -49,19 +51,18 @@ def test_stiffness_of_the_step_file_lies_inside_bar_and_spread(meshes):
         assert reference.K_meshes[0][i] > reference.K_meshes[1][i] > reference.K[i]
 
 
-def test_named_facets_have_half_the_areas_of_the_faces(part, meshes):
-    points = meshes[1].doflocs[:, : meshes[1].t.max() + 1]
+def test_named_facets_have_half_the_areas_of_the_faces(part, mesh):
+    points = mesh.doflocs[:, : mesh.t.max() + 1]
     for name in ("low_tip", "high_tip"):
-        a, b, c = points[:, meshes[1].facets[:, meshes[1].boundaries[name]]].transpose(1, 0, 2)
+        a, b, c = points[:, mesh.facets[:, mesh.boundaries[name]]].transpose(1, 0, 2)
         area = 0.5 * np.linalg.norm(np.cross(b - a, c - a, axis=0), axis=0).sum()
         assert area == pytest.approx(0.5 * part.face_area(name), rel=1e-9)
-    for name, facets in meshes[1].boundaries.items():
+    for name, facets in mesh.boundaries.items():
         assert len(facets), name
-        assert np.isin(facets, meshes[1].boundary_facets()).all()
+        assert np.isin(facets, mesh.boundary_facets()).all()
 
 
-def test_nodes_of_holes_lie_on_their_circle(meshes):
-    mesh = meshes[1]
+def test_nodes_of_holes_lie_on_their_circle(mesh):
     nodes = np.unique(mesh.facets[:, mesh.boundaries["mounting_holes"]])
     x, _, z = mesh.doflocs[:, nodes]
     away = np.min([np.hypot(x - hole[0], z - hole[1]) for hole in SMALL.holes], axis=0)

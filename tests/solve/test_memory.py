@@ -69,6 +69,7 @@ def test_default_design_is_far_from_the_bound():
     assert factor_bytes(int(vector_basis(mesh, mesh.elem(), 2).N)) < 0.5 * MOST_BYTES
 
 
+@pytest.mark.slow
 def test_huge_fruit_is_refused_once_it_is_meshed(monkeypatch):
     """A plate of 1 m, its tips wider than it is high: 400 thousand unknowns."""
     monkeypatch.setattr("solve.fruit.direct.mesh_compliance", lambda *_: pytest.fail("it was solved"))

@@ -153,7 +153,7 @@ def test_observed_orders_and_errors(study, case):
     ("case", "planted"),
     [
         ("hexes", {"element": ElementHexS2, "order": 5, "poisson": 0.305}),
-        ("tets", {"element": ElementTetP2, "order": 2, "poisson": 0.305}),
+        pytest.param("tets", {"element": ElementTetP2, "order": 2, "poisson": 0.305}, marks=pytest.mark.slow),
         ("hexes", {"element": ElementHex1, "order": 5}),
         ("tets", {"element": ElementTetP1, "order": 2}),
     ],

@@ -123,12 +123,13 @@ def _print_springs(found: "Calibration") -> None:
 
 
 def _print_table(found: "Calibration") -> None:
-    print("E [MPa]  P       E +- by springs (95 %)  E read with the design's stiffnesses")
+    print(f"E +- (95 %) is what is left open {found.open_by}")
+    print("E [MPa]  P       E +- (95 %)  E read with the design's stiffnesses")
     for row in found.table:
-        print(f"{row.E:7.3f}  {row.P:6.3f}  {100.0 * row.u:20.2g} %  {100.0 * row.with_design:+.1f} %")
+        print(f"{row.E:7.3f}  {row.P:6.3f}  {100.0 * row.u:9.2g} %  {100.0 * row.with_design:+.1f} %")
     worst = max((row.with_design for row in found.table), key=abs)
     print(f"E read with the design's stiffnesses is off by {100.0 * worst:+.1f} % at worst; with these by", end=" ")
-    print(f"{100.0 * max(row.u for row in found.table):.2g} % at most (95 %)")
+    print(f"{100.0 * max(row.u for row in found.table):.2g} % at most (95 %), {found.open_by}")
 
 
 def _print_modulus(found: "PrintedModulus", arguments: Namespace) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from cad.design.parameters import Design
 from pipeline import judged, run
+from pipeline.modeller.modeller import Modeller
 from pipeline.options import RunOptions
 from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, sizing_mapping
 from pipeline.report.mapping import report_mapping, response_mapping, spring_mapping
@@ -35,5 +36,7 @@ def whole_report(design: Design, tolerance: float, out: Path | None) -> Plain:
 
     Raises InputError, MeshError or SolveError.
     """
-    result = run(design, RunOptions(out=out, tolerance=tolerance))
+    result = run(
+        design, RunOptions(out=out, tolerance=tolerance), modeller=Modeller()
+    )  # a study has a process for each core
     return {**report_mapping(result), "passed": result.passed}

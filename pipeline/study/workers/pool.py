@@ -14,7 +14,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
 from cad.quantity import fault
-from pipeline.study.tasks import FAILURES
+from pipeline.failures import FAILURES, sendable
 
 Found = TypeVar("Found")
 
@@ -123,20 +123,11 @@ def _serve(pipe: Connection) -> None:
             try:
                 answer = True, function(*positional, **named)
             except FAILURES as error:
-                answer = False, _sendable(error)
+                answer = False, sendable(error)
             try:
                 pipe.send(answer)
             except (pickle.PickleError, TypeError, AttributeError) as error:  # raised before a byte is written
                 pipe.send((False, RuntimeError(repr(error))))
-
-
-def _sendable(error: Exception) -> Exception:
-    """Return an error, or its words as a RuntimeError where it cannot be rebuilt at the other end of a pipe."""
-    try:
-        pickle.loads(pickle.dumps(error))
-    except (pickle.PickleError, *FAILURES):
-        return RuntimeError(repr(error))
-    return error
 
 
 def _end_with_parent() -> None:

@@ -10,7 +10,8 @@ from cad.verdict import Verdict
 from pipeline.report.stored import StoredReport
 from pipeline.unit.calibrating.measured_table import MeasuredRow, measured_rows
 from pipeline.unit.calibrating.rubbers import springs_on_rubbers
-from pipeline.unit.calibrating.trimming import Trim, UnitRow, trims, unit_table, unit_verdicts
+from pipeline.unit.calibrating.trimming import Trim, UnitRow, open_in_words, trims, unit_table
+from pipeline.unit.calibrating.unit_verdicts import unit_verdicts
 from pipeline.unit.calibrating.weighing import weighed_springs
 from pipeline.unit.measuring import LAW_OF_FLESH, MeasuringUnit
 from pipeline.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
@@ -20,7 +21,8 @@ from pipeline.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
 class Calibration:
     """A unit with what it shows, whether it meets the targets of its design, and how to trim it where it does not.
 
-    `nominal` are the stiffnesses of the design [N/mm], `assumed` what was taken for granted.
+    `nominal` are the stiffnesses of the design [N/mm], `assumed` what was taken for granted, `open_by` says what the
+    errors of the table count.
     """
 
     unit: PrintedUnit
@@ -29,6 +31,7 @@ class Calibration:
     verdicts: tuple[Verdict, ...]
     trims: tuple[Trim, ...]
     assumed: tuple[str, ...]
+    open_by: str
 
 
 def is_coupon(rows: Sequence[MeasuredRow]) -> bool:
@@ -52,6 +55,7 @@ def calibrated(report: StoredReport, path: Path) -> Calibration:
         verdicts=unit_verdicts(sensor, table),
         trims=trims(sensor, nominal),
         assumed=assumed,
+        open_by=open_in_words(sensor),
     )
 
 

@@ -1,37 +1,32 @@
-"""What a unit does with its own springs: its table, whether it meets the targets of its design, how to trim it."""
+"""What a unit does with its own springs: its table, and how to trim it."""
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.design.parameters import Design, Targets
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
 from cad.theory.leaf_spring import Flexure, pair_length
 from cad.theory.pair_line import ratio_modulus
-from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
-from cad.verdict import Verdict, equal
+from pipeline.unit.deep_reading import curve_share
 from pipeline.unit.measuring import MeasuringUnit
 
 Floats = NDArray[np.float64]
 
 MODULI = 7
-P_TOLERANCE, NL_TOLERANCE = 0.01, 0.001  # those of the verdicts of a run
-DEEP_MODULI = 72  # at which the largest nonlinearity is looked for at large strain
-SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit
 _STEPS, _SETTLED = 60, 1e-13
-_STEP = 1e-4
+STEP = 1e-4  # of a stiffness, for slopes over it
 
 
 @dataclass(frozen=True, kw_only=True)
 class UnitRow:
     """What a level unit shows of a fruit of modulus E [MPa] at full travel.
 
-    `forces` [N], P = F_high / F_low [1], the half width that holds 95 % of E by the springs alone [1], and the share by
-    which E is read wrong with the stiffnesses of the design [1].
+    `forces` [N], P = F_high / F_low [1], the half width that holds 95 % of E by what `open_in_words` names [1], and the
+    share by which E is read wrong with the stiffnesses of the design [1].
     """
 
     E: float
@@ -52,6 +47,11 @@ class Trim:
     K: float
     target: float
     longer: float
+
+
+def open_in_words(sensor: MeasuringUnit) -> str:
+    """Return what the error of a calibrated unit counts: its springs, and at large strain the curve of a tip."""
+    return "by the springs alone" if sensor.deep is None else "by springs and curve of a tip"
 
 
 def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
@@ -101,8 +101,8 @@ def read_level(sensor: MeasuringUnit, forces: Sequence[float]) -> float:
 def _row(sensor: MeasuringUnit, nominal: MeasuringUnit, E: float) -> UnitRow:
     forces = level_forces(sensor, E)
     soft, stiff = (math.fsum(forces[tip] for tip in kind) / len(kind) for kind in sensor.design.tips.kinds)
-    shares = zip(_spring_slopes(sensor, forces, E), sensor.unit.K_percent, strict=True)
-    u = COVERAGE * math.hypot(*(slope * 0.01 * percent for slope, percent in shares))
+    of_curve = 0.0 if sensor.deep is None else curve_share(sensor.deep, [(1, forces[0], forces[1])], E)
+    u = math.hypot(open_by_springs(sensor, _spring_slopes(sensor, forces, E)), open_by_curve(of_curve))
     try:
         with_design = read_level(nominal, forces) / E - 1.0
     except ReadingError:
@@ -110,103 +110,26 @@ def _row(sensor: MeasuringUnit, nominal: MeasuringUnit, E: float) -> UnitRow:
     return UnitRow(E=E, forces=tuple(forces), P=stiff / soft, u=u, with_design=with_design)
 
 
+def open_by_springs(sensor: MeasuringUnit, slopes: Sequence[float]) -> float:
+    """Return the half width that holds 95 % of a value by its springs, of its slopes over the share of each spring."""
+    shares = zip(slopes, sensor.unit.K_percent, strict=True)
+    return COVERAGE * math.hypot(*(slope * 0.01 * percent for slope, percent in shares))
+
+
+def open_by_curve(bound: float) -> float:
+    """Return the half width that holds 95 % of a value that the curve of a tip moves by at most a bound [same unit].
+
+    What lies anywhere within a bound has the bound over the root of three as standard deviation (JCGM 100:2008, 4.3.7).
+    """
+    return COVERAGE * bound / math.sqrt(3.0)
+
+
 def _spring_slopes(sensor: MeasuringUnit, forces: Sequence[float], E: float) -> list[float]:
     """Return the share by which E moves per share of each spring [1]."""
     if sensor.law is not None:
         return list(contrast_slopes(sensor.law, forces, E).springs)
-    changed = [sensor.with_stiffness(tip, 1.0 + _STEP) for tip in range(len(forces))]
-    return [(read_level(other, forces) / E - 1.0) / _STEP for other in changed]
-
-
-def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> tuple[Verdict, ...]:
-    """Return whether a unit meets the targets of its design: P_max and NL, or what its springs leave of a reading."""
-    design = sensor.design
-    if design.reading is not None or design.targets is None:
-        limit = 0.1 if design.reading is None else design.reading.uncertainty_limit
-        worst = max(rows, key=lambda row: row.u)
-        sd = worst.u / COVERAGE
-        reference = f"by the springs alone, at {worst.E:.3g} MPa"
-        return (
-            Verdict(
-                name="unit.uncertainty",
-                value=sd,
-                unit="1",
-                limit=limit,
-                tolerance=0.0,
-                passed=sd <= limit,
-                reference=reference,
-            ),
-        )
-    return _targets_met(sensor, design)
-
-
-def _targets_met(sensor: MeasuringUnit, design: Design) -> tuple[Verdict, ...]:
-    """Return the verdicts on P_max and NL of a pair, by the law that sized its springs."""
-    targets, E_max = design.nominal_targets, design.fruit.E_max_MPa
-
-    def P(unit: MeasuringUnit) -> float:
-        return _level_ratio(unit, E_max)
-
-    def NL(unit: MeasuringUnit) -> float:
-        if unit.deep is not None:
-            return _deep_nonlinearity(unit, targets)
-        own_less_other = unit.report.read_out.own_less_other_per_mm or math.inf
-        return nonlinearity(_springs(unit), E_max / own_less_other, targets.NL_definition)
-
-    law = "two-spring law" if sensor.deep is None else "curve of a tip at large strain"
-    reference = f"{law} with the stiffnesses of the unit"
-    allowed = P_TOLERANCE * targets.P_max
-    found = equal("P_max", P(sensor), targets.P_max, allowed, unit="1", reference=reference)
-    on_P = _with_error(found, allowed, _error_by_springs(sensor, P))
-    found = equal("NL", NL(sensor), targets.NL, NL_TOLERANCE, unit="1", reference=reference)
-    on_NL = _with_error(found, NL_TOLERANCE, _error_by_springs(sensor, NL))
-    return replace(on_P, tolerance=P_TOLERANCE, relative=True), on_NL
-
-
-def _level_ratio(sensor: MeasuringUnit, E: float) -> float:
-    """Return P of a level pair at full travel on a fruit of modulus E [MPa]."""
-    if sensor.deep is None:
-        return force_ratio(_springs(sensor), E / (sensor.report.read_out.own_less_other_per_mm or math.inf))
-    soft, stiff = sensor.deep.forces(E, sensor.design.press.travel_mm)
-    return stiff / soft
-
-
-def _deep_nonlinearity(sensor: MeasuringUnit, targets: Targets) -> float:
-    """Return the departure of P from its straight line over E / E_max [1] at full travel and large strain, (7)."""
-    shares = [0.5] if targets.NL_definition == "mid-range" else [place / DEEP_MODULI for place in range(1, DEEP_MODULI)]
-    E_max = sensor.design.fruit.E_max_MPa
-    first, last = _level_ratio(sensor, SOFTEST * E_max), _level_ratio(sensor, E_max)
-    return max((_level_ratio(sensor, share * E_max) - first) / (last - first) - share for share in shares)
-
-
-def _springs(sensor: MeasuringUnit) -> Springs:
-    stiffnesses = zip(fields(Springs), sensor.unit.stiffnesses, strict=True)
-    return Springs(**{item.name: K for item, K in stiffnesses})
-
-
-def _error_by_springs(sensor: MeasuringUnit, value: Callable[[MeasuringUnit], float]) -> float:
-    """Return the half width that holds 95 % of a value of the unit, by what calibration left of each spring."""
-    at = value(sensor)
-    moved = [value(sensor.with_stiffness(tip, 1.0 + _STEP)) - at for tip in range(len(sensor.unit.tips))]
-    shares = zip(moved, sensor.unit.K_percent, strict=True)
-    return COVERAGE * math.hypot(*(step / _STEP * 0.01 * percent for step, percent in shares))
-
-
-def _with_error(verdict: Verdict, allowed: float, error: float) -> Verdict:
-    """Return a verdict with its error bar [unit of the value], undecided where that is wider than what is allowed.
-
-    One that is off by more than both together fails all the same. The error of a spring falls with the root of the
-    number of its readings.
-    """
-    if error <= allowed or verdict.value is None or not isinstance(verdict.limit, float):
-        return replace(verdict, error=error)
-    if abs(verdict.value - verdict.limit) > allowed + error:
-        return replace(verdict, error=error, passed=False)
-    times = (error / allowed) ** 2
-    remedy = f"know the springs {error / allowed:.2g} times better: about {times:.2g} times as many readings"
-    reason = f"{verdict.reference}, whose error is wider than the tolerance"
-    remedy += ", or heavier weights and a finer dial"
-    return replace(verdict, error=error, passed=None, reference=reason, remedy=remedy)
+    changed = [sensor.with_stiffness(tip, 1.0 + STEP) for tip in range(len(forces))]
+    return [(read_level(other, forces) / E - 1.0) / STEP for other in changed]
 
 
 def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> tuple[Trim, ...]:

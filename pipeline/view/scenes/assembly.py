@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from cad.parts.assembly import assembly_bodies
+from cad.parts.assembly import assembly_bodies, sensor_of
 from cad.parts.sensor import Body
 from pipeline.report.stored import StoredReport
-from pipeline.stages.solids import sensor_of
 from pipeline.view.scenes.stage import ACCENT, EDGE, add_labels, add_rule, add_title, light_body, look_at, sharp_edges
 
 Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes

@@ -6,12 +6,14 @@ import trimesh
 from cad.checks.overhang import widest_ledge
 from cad.checks.part_checks import check_file, check_mesh
 from cad.checks.self_intersection import crossing_pairs
-from cad.checks.triangle_checks import closed_verdicts
+from cad.checks.triangle_checks import closed_verdicts, library_mesh
 from cad.checks.wall_thickness import least_gap, least_wall
 from cad.design.processes import PROCESSES
-from cad.files.stl import triangles, write_stl
+from cad.files import stl
+from cad.files.stl import write_stl
 from cad.files.threemf import write_3mf
 from cad.quantity import InputError
+from cad.triangles import Triangles
 
 PETG = PROCESSES["fdm-petg"]
 SINGLE = 1e-5  # [mm] single precision of an STL at 20 mm
@@ -35,6 +37,14 @@ def judged(mesh, tmp_path):
     path = tmp_path / "part.stl"
     mesh.export(path)
     return {finding.name: finding for finding in check_file(path)}
+
+
+def triangles(shape):
+    return library_mesh(stl.triangles(shape))
+
+
+def triangles_of(mesh):
+    return Triangles(vertices=np.asarray(mesh.vertices), faces=np.asarray(mesh.faces))
 
 
 def failures(findings):
@@ -63,7 +73,7 @@ def test_open_mesh_fails_and_names_its_edge(tmp_path):
 def test_turned_triangle_fails():
     mesh = box()
     mesh.faces[0] = mesh.faces[0][::-1]
-    watertight, manifold = closed_verdicts(mesh)
+    watertight, manifold = closed_verdicts(triangles_of(mesh))
     assert (watertight.passed, manifold.passed) == (False, True)
 
 
@@ -188,9 +198,10 @@ def test_3mf_is_judged_like_its_triangles(tmp_path):
 
 
 def test_another_process_has_other_limits():
-    findings = {finding.name: finding for finding in check_mesh(plate_with_wall(0.6), PROCESSES["sla-resin"], POSE)}
+    plate = triangles_of(plate_with_wall(0.6))
+    findings = {finding.name: finding for finding in check_mesh(plate, PROCESSES["sla-resin"], POSE)}
     assert failures(findings) == set()
-    findings = {finding.name: finding for finding in check_mesh(plate_with_wall(0.6), PETG, POSE)}
+    findings = {finding.name: finding for finding in check_mesh(plate, PETG, POSE)}
     assert failures(findings) == {"min_wall"}
 
 

@@ -3,11 +3,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
 import cad.files.sensor_files
+from cad.checks.triangle_checks import library_mesh
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.files.sensor_files import ExportError, export_step, write_sensor
+from cad.files.export_error import ExportError
+from cad.files.sensor_files import export_step, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
@@ -65,7 +68,7 @@ def test_print_files_of_a_named_sensor_carry_its_marks_and_step_does_not(sensor,
 
 def test_3mf_with_another_volume_is_refused(sensor, tmp_path, monkeypatch):
     def shrink(bodies, path):
-        write_3mf({name: mesh.copy().apply_scale(0.999) for name, mesh in bodies.items()}, path)
+        write_3mf({name: replace(mesh, vertices=0.999 * mesh.vertices) for name, mesh in bodies.items()}, path)
 
     monkeypatch.setattr(cad.files.sensor_files, "write_3mf", shrink)
     with pytest.raises(ExportError, match=r"housing.3mf: volume read back"):
@@ -83,19 +86,19 @@ def test_same_bytes_again_after_the_solid_was_meshed_finer(sensor, tmp_path):
 
 def test_print_pose_lies_flat_with_the_profile_seen_from_above(sensor, tmp_path):
     write_stl(print_pose(sensor.part.shape), tmp_path / "housing.stl")
-    mesh, housing = read_stl(tmp_path / "housing.stl"), sensor.housing
+    mesh, housing = library_mesh(read_stl(tmp_path / "housing.stl")), sensor.housing
     low, high = mesh.bounds
     assert low == pytest.approx((housing.left, 0.0, 0.0), abs=1e-5)
     assert high == pytest.approx((housing.right, housing.top_level, housing.depth), abs=1e-5)
     assert mesh.is_watertight
-    back = sensor_pose(mesh, housing.depth)
+    back = library_mesh(sensor_pose(read_stl(tmp_path / "housing.stl"), housing.depth))
     assert back.bounds[0] == pytest.approx((housing.left, -0.5 * housing.depth, 0.0), abs=1e-5)
     assert float(back.volume) == pytest.approx(float(mesh.volume), rel=1e-9)  # turned, not mirrored
 
 
 def test_triangles_follow_the_fillets(sensor, tmp_path):
     write_stl(sensor.part.shape, tmp_path / "housing.stl")
-    mesh, housing = read_stl(tmp_path / "housing.stl"), sensor.housing
+    mesh, housing = library_mesh(read_stl(tmp_path / "housing.stl")), sensor.housing
     centre = np.array([housing.left + 4.0, housing.top_level - housing.hole_inset])
     radius = np.linalg.norm(mesh.triangles_center[:, [0, 2]] - centre, axis=1)
     wall = (np.abs(mesh.face_normals[:, 1]) < 0.5) & (radius < 2.0)
@@ -125,3 +128,14 @@ def test_file_that_is_no_stl_is_refused(tmp_path, content):
     (tmp_path / "a.stl").write_bytes(content)
     with pytest.raises(ValueError, match=r"a.stl holds no triangles; export it again"):
         read_stl(tmp_path / "a.stl")
+
+
+def test_stl_is_read_as_the_library_reads_it(sensor, tmp_path):
+    """Binary and text; equal corners are one, in the order in which they first occur."""
+    write_stl(sensor.part.shape, tmp_path / "binary.stl")
+    expected = trimesh.load_mesh(tmp_path / "binary.stl")
+    expected.export(tmp_path / "text.stl", file_type="stl_ascii")
+    for found in (read_stl(tmp_path / "binary.stl"), read_stl(tmp_path / "text.stl")):
+        assert np.array_equal(found.faces, expected.faces)
+        assert found.vertices == pytest.approx(expected.vertices, abs=1e-6)
+        assert found.volume == pytest.approx(float(expected.volume), rel=1e-6)

@@ -123,3 +123,8 @@ def test_another_content_stays_another_text():
 def test_text_cut_short_is_refused():
     with pytest.raises(ValueError, match="no DATA section"):
         canonical("ISO-10303-21;\nHEADER;")
+
+
+def test_entities_in_a_circle_are_refused():
+    with pytest.raises(ValueError, match=r"STEP: entity #\d refers to itself"):
+        canonical(PART21.format(data="#1 = A(#2);\n#2 = B(#3);\n#3 = C(#2);"))

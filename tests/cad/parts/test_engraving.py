@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from squares import square_housing, square_sensor
 
-from cad.checks.triangle_checks import printability_verdicts
+from cad.checks.triangle_checks import library_mesh, printability_verdicts
 from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
 from cad.parts.engraving import _STROKES, ENGRAVED_MM, PEN_MM, letters_that_fit, marked, outlines, strokes
@@ -85,7 +85,8 @@ def test_low_mark_reads_beside_the_low_spring(sensor):
 @pytest.mark.parametrize("name", [NAME_LETTERS[:13], NAME_LETTERS[13:26], NAME_LETTERS[26:]])
 def test_marked_housing_can_be_printed(sensor, name):
     part = marked(sensor.part, sensor.housing, name)
-    findings = printability_verdicts(triangles(print_pose(part.shape)), PROCESSES["sls-pa12"], ("as it stands",))
+    mesh = library_mesh(triangles(print_pose(part.shape)))
+    findings = printability_verdicts(mesh, PROCESSES["sls-pa12"], ("as it stands",))
     wall, gap, overhang = findings
     assert (wall.passed, overhang.passed) == (True, True)
     assert gap.value == pytest.approx(0.3, abs=1e-4)  # the stop of this housing, not a letter

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 
 from cad.theory.two_spring_law import (
     Springs,
+    curve_nonlinearity,
+    curve_shares,
     force_ratio,
     fruit_stiffness,
     hayes_stiffness,
@@ -185,3 +187,19 @@ def test_largest_nonlinearity_off_the_middle_is_the_largest():
     rise = force_ratio(springs, 4.6, q) - q
     everywhere = [(force_ratio(springs, 4.6 * i / 400, q) - q) / rise - i / 400 for i in range(1, 400)]
     assert largest == pytest.approx(max(everywhere), rel=1e-4)
+
+
+@pytest.mark.parametrize("definition", ["mid-range", "largest"])
+@pytest.mark.parametrize("steps", [24, 72])
+def test_nonlinearity_of_a_curve_is_that_of_the_law(definition, steps):
+    """The parabola through three points misses the top by its third difference, under the cube of a step."""
+    K_m = [PAPER_K_M * share for share in curve_shares(steps)]
+    P = [force_ratio(PAPER, stiffness) for stiffness in K_m]
+    exact = nonlinearity(PAPER, PAPER_K_M, definition)
+    near = 1e-8 if definition == "mid-range" else steps**-3.0 * exact  # the softest fruit is not quite none
+    assert curve_nonlinearity(P, K_m, definition) == pytest.approx(exact, abs=near)
+
+
+@pytest.mark.parametrize("P", [[1.0, math.nan, 3.0], [math.nan, 2.0, 3.0], [2.0, 2.0, 2.0]])
+def test_curve_with_a_tip_off_the_fruit_or_no_rise_has_no_nonlinearity(P):
+    assert math.isnan(curve_nonlinearity(P, [0.0, 1.0, 2.0], "largest"))

@@ -13,6 +13,7 @@ from stand_ins import result_of
 
 import pipeline
 from pipeline.cli import main
+from pipeline.modeller.modeller import ModellerProcess
 from pipeline.report.outputs import write_outputs
 from pipeline.storage import cache
 from pipeline.storage.cache import cache_folder
@@ -32,7 +33,7 @@ def runs(tmp_path, monkeypatch):
     """Return the list of designs that were run, in an empty current folder with a cache of its own."""
     designs = []
 
-    def run(design, options):
+    def run(design, options, **_):
         designs.append(design)
         verdicts = tuple(replace(verdict, passed=design.targets.NL < MOST_NL) for verdict in RESULT.verdicts)
         result = replace(RESULT, design=design, options=options, verdicts=verdicts)
@@ -42,6 +43,7 @@ def runs(tmp_path, monkeypatch):
         return result
 
     monkeypatch.setattr(pipeline, "run", run)
+    monkeypatch.setattr(ModellerProcess, "start", lambda _: None)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
@@ -172,8 +174,8 @@ def overtaken(runs, monkeypatch):
     """Let another run take the folder as soon as a run has left it, before its answer is kept."""
     own = pipeline.run
 
-    def run(design, options):
-        result = own(design, options)
+    def run(design, options, **given):
+        result = own(design, options, **given)
         other = Path("taken")
         if other.exists():
             shutil.rmtree("out")
@@ -209,8 +211,8 @@ def test_report_of_another_run_is_not_printed_as_ones_own(overtaken, capsys):
 def test_folder_that_is_gone_or_spoilt_after_the_run_is_no_error(left, runs, monkeypatch):
     own = pipeline.run
 
-    def run(design, options):
-        result = own(design, options)
+    def run(design, options, **given):
+        result = own(design, options, **given)
         shutil.rmtree("out")
         if left is not None:
             Path("out").mkdir()

@@ -19,9 +19,12 @@ from mesh.fruit import fruit_mesh
 from mesh.housing.sweep import flexure_mesh
 from pipeline.bench import bench as bench_module
 from pipeline.bench import calculix as peer
-from pipeline.bench import command, contact, flexure, harness, unilateral
+from pipeline.bench import contact, flexure, harness, unilateral
 from pipeline.bench.bench import bench
 from pipeline.bench.calculix import calculix
+from pipeline.bench.command import runs, stages
+from pipeline.bench.command.bare_work import BareWork, recorded_systems
+from pipeline.bench.command.stages import ColdRun, stage_sheet
 from pipeline.bench.harness import measurements_of
 from pipeline.bench.plot import error_over_cost
 from pipeline.bench.resources import ResourceUsage, resource_usage
@@ -165,25 +168,29 @@ def test_command_is_compared_with_its_imports(monkeypatch):
 
     def stand_in(program, folder=None, environment=None):
         calls.append((program, folder, environment))
-        if program[-1] == command.IMPORTS:
+        if program[-1] == runs.IMPORTS:
             return ResourceUsage(exit_code=0, wall=2.0, cpu=1.0, peak_MiB=100.0, out="", err="")
         if "design" in program[-1]:
             return ResourceUsage(exit_code=2, wall=7.0, cpu=4.0, peak_MiB=100.0, out="", err="pipeline: no\n")
         if folder is not None:
             (folder / "out").mkdir(exist_ok=True)
-            report = {"cpu_seconds": {"contact": 0.5, "springs": 2.25, "verdicts": 0.001}}
+            report = {"cpu_seconds": {"contact": 0.5, "springs": 2.25, "verdicts": 0.001, "total": 3.0}}
             (folder / "out" / "report.json").write_text(json.dumps(report))
         return ResourceUsage(exit_code=1, wall=7.0, cpu=4.0, peak_MiB=100.0, out="", err="")
 
-    monkeypatch.setattr(command, "resource_usage", stand_in)
-    sheet = command.command_sheet(repeats=1)
+    monkeypatch.setattr(runs, "resource_usage", stand_in)
+    monkeypatch.setattr(
+        runs, "bare_works", lambda pictures, _: [BareWork(stage="springs", cpu=0.5, what=f"{pictures}")]
+    )
+    sheet, by_stage = runs.command_sheets(repeats=1)
     rows = {row[0]: row[1:] for row in sheet.rows}
     assert rows == {
         "bare imports": ("2", "1", "1", "-", "1", "-", "100", ""),
         "our imports": ("7", "4", "3.5", "-", "4", "-", "100", ""),
-        "cold": ("7", "4", "3.5", "1.8", "4", "2.4", "100", "springs 2.25, contact 0.50"),
+        "those of the modeller": ("7", "4", "3.5", "-", "4", "-", "100", ""),
+        "cold": ("7", "4", "3.5", "1.8", "4", "2.4", "100", "total 3.00, springs 2.25, contact 0.50"),
         "unchanged": ("7", "4", "3.5", "0.3", "4", "0.3", "100", ""),
-        "another --nl": ("7", "4", "3.5", "1.8", "4", "1.8", "100", "springs 2.25, contact 0.50"),
+        "another --nl": ("7", "4", "3.5", "1.8", "4", "1.8", "100", "total 3.00, springs 2.25, contact 0.50"),
         "design, cold": ("7", "4", "3.5", "-", "4", "-", "100", "exit code 2: pipeline: no"),
     }
     assert sheet.notes[-1] == (
@@ -191,14 +198,45 @@ def test_command_is_compared_with_its_imports(monkeypatch):
         "for 0.3; unchanged: CPU / imports 4 for 0.3; another --nl: wall / imports 3.5 for 1.8; another --nl: "
         "CPU / imports 4 for 1.8"
     )
+    assert by_stage.rows[0] == ("springs", "2.2", "0.5", "4.5", "0")
     caches = [call[2].get("XDG_CACHE_HOME") for call in calls if call[1] is not None]
     assert caches[0] == caches[1] == caches[2] != caches[3]
 
 
+def test_stages_stand_beside_their_bare_work():
+    """Imports 3, stages 2 + 1 of 3.5 s, all 10: 0.5 s lie between the stages and 3.5 s after them."""
+    run = ColdRun(imports=3.0, stages={"springs": 2.0, "errors": 1.0, "total": 3.5}, whole=10.0)
+    bare = [BareWork(stage=stage, cpu=0.5, what="bare") for stage in ("page", "springs", "imports")]
+    assert sum(run.parts().values()) == run.whole
+    assert stage_sheet(run, bare).rows == (
+        ("page", "3.5", "0.5", "7", "bare"),
+        ("imports", "3", "0.5", "6", "bare"),
+        ("springs", "2", "0.5", "4", "bare"),
+        ("others: errors, between the stages", "1.5", "-", "-", "-"),
+        ("all", "10", "1.5", "6.7", "all of these one after the other"),
+    )
+
+
+def test_systems_are_recorded_where_they_are_factorised(contact_scene):
+    mesh, _ = contact_scene
+    with recorded_systems() as systems:
+        solved = mesh_compliance(mesh, FRUIT.poisson)
+    mesh_compliance(mesh, FRUIT.poisson)
+    both_symmetries = [solved.dofs, solved.dofs]  # tips alike, tips against each other
+    assert [factor.matrix.shape[0] for factor in systems] == both_symmetries
+
+
+def test_bare_work_that_ends_badly_is_refused(monkeypatch):
+    ended = ResourceUsage(exit_code=1, wall=1.0, cpu=1.0, peak_MiB=9.0, out="", err="No module named OCP")
+    monkeypatch.setattr(stages, "resource_usage", lambda *_, **__: ended)
+    with pytest.raises(InputError, match=r"bare_work = 'exit code 1': must be 0; it says: No module named OCP"):
+        stages.bare_works(9, "here")
+
+
 def test_met_goals_are_said_to_be():
     record = {"run": "cold", "wall / imports": 1.7, "goal": 1.8, "CPU / imports": 2.0, "CPU goal": 2.4, "peak MiB": 9.0}
-    assert command.goals_note([record]) == "missed goals: none"
-    assert command.goals_note([{**record, "peak MiB": 3e3}]) == "missed goals: cold: peak MiB 3e+03 for 2048"
+    assert runs.goals_note([record]) == "missed goals: none"
+    assert runs.goals_note([{**record, "peak MiB": 3e3}]) == "missed goals: cold: peak MiB 3e+03 for 2048"
 
 
 def test_comparison_with_the_products_element_is_the_product(housing_mesh):

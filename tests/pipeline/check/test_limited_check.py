@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from cad.checks.triangle_checks import library_mesh
 from cad.files.step import write_step
 from cad.files.stl import triangles
 from cad.files.threemf import write_3mf
@@ -89,7 +90,7 @@ def parts(tmp_path_factory) -> Path:
     solid = print_pose(housing_part(default_housing()).shape)
     write_step((Body(name="housing", shape=solid, colour=(0.5, 0.5, 0.5)),), folder / "part.step", "part")
     mesh = triangles(solid)
-    mesh.export(folder / "part.stl")
+    library_mesh(mesh).export(folder / "part.stl")
     write_3mf({"part": mesh}, folder / "part.3mf")
     return folder
 

@@ -11,18 +11,19 @@ from pathlib import Path
 import pytest
 from stand_ins import result_of
 
+from cad.checks.triangle_checks import library_mesh
 from cad.design.processes import PROCESSES
 from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
 from cad.files.stl import read_stl
+from cad.parts.assembly import sensor_of
 from cad.parts.cover import cover_of, cover_part
 from cad.parts.sensor import Body
 from cad.quantity import InputError
-from pipeline.check import folder_check
+from pipeline.check import folder_check, limited_check
 from pipeline.check.folder_check import check_folder
 from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
-from pipeline.stages.solids import sensor_of
 from pipeline.storage.seal import sealed_mapping
 
 
@@ -47,6 +48,13 @@ def sensor(default_run):
     return sensor_of(default_run.result.design, default_run.result.springs.housing)
 
 
+@pytest.fixture
+def in_this_process(monkeypatch):
+    """Let the command check folders in this process; test_json_is_a_list_of_verdicts starts another."""
+    monkeypatch.setattr(limited_check, "verdicts_apart", lambda path, _process: check_folder(path))
+
+
+@pytest.mark.usefixtures("in_this_process")
 def test_folder_as_it_was_written_passes(default_run, capsys):
     assert main(["check", str(default_run.folder)]) == 0
     assert "geometry.leaf_thickness_low" in capsys.readouterr().out
@@ -122,6 +130,7 @@ def test_folder_without_a_housing_fails_by_that(tmp_path, capsys):
     assert "failed geometry.made: no housing: see printable.*" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_report_that_is_not_ours_is_one_line_and_exit_2(folder, capsys):
     change_report(folder, housing={"a": 1})
     assert main(["check", str(folder)]) == 2
@@ -227,7 +236,7 @@ def test_report_that_is_something_else_is_one_line(change, folder):
 
 
 def test_stl_that_is_inside_out_fails_watertight(folder):
-    mesh = read_stl(folder / "housing.stl")
+    mesh = library_mesh(read_stl(folder / "housing.stl"))
     mesh.invert()
     mesh.export(folder / "housing.stl")
     assert "geometry.watertight" in failed(folder)

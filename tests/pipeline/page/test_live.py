@@ -7,9 +7,9 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 from cad.theory.contrast_law import read_modulus
-from cad.theory.two_spring_law import Springs, force_ratio, fruit_stiffness, nonlinearity
+from cad.theory.two_spring_law import SOFTEST, Springs, force_ratio, fruit_stiffness, nonlinearity
 from pipeline.page.live_model import live_data, live_model
-from pipeline.stages.response import SOFTEST, TRAVELS
+from pipeline.stages.response import TRAVELS
 from pipeline.verdicts.rules import displacement_verdict
 from solve.contact.linear_response import linear_response, travels
 

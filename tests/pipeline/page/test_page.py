@@ -13,6 +13,7 @@ from cad.design.reading import Reading
 from cad.verdict import Verdict
 from pipeline.page.answer import answer_of, bar_of, verdict_rows
 from pipeline.page.page import page_of_folder, page_of_run
+from pipeline.page.solid_pictures import SolidPictures
 from pipeline.report.outputs import PAGE, write_outputs
 from pipeline.storage.seal import file_digest
 
@@ -111,7 +112,7 @@ def test_page_is_a_listed_file_with_its_digest(page):
 
 
 def test_same_result_gives_the_same_page(page, tmp_path):
-    write_outputs(page.result, tmp_path, page_of_run(page.result))
+    write_outputs(page.result, tmp_path, page_of_run(page.result, SolidPictures()))
     assert (tmp_path / PAGE).read_bytes() == (page.folder / PAGE).read_bytes()
 
 
@@ -129,7 +130,7 @@ def test_limits_on_one_side_have_their_sign_and_a_missing_reading_its_reason(fla
     assert [row.limit for row in (unread, lifted, target)] == ["≤ 0.05", "≥ 4", "1"]
     assert [row.more for row in (unread, lifted, target)] == ["some poses have no reading", "", ""]
     assert (unread.bar.passing[0], lifted.bar.passing[1]) == (0.0, 100.0)
-    text = Outline(page_of_folder(report, flat_page.folder)).text
+    text = Outline(page_of_folder(report, flat_page.folder, SolidPictures())).text
     assert "reading.bias failed some poses have no reading 0.02 ≤ 0.05" in text
 
 
@@ -182,7 +183,7 @@ def test_planted_failed_verdict_is_said_first_with_its_remedy(flat_page):
     good = tuple(verdict for verdict in flat_page.report.verdicts if verdict.passed)
     wrong = planted("bruise", remedy="travel at most 0.05 mm")
     report = dataclasses.replace(flat_page.report, verdicts=(*good, planted("x", passed=None), wrong))
-    text = Outline(page_of_folder(report, flat_page.folder)).text
+    text = Outline(page_of_folder(report, flat_page.folder, SolidPictures())).text
     first, *_ = text.split("Verdicts", maxsplit=1)
     assert f"No: paper fails 1 of {len(good) + 2} verdicts" in first
     assert first.index("bruise failed: 2 MPa, asked for ≤ 1 MPa") < first.index("x is undecided")
@@ -196,7 +197,7 @@ def test_undecided_is_not_passed(flat_page):
 
 def test_names_that_look_like_markup_stay_text(flat_page):
     report = dataclasses.replace(flat_page.report, notes=("<script>alert(1)</script>",))
-    text = page_of_folder(report, flat_page.folder)
+    text = page_of_folder(report, flat_page.folder, SolidPictures())
     assert "&lt;script&gt;alert(1)" in text
     assert "<script>alert" not in text
 
@@ -227,7 +228,7 @@ def test_verdict_without_a_scale_has_no_bar(changes):
 
 def test_page_of_springs_that_were_not_made_says_what_is_left_out(tmp_path):
     result = result_of(made=False)
-    write_outputs(result, tmp_path, page_of_run(result))
+    write_outputs(result, tmp_path, page_of_run(result, SolidPictures()))
     text = Outline((tmp_path / PAGE).read_text(encoding="utf-8")).text
     assert "No housing can be made." in text
     assert "picture of the part: no part is made" in text
@@ -235,5 +236,5 @@ def test_page_of_springs_that_were_not_made_says_what_is_left_out(tmp_path):
 
 
 def test_page_of_a_folder_without_fields_leaves_their_pictures_out(flat_page):
-    text = Outline(page_of_folder(flat_page.report, flat_page.folder)).text
+    text = Outline(page_of_folder(flat_page.report, flat_page.folder, SolidPictures())).text
     assert "picture of the flexures under load: the folder holds no stress: run the design again with --fields" in text

@@ -1,5 +1,7 @@
 """Planted designs that fail are mended by what the search finds; where nothing mends them it says what it tried."""
 
+import functools
+
 import pytest
 
 from pipeline.options import load_design
@@ -10,6 +12,7 @@ from pipeline.remedies.trial import Trials
 BUDGET = 2000
 
 
+@functools.cache
 def found(preset, budget=BUDGET, fixed=frozenset(), **settings):
     """Return a design, the names of its verdicts that do not pass, and the search for what mends it."""
     design = load_design(preset, {key.replace("__", "."): value for key, value in settings.items()})

@@ -1,6 +1,7 @@
 """Every verdict that did not pass has a remedy in words, whose numbers make the design pass."""
 
 import dataclasses
+import functools
 import shlex
 
 import pytest
@@ -23,6 +24,12 @@ def settings_in(remedy):
     return dict(word.split("=", 1) for word in words if word != "--set")
 
 
+@functools.cache
+def verdicts_of(design, *, made=True):
+    """Return the verdicts of a stand-in result, each with its remedy."""
+    return with_remedies(result_of(design, made=made))
+
+
 def test_design_that_passes_needs_no_remedy():
     result = result_of()
     assert with_remedies(result) == result.verdicts
@@ -39,7 +46,7 @@ def test_design_that_passes_needs_no_remedy():
     ids=["bruised", "given springs", "NL out of reach", "process"],
 )
 def test_every_verdict_that_did_not_pass_has_a_remedy_that_mends_the_design(design, made):
-    verdicts = with_remedies(result_of(design, made=made))
+    verdicts = verdicts_of(design, made=made)
     wrong = [verdict for verdict in verdicts if verdict.passed is not True]
     assert wrong
     for verdict in verdicts:
@@ -57,7 +64,7 @@ def test_every_verdict_that_did_not_pass_has_a_remedy_that_mends_the_design(desi
 
 
 def test_bound_is_told_with_its_side():
-    (verdict,) = (v for v in with_remedies(result_of(BRUISED)) if v.name == "bruise")
+    (verdict,) = (v for v in verdicts_of(BRUISED, made=True) if v.name == "bruise")
     assert verdict.remedy.startswith("passes with press.travel_mm at most 0.0")
 
 

@@ -4,8 +4,9 @@ import pytest
 from stand_ins import springs_of
 
 from cad.design.parameters import Design
+from pipeline.modeller.modeller import Modeller
 from pipeline.options import RunOptions
-from pipeline.stages.fabrication import make_fabrication, sideways_verdict
+from pipeline.stages.fabrication import begin_fabrication, sideways_verdict, sideways_verdicts
 
 SPRINGS = {spring.name: spring for spring in springs_of(Design()).springs}
 
@@ -30,6 +31,7 @@ def test_sideways_stiffness_against_its_least_share(name, ratio, step, passed):
 
 @pytest.mark.parametrize(("made", "fabrication"), [(True, False), (False, True)])
 def test_nothing_is_made_unasked_or_where_no_housing_is(made, fabrication, tmp_path):
-    options = RunOptions(fabrication=fabrication)
-    assert make_fabrication(Design(), springs_of(Design(), made=made), options, tmp_path) == ()
+    options, springs = RunOptions(fabrication=fabrication), springs_of(Design(), made=made)
+    assert begin_fabrication(Design(), springs, options, tmp_path, Modeller()).result() == ()
+    assert sideways_verdicts(springs, options) == ()
     assert list(tmp_path.iterdir()) == []

@@ -7,7 +7,7 @@ import pytest
 from squares import GENTLE, LENGTHS
 from stand_ins import springs_of
 
-import pipeline.stages.solids
+import pipeline.modeller.tasks
 from cad.design.parameters import Design
 from cad.files.step import read_step
 from pipeline.stages.solids import write_solids
@@ -28,8 +28,18 @@ def first(tmp_path_factory):
         yield place / "first"
 
 
+@pytest.fixture(scope="module")
+def square(tmp_path_factory):
+    """Return the folder of a square's solids, and its verdicts; they are in a cache of this module."""
+    place = tmp_path_factory.mktemp("square")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(place / "cache"))
+        (place / "first").mkdir()
+        return place / "first", write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), place / "first")
+
+
 def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tmp_path, monkeypatch):
-    monkeypatch.setattr(pipeline.stages.solids, "write_sensor", lambda *_: pytest.fail("made again"))
+    monkeypatch.setattr(pipeline.modeller.tasks, "write_sensor", lambda *_: pytest.fail("made again"))
     verdicts = write_solids(Design(), springs_of(Design()), tmp_path)
     assert {"geometry.valid", "geometry.watertight"} <= {verdict.name for verdict in verdicts}
     assert [verdict.name for verdict in verdicts if not verdict.passed] == []
@@ -60,20 +70,19 @@ def test_line_of_three_fails_for_want_of_a_housing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(tmp_path):
-    verdicts = write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), tmp_path)
+def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(square):
+    folder, verdicts = square
     assert [verdict.name for verdict in verdicts if verdict.passed is not True] == []
     assert {"geometry.plates", "geometry.plate_holes"} <= {verdict.name for verdict in verdicts}
-    assert len(read_step(tmp_path / "housing.step").Solids()) == 1
-    text = (tmp_path / "assembly.step").read_text(encoding="ascii")
+    assert len(read_step(folder / "housing.step").Solids()) == 1
+    text = (folder / "assembly.step").read_text(encoding="ascii")
     named = ("plate 1", "plate 2", "front cover", "back cover", "screw 4", "nut 4", "dowel 1", "dowel 2", "fruit")
     assert [name for name in named if f"'{name}'" not in text] == []
 
 
-def test_second_square_is_the_same_bytes(tmp_path, monkeypatch):
-    springs = springs_of(GENTLE, lengths=LENGTHS)
-    for name in ("one", "two"):
-        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / f"cache-{name}"))
-        (tmp_path / name).mkdir()
-        write_solids(GENTLE, springs, tmp_path / name)
-    assert digests(tmp_path / "one") == digests(tmp_path / "two")
+def test_second_square_is_the_same_bytes(square, tmp_path, monkeypatch):
+    """It is made again: the cache is another one."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "second").mkdir()
+    write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), tmp_path / "second")
+    assert digests(square[0]) == digests(tmp_path / "second")

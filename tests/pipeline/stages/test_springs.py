@@ -1,5 +1,6 @@
 """Springs of a design: a leaf that the law rules out is not solved, a fit that fails leaves all undecided."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from cad.design.tips import Tips
 from cad.quantity import InputError
 from mesh.session import MeshError
 from pipeline.fit.leaf_lengths import FittedHousing
+from pipeline.modeller.modeller import Modeller
 from pipeline.options import RunOptions
 from pipeline.stages.springs import fit_springs, tip_compliance
 from solve.linear import SolveError
@@ -27,7 +29,8 @@ def fit(tmp_path, monkeypatch):
         def __init__(self):
             self.asked, self.error = [], None
 
-        def __call__(self, guess, targets, *material):
+        def __call__(self, guess, targets, *material_and_modeller):
+            material = material_and_modeller[:-1]
             self.asked.append((targets, *material))
             if self.error is not None:
                 raise self.error
@@ -149,6 +152,28 @@ def test_gentle_square_has_its_springs_to_a_thousandth(process, tmp_path, monkey
         assert spring.printable.passed is True
         assert spring.K.value == pytest.approx(target, rel=1e-3)
         assert spring.K.relative < 1e-3
+
+
+class WrongModeller(Modeller):
+    """Makes another solid than the one that was meshed: its leaves are 1 % thicker."""
+
+    def part_size(self, housing):
+        thicker = {arm.name: replace(arm.flexure, thickness=1.01 * arm.flexure.thickness) for arm in housing.arms}
+        return super().part_size(housing.with_flexures(thicker))
+
+
+def test_mesh_that_is_not_its_solid_leaves_the_springs_undecided(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    design, options = Design(), RunOptions(tolerance=0.1)
+    springs = fit_springs(design, sizing_of(design), options, WrongModeller())
+    assert springs.housing is None
+    for spring in springs.springs:
+        assert spring.printable.passed is None
+        assert re.match(
+            r"mesh, stage 'compare': volume = .* of the solid within 0\.0001; mesh", spring.printable.reason
+        )
+    assert not list(tmp_path.rglob("flexures-*"))
+    assert fit_springs(design, sizing_of(design), options).housing is not None
 
 
 @pytest.mark.usefixtures("fit")

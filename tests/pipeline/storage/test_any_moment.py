@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,6 +56,22 @@ class Place:
         there = [*(self.root / "place").iterdir(), *(self.root / "temporary").iterdir()]
         there += [path for path in (self.root / "cache").rglob("*") if path.is_file() and path.suffix != ".json"]
         return sorted(str(path.relative_to(self.root)) for path in there if path != self.out)
+
+    def processes(self) -> list[int]:
+        """Return the processes of a command that still run: they have its cache in their environment."""
+        mark, found = f"XDG_CACHE_HOME={self.root / 'cache'}".encode(), []
+        for path in Path("/proc").glob("[0-9]*/environ"):
+            with suppress(OSError):  # ended since, or somebody else's
+                if mark in path.read_bytes().split(b"\0"):
+                    found.append(int(path.parent.name))
+        return found
+
+    def wait_for_processes(self) -> None:
+        """Wait until no process of a command runs: that of a run that was killed ends a moment after it."""
+        until = time.monotonic() + SECONDS
+        while self.processes():
+            assert time.monotonic() < until, self.processes()
+            time.sleep(0.05)
 
 
 def plant_old(place: Place) -> None:
@@ -115,7 +132,9 @@ def check_moment(place: Place, command: str, number: signal.Signals, share: floa
     _, said = process.communicate(timeout=SECONDS)
     assert b"Traceback" not in said
     if number != signal.SIGKILL:
+        assert place.processes() == []
         assert place.left() == []
+    place.wait_for_processes()
     there = place.out if place.out.exists() else place.out.with_name(".out.twintip-old")  # killed between two renames
     if content(there) != old:
         assert foreign_files(there) == []
@@ -124,7 +143,7 @@ def check_moment(place: Place, command: str, number: signal.Signals, share: floa
     _, said = again.communicate(timeout=SECONDS)
     assert (again.returncode, said) == (whole.code, b"")
     assert numbers(place.out) == whole.numbers
-    assert place.left() == []
+    assert (place.left(), place.processes()) == ([], [])
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from cad.files.sensor_files import ExportError
+from cad.files.export_error import ExportError
 from cad.quantity import InputError
 from cad.theory.two_spring_law import size_springs
 from pipeline.cli import main

@@ -42,6 +42,7 @@ def test_candidate_is_proved_by_a_run(runs):
     assert all(verdict.passed for verdict in found.verdicts)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("runs")
 def test_key_that_is_kept_stays():
     found = suggestion(BRUISED, RunOptions(), frozenset({"press.travel_mm"}))

@@ -9,7 +9,10 @@ from stand_ins import INFO
 
 from cad.quantity import InputError
 from cad.theory.soft_tissue import large_strain_factor
+from cad.theory.two_spring_law import curve_nonlinearity, curve_shares
 from pipeline.report.stored_records import StoredDepth
+from pipeline.unit.calibrating.trimming import unit_table
+from pipeline.unit.calibrating.unit_verdicts import unit_verdicts
 from pipeline.unit.deep_reading import other_laws
 from pipeline.unit.firmware import c_header
 from pipeline.unit.measuring import MeasuringUnit
@@ -98,7 +101,10 @@ def test_flesh_of_another_law_is_inside_the_uncertainty(deep):
         assert reading.others[name] == pytest.approx(1.0, rel=2e-3)
 
 
-@pytest.mark.parametrize("bent", [np.ones(8), np.linspace(-1.0, 1.0, 8), np.sign(np.array(DEPTHS) - 0.25)])
+BENT = [np.ones(8), np.linspace(-1.0, 1.0, 8), np.sign(np.array(DEPTHS) - 0.25)]
+
+
+@pytest.mark.parametrize("bent", BENT)
 def test_curve_anywhere_within_its_bar_is_inside_what_it_adds_to_the_uncertainty(deep, bent):
     """Flesh whose curve is off alike, tilted or turned, each by the bar of 0.5 %, read by the curve of the report."""
     sensor, exact = deep.measuring(), MeasuringUnit(report=without_bars(deep.report), unit=deep.measuring().unit)
@@ -109,7 +115,11 @@ def test_curve_anywhere_within_its_bar_is_inside_what_it_adds_to_the_uncertainty
 
 
 def without_bars(report):
-    rows = tuple(replace(row, error_percent=0.0) for row in report.read_out.large_strain)
+    return with_bars(report, 0.0)
+
+
+def with_bars(report, percent):
+    rows = tuple(replace(row, error_percent=percent) for row in report.read_out.large_strain)
     return replace(report, read_out=replace(report.read_out, large_strain=rows))
 
 
@@ -136,6 +146,37 @@ def with_poisson_spread(deep, spread):
     fruit = replace(deep.report.design.fruit, poisson_spread=spread)
     report = replace(deep.report, design=replace(deep.report.design, fruit=fruit))
     return MeasuringUnit(report=report, unit=deep.measuring().unit)
+
+
+def targets_by_the_solver(deep, curve):
+    """Return P_max and NL at mid-range of the sensor on flesh of a curve."""
+    moduli = [deep.design.fruit.E_max_MPa * share for share in curve_shares(2)]
+    low, high = np.transpose([deep.press(E, curve=curve, travels=TRAVELS[-1:])[0] for E in moduli])
+    P = (high / low).tolist()
+    return P[-1], curve_nonlinearity(P, moduli, "mid-range")
+
+
+@pytest.mark.parametrize("bent", BENT)
+def test_verdicts_of_a_unit_hold_the_curve_in_their_error(deep, bent):
+    """P_max with any curve within its bar, NL with one that is off alike at all depths; springs known exactly."""
+    P, NL = unit_verdicts(deep.measuring(), ())
+    true = targets_by_the_solver(deep, replace(CURVE, factors=tuple(np.array(FACTORS) * (1.0 + 0.005 * bent))))
+    assert 0.002 < abs(P.value - true[0]) <= P.error
+    if bent.min() > 0.0:
+        assert 1e-5 < abs(NL.value - true[1]) <= NL.error
+    sure = MeasuringUnit(report=without_bars(deep.report), unit=deep.measuring().unit)
+    assert [verdict.error for verdict in unit_verdicts(sure, ())] == [0.0, 0.0]
+    assert targets_by_the_solver(deep, CURVE) == pytest.approx([P.value, NL.value], rel=1e-4)
+
+
+def test_curve_that_is_too_uncertain_leaves_the_unit_open(deep):
+    """No more readings of the springs would help; and the table says that its error counts the curve."""
+    loose = MeasuringUnit(report=with_bars(deep.report, 5.0), unit=deep.measuring().unit)
+    P, _ = unit_verdicts(loose, ())
+    assert P.passed is None
+    assert P.remedy.startswith("press less deep: the curve of a tip leaves 0.2")
+    wide, narrow = (unit_table(sensor, sensor)[0].u for sensor in (loose, deep.measuring()))
+    assert wide == pytest.approx(10.0 * narrow)
 
 
 def test_springs_and_gains_move_the_reading_as_is_said(deep):

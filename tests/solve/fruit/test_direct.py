@@ -30,16 +30,16 @@ SOLVER = 1e-9  # relative accuracy asked of each linear solve
 
 @pytest.fixture(scope="module")
 def meshes():
-    return fruit_meshes(BLOCK, TIPS)
+    """Return a family of three meshes, each twice as coarse as that of the product."""
+    return tuple(fruit_mesh(fruit_quarter(BLOCK, TIPS), BLOCK, TIPS, scale) for scale in (2.0, 1.0, 0.5))
 
 
-@pytest.fixture(scope="module", params=sorted(REFERENCE))
+@pytest.fixture(scope="module", params=[pytest.param(0.3, marks=pytest.mark.slow), 0.45])
 def reference(request, meshes):
     """Return the result and the reference: on the meshes of the product, and at 0.45 on the next coarser family."""
     fruit = dataclasses.replace(BLOCK, poisson=request.param)
-    if request.param > 0.3:
-        meshes = (fruit_mesh(fruit_quarter(fruit, TIPS), fruit, TIPS, 2.0), *meshes[:2])
-    return direct_compliance(meshes, fruit, TIPS), REFERENCE[request.param], meshes
+    family = meshes if request.param > 0.3 else fruit_meshes(BLOCK, TIPS)
+    return direct_compliance(family, fruit, TIPS), REFERENCE[request.param], family
 
 
 def test_reference_lies_inside_the_error_bars(reference):
@@ -73,7 +73,7 @@ def test_result_tells_its_cost_and_how_it_was_found(reference):
 
 @pytest.fixture(scope="module")
 def coarse_and_fine(meshes):
-    return [mesh_compliance(mesh, 0.3).S for mesh in meshes[:2]]
+    return [mesh_compliance(mesh, 0.3).S for mesh in meshes[1:]]
 
 
 def test_every_mesh_is_too_stiff_and_finer_ones_less_so(coarse_and_fine):
@@ -208,7 +208,7 @@ def test_missing_boundary_is_named_with_the_known_ones(missing):
 
 
 def test_size_of_the_outline_is_that_asked_of_the_mesh(meshes):
-    for scale, mesh in zip((1.0, 0.5, 0.25), meshes, strict=True):
+    for scale, mesh in zip((1.0, 0.5), meshes[1:], strict=True):
         assert outline_size(mesh) == pytest.approx(edge_size(TIPS, scale), rel=1e-6)
 
 

@@ -85,12 +85,11 @@ def test_errors_fall_with_every_level():
 @pytest.mark.parametrize(
     ("poisson", "length", "height", "side", "offset"),
     [
-        (0.4999, 20.0, 12.0, 1.0, 0.0),
-        (0.49, 24.0, 3.0, 3.0, 0.0),
-        (0.3, 20.0, 12.0, 1.0, 3.9),
-        (0.2, 16.0, 60.0, 1.0, 0.0),
+        pytest.param(0.4999, 20.0, 12.0, 1.0, 0.0, id="nearly incompressible"),
+        pytest.param(0.49, 24.0, 3.0, 3.0, 0.0, id="low", marks=pytest.mark.slow),
+        pytest.param(0.3, 20.0, 12.0, 1.0, 3.9, id="off centre", marks=pytest.mark.slow),
+        pytest.param(0.2, 16.0, 60.0, 1.0, 0.0, id="high"),
     ],
-    ids=["nearly incompressible", "low", "off centre", "high"],
 )
 def test_error_bars_cover_the_step_to_a_finer_mesh(poisson, length, height, side, offset):
     block = Fruit(length_mm=length, width_mm=12.0, height_mm=height, poisson=poisson)

@@ -164,6 +164,7 @@ def test_foils_know_their_leaf():
     assert bonded_foils(dataclasses.replace(HOUSING, gauges="none")) == ()
 
 
+@pytest.mark.slow
 def test_error_bars_hold_a_mesh_of_four_times_the_elements_along_the_leaves(gauged, monkeypatch):
     """The step from the coarse mesh alone would not: at the edges of the foils both meshes are too stiff."""
     fine = tip_compliance(flexure_mesh(HOUSING, 1.0), *PETG, FOILS)

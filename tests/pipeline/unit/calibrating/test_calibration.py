@@ -14,7 +14,8 @@ from cad.theory.two_spring_law import force_ratio, nonlinearity
 from pipeline.unit.calibrating.calibration import calibrated
 from pipeline.unit.calibrating.coupon_modulus import modulus_of_coupon
 from pipeline.unit.calibrating.measured_table import measured_rows
-from pipeline.unit.calibrating.trimming import level_forces, unit_verdicts
+from pipeline.unit.calibrating.trimming import level_forces
+from pipeline.unit.calibrating.unit_verdicts import unit_verdicts
 from pipeline.unit.calibrating.weighing import weighed_springs
 from pipeline.unit.measuring import MeasuringUnit
 from pipeline.unit.presses import reading_of

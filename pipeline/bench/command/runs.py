@@ -1,6 +1,5 @@
 """Wall and processor time of the whole command against the bare imports of what it uses, and its peak memory."""
 
-import json
 import statistics
 import sys
 import tempfile
@@ -8,16 +7,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.bench.command.stages import ColdRun, bare_works, stage_sheet, stages_of
 from pipeline.bench.resources import ONE_THREAD, ResourceUsage, resource_usage
-from pipeline.bench.table import Sheet
+from pipeline.bench.table import Sheet, record_sheet
 
 IMPORTS = "import cadquery, gmsh, skfem"
-OUR_IMPORTS = "import pipeline.run"
+OUR_IMPORTS = {"our imports": "import pipeline.run", "those of the modeller": "import pipeline.modeller.tasks"}
 REPEATS = 3
 PEAK_GOAL_MIB = 2048.0
 _LEAST_S = 0.01  # of a stage that is named
 _DONE = (0, 1)  # exit codes of a run that wrote its outputs
-_ROOT = str(Path(__file__).parents[2])
+_ROOT = str(Path(__file__).parents[3])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,25 +42,29 @@ RUNS = {
 }
 
 
-def command_sheet(repeats: int = REPEATS) -> Sheet:
-    """Return what the imports cost, and every way to call the command.
+def command_sheets(repeats: int = REPEATS) -> list[Sheet]:
+    """Return what the imports and every way to call the command cost, and what the stages of a cold run do.
 
     Seconds [s] are medians, memory [MiB] is that of the largest process. A first import that is not counted warms the
     page cache; each repeat has empty caches of its own. The remark of a run that solved has the processor seconds of
     its stages [s], of the last repeat.
     """
-    usages, stages = _measured(repeats)
+    usages, outs = _measured(repeats)
+    remarks = {name: _in_words(seconds) for name, (seconds, _) in outs.items() if name != "unchanged"}
     baseline = usages["bare imports"]
-    records = tuple(_record(name, repeated, baseline, stages) for name, repeated in usages.items())
-    rows = tuple(tuple(f"{v:.3g}" if isinstance(v, float) else v for v in record.values()) for record in records)
+    records = tuple(_record(name, repeated, baseline, remarks) for name, repeated in usages.items())
     notes = (
         f"pipeline run --nl 0.05 with all its files beside python -c '{IMPORTS}'; median of {repeats}; one thread",
         f"memory of the largest process; goal {PEAK_GOAL_MIB:.0f} MiB",
         goals_note(records),
     )
-    return Sheet(
-        name="command", title="Whole command", heads=tuple(records[0]), rows=rows, notes=notes, records=records
-    )
+    sheet = record_sheet("command", "Whole command", records, notes, digits=3)
+    if "cold" not in outs:
+        return [sheet]
+    stages, pictures = outs["cold"]
+    imports = sum(usages[name][-1].cpu for name in OUR_IMPORTS)
+    run = ColdRun(imports=imports, stages=stages, whole=usages["cold"][-1].cpu)
+    return [sheet, stage_sheet(run, bare_works(pictures, _ROOT))]
 
 
 def goals_note(records: Sequence[Mapping[str, str | float]]) -> str:
@@ -74,11 +78,11 @@ def goals_note(records: Sequence[Mapping[str, str | float]]) -> str:
     return f"missed goals: {'; '.join(missed)}" if missed else "missed goals: none"
 
 
-def _measured(repeats: int) -> tuple[dict[str, list[ResourceUsage]], dict[str, str]]:
-    """Return what each program used every time, and by run the seconds of its stages in words."""
-    programs = {"bare imports": IMPORTS, "our imports": _of_ours(OUR_IMPORTS)}
+def _measured(repeats: int) -> tuple[dict[str, list[ResourceUsage]], dict[str, tuple[dict[str, float], int]]]:
+    """Return what each program used every time; by run its stages [s] and pictures, where it has a report."""
+    programs = {"bare imports": IMPORTS, **{name: _of_ours(program) for name, program in OUR_IMPORTS.items()}}
     usages: dict[str, list[ResourceUsage]] = {name: [] for name in (*programs, *RUNS)}
-    stages: dict[str, str] = {}
+    outs: dict[str, tuple[dict[str, float], int]] = {}
     resource_usage([sys.executable, "-c", IMPORTS])
     for _ in range(repeats):
         for name, program in programs.items():
@@ -86,9 +90,10 @@ def _measured(repeats: int) -> tuple[dict[str, list[ResourceUsage]], dict[str, s
         with tempfile.TemporaryDirectory() as folder:
             for name, run in RUNS.items():
                 usages[name].append(_run(Path(folder), run))
-                stages[name] = _stages(Path(folder) / run.place / "out")
-    stages["unchanged"] = ""  # its report is that of the run before
-    return usages, stages
+                out = Path(folder) / run.place / "out"
+                if (out / "report.json").is_file():
+                    outs[name] = stages_of(out)
+    return usages, outs
 
 
 def _record(
@@ -119,12 +124,8 @@ def _goal(goal: float | None) -> str | float:
     return "-" if goal is None else goal
 
 
-def _stages(out: Path) -> str:
-    """Return the processor seconds of the dearer stages as a run's report has them; nothing where there is none."""
-    report = out / "report.json"
-    if not report.is_file():
-        return ""
-    seconds = json.loads(report.read_bytes())["cpu_seconds"]
+def _in_words(seconds: Mapping[str, float]) -> str:
+    """Return the processor seconds of the dearer stages of a run in words."""
     dearer = sorted((stage for stage in seconds if seconds[stage] >= _LEAST_S), key=seconds.__getitem__, reverse=True)
     return ", ".join(f"{stage} {seconds[stage]:.2f}" for stage in dearer)
 

@@ -1,0 +1,51 @@
+"""Files that a task writes, kept with the verdicts on them: the same inputs give the same bytes again."""
+
+import base64
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from cad.files.file_date import NAME
+from cad.verdict import Verdict
+from pipeline.storage.cache import cached, stored
+
+Inputs = Mapping[str, object]
+Verdicts = tuple[Verdict, ...]
+Written = tuple[tuple[Path, ...], Verdicts]
+"""The files that were written, and the verdicts on them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solids:
+    """Files by name, as text in base 64, and the verdicts on them."""
+
+    files: dict[str, str]
+    verdicts: Verdicts
+
+
+def kept_files(stage: str, inputs: Inputs, folder: Path) -> Verdicts | None:
+    """Write the files of a stage into a folder and return the verdicts on them; None where none are kept."""
+    found = stored(stage, _dated(inputs), Solids)
+    return None if found is None else _placed(found, folder)
+
+
+def written_once(stage: str, inputs: Inputs, write: Callable[[], Written], folder: Path) -> Verdicts:
+    """Return the verdicts of a stage that writes files into a folder, both kept by its inputs and the date of files."""
+
+    def solids() -> Solids:
+        paths, verdicts = write()
+        files = {path.name: base64.b64encode(path.read_bytes()).decode() for path in paths}
+        return Solids(files=files, verdicts=verdicts)
+
+    return _placed(cached(stage, _dated(inputs), solids, Solids), folder)
+
+
+def _dated(inputs: Inputs) -> dict[str, object]:
+    return {**inputs, "date": os.environ.get(NAME)}
+
+
+def _placed(found: Solids, folder: Path) -> Verdicts:
+    for name, text in found.files.items():
+        (folder / name).write_bytes(base64.b64decode(text))
+    return found.verdicts

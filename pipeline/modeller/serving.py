@@ -1,0 +1,41 @@
+"""The process that models: it reads tasks, answers each in their order, and ends with whoever started it."""
+
+import ctypes
+import gc
+import os
+import pickle
+import signal
+import socket
+from contextlib import suppress
+
+from pipeline.failures import FAILURES, sendable, with_trace
+from pipeline.modeller.answer import timed
+
+_PR_SET_PDEATHSIG = 1  # prctl(2)
+
+
+def serve(descriptor: int, parent: int) -> None:
+    """Answer tasks from a socket until its other end closes, or the parent of this number ends in the midst of one."""
+    _end_with(parent)
+    from pipeline.modeller.tasks import TASKS
+
+    gc.freeze()  # the kernel stays: the garbage collector need not look through it again
+    stream = socket.socket(fileno=descriptor).makefile("rwb")
+    with suppress(EOFError, OSError):
+        while True:
+            task, given = pickle.load(stream)
+            answer: tuple[bool, object]
+            try:
+                answer = True, timed(TASKS[task], given)
+            except FAILURES as error:
+                answer = False, sendable(with_trace(error))
+            pickle.dump(answer, stream)
+            stream.flush()
+
+
+def _end_with(parent: int) -> None:
+    """Let the system kill this process when its parent ends, however that ends; Linux knows the call."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
