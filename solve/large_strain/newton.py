@@ -98,7 +98,7 @@ class PressedBody:
         raise NoEquilibriumError(_failed(depth, f"not within {MOST_ITERATIONS} iterations"))
 
     def linear_step(self, held: Flags, displaced: Floats) -> tuple[Floats, float]:
-        """Return u (nodes, 2) [tip sides] of small strain for displaced held dofs, and the force [E times tip side^2]."""
+        """Return u (nodes, 2) of small strain for displaced held dofs [tip sides], and the force [E side^2]."""
         _, entries = self.body.tangent(self.body.deformed(np.zeros((self.body.count, 2))))
         matrices = whole_matrices(entries)
         load = self._pushed(matrices, displaced.ravel())
