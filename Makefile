@@ -19,6 +19,9 @@ LOCKS := requirements.lock $(if $(FAST),requirements-fast.lock)
 # Each test worker has one core: numerical libraries that start more threads only wait for each other.
 ONE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
+# Compiled sources are kept: the processes that tests start read them.
+unexport PYTHONDONTWRITEBYTECODE
+
 setup: $(STAMP)
 
 $(STAMP): pyproject.toml $(LOCKS) .ci/setup

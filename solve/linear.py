@@ -69,7 +69,7 @@ def _check_residual(block: csc_matrix, found: Floats, right: Floats) -> None:
 
 
 def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
-    """Factorise a symmetric positive definite matrix with the given dofs prescribed.
+    """Factorise a symmetric positive definite matrix, shape (dofs, dofs), with the given dofs (n,) prescribed.
 
     Raises SolveError as `check_cost`, and when the matrix is singular, as it is where a part is not clamped.
     """

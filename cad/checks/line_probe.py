@@ -34,8 +34,8 @@ class MeshLines:
     def __init__(self, mesh: Triangles) -> None:
         self._triangles, self._vertices = mesh.triangles, mesh.vertices
         self._corners = np.ascontiguousarray(mesh.faces.T)
-        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-        self._before = 2.0 * float((high - low).sum()) + float(np.abs([low, high]).sum())
+        least, most = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        self._before = 2.0 * float((most - least).sum()) + float(np.abs([least, most]).sum())
 
     def spans(self, start: Vector, direction: Vector) -> Spans:
         """Return the spans [mm along the unit direction] where the endless line through start is inside."""

@@ -26,19 +26,21 @@ def library_mesh(mesh: Triangles) -> trimesh.Trimesh:
 
 def closed_verdicts(mesh: Triangles) -> tuple[Verdict, ...]:
     """Return geometry.watertight (count of open edges; 1 inside out) and geometry.manifold (edges of 3 faces)."""
-    corners, directed = len(mesh.vertices), mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    names, counts = np.unique(directed.min(axis=1) * corners + directed.max(axis=1), return_counts=True)
-    edges = np.stack(np.divmod(names, corners), axis=1)
+    directed = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    edges, counts = np.unique(np.sort(directed, axis=1), axis=0, return_counts=True)
     loose, shared = edges[counts < _FACES_OF_AN_EDGE], edges[counts > _FACES_OF_AN_EDGE]
-    whole = not len(loose) and not len(shared)
-    one_way = len(np.unique(directed @ [corners, 1])) == len(directed)  # no edge is run twice in one direction
-    turned = int(whole and (not one_way or mesh.volume < 0.0))
+    inward = int(not len(loose) and not len(shared) and _is_turned(mesh, directed))
     open_edges = f"edges with one triangle, or triangles that face inward, of {len(edges)} edges{_first(mesh, loose)}"
     joined = f"edges that join more than two triangles, of {len(edges)}{_first(mesh, shared)}"
     return (
-        equal("geometry.watertight", float(len(loose) + turned), 0.0, 0.0, unit="1", reference=open_edges),
+        equal("geometry.watertight", float(len(loose) + inward), 0.0, 0.0, unit="1", reference=open_edges),
         equal("geometry.manifold", float(len(shared)), 0.0, 0.0, unit="1", reference=joined),
     )
+
+
+def _is_turned(mesh: Triangles, directed: Indices) -> bool:
+    """Say whether triangles of a closed mesh face inward: all, or some, which run an edge as their neighbours do."""
+    return mesh.volume < 0.0 or len(np.unique(directed, axis=0)) < len(directed)
 
 
 def _first(mesh: Triangles, edges: Indices) -> str:

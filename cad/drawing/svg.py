@@ -1,8 +1,8 @@
 """A drawing as SVG that plots at the scale of its sheet."""
 
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
-from xml.sax.saxutils import escape
 
 from cad.drawing.items import FULL_DEG, Arc, Box, Dimension, Item, Line, Words
 
@@ -18,7 +18,7 @@ def write_svg(items: Sequence[Item], path: Path, title: str, window: Box, scale:
     body = "\n".join(_svg(item, scale) for item in items)
     path.write_text(
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{scale * width:.3f}mm" height="{scale * height:.3f}mm" '
-        f'viewBox="{left:.3f} {-top:.3f} {width:.3f} {height:.3f}">\n<title>{escape(title)}</title>\n'
+        f'viewBox="{left:.3f} {-top:.3f} {width:.3f} {height:.3f}">\n<title>{escape(title, quote=False)}</title>\n'
         f'<rect x="{left:.3f}" y="{-top:.3f}" width="{width:.3f}" height="{height:.3f}" fill="#ffffff"/>\n'
         f'<g fill="none" stroke-linecap="round" font-family="\'DejaVu Sans Mono\', monospace">\n{body}\n</g>\n</svg>\n',
         encoding="utf-8",
@@ -57,4 +57,4 @@ def _svg_words(item: Words, colour: str) -> str:
     anchor = "middle" if item.centred else "start"
     turn = f' transform="rotate({-item.turn:g} {x:.4f} {-base:.4f})"' if item.turn else ""
     place = f'x="{x:.4f}" y="{-base:.4f}" font-size="{item.height / _CAPITAL:.3f}" text-anchor="{anchor}"'
-    return f'<text {place} fill="{colour}"{turn}>{escape(item.text)}</text>'
+    return f'<text {place} fill="{colour}"{turn}>{escape(item.text, quote=False)}</text>'

@@ -5,8 +5,8 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from html import escape
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
 
 import lib3mf
 import numpy as np
@@ -62,7 +62,7 @@ def _object(place: int, name: str, mesh: Triangles) -> str:
     corners = "".join(f'     <vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>\n' for x, y, z in np.asarray(mesh.vertices))
     faces = "".join(f'     <triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in np.asarray(mesh.faces))
     return (
-        f'  <object id="{place}" type="model" name={quoteattr(name)}>\n   <mesh>\n    <vertices>\n{corners}'
+        f'  <object id="{place}" type="model" name="{escape(name)}">\n   <mesh>\n    <vertices>\n{corners}'
         f"    </vertices>\n    <triangles>\n{faces}    </triangles>\n   </mesh>\n  </object>\n"
     )
 

@@ -4,6 +4,7 @@ import ctypes
 import gc
 import os
 import pickle
+import select
 import signal
 import socket
 from contextlib import suppress
@@ -17,10 +18,13 @@ _PR_SET_PDEATHSIG = 1  # prctl(2)
 def serve(descriptor: int, parent: int) -> None:
     """Answer tasks from a socket until its other end closes, or the parent of this number ends in the midst of one."""
     _end_with(parent)
-    from pipeline.modeller.tasks import TASKS
+    from pipeline.modeller.tasks import TASKS, get_ready
 
+    link = socket.socket(fileno=descriptor)
+    if not select.select([link], [], [], 0.0)[0]:  # nobody waits yet
+        get_ready()
     gc.freeze()  # the kernel stays: the garbage collector need not look through it again
-    stream = socket.socket(fileno=descriptor).makefile("rwb")
+    stream = link.makefile("rwb")
     with suppress(EOFError, OSError):
         while True:
             task, given = pickle.load(stream)

@@ -1,28 +1,25 @@
-"""What the process that models can do: measure the solid of a housing, write and check files, draw pictures."""
+"""What the process that models can do: measure the solid of a housing, write and check files, draw pictures.
+
+The first task waits for the kernel alone: what each other one needs beside it is imported when it comes, or while
+nothing is asked.
+"""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from cad.checks.assembly_checks import cover_verdicts
-from cad.checks.sensor_checks import check_sensor
-from cad.checks.slicer import print_estimate
 from cad.design.parameters import Design
 from cad.design.processes import Process
-from cad.drawing.sheet import Title
-from cad.files.sensor_files import write_sensor
 from cad.kernel import load_kernel
-from cad.parts.assembly import sensor_of
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from cad.parts.part import PartSize
-from cad.workshop.bridges import Spring
-from cad.workshop.maker_files import write_fabrication
-from cad.workshop.mount_checks import mount_verdicts
-from pipeline.modeller.kept_files import Inputs, Verdicts, Written, written_once
-from pipeline.page.bodies import solid_pictures
-from pipeline.page.solid_pictures import SolidPictures
+from pipeline.modeller.kept_files import Inputs, Verdicts
 from pipeline.storage.cache import cached
+
+if TYPE_CHECKING:
+    from cad.workshop.bridges import Spring
+    from pipeline.page.solid_pictures import SolidPictures
 
 load_kernel()
 
@@ -37,35 +34,35 @@ def solids(inputs: Inputs, design: Design, housing: Housing, deflections: tuple[
 
     The springs give by the deflections [mm]. Raises OSError or ExportError.
     """
+    from pipeline.modeller.sensor_files import solids_once
 
-    def write() -> Written:
-        sensor = sensor_of(design, housing)
-        return write_sensor(sensor, folder), check_sensor(sensor, deflections, folder)
-
-    return written_once("solids", inputs, write, folder)
+    return solids_once(inputs, design, housing, deflections, folder)
 
 
 def maker_files(
-    inputs: Inputs, design: Design, process: Process, housing: Housing, springs: Sequence[Spring], folder: Path
+    inputs: Inputs, design: Design, process: Process, housing: Housing, springs: "Sequence[Spring]", folder: Path
 ) -> Verdicts:
     """Write the files for fabrication beside housing.stl, return the verdicts on cover and bracket; kept by the inputs.
 
     Raises OSError or ExportError.
     """
+    from pipeline.modeller.maker_files import maker_files_once
 
-    def write() -> Written:
-        sensor = sensor_of(design, housing)
-        estimate = print_estimate(folder / "housing.stl", process)
-        title = Title(name=design.name, process=process)
-        made = write_fabrication(sensor, title, springs, estimate, folder)
-        return made.paths, (*cover_verdicts(sensor, made.cover, process), *mount_verdicts(sensor, made.mount, process))
-
-    return written_once("maker files", inputs, write, folder)
+    return maker_files_once(inputs, design, process, housing, springs, folder)
 
 
-def pictures(inputs: Inputs, design: Design, housing: Housing, folder: Path) -> SolidPictures:
+def pictures(inputs: Inputs, design: Design, housing: Housing, folder: Path) -> "SolidPictures":
     """Return the pictures of the part whose STL file the folder has, kept by the inputs."""
+    from pipeline.page.bodies import solid_pictures
+    from pipeline.page.solid_pictures import SolidPictures
+
     return cached("pictures", inputs, lambda: solid_pictures(design, housing, folder), SolidPictures)
+
+
+def get_ready() -> None:
+    """Import what every run needs beside the kernel."""
+    from pipeline.modeller.sensor_files import solids_once  # noqa: F401
+    from pipeline.page.bodies import solid_pictures  # noqa: F401
 
 
 TASKS: dict[str, Callable[..., Any]] = {

@@ -25,7 +25,7 @@ from cad.parts.housing import DOWEL_MM, Housing
 from cad.parts.pin_socket import pins
 from cad.parts.pose import sensor_pose
 from cad.parts.sensor import STEEL_COLOUR, Body
-from pipeline.page.picture import Label, Picture, pixel_picture
+from pipeline.page.drawing.picture import Label, Picture, pixel_picture
 from pipeline.page.solid_pictures import SolidPictures
 from pipeline.page.solid_view import Facets, Floats, Rendering, rendered, view_of
 

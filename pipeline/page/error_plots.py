@@ -3,19 +3,23 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from cad.design.reading import Reading
+from pipeline.page.drawing.legend import Entry, draw_legend
+from pipeline.page.drawing.panel import BAD, DASHED, INK, MUTED, SERIES, Box, Panel, Words
+from pipeline.page.drawing.picture import SIZE, Picture, plot_panel, plot_picture
+from pipeline.page.drawing.scale import Scale
 from pipeline.page.fields import Floats
 from pipeline.page.live_model import LiveModel
-from pipeline.page.mangoes import numbers
-from pipeline.page.picture import BAD, INK, MUTED, SERIES, Picture, plot_axes, plot_legend, plot_picture
 from pipeline.report.stored import StoredReport
 from pipeline.report.stored_records import StoredReading
 
 _KINDS = ("mesh", "left out of the model", "scatter of prints")
 _LEAST = 1e-4  # [%] that a bar is long
+_ERROR_READ = "error of the modulus read [%]"
+_LARGEST_SHOWN = 100.0  # [%] error over tilt
 _TILTS = np.linspace(-3.0, 3.0, 61)
+_TILT_SCALE = Scale(start=-3.15, end=3.15)
 
 
 def budget_plot(report: StoredReport) -> Picture | None:
@@ -23,25 +27,33 @@ def budget_plot(report: StoredReport) -> Picture | None:
     known = {name: budget for name, budget in report.errors.items() if budget is not None}
     if not known:
         return None
-    height = 0.95 + 0.5 * len(known)
-    axes = plot_axes("share of the number [%], logarithmic", "", (5.4, height))
-    axes.set_position((0.16, 0.58 / height, 0.8, 1.0 - 0.95 / height))
     shares = {name: (b.discretisation_percent, b.model_percent, b.inputs_percent) for name, b in known.items()}
-    _draw_shares(axes, shares)
+    panel = _shares(shares)
     caption = f"Half widths. {_in_words(shares)}. Calibrating a unit settles the scatter of its springs."
-    return plot_picture(axes, "budget", "What the errors are made of", caption, f"Bars. {caption}")
+    size = (SIZE[0], panel.box.top + panel.box.height + 38.0)
+    return plot_picture([panel], "budget", "What the errors are made of", (caption, f"Bars. {caption}"), size)
 
 
-def _draw_shares(axes: Axes, shares: Mapping[str, Sequence[float]]) -> None:
-    """Draw a bar for each kind of share [%] of each number."""
-    rows = np.arange(len(shares), dtype=np.float64)
-    for place, kind in enumerate(_KINDS):
-        sizes = np.maximum([share[place] for share in shares.values()], _LEAST)
-        axes.barh(rows + 0.26 * (place - 1), sizes, height=0.24, color=SERIES[place], label=kind)
-    axes.set_xscale("log")
-    axes.set_yticks(rows, list(shares))
-    axes.invert_yaxis()
-    plot_legend(axes, None)
+def _shares(shares: Mapping[str, Sequence[float]]) -> Panel:
+    """Return a panel with a bar for each kind of share [%] of each number."""
+    sizes = np.maximum(np.array(list(shares.values())), _LEAST)
+    x = Scale(start=0.7 * float(sizes.min()), end=1.4 * float(sizes.max()), logarithmic=True)
+    y, box = Scale(start=0.5 - len(shares), end=0.5), Box(left=62.0, top=26.0, width=315.0, height=36.0 * len(shares))
+    label = "share of the number [%], logarithmic"
+    panel = Panel(name="budget", box=box, x=x, y=y, x_label=label, y_label=None)
+    for row, name in enumerate(shares):
+        panel.write(name, x.start, -row, Words(anchor="end", right=-6.0))
+        for place, size in enumerate(sizes[row].tolist()):
+            _draw_bar(panel, size, -row - 0.26 * (place - 1), SERIES[place])
+    kinds = zip(_KINDS, SERIES, strict=False)
+    draw_legend(panel, "above", [Entry(text=kind, colour=colour, kind="area") for kind, colour in kinds])
+    return panel
+
+
+def _draw_bar(panel: Panel, size: float, level: float, colour: str) -> None:
+    """Draw a bar at a level, as long as its size [%]."""
+    ends = [panel.x.start, size]
+    panel.area((ends, [level - 0.12] * 2), (ends, [level + 0.12] * 2), colour, 1.0)
 
 
 def _in_words(shares: Mapping[str, Sequence[float]]) -> str:
@@ -59,18 +71,26 @@ def pose_plot(report: StoredReport, model: LiveModel) -> Picture | None:
 
 
 def _reading_plot(reading: StoredReading, asked: Reading) -> Picture:
-    axes = plot_axes("modulus of the fruit E [MPa]", "error of the modulus read [%]")
-    bias = [row.E_bias_percent for row in reading.moduli]
+    bias = [abs(row.E_bias_percent) for row in reading.moduli]
     scatter = [row.uncertainty_percent for row in reading.moduli]
-    drawn = ((bias, "worst pose, no noise", asked.bias_limit), (scatter, "deviation, level", asked.uncertainty_limit))
-    E = [row.E_MPa for row in reading.moduli]
-    for colour, (values, words, limit) in zip(SERIES, drawn, strict=False):
-        axes.plot(E, np.abs(numbers(values)), "o-", color=colour, label=words)
-        _draw_limit(axes, 100.0 * limit, "limit", colour)
-    axes.set_ylim(0.0, 1.12 * max(axes.dataLim.y1, 100.0 * asked.bias_limit, 100.0 * asked.uncertainty_limit))
-    plot_legend(axes, "center right")
+    limits, E = [100.0 * asked.bias_limit, 100.0 * asked.uncertainty_limit], [row.E_MPa for row in reading.moduli]
+    y = Scale(start=0.0, end=1.12 * max(*bias, *scatter, *limits))
+    panel = plot_panel("pose", _around(E), "modulus of the fruit E [MPa]", y, _ERROR_READ)
+    for colour, values, limit in zip(SERIES, (bias, scatter), limits, strict=False):
+        panel.line(E, values, colour)
+        panel.points(E, values, colour, 3.0)
+        _draw_limit(panel, limit, "limit", colour)
+    texts = zip(("worst pose, no noise", "deviation, level"), SERIES, strict=False)
+    draw_legend(panel, "center right", [Entry(text=text, colour=colour, kind="points") for text, colour in texts])
     caption = _of_the_worst(reading, asked.tilt_deg)
-    return plot_picture(axes, "pose", "Error of the reading in the worst pose", caption, f"Two lines. {caption}")
+    return plot_picture([panel], "pose", "Error of the reading in the worst pose", (caption, f"Two lines. {caption}"))
+
+
+def _around(values: Sequence[float]) -> Scale:
+    """Return a scale that shows all values with a margin, also of a single one [unit of the values]."""
+    least, most = min(values), max(values)
+    margin = 0.05 * (most - least or abs(most) or 1.0)
+    return Scale(start=least - margin, end=most + margin)
 
 
 def _of_the_worst(reading: StoredReading, tilt_deg: float) -> str:
@@ -83,31 +103,38 @@ def _of_the_worst(reading: StoredReading, tilt_deg: float) -> str:
     )
 
 
-def _draw_limit(axes: Axes, limit: float, words: str, colour: str) -> None:
+def _draw_limit(panel: Panel, limit: float, text: str, colour: str) -> None:
     """Draw a limit over the whole width, with its name."""
-    axes.axhline(limit, color=colour, linestyle="--")
-    place, across = (0.02, limit), ("axes fraction", "data")
-    axes.annotate(words, place, xycoords=across, va="bottom", color=colour, fontsize=9)
+    panel.level(limit, colour, dash=DASHED)
+    panel.write(text, panel.x.start, limit, Words(right=7.0, down=-7.0, colour=colour, size=9.0))
 
 
 def _tilt_plot(report: StoredReport, model: LiveModel) -> Picture:
     """Return the error of E read from the forces against tilt, by the linear law of the live answer."""
-    axes = plot_axes("tilt along the tips [deg]", "error of the modulus read [%]")
     press, moduli = report.design.press, report.design.fruit.E_MPa
     shown = moduli[:: max(1, (len(moduli) - 1) // 2)]
     errors = [_tilt_error(model, E, press.travel_mm) for E in shown]
-    for colour, E, error in zip(SERIES, shown, errors, strict=False):
-        axes.plot(_TILTS, error, color=colour, label=f"E = {E:g} MPa")
-    axes.axhline(0.0, color=INK, linewidth=0.8)
-    axes.axvspan(-press.tilt_spread_deg, press.tilt_spread_deg, color=MUTED, alpha=0.15, linewidth=0.0)
-    axes.set_ylim(-100.0, 100.0)
-    plot_legend(axes, "upper left")
+    y = Scale(start=-_LARGEST_SHOWN, end=_LARGEST_SHOWN)
+    panel = plot_panel("pose", _TILT_SCALE, "tilt along the tips [deg]", y, _ERROR_READ)
+    _draw_spread(panel, press.tilt_spread_deg)
+    for colour, error in zip(SERIES, errors, strict=False):
+        panel.line(_TILTS, error, colour)
+    lines = zip(shown, SERIES, strict=False)
+    draw_legend(panel, "upper left", [Entry(text=f"E = {E:g} MPa", colour=colour) for E, colour in lines])
     what = "force ratio" if model.by_ratio else "contrast"
     caption = (
         f"Layout {report.design.tips.layout}, read by the {what} of one reading: {_of_one_degree(errors)}. "
         "Tips are taken as higher or lower; the grey band is the tilt that a press may be off by."
     )
-    return plot_picture(axes, "pose", "Error of the reading against tilt", caption, f"{_lines(len(errors))}. {caption}")
+    words = (caption, f"{_lines(len(errors))}. {caption}")
+    return plot_picture([panel], "pose", "Error of the reading against tilt", words)
+
+
+def _draw_spread(panel: Panel, spread: float) -> None:
+    """Draw the band of tilts up to a spread [deg] to either side, and the line of no error."""
+    band = [-spread, spread]
+    panel.area((band, [panel.y.start] * 2), (band, [panel.y.end] * 2), MUTED, 0.15)
+    panel.level(0.0, INK, 0.8)
 
 
 def _lines(count: int) -> str:
@@ -135,19 +162,17 @@ def speed_plot(report: StoredReport) -> Picture | None:
     solves = _solves(report)
     if not solves:
         return None
-    axes, asked = plot_axes("wall time of the solve [s]", "error bar [%]"), 100.0 * report.tolerance
-    for colour, (name, seconds, percent) in zip(SERIES, solves, strict=False):
-        axes.plot(seconds, percent, "o", color=colour, markersize=8)
-        words = f"{name}: {percent:.2g} %"
-        axes.annotate(words, (seconds, percent), (10, -3), textcoords="offset points", color=INK)
-    _draw_limit(axes, asked, "asked for (--tol)", BAD)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    asked = 100.0 * report.tolerance
     _, times, percents = zip(*solves, strict=True)
-    axes.set_xlim(0.4 * min(times), 12.0 * max(times))
-    axes.set_ylim(0.3 * min(percents), 4.0 * max(asked, *percents))
+    x = Scale(start=0.4 * min(times), end=12.0 * max(times), logarithmic=True)
+    y = Scale(start=0.3 * min(percents), end=4.0 * max(asked, *percents), logarithmic=True)
+    panel = plot_panel("speed", x, "wall time of the solve [s]", y, "error bar [%]")
+    for colour, (name, seconds, percent) in zip(SERIES, solves, strict=False):
+        panel.points([seconds], [percent], colour, 4.0)
+        panel.write(f"{name}: {percent:.2g} %", seconds, percent, Words(right=9.0))
+    _draw_limit(panel, asked, "asked for (--tol)", BAD)
     caption = f"What each solve of this run took for its error; {report.contact_solve.method} for the contact."
-    return plot_picture(axes, "speed", "Speed against error", caption, f"Points. {caption}")
+    return plot_picture([panel], "speed", "Speed against error", (caption, f"Points. {caption}"))
 
 
 def _solves(report: StoredReport) -> list[tuple[str, float, float]]:

@@ -10,12 +10,13 @@ from cad.parts.housing import Housing
 from pipeline.modeller.answer import Answer, known
 from pipeline.modeller.modeller import Modeller
 from pipeline.page.answer import answer_of, dimension_rows, limit_of, shown, verdict_rows
+from pipeline.page.contact_picture import contact_picture
+from pipeline.page.drawing.picture import Picture
 from pipeline.page.error_plots import budget_plot, pose_plot, speed_plot
-from pipeline.page.field_plots import contact_picture, flexure_picture
 from pipeline.page.fields import Fields, fields_of_folder, fields_of_result
+from pipeline.page.flexure_picture import flexure_picture
 from pipeline.page.live_model import LiveModel, live_data, live_model
 from pipeline.page.mangoes import SeenMango, seen_mangoes, told_apart
-from pipeline.page.picture import Picture
 from pipeline.page.response_plots import modulus_plot, pressure_plot, travel_plot
 from pipeline.page.solid_pictures import SolidPictures
 from pipeline.report.outputs import Page

@@ -1,18 +1,21 @@
 """Plots of what the sensor shows: P over modulus and over travel, pressure on the skin over travel."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 
-from pipeline.page.field_plots import contact_radius
+from pipeline.page.contact_picture import contact_radius
+from pipeline.page.drawing.legend import Entry, draw_legend
+from pipeline.page.drawing.panel import BAD, DASHED, MUTED, SERIES, Panel, Words
+from pipeline.page.drawing.picture import Picture, plot_panel, plot_picture
+from pipeline.page.drawing.scale import Scale
 from pipeline.page.fields import Floats
 from pipeline.page.mangoes import SeenMango, numbers
-from pipeline.page.picture import BAD, INK, MUTED, SERIES, Picture, plot_axes, plot_legend, plot_picture
 from pipeline.report.stored import StoredReport, StoredResponse
 
 _LABEL_STEP = 0.055  # of the width of a plot, between the numbers of mangoes
+_NUMBERS_AT = 0.96  # of the height of a plot
 _NOTHING = 1e-9
 
 
@@ -23,30 +26,35 @@ def modulus_plot(report: StoredReport, mangoes: Sequence[SeenMango]) -> Picture 
     known = P[np.isfinite(P)]
     if not len(known):
         return None
-    axes = plot_axes("modulus of the fruit E [MPa]", "force ratio P [1]")
-    _draw_curve(axes, report, E, P)
-    nonlinearity = _draw_chord(axes, report, E, P)
-    _draw_mangoes(axes, mangoes, float(E[-1]))
-    axes.set_xlim(0.0, 1.02 * float(E[-1]))
-    axes.set_ylim(0.0, 1.12 * float(known.max()))
-    plot_legend(axes, "lower right")
+    x, y = (Scale(start=0.0, end=float(end)) for end in (1.02 * E[-1], 1.12 * known.max()))
+    panel = plot_panel("modulus", x, "modulus of the fruit E [MPa]", y, "force ratio P [1]")
+    drawn = [*_draw_bands(panel, report, P), _draw_curve(panel, report, E, P)]
+    drawn += [*_draw_chord(panel, report, E, P), *_draw_mangoes(panel, mangoes)]
+    nonlinearity = _draw_departure(panel, report, E, P)
+    draw_legend(panel, "lower right", drawn)
     caption = (
         f"At {curve.x_mm:g} mm travel, from {known[0]:.3g} to {known[-1]:.4g}{nonlinearity}. "
         "The numbers are the mangoes of the paper's Table I, bars the scatter of their own tests."
     )
-    title = "Force ratio over modulus"
-    return plot_picture(axes, "modulus", title, caption, f"Line plot of P over E. {caption}")
+    words = (caption, f"Line plot of P over E. {caption}")
+    return plot_picture([panel], "modulus", "Force ratio over modulus", words)
 
 
-def _draw_curve(axes: Axes, report: StoredReport, E: Floats, P: Floats) -> None:
-    """Draw P with its bands of moduli, from the softest fruit on where its P is known."""
-    for name, words, alpha in (("as_printed", "as printed", 0.16), ("calibrated", "after calibrating", 0.35)):
-        words = f"E that may show P, {words}"
-        axes.fill_betweenx(P, *_band(report, name), color=SERIES[0], alpha=alpha, linewidth=0.0, label=words)
+def _draw_bands(panel: Panel, report: StoredReport, P: Floats) -> Iterator[Entry]:
+    """Draw the moduli that may show each P, and yield their entries of the legend."""
+    for name, words, opacity in (("as_printed", "as printed", 0.16), ("calibrated", "after calibrating", 0.35)):
+        lower, upper = _band(report, name)
+        panel.area((lower, P), (upper, P), SERIES[0], opacity)
+        yield Entry(text=f"E that may show P, {words}", colour=SERIES[0], kind="area", opacity=opacity)
+
+
+def _draw_curve(panel: Panel, report: StoredReport, E: Floats, P: Floats) -> Entry:
+    """Draw P, from the softest fruit on where its P is known, and return its entry of the legend."""
     softest = report.curve.P_softest
     if softest is not None:
         E, P = np.concatenate([[0.0], E]), np.concatenate([[softest], P])
-    axes.plot(E, P, color=SERIES[0], linewidth=2.0, label="P at full travel")
+    panel.line(E, P, SERIES[0], 2.0)
+    return Entry(text="P at full travel", colour=SERIES[0])
 
 
 def _band(report: StoredReport, name: str) -> tuple[Floats, Floats]:
@@ -57,31 +65,29 @@ def _band(report: StoredReport, name: str) -> tuple[Floats, Floats]:
     upper = numbers(curve.E_upper_as_printed_MPa if printed else curve.E_upper_calibrated_MPa)
     known = np.isfinite(lower) | np.isfinite(upper)
     outside = 1.05 * curve.E_MPa[-1]
-    low = np.where(known, np.nan_to_num(lower, nan=0.0), np.nan)
-    return low, np.where(known, np.minimum(np.nan_to_num(upper, nan=outside), outside), np.nan)
+    least = np.where(known, np.nan_to_num(lower, nan=0.0), np.nan)
+    return least, np.where(known, np.minimum(np.nan_to_num(upper, nan=outside), outside), np.nan)
 
 
-def _draw_chord(axes: Axes, report: StoredReport, E: Floats, P: Floats) -> str:
-    """Draw the chord from no modulus to the largest and where NL is taken; return the NL judged in words."""
+def _draw_chord(panel: Panel, report: StoredReport, E: Floats, P: Floats) -> Iterator[Entry]:
+    """Draw the chord from no modulus to the largest, and yield its entry of the legend; none where P has no end."""
     start = report.curve.P_softest
-    if start is None or not math.isfinite(P[-1]):
-        return ""
-    axes.plot([0.0, E[-1]], [start, P[-1]], color=MUTED, linestyle="--", linewidth=1.2, label="straight line")
-    NL = _judged(report, "NL")
-    if NL is None:
-        return ""
-    definition = report.design.nominal_targets.NL_definition
-    _draw_departure(axes, NL, definition, (E, P, start + (P[-1] - start) * E / E[-1]))
-    return f", NL {100.0 * NL:.3g} % of its rise off the straight line ({definition})"
+    if start is not None and math.isfinite(P[-1]):
+        panel.line([0.0, E[-1]], [start, P[-1]], MUTED, 1.2, DASHED)
+        yield Entry(text="straight line", colour=MUTED, dash=DASHED)
 
 
-def _draw_departure(axes: Axes, NL: float, definition: str, curves: tuple[Floats, Floats, Floats]) -> None:
-    """Draw how far P is off its chord where NL [1] is taken; curves are E [MPa], P and chord [1]."""
-    E, P, chord = curves
+def _draw_departure(panel: Panel, report: StoredReport, E: Floats, P: Floats) -> str:
+    """Draw how far P is off its chord where NL is taken, and return the NL judged in words; none without both."""
+    start, NL = report.curve.P_softest, _judged(report, "NL")
+    if NL is None or start is None or not math.isfinite(P[-1]):
+        return ""
+    definition, chord = report.design.nominal_targets.NL_definition, start + (P[-1] - start) * E / E[-1]
     at = 0.5 * E[-1] if definition == "mid-range" else float(E[np.nanargmax(P - chord)])
     ends = [float(np.interp(at, E, values)) for values in (chord, P)]
-    axes.plot([at, at], ends, color=BAD, linewidth=2.0)
-    axes.annotate(f"NL {100.0 * NL:.3g} %", (at, ends[0]), (8, -14), textcoords="offset points", color=BAD)
+    panel.line([at, at], ends, BAD, 2.0)
+    panel.write(f"NL {100.0 * NL:.3g} %", at, ends[0], Words(right=8.0, down=11.0, colour=BAD))
+    return f", NL {100.0 * NL:.3g} % of its rise off the straight line ({definition})"
 
 
 def _judged(report: StoredReport, name: str) -> float | None:
@@ -89,32 +95,24 @@ def _judged(report: StoredReport, name: str) -> float | None:
     return next((verdict.value for verdict in report.verdicts if verdict.name == name), None)
 
 
-def _draw_mangoes(axes: Axes, mangoes: Sequence[SeenMango], E_max: float) -> None:
-    """Draw the mangoes on the line, their numbers in a row above it so that none covers another."""
+def _draw_mangoes(panel: Panel, mangoes: Sequence[SeenMango]) -> Iterator[Entry]:
+    """Draw the mangoes on the line, their numbers in a row above it so that none covers another; yield their entry."""
     if not mangoes:
         return
-    E, P = np.array([one.mango.E_MPa for one in mangoes]), np.array([one.P for one in mangoes])
-    scatter = [one.mango.scatter_MPa for one in mangoes]
-    axes.errorbar(
-        E,
-        P,
-        xerr=scatter,
-        fmt="o",
-        markersize=4.0,
-        color=SERIES[3],
-        elinewidth=1.0,
-        capsize=2.0,
-        label="mangoes of Table I",
-    )
-    order = np.argsort(E, kind="stable")
-    places = _apart(E[order], _LABEL_STEP * E_max)
-    level = 1.05 * float(axes.dataLim.y1)
-    for place, index in zip(places, order, strict=True):
-        number = str(mangoes[index].mango.number)
-        arrow = {"arrowstyle": "-", "color": MUTED, "linewidth": 0.6, "shrinkB": 3.0}
-        axes.annotate(
-            number, (E[index], P[index]), (float(place), level), ha="center", fontsize=9.0, color=INK, arrowprops=arrow
-        )
+    ordered = sorted(mangoes, key=lambda one: one.mango.E_MPa)
+    E = np.array([one.mango.E_MPa for one in ordered])
+    for one, place in zip(ordered, _apart(E, _LABEL_STEP * panel.x.end).tolist(), strict=True):
+        _draw_mango(panel, one, place)
+    panel.points(E, [one.P for one in ordered], SERIES[3], 2.2)
+    yield Entry(text="mangoes of Table I", colour=SERIES[3], kind="points")
+
+
+def _draw_mango(panel: Panel, seen: SeenMango, place: float) -> None:
+    """Draw the scatter of a mango as a bar, and its number above a place on the scale of moduli [MPa]."""
+    E, scatter, level = seen.mango.E_MPa, seen.mango.scatter_MPa, _NUMBERS_AT * panel.y.end
+    panel.line([E, place], [seen.P, level - 0.03 * panel.y.end], MUTED, 0.6)
+    panel.line([E - scatter, E + scatter], [seen.P, seen.P], SERIES[3], 1.0)
+    panel.write(str(seen.mango.number), place, level, Words(anchor="middle", size=9.0))
 
 
 def _apart(places: Floats, step: float) -> Floats:
@@ -133,34 +131,48 @@ def travel_plot(report: StoredReport) -> Picture | None:
     rows = [row for row in report.response if row.last_P is not None]
     if not rows:
         return None
-    axes = plot_axes("travel x [mm]", "force ratio P [1]")
+    lasts, travel = [row.last_P or 0.0 for row in rows], report.design.press.travel_mm
+    highest = max(float(np.nanmax(_highest(row))) for row in rows)
+    panel = _over_travel("travel", travel, "force ratio P [1]", 1.05 * highest)
     for place, row in enumerate(rows):
-        _draw_ratio(axes, row, SERIES[place % len(SERIES)])
-    axes.set_ylim(0.0, None)
-    _label_moduli(axes, rows, [row.last_P or 0.0 for row in rows], report.design.press.travel_mm)
+        _draw_ratio(panel, row, SERIES[place % len(SERIES)])
+    _label_moduli(panel, rows, lasts, travel)
     spread = _judged(report, "P_displacement_independent")
     widest = max((error for row in rows for error in _errors(row)), default=0.0)
     varies = "" if spread is None else f" P varies by {_percent(spread)} of its mean over the travel."
     caption = (
         f"The paper's Fig. 11.{varies} The bands are the error bars of P from mesh and springs, at most {widest:.2g} %."
     )
-    return plot_picture(axes, "travel", "Force ratio over travel", caption, f"One line for each modulus. {caption}")
+    return plot_picture(
+        [panel], "travel", "Force ratio over travel", (caption, f"One line for each modulus. {caption}")
+    )
 
 
-def _draw_ratio(axes: Axes, row: StoredResponse, colour: str) -> None:
+def _over_travel(name: str, travel: float, label: str, most: float) -> Panel:
+    """Return an empty panel of values from 0 to `most` over the travel [mm], with room for words at its end."""
+    x, y = Scale(start=0.0, end=1.22 * travel), Scale(start=0.0, end=most)
+    return plot_panel(name, x, "travel x [mm]", y, label)
+
+
+def _highest(row: StoredResponse) -> Floats:
+    """Return the upper ends of the error bars of P over the travel [1], nan where P is not known."""
+    return np.asarray(numbers(row.P) * (1.0 + 0.01 * np.nan_to_num(numbers(row.P_error_percent))))
+
+
+def _draw_ratio(panel: Panel, row: StoredResponse, colour: str) -> None:
     P, error = numbers(row.P), 0.01 * numbers(row.P_error_percent)
-    axes.fill_between(row.x_mm, P * (1.0 - error), P * (1.0 + error), color=colour, alpha=0.3, linewidth=0.0)
-    axes.plot(row.x_mm, P, color=colour, marker="o", markersize=2.5)
+    panel.area((row.x_mm, P * (1.0 - error)), (row.x_mm, P * (1.0 + error)), colour, 0.3)
+    panel.line(row.x_mm, P, colour)
+    panel.points(row.x_mm, P, colour, 1.4)
 
 
-def _label_moduli(axes: Axes, rows: Sequence[StoredResponse], ends: Sequence[float], travel: float) -> None:
+def _label_moduli(panel: Panel, rows: Sequence[StoredResponse], ends: Sequence[float], travel: float) -> None:
     """Write the modulus at the end of each line, apart from each other."""
-    axes.set_xlim(0.0, 1.22 * travel)
     order = np.argsort(ends, kind="stable")
-    levels = _apart(np.array(ends)[order], 0.05 * axes.get_ylim()[1])
+    levels = _apart(np.array(ends)[order], 0.05 * panel.y.end)
     for place, level in zip(order.tolist(), levels.tolist(), strict=True):
         colour = SERIES[place % len(SERIES)]
-        axes.annotate(f"{rows[place].E_MPa:g} MPa", (1.02 * travel, level), color=colour, va="center", fontsize=9)
+        panel.write(f"{rows[place].E_MPa:g} MPa", 1.02 * travel, level, Words(colour=colour, size=9.0))
 
 
 def _errors(row: StoredResponse) -> list[float]:
@@ -173,30 +185,30 @@ def _percent(share: float) -> str:
 
 def pressure_plot(report: StoredReport) -> Picture:
     """Return the mean pressure under the worst tip [MPa] over the travel [mm] at each modulus, with the limits."""
-    axes = plot_axes("travel x [mm]", "mean pressure under a tip [MPa]")
     limits, travel = report.design.fruit.bruise_limits_MPa, report.design.press.travel_mm
     pressures = [mean_pressures(report, row) for row in report.response]
-    for place, (row, pressure) in enumerate(zip(report.response, pressures, strict=True)):
-        axes.plot(row.x_mm, pressure, color=SERIES[place % len(SERIES)])
-    _draw_limits(axes, limits, travel)
     lasts = [float(pressure[-1]) for pressure in pressures]
-    axes.set_ylim(0.0, 1.08 * max((*lasts, *limits)) or 1.0)
-    _label_moduli(axes, report.response, lasts, travel)
+    most = 1.08 * max((*lasts, *limits)) or 1.0
+    panel = _over_travel("pressure", travel, "mean pressure under a tip [MPa]", most)
+    for place, (row, pressure) in enumerate(zip(report.response, pressures, strict=True)):
+        panel.line(row.x_mm, pressure, SERIES[place % len(SERIES)])
+    _draw_limits(panel, limits, travel)
+    _label_moduli(panel, report.response, lasts, travel)
     what = "Dashed: what the fruit stands." if limits else "No limit is set for this fruit (fruit.bruise_limit_MPa)."
     caption = f"At full travel up to {max(lasts):.3g} MPa, in the pose of the design. {what}"
     title = "Pressure on the skin over travel"
-    return plot_picture(axes, "pressure", title, caption, f"One line for each modulus. {caption}")
+    return plot_picture([panel], "pressure", title, (caption, f"One line for each modulus. {caption}"))
 
 
-def _draw_limits(axes: Axes, limits: Sequence[float], travel: float) -> None:
+def _draw_limits(panel: Panel, limits: Sequence[float], travel: float) -> None:
     """Draw one limit over the whole travel, or that of each modulus at its end [MPa]."""
     if len(set(limits)) == 1:
-        axes.axhline(limits[0], color=BAD, linestyle="--", linewidth=2.0)
-        axes.annotate("limit", (0.02 * travel, limits[0]), va="bottom", color=BAD)
+        panel.level(limits[0], BAD, 2.0, DASHED)
+        panel.write("limit", 0.02 * travel, limits[0], Words(down=-8.0, colour=BAD))
         return
     for place, limit in enumerate(limits):
         colour = SERIES[place % len(SERIES)]
-        axes.hlines(limit, 0.9 * travel, travel, color=colour, linestyle="--", linewidth=2.0)
+        panel.line([0.9 * travel, travel], [limit, limit], colour, 2.0, DASHED)
 
 
 def mean_pressures(report: StoredReport, row: StoredResponse) -> Floats:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from pipeline.page.picture import Picture
+from pipeline.page.drawing.picture import Picture
 
 
 @dataclass(frozen=True, kw_only=True)

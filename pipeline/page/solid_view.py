@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.page.drawing.raster import FINE, frontmost, reduced
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Pixels = NDArray[np.uint8]
@@ -14,8 +16,7 @@ _LIGHT = np.array([-0.35, -0.75, 0.95])
 _AMBIENT = 0.42
 _FOLD = 0.92  # cosine between neighbouring faces below which an edge is drawn
 _STEP = 1.2  # [mm] of depth between neighbouring pixels that is another body part behind
-_DARK = (0.10, 0.11, 0.13, 1.0)  # of edges
-_FINE = 2  # pixels drawn for each pixel kept, each way
+_DARK = (0.10, 0.11, 0.13)  # of edges
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,12 +86,11 @@ def rendered(bodies: Sequence[Facets], view: View) -> Rendering:
     owner = np.repeat(np.arange(len(bodies)), [len(body.corners) for body in bodies])
     seen, normals = _turned_to(view, corners)
     owner = owner[seen]
-    front, depth = _frontmost(view.pixels_of(corners[seen]) * np.array([_FINE, _FINE, 1.0]), view.size)
+    front, depth = frontmost(view.pixels_of(corners[seen]) * np.array([FINE, FINE, 1.0]), view.size)
     colours = np.array([body.colour for body in bodies])[owner] * _shade(normals)[:, None]
-    picture = np.concatenate([colours[front], (front >= 0)[..., None]], axis=-1)
-    picture[_edges(front, depth, normals, owner)] = _DARK
-    shown = np.append(owner, -1)[front][::_FINE, ::_FINE]
-    return Rendering(pixels=_reduced(picture), seen=shown)
+    shades = np.where(_edges(front, depth, normals, owner), len(colours), front)
+    shown = np.append(owner, -1)[front][::FINE, ::FINE]
+    return Rendering(pixels=reduced(shades, np.vstack([colours, _DARK])), seen=shown)
 
 
 def _turned_to(view: View, corners: Floats) -> tuple[Ints, Floats]:
@@ -105,63 +105,6 @@ def _shade(normals: Floats) -> Floats:
     """Return how bright faces are [1], shape (faces,), by their unit normals (faces, 3)."""
     towards_light = normals @ (_LIGHT / np.linalg.norm(_LIGHT))
     return np.asarray(_AMBIENT + (1.0 - _AMBIENT) * np.clip(towards_light, 0.0, 1.0))
-
-
-def _frontmost(places: Floats, size: tuple[int, int]) -> tuple[Ints, Floats]:
-    """Return for each fine pixel the triangle in front, -1 for none, and its depth; places (triangles, 3, 3)."""
-    width, height = (_FINE * count for count in size)
-    pixel, triangle = _covered(places, width, height)
-    slope, level = _planes(places)
-    x, y = (pixel % width) + 0.5, (pixel // width) + 0.5
-    depth = level[triangle] + slope[triangle, 0] * x + slope[triangle, 1] * y
-    order = np.argsort(depth, kind="stable")  # the last one written to a pixel stays: the nearest
-    front, nearest = np.full(width * height, -1), np.full(width * height, -np.inf)
-    front[pixel[order]], nearest[pixel[order]] = triangle[order], depth[order]
-    return front.reshape(height, width), nearest.reshape(height, width)
-
-
-def _planes(places: Floats) -> tuple[Floats, Floats]:
-    """Return the slopes (triangles, 2) and the level (triangles,) of the depth of triangles over the picture."""
-    start = places[:, 0]
-    normal = np.cross(places[:, 1] - start, places[:, 2] - start)
-    upright = np.where(normal[:, 2] == 0.0, 1.0, normal[:, 2])  # one that is seen from its edge covers no pixel
-    slope = -normal[:, :2] / upright[:, None]
-    return slope, start[:, 2] - (slope * start[:, :2]).sum(axis=1)
-
-
-def _covered(places: Floats, width: int, height: int) -> tuple[Ints, Ints]:
-    """Return every pixel whose middle a triangle covers, and the triangle, line by line."""
-    y = places[:, :, 1]
-    triangle, row = _runs(*_middles(y.min(axis=1), y.max(axis=1), height))
-    line, column = _runs(*_middles(*_ends(places[triangle], np.asarray(row + 0.5, dtype=np.float64)), width))
-    return row[line] * width + column, triangle[line]
-
-
-def _middles(start: Floats, end: Floats, size: int) -> tuple[Ints, Ints]:
-    """Return the first pixel whose middle lies beyond each start, and how many lie before the end, within a size."""
-    first, last = (np.clip(np.ceil(at - 0.5), 0, size).astype(np.int64) for at in (start, end))
-    return first, np.maximum(last - first, 0)
-
-
-def _runs(first: Ints, count: Ints) -> tuple[Ints, Ints]:
-    """Return, for runs of so many numbers from a first one, which run each number is of, and the number."""
-    run = np.repeat(np.arange(len(count)), count)
-    before = np.cumsum(count) - count
-    return run, np.arange(len(run)) - before[run] + first[run]
-
-
-def _ends(corners: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return where a level line enters and leaves each triangle; corners (n, 3, 3), y (n,) [pixels]."""
-    left, right = np.full(len(y), np.inf), np.full(len(y), -np.inf)
-    for start, end in ((0, 1), (1, 2), (2, 0)):
-        a, b = corners[:, start], corners[:, end]
-        rise = b[:, 1] - a[:, 1]
-        share = np.divide(y - a[:, 1], rise, out=np.full(len(y), -1.0), where=rise != 0.0)
-        crosses = (share >= 0.0) & (share <= 1.0)
-        x = a[:, 0] + share * (b[:, 0] - a[:, 0])
-        left[crosses] = np.minimum(left, x)[crosses]
-        right[crosses] = np.maximum(right, x)[crosses]
-    return left, right
 
 
 def _edges(front: Ints, depth: Floats, normals: Floats, owner: Ints) -> NDArray[np.bool_]:
@@ -185,12 +128,3 @@ def _apart(a: Ints, b: Ints, normals: Floats, owner: Ints) -> NDArray[np.bool_]:
     turned = np.einsum("...i,...i", normals[a], normals[b]) < _FOLD
     apart[other] = turned | (owner[a] != owner[b])
     return apart
-
-
-def _reduced(picture: Floats) -> Pixels:
-    """Return a picture with the mean of each block of fine pixels, its colours weighted by what they cover."""
-    height, width = picture.shape[0] // _FINE, picture.shape[1] // _FINE
-    blocks = picture[: _FINE * height, : _FINE * width].reshape(height, _FINE, width, _FINE, 4)
-    cover = blocks[..., 3:].mean(axis=(1, 3))
-    colour = (blocks[..., :3] * blocks[..., 3:]).mean(axis=(1, 3)) / np.maximum(cover, 1e-9)
-    return np.asarray(np.round(255.0 * np.concatenate([colour, cover], axis=-1)), dtype=np.uint8)

@@ -188,7 +188,7 @@ def _sum_of_images(fields: dict[tuple[int, int], HalfSpaceField], parity: Parity
 
 
 def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
-    """Return the dofs that vanish on the mirror planes: across the plane when even, along it when odd."""
+    """Return the dofs that vanish on the mirror planes, shape (n,): across the plane when even, along it when odd."""
     dofs = [np.zeros(0, dtype=np.int64)]
     for axis, (name, sign) in enumerate(zip(PLANES, parity, strict=True)):
         if sign:

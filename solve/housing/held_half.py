@@ -101,7 +101,7 @@ def with_symmetry(half: HeldHalf, direction: Direction) -> HeldHalf:
 
 
 def face_mean(basis: CellBasis, name: str, axis: int, *, turn: bool = False) -> Floats:
-    """Return the vector whose product with the dofs is the mean of a displacement component over a face.
+    """Return the vector (dofs,) whose product with displacements is the mean of a component over a face.
 
     With `turn` it is the slope of the component along x, by least squares.
     """

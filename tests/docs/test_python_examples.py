@@ -16,6 +16,7 @@ def attributes() -> list[str]:
     return re.findall(r"^\| `(\w+)` \|", PAGE, flags=re.MULTILINE)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_page")
 @pytest.mark.skipif(not OFFERED, reason="the package does not offer run() yet")
 def test_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

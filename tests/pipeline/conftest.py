@@ -1,7 +1,6 @@
 """The default run, once for all tests of the session, and a stand-in for it where a test is of what is around it."""
 
 import contextlib
-import functools
 import io
 import json
 from dataclasses import dataclass, replace
@@ -47,11 +46,6 @@ def default_run(tmp_path_factory: pytest.TempPathFactory) -> DefaultRun:
     return DefaultRun(code=code, folder=folder, result=results[0], printed=printed.getvalue())
 
 
-@functools.cache
-def _result() -> SensorResult:
-    return result_of()
-
-
 class StandInRun:
     """Stands for `pipeline.run`: writes a report where it is told, keeps what it was asked for, returns a result."""
 
@@ -60,7 +54,7 @@ class StandInRun:
         self.asked: list[tuple[Design, RunOptions]] = []
         self.passed: bool | None = True
         self.error: BaseException | None = None
-        self.result = _result()
+        self.result = result_of()
 
     @property
     def designs(self) -> list[Design]:

@@ -111,7 +111,7 @@ def _row(sensor: MeasuringUnit, nominal: MeasuringUnit, E: float) -> UnitRow:
 
 
 def open_by_springs(sensor: MeasuringUnit, slopes: Sequence[float]) -> float:
-    """Return the half width that holds 95 % of a value by its springs, of its slopes over the share of each spring."""
+    """Return the half width that holds 95 % of a value [its unit] by its springs, of its slopes over their shares."""
     shares = zip(slopes, sensor.unit.K_percent, strict=True)
     return COVERAGE * math.hypot(*(slope * 0.01 * percent for slope, percent in shares))
 

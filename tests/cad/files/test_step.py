@@ -29,6 +29,7 @@ def two_bodies():
     return (Body(name="box", shape=box, colour=(1, 0, 0)), Body(name="dome", shape=dome, colour=(0, 1, 0.5)))
 
 
+@pytest.mark.slow
 def test_same_bytes_in_every_process_hash_seed_and_folder(tmp_path):
     here, there = tmp_path / "here", tmp_path / "a folder" / "of another name"
     for folder in (here, there):

@@ -64,6 +64,7 @@ def test_solving_the_fitted_housing_finds_the_same_numbers(fitted):
     assert again.error == pytest.approx(fitted.stiffness.error, rel=0.02)
 
 
+@pytest.mark.slow
 def test_loose_tolerance_is_met_on_the_coarse_mesh(fitted):
     rough = fit_lengths(HOUSING, TARGETS, *MATERIAL, 0.02)
     loose = rough.stiffness

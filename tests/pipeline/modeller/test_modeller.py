@@ -26,6 +26,7 @@ def kill(signal): os.kill(os.getpid(), signal)
 def leave(code): os._exit(code)
 def talk(): print("nothing of this"); os.write(1, b"nor of that"); os.write(2, b"is heard")
 def sleep(): time.sleep(600)
+def get_ready(): pass
 TASKS = {one.__name__: one for one in (double, number, fail, kill, leave, talk, sleep)}
 """
 """Tasks that load no kernel, in the place of those that model."""

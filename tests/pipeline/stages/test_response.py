@@ -4,13 +4,14 @@ import importlib
 
 import numpy as np
 import pytest
-from stand_ins import CONTACT, print_everything, print_summary, result_of, sizing_of, springs_of
+from stand_ins import CONTACT, fresh_result, print_everything, print_summary, result_of, sizing_of, springs_of
 
 import pipeline.stages.response
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
+from pipeline.options import RunOptions
 from pipeline.report.mapping import report_mapping
 from pipeline.report.outputs import write_outputs
 from pipeline.stages.response import TRAVELS, mean_tip_pressure, press_scene, refuse_unsolvable, spring_shares
@@ -34,7 +35,7 @@ def solved(monkeypatch):
 
 def test_every_press_of_a_run_is_solved_once(solved):
     """Table, scan, hardest press and curve of its own springs and of the paper's."""
-    result_of()
+    fresh_result(Design(), RunOptions())
     assert len(solved) == len(set(solved)) == 8
 
 

@@ -7,7 +7,7 @@ import pytest
 from squares import GENTLE, LENGTHS
 from stand_ins import springs_of
 
-import pipeline.modeller.tasks
+import pipeline.modeller.sensor_files
 from cad.design.parameters import Design
 from cad.files.step import read_step
 from pipeline.stages.solids import write_solids
@@ -39,7 +39,7 @@ def square(tmp_path_factory):
 
 
 def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tmp_path, monkeypatch):
-    monkeypatch.setattr(pipeline.modeller.tasks, "write_sensor", lambda *_: pytest.fail("made again"))
+    monkeypatch.setattr(pipeline.modeller.sensor_files, "write_sensor", lambda *_: pytest.fail("made again"))
     verdicts = write_solids(Design(), springs_of(Design()), tmp_path)
     assert {"geometry.valid", "geometry.watertight"} <= {verdict.name for verdict in verdicts}
     assert [verdict.name for verdict in verdicts if not verdict.passed] == []

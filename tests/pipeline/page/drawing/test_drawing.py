@@ -1,0 +1,92 @@
+"""Scales, panels and pixels of plots show values where they are."""
+
+import io
+import math
+import re
+from base64 import b64decode
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from pipeline.page.drawing.panel import Box, Panel, Words
+from pipeline.page.drawing.picture import png_address
+from pipeline.page.drawing.raster import FINE, frontmost, reduced
+from pipeline.page.drawing.scale import Scale
+
+MINUS = "\N{MINUS SIGN}"
+BOX = Box(left=10.0, top=20.0, width=100.0, height=50.0)
+
+
+def panel(**changes):
+    return Panel(name="p", box=BOX, **({"x": Scale(start=0, end=2), "y": Scale(start=0, end=1)} | changes))
+
+
+@pytest.mark.parametrize(
+    ("scale", "texts"),
+    [
+        (Scale(start=0.0, end=0.73), ["0.0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7"]),
+        (Scale(start=-100.0, end=100.0), [f"{MINUS}100", f"{MINUS}50", "0", "50", "100"]),
+        (Scale(start=0.0, end=5.6, steps=3), ["0", "2", "4"]),
+        (Scale(start=0.006, end=50.0, logarithmic=True), ["0.01", "0.1", "1", "10"]),
+        (Scale(start=0.3, end=4.0, logarithmic=True), ["0.5", "1", "2"]),
+    ],
+)
+def test_numbers_of_a_scale_are_round_and_inside(scale, texts):
+    assert [text for _, text in scale.ticks] == texts
+    assert all(scale.start <= value <= scale.end for value, _ in scale.ticks)
+
+
+def test_values_stand_in_proportion_or_by_their_logarithm():
+    assert Scale(start=-1.0, end=3.0).shares([-1.0, 1.0, 3.0]).tolist() == [0.0, 0.5, 1.0]
+    assert Scale(start=0.1, end=1000.0, logarithmic=True).shares([0.1, 10.0, 1000.0]) == pytest.approx([0.0, 0.5, 1.0])
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [
+        {"start": 1.0, "end": 1.0},
+        {"start": 0.0, "end": math.nan},
+        {"start": 0.0, "end": 1.0, "logarithmic": True},
+    ],
+)
+def test_scale_without_extent_is_refused(ends):
+    with pytest.raises(ValueError, match="scale cannot go from"):
+        Scale(**ends)
+
+
+def test_line_runs_through_its_values_and_breaks_where_one_is_missing():
+    drawn = panel()
+    drawn.line([0.0, 1.0, np.nan, 1.5, 2.0], [0.0, 0.5, 0.5, 1.0, 1.0], "red")
+    assert 'd="M10.00 70.00L60.00 45.00M85.00 20.00L110.00 20.00"' in drawn.svg()
+
+
+def test_words_are_text_that_cannot_be_markup():
+    drawn = panel(x_label="<x>")
+    drawn.write("<b>", 1.0, 0.5, Words())
+    assert re.findall(r">(&lt;[xb]&gt;)</text>", drawn.svg()) == ["&lt;x&gt;", "&lt;b&gt;"]
+
+
+def test_png_holds_the_pixels():
+    """Another reader of PNG finds what was written."""
+    pixels = np.random.default_rng(1).integers(0, 256, (7, 5, 4), dtype=np.uint8)
+    _, _, data = png_address(pixels).partition("base64,")
+    assert np.array_equal(np.asarray(Image.open(io.BytesIO(b64decode(data)))), pixels)
+
+
+def test_nearer_triangle_is_in_front_wherever_both_are():
+    """Two halves of a square, one behind and one before a triangle that is as deep as its place from the left."""
+    size, side = (8, 8), 8.0 * FINE
+    sloped = [[-side, -side, -side], [3 * side, -side, 3 * side], [-side, 3 * side, -side]]
+    flat = [[-side, -side, 0.5 * side], [3 * side, -side, 0.5 * side], [-side, 3 * side, 0.5 * side]]
+    front, depth = frontmost(np.array([sloped, flat]), size)
+    left = np.arange(8 * FINE) + 0.5
+    assert np.array_equal(front, np.broadcast_to(np.where(left > 0.5 * side, 0, 1), front.shape))
+    assert depth == pytest.approx(np.broadcast_to(np.maximum(left, 0.5 * side), depth.shape))
+
+
+def test_pixel_is_the_mean_of_what_is_drawn_in_it():
+    """All red, half red and half blue, a quarter red and the rest nothing, nothing."""
+    shades = np.array([[0, 0, 0, 1, 0, -1, -1, -1], [0, 0, 0, 1, -1, -1, -1, -1]])
+    (pixels,) = reduced(shades, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])).tolist()
+    assert pixels == [[255, 0, 0, 255], [127, 0, 127, 255], [255, 0, 0, 63], [0, 0, 0, 0]]
