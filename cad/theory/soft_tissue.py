@@ -15,6 +15,7 @@ FleshLawName = Literal["neo-hooke", "hencky", "foam"]
 FLESH_LAWS: tuple[FleshLawName, ...] = ("neo-hooke", "hencky", "foam")
 
 LEAST_COMPRESSIBLE = 0.4995  # Poisson's ratio beyond which a gripping tip is no stiffer than a slippery one
+LARGEST_POISSON = 0.49  # up to which large strain is solved: the elements were measured there
 LARGEST_CHANGE = 0.9  # of a stiffness; a larger one is beyond these formulas
 _DATA = Path(__file__).parent / "large_strain.toml"
 

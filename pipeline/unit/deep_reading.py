@@ -11,7 +11,7 @@ from dataclasses import replace
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.pair_line import PairLine
-from cad.theory.soft_tissue import FLESH_LAWS, large_strain_factor
+from cad.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON, large_strain_factor
 from pipeline.unit.deep_pair import TOO_DEEP, DeepPair, Sample
 from pipeline.unit.fruit_reading import FruitReading, combined, flags_of_forces, judged_reading
 from pipeline.unit.measuring import MeasuringUnit
@@ -30,7 +30,7 @@ def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample]
     except ReadingError as error:
         return _without_modulus(error)
     by_curve = curve_share(law, samples, E)
-    u = combined(sensor, E, math.hypot(line.error, *_unit_shares(sensor, law, samples, E)), by_curve, by_law)
+    u = _half_width(sensor, law, samples, E, (line.error, by_curve, by_law))
     reading = judged_reading(sensor, E, u, _turned(sensor, line), deepest)
     ratio = _by_ratio(sensor, law, deepest)
     if ratio is None or abs(ratio[0] / E - 1.0) > _allowed_apart(sensor, by_curve, line.error, ratio[1]):
@@ -68,12 +68,25 @@ def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[f
         E, by_law, others = _with_others(sensor, law, lambda each: each.ratio_modulus(forces))
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
-    lead = math.tan(math.radians(sensor.steepest_deg)) * sensor.design.tips.spacing_mm
-    by_lead = lead / (math.sqrt(3.0) * abs(law.lead_slopes(forces, E)[2]))
     samples = [(1, forces[0], forces[1])]
-    scatter = math.hypot(_noise(sensor, law, forces, E), by_lead, *_unit_shares(sensor, law, samples, E))
-    u = combined(sensor, E, scatter, curve_share(law, samples, E), by_law)
+    scatter = math.hypot(_noise(sensor, law, forces, E), _by_lead(sensor, law, forces, E))
+    u = _half_width(sensor, law, samples, E, (scatter, curve_share(law, samples, E), by_law))
     return _told(law, replace(judged_reading(sensor, E, u, _LEVEL, forces), others=others), forces)
+
+
+def _half_width(
+    sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample], E: float, known: tuple[float, float, float]
+) -> float:
+    """Return the half width of E [1] by the standard deviation and the two bounds that are `known`, unit and nu."""
+    scatter, *bounds = known
+    scatter = math.hypot(scatter, *_unit_shares(sensor, law, samples, E))
+    return combined(sensor, E, scatter, *bounds, curve_by_poisson=_by_poisson(sensor, law, samples, E))
+
+
+def _by_lead(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float], E: float) -> float:
+    """Return the standard deviation of the modulus [1] by a lead of either tip within the tilts of the design."""
+    lead = math.tan(math.radians(sensor.steepest_deg)) * sensor.design.tips.spacing_mm
+    return lead / (math.sqrt(3.0) * abs(law.lead_slopes(forces, E)[2]))
 
 
 def _turned(sensor: MeasuringUnit, line: PairLine) -> tuple[float, float]:
@@ -109,6 +122,23 @@ def curve_share(law: DeepPair, samples: Sequence[Sample], E: float) -> float:
     A line tells slopes: a curve that bends within its bars moves E farther than one that is off alike everywhere.
     """
     return math.fsum(times * abs(law.moved(samples, E, other, _EXACT)) for other, times in law.nudged())
+
+
+def _by_poisson(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample], E: float) -> float:
+    """Return the slope of ln E over nu [1] by the curve alone, over all nu that the fruit may have and that are solved.
+
+    The curve is taken to move with nu as that of a sharp tip does.
+    """
+    fruit = sensor.design.fruit
+    ends = [min(max(fruit.poisson + side * fruit.poisson_spread, 0.0), LARGEST_POISSON) for side in (-1.0, 1.0)]
+    if ends[0] == ends[1]:
+        return 0.0
+    moved = []
+    for nu in ends:
+        shares = [large_strain_factor(d, nu) / large_strain_factor(d, fruit.poisson) for d in law.depths]
+        factors = tuple(factor * share for factor, share in zip(law.factors, shares, strict=True))
+        moved.append(law.moved(samples, E, replace(law, factors=factors), _EXACT))
+    return (moved[1] - moved[0]) / (ends[1] - ends[0])
 
 
 def _noise(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float], E: float) -> float:

@@ -104,16 +104,18 @@ def judged_reading(
     )
 
 
-def combined(sensor: MeasuringUnit, E: float, scatter: float, *more: float) -> float:
+def combined(sensor: MeasuringUnit, E: float, scatter: float, *more: float, curve_by_poisson: float = 0.0) -> float:
     """Return the half width that holds 95 % [1], of a standard deviation [1] and of what biases a reading of E [MPa].
 
-    `more` are bounds of further biases [1].
+    `more` are bounds of further biases [1]; `curve_by_poisson` [1] is the slope of ln E over nu by the curve of a tip.
 
     A bias may lie anywhere within its bound: its standard deviation is the bound over the root of three (JCGM 100:2008,
-    4.3.7). What is felt is E / (1 - nu^2), so a standard deviation dnu moves E by 2 nu dnu / (1 - nu^2).
+    4.3.7). What is felt is E / (1 - nu^2), so a standard deviation dnu moves E by 2 nu dnu / (1 - nu^2), less what the
+    curve moves it: both are of one nu.
     """
     fruit = sensor.design.fruit
-    by_poisson = 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
+    felt = -2.0 * fruit.poisson / (1.0 - fruit.poisson**2)
+    by_poisson = (felt + curve_by_poisson) * fruit.poisson_spread
     bounds = sensor.bias(E), 0.01 * sensor.report.read_out.model_error_percent, *more
     return COVERAGE * math.hypot(scatter, by_poisson, *(bound / math.sqrt(3.0) for bound in bounds))
 

@@ -25,6 +25,8 @@ from solve.linear import SolveError
 # Shares of a force, not recomputed here: 3-D finite elements of a square tip, sharp or with a fillet, against the
 # circle of equal area, and of two tips against linear crosstalk.
 SQUARE_SHARP, SQUARE_ROUNDED, CROSSTALK = 2e-3, 5e-3, 1.1e-3
+# A body twice as wide and high, log neo-Hooke: sharp, and more by the share of the radius that is rounded.
+FINITE_BODY, OF_ROUNDED = 1e-3, 1.6e-2
 MOST_ITERATIONS = 30
 RESIDUAL_LIMIT = 1e-12  # of the travel
 
@@ -154,5 +156,7 @@ class _Balance:
 def flesh_error(scene: Scene, curve: ForceCurve, depth: Floats) -> Floats:
     """Return the relative error of the flesh's force [1] at depths [tip sides], of the same shape."""
     square = SQUARE_ROUNDED if scene.tips.fillet_mm > 0.0 else SQUARE_SHARP
-    mapped = CROSSTALK + (square if scene.tips.shape == "cube" else 0.0)
+    tip = round_tip(scene)
+    body = FINITE_BODY + OF_ROUNDED * tip.edge / tip.radius
+    mapped = CROSSTALK + body + (square if scene.tips.shape == "cube" else 0.0)
     return np.asarray(curve.error(depth) / curve.factor(depth) + mapped)

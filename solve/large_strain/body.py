@@ -115,7 +115,7 @@ class RoundBody:
 
 
 def whole_matrices(entries: Floats) -> Floats:
-    """Return the matrices (elements, 18, 18) of their entries on and below the diagonal (171, elements)."""
+    """Return the matrices (elements, 18, 18) of their entries on and below the diagonal (171, elements) [same unit]."""
     whole = np.empty((entries.shape[1], DOFS, DOFS))
     whole[:, ROWS, COLUMNS] = whole[:, COLUMNS, ROWS] = entries.T
     return whole

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.quantity import fault
-from cad.theory.soft_tissue import FLESH_LAWS, FleshLawName
+from cad.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON, FleshLawName
 from solve.arrays import Floats
 from solve.elasticity import lame_parameters
 
-LARGEST_POISSON = 0.49  # up to which the elements were measured
 FOAM_EXPONENT = 4.0
 
 

@@ -10,18 +10,20 @@ from cad.quantity import fault
 from cad.theory.hertz import force_factor
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
+from solve.large_strain.curve_error import fillet_loss, rim_error, unseen_error
 from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.press import PressedForces, TipPress, pressed
-from solve.large_strain.tip_profile import Dome, TipProfile
+from solve.large_strain.tip_profile import Dome, FlatTip, TipProfile
 from solve.linear import SolveError
 
 DEPTH_SHARES = (0.005, 0.02, 0.04, 0.08, 0.12, 0.17, 0.25, 1 / 3, 5 / 12, 0.5, 7 / 12, 2 / 3, 0.75, 5 / 6, 11 / 12, 1.0)
 DOME_SHARES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 REFINEMENTS = (1, 2)
 LEAST_SLIDING_EDGE = 0.05  # of the tip's radius
-# Of a factor where both meshes agree, for penalty, finite body, steps and far elements. It is chosen, not derived:
-# docs/large-scenes.md says how often the bars hold a finer mesh, whose far elements are smaller too.
-LEAST_ERROR = 1e-3
+LEAST_SOLVED_EDGE = 0.006  # of the tip's radius: half of what a smaller fillet takes off the force is 0.3 % at most
+# Of a factor: meshes that part by more found two equilibria; elsewhere they part by 1.2 % at most. Hencky's law at
+# nu < 0.2 snaps round a sharp edge, earlier and to less energy on each finer mesh: none of its branches is the limit.
+MOST_APART = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +80,7 @@ class ForceCurve:
 
 
 def force_curve(tip: TipProfile, law: FleshLaw, deepest: float, *, slides: bool = False) -> ForceCurve:
-    """Return the curve of a tip down to a depth [tip sides], or as deep as both meshes found equilibrium.
+    """Return the curve of a tip down to a depth [tip sides], or as deep as both meshes found the same equilibrium.
 
     Raises InputError where the depth is not positive or beyond a dome's fine elements, and for a sharp edge that slides
     or a dome that grips; SolveError where no depth was found.
@@ -87,24 +89,51 @@ def force_curve(tip: TipProfile, law: FleshLaw, deepest: float, *, slides: bool 
     _check_grip(tip, slides=slides)
     start = time.perf_counter()
     depths = [share * deepest for share in (DOME_SHARES if isinstance(tip, Dome) else DEPTH_SHARES)]
-    presses = [TipPress(tip=tip, law=law, slides=slides, refinement=each) for each in REFINEMENTS]
+    solved = _solved_tip(tip)
+    presses = [TipPress(tip=solved, law=law, slides=slides, refinement=each) for each in REFINEMENTS]
     coarse, fine = (pressed(press, depths) for press in presses)
-    count = min(len(coarse.depths), len(fine.depths))
+    count = _agreed(presses[0], coarse, fine)
     if count == 0:
         msg = f"large strain: no equilibrium at {depths[0]:.3g} tip sides; take press.strain = 'linear'"
         raise SolveError(msg)
-    curve = _curve(presses[0], coarse, fine, count)
+    curve = _curve(presses[-1], coarse, fine, count)
+    if isinstance(tip, FlatTip) and solved != tip:
+        curve = _rounded(curve, tip)
     status = _status(coarse, fine, depths, count)
     info = replace(curve.info, seconds=time.perf_counter() - start, status=status)
     return replace(curve, asked=deepest, info=info)
 
 
+def _solved_tip(tip: TipProfile) -> TipProfile:
+    """Return the tip that is solved: a sharp one for a fillet too small to be worth its elements."""
+    if isinstance(tip, FlatTip) and tip.edge <= LEAST_SOLVED_EDGE * tip.radius:
+        return replace(tip, edge=0.0)
+    return tip
+
+
+def _rounded(curve: ForceCurve, tip: FlatTip) -> ForceCurve:
+    """Return the curve of a sharp tip less what a small fillet takes off; half of that is its error."""
+    lost = fillet_loss(tip.radius, tip.edge, np.array(curve.depths))
+    factors, errors = np.array(curve.factors) * (1.0 - lost), np.array(curve.errors) + 0.5 * lost
+    return replace(curve, factors=tuple(factors.tolist()), errors=tuple(errors.tolist()))
+
+
+def _agreed(press: TipPress, coarse: PressedForces, fine: PressedForces) -> int:
+    """Return at how many depths both meshes found an equilibrium and the same one."""
+    count = min(len(coarse.depths), len(fine.depths))
+    body = _body_compliance(press.tip, press.law, coarse, fine)
+    (_, before), (_, factors) = (_factors(press, each, count, body) for each in (coarse, fine))
+    parted = np.flatnonzero(np.abs(factors - before) > MOST_APART)
+    return int(parted[0]) if len(parted) else count
+
+
 def _curve(press: TipPress, coarse: PressedForces, fine: PressedForces, count: int) -> ForceCurve:
-    """Return the curve of the first `count` depths, which both meshes reached."""
+    """Return the curve of the first `count` depths; `press` is that on the finer mesh."""
     body = _body_compliance(press.tip, press.law, coarse, fine)
     (_, before), (depths, factors) = (_factors(press, each, count, body) for each in (coarse, fine))
-    # The step between the meshes changes sign on the way down: its largest so far counts.
-    errors = LEAST_ERROR + np.maximum.accumulate(np.abs(factors - before))
+    # The step between the meshes changes sign on the way down: its largest so far counts, and at least the rim's share.
+    between = np.maximum.accumulate(np.abs(factors - before))
+    errors = np.maximum(between, rim_error(press, depths)) + unseen_error(press, fine.sharp / fine.sliding, depths)
     method = f"axisymmetric, finite strain, {press.law.name}"
     return ForceCurve(
         depths=tuple(depths.tolist()),
@@ -163,4 +192,5 @@ def _status(coarse: PressedForces, fine: PressedForces, depths: list[float], cou
     meshes = f"meshes of {coarse.dofs} and {fine.dofs} unknowns, {fine.iterations} iterations"
     if count == len(depths):
         return f"{meshes}; every step converged"
-    return f"{meshes}; no equilibrium was found beyond {depths[count - 1]:.3g} tip sides"
+    ends = "no equilibrium was found" if count == min(len(coarse.depths), len(fine.depths)) else "the meshes part"
+    return f"{meshes}; {ends} beyond {depths[count - 1]:.3g} tip sides"

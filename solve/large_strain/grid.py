@@ -58,7 +58,7 @@ def press_grid(tip: TipProfile, refinement: int = 1) -> Grid:
         inner = np.linspace(0.0, tip.radius, DOME_ELEMENTS * refinement + 1)
         size = float(inner[1])
     elif tip.edge > 0.0:
-        count = max(FILLET_ELEMENTS * refinement, round(tip.edge / size))
+        count = fillet_elements(tip.edge, refinement)
         fillet = np.linspace(tip.seat, tip.radius, count + 1)
         size = tip.edge / count
         inner = np.concatenate([tip.seat - graded(size, tip.seat)[::-1], fillet[1:]])
@@ -67,6 +67,11 @@ def press_grid(tip: TipProfile, refinement: int = 1) -> Grid:
     inner[0] = 0.0
     outer = tip.radius + graded(size, BODY_RADIUS - tip.radius)
     return Grid(r=np.concatenate([inner, outer[1:]]), z=-graded(size, BODY_HEIGHT))
+
+
+def fillet_elements(edge: float, refinement: int = 1) -> int:
+    """Return into how many elements a fillet of radius `edge` [tip sides] is divided [1]."""
+    return max(FILLET_ELEMENTS * refinement, round(edge * refinement / SHARP_SIZE))
 
 
 def graded(first: float, length: float) -> Floats:

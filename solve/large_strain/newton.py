@@ -84,7 +84,7 @@ class PressedBody:
         return State(body=body, touch=touch, inside=inside, energy=energy)
 
     def equilibrium(self, start: State, depth: float, held: Flags) -> Equilibrium:
-        """Return the equilibrium at a depth from a start, whose held dofs (2 nodes,) stay.
+        """Return the equilibrium at a depth [tip sides] from a start, whose held dofs (2 nodes,) stay.
 
         Raises NoEquilibriumError where the residual stays above 1e-8 of the force.
         """
@@ -98,7 +98,7 @@ class PressedBody:
         raise NoEquilibriumError(_failed(depth, f"not within {MOST_ITERATIONS} iterations"))
 
     def linear_step(self, held: Flags, displaced: Floats) -> tuple[Floats, float]:
-        """Return u (nodes, 2) [mm] of small strain for displacements of the held dofs, and the force on the top [N]."""
+        """Return u (nodes, 2) of small strain for displaced held dofs [tip sides], and the force [E side^2]."""
         _, entries = self.body.tangent(self.body.deformed(np.zeros((self.body.count, 2))))
         matrices = whole_matrices(entries)
         load = self._pushed(matrices, displaced.ravel())

@@ -7,6 +7,7 @@ from fits import (
     block_mesh,
     coarse_mesh,
     contact_cells,
+    curve_errors,
     dome_law,
     frame_share,
     gauge_edges,
@@ -40,6 +41,7 @@ REDUCED = {
     "block mesh": block_mesh.compared,
     "split": partial(split_errors.compared, BLOCKS, 8),
     "contact cells": partial(contact_cells.compared, contact_cells.PARTLY[::2], contact_cells.SPHERES[:1]),
+    "curve errors": partial(curve_errors.compared, curve_errors.LAWS[:1], curve_errors.EDGES[:1]),
     "dome law": partial(dome_law.compared, (dome_law.GENTLE, dome_law.SHALLOW)),
 }
 

@@ -8,6 +8,7 @@ from measured_units import PAPER, MeasuredDesign
 from stand_ins import INFO
 
 from cad.quantity import InputError
+from cad.theory.soft_tissue import large_strain_factor
 from cad.theory.two_spring_law import curve_nonlinearity, curve_shares
 from pipeline.report.stored_records import StoredDepth
 from pipeline.unit.calibrating.trimming import unit_table
@@ -120,6 +121,31 @@ def without_bars(report):
 def with_bars(report, percent):
     rows = tuple(replace(row, error_percent=percent) for row in report.read_out.large_strain)
     return replace(report, read_out=replace(report.read_out, large_strain=rows))
+
+
+def test_poisson_s_ratio_moves_the_reading_by_both_ways_it_is_felt(deep):
+    """Flesh of another nu answers as E / (1 - nu^2) and bends its curve: both move E, and the second is seen."""
+    fruit, spread = deep.design.fruit, 0.02
+    sensors = [with_poisson_spread(deep, each) for each in (spread, 0.0)]
+    forces = deep.press(1.3)
+    reading, known = (read(sensor, forces) for sensor in sensors)
+    moved = []
+    for nu in (fruit.poisson - spread, fruit.poisson + spread):
+        shares = [large_strain_factor(d, nu) / large_strain_factor(d, fruit.poisson) for d in DEPTHS]
+        other = replace(CURVE, factors=tuple(np.array(FACTORS) * shares))
+        moved.append(1.3 / read(deep.measuring(), deep.press(1.3, curve=other)).E)
+    by_curve = 0.5 * (moved[1] - moved[0])
+    by_felt = -2.0 * fruit.poisson * spread / (1.0 - fruit.poisson**2)
+    assert abs(by_curve) > 0.05 * abs(by_felt)
+    said = 0.5 * np.sqrt(reading.u**2 - known.u**2)
+    assert said == pytest.approx(abs(by_curve + by_felt), rel=0.03)
+
+
+def with_poisson_spread(deep, spread):
+    """Return the paper's sensor on flesh whose Poisson's ratio is known to a spread."""
+    fruit = replace(deep.report.design.fruit, poisson_spread=spread)
+    report = replace(deep.report, design=replace(deep.report.design, fruit=fruit))
+    return MeasuringUnit(report=report, unit=deep.measuring().unit)
 
 
 def targets_by_the_solver(deep, curve):

@@ -9,7 +9,7 @@ from scipy.optimize import fsolve
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
-from solve.contact.large_response import CROSSTALK, check_large_strain, large_response, round_tip
+from solve.contact.large_response import CROSSTALK, FINITE_BODY, check_large_strain, large_response, round_tip
 from solve.contact.linear_response import linear_response, spring_compliance
 from solve.contact.scene import Scene
 from solve.error_estimate import SolveInfo
@@ -66,7 +66,7 @@ def test_errors_hold_another_curve_within_its_bar():
         moved = response(replace(FALLING, factors=tuple(value + sign * bar for value in FALLING.factors)))
         assert (np.abs(moved.F / found.F - 1.0) <= found.F_error[..., None]).all()
         assert (np.abs(moved.P / found.P - 1.0) <= found.P_error).all()
-    assert (found.P_error < 2.0 * (bar / 0.9 + CROSSTALK + 2e-3) + 1e-4).all()
+    assert (found.P_error < 2.0 * (bar / 0.9 + CROSSTALK + FINITE_BODY + 2e-3) + 1e-4).all()
 
 
 def test_tip_that_stands_back_carries_nothing_until_it_touches():

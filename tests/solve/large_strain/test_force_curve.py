@@ -13,6 +13,7 @@ from cad.quantity import InputError
 from cad.theory.soft_tissue import no_slip
 from solve.large_strain import elements, newton, press
 from solve.large_strain import force_curve as module
+from solve.large_strain.curve_error import fillet_covered, fillet_loss
 from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.force_curve import REFINEMENTS, force_curve
 from solve.large_strain.grid import FILLET_ELEMENTS
@@ -202,6 +203,47 @@ def test_depth_beyond_equilibrium_is_refused_with_the_depth_that_was_reached(mon
     assert "no equilibrium was found beyond 0.048 tip sides" in curve.info.status
     with pytest.raises(InputError, match=r"depth = 0.3 tip sides: must be at most 0.048 tip sides, the deepest"):
         curve.factor(np.array([0.01, 0.3]))
+
+
+def test_curve_ends_where_its_meshes_find_two_equilibria():
+    """Hencky's law at nu = 0 snaps round a sharp edge where the mesh decides: at 0.25 sides they are 2.4 % apart."""
+    curve = force_curve(FlatTip(radius=RADIUS), FleshLaw(name="hencky", poisson=0.0), 0.6)
+    assert curve.reached < 0.25
+    assert max(curve.errors) < module.MOST_APART
+    assert "the meshes part beyond" in curve.info.status
+
+
+@pytest.mark.parametrize("edge", [0.05, 0.1])
+def test_what_a_fillet_takes_off_is_known_to_half_of_it(edge):
+    """In closed form, beside the independent program, which solves a fillet: as small ones are not solved here."""
+    depths = np.array([0.1, 0.3])
+    sharp = np.array(INDEPENDENT[0.30])[[2, 4]]
+    found = 1.0 - np.array(ROUNDED[0.30, edge][:2]) / sharp
+    lost = fillet_loss(RADIUS, edge, depths)
+    np.testing.assert_array_less(np.abs(lost - found), 0.5 * lost)
+    np.testing.assert_allclose(lost, found, atol=2.0 * STATED)
+
+
+def test_small_fillet_is_a_sharp_edge_whose_loss_is_taken_off_and_in_the_error(soft):
+    edge = module.LEAST_SOLVED_EDGE * RADIUS
+    curve = force_curve(FlatTip(radius=RADIUS, edge=edge), FleshLaw(poisson=0.3), 0.6)
+    lost = fillet_loss(RADIUS, edge, np.array(soft.depths))
+    np.testing.assert_allclose(curve.factors, np.array(soft.factors) * (1.0 - lost), rtol=1e-12)
+    np.testing.assert_allclose(np.array(curve.errors) - soft.errors, 0.5 * lost, atol=1e-12)
+    assert 0.5 * lost.max() < 0.003
+
+
+def test_fillet_in_contact_fills_the_depth_of_sneddon():
+    """D = a times the integral of f'(r) / sqrt(a^2 - r^2) up to a, f' = (r - seat) / edge on a narrow fillet."""
+    edge, depth = 0.002, 0.005
+    covered = float(fillet_covered(RADIUS, edge, np.array([depth]))[0])
+    seat = RADIUS - edge
+    a = seat + covered
+    angle, step = np.linspace(math.asin(seat / a), 0.5 * math.pi, 2001, retstep=True)
+    slope = (a * np.sin(angle) - seat) / edge  # dr / sqrt(a^2 - r^2) is the step of the angle
+    filled = a * step * (slope.sum() - 0.5 * (slope[0] + slope[-1]))
+    assert covered < edge
+    assert filled == pytest.approx(depth, rel=2.0 * edge / RADIUS)
 
 
 def test_step_that_does_not_converge_gives_no_number(monkeypatch):
