@@ -83,7 +83,7 @@ def without_page(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def without_remedies(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let runs look for no remedy, which takes longer than the verdicts; tests of remedies have their own."""
-    monkeypatch.setattr(importlib.import_module("pipeline.run"), "with_remedies", lambda found: found.verdicts)
+    monkeypatch.setattr(importlib.import_module("pipeline.run"), "with_remedies", lambda found, *_: found.verdicts)
 
 
 @pytest.fixture
