@@ -54,11 +54,10 @@ What the tables say:
 - A Cholesky factor has half the arithmetic of SuperLU's, yet none that installs from a wheel is cheaper by more than
   a twentieth here. pypardiso, which draws level on the largest matrix, takes some tenths of a second to start as well:
   it stays the extra `fast`, for larger ones.
-- Condensing the middles of elements by hand wins nothing: 20-node bricks have none, and minimum degree takes those of
-  the fruit's 27-node bricks first.
 
-Not measured: scikit-sparse has no wheel and needs the headers of SuiteSparse; the wheels of python-mumps and of
-sksparse-minimal ask for numpy 1."""
+Not measured: scikit-sparse has no wheel and needs the headers of SuiteSparse; the wheel of python-mumps asks for
+numpy 1. Nor was condensing the middles of elements: 20-node bricks have none, and minimum degree takes those of the
+fruit's 27-node bricks first."""
 
 
 def matrices() -> Iterator[tuple[str, csc_matrix]]:
