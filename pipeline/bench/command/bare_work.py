@@ -5,7 +5,6 @@ cache. The number of pictures on the page is its argument.
 """
 
 import dataclasses
-import io
 import json
 import math
 import sys
@@ -17,7 +16,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from cad.design.parameters import Design
 from cad.files.stl import ANGLE_RAD, CHORD_MM
@@ -25,6 +23,8 @@ from cad.parts.assembly import assembly_bodies, sensor_of
 from cad.parts.housing import Housing
 from pipeline.bench.harness import timed
 from pipeline.options import RunOptions, load_design
+from pipeline.page.drawing.picture import plot_panel, plot_picture
+from pipeline.page.drawing.scale import Scale
 from pipeline.stages.characteristics import sensor_modes
 from pipeline.stages.contact import fruit_compliance
 from pipeline.stages.sizing import spring_sizing
@@ -60,7 +60,7 @@ def bare_work(design: Design, pictures: int) -> Iterator[BareWork]:
         with recorded_systems() as systems:
             solved(springs)
         yield _of_systems(stage, systems)
-    yield _least("page", partial(_empty_pictures, pictures), f"{pictures} empty plots as SVG")
+    yield _least("page", partial(_empty_plots, pictures), f"{pictures} empty plots")
 
 
 @contextmanager
@@ -110,12 +110,11 @@ def _solids(design: Design, housing: Housing) -> Callable[[], None]:
     return built
 
 
-def _empty_pictures(count: int) -> None:
-    """Draw empty axes as SVG, as often as the page has pictures."""
+def _empty_plots(count: int) -> None:
+    """Draw empty plots of the page, as often as it has pictures."""
+    scale = Scale(start=0.0, end=1.0)
     for _ in range(count):
-        figure = Figure()
-        figure.add_subplot()
-        figure.savefig(io.StringIO(), format="svg")
+        plot_picture((plot_panel("empty", scale, "x", scale, "y"),), "empty", "empty", ("", ""))
 
 
 def _least(stage: str, work: Callable[[], None], what: str) -> BareWork:

@@ -12,7 +12,7 @@ from pipeline.bench.command.bare_work import BareWork
 from pipeline.bench.resources import ONE_THREAD, resource_usage
 from pipeline.bench.table import Sheet, record_sheet
 
-LIBRARIES = "import OCP, gmsh, skfem, matplotlib.figure"
+LIBRARIES = "import OCP, gmsh, skfem"
 MODULE = "pipeline.bench.command.bare_work"
 PICTURE = '<svg class="picture"'  # as the page has each of its pictures
 NOTES = (

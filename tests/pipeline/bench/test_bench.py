@@ -5,6 +5,7 @@ import itertools
 import json
 import shutil
 import stat
+import subprocess
 import sys
 import xml.etree.ElementTree as ET
 
@@ -224,6 +225,13 @@ def test_systems_are_recorded_where_they_are_factorised(contact_scene):
     mesh_compliance(mesh, FRUIT.poisson)
     both_symmetries = [solved.dofs, solved.dofs]  # tips alike, tips against each other
     assert [factor.matrix.shape[0] for factor in systems] == both_symmetries
+
+
+def test_bare_imports_are_of_libraries_that_a_run_imports():
+    names = stages.LIBRARIES.removeprefix("import ").split(", ")
+    program = f"import sys, pipeline.run, pipeline.modeller.tasks; print([name in sys.modules for name in {names}])"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=120)
+    assert found.stdout.strip() == str([True] * len(names))
 
 
 def test_bare_work_that_ends_badly_is_refused(monkeypatch):
