@@ -126,7 +126,7 @@ MAY_SEE: dict[str, tuple[str, ...]] = {
     "pipeline.suggest": (*SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
     "pipeline.study": ("pipeline.failures", *SENTENCES, "pipeline.remedies", "pipeline.run", "pipeline.judged"),
     "pipeline.decks": (*BELOW, "pipeline.storage"),
-    "pipeline.bench": (*STAGES, "pipeline.decks"),
+    "pipeline.bench": (*STAGES, "pipeline.decks", "pipeline.page.drawing"),
     "pipeline.commands": (
         *SENTENCES,
         *AFTER,

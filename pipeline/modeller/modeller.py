@@ -3,12 +3,14 @@
 Kernel and triangles take as long to import as both springs to solve, and neither needs the other.
 """
 
+import fcntl
 import os
 import pickle
 import signal
 import socket
 import subprocess
 import sys
+import threading
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -25,6 +27,9 @@ _PROGRAM = (
     "import sys; sys.path[:] = sys.argv[3:]; from pipeline.modeller.serving import serve; "
     "serve(int(sys.argv[1]), int(sys.argv[2]))"
 )
+
+_STREAMS = 3  # input, output, errors: the first numbers of open files
+_ENDING_SECONDS = 60.0
 
 
 class ModellerLostError(OSError):
@@ -92,8 +97,10 @@ class ModellerProcess(Modeller):
         """Start the process, if it is not there yet: it imports the kernel and waits for tasks."""
         if self._process is not None or self._here:
             return
-        ours, theirs = socket.socketpair()
-        words = [sys.executable, "-W", "ignore", "-c", _PROGRAM, str(theirs.fileno()), str(os.getpid()), *sys.path]
+        ours, theirs = _link()
+        # The system ends a process with the thread that started it: only the main one lives as long as the run.
+        parent = os.getpid() if threading.current_thread() is threading.main_thread() else 0
+        words = [sys.executable, "-W", "ignore", "-c", _PROGRAM, str(theirs.fileno()), str(parent), *sys.path]
         with ours, theirs:
             try:
                 self._process = subprocess.Popen(
@@ -117,19 +124,42 @@ class ModellerProcess(Modeller):
             pickle.dump((task, given), self._stream)
             self._stream.flush()
         self._asked += 1
-        return Answer(partial(self._answer, self._process, self._asked, task))
+        return Answer(partial(self._answer, self._process, self._asked, task, given))
 
-    def _answer(self, process: subprocess.Popen[bytes], number: int, task: str) -> Done[Any]:
-        """Return the answer of a number from 1 on; those before it are kept for whoever waits for them."""
+    def _answer(self, process: subprocess.Popen[bytes], number: int, task: str, given: tuple[object, ...]) -> Done[Any]:
+        """Return the answer of a number from 1 on; those before it are kept for whoever waits for them.
+
+        A process that leaves has met what it could not send: the task is done here, where it fails in full or not.
+        """
         while len(self._read) < number:
             try:
                 self._read.append(pickle.load(self._stream))
             except (EOFError, ConnectionResetError, pickle.UnpicklingError) as error:
-                raise _lost(process.wait(), task) from error
+                code = _end_of(process)
+                if code < 0:
+                    raise _lost(signal.Signals(-code), task) from error
+                return _done_here(task, given)
         succeeded, found = self._read[number - 1]
         if not succeeded:
             raise found
         return cast("Done[Any]", found)
+
+
+def _link() -> tuple[socket.socket, socket.socket]:
+    """Return the two ends of a link, beyond the numbers of the standard streams, which may be closed here."""
+    ends = socket.socketpair()
+    with ends[0], ends[1]:
+        ours, theirs = (fcntl.fcntl(end.fileno(), fcntl.F_DUPFD_CLOEXEC, _STREAMS) for end in ends)
+    return socket.socket(fileno=ours), socket.socket(fileno=theirs)
+
+
+def _end_of(process: subprocess.Popen[bytes]) -> int:
+    """Return the exit code of a process that ends, less than 0 by a signal; one that does not end is ended."""
+    try:
+        return process.wait(_ENDING_SECONDS)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.wait()
 
 
 def _can_gain() -> bool:
@@ -143,7 +173,7 @@ def _done_here(task: str, given: tuple[object, ...]) -> Done[Any]:
     return timed(TASKS[task], given)
 
 
-def _lost(code: int, task: str) -> ModellerLostError:
-    how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-    what = f"{task.replace('_', ' ')}: the process that makes them ended by {how}"
-    return ModellerLostError(f"{what}; must live until it answers; free some memory, then run again")
+def _lost(by: signal.Signals, task: str) -> ModellerLostError:
+    what = f"{task.replace('_', ' ')}: the process that makes them ended by signal {by.name}"
+    remedy = "free some memory, then run again" if by == signal.SIGKILL else "run again"
+    return ModellerLostError(f"{what}; must live until it answers; {remedy}")

@@ -16,8 +16,9 @@ _PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
 def serve(descriptor: int, parent: int) -> None:
-    """Answer tasks from a socket until its other end closes, or the parent of this number ends in the midst of one."""
-    _end_with(parent)
+    """Answer tasks from a socket until its other end closes, or a parent ends in the midst of one; none is 0."""
+    if parent:
+        _end_with(parent)
     from pipeline.modeller.tasks import TASKS, get_ready
 
     link = socket.socket(fileno=descriptor)

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from types import ModuleType
@@ -23,11 +24,14 @@ def double(number): return 2 * number
 def number(): return os.getpid()
 def fail(error): raise error
 def kill(signal): os.kill(os.getpid(), signal)
-def leave(code): os._exit(code)
+class Strange(Exception): pass
+def stumble(parent):
+    if os.getpid() != parent: raise Strange("which nobody knows")
+    return "done here"
 def talk(): print("nothing of this"); os.write(1, b"nor of that"); os.write(2, b"is heard")
 def sleep(): time.sleep(600)
 def get_ready(): pass
-TASKS = {one.__name__: one for one in (double, number, fail, kill, leave, talk, sleep)}
+TASKS = {one.__name__: one for one in (double, number, fail, kill, stumble, talk, sleep)}
 """
 """Tasks that load no kernel, in the place of those that model."""
 
@@ -103,15 +107,45 @@ def test_error_in_the_process_is_the_same_error_here(error):
 
 @pytest.mark.usefixtures("light")
 @pytest.mark.parametrize(
-    ("task", "given", "how"), [("kill", signal.SIGKILL, "signal SIGKILL"), ("leave", 3, "exit code 3")]
+    ("by", "remedy"), [(signal.SIGKILL, "free .* memory, then run again"), (signal.SIGSEGV, "run again")]
 )
-def test_process_that_is_lost_is_one_line_with_its_end(task, given, how):
+def test_process_that_is_killed_is_one_line_with_its_end(by, remedy):
     with ModellerProcess() as modeller:
-        answer = modeller.ask(task, given)
-        with pytest.raises(ModellerLostError, match=rf"^{task}: the process .* ended by {how}; must .*; .* run again$"):
+        answer = modeller.ask("kill", by)
+        with pytest.raises(ModellerLostError, match=rf"^kill: the process .* by signal {by.name}; must .*; {remedy}$"):
             answer.result()
-        with pytest.raises(ModellerLostError, match=how):
+        with pytest.raises(ModellerLostError, match=by.name):
             modeller.ask("double", 1).result()
+
+
+@pytest.mark.usefixtures("light")
+def test_task_that_meets_what_the_process_cannot_send_is_done_here():
+    with ModellerProcess() as modeller:
+        answer, after = modeller.ask("stumble", os.getpid()), modeller.ask("double", 1)
+        assert (answer.result(), after.result()) == ("done here", 2)
+
+
+@pytest.mark.usefixtures("light")
+def test_process_outlives_the_thread_that_starts_it():
+    with ModellerProcess() as modeller:
+        thread = threading.Thread(target=modeller.start)
+        thread.start()
+        thread.join(MOST_SECONDS)
+        assert modeller.ask("number").result() != os.getpid()
+
+
+@pytest.mark.usefixtures("light")
+def test_closed_standard_streams_are_no_part_of_the_link(monkeypatch):
+    """Ends that the system gave the numbers of streams are moved beyond them."""
+    low = [os.dup(0) for _ in range(2)]
+    monkeypatch.setattr(module, "_STREAMS", max(low) + 1)
+    for number in low:
+        os.close(number)
+    ours, theirs = module._link()
+    with ours, theirs:
+        assert min(ours.fileno(), theirs.fileno()) > max(low)
+    with ModellerProcess() as modeller:
+        assert modeller.ask("double", 1).result() == 2
 
 
 @pytest.mark.usefixtures("light")
