@@ -30,11 +30,42 @@ def panel(**changes):
         (Scale(start=0.0, end=5.6, steps=3), ["0", "2", "4"]),
         (Scale(start=0.006, end=50.0, logarithmic=True), ["0.01", "0.1", "1", "10"]),
         (Scale(start=0.3, end=4.0, logarithmic=True), ["0.5", "1", "2"]),
+        (Scale(start=2.1, end=4.9, logarithmic=True), ["2.5", "3.0", "3.5", "4.0", "4.5"]),
+        (Scale(start=3e-6, end=2e4, logarithmic=True), ["0.0001", "0.01", "1", "100", "10000"]),
+        (Scale(start=1e-7, end=6e-7, logarithmic=True), ["10⁻⁷", "2×10⁻⁷", "5×10⁻⁷"]),
     ],
 )
 def test_numbers_of_a_scale_are_round_and_inside(scale, texts):
     assert [text for _, text in scale.ticks] == texts
     assert all(scale.start <= value <= scale.end for value, _ in scale.ticks)
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+@pytest.mark.parametrize("power", range(-9, 10))
+def test_numbers_are_short_and_no_more_than_the_steps_at_any_size(power, logarithmic):
+    """Ends of three first digits; a logarithmic scale begins at the smallest of all."""
+    for digit in (1.0, 2.04, 9.99):
+        scale = Scale(start=1e-10 if logarithmic else 0.0, end=digit * 10.0**power, logarithmic=logarithmic)
+        texts = [text for _, text in scale.ticks]
+        assert max(map(len, texts)) <= 6
+        assert 2 <= len(texts) <= scale.steps + 1
+
+
+@pytest.mark.parametrize(
+    ("end", "text", "named"),
+    [
+        (0.005, "5", ["pressure [10⁻³ MPa]", "P [10⁻³]"]),
+        (2e-7, "200", ["pressure [10⁻⁹ MPa]", "P [10⁻⁹]"]),
+        (0.1, "0.10", ["pressure [MPa]", "P [1]"]),
+        (2e6, "2.0", ["pressure [10⁶ MPa]", "P [10⁶]"]),
+    ],
+)
+def test_name_of_a_scale_states_the_power_of_ten_of_its_numbers(end, text, named):
+    scale = Scale(start=0.0, end=end)
+    value, last = scale.ticks[-1]
+    assert (value, last) == (pytest.approx(end), text)
+    assert [scale.named(label) for label in ("pressure [MPa]", "P [1]")] == named
+    assert f">{named[1]}</text>" in panel(x=scale, x_label="P [1]").svg()
 
 
 def test_values_stand_in_proportion_or_by_their_logarithm():
@@ -47,6 +78,8 @@ def test_values_stand_in_proportion_or_by_their_logarithm():
     [
         {"start": 1.0, "end": 1.0},
         {"start": 0.0, "end": math.nan},
+        {"start": 0.0, "end": math.inf},
+        {"start": -math.inf, "end": 0.0},
         {"start": 0.0, "end": 1.0, "logarithmic": True},
     ],
 )
