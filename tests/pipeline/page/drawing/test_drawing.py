@@ -8,7 +8,9 @@ from base64 import b64decode
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.optimize import isotonic_regression
 
+from pipeline.page.drawing.labels import apart, write_beside
 from pipeline.page.drawing.panel import Box, Panel, Words
 from pipeline.page.drawing.picture import png_address
 from pipeline.page.drawing.raster import FINE, frontmost, reduced
@@ -45,7 +47,7 @@ def test_numbers_of_a_scale_are_round_and_inside(scale, texts):
 def test_numbers_are_short_and_no_more_than_the_steps_at_any_size(power, logarithmic):
     """Ends of three first digits; a logarithmic scale begins at the smallest of all."""
     for digit in (1.0, 2.04, 9.99):
-        scale = Scale(start=1e-10 if logarithmic else 0.0, end=digit * 10.0**power, logarithmic=logarithmic)
+        scale = Scale(start=9e-10 if logarithmic else 0.0, end=digit * 10.0**power, logarithmic=logarithmic)
         texts = [text for _, text in scale.ticks]
         assert max(map(len, texts)) <= 6
         assert 2 <= len(texts) <= scale.steps + 1
@@ -98,6 +100,27 @@ def test_words_are_text_that_cannot_be_markup():
     drawn = panel(x_label="<x>")
     drawn.write("<b>", 1.0, 0.5, Words())
     assert re.findall(r">(&lt;[xb]&gt;)</text>", drawn.svg()) == ["&lt;x&gt;", "&lt;b&gt;"]
+
+
+def test_labels_keep_apart_and_move_as_little_as_may_be():
+    """Another solver of isotonic regression finds the same places where no end is near; ends push them in."""
+    places, step = np.array([1.0, 1.0, 1.2, 5.0, 5.1, 9.0]), 0.8
+    steps = step * np.arange(len(places))
+    nearest = isotonic_regression(places - steps).x + steps
+    assert apart(places, step, (-100.0, 100.0)) == pytest.approx(nearest)
+    pushed = apart(places, step, (0.9, 8.5))
+    assert np.diff(pushed).min() >= step * (1.0 - 1e-12)
+    assert (pushed[0], pushed[-1]) == pytest.approx((0.9, 8.5))
+
+
+def test_labels_without_room_leave_out_inner_ones():
+    """Four rows of 11 pt in a panel of 50 pt; the first and the last of ten labels are written."""
+    drawn = panel()
+    write_beside(drawn, 1.0, np.full(10, 0.5), [(f"label {place}", Words()) for place in range(10)])
+    assert re.findall(r">label (\d)<", "".join(drawn.written)) == ["0", "3", "6", "9"]
+    levels = [float(text) for text in re.findall(r' y="([\d.]+)"', "".join(drawn.written))]
+    assert np.diff(levels) == pytest.approx(-11.0)
+    assert max(levels) < BOX.top + BOX.height
 
 
 def test_png_holds_the_pixels():
