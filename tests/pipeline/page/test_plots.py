@@ -7,8 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pipeline.page.contact_picture import contact_picture
 from pipeline.page.drawing.picture import SIZE
 from pipeline.page.error_plots import budget_plot, pose_plot, speed_plot
+from pipeline.page.fields import Fields, TipPressure
 from pipeline.page.live_model import live_data, live_model
 from pipeline.page.mangoes import seen_mangoes
 from pipeline.page.response_plots import modulus_plot, travel_plot
@@ -98,6 +100,42 @@ def test_only_what_is_drawn_is_explained(flat_page):
     assert "E that may show P" not in drawn.svg
     assert "E that may show P" in modulus_plot(report, ()).svg
     assert "mangoes" in modulus_plot(report, seen_mangoes(report)).caption
+
+
+@pytest.mark.parametrize("times", [1.0, 50.0])
+def test_contact_shows_tips_at_any_depth_in_their_proportions(flat_page, times):
+    """A flat tip is drawn from its depth, the compliance times force over modulus, to one side above the skin."""
+    report = flat_page.report
+    compliance = tuple(tuple(times * value for value in row) for row in report.contact.compliance_per_mm)
+    deep = dataclasses.replace(report, contact=dataclasses.replace(report.contact, compliance_per_mm=compliance))
+    pressure = TipPressure(places=np.array([-0.1, 0.1]), pressure=np.array([1.0, 1.0]))
+    drawn = contact_picture(deep, Fields(flexure=None, pressures=(pressure, pressure))).svg
+    box = re.search(r'section-low-clip"><rect x="[\d.]+" y="([\d.]+)" .*?height="([\d.]+)"', drawn)
+    top, height = (float(text) for text in box.groups())
+    tip = re.search(r'id="section-low-clip".*?d="(M[-\d. L]+)" style="fill:none', drawn, re.DOTALL)[1]
+    places = np.array([pair.split() for pair in tip[1:].split("L")], dtype=float)
+    row = max(report.response, key=lambda one: one.E_MPa)
+    depth = compliance[0][0] * row.tip_forces[0][-1] / row.E_MPa
+    side = report.design.tips.side_mm
+    foot = places[:, 1].max()
+    assert top < foot < top + height
+    assert (foot - places[:, 1].min()) / np.ptp(places[:, 0]) == pytest.approx((side + depth) / side, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, "true proportions, the"),
+        ({"roll_deg": 0.5}, "true proportions (drawn level), the"),
+        ({"tilt_deg": 0.5, "strain": "large"}, "(drawn level and as deep as by the linear law), the"),
+    ],
+)
+def test_contact_says_how_tips_are_drawn(flat_page, changes, said):
+    design = flat_page.report.design
+    pressed = dataclasses.replace(design, press=dataclasses.replace(design.press, **changes))
+    pressure = TipPressure(places=np.array([-0.1, 0.1]), pressure=np.array([1.0, 1.0]))
+    fields = Fields(flexure=None, pressures=(pressure, pressure))
+    assert said in contact_picture(dataclasses.replace(flat_page.report, design=pressed), fields).caption
 
 
 def test_sliders_judge_by_the_verdicts_of_the_report(flat_page):
