@@ -18,6 +18,8 @@ _REACH = 1.9  # half width of a section, in half widths of what touches
 _QUARTER = math.pi / 2.0
 _BY_HERTZ = "Pressure of domes by Hertz."
 _NO_BOUND = "Under the edge of a flat tip the pressure has no bound: the plot ends at three times the mean."
+_LEAST_HEIGHT = 330.0  # [pt] of the sheet
+_UNDER_SECTION = 38.0  # [pt] for the numbers and the name of the scale below
 _CUT = 3.0  # mean pressures at which a plot ends: under an edge there is no bound
 
 
@@ -30,15 +32,11 @@ def contact_picture(report: StoredReport, fields: Fields) -> Picture | None:
     drawn = [(kind, touch) for kind, touch in touches.items() if touch is not None]
     if len(drawn) < len(touches):
         return None
-    panels = _sections(drawn)
-    peaks = ", ".join(f"{kind} tip {touch.mean:.3g} MPa in the mean" for kind, touch in drawn)
-    caption = (
-        f"On a fruit of {row.E_MPa:g} MPa at full travel, in a section through the tips: {peaks}. Above the pressure "
-        "along the section, below tip and skin in their true proportions, the dotted line the skin before the press. "
-        f"{_BY_HERTZ if _domed(report) else _NO_BOUND}"
-    )
+    panels, caption = _sections(drawn), _caption(report, row.E_MPa, drawn)
+    foot = max(panel.box.top + panel.box.height for panel in panels)
+    size = (_SHEET, max(_LEAST_HEIGHT, foot + _UNDER_SECTION))
     words = (caption, f"Two tips in the skin. {caption}")
-    return plot_picture(panels, "contact", "Pressure where the tips touch", words, (_SHEET, 330.0))
+    return plot_picture(panels, "contact", "Pressure where the tips touch", words, size)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,6 +52,26 @@ class _Touch:
 
 def _domed(report: StoredReport) -> bool:
     return report.design.tips.dome_radius_mm is not None
+
+
+def _caption(report: StoredReport, E: float, drawn: Sequence[tuple[str, _Touch]]) -> str:
+    """Return what is drawn for each kind of tip, at modulus E [MPa], in words."""
+    peaks = ", ".join(f"{kind} tip {touch.mean:.3g} MPa in the mean" for kind, touch in drawn)
+    return (
+        f"On a fruit of {E:g} MPa at full travel, in a section through the tips: {peaks}. Above the pressure "
+        f"along the section, below tip and skin in their true proportions{_simplified(report)}, the dotted line the "
+        f"skin before the press. {_BY_HERTZ if _domed(report) else _NO_BOUND}"
+    )
+
+
+def _simplified(report: StoredReport) -> str:
+    """Return in words how flat tips are drawn where that is not how they press; nothing where it is, and for domes."""
+    press = report.design.press
+    if _domed(report):
+        return ""
+    level = ["level"] if press.tilt_deg != 0.0 or press.roll_deg != 0.0 else []
+    linear = ["as deep as by the linear law"] if press.strain == "large" else []
+    return f" (drawn {' and '.join(level + linear)})" if level or linear else ""
 
 
 def _touch(report: StoredReport, fields: Fields, E: float, forces: Mapping[int, float], place: int) -> _Touch | None:
@@ -124,8 +142,9 @@ def contact_radius(report: StoredReport, E: float, force: float) -> float:
 
 def _sections(drawn: Sequence[tuple[str, _Touch]]) -> list[Panel]:
     """Return panels with pressure above and section below for each kind of tip, side by side on common scales."""
-    reach, column = max(float(one.skin[-1, 0]) for _, one in drawn), (_SHEET - 55.0) / len(drawn)
-    x, y = Scale(start=-reach, end=reach, steps=5), _pressure_scale([touch for _, touch in drawn])
+    touches = [touch for _, touch in drawn]
+    reach, column = _widest(touches), (_SHEET - 55.0) / len(drawn)
+    x, y, height = Scale(start=-reach, end=reach, steps=5), _pressure_scale(touches), _height_scale(touches, reach)
     panels = []
     for place, (kind, touch) in enumerate(drawn):
         box = Box(left=55.0 + place * column, top=22.0, width=column - 24.0, height=125.0)
@@ -133,14 +152,25 @@ def _sections(drawn: Sequence[tuple[str, _Touch]]) -> list[Panel]:
         upper = Panel(name=f"pressure-{kind}", box=box, x=x, y=y, y_label=label)
         _draw_pressure(upper, touch, SERIES[place])
         upper.write_at(f"tip on the {kind} spring", box.left + 0.5 * box.width, 10.0, Words(anchor="middle"))
-        panels += [upper, _section(upper, touch, reach, named=place == 0)]
+        panels += [upper, _section(upper, touch, height, named=place == 0)]
     return panels
+
+
+def _widest(touches: Sequence[_Touch]) -> float:
+    """Return how far from the middle of a tip the widest section reaches [mm]."""
+    return max(float(touch.skin[-1, 0]) for touch in touches)
 
 
 def _pressure_scale(touches: Sequence[_Touch]) -> Scale:
     """Return the scale that shows all pressures [MPa] as far as a plot shows them."""
     most = max(min(1.08 * float(touch.pressure.pressure.max()), _CUT * touch.mean) for touch in touches)
     return Scale(start=0.0, end=most, steps=5)
+
+
+def _height_scale(touches: Sequence[_Touch], reach: float) -> Scale:
+    """Return the scale of heights [mm] that shows the deepest tip with a margin."""
+    deepest = min(float(touch.tip[:, 1].min()) for touch in touches)
+    return Scale(start=min(-0.6 * reach, deepest - 0.1 * reach), end=0.3 * reach, steps=5)
 
 
 def _draw_pressure(panel: Panel, touch: _Touch, colour: str) -> None:
@@ -151,20 +181,20 @@ def _draw_pressure(panel: Panel, touch: _Touch, colour: str) -> None:
     panel.write("mean", panel.x.end, touch.mean, Words(anchor="end", right=-2.0, down=-7.0, size=8.5))
 
 
-def _section(upper: Panel, touch: _Touch, reach: float, *, named: bool) -> Panel:
+def _section(upper: Panel, touch: _Touch, y: Scale, *, named: bool) -> Panel:
     """Return the panel of tip and skin below that of the pressure, in true proportions; `named` with its heights."""
-    width = upper.box.width
+    width, size = upper.box.width, (y.end - y.start) / (upper.x.end - upper.x.start)
     below = Panel(
         name=upper.name.replace("pressure", "section"),
-        box=Box(left=upper.box.left, top=185.0, width=width, height=0.45 * width),
+        box=Box(left=upper.box.left, top=185.0, width=width, height=size * width),
         x=upper.x,
-        y=Scale(start=-0.6 * reach, end=0.3 * reach, steps=5),
+        y=y,
         x_label="from the tip's middle [mm]",
         y_label="height [mm]" if named else None,
     )
     (tip_x, tip_z), (x, z), (rest_x, rest_z) = touch.tip.T, touch.skin.T, touch.rest.T
-    below.area((tip_x, tip_z), (tip_x, np.full_like(tip_z, reach)), MUTED, 0.4)
-    below.area((x, z), (x, np.full_like(z, -2.0 * reach)), SERIES[3], 0.35)
+    below.area((tip_x, tip_z), (tip_x, np.full_like(tip_z, y.end)), MUTED, 0.4)
+    below.area((x, z), (x, np.full_like(z, y.start)), SERIES[3], 0.35)
     below.line(tip_x, tip_z, INK, 1.0)
     below.line(x, z, INK, 1.0)
     below.line(rest_x, rest_z, INK, 0.9, DOTTED)

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from cad.design.reading import Reading
+from pipeline.page.drawing.labels import write_beside
 from pipeline.page.drawing.legend import Entry, draw_legend
 from pipeline.page.drawing.panel import BAD, DASHED, INK, MUTED, SERIES, Box, Panel, Words
 from pipeline.page.drawing.picture import SIZE, Picture, plot_panel, plot_picture
@@ -14,7 +15,10 @@ from pipeline.page.live_model import LiveModel
 from pipeline.report.stored import StoredReport
 from pipeline.report.stored_records import StoredReading
 
-_KINDS = ("mesh", "left out of the model", "scatter of prints")
+_KINDS = tuple(
+    Entry(text=kind, colour=colour, kind="area")
+    for kind, colour in zip(("mesh", "left out of the model", "scatter of prints"), SERIES, strict=False)
+)
 _LEAST = 1e-4  # [%] that a bar is long
 _ERROR_READ = "error of the modulus read [%]"
 _LARGEST_SHOWN = 100.0  # [%] error over tilt
@@ -38,15 +42,15 @@ def _shares(shares: Mapping[str, Sequence[float]]) -> Panel:
     """Return a panel with a bar for each kind of share [%] of each number."""
     sizes = np.maximum(np.array(list(shares.values())), _LEAST)
     x = Scale(start=0.7 * float(sizes.min()), end=1.4 * float(sizes.max()), logarithmic=True)
-    y, box = Scale(start=0.5 - len(shares), end=0.5), Box(left=62.0, top=26.0, width=315.0, height=36.0 * len(shares))
+    rows = len(shares)
+    y, box = Scale(start=0.5 - rows, end=0.5, steps=rows), Box(left=62.0, top=26.0, width=315.0, height=36.0 * rows)
     label = "share of the number [%], logarithmic"
     panel = Panel(name="budget", box=box, x=x, y=y, x_label=label, y_label=None)
     for row, name in enumerate(shares):
         panel.write(name, x.start, -row, Words(anchor="end", right=-6.0))
         for place, size in enumerate(sizes[row].tolist()):
             _draw_bar(panel, size, -row - 0.26 * (place - 1), SERIES[place])
-    kinds = zip(_KINDS, SERIES, strict=False)
-    draw_legend(panel, "above", [Entry(text=kind, colour=colour, kind="area") for kind, colour in kinds])
+    draw_legend(panel, "above", _KINDS)
     return panel
 
 
@@ -167,12 +171,19 @@ def speed_plot(report: StoredReport) -> Picture | None:
     x = Scale(start=0.4 * min(times), end=12.0 * max(times), logarithmic=True)
     y = Scale(start=0.3 * min(percents), end=4.0 * max(asked, *percents), logarithmic=True)
     panel = plot_panel("speed", x, "wall time of the solve [s]", y, "error bar [%]")
-    for colour, (name, seconds, percent) in zip(SERIES, solves, strict=False):
-        panel.points([seconds], [percent], colour, 4.0)
-        panel.write(f"{name}: {percent:.2g} %", seconds, percent, Words(right=9.0))
+    _draw_solves(panel, solves)
     _draw_limit(panel, asked, "asked for (--tol)", BAD)
     caption = f"What each solve of this run took for its error; {report.contact_solve.method} for the contact."
     return plot_picture([panel], "speed", "Speed against error", (caption, f"Points. {caption}"))
+
+
+def _draw_solves(panel: Panel, solves: Sequence[tuple[str, float, float]]) -> None:
+    """Draw a point for each solve, named beside it."""
+    for colour, (_, seconds, percent) in zip(SERIES, solves, strict=False):
+        panel.points([seconds], [percent], colour, 4.0)
+    names, times, percents = zip(*solves, strict=True)
+    texts = (f"{name}: {percent:.2g} %" for name, percent in zip(names, percents, strict=True))
+    write_beside(panel, times, percents, [(text, Words(right=9.0)) for text in texts])
 
 
 def _solves(report: StoredReport) -> list[tuple[str, float, float]]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pipeline.page.contact_picture import contact_radius
+from pipeline.page.drawing.labels import apart, write_beside
 from pipeline.page.drawing.legend import Entry, draw_legend
 from pipeline.page.drawing.panel import BAD, DASHED, MUTED, SERIES, Panel, Words
 from pipeline.page.drawing.picture import Picture, plot_panel, plot_picture
@@ -17,6 +18,7 @@ from pipeline.report.stored import StoredReport, StoredResponse
 _LABEL_STEP = 0.055  # of the width of a plot, between the numbers of mangoes
 _NUMBERS_AT = 0.96  # of the height of a plot
 _NOTHING = 1e-9
+_MANGOES = " The numbers are the mangoes of the paper's Table I, bars the scatter of their own tests."
 
 
 def modulus_plot(report: StoredReport, mangoes: Sequence[SeenMango]) -> Picture | None:
@@ -32,18 +34,24 @@ def modulus_plot(report: StoredReport, mangoes: Sequence[SeenMango]) -> Picture 
     drawn += [*_draw_chord(panel, report, E, P), *_draw_mangoes(panel, mangoes)]
     nonlinearity = _draw_departure(panel, report, E, P)
     draw_legend(panel, "lower right", drawn)
-    caption = (
-        f"At {curve.x_mm:g} mm travel, from {known[0]:.3g} to {known[-1]:.4g}{nonlinearity}. "
-        "The numbers are the mangoes of the paper's Table I, bars the scatter of their own tests."
-    )
+    shown = _MANGOES if mangoes else ""
+    caption = f"At {curve.x_mm:g} mm travel, {_ends_in_words(known)}{nonlinearity}.{shown}"
     words = (caption, f"Line plot of P over E. {caption}")
     return plot_picture([panel], "modulus", "Force ratio over modulus", words)
 
 
+def _ends_in_words(P: Floats) -> str:
+    """Return the first and the last P in words, both as finely."""
+    return f"from {P[0]:.4g} to {P[-1]:.4g}"
+
+
 def _draw_bands(panel: Panel, report: StoredReport, P: Floats) -> Iterator[Entry]:
-    """Draw the moduli that may show each P, and yield their entries of the legend."""
+    """Draw the moduli that may show each P where they are known, and yield the entries of the legend."""
     for name, words, opacity in (("as_printed", "as printed", 0.16), ("calibrated", "after calibrating", 0.35)):
         lower, upper = _band(report, name)
+        known = np.isfinite(lower + upper + P)
+        if not (known[1:] & known[:-1]).any():
+            continue
         panel.area((lower, P), (upper, P), SERIES[0], opacity)
         yield Entry(text=f"E that may show P, {words}", colour=SERIES[0], kind="area", opacity=opacity)
 
@@ -101,7 +109,8 @@ def _draw_mangoes(panel: Panel, mangoes: Sequence[SeenMango]) -> Iterator[Entry]
         return
     ordered = sorted(mangoes, key=lambda one: one.mango.E_MPa)
     E = np.array([one.mango.E_MPa for one in ordered])
-    for one, place in zip(ordered, _apart(E, _LABEL_STEP * panel.x.end).tolist(), strict=True):
+    places = apart(E, _LABEL_STEP * panel.x.end, (0.0, panel.x.end))
+    for one, place in zip(ordered, places.tolist(), strict=True):
         _draw_mango(panel, one, place)
     panel.points(E, [one.P for one in ordered], SERIES[3], 2.2)
     yield Entry(text="mangoes of Table I", colour=SERIES[3], kind="points")
@@ -113,17 +122,6 @@ def _draw_mango(panel: Panel, seen: SeenMango, place: float) -> None:
     panel.line([E, place], [seen.P, level - 0.03 * panel.y.end], MUTED, 0.6)
     panel.line([E - scatter, E + scatter], [seen.P, seen.P], SERIES[3], 1.0)
     panel.write(str(seen.mango.number), place, level, Words(anchor="middle", size=9.0))
-
-
-def _apart(places: Floats, step: float) -> Floats:
-    """Return ascending places moved so that neighbours are at least a step apart."""
-    moved = places.copy()
-    for _ in range(200):
-        short = step - np.diff(moved)
-        for i in np.flatnonzero(short > 1e-6 * step):
-            moved[i] -= 0.5 * short[i]
-            moved[i + 1] += 0.5 * short[i]
-    return moved
 
 
 def travel_plot(report: StoredReport) -> Picture | None:
@@ -138,11 +136,8 @@ def travel_plot(report: StoredReport) -> Picture | None:
         _draw_ratio(panel, row, SERIES[place % len(SERIES)])
     _label_moduli(panel, rows, lasts, travel)
     spread = _judged(report, "P_displacement_independent")
-    widest = max((error for row in rows for error in _errors(row)), default=0.0)
     varies = "" if spread is None else f" P varies by {_percent(spread)} of its mean over the travel."
-    caption = (
-        f"The paper's Fig. 11.{varies} The bands are the error bars of P from mesh and springs, at most {widest:.2g} %."
-    )
+    caption = f"The paper's Fig. 11.{varies}{_bands_in_words(rows)}"
     return plot_picture(
         [panel], "travel", "Force ratio over travel", (caption, f"One line for each modulus. {caption}")
     )
@@ -168,15 +163,15 @@ def _draw_ratio(panel: Panel, row: StoredResponse, colour: str) -> None:
 
 def _label_moduli(panel: Panel, rows: Sequence[StoredResponse], ends: Sequence[float], travel: float) -> None:
     """Write the modulus at the end of each line, apart from each other."""
-    order = np.argsort(ends, kind="stable")
-    levels = _apart(np.array(ends)[order], 0.05 * panel.y.end)
-    for place, level in zip(order.tolist(), levels.tolist(), strict=True):
-        colour = SERIES[place % len(SERIES)]
-        panel.write(f"{rows[place].E_MPa:g} MPa", 1.02 * travel, level, Words(colour=colour, size=9.0))
+    words = [Words(colour=SERIES[place % len(SERIES)], size=9.0) for place in range(len(rows))]
+    texts = [f"{row.E_MPa:g} MPa" for row in rows]
+    write_beside(panel, 1.02 * travel, ends, list(zip(texts, words, strict=True)))
 
 
-def _errors(row: StoredResponse) -> list[float]:
-    return [error for error in row.P_error_percent if error is not None]
+def _bands_in_words(rows: Sequence[StoredResponse]) -> str:
+    """Return what the bands around P are; nothing where no error of it is known."""
+    widest = max((error for row in rows for error in row.P_error_percent if error is not None), default=0.0)
+    return f" The bands are the error bars of P from mesh and springs, at most {widest:.2g} %." if widest > 0.0 else ""
 
 
 def _percent(share: float) -> str:

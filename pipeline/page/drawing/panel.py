@@ -155,7 +155,8 @@ class Panel:
             _text(text, box.left + share * box.width, self._foot + 14.0, words)
             for share, (_, text) in zip(_numbered(self.x), self.x.ticks, strict=True)
         ]
-        return [*found, _text(self.x_label, box.left + 0.5 * box.width, self._foot + _LABEL_FALL, words)]
+        label = self.x.named(self.x_label)
+        return [*found, _text(label, box.left + 0.5 * box.width, self._foot + _LABEL_FALL, words)]
 
     def _numbers_of_y(self) -> list[str]:
         if self.y_label is None:
@@ -166,7 +167,8 @@ class Panel:
             for share, (_, text) in zip(_numbered(self.y), self.y.ticks, strict=True)
         ]
         turned = f'transform="translate({box.left - 37.0:.2f} {box.top + 0.5 * box.height:.2f}) rotate(-90)"'
-        return [*found, f'<text {turned} text-anchor="middle" style="fill:{INK}">{escape(self.y_label)}</text>']
+        label = escape(self.y.named(self.y_label))
+        return [*found, f'<text {turned} text-anchor="middle" style="fill:{INK}">{label}</text>']
 
 
 def _numbered(scale: Scale) -> list[float]:

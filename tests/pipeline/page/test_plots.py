@@ -1,13 +1,18 @@
 """What plots say in words is what the report holds."""
 
 import dataclasses
+import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from pipeline.page.error_plots import pose_plot
+from pipeline.page.contact_picture import contact_picture
+from pipeline.page.drawing.picture import SIZE
+from pipeline.page.error_plots import budget_plot, pose_plot, speed_plot
+from pipeline.page.fields import Fields, TipPressure
 from pipeline.page.live_model import live_data, live_model
+from pipeline.page.mangoes import seen_mangoes
 from pipeline.page.response_plots import modulus_plot, travel_plot
 
 
@@ -50,6 +55,87 @@ def test_plots_of_a_design_without_these_verdicts_say_neither(flat_page):
     report = dataclasses.replace(flat_page.report, verdicts=())
     assert "NL" not in modulus_plot(report, ()).caption
     assert "varies" not in travel_plot(report).caption
+
+
+def levels_of(picture, label):
+    """Return how far down the texts of a picture stand that match a label [pt], in ascending order."""
+    return sorted(float(level) for level in re.findall(rf' y="([-\d.]+)"[^>]*>{label}</text>', picture.svg))
+
+
+def test_moduli_of_equal_P_are_named_apart_and_on_the_sheet(flat_page):
+    row = flat_page.report.response[0]
+    rows = tuple(dataclasses.replace(row, E_MPa=E, P=(1.1,) * len(row.P)) for E in np.arange(1.0, 8.0))
+    levels = levels_of(travel_plot(dataclasses.replace(flat_page.report, response=rows)), r"\d MPa")
+    assert len(levels) == len(rows)
+    assert np.diff(levels).min() >= 10.99  # 11 pt apart, written to 0.01
+    assert levels[0] > 0.0
+    assert levels[-1] < SIZE[1]
+
+
+def test_springs_of_equal_speed_and_error_are_named_apart(flat_page):
+    report = flat_page.report
+    springs = {
+        name: dataclasses.replace(spring, seconds=0.5, error_percent=0.05) for name, spring in report.springs.items()
+    }
+    levels = levels_of(speed_plot(dataclasses.replace(report, springs=springs)), r"\w+ spring: 0.05 %")
+    assert len(levels) == 2
+    assert np.diff(levels).min() >= 10.99
+
+
+def test_rows_of_the_budget_have_a_tick_each(flat_page):
+    """Ticks at the middle of each row of 36 pt, below the 26 pt of the legend."""
+    errors = flat_page.report.errors
+    budget = next(one for one in errors.values() if one is not None)
+    drawn = budget_plot(dataclasses.replace(flat_page.report, errors=dict.fromkeys(("a", "b", "c"), budget)))
+    assert re.findall(r"M62\.00 ([\d.]+)h-", drawn.svg) == ["116.00", "80.00", "44.00"]
+
+
+def test_only_what_is_drawn_is_explained(flat_page):
+    report = flat_page.report
+    nothing = (None,) * len(report.curve.P)
+    unknown = {f"E_{end}_{kind}_MPa": nothing for end in ("lower", "upper") for kind in ("as_printed", "calibrated")}
+    bare = dataclasses.replace(report, curve=dataclasses.replace(report.curve, **unknown))
+    drawn = modulus_plot(bare, ())
+    assert "mangoes" not in drawn.caption
+    assert "E that may show P" not in drawn.svg
+    assert "E that may show P" in modulus_plot(report, ()).svg
+    assert "mangoes" in modulus_plot(report, seen_mangoes(report)).caption
+
+
+@pytest.mark.parametrize("times", [1.0, 50.0])
+def test_contact_shows_tips_at_any_depth_in_their_proportions(flat_page, times):
+    """A flat tip is drawn from its depth, the compliance times force over modulus, to one side above the skin."""
+    report = flat_page.report
+    compliance = tuple(tuple(times * value for value in row) for row in report.contact.compliance_per_mm)
+    deep = dataclasses.replace(report, contact=dataclasses.replace(report.contact, compliance_per_mm=compliance))
+    pressure = TipPressure(places=np.array([-0.1, 0.1]), pressure=np.array([1.0, 1.0]))
+    drawn = contact_picture(deep, Fields(flexure=None, pressures=(pressure, pressure))).svg
+    box = re.search(r'section-low-clip"><rect x="[\d.]+" y="([\d.]+)" .*?height="([\d.]+)"', drawn)
+    top, height = (float(text) for text in box.groups())
+    tip = re.search(r'id="section-low-clip".*?d="(M[-\d. L]+)" style="fill:none', drawn, re.DOTALL)[1]
+    places = np.array([pair.split() for pair in tip[1:].split("L")], dtype=float)
+    row = max(report.response, key=lambda one: one.E_MPa)
+    depth = compliance[0][0] * row.tip_forces[0][-1] / row.E_MPa
+    side = report.design.tips.side_mm
+    foot = places[:, 1].max()
+    assert top < foot < top + height
+    assert (foot - places[:, 1].min()) / np.ptp(places[:, 0]) == pytest.approx((side + depth) / side, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, "true proportions, the"),
+        ({"roll_deg": 0.5}, "true proportions (drawn level), the"),
+        ({"tilt_deg": 0.5, "strain": "large"}, "(drawn level and as deep as by the linear law), the"),
+    ],
+)
+def test_contact_says_how_tips_are_drawn(flat_page, changes, said):
+    design = flat_page.report.design
+    pressed = dataclasses.replace(design, press=dataclasses.replace(design.press, **changes))
+    pressure = TipPressure(places=np.array([-0.1, 0.1]), pressure=np.array([1.0, 1.0]))
+    fields = Fields(flexure=None, pressures=(pressure, pressure))
+    assert said in contact_picture(dataclasses.replace(flat_page.report, design=pressed), fields).caption
 
 
 def test_sliders_judge_by_the_verdicts_of_the_report(flat_page):

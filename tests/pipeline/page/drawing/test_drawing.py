@@ -8,7 +8,9 @@ from base64 import b64decode
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.optimize import isotonic_regression
 
+from pipeline.page.drawing.labels import apart, write_beside
 from pipeline.page.drawing.panel import Box, Panel, Words
 from pipeline.page.drawing.picture import png_address
 from pipeline.page.drawing.raster import FINE, frontmost, reduced
@@ -30,11 +32,42 @@ def panel(**changes):
         (Scale(start=0.0, end=5.6, steps=3), ["0", "2", "4"]),
         (Scale(start=0.006, end=50.0, logarithmic=True), ["0.01", "0.1", "1", "10"]),
         (Scale(start=0.3, end=4.0, logarithmic=True), ["0.5", "1", "2"]),
+        (Scale(start=2.1, end=4.9, logarithmic=True), ["2.5", "3.0", "3.5", "4.0", "4.5"]),
+        (Scale(start=3e-6, end=2e4, logarithmic=True), ["0.0001", "0.01", "1", "100", "10000"]),
+        (Scale(start=1e-7, end=6e-7, logarithmic=True), ["10⁻⁷", "2×10⁻⁷", "5×10⁻⁷"]),
     ],
 )
 def test_numbers_of_a_scale_are_round_and_inside(scale, texts):
     assert [text for _, text in scale.ticks] == texts
     assert all(scale.start <= value <= scale.end for value, _ in scale.ticks)
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+@pytest.mark.parametrize("power", range(-9, 10))
+def test_numbers_are_short_and_no_more_than_the_steps_at_any_size(power, logarithmic):
+    """Ends of three first digits; a logarithmic scale begins at the smallest of all."""
+    for digit in (1.0, 2.04, 9.99):
+        scale = Scale(start=9e-10 if logarithmic else 0.0, end=digit * 10.0**power, logarithmic=logarithmic)
+        texts = [text for _, text in scale.ticks]
+        assert max(map(len, texts)) <= 6
+        assert 2 <= len(texts) <= scale.steps + 1
+
+
+@pytest.mark.parametrize(
+    ("end", "text", "named"),
+    [
+        (0.005, "5", ["pressure [10⁻³ MPa]", "P [10⁻³]"]),
+        (2e-7, "200", ["pressure [10⁻⁹ MPa]", "P [10⁻⁹]"]),
+        (0.1, "0.10", ["pressure [MPa]", "P [1]"]),
+        (2e6, "2.0", ["pressure [10⁶ MPa]", "P [10⁶]"]),
+    ],
+)
+def test_name_of_a_scale_states_the_power_of_ten_of_its_numbers(end, text, named):
+    scale = Scale(start=0.0, end=end)
+    value, last = scale.ticks[-1]
+    assert (value, last) == (pytest.approx(end), text)
+    assert [scale.named(label) for label in ("pressure [MPa]", "P [1]")] == named
+    assert f">{named[1]}</text>" in panel(x=scale, x_label="P [1]").svg()
 
 
 def test_values_stand_in_proportion_or_by_their_logarithm():
@@ -47,6 +80,8 @@ def test_values_stand_in_proportion_or_by_their_logarithm():
     [
         {"start": 1.0, "end": 1.0},
         {"start": 0.0, "end": math.nan},
+        {"start": 0.0, "end": math.inf},
+        {"start": -math.inf, "end": 0.0},
         {"start": 0.0, "end": 1.0, "logarithmic": True},
     ],
 )
@@ -65,6 +100,27 @@ def test_words_are_text_that_cannot_be_markup():
     drawn = panel(x_label="<x>")
     drawn.write("<b>", 1.0, 0.5, Words())
     assert re.findall(r">(&lt;[xb]&gt;)</text>", drawn.svg()) == ["&lt;x&gt;", "&lt;b&gt;"]
+
+
+def test_labels_keep_apart_and_move_as_little_as_may_be():
+    """Another solver of isotonic regression finds the same places where no end is near; ends push them in."""
+    places, step = np.array([1.0, 1.0, 1.2, 5.0, 5.1, 9.0]), 0.8
+    steps = step * np.arange(len(places))
+    nearest = isotonic_regression(places - steps).x + steps
+    assert apart(places, step, (-100.0, 100.0)) == pytest.approx(nearest)
+    pushed = apart(places, step, (0.9, 8.5))
+    assert np.diff(pushed).min() >= step * (1.0 - 1e-12)
+    assert (pushed[0], pushed[-1]) == pytest.approx((0.9, 8.5))
+
+
+def test_labels_without_room_leave_out_inner_ones():
+    """Four rows of 11 pt in a panel of 50 pt; the first and the last of ten labels are written."""
+    drawn = panel()
+    write_beside(drawn, 1.0, np.full(10, 0.5), [(f"label {place}", Words()) for place in range(10)])
+    assert re.findall(r">label (\d)<", "".join(drawn.written)) == ["0", "3", "6", "9"]
+    levels = [float(text) for text in re.findall(r' y="([\d.]+)"', "".join(drawn.written))]
+    assert np.diff(levels) == pytest.approx(-11.0)
+    assert max(levels) < BOX.top + BOX.height
 
 
 def test_png_holds_the_pixels():
