@@ -14,6 +14,7 @@ from pipeline.page.fields import Floats
 from pipeline.page.live_model import LiveModel
 from pipeline.report.stored import StoredReport
 from pipeline.report.stored_records import StoredReading
+from pipeline.storage.plain import first_largest
 
 _KINDS = tuple(
     Entry(text=kind, colour=colour, kind="area")
@@ -99,7 +100,7 @@ def _around(values: Sequence[float]) -> Scale:
 
 def _of_the_worst(reading: StoredReading, tilt_deg: float) -> str:
     """Return in words how a sensor reads, in which pose worst, and when a tip lifts off."""
-    worst = max(reading.moduli, key=lambda row: abs(row.E_bias_percent))
+    worst = reading.moduli[first_largest((abs(row.E_bias_percent) for row in reading.moduli), least=100.0)]
     return (
         f"Read as {reading.method}. Every pose that occurs is in it, with tilts up to {tilt_deg:g} degrees; the "
         f"worst is {worst.worst}, at {worst.E_MPa:g} MPa. The first tip lifts off at {reading.lift_deg:.3g} degrees. "

@@ -14,6 +14,7 @@ from pipeline.reading.placed import Placed, occurring, read_moduli
 from pipeline.reading.pressed_sensor import PressedSensor, Presses
 from pipeline.reading.read_out import ReadOut
 from pipeline.reading.sources import UncertaintySources, force_noises, noise_to_reach, uncertainty_sources
+from pipeline.storage.plain import first_largest
 
 Floats = NDArray[np.float64]
 
@@ -53,12 +54,12 @@ class ReadingAssessment:
     @property
     def worst_bias(self) -> ModulusReading:
         """Return the reading at the modulus of the largest bias."""
-        return max(self.moduli, key=lambda one: abs(one.bias))
+        return self.moduli[_largest_bias([one.bias for one in self.moduli])]
 
     @property
     def worst_uncertainty(self) -> ModulusReading:
         """Return the reading at the modulus of the largest uncertainty."""
-        return max(self.moduli, key=lambda one: one.sources.total)
+        return self.moduli[first_largest(one.sources.total for one in self.moduli)]
 
 
 def reading_assessment(sensor: PressedSensor, reading: Reading) -> ReadingAssessment:
@@ -86,13 +87,13 @@ def _assessed(
     poses = _pose_shares(biases, presses.places)
     spread = uncertainty_sources(sensor.read_out, reading, level, presses.full_scale, poses)
     rows = tuple(_at_modulus(E, biases[i], presses.places, spread[i]) for i, E in enumerate(moduli))
-    widest = int(np.argmax([one.total for one in spread]))
-    largest = int(np.argmax([abs(row.bias) for row in rows]))
+    widest = first_largest(one.total for one in spread)
+    largest = _largest_bias([row.bias for row in rows])
     return ReadingAssessment(
         method=sensor.read_out.method,
         lift=lift,
         moduli=rows,
-        bias=Estimate(abs(rows[largest].bias), float(known[largest])),
+        bias=Estimate(max(abs(row.bias) for row in rows), float(known[largest])),
         uncertainty=Estimate(spread[widest].total, float(known[widest]) * spread[widest].total),
         noise_percent=noise_to_reach(NOISE_LIMIT, spread[widest], reading),
     )
@@ -116,8 +117,13 @@ def _biases(read_out: ReadOut, presses: Presses, least: Floats) -> tuple[Floats,
 
 
 def _at_modulus(E: float, biases: Floats, places: Sequence[Placed], sources: UncertaintySources) -> ModulusReading:
-    worst = int(np.nanargmax(np.abs(biases)))
+    worst = _largest_bias(biases.tolist())
     return ModulusReading(E=E, bias=float(biases[worst]), worst=places[worst], sources=sources)
+
+
+def _largest_bias(biases: Sequence[float]) -> int:
+    """Return the place of the first of the largest biases [1]: less one, they keep the round-off of E read / E."""
+    return first_largest(map(abs, biases), least=1.0)
 
 
 def _modulus_errors(sensor: PressedSensor, moduli: Sequence[float], forces: Floats, errors: Floats) -> Floats:

@@ -9,6 +9,7 @@ from cad.design.parameters import Design
 from cad.quantity import Estimate
 from pipeline.reading.placed import Placed, directed
 from pipeline.reading.pressed_sensor import PressedSensor
+from pipeline.storage.plain import first_largest
 
 Floats = NDArray[np.float64]
 
@@ -43,7 +44,7 @@ def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
     shape = len(limits), len(placed)
     pressures = np.nan_to_num(solved.mean_pressure).max(axis=1).reshape(shape)
     errors = np.nan_to_num(solved.error).reshape(shape)
-    worst = pressures.argmax(axis=1)
+    worst = [first_largest(row) for row in pressures.tolist()]
     return tuple(
         SkinPressure(
             E=E,

@@ -11,6 +11,7 @@ from cad.quantity import fault
 from pipeline.reading.placed import Placed, press_of
 from pipeline.reading.read_out import ReadOut, read_out_of
 from pipeline.stages.response import scene_of
+from pipeline.storage.plain import first_largest
 from solve.contact.poses import Pose, PoseForces, pose_forces
 from solve.fruit.compliance import FruitCompliance
 
@@ -70,7 +71,7 @@ class PressedSensor:
         return pose_forces(scene_of(self.design, self.ahead), self.contact, self.C, poses)
 
     def _check_faces(self, widths: Floats, poses: Sequence[Pose]) -> None:
-        side, widest = self.design.tips.side_mm, int(widths.argmax())
+        side, widest = self.design.tips.side_mm, first_largest(widths.tolist())
         if widths[widest] > side:
             placed = Placed.of(poses[widest])
             bound = f"at least {widths[widest]:.3g} mm, which the contact needs at {poses[widest].E:.3g} MPa, {placed}"

@@ -10,7 +10,7 @@ from pipeline.reading.read_out import LineReadOut
 from pipeline.reading.readings import Readings
 from pipeline.reading.sensor_read_out import SensorReadOut
 from pipeline.report.contact_keys import assessed_mapping
-from pipeline.storage.plain import Plain, from_plain, number_at, same_number, value_at
+from pipeline.storage.plain import Plain, first_largest, from_plain, number_at, same_number, value_at
 from pipeline.uncertainty.reading_table import ReadingTable
 from solve.arrays import Floats
 
@@ -117,7 +117,7 @@ def _bruise(report: Plain, design: Design) -> dict[str, tuple[float | None, floa
     pairs = [
         (number_at(row, "pressure_MPa"), limit) for row, limit in zip(rows, design.fruit.bruise_limits_MPa, strict=True)
     ]
-    return {"bruise": max(pairs, key=lambda pair: pair[0] / pair[1])}
+    return {"bruise": pairs[first_largest(pressure / limit for pressure, limit in pairs)]}
 
 
 def _other_verdicts(

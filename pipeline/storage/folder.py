@@ -1,5 +1,6 @@
 """Outputs appear whole: written into a hidden folder beside their place, moved there at the end, or not at all."""
 
+import errno
 import fcntl
 import os
 import shutil
@@ -12,6 +13,8 @@ from pathlib import Path
 from cad.quantity import InputError, fault
 from pipeline.storage.belongings import REPORT, foreign_files, is_whole, keep_aside, own_files
 from pipeline.storage.interruption import hold
+
+_OF_THE_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
 
 
 class OutputError(InputError):
@@ -27,7 +30,7 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     anything else; with `force` that is kept as NAME.bak instead.
     """
     if path is None:
-        with tempfile.TemporaryDirectory(prefix="twintip-") as name:
+        with tempfile.TemporaryDirectory(prefix="twintip-") as name, _named(Path(name)):
             yield Path(name)
         return
     target = _usable(path)
@@ -38,13 +41,25 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
         new = _beside(target, "new")
         try:
             _make(new)
-            yield new
+            with _named(target):
+                yield new
             _refuse_unlisted(new)
             hold()
             _publish(new, target, force=force)
         finally:
             hold()
             shutil.rmtree(new, ignore_errors=True)
+
+
+@contextmanager
+def _named(folder: Path) -> Iterator[None]:
+    """Give an error of a full or broken disk the folder's name: `write` has none, unlike `open`."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in _OF_THE_DISK and error.filename is None:
+            error.filename = str(folder)
+        raise
 
 
 def refuse_unusable(path: Path, *, force: bool = False) -> None:

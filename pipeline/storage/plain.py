@@ -1,5 +1,7 @@
 """Frozen records as plain JSON data and back, by the hints of their fields: what the cache and a report hold."""
 
+import math
+from collections.abc import Iterable
 from dataclasses import is_dataclass
 from typing import Any, TypeVar, get_origin
 
@@ -89,6 +91,18 @@ def same_number(given: object, expected: object, least: float = 0.0) -> bool:
     if not isinstance(given, int | float) or not isinstance(expected, int | float):
         return given is expected
     return bool(abs(given - expected) <= ROUND_OFF * max(abs(given), abs(expected), least))
+
+
+def first_largest(values: Iterable[float], least: float = 0.0) -> int:
+    """Return the place of the first number that differs from the largest by round-off alone; nan is no number.
+
+    Values that tie by symmetry differ by round-off, and by another one on another processor. Round-off is the share of
+    the larger number, or of `least`, that `same_number` allows. Raises ValueError where there is no number.
+    """
+    numbers = list(values)
+    largest = max(number for number in numbers if not math.isnan(number))
+    same = (math.isclose(number, largest, rel_tol=ROUND_OFF, abs_tol=ROUND_OFF * least) for number in numbers)
+    return list(same).index(True)
 
 
 def value_at(data: Plain, path: str) -> Any:  # noqa: ANN401 - JSON data of any kind

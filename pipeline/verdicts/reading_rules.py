@@ -9,6 +9,7 @@ from cad.verdict import Verdict, failed
 from pipeline.reading.assessment import ReadingAssessment
 from pipeline.reading.bruising import SkinPressure
 from pipeline.reading.readings import Readings
+from pipeline.storage.plain import first_largest
 from pipeline.verdicts.rules import margin_verdict
 
 READING_VERDICTS = ("reading.bias", "reading.uncertainty", "reading.lift")
@@ -53,7 +54,8 @@ def _uncertainty_verdict(assessed: ReadingAssessment, reading: Reading) -> Verdi
         return failed(name, limit, unit="1", reference=words)
     widest = assessed.worst_uncertainty
     shares = widest.sources.shares
-    words = f"{words}, at {widest.E:.3g} MPa; largest source: {max(shares, key=lambda source: shares[source])}"
+    source = list(shares)[first_largest(shares.values())]
+    words = f"{words}, at {widest.E:.3g} MPa; largest source: {source}"
     return margin_verdict(name, assessed.uncertainty, limit, words, at_most=True)
 
 
@@ -64,6 +66,6 @@ def _refused(verdict: Verdict, reason: str) -> Verdict:
 
 def skin_verdict(pressures: Sequence[SkinPressure]) -> Verdict:
     """Return the verdict on the mean pressure under the worst tip [MPa], at the modulus nearest to its limit."""
-    worst = max(pressures, key=lambda one: one.share)
+    worst = pressures[first_largest(one.share for one in pressures)]
     words = f"mean pressure over what a tip touches, at {worst.E:.3g} MPa, {worst.placed}; must be at most the limit"
     return margin_verdict("bruise", worst.pressure, worst.limit, words, at_most=True)

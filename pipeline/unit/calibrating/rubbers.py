@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from cad.quantity import InputError
 from cad.theory.contrast_law import ContrastLaw, contrast_terms
 from cad.theory.hertz import relative_curvature
+from pipeline.storage.plain import first_largest
 from pipeline.unit.calibrating.measured_table import MeasuredRow, only_columns
 from pipeline.unit.measuring import MeasuringUnit
 from pipeline.unit.signals import force_keys
@@ -88,7 +89,7 @@ def _refuse_open(path: Path, sensor: MeasuringUnit, found: Floats, shares: Float
         msg = f"{path}: the readings need springs below zero: {bound}"
         raise InputError(msg)
     if shares.max() > MOST_OPEN:
-        name = sensor.report.tips[int(shares.argmax())].name
+        name = sensor.report.tips[first_largest(shares.tolist())].name
         bound = f"known to {100.0 * MOST_OPEN:g} %; press more often and deeper, take a harder rubber, or weigh it"
         msg = (
             f"{path}: the readings leave the spring of tip {name} open by {100.0 * shares.max():.0f} %: must be {bound}"

@@ -15,8 +15,9 @@ from square_stand_ins import (
 
 from pipeline.reading import lift, pressed_sensor
 from pipeline.reading.assessment import reading_assessment
+from pipeline.reading.bruising import skin_pressures
 from pipeline.reading.placed import Placed, occurring, radii, read_moduli
-from pipeline.verdicts.reading_rules import assessed_verdicts
+from pipeline.verdicts.reading_rules import assessed_verdicts, skin_verdict
 
 pytestmark = pytest.mark.usefixtures("linear_world")
 
@@ -51,6 +52,34 @@ def test_error_of_the_bias_is_that_of_the_forces_in_modulus():
     moved = np.linalg.solve(springs + S / (1.01 * E), np.full(4, 0.6))
     share = np.abs(np.log(moved / F)).max() / np.log(1.01)
     assert found.bias.error == pytest.approx(FORCE_ERROR / share, rel=0.01)
+
+
+def judged_with_round_off(design, monkeypatch, seed):
+    """Return the sentences on bias, uncertainty and bruise of forces that know how far a sensor leans, not whither."""
+    random = np.random.default_rng(seed)
+
+    def leaning(scene, contact, C, poses):
+        level = [dataclasses.replace(pose, tilt_deg=(0.0, 0.0)) for pose in poses]
+        made = linear_pose_forces(scene, contact, C, level)
+        lean = np.array([np.hypot(*pose.tilt_deg) for pose in poses])[:, None]
+        factors = (1.0 + 0.01 * lean * np.array([0.0, 1.0, 0.0, 1.0])) * (
+            1.0 + 1e-12 * random.normal(size=made.F.shape)
+        )
+        return dataclasses.replace(made, F=made.F * factors, mean_pressure=made.mean_pressure * factors)
+
+    monkeypatch.setattr(pressed_sensor, "pose_forces", leaning)
+    sensor = sensor_of(design)
+    found, pressures = reading_assessment(sensor, design.reading), skin_pressures(sensor)
+    bias, uncertainty, _ = assessed_verdicts(found, design.reading)
+    worst = [row.worst for row in found.moduli] + [row.placed for row in pressures]
+    return worst, [verdict.reference for verdict in (bias, uncertainty, skin_verdict(pressures))]
+
+
+def test_worst_pose_of_ties_is_the_first_for_any_round_off(monkeypatch):
+    design = square_design(tilt_deg=2.0)
+    (worst, sentences), *others = [judged_with_round_off(design, monkeypatch, seed) for seed in range(5)]
+    assert worst == [Placed(tilt_deg=(2.0, 0.0))] * 8
+    assert all(other == (worst, sentences) for other in others)
 
 
 def test_planted_misread_spring_fails_the_bias(monkeypatch):

@@ -429,3 +429,17 @@ def test_two_runs_at_once_end_with_one_whole_result_each_time(tmp_path):
     report = json.loads((target / "report.json").read_text(encoding="utf-8"))
     assert text_of(target) == report["text"]
     assert everything_in(tmp_path) == ["out", "out/housing.stl", "out/report.json"]
+
+
+@pytest.mark.parametrize("out", ["out", None])
+def test_full_disk_names_the_folder_and_an_error_with_a_file_keeps_it(tmp_path, out):
+    path = out and tmp_path / out
+    with pytest.raises(OSError, match="No space left") as full, output_folder(path) as folder:
+        Path("/dev/full").write_text("more than there is room for")
+    assert full.value.filename == str(path or folder)
+    with pytest.raises(FileNotFoundError) as missing, output_folder(path) as folder:
+        (folder / "none" / "response.csv").write_text("")
+    assert missing.value.filename.endswith("response.csv")
+    with pytest.raises(OSError, match="descriptor") as closed, output_folder(path):
+        os.close(-1)
+    assert closed.value.filename is None

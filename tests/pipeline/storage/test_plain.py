@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
-from pipeline.storage.plain import from_plain, to_plain
+from pipeline.storage.plain import ROUND_OFF, first_largest, from_plain, to_plain
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,3 +83,24 @@ def test_whole_numbers_serve_as_numbers_and_defaults_fill_in():
 def test_data_that_do_not_fit_are_refused_with_their_place(change, place):
     with pytest.raises(ValueError, match=rf"{place}.*; it must be as it was written"):
         from_plain(Outer, {**through_json(outer()), **change})
+
+
+@pytest.mark.parametrize(
+    ("values", "least", "place"),
+    [
+        ((1.0, 3.0, 2.0), 0.0, 1),
+        ((1.0, 3.0, 3.0 * (1.0 + 1e-12)), 0.0, 1),
+        ((1.0, 3.0 * (1.0 + 1e-12), 3.0), 0.0, 1),
+        ((1.0, 3.0, 3.0 * (1.0 + 2.0 * ROUND_OFF)), 0.0, 2),
+        ((1e-15, 2e-15), 0.0, 1),
+        ((1e-15, 2e-15), 1.0, 0),
+        ((math.nan, 1.0, math.inf, math.inf), 0.0, 2),
+    ],
+)
+def test_first_of_the_largest_is_the_same_for_any_round_off(values, least, place):
+    assert first_largest(values, least) == place
+
+
+def test_no_number_is_no_largest():
+    with pytest.raises(ValueError, match="empty"):
+        first_largest([math.nan])
