@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from cad.files.file_date import file_date
@@ -103,9 +104,7 @@ def canonical(text: str) -> str:
         msg = "STEP: the text has no DATA section; write the file again"
         raise ValueError(msg)
     entities = _entities(data)
-    digest = _digests(entities)
-    used = {number for pieces in entities.values() for number in pieces[1::2]}
-    roots = sorted(entities.keys() - used, key=digest.__getitem__)
+    roots = _sort_roots(entities)
     place = {number: f"#{count}" for count, number in enumerate(_from_roots(roots, entities), start=1)}
     lines = [_lines(name, _renamed(entities[number], place)) for number, name in place.items()]
     return f"{head}{mark}\n" + "\n".join(lines) + f"\n{end}{tail}"
@@ -135,10 +134,48 @@ def _entities(data: str) -> _Entities:
     return entities
 
 
-def _digests(entities: _Entities) -> dict[str, str]:
-    """Return by number a digest of what an entity says, and what it refers to; raises ValueError for a circle.
+def _sort_roots(entities: _Entities) -> list[str]:
+    """Return in the order of their content the entities that none refers to; sort in place what OCCT leaves unordered.
 
-    Where OCCT orders items by address, they are put in the order of their digests.
+    Entities of equal content are told apart by what refers to them. Where that too is equal, they can change
+    places, so either may come first; what belongs to them then follows that choice.
+    """
+    used = {number for pieces in entities.values() for number in pieces[1::2]}
+    roots = [number for number in entities if number not in used]
+    lists = [pieces for pieces in entities.values() if pieces[0].startswith(_UNORDERED)]
+    items = [number for pieces in lists for number in pieces[1 : _end_of_items(pieces) : 2]]
+    content = digest = _digests(entities, {})
+    while tied := _tied(dict.fromkeys(roots + items), digest):
+        finer = _digests(entities, _surroundings(entities, digest))
+        if len(set(finer.values())) == len(set(digest.values())):
+            finer = _digests(entities, {**digest, tied: f"first {digest[tied]}"})
+        digest = finer
+    order = {number: content[number] + digest[number] for number in entities}
+    for pieces in lists:
+        _sort_items(pieces, order)
+    return sorted(roots, key=order.__getitem__)
+
+
+def _tied(numbers: Iterable[str], digest: Mapping[str, str]) -> str | None:
+    """Return one of those entities that share the least digest which more than one has, if any does."""
+    count = Counter(digest[number] for number in numbers)
+    return min((number for number in numbers if count[digest[number]] > 1), key=digest.__getitem__, default=None)
+
+
+def _surroundings(entities: _Entities, digest: Mapping[str, str]) -> dict[str, str]:
+    """Return by number the digest of an entity with those of all that refer to it, and at which place they do."""
+    found: dict[str, list[str]] = {number: [] for number in entities}
+    for user, pieces in entities.items():
+        unordered = pieces[0].startswith(_UNORDERED)
+        for place, number in enumerate(pieces[1::2]):
+            found[number].append(digest[user] if unordered else f"{digest[user]} {place}")
+    return {number: " ".join([digest[number], *sorted(users)]) for number, users in found.items()}
+
+
+def _digests(entities: _Entities, marks: Mapping[str, str]) -> dict[str, str]:
+    """Return by number a digest of an entity's mark, of what it says, and of what it refers to.
+
+    Where OCCT orders items by address, they are put in the order of their digests. Raises ValueError for a circle.
     """
     digest: dict[str, str] = {}
     waiting, opened = list(entities), set()
@@ -157,14 +194,20 @@ def _digests(entities: _Entities) -> dict[str, str]:
             continue
         if pieces[0].startswith(_UNORDERED):
             _sort_items(pieces, digest)
-        digest[number] = "#" + hashlib.sha256(_renamed(pieces, digest).encode("ascii")).hexdigest()
+        text = marks.get(number, "") + _renamed(pieces, digest)
+        digest[number] = "#" + hashlib.sha256(text.encode("ascii")).hexdigest()
     return digest
 
 
 def _sort_items(pieces: list[str], digest: Mapping[str, str]) -> None:
     """Sort the first list of items of an entity by content."""
-    end = next(i for i in range(2, len(pieces), 2) if pieces[i] != ",")
+    end = _end_of_items(pieces)
     pieces[1:end:2] = sorted(pieces[1:end:2], key=digest.__getitem__)
+
+
+def _end_of_items(pieces: list[str]) -> int:
+    """Return the place of the text that ends the first list of items."""
+    return next(i for i in range(2, len(pieces), 2) if pieces[i] != ",")
 
 
 def _from_roots(roots: Sequence[str], entities: _Entities) -> Iterator[str]:

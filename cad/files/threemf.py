@@ -62,9 +62,14 @@ def _object(place: int, name: str, mesh: Triangles) -> str:
     corners = "".join(f'     <vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>\n' for x, y, z in np.asarray(mesh.vertices))
     faces = "".join(f'     <triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in np.asarray(mesh.faces))
     return (
-        f'  <object id="{place}" type="model" name="{escape(name)}">\n   <mesh>\n    <vertices>\n{corners}'
+        f'  <object id="{place}" type="model" name="{_escaped(name)}">\n   <mesh>\n    <vertices>\n{corners}'
         f"    </vertices>\n    <triangles>\n{faces}    </triangles>\n   </mesh>\n  </object>\n"
     )
+
+
+def _escaped(name: str) -> str:
+    """Return a name as it stands in an attribute; an apostrophe stays as it is, for lib3mf refuses `&#x27;`."""
+    return escape(name, quote=False).replace('"', "&quot;")
 
 
 def read_3mf(path: Path) -> Package:

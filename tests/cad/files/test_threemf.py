@@ -25,6 +25,12 @@ def test_strict_reader_finds_one_named_object_a_body(tmp_path):
     assert mesh.is_watertight
 
 
+@pytest.mark.parametrize("name", ["'", '"', "<&>", "it's &#x27;"])
+def test_name_with_signs_of_xml_comes_back(tmp_path, name):
+    write_3mf({name: trimesh.creation.box((1.0, 2.0, 3.0))}, tmp_path / "named.3mf")
+    assert read_3mf(tmp_path / "named.3mf").names == (name,)
+
+
 def test_same_bytes_again(tmp_path):
     for name in ("a.3mf", "b.3mf"):
         write_3mf(two_boxes(), tmp_path / name)
