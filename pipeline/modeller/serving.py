@@ -16,7 +16,10 @@ _PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
 def serve(descriptor: int, parent: int) -> None:
-    """Answer tasks from a socket until its other end closes, or a parent ends in the midst of one; none is 0."""
+    """Answer tasks from a socket until its other end closes.
+
+    The end of the parent, the number of a process or 0 for none, ends this process too, even in the midst of a task.
+    """
     if parent:
         _end_with(parent)
     from pipeline.modeller.tasks import TASKS, get_ready

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
-from cad.verdict import Verdict, failed
+from cad.verdict import failed
 from pipeline.modeller.answer import Answer, known
 from pipeline.modeller.kept_files import Verdicts, kept_files
 from pipeline.modeller.modeller import Modeller
@@ -39,8 +39,3 @@ def begin_solids(design: Design, springs: FittedSprings, folder: Path, modeller:
     }
     kept = kept_files("solids", inputs, folder)
     return modeller.ask("solids", inputs, design, housing, springs.deflections, folder) if kept is None else known(kept)
-
-
-def write_solids(design: Design, springs: FittedSprings, folder: Path) -> tuple[Verdict, ...]:
-    """Return the answer of `begin_solids`, waited for in this process."""
-    return begin_solids(design, springs, folder, Modeller()).result()
