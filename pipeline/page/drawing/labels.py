@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import isotonic_regression
 
 from pipeline.page.drawing.panel import Panel, Words
 from pipeline.page.drawing.scale import Floats
@@ -36,14 +37,9 @@ def apart(places: Floats, step: float, ends: tuple[float, float]) -> Floats:
     """Return ascending places (n,) moved as little as may be so that neighbours are a step apart, all between two ends.
 
     The ends are n - 1 steps apart or more. The places less so many steps each only have to ascend, which is isotonic
-    regression: R. E. Barlow et al., Statistical Inference under Order Restrictions, 1972, the max-min formulas.
+    regression.
     """
     count = len(places)
     steps = step * np.arange(count)
-    free = np.array([_ascending(places - steps, at) for at in range(count)])
+    free = isotonic_regression(places - steps).x if count else places
     return np.asarray(np.clip(free, ends[0], ends[1] - step * (count - 1)) + steps)
-
-
-def _ascending(values: Floats, at: int) -> float:
-    """Return, at one place, the ascending values that are nearest to the given ones (n,) in least squares."""
-    return max(min(float(values[i:j].mean()) for j in range(at + 1, len(values) + 1)) for i in range(at + 1))
