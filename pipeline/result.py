@@ -7,12 +7,12 @@ from cad.verdict import Verdict, all_passed
 from pipeline.options import RunOptions
 from pipeline.reading.readings import Readings
 from pipeline.reading.sensor_read_out import SensorReadOut
-from pipeline.stages.characteristics import SpringBehaviour
-from pipeline.stages.response import ScenePress
-from pipeline.stages.sizing import SpringSizing
-from pipeline.stages.springs import FittedSprings
+from pipeline.response.characteristics import SpringBehaviour
+from pipeline.response.scene_press import ScenePress
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.stopwatch import Seconds
-from pipeline.uncertainty.sensor_errors import SensorErrors
+from pipeline.verdicts.errors.sensor_errors import SensorErrors
 from pipeline.verdicts.sensor import Judgement
 from solve.fruit.compliance import FruitCompliance
 

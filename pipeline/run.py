@@ -6,29 +6,29 @@ from typing import NamedTuple
 
 from cad.design.parameters import Design
 from cad.design.tip_mount import plate_depth
-from pipeline.modeller.answer import Answer, known
-from pipeline.modeller.kept_files import Verdicts
-from pipeline.modeller.modeller import Modeller, ModellerProcess
 from pipeline.options import RunOptions
-from pipeline.page.page import begin_pictures, page_of_run
-from pipeline.page.solid_pictures import SolidPictures
 from pipeline.reading.placed import refuse_unsolvable_presses
 from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.reading.sensor_readings import assess_readings
-from pipeline.remedies.sentences import with_remedies
+from pipeline.report.fabrication import begin_fabrication, sideways_verdicts
+from pipeline.report.fields import write_fields
 from pipeline.report.outputs import write_outputs
+from pipeline.report.page.page import begin_pictures, page_of_run
+from pipeline.report.page.solid_pictures import SolidPictures
+from pipeline.report.solids import begin_solids
+from pipeline.response.characteristics import solved_behaviour
+from pipeline.response.contact import fruit_compliance
 from pipeline.result import JudgedSensor, SensorResult, SolvedSensor
-from pipeline.stages.characteristics import solved_behaviour
-from pipeline.stages.contact import fruit_compliance
-from pipeline.stages.fabrication import begin_fabrication, sideways_verdicts
-from pipeline.stages.fields import write_fields
-from pipeline.stages.sizing import spring_sizing
-from pipeline.stages.solids import begin_solids
-from pipeline.stages.springs import fit_springs, press_of_springs
+from pipeline.springs.fitted_springs import fit_springs, press_of_springs
+from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.folder import output_folder
+from pipeline.storage.modeller.answer import Answer, known
+from pipeline.storage.modeller.kept_files import Verdicts
+from pipeline.storage.modeller.modeller import Modeller, ModellerProcess
 from pipeline.storage.stopwatch import Stopwatch
-from pipeline.uncertainty.cause import assessed_sensor
-from pipeline.uncertainty.sensor_errors import sensor_errors
+from pipeline.verdicts.errors.cause import assessed_sensor
+from pipeline.verdicts.errors.sensor_errors import sensor_errors
+from pipeline.verdicts.remedies.sentences import with_remedies
 from pipeline.verdicts.sensor import all_verdicts, judge
 
 

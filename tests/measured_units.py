@@ -8,6 +8,8 @@ import numpy as np
 from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.parts.housing import Housing
+from pipeline.measure.unit.measuring import MeasuringUnit
+from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.pressed_sensor import pressed_sensor
@@ -16,11 +18,9 @@ from pipeline.reading.sensor_read_out import sensor_read_out
 from pipeline.report.readings import reading_mapping
 from pipeline.report.stored import StoredContact, StoredTip
 from pipeline.report.stored_records import StoredModulus, StoredReadOut
-from pipeline.stages.contact import fruit_compliance
-from pipeline.stages.response import scene_of
+from pipeline.response.contact import fruit_compliance
+from pipeline.response.scene_press import scene_of
 from pipeline.storage.plain import from_plain
-from pipeline.unit.measuring import MeasuringUnit
-from pipeline.unit.printed_unit import unit_of
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 

@@ -12,20 +12,20 @@ from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.quantity import Estimate
 from cad.verdict import Verdict
-from pipeline.answer.answer import next_steps, print_answer
-from pipeline.fit.leaf_lengths import FittedHousing
 from pipeline.options import RunOptions
 from pipeline.reading.sensor_read_out import sensor_read_out
+from pipeline.report.answer.answer import next_steps, print_answer
 from pipeline.report.tables import run_answer
+from pipeline.response.characteristics import spring_behaviour
+from pipeline.response.scene_press import press_scene
 from pipeline.result import SensorResult
-from pipeline.stages.characteristics import spring_behaviour
-from pipeline.stages.fitted_spring import FittedSpring
-from pipeline.stages.response import press_scene
-from pipeline.stages.sizing import SpringSizing, spring_sizing
-from pipeline.stages.springs import FittedSprings
+from pipeline.springs.fitted_spring import FittedSpring
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.leaf_lengths import FittedHousing
+from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Seconds
-from pipeline.uncertainty.cause import assessed_sensor
-from pipeline.uncertainty.sensor_errors import sensor_errors
+from pipeline.verdicts.errors.cause import assessed_sensor
+from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.sensor import judge
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance

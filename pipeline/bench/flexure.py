@@ -18,8 +18,8 @@ from pipeline.bench.peers import NGSOLVE, Solver, deck_solvers
 from pipeline.bench.table import Measurement
 from pipeline.decks.elements import SkfemMesh
 from pipeline.decks.scenes import flexure_deck
-from pipeline.fit.leaf_lengths import solve_on
-from pipeline.fit.mesh_pairs import MESH_PAIRS
+from pipeline.springs.leaf_lengths import solve_on
+from pipeline.springs.mesh_pairs import MESH_PAIRS
 from solve.housing.element_study import element_stiffness, straightened
 
 OURS = "ours: hex 20, reduced, curved"

@@ -18,7 +18,7 @@ from cad.quantity import fault
 from pipeline.bench.peers import PEER_NAMES, absent_peers
 from pipeline.bench.resources import ONE_THREAD, resource_usage
 from pipeline.bench.table import Measurement, Sheet, percent, work_sheet
-from pipeline.progress.announcement import announce
+from pipeline.storage.announcement import announce
 from solve.linear import SolveError
 
 T = TypeVar("T")

@@ -26,7 +26,7 @@ from pipeline.bench.punch_deck import Punch, punch_deck_text
 from pipeline.bench.table import Measurement
 from pipeline.decks.deck import Deck, LinearStep
 from pipeline.decks.elements import SkfemMesh, boundary_sets, peer_elements
-from pipeline.stages.contact import contact_compliance
+from pipeline.response.contact import contact_compliance
 from solve.contact.linear_response import SensorResponse
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene

@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from pipeline.commands.console import add_force_flag, add_json_flag
-from pipeline.progress.line import showing_progress
+from pipeline.commands.progress_line import showing_progress
 from pipeline.storage.interruption import interruptible
 
 PURPOSE = "measure speed against error on this machine"

@@ -8,7 +8,7 @@ from cad.design.processes import PROCESSES
 from cad.quantity import fault, nearest
 from cad.verdict import Verdict, all_passed
 from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
-from pipeline.progress.line import showing_progress
+from pipeline.commands.progress_line import showing_progress
 
 PURPOSE = "judge the geometry of files, own or foreign"
 EXAMPLE = "pipeline check outputs/paper"
@@ -26,7 +26,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Judge a folder or a file and print the verdicts; return 0 when all pass, else 1."""
-    from pipeline.check.limited_check import verdicts_apart
+    from pipeline.report.check.limited_check import verdicts_apart
 
     path: Path = arguments.path
     if path.is_dir():

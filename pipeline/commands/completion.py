@@ -49,7 +49,7 @@ def _key(action: Action) -> str:
 
 def _names() -> dict[str, tuple[str, ...]]:
     """Return by flag the names that it takes."""
-    from pipeline.explain.entries import entry_names
+    from pipeline.report.explain.entries import entry_names
 
     return {
         "--design": preset_names(),

@@ -29,8 +29,8 @@ def execute(arguments: Namespace) -> int:
 
     Raises InputError for an unknown name, a folder without a name, two folders.
     """
-    from pipeline.explain.closed_form import default_numbers
-    from pipeline.explain.entries import entry_of
+    from pipeline.report.explain.closed_form import default_numbers
+    from pipeline.report.explain.entries import entry_of
 
     _refuse_unread_folder(arguments)
     if arguments.name is None:
@@ -43,7 +43,7 @@ def execute(arguments: Namespace) -> int:
         of_default = default_numbers().get(entry.name)
         number, whose = of_default, "the default design"
     else:
-        from pipeline.explain.number import number_in
+        from pipeline.report.explain.number import number_in
 
         number, whose = number_in(folder, entry, arguments.name), str(folder)
     with answering():
@@ -69,7 +69,7 @@ def _refuse_unread_folder(arguments: Namespace) -> None:
 
 
 def _print_list(arguments: Namespace) -> None:
-    from pipeline.explain.entries import entries
+    from pipeline.report.explain.entries import entries
 
     if arguments.json:
         print_json([asdict(entry) for entry in entries()])

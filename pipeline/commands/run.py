@@ -9,6 +9,7 @@ from cad.design.parameters import Design
 from cad.files.file_date import file_date
 from cad.quantity import InputError, fault
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
+from pipeline.commands.progress_line import showing_progress
 from pipeline.options import (
     CONTACT_METHODS,
     DEFAULT_DESIGN,
@@ -19,13 +20,12 @@ from pipeline.options import (
     contact_inputs,
     load_design,
 )
-from pipeline.progress.line import showing_progress
 from pipeline.storage.folder import refuse_unusable
 from pipeline.storage.interruption import interruptible
 
 if TYPE_CHECKING:
-    from pipeline.answer.answer import RunAnswer
-    from pipeline.modeller.modeller import Modeller
+    from pipeline.report.answer.answer import RunAnswer
+    from pipeline.storage.modeller.modeller import Modeller
     from pipeline.storage.plain import Plain
 
 PURPOSE = "size, shape, mesh, solve and judge a sensor"
@@ -95,8 +95,8 @@ def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> in
     folder = _folder(arguments, design)
     refuse_unusable(folder, force=options.force)
     file_date()
-    from pipeline.answer.answer import next_steps, print_answer
-    from pipeline.answer.kept_answer import kept_answer
+    from pipeline.report.answer.answer import next_steps, print_answer
+    from pipeline.report.answer.kept_answer import kept_answer
 
     with interruptible():
         kept = kept_answer(design, options, folder)
@@ -125,8 +125,8 @@ def _new_answer(design: Design, options: RunOptions, folder: Path, *, quiet: boo
 
     Raises InputError for a scene that cannot be solved.
     """
-    from pipeline.modeller.modeller import ModellerProcess
     from pipeline.storage.cache import is_kept
+    from pipeline.storage.modeller.modeller import ModellerProcess
 
     with ModellerProcess() as modeller:
         if design.tips.layout != "line" and not is_kept("contact", contact_inputs(design, options)):
@@ -141,7 +141,7 @@ def _solved_answer(
     from cad.files.export_error import ExportError
     from mesh.session import MeshError
     from pipeline import run
-    from pipeline.answer.kept_answer import keep_answer
+    from pipeline.report.answer.kept_answer import keep_answer
     from pipeline.report.outputs import written_report
     from pipeline.report.tables import run_answer
     from solve.fruit.split import SplitDomainError

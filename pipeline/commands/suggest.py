@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 from cad.design.design_file import design_as_mapping, design_as_toml, every_key
 from cad.quantity import InputError, fault, nearest
 from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
+from pipeline.commands.progress_line import showing_progress
 from pipeline.commands.run import add_design_flags, settings_of
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
-from pipeline.progress.line import showing_progress
 from pipeline.storage.interruption import interruptible
 from pipeline.storage.new_file import refuse_unwritable, write_new
 
 if TYPE_CHECKING:
-    from pipeline.suggest.suggestion import Suggestion
+    from pipeline.study.suggest.suggestion import Suggestion
 
 PURPOSE = "find the nearest design that passes"
 EXAMPLE = "pipeline suggest paper --set fruit.bruise_limit_MPa=0.29"
@@ -46,7 +46,7 @@ def execute(arguments: Namespace) -> int:
     _refuse_file(arguments.out)
     from cad.files.export_error import ExportError
     from mesh.session import MeshError
-    from pipeline.suggest.suggestion import suggestion
+    from pipeline.study.suggest.suggestion import suggestion
     from solve.linear import SolveError
 
     try:
@@ -85,7 +85,7 @@ def _refuse_file(path: Path | None) -> None:
 
 def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") -> str:
     """Return the command that runs the design that was found; flags that set keys are `--set` there."""
-    from pipeline.remedies.changes import written
+    from pipeline.verdicts.remedies.changes import written
 
     every = {**settings, **{key: written(value) for key, value in (found.changes or {}).items()}}
     sets = [word for key, value in every.items() for word in ("--set", f"{key}={value}")]
@@ -93,7 +93,7 @@ def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") ->
 
 
 def _print(found: "Suggestion", command: str, *, as_json: bool) -> None:
-    from pipeline.remedies.changes import value_of
+    from pipeline.verdicts.remedies.changes import value_of
 
     rows = [(key, value_of(found.design, key), value) for key, value in (found.changes or {}).items()]
     if as_json:

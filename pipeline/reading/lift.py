@@ -4,7 +4,7 @@ from cad.design.reading import Reading
 from cad.quantity import Estimate
 from pipeline.reading.placed import Placed, directed, read_moduli
 from pipeline.reading.pressed_sensor import PressedSensor
-from pipeline.stages.response import scene_of
+from pipeline.response.scene_press import scene_of
 from solve.contact.scene import STEEPEST_DEG
 
 MOST_DEG = 15.0

@@ -11,7 +11,7 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.quantity import fault
-from pipeline.stages.response import refuse_unsolvable, scene_of
+from pipeline.response.scene_press import refuse_unsolvable, scene_of
 from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, posed_scene
 from solve.contact.scene import STEEPEST_DEG

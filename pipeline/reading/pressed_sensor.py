@@ -10,7 +10,7 @@ from cad.design.parameters import Design
 from cad.quantity import fault
 from pipeline.reading.placed import Placed, press_of
 from pipeline.reading.read_out import ReadOut, read_out_of
-from pipeline.stages.response import scene_of
+from pipeline.response.scene_press import scene_of
 from pipeline.storage.plain import first_largest
 from solve.contact.poses import Pose, PoseForces, pose_forces
 from solve.fruit.compliance import FruitCompliance

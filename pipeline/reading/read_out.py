@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cad.design.parameters import Design
 from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, stiffened
 from cad.theory.pair_line import line_over_press
-from pipeline.stages.response import scene_of
+from pipeline.response.scene_press import scene_of
 from solve.contact.domes.law import dome_contrast
 from solve.fruit.compliance import FruitCompliance
 

@@ -9,9 +9,9 @@ from pipeline.reading.placed import Placed, press_of
 from pipeline.reading.pressed_sensor import PressedSensor, pressed_sensor
 from pipeline.reading.read_out import LineReadOut, ReadOut
 from pipeline.reading.readings import Readings
-from pipeline.stages.response import ScenePress, scene_of
-from pipeline.stages.springs import FittedSprings
-from pipeline.stages.tip_curve import tip_curve
+from pipeline.response.scene_press import ScenePress, scene_of
+from pipeline.response.tip_curve import tip_curve
+from pipeline.springs.fitted_springs import FittedSprings
 from solve.contact.large_response import flesh_error
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance

@@ -6,7 +6,7 @@ from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.bruising import skin_pressures
 from pipeline.reading.pressed_sensor import pressed_sensor
 from pipeline.reading.readings import Readings
-from pipeline.stages.springs import FittedSprings, tip_leads
+from pipeline.springs.fitted_springs import FittedSprings, tip_leads
 from solve.fruit.compliance import FruitCompliance
 
 

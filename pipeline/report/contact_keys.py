@@ -9,7 +9,7 @@ import numpy as np
 from cad.design.tips import Tips
 from pipeline.reading.assessment import ModulusReading, ReadingAssessment
 from pipeline.reading.readings import Readings
-from pipeline.stages.sizing import SpringSizing
+from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.plain import Plain
 from pipeline.verdicts.scene_targets import SceneTargets
 from solve.contact.linear_response import SensorResponse

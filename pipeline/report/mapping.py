@@ -15,14 +15,14 @@ from pipeline.report.contact_keys import contact_mapping, level_mapping, respons
 from pipeline.report.notes import notes
 from pipeline.report.readings import curve_mapping, reading_mapping
 from pipeline.report.stored import SCHEMA
+from pipeline.response.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
+from pipeline.response.scene_press import spring_shares
 from pipeline.result import SensorResult
-from pipeline.stages.characteristics import GAUGE_FACTOR, GRID_MM, SpringBehaviour
-from pipeline.stages.fitted_spring import FittedSpring
-from pipeline.stages.response import spring_shares
-from pipeline.stages.springs import FittedSprings
+from pipeline.springs.fitted_spring import FittedSpring
+from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.storage.plain import Plain
 from pipeline.storage.seal import sealed_mapping
-from pipeline.uncertainty.budget import Contribution, UncertaintyBudget
+from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
 from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.modes import Modes

@@ -10,9 +10,9 @@ from cad.theory.free_fruit import roll, table_share
 from cad.theory.soft_tissue import FLESH_LAWS, deepest_solved
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.reading.readings import Readings
+from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
-from pipeline.stages.response import mean_tip_pressure
-from pipeline.stages.springs import weight_sag
+from pipeline.springs.fitted_springs import weight_sag
 from pipeline.verdicts.characteristic import characteristic
 
 FIRST_TRAVEL = 0.1  # of the whole, from which the change of P over the travel is told

@@ -3,12 +3,12 @@
 from rich.markup import escape
 
 from cad.theory.two_spring_law import PAPER_SPRINGS
-from pipeline.answer.answer import AnswerPart, AnswerTable, RunAnswer
+from pipeline.report.answer.answer import AnswerPart, AnswerTable, RunAnswer
 from pipeline.report.notes import notes
 from pipeline.report.verdict_table import OUTCOME, reasons, shown, verdict_table
 from pipeline.result import SensorResult
-from pipeline.stages.fitted_spring import FittedSpring
-from pipeline.uncertainty.budget import UncertaintyBudget
+from pipeline.springs.fitted_spring import FittedSpring
+from pipeline.verdicts.errors.budget import UncertaintyBudget
 
 _TARGETS = (
     *("reading.bias", "reading.uncertainty", "reading.lift", "bruise"),

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from rich.markup import escape
 
 from cad.verdict import Verdict
-from pipeline.answer.answer import AnswerPart, AnswerTable, print_answer
+from pipeline.report.answer.answer import AnswerPart, AnswerTable, print_answer
 from pipeline.report.verdict_rule import UNREAD, bound_sign, fails_unread
 
 OUTCOME = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}

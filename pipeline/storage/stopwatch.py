@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ParamSpec, TypeVar
 
-from pipeline.modeller.answer import Answer
-from pipeline.progress.announcement import announce
+from pipeline.storage.announcement import announce
+from pipeline.storage.modeller.answer import Answer
 
 WORK = {
     "contact": "how the fruit gives under the tips, meshed and solved",

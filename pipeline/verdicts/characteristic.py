@@ -13,7 +13,7 @@ from cad.theory.two_spring_law import (
     nonlinearity,
     stiffness_at_largest_nonlinearity,
 )
-from pipeline.stages.sizing import SpringSizing
+from pipeline.springs.sizing import SpringSizing
 from solve.error_estimate import propagated
 from solve.fruit.compliance import FruitCompliance
 

@@ -3,7 +3,7 @@
 from cad.design.parameters import Design
 from cad.theory.rounded_edge import edge_loss
 from cad.theory.two_spring_law import Springs, series_ratio, spring_give
-from pipeline.stages.response import TRAVELS
+from pipeline.response.scene_press import TRAVELS
 from solve.contact.linear_response import travels
 from solve.fruit.compliance import FruitCompliance
 

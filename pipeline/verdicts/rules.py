@@ -9,7 +9,7 @@ from cad.design.parameters import Targets
 from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import TOLERANCES
-from pipeline.stages.fitted_spring import FittedSpring
+from pipeline.springs.fitted_spring import FittedSpring
 from solve.contact.linear_response import SensorResponse
 
 P_MAX_TOLERANCE = 0.01  # of the target

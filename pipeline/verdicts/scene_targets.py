@@ -8,7 +8,7 @@ import numpy as np
 from cad.design.parameters import Targets
 from cad.quantity import Estimate
 from cad.theory.two_spring_law import curve_nonlinearity
-from pipeline.stages.response import ScenePress, spring_shares
+from pipeline.response.scene_press import ScenePress, spring_shares
 from pipeline.verdicts.characteristic import Characteristic
 from solve.arrays import Floats
 from solve.contact.linear_response import SensorResponse

@@ -8,9 +8,9 @@ from cad.quantity import Estimate
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict, failed
 from pipeline.reading.readings import Readings
-from pipeline.stages.response import ScenePress, mean_pressure_estimate, press_scene, spring_shares
-from pipeline.stages.sizing import SpringSizing
-from pipeline.stages.springs import FittedSprings
+from pipeline.response.scene_press import ScenePress, mean_pressure_estimate, press_scene, spring_shares
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.edge_drift import edge_drift
 from pipeline.verdicts.reading_rules import reading_verdicts

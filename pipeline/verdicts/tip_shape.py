@@ -9,7 +9,7 @@ from cad.design.tips import Tips
 from cad.quantity import Estimate
 from cad.theory.hertz import contact_reach, relative_curvature
 from cad.verdict import Verdict
-from pipeline.stages.response import ScenePress
+from pipeline.response.scene_press import ScenePress
 from pipeline.verdicts.rules import margin_verdict
 
 _NOT_THESE = Verdict(

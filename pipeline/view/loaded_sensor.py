@@ -18,10 +18,10 @@ from cad.design.processes import Process
 from cad.parts.housing import Housing
 from cad.quantity import fault
 from mesh.housing.sweep import flexure_mesh
-from pipeline.fit.mounts import attached_to
+from pipeline.report.fields import field_arrays
 from pipeline.report.stored import StoredReport, StoredResponse
-from pipeline.stages.fields import field_arrays
-from pipeline.stages.response import scene_of
+from pipeline.response.scene_press import scene_of
+from pipeline.springs.mounts import attached_to
 from pipeline.storage.vtu import Mesh as SolvedMesh
 from pipeline.storage.vtu import write_vtu
 from solve.contact.fields import fruit_fields

@@ -7,8 +7,8 @@ from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.quantity import InputError
 from pipeline.options import RunOptions
-from pipeline.stages.contact import contact_compliance
-from pipeline.stages.sizing import spring_sizing
+from pipeline.response.contact import contact_compliance
+from pipeline.springs.sizing import spring_sizing
 
 
 def beam_guess(design: Design) -> tuple[Housing, tuple[float, ...]]:

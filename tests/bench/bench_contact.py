@@ -24,7 +24,7 @@ from mesh.fruit import fruit_size  # noqa: E402
 from mesh.volume import volume_mesh  # noqa: E402
 from pipeline.bench.contact import pair_and_own, relative_errors  # noqa: E402
 from pipeline.bench.harness import timed  # noqa: E402
-from pipeline.stages.contact import contact_compliance  # noqa: E402
+from pipeline.response.contact import contact_compliance  # noqa: E402
 from solve.contact.response import scene_response  # noqa: E402
 from solve.contact.scene import Scene  # noqa: E402
 from solve.fruit.split import split_compliance  # noqa: E402

@@ -32,8 +32,8 @@ from pipeline.bench.hard.reference_check import REFUSALS, ReferenceCheck  # noqa
 from pipeline.bench.hard.reference_check import checks as reference_checks  # noqa: E402
 from pipeline.bench.harness import Reference  # noqa: E402
 from pipeline.bench.table import Sheet, page, percent, publish  # noqa: E402
-from pipeline.fit.mesh_pairs import DEFAULT, MESH_PAIRS, MeshPair  # noqa: E402
-from pipeline.stages.contact import contact_compliance  # noqa: E402
+from pipeline.response.contact import contact_compliance  # noqa: E402
+from pipeline.springs.mesh_pairs import DEFAULT, MESH_PAIRS, MeshPair  # noqa: E402
 
 SOLID_ERROR = 3e-4  # relative, of tetrahedra on a solid less those on its block: scatter of unstructured meshes
 SHARE, EXCESS, WIDTH = 0.95, 2.0, 5.0  # goals: inside, largest error over bar, median bar over error

@@ -17,7 +17,7 @@ from cad.design.tips import Tips  # noqa: E402
 from cad.theory.deep_press import DeepPress  # noqa: E402
 from cad.theory.soft_tissue import FLESH_LAWS  # noqa: E402
 from cad.theory.two_spring_law import PAPER_SPRINGS, force_ratio  # noqa: E402
-from pipeline.stages.contact import contact_compliance  # noqa: E402
+from pipeline.response.contact import contact_compliance  # noqa: E402
 
 POISSONS = (0.3, 0.4, 0.45, 0.49)
 FIRST, TRAVELS = 0.06, (0.1, 0.3, 0.6)  # [mm]

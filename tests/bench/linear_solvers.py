@@ -27,7 +27,7 @@ from mesh.housing.sweep import flexure_mesh  # noqa: E402
 from pipeline.bench.bench import OUT  # noqa: E402
 from pipeline.bench.flexure import E_MPA, HOUSING, POISSON  # noqa: E402
 from pipeline.bench.table import Sheet, page, publish  # noqa: E402
-from pipeline.fit.mounts import MOUNT_SCALE, attached_to  # noqa: E402
+from pipeline.springs.mounts import MOUNT_SCALE, attached_to  # noqa: E402
 from solve.elasticity import stiffness_matrix, vector_basis  # noqa: E402
 from solve.fruit.box import block_lines, box_mesh  # noqa: E402
 from solve.fruit.remainder import VOLUME_ORDER, mirror_dofs  # noqa: E402

@@ -34,7 +34,7 @@ from pipeline.bench.calculix import is_installed  # noqa: E402
 from pipeline.bench.flexure import peer_stiffness  # noqa: E402
 from pipeline.bench.harness import timed  # noqa: E402
 from pipeline.bench.table import Sheet, page, percent, publish, signed_percent  # noqa: E402
-from pipeline.fit.leaf_lengths import fit_lengths  # noqa: E402
+from pipeline.springs.leaf_lengths import fit_lengths  # noqa: E402
 from solve.housing.stiffness import tip_compliance  # noqa: E402
 
 TARGET, SAME_MESH, CHECK = 1e-3, 1e-4, 3e-3  # goals, relative: FE to target, CalculiX to FE, extrapolated tets to FE

@@ -27,9 +27,9 @@ from mesh.session import MeshError  # noqa: E402
 from pipeline import RunOptions, judged, load_design  # noqa: E402
 from pipeline.bench.bench import OUT  # noqa: E402
 from pipeline.bench.table import Sheet, page, publish  # noqa: E402
-from pipeline.remedies.sentences import with_remedies  # noqa: E402
-from pipeline.remedies.trial import Trials  # noqa: E402
-from pipeline.suggest.suggestion import suggestion  # noqa: E402
+from pipeline.study.suggest.suggestion import suggestion  # noqa: E402
+from pipeline.verdicts.remedies.sentences import with_remedies  # noqa: E402
+from pipeline.verdicts.remedies.trial import Trials  # noqa: E402
 from solve.linear import SolveError  # noqa: E402
 
 GOAL = 25 / 30

@@ -11,8 +11,8 @@ sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
 
 from measured_units import MeasuredDesign  # noqa: E402
 
-from pipeline.unit.presses import readings_of  # noqa: E402
-from pipeline.unit.signals import Signal, expected_header  # noqa: E402
+from pipeline.measure.unit.presses import readings_of  # noqa: E402
+from pipeline.measure.unit.signals import Signal, expected_header  # noqa: E402
 from solve.contact.poses import Pose  # noqa: E402
 
 

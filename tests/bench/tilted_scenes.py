@@ -17,7 +17,7 @@ from cad.design.tips import Press, Tips
 from cad.parts.fruit import fruit_half
 from mesh.fruit import REFINEMENTS, fruit_mesh
 from pipeline.bench.hard.reference_check import ReferenceCheck
-from pipeline.stages.contact import contact_compliance
+from pipeline.response.contact import contact_compliance
 from solve.contact.pressure import footprint_pressure
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene

@@ -16,7 +16,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from fits.comparison import Comparison, covering, fitted  # noqa: E402
 from fits.springs import EVERY, Case, stiffness  # noqa: E402
 
-from pipeline.fit import leaf_lengths  # noqa: E402
+from pipeline.springs import leaf_lengths  # noqa: E402
 
 FINE = 1.0
 AS_A_RULE = 5e-4  # of the stiffness: what the docstring of _lift promises

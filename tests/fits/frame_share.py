@@ -16,7 +16,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from fits.comparison import Comparison, covering  # noqa: E402
 from fits.springs import PETG, STEEL, Case, mesh, stiffness  # noqa: E402
 
-from pipeline.uncertainty.spring_causes import FRAME_SHARES  # noqa: E402
+from pipeline.verdicts.errors.spring_causes import FRAME_SHARES  # noqa: E402
 from solve.housing.stiffness import tip_compliance  # noqa: E402
 
 BEHIND = 2.5  # [mm]

@@ -4,7 +4,6 @@ import json
 import math
 
 import pytest
-
 from golden.freeze import NUMBERS, RUNS, frozen, machine
 
 QUICK = ("paper",)

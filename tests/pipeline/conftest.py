@@ -12,11 +12,11 @@ from stand_ins import result_of
 import pipeline
 from cad.design.parameters import Design
 from pipeline.cli import main
-from pipeline.modeller.modeller import Modeller, ModellerProcess
 from pipeline.options import RunOptions
 from pipeline.report.mapping import report_mapping
 from pipeline.result import SensorResult
 from pipeline.storage.folder import output_folder
+from pipeline.storage.modeller.modeller import Modeller, ModellerProcess
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,8 +13,8 @@ import pytest
 
 import pipeline.bench.bench
 import pipeline.bench.hard.suite
-import pipeline.check.limited_check
 import pipeline.commands.machine
+import pipeline.report.check.limited_check
 import pipeline.view.pictures
 import pipeline.view.window
 from cad.design.parameters import Design
@@ -153,7 +153,7 @@ def test_closed_pipe_keeps_the_verdicts_code(tmp_path):
     program = f"""if True:
         import sys
         import pipeline.commands.run
-        from pipeline.answer.answer import AnswerPart, RunAnswer
+        from pipeline.report.answer.answer import AnswerPart, RunAnswer
         from pipeline.cli import main
         long = (AnswerPart(lines=("x" * 99,) * 9999),)
         answer = RunAnswer(passed=False, summary=long, everything=long)
@@ -200,7 +200,7 @@ def test_check_hands_a_file_to_the_rules_of_its_process(words, process, tmp_path
     part = tmp_path / "part.step"
     part.touch()
     calls = []
-    monkeypatch.setattr(pipeline.check.limited_check, "verdicts_apart", lambda *each: calls.append(each) or ())
+    monkeypatch.setattr(pipeline.report.check.limited_check, "verdicts_apart", lambda *each: calls.append(each) or ())
     assert settle(["check", str(part), "--json", *words.split()], capsys) == (0, "[]\n", "")
     assert calls == [(part, process)]
 

@@ -19,7 +19,7 @@ from pipeline.bench.calculix import is_installed
 from pipeline.bench.flexure import peer_stiffness
 from pipeline.decks.deck import write_model
 from pipeline.decks.elements import boundary_sets, peer_elements
-from pipeline.fit.mounts import attached_to
+from pipeline.springs.mounts import attached_to
 from solve.error_estimate import richardson
 from solve.housing.modes import Solid, housing_modes
 from solve.housing.stiffness import tip_compliance

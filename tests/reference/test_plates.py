@@ -16,7 +16,7 @@ from mesh.housing import sweep
 from mesh.housing.blocks import counts
 from mesh.housing.frame import housing_blocks
 from mesh.housing.profile import meshed_profile
-from pipeline.fit.mounts import mount_layers
+from pipeline.springs.mounts import mount_layers
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.elastic_layer import ElasticLayer, layer_matrix
 from solve.housing.held_half import REDUCED, face_mean

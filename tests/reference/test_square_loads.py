@@ -11,7 +11,7 @@ from scipy.special import ive
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from pipeline.stages.contact import contact_compliance
+from pipeline.response.contact import contact_compliance
 from solve.fruit.footprints import level_compliance, nodes_between
 from solve.fruit.split import contact_footprints
 

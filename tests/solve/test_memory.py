@@ -12,7 +12,7 @@ from stand_ins import default_housing
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
 from mesh.housing.sweep import flexure_mesh
-from pipeline.stages.contact import contact_compliance
+from pipeline.response.contact import contact_compliance
 from solve import linear
 from solve.elasticity import vector_basis
 from solve.linear import MOST_BYTES, SolveError, check_cost, factorised

@@ -23,12 +23,12 @@ from cad.parts.assembly import assembly_bodies, sensor_of
 from cad.parts.housing import Housing
 from pipeline.bench.harness import timed
 from pipeline.options import RunOptions, load_design
-from pipeline.page.drawing.picture import plot_panel, plot_picture
-from pipeline.page.drawing.scale import Scale
-from pipeline.stages.characteristics import sensor_modes
-from pipeline.stages.contact import fruit_compliance
-from pipeline.stages.sizing import spring_sizing
-from pipeline.stages.springs import fit_springs, other_mounts
+from pipeline.report.page.drawing.picture import plot_panel, plot_picture
+from pipeline.report.page.drawing.scale import Scale
+from pipeline.response.characteristics import sensor_modes
+from pipeline.response.contact import fruit_compliance
+from pipeline.springs.fitted_springs import fit_springs, other_mounts
+from pipeline.springs.sizing import spring_sizing
 from solve.linear import Factor, factorised
 
 REPEATS = 3

@@ -12,7 +12,7 @@ from pipeline.bench.resources import ONE_THREAD, ResourceUsage, resource_usage
 from pipeline.bench.table import Sheet, record_sheet
 
 IMPORTS = "import cadquery, gmsh, skfem"
-OUR_IMPORTS = {"our imports": "import pipeline.run", "those of the modeller": "import pipeline.modeller.tasks"}
+OUR_IMPORTS = {"our imports": "import pipeline.run", "those of the modeller": "import pipeline.storage.modeller.tasks"}
 REPEATS = 3
 PEAK_GOAL_MIB = 2048.0
 _LEAST_S = 0.01  # of a stage that is named

@@ -11,7 +11,7 @@ from pipeline.bench.contact import BENCH, pair_and_own, relative_errors
 from pipeline.bench.hard.reference_check import ReferenceCheck, attempted, checks
 from pipeline.bench.harness import Reference
 from pipeline.options import CONTACT_SHARE, DEFAULT_TOLERANCE
-from pipeline.stages.contact import contact_compliance
+from pipeline.response.contact import contact_compliance
 from solve.fruit.box import Grading
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.direct import direct_compliance

@@ -20,12 +20,12 @@ from pipeline.bench import contact
 from pipeline.bench.flexure import BENCH, E_MPA, HOUSING, POISSON
 from pipeline.bench.hard.reference_check import ReferenceCheck, attempted, checks
 from pipeline.bench.harness import Reference
-from pipeline.fit.leaf_lengths import solve_on
-from pipeline.fit.mesh_pairs import DEFAULT, MeshPair
 from pipeline.options import RunOptions
-from pipeline.stages.contact import contact_compliance
-from pipeline.stages.sizing import spring_sizing
-from pipeline.stages.springs import fit_springs
+from pipeline.response.contact import contact_compliance
+from pipeline.springs.fitted_springs import fit_springs
+from pipeline.springs.leaf_lengths import solve_on
+from pipeline.springs.mesh_pairs import DEFAULT, MeshPair
+from pipeline.springs.sizing import spring_sizing
 from solve.elasticity import stiffness_matrix
 from solve.fruit.direct import direct_compliance
 from solve.housing.element_study import element_basis

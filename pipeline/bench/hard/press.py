@@ -13,7 +13,7 @@ from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.bench.hard.reference_check import ReferenceCheck, attempted, checks
 from pipeline.bench.harness import Reference
-from pipeline.stages.contact import contact_compliance
+from pipeline.response.contact import contact_compliance
 from solve.arrays import Floats
 from solve.contact.cells import ContactCells, contact_cells, folded
 from solve.contact.linear_response import spring_compliance

@@ -19,7 +19,7 @@ from pipeline.bench.hard.flexure import design_checks, grounded_checks, jittered
 from pipeline.bench.hard.press import level_checks, press_checks
 from pipeline.bench.hard.reference_check import HardCase, Outcome, ReferenceCheck, evaluate
 from pipeline.bench.table import Sheet, page, percent, publish, signed_percent
-from pipeline.progress.announcement import announce, fresh_line
+from pipeline.storage.announcement import announce, fresh_line
 from pipeline.storage.placed_files import refuse_taken
 
 OUT = Path("outputs") / "bench"

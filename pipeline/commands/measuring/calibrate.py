@@ -9,8 +9,8 @@ from cad.verdict import all_passed
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, complain, print_json
 
 if TYPE_CHECKING:
-    from pipeline.unit.calibrating.calibration import Calibration
-    from pipeline.unit.calibrating.coupon_modulus import PrintedModulus
+    from pipeline.measure.calibrating.calibration import Calibration
+    from pipeline.measure.calibrating.coupon_modulus import PrintedModulus
 
 PURPOSE = "find the springs of a printed unit from what was measured of it"
 EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
@@ -30,15 +30,15 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
+    from pipeline.measure.calibrating.calibration import is_coupon
+    from pipeline.measure.calibrating.measured_table import measured_rows
     from pipeline.report.stored import read_report
-    from pipeline.unit.calibrating.calibration import is_coupon
-    from pipeline.unit.calibrating.measured_table import measured_rows
 
     report = read_report(arguments.folder)
     rows = measured_rows(arguments.measured)
     if not is_coupon(rows):
         return _calibrate(arguments)
-    from pipeline.unit.calibrating.coupon_modulus import modulus_of_coupon
+    from pipeline.measure.calibrating.coupon_modulus import modulus_of_coupon
 
     if arguments.out is not None:
         msg = f"--out = {str(arguments.out)!r}: must be left out for a coupon; it tells a modulus, not a unit"
@@ -51,11 +51,11 @@ def _calibrate(arguments: Namespace) -> int:
     from dataclasses import replace
 
     from cad.theory.contrast_law import ReadingError
+    from pipeline.measure.calibrating.calibration import calibrated
+    from pipeline.measure.unit.printed_unit import unit_as_toml
+    from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.report.stored import read_report
     from pipeline.storage.new_file import write_new
-    from pipeline.unit.calibrating.calibration import calibrated
-    from pipeline.unit.printed_unit import unit_as_toml
-    from pipeline.unit.ripeness import ripeness_classes
 
     if arguments.classes:
         ripeness_classes(arguments.classes)

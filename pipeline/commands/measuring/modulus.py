@@ -8,7 +8,7 @@ from cad.quantity import fault
 from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, print_json
 
 if TYPE_CHECKING:
-    from pipeline.compression.modulus import TestGeometry
+    from pipeline.measure.compression.modulus import TestGeometry
 
 PURPOSE = "turn compression tests into the modulus of the fruit"
 EXAMPLE = "pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35"
@@ -44,11 +44,11 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Print the moduli of every specimen in the files; return exit code 0."""
-    from pipeline.compression.batch import design_range, fruit_summaries
-    from pipeline.compression.columns import given_units
-    from pipeline.compression.modulus import measured_modulus
-    from pipeline.compression.specimens import read_specimens
-    from pipeline.compression.table import print_results, result_mapping
+    from pipeline.measure.compression.batch import design_range, fruit_summaries
+    from pipeline.measure.compression.columns import given_units
+    from pipeline.measure.compression.modulus import measured_modulus
+    from pipeline.measure.compression.specimens import read_specimens
+    from pipeline.measure.compression.table import print_results, result_mapping
 
     _refuse_plot(arguments.plot)
     geometry, assumed = _geometry(arguments)
@@ -59,7 +59,7 @@ def execute(arguments: Namespace) -> int:
         for specimen in read_specimens(path, units)
     ]
     if arguments.plot is not None:
-        from pipeline.compression.plot import plotted
+        from pipeline.measure.compression.plot import plotted
         from pipeline.storage.placed_files import place_file
 
         path: Path = arguments.plot
@@ -85,7 +85,7 @@ def _refuse_plot(path: Path | None) -> None:
 
 def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
     """Return the fruit and the plates of the test, and a sentence on each number that no flag gives."""
-    from pipeline.compression.modulus import TestGeometry
+    from pipeline.measure.compression.modulus import TestGeometry
 
     sizes, assumed = _sizes(arguments)
     poisson = arguments.poisson

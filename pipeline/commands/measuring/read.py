@@ -9,9 +9,9 @@ from cad.quantity import fault
 from pipeline.commands.console import FAILED, PASSED, answering, complain, print_json
 
 if TYPE_CHECKING:
+    from pipeline.measure.unit.fruit_reading import FruitReading
+    from pipeline.measure.unit.measuring import MeasuringUnit
     from pipeline.storage.new_file import NewFile
-    from pipeline.unit.fruit_reading import FruitReading
-    from pipeline.unit.measuring import MeasuringUnit
 
 PURPOSE = "read the modulus and ripeness of a fruit from forces"
 EXAMPLE = "pipeline read outputs/paper --forces 0.411,1.076"
@@ -52,7 +52,7 @@ def execute(arguments: Namespace) -> int:
 
 
 def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
-    from pipeline.unit.measuring import LAW_OF_FLESH
+    from pipeline.measure.unit.measuring import LAW_OF_FLESH
 
     if not sensor.report.moduli:
         complain(
@@ -65,10 +65,10 @@ def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
 
 
 def _sensor(arguments: Namespace) -> "MeasuringUnit":
+    from pipeline.measure.unit.measuring import MeasuringUnit
+    from pipeline.measure.unit.printed_unit import nominal_unit, read_unit
+    from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.report.stored import read_report
-    from pipeline.unit.measuring import MeasuringUnit
-    from pipeline.unit.printed_unit import nominal_unit, read_unit
-    from pipeline.unit.ripeness import ripeness_classes
 
     report = read_report(arguments.folder)
     unit = nominal_unit(report) if arguments.unit is None else read_unit(arguments.unit, report)
@@ -82,7 +82,7 @@ def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> list["NewFile"]:
 
     files = []
     if arguments.c_header is not None or arguments.micropython is not None:
-        from pipeline.unit.firmware import c_header, micropython
+        from pipeline.measure.unit.firmware import c_header, micropython
 
         if arguments.c_header is not None:
             files.append(NewFile(arguments.c_header, c_header(sensor), "--c-header"))
@@ -101,9 +101,9 @@ def _write(files: list["NewFile"], arguments: Namespace) -> None:
 
 
 def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
-    from pipeline.unit.fruit_reading import reading_as_mapping
-    from pipeline.unit.presses import reading_of, refuse_bad_forces
-    from pipeline.unit.signals import forces_of_text
+    from pipeline.measure.unit.fruit_reading import reading_as_mapping
+    from pipeline.measure.unit.presses import reading_of, refuse_bad_forces
+    from pipeline.measure.unit.signals import forces_of_text
 
     forces = forces_of_text(arguments.forces, len(sensor.report.tips))
     refuse_bad_forces(sensor, forces)
@@ -121,9 +121,9 @@ def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
 def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     import json
 
-    from pipeline.unit.fruit_reading import reading_as_mapping
-    from pipeline.unit.presses import readings_of
-    from pipeline.unit.signals import Signal, opened_signal
+    from pipeline.measure.unit.fruit_reading import reading_as_mapping
+    from pipeline.measure.unit.presses import readings_of
+    from pipeline.measure.unit.signals import Signal, opened_signal
 
     told = False
     with opened_signal(arguments.signal) as stream:

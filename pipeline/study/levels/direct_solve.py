@@ -12,7 +12,7 @@ from solve.fruit.compliance import FruitCompliance
 
 def direct_solve(fruit: Fruit, tips: Tips) -> FruitCompliance:
     """Return the compliance [1/mm] under a flat pair by direct finite elements."""
-    from pipeline.stages.contact import direct_contact
+    from pipeline.response.contact import direct_contact
 
     return direct_contact(fruit, tips)
 

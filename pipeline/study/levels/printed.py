@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from cad.design.parameters import Design
 from cad.quantity import as_float, fault
 from cad.theory.leaf_spring import pair_stiffness
-from pipeline.stages.sizing import SpringSizing
+from pipeline.springs.sizing import SpringSizing
 
 THICKNESS = "printed.thickness_offset_mm"
 MODULUS = "printed.E_offset"

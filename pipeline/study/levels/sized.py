@@ -15,9 +15,9 @@ from pipeline.reading.placed import refuse_unsolvable_presses
 from pipeline.reading.pressed_sensor import pressed_sensor
 from pipeline.reading.readings import Readings
 from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, response_row, sizing_mapping
-from pipeline.stages.fitted_spring import springs_as_sized
-from pipeline.stages.response import ScenePress, mean_pressure_estimate, press_scene, scene_of
-from pipeline.stages.sizing import SpringSizing, spring_sizing
+from pipeline.response.scene_press import ScenePress, mean_pressure_estimate, press_scene, scene_of
+from pipeline.springs.fitted_spring import springs_as_sized
+from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.plain import Plain
 from pipeline.study.levels.printed import AS_DRAWN, PrintMiss, printed_sizing
 from pipeline.study.report_keys import Stage

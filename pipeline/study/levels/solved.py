@@ -5,10 +5,10 @@ from pathlib import Path
 
 from cad.design.parameters import Design
 from pipeline import judged, run
-from pipeline.modeller.modeller import Modeller
 from pipeline.options import RunOptions
 from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, sizing_mapping
 from pipeline.report.mapping import report_mapping, response_mapping, spring_mapping
+from pipeline.storage.modeller.modeller import Modeller
 from pipeline.storage.plain import Plain
 
 

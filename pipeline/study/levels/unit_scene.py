@@ -13,7 +13,7 @@ from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.quantity import InputError
 from pipeline.options import CONTACT_SHARE
-from pipeline.stages.level_contact import level_compliance
+from pipeline.response.level_contact import level_compliance
 from pipeline.storage.plain import Plain
 from pipeline.study.levels.direct_solve import direct_solve
 from solve.fruit.compliance import FruitCompliance

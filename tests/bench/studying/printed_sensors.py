@@ -19,8 +19,8 @@ from scipy.stats import norm
 from cad.design.parameters import Design
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from pipeline.options import RunOptions, load_design
-from pipeline.stages.contact import fruit_compliance
-from pipeline.stages.sizing import SpringSizing, spring_sizing
+from pipeline.response.contact import fruit_compliance
+from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.study import process_engine, read_study, run_study
 from pipeline.study.levels.printed import PrintMiss, printed_sizing
 from pipeline.study.store import stored_study

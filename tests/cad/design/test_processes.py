@@ -116,7 +116,7 @@ def test_planted_fault_in_the_process_file_is_refused(line, planted, message, tm
 
 def test_data_files_ship_in_the_wheel():
     shipped = {file.distribution_path for file in WheelBuilder(str(TABLE.parents[2])).recurse_included_files()}
-    assert {"cad/design/processes.toml", "cad/theory/gauges.toml", "cad/workshop/fabrication_sheet.toml"} <= shipped
+    assert {"cad/design/processes.toml", "cad/theory/gauges.toml", "cad/fabrication/fabrication_sheet.toml"} <= shipped
 
 
 def test_process_travels_between_processes_and_is_frozen():

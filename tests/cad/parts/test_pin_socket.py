@@ -16,6 +16,8 @@ from cad.design.tips import Press, Tips
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.items import Words
 from cad.drawing.sheet import Title
+from cad.fabrication.bridges import Bridge
+from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
 from cad.files.sensor_files import write_sensor
 from cad.files.step import read_step
 from cad.parts.assembly import cover_pair, fasteners
@@ -24,8 +26,6 @@ from cad.parts.layout import housing_for
 from cad.parts.pin_socket import STEEL_MPA, pin_compliance, pins, socketed, tip_solid
 from cad.parts.sensor import Sensor
 from cad.quantity import InputError
-from cad.workshop.bridges import Bridge
-from cad.workshop.fabrication_sheet import SheetFacts, fabrication_sheet
 
 PETG = PROCESSES["fdm-petg"]
 BRIDGE = Bridge(name="low", force=1.0, deflection=0.5, output=1.0, noise_mN=1.0)

@@ -229,7 +229,9 @@ def test_systems_are_recorded_where_they_are_factorised(contact_scene):
 
 def test_bare_imports_are_of_libraries_that_a_run_imports():
     names = stages.LIBRARIES.removeprefix("import ").split(", ")
-    program = f"import sys, pipeline.run, pipeline.modeller.tasks; print([name in sys.modules for name in {names}])"
+    program = (
+        f"import sys, pipeline.run, pipeline.storage.modeller.tasks; print([name in sys.modules for name in {names}])"
+    )
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=120)
     assert found.stdout.strip() == str([True] * len(names))
 

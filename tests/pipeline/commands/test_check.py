@@ -20,9 +20,9 @@ from cad.parts.assembly import sensor_of
 from cad.parts.cover import cover_of, cover_part
 from cad.parts.sensor import Body
 from cad.quantity import InputError
-from pipeline.check import folder_check, limited_check
-from pipeline.check.folder_check import check_folder
 from pipeline.cli import main
+from pipeline.report.check import folder_check, limited_check
+from pipeline.report.check.folder_check import check_folder
 from pipeline.report.outputs import write_outputs
 from pipeline.storage.seal import sealed_mapping
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from pipeline.cli import main
-from pipeline.explain.entries import entries
+from pipeline.report.explain.entries import entries
 
 
 def test_names_are_listed(capsys):

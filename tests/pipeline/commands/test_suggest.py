@@ -9,8 +9,8 @@ import pytest
 from cad.design.design_file import design_as_toml
 from pipeline.cli import main
 from pipeline.options import load_design
-from pipeline.suggest import suggestion as room
-from pipeline.suggest.suggestion import Suggestion
+from pipeline.study.suggest import suggestion as room
+from pipeline.study.suggest.suggestion import Suggestion
 
 BRUISED = ["suggest", "paper", "--set", "fruit.bruise_limit_MPa=0.29", "--nl", "0.04"]
 

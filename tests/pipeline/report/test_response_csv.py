@@ -11,8 +11,8 @@ from stand_ins import CONTACT, K_M_OVER_E, result_of, sizing_of
 from cad.design.parameters import Design
 from cad.theory.two_spring_law import Springs, force_ratio, fruit_stiffness
 from pipeline.report.response_csv import COLUMNS, response_csv
-from pipeline.uncertainty.cause import assessed_sensor
-from pipeline.uncertainty.reading_table import reading_table
+from pipeline.verdicts.errors.cause import assessed_sensor
+from pipeline.verdicts.errors.reading_table import reading_table
 
 RESULT = result_of()
 SPRINGS = sizing_of(Design()).springs

@@ -8,8 +8,8 @@ from stand_ins import GOOD, print_everything, print_summary, result_of
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings
-from pipeline.answer.answer import WIDTH
 from pipeline.options import RunOptions
+from pipeline.report.answer.answer import WIDTH
 from pipeline.report.verdict_table import print_verdicts
 
 MOST_LINES = 24  # of a terminal as it opens

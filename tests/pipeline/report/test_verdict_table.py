@@ -10,8 +10,8 @@ from stand_ins import GOOD, print_everything, print_summary, result_of
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.verdict import Verdict
-from pipeline.remedies.sentences import with_remedies
 from pipeline.report.verdict_table import print_verdicts
+from pipeline.verdicts.remedies.sentences import with_remedies
 
 BRUISED = Design(fruit=Fruit(bruise_limit_MPa=0.29))
 

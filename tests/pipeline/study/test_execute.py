@@ -14,8 +14,8 @@ from cad.quantity import InputError
 from cad.theory.two_spring_law import size_springs
 from pipeline.cli import main
 from pipeline.options import RunOptions, load_design
-from pipeline.stages.contact import fruit_compliance
-from pipeline.stages.sizing import spring_sizing
+from pipeline.response.contact import fruit_compliance
+from pipeline.springs.sizing import spring_sizing
 from pipeline.study import Study, execute, read_study, run_study, tasks
 from pipeline.study.export import export_table
 from pipeline.study.levels import sized

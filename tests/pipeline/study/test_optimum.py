@@ -11,7 +11,7 @@ from cad.quantity import InputError
 from cad.theory.two_spring_law import size_springs
 from pipeline.cli import main
 from pipeline.options import RunOptions, load_design
-from pipeline.stages.contact import fruit_compliance
+from pipeline.response.contact import fruit_compliance
 from pipeline.study import read_study
 from pipeline.study.search.optimum import MARGIN, Candidate, candidate, search
 from pipeline.study.search.pareto import front

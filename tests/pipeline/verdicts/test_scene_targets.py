@@ -11,7 +11,7 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings, Targets
 from cad.design.tips import Press, Tips
 from cad.theory.two_spring_law import fruit_stiffness
-from pipeline.stages.response import press_scene
+from pipeline.response.scene_press import press_scene
 from pipeline.verdicts.edge_drift import edge_drift
 from pipeline.verdicts.sensor import judge
 

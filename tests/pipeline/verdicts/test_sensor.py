@@ -8,7 +8,7 @@ from stand_ins import CONTACT, GOOD, result_of, sizing_of, springs_of
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Targets
 from cad.design.tips import Tips
-from pipeline.stages.response import press_scene
+from pipeline.response.scene_press import press_scene
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.sensor import judge, paper_verdicts, tip_pressure
 

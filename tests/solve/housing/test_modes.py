@@ -9,7 +9,7 @@ from cad.design.parameters import Design, Print
 from cad.design.processes import PROCESSES
 from cad.theory.leaf_spring import natural_frequency
 from mesh.housing.sweep import flexure_mesh
-from pipeline.fit.mounts import attached_to
+from pipeline.springs.mounts import attached_to
 from solve.housing import modes
 from solve.housing.modes import Modes, Solid, housing_modes, mass_matrix
 from solve.housing.stiffness import tip_compliance

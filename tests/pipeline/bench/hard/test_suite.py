@@ -27,7 +27,7 @@ from pipeline.bench.hard import reference_check
 from pipeline.bench.hard.reference_check import HardCase, ReferenceCheck, attempted, checks, evaluate
 from pipeline.bench.hard.suite import every_case, hard
 from pipeline.bench.harness import Reference
-from pipeline.stages.contact import contact_compliance
+from pipeline.response.contact import contact_compliance
 from solve.housing.stiffness import tip_compliance
 from solve.linear import SolveError
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli import main
-from pipeline.compression.virtual_test import VirtualTest
+from pipeline.measure.compression.virtual_test import VirtualTest
 from pipeline.options import load_design
 
 

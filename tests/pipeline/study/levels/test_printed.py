@@ -10,7 +10,7 @@ from cad.quantity import InputError
 from cad.theory.two_spring_law import Springs
 from pipeline.cli import main
 from pipeline.options import load_design
-from pipeline.stages.sizing import SpringSizing
+from pipeline.springs.sizing import SpringSizing
 from pipeline.study import read_study, run_study
 from pipeline.study.levels.printed import PrintMiss, print_miss, printed_sizing
 from pipeline.study.store import stored_study

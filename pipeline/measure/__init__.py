@@ -1,0 +1,1 @@
+"""What was measured: compression tests, units and their readings."""

@@ -1,0 +1,158 @@
+"""One reading of a fruit: the modulus with its uncertainty, how the sensor stood, and what speaks against it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from cad.quantity import COVERAGE
+from cad.theory.contrast_law import (
+    ContrastLaw,
+    ReadingError,
+    contrast_slopes,
+    lowered_tips,
+    plane_through,
+    read_modulus,
+)
+from pipeline.measure.unit.measuring import MeasuringUnit
+from pipeline.storage.plain import Plain
+
+AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
+IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range")
+"""Flags that firmware has too, from bit 0 on."""
+FLAGS = (
+    *IN_FIRMWARE,
+    "tilt_beyond_design",
+    "press_over_bruise_limit",
+    "read_outs_disagree",
+    "deeper_than_solved",
+    "uncertain",
+)
+"""All flags."""
+UNCERTAIN = 0.5
+"""Above this half width [1] a reading hardly tells the modulus, and no symmetric interval holds it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FruitReading:
+    """What forces tell of a fruit: E and E / (1 - nu^2) [MPa] with the half width `u` [1] that holds 95 %.
+
+    All are None where the forces tell no modulus. `tilt` and `direction` [deg] are how the sensor stood on the skin,
+    None where the layout does not tell. `others` are moduli [MPa] by other read-outs of the same forces. `t` [s] is the
+    time of the reading in a signal.
+    """
+
+    E: float | None = None
+    reduced: float | None = None
+    u: float | None = None
+    tilt: float | None = None
+    direction: float | None = None
+    flags: tuple[str, ...] = ()
+    ripeness: str | None = None
+    t: float | None = None
+    others: dict[str, float] = field(default_factory=dict)
+
+
+def reading_as_mapping(reading: FruitReading) -> Plain:
+    """Return a reading as JSON data, keys with their unit."""
+    data: Plain = {} if reading.t is None else {"t_s": reading.t}
+    return {
+        **data,
+        "E_MPa": reading.E,
+        "E_over_1_minus_nu2_MPa": reading.reduced,
+        "u_percent": None if reading.u is None else 100.0 * reading.u,
+        "tilt_deg": reading.tilt,
+        "tilt_direction_deg": reading.direction,
+        "flags": list(reading.flags),
+        "class": reading.ripeness,
+        **{f"E_{name}_MPa": value for name, value in reading.others.items()},
+    }
+
+
+def flags_of_forces(sensor: MeasuringUnit, forces: Sequence[float]) -> tuple[str, ...]:
+    """Return what is wrong with forces [N] by themselves: no numbers, below zero or far too large, or tips off."""
+    flags = []
+    limits = list(zip(forces, sensor.least_forces, sensor.largest_forces, strict=True))
+    if not all(-least <= force <= largest for force, least, largest in limits):
+        flags.append("bad_force")
+    if not all(force > least for force, least, _ in limits):
+        flags.append("lift_off")
+    return tuple(flags)
+
+
+def judged_reading(
+    sensor: MeasuringUnit, E: float, u: float, turned: tuple[float | None, float | None], forces: Sequence[float]
+) -> FruitReading:
+    """Return a reading E [MPa] +- u [1] with its flags and class; `turned` is tilt and its direction [deg] or None."""
+    flags = []
+    least, largest = sensor.range_MPa
+    if not least * (1.0 - AT_THE_EDGE) <= E <= largest * (1.0 + AT_THE_EDGE):
+        flags.append("out_of_range")
+    if turned[0] is not None and turned[0] > sensor.steepest_deg:
+        flags.append("tilt_beyond_design")
+    if sensor.bruised_tips(forces, E):
+        flags.append("press_over_bruise_limit")
+    if u > UNCERTAIN:
+        flags.append("uncertain")
+    return FruitReading(
+        E=E,
+        reduced=sensor.reduced(E),
+        u=u,
+        tilt=turned[0],
+        direction=turned[1],
+        flags=tuple(flags),
+        ripeness=None if sensor.classes is None else sensor.classes.of(E),
+    )
+
+
+def combined(sensor: MeasuringUnit, E: float, scatter: float, *more: float, curve_by_poisson: float = 0.0) -> float:
+    """Return the half width that holds 95 % [1], of a standard deviation [1] and of what biases a reading of E [MPa].
+
+    `more` are bounds of further biases [1]; `curve_by_poisson` [1] is the slope of ln E over nu by the curve of a tip.
+
+    A bias may lie anywhere within its bound: its standard deviation is the bound over the root of three (JCGM 100:2008,
+    4.3.7). What is felt is E / (1 - nu^2), so a standard deviation dnu moves E by 2 nu dnu / (1 - nu^2), less what the
+    curve moves it: both are of one nu.
+    """
+    fruit = sensor.design.fruit
+    felt = -2.0 * fruit.poisson / (1.0 - fruit.poisson**2)
+    by_poisson = (felt + curve_by_poisson) * fruit.poisson_spread
+    bounds = sensor.bias(E), 0.01 * sensor.report.read_out.model_error_percent, *more
+    return COVERAGE * math.hypot(scatter, by_poisson, *(bound / math.sqrt(3.0) for bound in bounds))
+
+
+def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, readings: Sequence[float]) -> FruitReading:
+    """Return what one reading of a line or a square tells: forces [N] as the channels show them, one for each tip."""
+    forces = [gain * force for gain, force in zip(sensor.unit.gain, readings, strict=True)]
+    flags = flags_of_forces(sensor, forces)
+    if flags:
+        return FruitReading(flags=flags)
+    try:
+        read = read_modulus(law, forces)
+    except ReadingError:
+        return FruitReading(flags=("out_of_range",))
+    E, scatter = sensor.corrected(read), _contrast_scatter(sensor, law, forces, read)
+    _, along, across = plane_through(sensor.places, lowered_tips(law, forces, read))
+    # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
+    rolling = 1.0 + (sensor.design.tips.dome_radius_mm or 0.0) / sensor.design.fruit.radii_mm[0]
+    tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
+    direction = None if across is None else math.degrees(math.atan2(across, along))
+    return judged_reading(sensor, E, combined(sensor, E, scatter), (tilt, direction), forces)
+
+
+def _contrast_scatter(sensor: MeasuringUnit, law: ContrastLaw, forces: Sequence[float], read: float) -> float:
+    """Return the standard deviation of a contrast [1] by noise, springs, gains and heights of the tips."""
+    slopes, unit = contrast_slopes(law, forces, read), sensor.unit
+    gained = [slope * force for slope, force in zip(slopes.forces, forces, strict=True)]
+    sources = (
+        (slopes.forces, sensor.noises, 1.0),
+        (slopes.springs, unit.K_percent, 0.01),
+        (gained, unit.gain_percent, 0.01),
+        (slopes.heights, unit.height_error_mm, 1.0),
+    )
+    return math.hypot(
+        *(
+            factor * slope * error
+            for moved, errors, factor in sources
+            for slope, error in zip(moved, errors, strict=True)
+        )
+    )

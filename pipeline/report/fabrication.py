@@ -1,0 +1,107 @@
+"""What a maker needs beside the part: drawing, coupon, cover, sheet; verdicts on cover and sideways stiffness."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from cad.checks.slicer import slicer_absence
+from cad.design.design_file import design_as_mapping
+from cad.design.parameters import Design
+from cad.fabrication.bridges import Spring
+from cad.quantity import Estimate
+from cad.verdict import Verdict
+from mesh.housing.sweep import flexure_mesh
+from pipeline.options import RunOptions
+from pipeline.springs.fitted_spring import FittedSpring
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.mesh_pairs import COARSE
+from pipeline.springs.mounts import attached_to
+from pipeline.storage.cache import cached
+from pipeline.storage.modeller.answer import Answer, known
+from pipeline.storage.modeller.kept_files import Verdicts, kept_files
+from pipeline.storage.modeller.modeller import Modeller
+from pipeline.verdicts.rules import margin_verdict
+from solve.housing.stiffness import sideways_stiffness
+
+SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
+
+
+@dataclass(frozen=True, kw_only=True)
+class SidewaysStiffness:
+    """The stiffness of each tip across the plate on a fine and on a coarse mesh [N/mm]."""
+
+    fine: tuple[float, ...]
+    coarse: tuple[float, ...]
+
+
+def begin_fabrication(
+    design: Design, springs: FittedSprings, options: RunOptions, folder: Path, modeller: Modeller
+) -> Answer[Verdicts]:
+    """Let the files for fabrication be written beside the solids, where asked for; none where no housing can be made.
+
+    The answer is the verdicts on cover and bracket. It raises OSError when a file cannot be written, ExportError when
+    one read back has another volume.
+    """
+    housing, process = springs.housing, springs.process
+    if not options.fabrication or housing is None:
+        return known(())
+    to_read = springs_to_read(springs)
+    inputs = {
+        "design": design_as_mapping(design),
+        "process": process,
+        "housing": housing,
+        "springs": to_read,
+        "slicer": slicer_absence(),
+    }
+    kept = kept_files("maker files", inputs, folder)
+    if kept is not None:
+        return known(kept)
+    return modeller.ask("maker_files", inputs, design, process, housing, to_read, folder)
+
+
+def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:
+    """Return what a read-out must know of the springs; raises ValueError for springs that are not made."""
+    if springs.fitted is None:
+        msg = "read-out: springs that are not made have none; ask for it after a fit"
+        raise ValueError(msg)
+    arms, strains = springs.fitted.housing.arms, springs.fitted.stiffness.gauge_strain_per_N
+    rows = enumerate(zip(arms, springs.springs, springs.deflections, strict=True))
+    return tuple(
+        Spring(
+            name=arm.name,
+            flexure=arm.flexure,
+            K=spring.stiffness,
+            deflection=deflection,
+            strain_per_N=None if strains is None else float(strains[i]),
+        )
+        for i, (arm, spring, deflection) in rows
+    )
+
+
+def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
+    """Return the verdicts on the stiffness across the plate over that along the press [1], where fabrication is asked.
+
+    Raises SolveError.
+    """
+    housing, process = springs.housing, springs.process
+    if not options.fabrication or housing is None:
+        return ()
+
+    def solve(scale: float) -> tuple[float, ...]:
+        mesh = flexure_mesh(housing, scale)
+        return sideways_stiffness(mesh, process.E_MPa, process.poisson, attached_to(housing))
+
+    stiffness = cached(
+        "sideways",
+        {"housing": housing, "E": process.E_MPa, "nu": process.poisson},
+        lambda: SidewaysStiffness(fine=solve(1.0), coarse=solve(COARSE)),
+        SidewaysStiffness,
+    )
+    rows = zip(springs.springs, stiffness.fine, stiffness.coarse, strict=True)
+    return tuple(sideways_verdict(spring, fine, abs(fine - coarse)) for spring, fine, coarse in rows)
+
+
+def sideways_verdict(spring: FittedSpring, K: float, error: float) -> Verdict:
+    """Return the verdict on one sideways stiffness [N/mm], its error [N/mm] the step from a coarser mesh."""
+    ratio = Estimate(K / spring.stiffness, error / spring.stiffness)
+    words = "FE stiffness across the plate over that along the press; must be at least the limit"
+    return margin_verdict(f"sideways.{spring.name}", ratio, SIDEWAYS_LEAST[spring.name], words)

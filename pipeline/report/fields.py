@@ -1,0 +1,79 @@
+"""Meshes and fields as VTU files: the housing under its forces at full travel, the fruit under the tips."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.design.parameters import Design
+from cad.quantity import InputError
+from mesh.housing.sweep import flexure_mesh
+from pipeline.options import RunOptions
+from pipeline.response.scene_press import ScenePress, scene_of
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.mounts import attached_to
+from pipeline.storage.vtu import write_vtu
+from solve.contact.fields import fruit_fields
+from solve.contact.pressure import footprint_pressure
+from solve.fruit.compliance import FruitCompliance
+from solve.housing.fields import flexure_fields, most_strained_node
+from solve.housing.stiffness import leaf_faces
+from solve.nodal_fields import NodalFields
+
+
+def write_fields(
+    design: Design,
+    contact: FruitCompliance,
+    springs: FittedSprings,
+    press: ScenePress,
+    options: RunOptions,
+    folder: Path,
+) -> str | None:
+    """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; with `options.fields` its fields, and fruit.vtu.
+
+    Fields at the nodes are displacement [mm], stress and its von Mises value [MPa], and the largest principal strain
+    [1], with a mark where it is largest on the leaves of each spring. The housing is under the forces at which the root
+    strain of each spring is judged, the fruit under those of the scene. Returns why fruit.vtu is left out, if it is.
+    Raises SolveError.
+    """
+    if not options.fields:
+        if springs.housing is not None:
+            write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {})
+        return None
+    _write_flexure(springs, folder)
+    if design.press.strain == "large":
+        return "fruit.vtu is left out: its fields are those of small strain; take press.strain = 'linear' for them"
+    scene, E = scene_of(design, press.ahead), float(press.hardest.E[-1])
+    try:
+        pressure = footprint_pressure(scene, contact, springs.C, E, design.press.travel_mm)
+    except InputError as error:
+        return f"fruit.vtu is left out: {error}"
+    mesh, fields = fruit_fields(design.fruit, pressure)
+    write_vtu(folder / "fruit.vtu", mesh, field_arrays(fields))
+    return None
+
+
+def _write_flexure(springs: FittedSprings, folder: Path) -> None:
+    """Write the housing under the forces [N] that the root strain of each spring is judged at."""
+    if springs.housing is None:
+        return
+    mesh, process = flexure_mesh(springs.housing), springs.process
+    pairs = zip(springs.springs, springs.deflections, strict=True)
+    forces = [spring.stiffness * deflection for spring, deflection in pairs]
+    fields = flexure_fields(mesh, process.E_MPa, process.poisson, forces, attached_to(springs.housing))
+    marks = {}
+    for spring in springs.springs:
+        mark = np.zeros(len(fields.displacement))
+        mark[most_strained_node(mesh, leaf_faces(spring.name), fields)] = 1.0
+        marks[f"{spring.name}_largest_strain_place"] = mark
+    write_vtu(folder / "flexure.vtu", mesh, {**field_arrays(fields), **marks})
+
+
+def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:
+    """Return the arrays of a VTU file, their names with units; a tensor's components are xx, yy, zz, xy, yz, xz."""
+    return {
+        "displacement_mm": fields.displacement,
+        "von_mises_MPa": fields.von_mises,
+        "largest_principal_strain": fields.largest_principal_strain,
+        "stress_MPa": fields.stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]].T,
+    }

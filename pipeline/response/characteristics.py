@@ -1,0 +1,135 @@
+"""How the printed springs behave beside their stiffness: tilt, crosstalk, stiffening, frequency, gauge output."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cad.design.processes import Process
+from cad.parts.housing import Arm, Housing
+from cad.theory.elastica import large_deflection_stiffening
+from cad.theory.leaf_spring import Flexure, gauge_strain, natural_frequency
+from cad.theory.strain_gauge import FOIL
+from pipeline.response.scene_press import ScenePress
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.mounts import coarse_half
+from pipeline.storage.cache import cached
+from solve.housing.modes import Modes, Solid, modes_of
+
+GAUGE_FACTOR = FOIL.gauge_factor
+GRID_MM = FOIL.grid_length_mm
+LONGEST_SHARE = 0.5  # of a leaf, to which the elastica is given
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmBehaviour:
+    """One spring at full travel: tilt of its tip [rad], stiffening [1], first frequency [Hz], output of its bridge.
+
+    The bridge output [mV/V] is given at each modulus; None where a leaf is too short for the grid.
+    """
+
+    tilt_at_full_force_rad: float
+    large_deflection_stiffening: float
+    natural_frequency_Hz: float
+    bridge_mV_per_V: tuple[float | None, ...]
+    bridge_error: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpringBehaviour:
+    """The behaviour of every spring by its name, one tip under the force of the other [1], and the lowest modes.
+
+    `modes` is None where they were not solved.
+    """
+
+    crosstalk: float
+    gauges: str
+    arms: dict[str, ArmBehaviour]
+    modes: Modes | None
+
+
+def sensor_modes(springs: FittedSprings) -> Modes | None:
+    """Return the three lowest modes of the sensor in its mount, solved and kept; None where nothing is made.
+
+    Raises MeshError or SolveError.
+    """
+    if springs.fitted is None:
+        return None
+    housing, process, K = springs.fitted.housing, springs.process, springs.fitted.stiffness.K
+    solid = Solid(E=process.E_MPa, poisson=process.poisson, density=process.density_g_per_cm3)
+
+    def solve() -> Modes:
+        # the stiffness of the springs, to which modes are scaled, is that of the fit
+        return modes_of(coarse_half(housing, process.E_MPa, process.poisson), solid, K)
+
+    return cached("modes", {"housing": housing, "solid": solid, "K": K}, solve, Modes)
+
+
+def solved_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
+    """Return the behaviour at full travel with the modes, which are solved; None where nothing is made.
+
+    Raises MeshError or SolveError.
+    """
+    return spring_behaviour(springs, press, sensor_modes(springs))
+
+
+def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | None = None) -> SpringBehaviour | None:
+    """Return the behaviour at full travel; None where nothing is made.
+
+    The frequency of an arm is Rayleigh's quotient, a formula; `modes` are those of the solid. The bridge is full, of
+    gauges at both roots of one leaf: where they are fitted their strain is that of the solve with them; else the beam
+    law's, their own stiffening left out.
+    """
+    if springs.fitted is None:
+        return None
+    stiffness, housing = springs.fitted.stiffness, springs.fitted.housing
+    forces = press.table.F[:, -1]
+    hardest = [forces[:, list(kind)].max(axis=1).tolist() for kind in springs.tips.kinds]
+    arms = {arm.name: _arm_behaviour(springs, i, arm, hardest[i]) for i, arm in enumerate(housing.arms)}
+    crosstalk = float(stiffness.C[0, -1] / stiffness.C[-1, -1])
+    return SpringBehaviour(crosstalk=crosstalk, gauges=housing.gauges, arms=arms, modes=modes)
+
+
+def _arm_behaviour(springs: FittedSprings, tip: int, arm: Arm, forces: Sequence[float]) -> ArmBehaviour:
+    """Return the behaviour of the spring of a tip under its force [N] at full travel, one for each modulus."""
+    if springs.fitted is None:
+        msg = "behaviour: springs that are not made have none; ask for it after a fit"
+        raise ValueError(msg)
+    stiffness = springs.fitted.stiffness
+    K, strain, errors = stiffness.K[tip], stiffness.gauge_strain_per_N, stiffness.gauge_error
+    if strain is None:
+        outputs = tuple(_beam_bridge(arm.flexure, force / K) for force in forces)
+    else:
+        outputs = tuple(bridge_output(strain[tip] * force) for force in forces)
+    return ArmBehaviour(
+        tilt_at_full_force_rad=float(stiffness.tilt_per_N[tip]) * max(forces),
+        large_deflection_stiffening=stiffening(arm.flexure, springs.deflections[tip]),
+        natural_frequency_Hz=_frequency(springs.fitted.housing, arm, K, springs.process),
+        bridge_mV_per_V=outputs,
+        bridge_error=None if errors is None else errors[tip],
+    )
+
+
+def stiffening(flexure: Flexure, deflection: float) -> float:
+    """Return by how much a spring is stiffer at a deflection [mm] than at first touch [1], at most that at half L."""
+    return large_deflection_stiffening(flexure.length, min(deflection, LONGEST_SHARE * flexure.length))
+
+
+def _beam_bridge(flexure: Flexure, deflection: float) -> float | None:
+    if flexure.length < 2.0 * GRID_MM:
+        return None
+    return bridge_output(gauge_strain(flexure.thickness, flexure.length, deflection, GRID_MM))
+
+
+def bridge_output(strain: float) -> float:
+    """Return the output of a full bridge whose four arms see a strain [mV/V]: gauge factor x strain."""
+    return 1e3 * GAUGE_FACTOR * strain
+
+
+def _frequency(housing: Housing, arm: Arm, K: float, process: Process) -> float:
+    """Return the first frequency [Hz] of a shuttle of block, tapered neck and tip on its leaves."""
+    density = 1e-3 * process.density_g_per_cm3  # g/mm^3
+    section, face = housing.shuttle_width * housing.depth, housing.tip_side**2
+    block = section * (arm.top_level - housing.neck_level)
+    neck = (housing.neck_level - housing.tip_height) * (section + face + (section * face) ** 0.5) / 3.0
+    shuttle = density * (block + neck + face * housing.tip_height)
+    leaf = density * arm.flexure.thickness * arm.flexure.length * arm.flexure.depth
+    return natural_frequency(K, shuttle, leaf)

@@ -1,0 +1,215 @@
+"""The springs as they are printed: leaves that fit the targets, or the reason why the process cannot make them."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.design.parameters import Design
+from cad.design.printability import Printable, check_printable
+from cad.design.processes import Process
+from cad.design.tips import Attitude, Tips
+from cad.parts.housing import Housing
+from cad.parts.layout import housing_for
+from cad.parts.pin_socket import pin_mass
+from cad.quantity import Estimate, InputError
+from cad.theory.two_spring_law import Springs
+from mesh.session import MeshError
+from pipeline.options import RunOptions
+from pipeline.response.scene_press import ScenePress, press_scene
+from pipeline.springs.fitted_spring import FittedSpring, springs_as_sized
+from pipeline.springs.mounts import mount_changes
+from pipeline.springs.pins import fit_with_pins
+from pipeline.springs.sizing import SpringSizing
+from pipeline.springs.solve_memo import FittedHousing
+from pipeline.storage.cache import cached
+from pipeline.storage.modeller.modeller import Modeller
+from solve.contact.linear_response import spring_compliance
+from solve.fruit.compliance import FruitCompliance
+from solve.linear import SolveError
+
+Floats = NDArray[np.float64]
+
+NAMES = ("low", "high")
+GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
+GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedSprings:
+    """The springs, low first, their process, how far each gives at full travel [mm], and the housing that has them.
+
+    Each stands for all tips of its kind.
+    """
+
+    springs: tuple[FittedSpring, ...]
+    process: Process
+    deflections: tuple[float, ...]
+    fitted: FittedHousing | None
+    tips: Tips = field(default_factory=Tips)
+
+    @property
+    def housing(self) -> Housing | None:
+        """Return the housing, None when a spring cannot be made."""
+        return None if self.fitted is None else self.fitted.housing
+
+    @property
+    def monolithic(self) -> bool:
+        """Say whether the springs are of one piece: no gauges glued on, no pins."""
+        return self.housing is None or (self.housing.gauges == "none" and not self.housing.pin_side)
+
+    def edge_radius(self, tips: Tips) -> float:
+        """Return how far the edge of a tip may be rounded [mm]: by what the process is off, or that of a ground pin."""
+        return GROUND_MM if tips.socket == "pin" else self.process.accuracy_mm
+
+    @property
+    def stiffnesses(self) -> Springs:
+        """Return the stiffnesses found by FE, or the targets where nothing was made [N/mm]."""
+        K_l, K_h = (spring.stiffness for spring in self.springs)
+        return Springs(K_l=K_l, K_h=K_h)
+
+    @property
+    def errors(self) -> tuple[float, ...]:
+        """Return the error of each stiffness [N/mm]; 0 for a target."""
+        return tuple(spring.error for spring in self.springs)
+
+    @property
+    def as_pair(self) -> "FittedSprings":
+        """Return the springs with one tip each."""
+        return replace(self, tips=self.tips.as_pair)
+
+    @property
+    def C(self) -> Floats:
+        """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N]."""
+        return tip_compliance(self, self.tips)
+
+
+def fit_springs(
+    design: Design, sizing: SpringSizing, options: RunOptions, modeller: Modeller | None = None
+) -> FittedSprings:
+    """Return the springs of a design, fitted by FE to the relative tolerance unless the beam law rules one out.
+
+    A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
+    two springs stand for all tips of their kinds: those of a square are in two equal plates, a line has no housing.
+    The modeller makes the solid that the mesh of the fit is compared with.
+    """
+    process, targets = design.process, sizing.springs.stiffnesses
+    deflections = sizing.deflections(design.full_travels_mm)
+    springs, fitted = springs_as_sized(design, sizing), None
+    if design.tips.layout != "line" and all(spring.printable.passed is not False for spring in springs):
+        lengths = tuple(spring.printable.length_mm for spring in springs)
+        try:
+            guess = housing_for(design, process, lengths, deflections)
+            fitted = _fitted(guess, targets, process, options.tolerance, modeller or Modeller())
+        except (InputError, MeshError, SolveError) as error:
+            springs = tuple(_undecided(spring, str(error)) for spring in springs)
+        else:
+            springs = _made(targets, _judged_again(design, sizing, fitted.housing), fitted, deflections)
+    return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
+
+
+def _judged_again(design: Design, sizing: SpringSizing, housing: Housing) -> tuple[Printable, ...]:
+    """Return whether each spring can be printed with its leaves as long as they were solved."""
+    process, lengths = design.process, tuple(arm.flexure.length for arm in housing.arms)
+    ratio = sizing.sizing_stiffness_ratio
+    return check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
+
+
+def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:
+    """Return how far its own weight moves each tip towards the fruit [mm]; nothing where no springs are made.
+
+    A sensor that presses down hangs out by this much, one that presses up draws in. Held sideways its weight acts
+    across the press: along the plate it moves a tip by at most the error, either way; out of the plate not at all, by
+    symmetry.
+    """
+    fitted, density = springs.fitted, springs.process.density_g_per_cm3
+    if fitted is None:
+        return ()
+    weight = GRAVITY * density  # [N/mm^3]
+    result = fitted.stiffness
+    pins = GRAVITY * pin_mass(fitted.housing, density)
+    if attitude == "side":
+        return tuple(Estimate(0.0, weight * abs(sag), "mm") for sag in result.weight_sag_lengthwise)
+    sign = 1.0 if attitude == "down" else -1.0
+    sags = [weight * sag + pins / K for sag, K in zip(result.weight_sag, result.K, strict=True)]
+    rows = zip(sags, result.weight_sag_error, strict=True)
+    return tuple(Estimate(sign * sag, error * sag, "mm") for sag, error in rows)
+
+
+def tip_leads(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
+    """Return how far each tip stands before the foremost one by the weight of its parts [mm]; none where all are level.
+
+    The foremost tips are at 0, the others below, in the order of the layout.
+    """
+    sags = [sag.value for sag in weight_sag(springs, attitude)]
+    if not any(sags):
+        return ()
+    of_kind = {spring.name: sag - max(sags) for spring, sag in zip(springs.springs, sags, strict=True)}
+    return tuple(of_kind[kind] for kind in springs.tips.springs)
+
+
+def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSprings) -> ScenePress:
+    """Return the presses of the springs as they are made, whose tips their weight may set off level."""
+    return press_scene(design, contact, springs.C, tip_leads(springs, design.press.attitude))
+
+
+def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:
+    """Return the compliance of all tips of a layout by their springs, shape (tips, tips) [mm/N].
+
+    Tips of one plate move each other a little through its frame; those of different plates, and springs that are not
+    made, do not.
+    """
+    if springs.fitted is None:
+        stiffness = {spring.name: spring.stiffness for spring in springs.springs}
+        return spring_compliance(*(stiffness[kind] for kind in tips.springs))
+    own = springs.fitted.stiffness.C
+    plates = len(tips.springs) // len(own)
+    return np.asarray(np.kron(np.eye(plates), own))
+
+
+def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:
+    """Return by name what other mounts than the design's change of each spring's stiffness [1], kept; none unmade."""
+    housing, process = springs.housing, springs.process
+    if housing is None:
+        return {}
+    E, poisson = process.E_MPa, process.poisson
+    inputs = {"housing": asdict(housing), "E": E, "poisson": poisson}
+    return cached("mounts", inputs, lambda: mount_changes(housing, E, poisson), dict[str, tuple[float, ...]])
+
+
+def _fitted(
+    guess: Housing, targets: tuple[float, ...], process: Process, tolerance: float, modeller: Modeller
+) -> FittedHousing:
+    """Return the housing fitted to the targets [N/mm], kept by what it depends on."""
+    E, poisson = process.E_MPa, process.poisson
+    inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson, "tolerance": tolerance}
+
+    def fit() -> FittedHousing:
+        modeller.start()  # it gets ready while lengths are looked for on the coarse mesh
+        return fit_with_pins(guess, targets, E, poisson, tolerance, modeller)
+
+    return cached("flexures", inputs, fit, FittedHousing)
+
+
+def _undecided(spring: FittedSpring, reason: str) -> FittedSpring:
+    return replace(spring, printable=replace(spring.printable, passed=None, reason=reason))
+
+
+def _made(
+    targets: Sequence[float], printable: Sequence[Printable], fitted: FittedHousing, deflections: Sequence[float]
+) -> tuple[FittedSpring, ...]:
+    result = fitted.stiffness
+    springs = []
+    for i, arm in enumerate(fitted.housing.arms):
+        strain = result.K[i] * deflections[i] * result.strain_per_N[i]
+        spring = FittedSpring(
+            name=arm.name,
+            target=targets[i],
+            printable=printable[i],
+            flexure=arm.flexure,
+            K=Estimate(result.K[i], result.error[i] * result.K[i], "N/mm"),
+            root_strain=Estimate(strain, result.strain_error[i] * strain),
+        )
+        springs.append(spring)
+    return tuple(springs)

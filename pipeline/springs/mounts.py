@@ -1,0 +1,133 @@
+"""What holds the frame as the solver takes it: layers on its side faces where covers or washers press on it."""
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
+from cad.parts.housing import SETBACK_MM, Housing
+from cad.parts.pin_socket import STEEL_MPA
+from mesh.housing.sweep import flexure_mesh
+from pipeline.springs.foils import bonded_foils
+from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
+from solve.housing.held_half import HOLES, SIDES, Attached, HeldHalf, held_half, with_layers
+from solve.housing.stiffness import stiffness_of
+
+# The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher. tests/reference/test_mounts.py
+SKIN_MM = 0.02
+# Of the plate of a cover, which gives less than a strip as narrow as its rim. tests/reference/test_mounts.py
+PLATE_SHARE = 0.75
+SCREW_CORE_MM = 2.387  # core diameter of M3, ISO 724
+SPREAD = 0.5  # tangent of the cone in which the pressure of a screw spreads, VDI 2230
+MOUNT_SCALE = 4.0  # of the mesh on which other mounts are compared, and modes found
+
+
+def attached_to(housing: Housing) -> tuple[Attached, ...]:
+    """Return what is attached to a housing [mm]: its gauges, and the layers of its mount.
+
+    Raises InputError where a leaf has no room for its gauges.
+    """
+    return (*bonded_foils(housing), *mount_layers(housing))
+
+
+def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
+    """Return the layers between the frame and the ground [mm], none where the walls of its holes are held.
+
+    A cover is a layer of the housing's material whose outer face a flat plate of metal holds.
+    """
+    holes = _discs(housing, housing.hole_diameter)
+    if housing.mount == "covers":
+        thickness = RECESS_MM + PLATE_SHARE * PLATE_MM
+        layer = ElasticLayer(name=SIDES, thickness=thickness, rectangles=rim(housing), holes=holes)
+    elif housing.mount == "washers":
+        discs = _discs(housing, WASHER_MM)
+        layer = ElasticLayer(name=SIDES, thickness=SKIN_MM, rectangles=walls(housing), discs=discs, holes=holes)
+    else:
+        return ()
+    return _with_twin(layer, housing) if housing.back_to_back else (layer,)
+
+
+def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...]:
+    """Return the layers of a plate held on its front as given, on its back by its twin through the pads of both.
+
+    The solve has both sides alike: each layer is there on both, half as stiff. That is 0.02 % of K_h too stiff
+    (tests/reference/test_plates.py), less than the meshes leave open; what the twin's own load moves is less still.
+    """
+    twin = 2.0 * housing.pad_height + housing.depth + front.thickness
+    back = ElasticLayer(name=SIDES, thickness=2.0 * twin, rectangles=rim(housing), holes=front.holes)
+    return replace(front, thickness=2.0 * front.thickness), back
+
+
+@functools.lru_cache(maxsize=1)
+def coarse_half(housing: Housing, E: float, poisson: float) -> HeldHalf:
+    """Return half the housing in its own mount on a coarse mesh [E in MPa]; the last one is kept.
+
+    Stiffness in other mounts and modes both start from it. Raises SolveError.
+    """
+    return held_half(flexure_mesh(housing, MOUNT_SCALE), E, poisson, attached_to(housing))
+
+
+def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:
+    """Return by name the relative change of each spring's stiffness [1] in other mounts than its own [E in MPa].
+
+    They are the other mount that a design may ask for, covers that press near the screws alone, and screws so loose
+    that they carry by bending alone. On a coarse mesh, which moves a change by a tenth of it. Raises SolveError.
+    """
+    half = coarse_half(housing, E, poisson)
+    own = stiffness_of(half)
+
+    def change(layers: Sequence[ElasticLayer]) -> tuple[float, ...]:
+        other = stiffness_of(with_layers(half, layers, E, poisson))
+        return tuple(K / before - 1.0 for K, before in zip(other, own, strict=True))
+
+    others = {"screws so loose that they bend": (_bending_screws(housing, E, poisson),), **_other_layers(housing)}
+    return {name: change(layers) for name, layers in others.items()}
+
+
+def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
+    """Return by name the layers of mounts that hold the frame in another way than its own."""
+    others = {}
+    if housing.mount == "covers":
+        others["washers on the frame, no covers"] = mount_layers(replace(housing, mount="washers"))
+        pressed = _discs(housing, WASHER_MM + 2.0 * (PLATE_MM + RECESS_MM) * SPREAD)
+        near = tuple(replace(layer, discs=pressed) for layer in mount_layers(housing))
+        others["covers that press near the screws alone"] = near
+    elif housing.mount == "washers":
+        others["covers between frame and washers"] = mount_layers(replace(housing, mount="covers"))
+    if housing.back_to_back:
+        others["the other plate loose"] = mount_layers(housing)[:1]
+    return others
+
+
+def _bending_screws(housing: Housing, E: float, poisson: float) -> ElasticLayer:
+    """Return screws as a layer in the holes that is sheared as far as they bend: beams held at both ends, 192 EI / L^3.
+
+    S. P. Timoshenko, Strength of Materials, part I, 1955: a beam with both ends built in, loaded at its middle.
+    """
+    span = housing.stack + (2.0 * (PLATE_MM + RECESS_MM) if housing.mount == "covers" else 0.0)
+    bending = 192.0 * STEEL_MPA * math.pi / 64.0 * SCREW_CORE_MM**4 / span**3
+    inside = math.pi * housing.hole_diameter * housing.stack
+    return ElasticLayer(name=HOLES, thickness=0.5 * E / (1.0 + poisson) * inside / bending)
+
+
+def walls(housing: Housing) -> tuple[Rectangle, ...]:
+    """Return the walls of a frame [mm], the left one first."""
+    levels = (housing.protrusion, housing.top_level)
+    return tuple((_sorted(arm.wall, arm.outer), levels) for arm in housing.arms)
+
+
+def rim(housing: Housing) -> tuple[Rectangle, ...]:
+    """Return where the rim of a cover, or a pad, lies on the frame [mm]: on posts and bar, set back from its edges."""
+    foot, top = max(housing.cover_level, housing.protrusion), housing.top_level
+    sides = [(_sorted(arm.post + arm.sign * SETBACK_MM, arm.outer), (foot, top)) for arm in housing.arms]
+    bar = ((housing.left, housing.right), (housing.cavity_level + SETBACK_MM, top))
+    return (*sides, bar)
+
+
+def _discs(housing: Housing, diameter: float) -> tuple[Disc, ...]:
+    return tuple((x, z, 0.5 * diameter) for x, z in housing.holes)
+
+
+def _sorted(a: float, b: float) -> tuple[float, float]:
+    return min(a, b), max(a, b)

@@ -1,0 +1,180 @@
+"""How far a printed sensor may be off before it is calibrated: bands from the scatter of its process.
+
+Thickness error and modulus are taken as common to all springs, as they are in one print: t of each leaf shifts by
+one offset, E by one factor. The stiffnesses follow a surrogate in ln t that finite elements pin at both ends.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from cad.design.parameters import Design, Targets
+from cad.design.processes import Process
+from cad.parts.housing import Housing
+from cad.quantity import COVERAGE
+from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
+from mesh.housing.sweep import flexure_mesh
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.mesh_pairs import COARSE
+from pipeline.springs.mounts import attached_to
+from pipeline.springs.sizing import SpringSizing
+from pipeline.storage.cache import cached
+from pipeline.verdicts.characteristic import Characteristic, characteristic
+from pipeline.verdicts.errors.causes import CALIBRATED
+from solve.error_estimate import propagated
+from solve.fruit.compliance import FruitCompliance
+from solve.housing.stiffness import tip_compliance
+
+Floats = NDArray[np.float64]
+Interval = tuple[float | None, float | None]
+Stiffnesses = Callable[[Housing], tuple[float, ...]]
+
+SAMPLES = 1024
+LEVEL = 0.95
+
+
+@dataclass(frozen=True, kw_only=True)
+class StiffnessSurrogate:
+    """ln K / K_nominal = slope s + curve s^2 in s = ln t / t_nominal of each spring [1], and its corner error."""
+
+    slopes: tuple[float, ...]
+    curves: tuple[float, ...]
+    corner_error: float
+
+    def factors(self, shifts: Floats) -> Floats:
+        """Return K / K_nominal [1] at the shifts s of the leaves, both of shape (springs, ...)."""
+        rows = zip(self.slopes, self.curves, shifts, strict=True)
+        return np.stack([np.exp(slope * s + curve * s * s) for slope, curve, s in rows])
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScatterBands:
+    """The middle 95 % of what prints give [N/m; 1], and the error of the modulus read with nominal stiffnesses [1].
+
+    An end is None where prints show a P that nominal springs never do.
+
+    `calibrated_modulus_error` is what remains when all stiffnesses of a unit are known to 1 %.
+    """
+
+    K_l_N_per_m: Interval
+    K_h_N_per_m: Interval
+    P_max: Interval
+    NL: Interval
+    modulus_error: Interval
+    calibrated_modulus_error: float | None
+    surrogate_error: float
+
+
+def print_scatter(
+    design: Design, contact: FruitCompliance, sizing: SpringSizing, springs: FittedSprings
+) -> ScatterBands | None:
+    """Return the bands of prints of a sensor, the surrogate solved by finite elements and kept; None where not made."""
+    housing, process = springs.housing, springs.process
+    if housing is None:
+        return None
+
+    def coarse(changed: Housing) -> tuple[float, ...]:
+        mesh = flexure_mesh(changed, COARSE)
+        return tip_compliance(mesh, process.E_MPa, process.poisson, attached_to(changed)).K
+
+    surrogate = cached(
+        "surrogate",
+        {"housing": housing, "process": process},
+        lambda: fit_surrogate(housing, process.accuracy_mm, coarse),
+        StiffnessSurrogate,
+    )
+    own = characteristic(contact, sizing, springs.stiffnesses)
+    return scatter_bands(housing, process, own, design.nominal_targets, surrogate)
+
+
+def thickened(housing: Housing, offsets: Mapping[str, float]) -> Housing:
+    """Return the housing with the thickness of the leaves of the named springs changed by offsets [mm]."""
+    flexures = {arm.name: arm.flexure for arm in housing.arms}
+    changed = {name: replace(flexures[name], thickness=flexures[name].thickness + d) for name, d in offsets.items()}
+    return housing.with_flexures(changed)
+
+
+def fit_surrogate(housing: Housing, offset: float, stiffnesses: Stiffnesses) -> StiffnessSurrogate:
+    """Return the surrogate through the stiffnesses of leaves all thinner, nominal, all thicker by the offset [mm].
+
+    Its error is taken where it was not fitted: one spring thicker, the next one thinner.
+    """
+    names = [arm.name for arm in housing.arms]
+    nominal = np.array(stiffnesses(housing))
+    shifts, changes = [], []
+    for d in (-offset, offset):
+        shifts.append(_shifts(housing, [d] * len(names)))
+        changes.append(np.log(stiffnesses(thickened(housing, dict.fromkeys(names, d))) / nominal))
+    fits = [
+        np.linalg.solve(np.stack([s, s * s], axis=1), y)
+        for s, y in zip(np.array(shifts).T, np.array(changes).T, strict=True)
+    ]
+    slopes, curves = (tuple(float(fit[power]) for fit in fits) for power in (0, 1))
+    surrogate = StiffnessSurrogate(slopes=slopes, curves=curves, corner_error=0.0)
+    misses = []
+    for sign in (-1.0, 1.0):
+        mixed = [sign * offset * (-1.0) ** place for place in range(len(names))]
+        solved = np.array(stiffnesses(thickened(housing, dict(zip(names, mixed, strict=True))))) / nominal
+        misses.append(_miss(surrogate.factors(_shifts(housing, mixed)), solved))
+    return replace(surrogate, corner_error=max(misses))
+
+
+def _miss(guessed: Floats, solved: Floats) -> float:
+    return float(np.abs(guessed / solved - 1.0).max())
+
+
+def _shifts(housing: Housing, offsets: list[float]) -> Floats:
+    """Return ln t / t_nominal of the leaves of each spring whose thickness is off [mm], shape (springs,)."""
+    pairs = zip(housing.arms, offsets, strict=True)
+    return np.array([math.log1p(offset / arm.flexure.thickness) for arm, offset in pairs])
+
+
+def scatter_bands(
+    housing: Housing, process: Process, own: Characteristic, targets: Targets, surrogate: StiffnessSurrogate
+) -> ScatterBands:
+    """Return the bands over a Sobol sample of thickness offset and modulus, both normal."""
+    from scipy.stats import qmc  # a tenth of all imports, and only fabrication needs it
+
+    nominal, K_m_max, ratio = own.springs, own.K_m_max, own.stiffness_ratio
+    points = qmc.Sobol(2, seed=1).random(SAMPLES)
+    offset, scatter = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9)).T
+    offset = offset * process.accuracy_mm / COVERAGE
+    shifts = np.stack([np.log1p(offset / arm.flexure.thickness) for arm in housing.arms])
+    factors = (1.0 + process.E_scatter * scatter) * surrogate.factors(shifts)
+    prints = [Springs(K_l=nominal.K_l * soft, K_h=nominal.K_h * stiff) for soft, stiff in factors.T.tolist()]
+    P_max = [force_ratio(springs, K_m_max, ratio) for springs in prints]
+    return ScatterBands(
+        K_l_N_per_m=_band([1e3 * springs.K_l for springs in prints]),
+        K_h_N_per_m=_band([1e3 * springs.K_h for springs in prints]),
+        P_max=_band(P_max),
+        NL=_band([nonlinearity(springs, K_m_max, targets.NL_definition, ratio) for springs in prints]),
+        modulus_error=_band([own.fruit_stiffness(P) / K_m_max - 1.0 for P in P_max]),
+        calibrated_modulus_error=calibrated_error(own),
+        surrogate_error=surrogate.corner_error,
+    )
+
+
+def calibrated_error(own: Characteristic) -> float | None:
+    """Return the error of the fruit stiffness read from P when both stiffnesses are known to 1 % [1].
+
+    None where some such springs show no such P.
+    """
+    P = force_ratio(own.springs, own.K_m_max, own.stiffness_ratio)
+
+    def read(K_l: float, K_h: float) -> float:
+        return replace(own, springs=Springs(K_l=K_l, K_h=K_h)).fruit_stiffness(P)
+
+    K = own.springs.stiffnesses
+    error = propagated(read, K, [CALIBRATED * stiffness for stiffness in K]) / own.K_m_max
+    return error if math.isfinite(error) else None
+
+
+def _band(values: list[float]) -> Interval:
+    """Return the ends of the middle 95 %; None for one that lies beyond all numbers."""
+    ends = np.quantile(values, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], method="inverted_cdf")
+    least, most = (float(end) if math.isfinite(end) else None for end in ends)
+    return least, most

@@ -1,0 +1,85 @@
+"""What is bought: counts by the parts that are there, bridges by their formulas."""
+
+import csv
+import io
+import math
+from dataclasses import replace
+
+import pytest
+from squares import RESIN, square_sensor
+
+from cad.design.processes import PROCESSES
+from cad.fabrication.bill import bill_csv, bill_of_materials, bill_table
+from cad.fabrication.bridges import Spring, bridges, excitation, series_resistor
+from cad.theory.leaf_spring import gauge_strain
+
+MASSES = {"housing": 1.0, "cover": 2.0, "coupon": 3.0, "mount": 4.0}
+PETG = PROCESSES["fdm-petg"]
+
+
+def springs(housing, strain=None):
+    return tuple(
+        Spring(name=arm.name, flexure=arm.flexure, K=K, deflection=0.1, strain_per_N=strain)
+        for arm, K in zip(housing.arms, (0.9, 20.0), strict=True)
+    )
+
+
+def bill(sensor, process):
+    return bill_of_materials(sensor, process, bridges(springs(sensor.housing), sensor.housing, process), MASSES)
+
+
+def counts(rows):
+    return {(row.part, row.size.split(",")[0]): row.count for row in rows}
+
+
+def test_pair_and_square_have_the_screws_of_their_holes_and_the_covers_of_their_mount(sensor):
+    covered = replace(sensor, housing=replace(sensor.housing, mount="covers"))
+    found = counts(bill(covered, PETG))
+    assert found["housing", "1.0 g each"] == 1
+    assert found["cover", "2.0 g each"] == 2
+    assert found["screw", "M3 x 25"] == found["nut", "M3"] == 4  # 6 + 2 x 3 + 5 + 2.4 + 2 x 0.5 mm are 20.4
+    assert found["washer", "M3"] == 8
+    assert not any(part in ("dowel", "pin", "strain gauge") for part, _ in found)
+    square = counts(bill(square_sensor(), RESIN))
+    assert square["housing", "1.0 g each"] == 2
+    assert square["dowel", "3 x 10"] == 2
+    washers = counts(bill(replace(sensor, housing=replace(sensor.housing, mount="washers")), PETG))
+    assert not any(part == "cover" for part, _ in washers)
+    assert washers["washer", "M3"] == 12  # head, between frame and bracket, nut
+    assert washers["screw", "M3 x 16"] == 4  # 6 + 5 + 2.4 + 3 x 0.5 mm are 14.9
+
+
+def test_gauges_are_four_a_spring_with_an_amplifier_each(sensor):
+    gauged = replace(sensor, housing=replace(sensor.housing, gauges="foil"))
+    found = {row.part: row for row in bill(gauged, PETG)}
+    assert (found["strain gauge"].count, found["amplifier"].count, found["resistor"].count) == (8, 2, 4)
+    assert "mV/V per N" in found["strain gauge"].note
+
+
+def test_bill_reads_back_from_csv_and_stands_in_a_table(sensor):
+    rows = bill(sensor, PETG)
+    read = list(csv.DictReader(io.StringIO(bill_csv(rows))))
+    assert [(int(row["count"]), row["part"], row["note"]) for row in read] == [
+        (row.count, row.part, row.note) for row in rows
+    ]
+    assert bill_table(rows).count("\n") == len(rows) + 1
+
+
+def test_output_is_gauge_factor_times_strain_and_noise_is_that_over_the_excitation(sensor):
+    """Four gauges of factor 2.1: 2.1 e per volt. A low leaf of 0.8 x 25: e under 3 mm at 1 N over K."""
+    low, _ = bridges(springs(sensor.housing), sensor.housing, PETG)
+    strain = gauge_strain(0.8, 25.0, 1.0 / 0.9, 3.0)
+    assert low.output == pytest.approx(2100.0 * strain, rel=1e-12)
+    assert low.full_output == pytest.approx(low.output * 0.09, rel=1e-12)
+    assert low.noise_mN == pytest.approx(1e3 * 50e-9 / (excitation(PETG) * 1e-3 * low.output), rel=1e-12)
+    solved, _ = bridges(springs(sensor.housing, strain=1e-3), sensor.housing, PETG)
+    assert solved.output == pytest.approx(2.1)
+
+
+def test_excitation_gives_off_the_allowed_power_and_the_resistors_leave_it():
+    """Each of four grids has half the voltage: V^2 / 4 R = p A, and the bridge is one R between two resistors."""
+    for process, power in ((PETG, 0.03), (PROCESSES["dmls-ti64"], 1.0)):
+        V, r = excitation(process), series_resistor(process)
+        assert 1e-3 * power * 9.0 * (1.0 + 1e-12) >= V**2 / 4.0 / 1000.0
+        assert 5.0 * 1000.0 / (1000.0 + 2.0 * r) == pytest.approx(V, rel=1e-12)
+    assert math.isclose(excitation(PETG), 2.0 * math.sqrt(1000.0 * 0.03e-3 * 9.0))

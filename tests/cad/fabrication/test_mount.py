@@ -1,0 +1,89 @@
+"""The bracket: its holes, what it stays away from, and planted wrong ones that fail their verdict."""
+
+import math
+from dataclasses import replace
+
+import cadquery as cq
+import pytest
+from squares import RESIN, square_sensor
+
+from cad.fabrication import mount, mount_checks
+from cad.fabrication.mount import PLATE_MM, back_of, flange_holes, mount_solid, mounted_grip
+from cad.fabrication.mount_checks import mount_verdicts
+from cad.parts.assembly import grip, screw_length
+
+
+@pytest.fixture(scope="module")
+def square():
+    return square_sensor()
+
+
+@pytest.fixture(scope="module")
+def bracket(square):
+    return mount_solid(square)
+
+
+def outcome(sensor, shape):
+    return {one.name.removeprefix("geometry.mount_"): one.passed for one in mount_verdicts(sensor, shape, RESIN)}
+
+
+ALL = {"holes": True, "clearance": True, "over_fruit": True}
+
+
+def test_bracket_passes_behind_a_pair_and_behind_a_square(sensor, square, bracket):
+    assert outcome(square, bracket) == ALL
+    assert outcome(sensor, mount_solid(sensor)) == ALL
+    covered = replace(sensor, housing=replace(sensor.housing, mount="covers", cover_level=sensor.housing.protrusion))
+    assert outcome(covered, mount_solid(covered)) == ALL
+
+
+def test_flange_has_four_holes_on_its_circle_about_the_press(sensor, square, bracket):
+    for each in (sensor, square):
+        assert [math.hypot(x, y) for x, y in flange_holes(each)] == pytest.approx([25.0] * 4)
+    assert bracket.isValid()
+    upright = [face.BoundingBox() for face in bracket.Faces() if face.geomType() == "CYLINDER"]
+    flange = [box for box in upright if box.xlen == pytest.approx(6.6) and box.ylen == pytest.approx(6.6)]
+    assert sorted((round(box.center.x, 6), round(box.center.y, 6)) for box in flange) == sorted(flange_holes(square))
+
+
+def test_screws_reach_through_the_bracket_too(square):
+    assert mounted_grip(square) == grip(square) + PLATE_MM
+    assert screw_length(mounted_grip(square)) >= mounted_grip(square) + 2.4 + 2.0 * 0.5  # a nut and two washers
+    assert back_of(square) == 0.5 * grip(square)
+
+
+def test_rear_washer_between_frame_and_bracket_is_in_the_grip(sensor):
+    """Head, washer, frame, washer, bracket, washer, nut: the nut's end is where the bracket's back, 0.5 and 2.4 end."""
+    bare = replace(sensor, housing=replace(sensor.housing, mount="washers"))
+    bracket = mount_solid(bare).BoundingBox()
+    upright_back = back_of(bare) + PLATE_MM
+    assert bracket.ymin <= back_of(bare) <= bracket.ymax
+    assert mounted_grip(bare) == pytest.approx(upright_back + 0.5 * bare.housing.depth)
+    assert back_of(bare) - 0.5 * bare.housing.depth == 0.5
+
+
+@pytest.mark.parametrize(
+    ("move", "failing"),
+    [
+        ((0.1, 0.0, 0.0), {"holes"}),
+        ((0.0, 0.0, -10.0), {"holes", "clearance", "over_fruit"}),
+        ((0.0, -8.0, 0.0), {"holes", "clearance"}),
+    ],
+)
+def test_planted_wrong_place_fails(move, failing, square, bracket):
+    found = outcome(square, bracket.translate(cq.Vector(*move)))
+    assert {name for name, passed in found.items() if passed is not True} >= failing
+
+
+def test_missing_hole_fails(square):
+    blind = mount_solid(replace(square, housing=replace(square.housing, hole_diameter=3.0)))
+    assert outcome(square, blind)["holes"] is False
+
+
+def test_screw_of_the_flange_in_the_upright_plate_fails(sensor, monkeypatch):
+    """Behind a plate of 6 mm without covers a screw on the axis of the tips would stand in the bracket."""
+    assert outcome(sensor, mount_solid(sensor)) == ALL
+    on_axes = ((25.0, 0.0), (0.0, 25.0), (-25.0, 0.0), (0.0, -25.0))
+    for module in (mount, mount_checks):
+        monkeypatch.setattr(module, "flange_holes", lambda _: on_axes)
+    assert outcome(sensor, mount_solid(sensor))["clearance"] is False

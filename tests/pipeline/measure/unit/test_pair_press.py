@@ -1,0 +1,90 @@
+"""A press of a pair: the line reads through any tilt, the force ratio does not and is told apart."""
+
+import io
+
+import numpy as np
+import pytest
+
+from pipeline.measure.unit.pair_press import MOST_BLOCKS, PairPress
+from pipeline.measure.unit.presses import reading_of, readings_of
+from pipeline.measure.unit.signals import Signal
+from solve.contact.poses import Pose
+
+TRAVELS = np.linspace(0.03, 0.6, 40)
+
+
+def press(paper, E, tilt=0.0, factors=1.0):
+    return paper.forces([Pose(E=E, travel=x, tilt_deg=(tilt, 0.0)) for x in TRAVELS.tolist()], factors)
+
+
+def read(sensor, forces, travels=None):
+    found = PairPress(sensor)
+    for place, (soft, stiff) in enumerate(forces.tolist()):
+        if min(soft, stiff) > 0.0:
+            found.add(soft, stiff, None if travels is None else travels[place])
+    return found.reading()
+
+
+@pytest.mark.parametrize("E", [0.5, 1.3, 3.5])
+def test_level_press_is_exact_by_every_read_out(paper, E):
+    forces = press(paper, E)
+    reading = read(paper.measuring(), forces, TRAVELS.tolist())
+    assert pytest.approx(E, rel=1e-3) == reading.E
+    assert reading.others == {"force_ratio": pytest.approx(E, rel=1e-3), "stroke": pytest.approx(E, rel=1e-3)}
+    assert reading.flags == ()
+    assert pytest.approx(E, rel=1e-3) == reading_of(paper.measuring(), forces[-1].tolist()).E
+
+
+@pytest.mark.parametrize("tilt", [0.5, 1.0, 2.0, 3.0, -3.0])
+@pytest.mark.parametrize("E", [0.5, 3.5])
+def test_line_reads_through_a_tilt_that_the_force_ratio_does_not(paper, E, tilt):
+    reading = read(paper.measuring(), press(paper, E, tilt))
+    assert pytest.approx(E, rel=0.01) == reading.E
+    assert reading.tilt == pytest.approx(abs(tilt), rel=0.02)
+    assert reading.direction == (0.0 if tilt > 0.0 else 180.0)
+    assert "read_outs_disagree" in reading.flags
+    assert ("tilt_beyond_design" in reading.flags) == (reading.tilt > 2.0)
+    if "force_ratio" in reading.others:
+        assert abs(reading.others["force_ratio"] / E - 1.0) > 0.15
+
+
+def test_memory_of_a_press_does_not_grow(paper):
+    found = PairPress(paper.measuring())
+    for place in range(20_000):
+        found.add(0.2 + 1e-5 * place, 0.4 + 4e-5 * place)
+    assert len(found._forces.all()) <= MOST_BLOCKS
+
+
+def test_way_out_of_the_fruit_does_not_count(paper):
+    """A fruit that gives back nine tenths of its force on the way out reads as it did on the way in."""
+    forces = press(paper, 1.0)
+    there_and_back = np.concatenate([forces, 0.9 * forces[::-1]])
+    assert pytest.approx(1.0, rel=0.01) == read(paper.measuring(), there_and_back).E
+
+
+def test_swapped_channels_are_of_no_fruit(paper):
+    reading = read(paper.measuring(), press(paper, 2.0)[:, ::-1])
+    assert (reading.E, reading.flags) == (None, ("out_of_range",))
+
+
+def signal(rows):
+    text = "t_s,F_l_N,F_h_N\n" + "".join(f"{t},{soft},{stiff}\n" for t, (soft, stiff) in rows)
+    return Signal(io.BytesIO(text.encode()), "-", 2)
+
+
+def test_each_press_of_a_signal_is_one_reading(paper):
+    air = np.zeros((20, 2))
+    forces = np.concatenate([air, press(paper, 0.8), air, press(paper, 3.0, 1.0), air])
+    times = 1e-3 * np.arange(len(forces))
+    rows = list(zip(times.tolist(), forces.tolist(), strict=True))
+    readings = list(readings_of(paper.measuring(), signal(rows)))
+    assert [reading.E for reading in readings] == [pytest.approx(0.8, rel=1e-3), pytest.approx(3.0, rel=0.01)]
+    assert [reading.t for reading in readings] == [pytest.approx(0.059), pytest.approx(0.119)]
+    every = list(readings_of(paper.measuring(), signal(rows), every_sample=True))
+    assert len(every) > 60
+    assert pytest.approx(readings[-1].E) == every[-1].E
+
+
+def test_signal_without_a_press_is_told(paper):
+    (reading,) = readings_of(paper.measuring(), signal([(0.0, (0.0, 0.0)), (1.0, (0.0, 0.001))]))
+    assert (reading.E, reading.flags) == (None, ("lift_off",))

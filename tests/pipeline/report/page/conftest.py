@@ -1,0 +1,86 @@
+"""Pages of results that were not solved, and of the default run; a browser where there is one."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from browser import browser as quiet_browser
+from playwright.sync_api import Browser, Page
+from stand_ins import result_of
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Tips
+from pipeline.report.outputs import PAGE, write_outputs
+from pipeline.report.page.page import page_of_run
+from pipeline.report.page.solid_pictures import SolidPictures
+from pipeline.report.stored import StoredReport, read_report
+from pipeline.result import SensorResult
+
+DOMES = Design(
+    name="domes",
+    fruit=Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0),
+    tips=Tips(shape="dome", dome_radius_mm=10.0, side_mm=5.6),
+)
+"""A pair of domes on a sphere: its response is no linear one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenPage:
+    """The page of a result, its folder, and the report that it was made of."""
+
+    result: SensorResult
+    folder: Path
+    report: StoredReport
+    text: str
+
+    @property
+    def address(self) -> str:
+        """Return the address by which a browser opens the page."""
+        return (self.folder / PAGE).as_uri()
+
+
+def written(result: SensorResult, folder: Path) -> WrittenPage:
+    write_outputs(result, folder, page_of_run(result, SolidPictures()))
+    text = (folder / PAGE).read_text(encoding="utf-8")
+    return WrittenPage(result=result, folder=folder, report=read_report(folder), text=text)
+
+
+@pytest.fixture(scope="session")
+def flat_page(tmp_path_factory: pytest.TempPathFactory) -> WrittenPage:
+    """Return the page of the paper's scene, whose forces follow from the compliance."""
+    return written(result_of(), tmp_path_factory.mktemp("page"))
+
+
+@pytest.fixture(scope="session")
+def dome_page(tmp_path_factory: pytest.TempPathFactory) -> WrittenPage:
+    """Return the page of a scene that is not linear."""
+    return written(result_of(DOMES), tmp_path_factory.mktemp("page"))
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """Return a browser; it ends with the module, so that those of other modules can open theirs."""
+    with quiet_browser() as opened:
+        yield opened
+
+
+@pytest.fixture
+def open_page(browser: Browser) -> Iterator[Callable[..., Page]]:
+    """Return a function that opens an address in a window of a width [pixel], in light or dark."""
+    contexts = []
+
+    def opened(address: str, width: int = 1280, scheme: str = "light") -> Page:
+        contexts.append(browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme))
+        page = contexts[-1].new_page()
+        page.requested, page.complaints = [], []
+        page.on("request", lambda request: page.requested.append(request.url))
+        page.on("console", lambda message: page.complaints.append(message.text))
+        page.on("pageerror", lambda error: page.complaints.append(str(error)))
+        page.goto(address)
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()

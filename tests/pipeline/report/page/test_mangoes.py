@@ -1,0 +1,59 @@
+"""The mangoes of Table I are those of the paper, and told apart where their error bars do not meet."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from cad.design.mango_tests import MANGO_TESTS, CompressedMango
+from pipeline.report.page.mangoes import seen_mangoes, told_apart
+
+TABLE = [
+    (3.23, 0.03), (1.78, 0.18), (1.1, 0.09), (1.0, 0.15), (2.42, 0.08),
+    (3.18, 0.15), (1.75, 0.14), (1.41, 0.15), (3.08, 0.08), (1.08, 0.27),
+]  # fmt: skip
+"""Table I, ISBN 978-988-14048-7-9: modulus and scatter [MPa] of mango 1 to 10."""
+
+
+def test_table_is_that_of_the_paper():
+    assert [(one.E_MPa, one.scatter_MPa) for one in MANGO_TESTS.mangoes] == TABLE
+    assert [one.number for one in MANGO_TESTS.mangoes] == list(range(1, 11))
+    assert [one.variety for one in MANGO_TESTS.mangoes] == ["Totapuri"] * 5 + ["Tommy Atkins"] * 5
+    assert MANGO_TESTS.isbn == "978-988-14048-7-9"
+
+
+def test_mango_without_scatter_is_refused():
+    with pytest.raises(ValueError, match="mango 3: E and its scatter must be greater than 0 MPa"):
+        CompressedMango(number=3, variety="x", E_MPa=1.0, scatter_MPa=0.0)
+
+
+def test_bars_that_meet_are_alike():
+    bars = [(1, (1.0, 2.0)), (2, (1.9, 2.5)), (3, (2.6, np.inf)), (4, None)]
+    told = told_apart(bars)
+    assert told.pairs == 6
+    assert told.alike == ((1, 2), (1, 4), (2, 4), (3, 4))
+    assert told.told == 2
+
+
+def with_bars(report, share):
+    """Return the report of a sensor whose calibrated error bar is a share of the modulus [1]."""
+    E = np.array(report.curve.E_MPa)
+    ends = {"E_lower_calibrated_MPa": tuple(E * (1.0 - share)), "E_upper_calibrated_MPa": tuple(E * (1.0 + share))}
+    return dataclasses.replace(report, curve=dataclasses.replace(report.curve, **ends))
+
+
+@pytest.mark.parametrize("share", [0.001, 0.05, 0.3])
+def test_pairs_told_apart_are_those_whose_moduli_differ_by_more_than_both_errors(share, flat_page):
+    seen = seen_mangoes(with_bars(flat_page.report, share))
+    told = told_apart([(one.mango.number, one.calibrated) for one in seen])
+    moduli = [E for E, _ in TABLE]
+    apart = sum(a * (1.0 + share) < b * (1.0 - share) for a in moduli for b in moduli)
+    assert (told.pairs, told.told) == (45, apart)
+
+
+def test_mangoes_show_the_ratio_of_the_law(flat_page):
+    """P between moduli of the curve: as near as its steps, (E_max / 72)^2 of a smooth line."""
+    springs = flat_page.result.springs.stiffnesses
+    K_m = np.array([one.mango.E_MPa for one in seen_mangoes(flat_page.report)]) * flat_page.result.contact.K_m_over_E()
+    law = springs.K_h * (K_m + springs.K_l) / (springs.K_l * (K_m + springs.K_h))
+    assert [one.P for one in seen_mangoes(flat_page.report)] == pytest.approx(law.tolist(), rel=1e-4)

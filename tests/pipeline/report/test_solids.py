@@ -1,0 +1,94 @@
+"""Solids from the cache are the files and verdicts of the run that made them; another design is made anew."""
+
+import hashlib
+from dataclasses import replace
+
+import pytest
+from squares import GENTLE, LENGTHS
+from stand_ins import springs_of
+
+import pipeline.storage.modeller.sensor_files
+from cad.design.parameters import Design
+from cad.files.step import read_step
+from pipeline.report.solids import begin_solids
+from pipeline.storage.modeller.modeller import Modeller
+
+
+def write_solids(design, springs, folder):
+    """Return the verdicts of solids that are made and waited for in this process."""
+    return begin_solids(design, springs, folder, Modeller()).result()
+
+
+def digests(folder):
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.iterdir()}
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory):
+    """Return the folder of the default design's solids; they are in a cache of this module."""
+    place = tmp_path_factory.mktemp("solids")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(place / "cache"))
+        (place / "first").mkdir()
+        write_solids(Design(), springs_of(Design()), place / "first")
+        yield place / "first"
+
+
+@pytest.fixture(scope="module")
+def square(tmp_path_factory):
+    """Return the folder of a square's solids, and its verdicts; they are in a cache of this module."""
+    place = tmp_path_factory.mktemp("square")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(place / "cache"))
+        (place / "first").mkdir()
+        return place / "first", write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), place / "first")
+
+
+def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tmp_path, monkeypatch):
+    monkeypatch.setattr(pipeline.storage.modeller.sensor_files, "write_sensor", lambda *_: pytest.fail("made again"))
+    verdicts = write_solids(Design(), springs_of(Design()), tmp_path)
+    assert {"geometry.valid", "geometry.watertight"} <= {verdict.name for verdict in verdicts}
+    assert [verdict.name for verdict in verdicts if not verdict.passed] == []
+    assert digests(first) == digests(tmp_path)
+    assert {"housing.step", "housing.stl", "housing.3mf", "assembly.step"} == set(digests(first))
+
+
+def test_another_leaf_is_another_solid(first, tmp_path):
+    write_solids(Design(), springs_of(Design(), lengths=(29.9, 14.8)), tmp_path)
+    assert digests(first)["housing.step"] != digests(tmp_path)["housing.step"]
+
+
+def test_another_name_is_another_mark(first, tmp_path):
+    write_solids(Design(name="other"), springs_of(Design()), tmp_path)
+    assert digests(first)["housing.stl"] != digests(tmp_path)["housing.stl"]
+
+
+def test_no_housing_writes_no_file(tmp_path):
+    assert write_solids(Design(), springs_of(Design(), made=False), tmp_path) == ()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_line_of_three_fails_for_want_of_a_housing(tmp_path):
+    line = replace(GENTLE, tips=replace(GENTLE.tips, layout="line", order="LHL"))
+    (verdict,) = write_solids(line, springs_of(line, made=False), tmp_path)
+    assert (verdict.name, verdict.passed) == ("geometry.layout", False)
+    assert verdict.reference.startswith("no housing is drawn for a line of three")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(square):
+    folder, verdicts = square
+    assert [verdict.name for verdict in verdicts if verdict.passed is not True] == []
+    assert {"geometry.plates", "geometry.plate_holes"} <= {verdict.name for verdict in verdicts}
+    assert len(read_step(folder / "housing.step").Solids()) == 1
+    text = (folder / "assembly.step").read_text(encoding="ascii")
+    named = ("plate 1", "plate 2", "front cover", "back cover", "screw 4", "nut 4", "dowel 1", "dowel 2", "fruit")
+    assert [name for name in named if f"'{name}'" not in text] == []
+
+
+def test_second_square_is_the_same_bytes(square, tmp_path, monkeypatch):
+    """It is made again: the cache is another one."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "second").mkdir()
+    write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), tmp_path / "second")
+    assert digests(square[0]) == digests(tmp_path / "second")

@@ -1,0 +1,199 @@
+"""The fruit's compliance by the method that fits the scene; two methods agree within their bars."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from stand_ins import CONTACT, K_M_OVER_E
+
+import pipeline.response.level_contact
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Press, Tips
+from cad.quantity import InputError
+from pipeline.options import RunOptions
+from pipeline.response.contact import contact_compliance, fruit_compliance
+from solve.contact.linear_response import spring_compliance
+from solve.contact.poses import Pose, pose_forces
+from solve.contact.scene import Scene
+from solve.fruit.split import SplitDomainError, contact_footprints
+
+BLOCK, TIPS = Fruit(), Tips()
+B_TYPE = Fruit(length_mm=20.0, width_mm=12.0, height_mm=20.0)
+# three of the twelve scenes that tests/bench/bench_contact.py compares
+SCENES = {
+    "20 x 12 plan, 20 high": (B_TYPE, TIPS),
+    "thin layer, nu 0.45": (Fruit(length_mm=16.0, width_mm=10.0, height_mm=2.0, poisson=0.45), TIPS),
+    "near a side": (Fruit(length_mm=14.0, width_mm=8.0), Tips(spacing_mm=8.0, offset_mm=1.0)),
+}
+
+
+def paired(S):
+    """Return the mean of s11 and s22 less s12."""
+    return 0.5 * (S[0][0] + S[1][1]) - 0.5 * (S[0][1] + S[1][0])
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def both(request):
+    fruit, tips = SCENES[request.param]
+    return contact_compliance(fruit, tips, "auto"), contact_compliance(fruit, tips, "direct")
+
+
+@pytest.mark.slow
+def test_split_and_direct_agree_within_their_error_bars(both):
+    split, direct = both
+    assert split.info.method == "split"
+    assert direct.info.method != "split"
+    bars = split.error_pair * paired(split.S) + direct.error_pair * paired(direct.S)
+    assert abs(paired(split.S) - paired(direct.S)) <= bars
+    bars = split.error_own * split.S[0][0] + direct.error_own * direct.S[0][0]
+    assert abs(split.S[0][0] - direct.S[0][0]) <= bars
+    assert split.error_pair <= 1e-3
+    assert direct.error_pair <= 1e-2
+
+
+@pytest.mark.slow
+def test_a_wrong_method_would_be_seen(both):
+    """A 2 % error of the split, as of a missing factor in crosstalk or a wrong modulus, leaves the sum of the bars."""
+    split, direct = both
+    bars = split.error_pair * paired(split.S) + direct.error_pair * paired(direct.S)
+    assert abs(1.02 * paired(split.S) - paired(direct.S)) > bars
+
+
+def test_paper_block_takes_the_split_by_default():
+    found = contact_compliance(BLOCK, TIPS)
+    assert found.info.method == "split"
+    assert "block of" not in found.info.status
+    assert paired(found.S) == pytest.approx(1.0 / K_M_OVER_E, rel=1e-4)
+
+
+def test_filleted_tips_are_sized_by_their_sharp_reference():
+    found = contact_compliance(BLOCK, Tips(fillet_mm=0.1))
+    np.testing.assert_array_equal(found.S, contact_compliance(BLOCK, TIPS).S)
+    assert "the tips count as a sharp cube of 1 mm" in found.info.status
+
+
+def test_a_curved_fruit_is_its_block_and_what_its_shape_changes():
+    piece = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0, thickness_mm=12.0)
+    block, found = contact_compliance(BLOCK, TIPS), contact_compliance(piece, TIPS)
+    assert pytest.approx(block.S + found.shape_change) == found.S
+    assert 1e-3 < 1.0 - found.K_m_over_E() / block.K_m_over_E() < 3e-3
+    assert "the shape of the sphere adds +0.16 % of s11 - s12" in found.info.status
+
+
+@pytest.mark.parametrize(
+    ("fruit", "tips", "message"),
+    [
+        ({"radius_mm": 3.0}, {"spacing_mm": 2.0}, r"^fruit.radius_mm = 3 mm: must be at least 4 sides of a tip = 4 mm"),
+        ({"radius_mm": 5.0, "length_mm": 30.0, "width_mm": 30.0}, {"spacing_mm": 12.0}, r"^centre of a tip, x = -6 mm"),
+    ],
+)
+def test_a_curved_fruit_out_of_bounds_is_refused_before_its_block_is_solved(fruit, tips, message, monkeypatch):
+    """The plan that is given may be larger than the fruit: tips then stand beside it."""
+    monkeypatch.setattr(
+        pipeline.response.level_contact, "split_compliance", lambda *_: pytest.fail("the block was solved")
+    )
+    with pytest.raises(InputError, match=message):
+        contact_compliance(Fruit(shape="sphere", thickness_mm=4.0, **fruit), Tips(**tips))
+
+
+def test_spherical_tips_are_sized_by_the_cylinder():
+    found = contact_compliance(BLOCK, Tips(shape="sphere"))
+    np.testing.assert_array_equal(found.S, contact_compliance(BLOCK, Tips(shape="cylinder")).S)
+    assert "the tips count as a sharp cylinder of 1 mm" in found.info.status
+
+
+GENTLE = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=4.0, spacing_mm=5.0)
+
+
+def test_domes_count_as_circles_where_they_touch():
+    """A level dome of radius r touches a sphere of radius R at R / (R + r) of its place."""
+    piece = Fruit(shape="sphere", radius_mm=35.0, length_mm=24.0, width_mm=24.0, thickness_mm=12.0)
+    circles = contact_footprints(piece, GENTLE)
+    places = [(one.x, one.y) for one in circles]
+    np.testing.assert_allclose(places, 35.0 / 45.0 * np.array(GENTLE.places_mm), rtol=1e-12)
+    assert {one.side for one in circles} == {2.0}
+    found = contact_compliance(piece, GENTLE)
+    assert found.tips == GENTLE.names
+    assert found.info.status.startswith("the domes count as flat circles of 2 mm where they touch")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("radius", [28.0, 42.0])
+def test_domes_on_a_fruit_of_another_radius(radius):
+    """The compliance of one radius serves another within the bar: against the compliance of that fruit."""
+    tips = dataclasses.replace(GENTLE, side_mm=5.8, spacing_mm=6.0)
+    fruits = [Fruit(shape="sphere", radius_mm=size, thickness_mm=12.0) for size in (35.0, radius)]
+    scenes = [Scene(fruit=fruit, tips=tips, press=Press(travel_mm=0.4)) for fruit in fruits]
+    C = spring_compliance(1.2, 20.0, 1.2, 20.0)
+    poses = [Pose(E=E, travel=0.4, tilt_deg=(1.0, 0.0), radius_mm=radius) for E in (0.5, 3.5)]
+    one, other = (pose_forces(scene, contact_compliance(scene.fruit, tips), C, poses) for scene in scenes)
+    assert np.all(np.abs(one.F - other.F) <= one.F_error)
+    assert np.all(one.F_error > other.F_error)
+
+
+def test_line_has_a_row_for_each_tip():
+    found = contact_compliance(BLOCK, Tips(layout="line", order="LHL", spacing_mm=2.5))
+    assert found.tips == ("low_1", "high", "low_2")
+    assert found.S[0, 1] == pytest.approx(found.S[2, 1], rel=1e-12)
+    assert found.S[0, 0] > found.S[0, 1] > found.S[0, 2] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("tips", "method", "message"),
+    [
+        (GENTLE, "direct", r"^contact method = 'direct': must be split or auto for lines, squares and domes"),
+        (Tips(layout="square", spacing_mm=16.5), "auto", r"^gap from tip to side face = 1.25 mm: must be at least"),
+    ],
+)
+def test_layouts_that_only_the_split_knows(tips, method, message):
+    with pytest.raises(InputError, match=message) as refused:
+        contact_compliance(BLOCK, tips, method)
+    assert "\n" not in str(refused.value)
+    assert "direct finite elements" not in str(refused.value)
+
+
+def test_auto_turns_to_direct_outside_the_domain_and_says_why(monkeypatch):
+    direct = contact_compliance(BLOCK, TIPS)
+    monkeypatch.setattr(pipeline.response.contact, "direct_compliance", lambda *_: direct)
+    monkeypatch.setattr(pipeline.response.contact, "fruit_meshes", lambda *_: ())
+    found = contact_compliance(BLOCK, Tips(offset_mm=4.5))
+    assert found.info.status.endswith("so solved by direct finite elements")
+    assert "gap from tip to side face = 1 mm: must be at least 1.5 sides = 1.5 mm" in found.info.status
+    np.testing.assert_array_equal(found.S, direct.S)
+
+
+def test_split_outside_its_domain_is_refused_in_one_line():
+    with pytest.raises(
+        InputError, match=r"^gap from tip to side face = [^\n]*; solve by direct finite elements$"
+    ) as one:
+        contact_compliance(BLOCK, Tips(offset_mm=4.5), "split")
+    assert isinstance(one.value.__cause__, SplitDomainError)
+
+
+def test_unknown_method_is_refused():
+    with pytest.raises(InputError, match=r"^contact method = 'magic': must be one of auto, split, direct; auto fits"):
+        contact_compliance(BLOCK, TIPS, "magic")
+
+
+@pytest.mark.slow
+def test_direct_serves_cylinders():
+    """The circle is faceted on the meshes; radius and area tend to the true ones faster than the edge is resolved."""
+    split, direct = (contact_compliance(BLOCK, Tips(shape="cylinder"), method) for method in ("split", "direct"))
+    bars = split.error_pair + direct.error_pair
+    assert abs(paired(split.S) / paired(direct.S) - 1.0) <= bars
+
+
+def test_compliance_is_kept_whatever_the_modulus_and_solved_again_for_another_fruit(tmp_path, monkeypatch):
+    """It is that of the fruit times E, so no modulus enters it; the height and the tolerance do."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    solved = []
+    stand_in = dataclasses.replace(CONTACT)
+    monkeypatch.setattr(pipeline.response.contact, "contact_compliance", lambda *each: solved.append(each) or stand_in)
+    stiffer = Fruit(E_max_MPa=5.0, E_MPa=(1.0, 5.0), bruise_limit_MPa=1.0)
+    for fruit in (BLOCK, stiffer):
+        assert np.array_equal(fruit_compliance(Design(fruit=fruit), RunOptions()).S, CONTACT.S)
+    assert len(solved) == 1
+    fruit_compliance(Design(fruit=Fruit(height_mm=11.0)), RunOptions())
+    fruit_compliance(Design(), RunOptions(tolerance=0.01))
+    assert len(solved) == 3

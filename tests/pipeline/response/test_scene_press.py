@@ -1,0 +1,125 @@
+"""Each press of a scene is solved once, by the stage that owns it; the closed forms of its forces."""
+
+import importlib
+
+import numpy as np
+import pytest
+from stand_ins import CONTACT, fresh_result, print_everything, print_summary, result_of, sizing_of, springs_of
+
+import pipeline.response.scene_press
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.tips import Press, Tips
+from cad.quantity import InputError
+from pipeline.options import RunOptions
+from pipeline.report.mapping import report_mapping
+from pipeline.report.outputs import write_outputs
+from pipeline.response.scene_press import TRAVELS, mean_tip_pressure, press_scene, refuse_unsolvable, spring_shares
+from pipeline.verdicts.sensor import paper_verdicts
+from solve.contact.scene import check_scene
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """Return a list that every solve of a scene adds its springs, moduli and travels to."""
+    presses = []
+    solve = pipeline.response.scene_press.scene_response
+
+    def counted(scene, contact, C, E, x):
+        presses.append((tuple(np.diag(C)), tuple(E), tuple(x)))
+        return solve(scene, contact, C, E, x)
+
+    monkeypatch.setattr(pipeline.response.scene_press, "scene_response", counted)
+    return presses
+
+
+def test_every_press_of_a_run_is_solved_once(solved):
+    """Table, scan, hardest press and curve of its own springs and of the paper's."""
+    fresh_result(Design(), RunOptions())
+    assert len(solved) == len(set(solved)) == 8
+
+
+TILTED = Press(tilt_deg=1.0)
+NEAR_A_SIDE = r"^gap from tip to side face = 1 mm: must be at least 1.5 sides"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"press": Press(tilt_deg=25.0)}, r"^press.tilt_deg = 25 deg: must be such that no tip meets"),
+        ({"press": TILTED, "tips": Tips(offset_mm=4.5)}, NEAR_A_SIDE),
+    ],
+)
+def test_scene_that_contact_cannot_solve_is_refused_before_anything_is_solved(change, message, monkeypatch):
+    monkeypatch.setattr(
+        importlib.import_module("pipeline.run"), "fruit_compliance", lambda *_: pytest.fail("the fruit was solved")
+    )
+    with pytest.raises(InputError, match=message):
+        pipeline.run(Design(**change))
+
+
+@pytest.mark.parametrize("change", [{}, {"press": TILTED}, {"tips": Tips(offset_mm=4.5)}])
+def test_scene_that_can_be_solved_is_not_refused(change):
+    refuse_unsolvable(Design(**change))
+
+
+@pytest.mark.parametrize(("tilt", "presses"), [(10.0, 2), (19.5, 0), (-19.5, 0)])
+def test_spread_of_the_tilt_that_contact_cannot_solve_is_left_out(tilt, presses, monkeypatch):
+    """At 20 deg the slopes are no longer small; a press at 19.5 deg is solved, only not one degree steeper."""
+    monkeypatch.setattr(pipeline.response.scene_press, "scene_response", lambda scene, *_: check_scene(scene))
+    design = Design(press=Press(tilt_deg=tilt, tilt_spread_deg=1.0))
+    assert len(press_scene(design, CONTACT, np.eye(2)).tilted) == presses
+
+
+def test_reports_solve_nothing(solved, tmp_path, capsys):
+    result = result_of()
+    solved.clear()
+    report_mapping(result)
+    print_summary(result)
+    print_everything(result)
+    write_outputs(result, tmp_path)
+    assert solved == []
+    assert capsys.readouterr().out
+
+
+def test_a_press_that_is_solved_twice_would_be_seen(solved):
+    springs = springs_of(Design())
+    for _ in range(2):
+        press_scene(Design(), CONTACT, springs.C)
+    assert len(solved) == 2 * len(set(solved))
+
+
+def test_another_fruit_leaves_the_papers_springs_unsolved(solved):
+    kiwi = Design(fruit=Fruit(height_mm=20.0))
+    assert paper_verdicts(kiwi, CONTACT, sizing_of(kiwi)) is None
+    assert solved == []
+
+
+def test_presses_end_where_the_design_says():
+    """The table at full travel and each modulus shown, the scan at E_max, the hardest at the largest of all."""
+    design = Design(fruit=Fruit(E_MPa=(1.0, 10.0), E_max_MPa=3.5))
+    press = press_scene(design, CONTACT, springs_of(design).C)
+    assert press.table.E.tolist() == [1.0, 10.0]
+    assert (len(press.table.x), press.table.x[-1]) == (TRAVELS, design.press.travel_mm)
+    assert (press.scan.E[0], press.scan.E[-1]) == (1.0, 3.5)
+    assert (np.diff(press.scan.E) > 0.0).all()
+    curve = press.curve
+    assert (curve.E[-1], curve.x[-1], curve.P.shape) == (3.5, design.press.travel_mm, (73, 6))
+    assert curve.E[36] == 0.5 * 3.5
+    assert (press.hardest.E.tolist(), press.hardest.x.tolist()) == ([10.0], [design.press.travel_mm])
+
+
+def test_share_of_a_spring_is_its_share_of_the_compliance():
+    """F = x / (1/K + 1/K_m): dF/F = dK/K x (1/K) / (1/K + 1/K_m), with 1/K_m = (s11 - s12) / E."""
+    C = np.diag([1.0 / 0.9, 1.0 / 20.0])
+    shares = spring_shares(CONTACT, C, 2.0)
+    soft_fruit = (0.766603 - 0.010526) / 2.0
+    assert shares == pytest.approx([(1.0 / K) / (1.0 / K + soft_fruit) for K in (0.9, 20.0)], rel=1e-12)
+
+
+def test_mean_pressure_is_the_larger_force_over_the_face_of_its_tip():
+    """2.24 N of the high tip on 1 mm^2 at 3.5 MPa and full travel."""
+    result = result_of()
+    force = result.press.table.F[-1, -1].max()
+    assert mean_tip_pressure(result.design, result.press) == pytest.approx(force / 1.0, rel=1e-12)
+    assert force == pytest.approx(2.24, abs=0.01)

@@ -1,0 +1,183 @@
+"""Springs of a design: a leaf that the law rules out is not solved, a fit that fails leaves all undecided."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from squares import GENTLE, gentle
+from stand_ins import PETG, housing_stiffness, sizing_of
+
+import pipeline.springs.fitted_springs
+from cad.design.parameters import Design, Print
+from cad.design.tips import Tips
+from cad.quantity import InputError
+from mesh.session import MeshError
+from pipeline.options import RunOptions
+from pipeline.springs.fitted_springs import fit_springs, tip_compliance
+from pipeline.springs.leaf_lengths import FittedHousing
+from pipeline.storage.modeller.modeller import Modeller
+from solve.linear import SolveError
+
+
+@pytest.fixture
+def fit(tmp_path, monkeypatch):
+    """Return what a stand-in for the fit was asked for; `error` raises, else springs are the targets but softer."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+    class Fit:
+        def __init__(self):
+            self.asked, self.error = [], None
+
+        def __call__(self, guess, targets, *material_and_modeller):
+            material = material_and_modeller[:-1]
+            self.asked.append((targets, *material))
+            if self.error is not None:
+                raise self.error
+            stiffness = housing_stiffness(tuple(0.999 * K for K in targets), strain_per_N=(2e-3, 1e-4))
+            return FittedHousing(housing=guess, stiffness=stiffness, solves=(1, 1), seconds={})
+
+    stand_in = Fit()
+    monkeypatch.setattr(pipeline.springs.fitted_springs, "fit_with_pins", stand_in)
+    return stand_in
+
+
+def springs_of(design, options=None):
+    return fit_springs(design, sizing_of(design), options or RunOptions())
+
+
+def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_process(fit):
+    springs = springs_of(Design(), RunOptions(tolerance=0.02))
+    targets = sizing_of(Design()).springs.stiffnesses
+    assert fit.asked == [(targets, PETG.E_MPa, PETG.poisson, 0.02)]
+    assert [spring.name for spring in springs.springs] == ["low", "high"]
+    assert [spring.target for spring in springs.springs] == list(targets)
+    assert springs.stiffnesses.stiffnesses == pytest.approx([0.999 * K for K in targets])
+    assert np.diag(springs.C) == pytest.approx([1.0 / (0.999 * K) for K in targets])
+    assert springs.housing is not None
+
+
+def test_root_strain_is_that_of_the_force_at_full_travel(fit):
+    """K d times the strain per newton, over which the limit is the safety factor."""
+    springs = springs_of(Design())
+    for spring, d, per_N in zip(springs.springs, springs.deflections, (2e-3, 1e-4), strict=True):
+        assert spring.root_strain.value == pytest.approx(spring.K.value * d * per_N)
+        assert spring.root_strain.relative == pytest.approx(0.01)
+        assert spring.safety_factor == pytest.approx(spring.printable.strain_limit / spring.root_strain.value)
+    assert len(fit.asked) == 1
+
+
+def test_same_springs_are_not_fitted_again(fit):
+    first, second = springs_of(Design()), springs_of(Design(name="other"))
+    assert len(fit.asked) == 1
+    assert second.housing == first.housing
+
+
+def test_leaf_that_the_law_rules_out_is_not_solved(fit):
+    springs = springs_of(Design(print=Print(max_length_mm=20.0)))
+    assert fit.asked == []
+    assert [spring.printable.passed for spring in springs.springs] == [False, True]
+    assert (springs.housing, springs.monolithic, springs.errors) == (None, True, (0.0, 0.0))
+    targets = [spring.target for spring in springs.springs]
+    assert np.diag(springs.C) == pytest.approx([1.0 / K for K in targets])
+    assert [(spring.K, spring.safety_factor) for spring in springs.springs] == [(None, None)] * 2
+
+
+@pytest.mark.parametrize(
+    "error",
+    [InputError("leaf too short"), MeshError("generate", "no room", "take smaller elements"), SolveError("residual 1")],
+    ids=["input", "mesh", "solve"],
+)
+def test_fit_that_fails_leaves_all_undecided_with_its_reason(error, fit):
+    fit.error = error
+    springs = springs_of(Design())
+    assert [(s.printable.passed, s.printable.reason) for s in springs.springs] == [(None, str(error))] * 2
+    assert springs.housing is None
+
+
+def test_bug_in_the_fit_is_not_hidden(fit):
+    fit.error = TypeError("a bug")
+    with pytest.raises(TypeError, match="a bug"):
+        springs_of(Design())
+
+
+@pytest.mark.usefixtures("fit")
+@pytest.mark.parametrize("design", [Design(print=Print(gauges="foil")), Design(tips=Tips(socket="pin"))])
+def test_springs_with_gauges_or_pins_are_not_of_one_piece(design):
+    assert springs_of(Design()).monolithic is True
+    assert springs_of(design).monolithic is False
+
+
+@pytest.mark.usefixtures("fit")
+def test_tips_of_a_square_are_coupled_within_their_plate_alone():
+    """Tips 1 and 2 are low and high of one plate, 3 and 4 those of the other, whose frame is another body."""
+    springs = springs_of(GENTLE)
+    coupled = np.array([[0.8, 1e-3], [1e-3, 0.05]])
+    fitted = replace(springs.fitted, stiffness=replace(springs.fitted.stiffness, C=coupled))
+    C = tip_compliance(replace(springs, fitted=fitted), GENTLE.tips)
+    expected = np.zeros((4, 4))
+    expected[:2, :2] = expected[2:, 2:] = coupled
+    assert np.array_equal(C, expected)
+
+
+@pytest.mark.usefixtures("fit")
+def test_compliance_of_a_pair_is_that_of_its_housing():
+    springs = springs_of(Design())
+    assert np.array_equal(springs.C, springs.fitted.stiffness.C)
+    assert np.array_equal(springs_of(GENTLE).C, tip_compliance(springs_of(GENTLE), GENTLE.tips))
+
+
+def test_springs_that_are_not_made_stand_for_every_tip_of_their_kind(fit):
+    line = replace(GENTLE, tips=replace(GENTLE.tips, layout="line", order="HLH", spacing_mm=6.0))
+    springs = springs_of(line)
+    assert fit.asked == []
+    assert springs.housing is None
+    assert np.diag(tip_compliance(springs, line.tips)) == pytest.approx([1 / 20.0, 1 / 1.2, 1 / 20.0], rel=1e-12)
+
+
+def test_square_is_fitted_as_one_plate(fit):
+    springs = springs_of(GENTLE)
+    assert springs.housing.back_to_back
+    assert springs.housing.depth == 5.6
+    assert [arm.flexure.thickness for arm in springs.housing.arms] == [0.7, 1.0]
+    assert [targets for targets, *_ in fit.asked] == [(1.2, 20.0)]
+
+
+@pytest.mark.parametrize("process", ["sla-resin", "fdm-petg"])
+def test_gentle_square_has_its_springs_to_a_thousandth(process, tmp_path, monkeypatch):
+    """By FE, without a stand-in; and the solid that is exported is the one that was meshed, which the fit checks."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    springs = springs_of(replace(GENTLE, print=Print(process=process)))
+    for spring, target in zip(springs.springs, (1.2, 20.0), strict=True):
+        assert spring.printable.passed is True
+        assert spring.K.value == pytest.approx(target, rel=1e-3)
+        assert spring.K.relative < 1e-3
+
+
+class WrongModeller(Modeller):
+    """Makes another solid than the one that was meshed: its leaves are 1 % thicker."""
+
+    def part_size(self, housing):
+        thicker = {arm.name: replace(arm.flexure, thickness=1.01 * arm.flexure.thickness) for arm in housing.arms}
+        return super().part_size(housing.with_flexures(thicker))
+
+
+def test_mesh_that_is_not_its_solid_leaves_the_springs_undecided(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    design, options = Design(), RunOptions(tolerance=0.1)
+    springs = fit_springs(design, sizing_of(design), options, WrongModeller())
+    assert springs.housing is None
+    for spring in springs.springs:
+        assert spring.printable.passed is None
+        assert re.match(
+            r"mesh, stage 'compare': volume = .* of the solid within 0\.0001; mesh", spring.printable.reason
+        )
+    assert not list(tmp_path.rglob("flexures-*"))
+    assert fit_springs(design, sizing_of(design), options).housing is not None
+
+
+@pytest.mark.usefixtures("fit")
+@pytest.mark.parametrize("tips", [{"side_mm": 5.8}, {"side_mm": 1.0, "spacing_mm": 1.5, "dome_radius_mm": 2.0}])
+def test_square_whose_plates_cannot_be_bolted_is_bad_input(tips):
+    with pytest.raises(InputError, match=r"tips\.spacing_mm = .*: must be at least .* two pads of 0\.2; move"):
+        springs_of(gentle(**tips))

@@ -1,0 +1,173 @@
+"""Leaf lengths that meet their targets on the cheapest pair of meshes that knows them, and what is refused."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from stand_ins import PETG, default_housing
+
+from cad.quantity import InputError
+from pipeline.springs import solve_memo
+from pipeline.springs.leaf_lengths import MOST_FINE_SOLVES, TOLERANCE, SecantModel, fit_lengths, solve_housing, solve_on
+from pipeline.springs.mesh_pairs import DEFAULT, MESH_PAIRS, mesh_pairs_for
+from pipeline.storage.modeller.answer import known
+from pipeline.verdicts.rules import STIFFNESS_TOLERANCE, deciding_tolerance
+from solve.housing.held_half import foils_of
+from solve.housing.stiffness import TipCompliance
+from solve.linear import SolveError
+
+HOUSING = default_housing(lengths=(28.3, 14.0))
+MATERIAL = (PETG.E_MPa, PETG.poisson)
+TARGETS = (0.906, 20.83)
+ONE_THOUSANDTH = 1e-9  # of a length in mm, how near it is to a whole 0.001 mm
+TIPS = TipCompliance(
+    C=np.diag([1.0, 0.1]),
+    strain_per_N=(1.0, 1.0),
+    strain_inside_per_N=(1.0, 1.0),
+    tilt_per_N=(0.0, 0.0),
+    weight_sag=(1.0, 0.1),
+    weight_sag_lengthwise=(0.0, 0.0),
+    dofs=1,
+    seconds=0.0,
+)
+
+
+def leaves(housing):
+    return [arm.flexure for arm in housing.arms]
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    return fit_lengths(HOUSING, TARGETS, *MATERIAL)
+
+
+def test_both_stiffnesses_meet_their_targets_with_a_bar_under_the_tolerance(fitted):
+    assert pytest.approx(TARGETS, rel=TOLERANCE) == fitted.stiffness.K
+    assert max(fitted.stiffness.error) < TOLERANCE
+    assert fitted.solves[0] <= MOST_FINE_SOLVES
+
+
+def test_only_the_lengths_change_and_are_drawn_to_a_thousandth(fitted):
+    lengths = [leaf.length for leaf in leaves(fitted.housing)]
+    assert lengths == pytest.approx([round(length, 3) for length in lengths], abs=ONE_THOUSANDTH)
+    moved = {
+        arm.name: dataclasses.replace(arm.flexure, length=length)
+        for arm, length in zip(HOUSING.arms, lengths, strict=True)
+    }
+    assert HOUSING.with_flexures(moved) == fitted.housing
+
+
+def test_solving_the_fitted_housing_finds_the_same_numbers(fitted):
+    again = solve_housing(fitted.housing, *MATERIAL).stiffness
+    assert again.K == fitted.stiffness.K
+    # The fit solves the coarse mesh one step before the last, 0.3 % of a length away, and carries it on.
+    assert again.error == pytest.approx(fitted.stiffness.error, rel=0.02)
+
+
+@pytest.mark.slow
+def test_loose_tolerance_is_met_on_the_coarse_mesh(fitted):
+    rough = fit_lengths(HOUSING, TARGETS, *MATERIAL, 0.02)
+    loose = rough.stiffness
+    assert loose.info.dofs < fitted.stiffness.info.dofs
+    assert max(loose.error) < 0.02
+    assert pytest.approx(TARGETS, rel=5e-3) == loose.K
+    fine = solve_on(DEFAULT, rough.housing, *MATERIAL).stiffness
+    apart = np.abs(np.array(loose.K) / np.array(fine.K) - 1.0)
+    assert np.all(apart < np.add(loose.error, fine.error))
+
+
+def plant(monkeypatch, slope):
+    """Let a mesh be its scale s, and its stiffnesses lie high by slope s^2 of 1 and 10 N/mm, whatever the lengths."""
+
+    def solved(scale, _E, _poisson, attached):
+        C = np.diag([1.0, 0.1]) / (1.0 + slope * scale**2)
+        strain = (1.0, 1.0) if foils_of(attached) else None
+        return dataclasses.replace(TIPS, C=C, dofs=round(1e4 / scale), gauge_strain_per_N=strain)
+
+    monkeypatch.setattr(solve_memo, "flexure_mesh", lambda _, scale: scale)
+    monkeypatch.setattr(solve_memo, "check_flexure_mesh", lambda *_: None)
+    monkeypatch.setattr(solve_memo.Modeller, "part_size", lambda *_: known(None))
+    monkeypatch.setattr(solve_memo, "tip_compliance", solved)
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "scale", "words"),
+    [
+        (0.02, 2.0, "5000 dofs): bars of 0.42 and 0.44 % meet 2 %"),
+        (1e-3, 1.0, "meet 0.1 %"),
+        (7e-4, 0.5, "meet 0.07 %"),
+        (1e-5, 0.5, "are the least there is, but miss 0.001 %"),
+    ],
+)
+def test_cheapest_pair_of_meshes_that_meets_the_tolerance_is_chosen(tolerance, scale, words, monkeypatch):
+    plant(monkeypatch, 1e-3)
+    found = solve_housing(HOUSING, *MATERIAL, tolerance).stiffness
+    assert found.info.dofs == round(1e4 / scale)
+    pair = next(pair for pair in MESH_PAIRS if pair.fine == scale)
+    assert found.info.status.startswith(f"mesh of scale {scale:g} judged by scale {pair.coarse:g} (")
+    assert found.info.status.endswith(words)
+    apart = (1.0 + 1e-3 * pair.coarse**2) / (1.0 + 1e-3 * scale**2) - 1.0
+    factors = (1.0 + 1.5 * 0.8 / 10.0, 1.0 + 1.5 * 1.2 / 10.0)
+    assert found.error == pytest.approx([factor * pair.share * apart + pair.floor for factor in factors], rel=1e-9)
+
+
+@pytest.mark.slow
+def test_advised_tolerance_does_decide():
+    rough = max(solve_housing(HOUSING, *MATERIAL, 0.02).stiffness.error)
+    advice = deciding_tolerance(0.02, STIFFNESS_TOLERANCE, rough)
+    assert rough > STIFFNESS_TOLERANCE
+    assert max(solve_housing(HOUSING, *MATERIAL, advice).stiffness.error) <= STIFFNESS_TOLERANCE
+
+
+@pytest.mark.parametrize(("gauges", "solves"), [("none", (1, 1)), ("foil", (1, 2))])
+def test_gauges_are_solved_with_and_judged_on_the_very_housing(gauges, solves, monkeypatch):
+    """Without gauges the result of the coarse mesh is carried from the housing that found the lengths."""
+    plant(monkeypatch, 1e-4)
+    found = fit_lengths(dataclasses.replace(HOUSING, gauges=gauges), (1.0, 10.0), *MATERIAL)
+    assert found.solves == solves
+    assert (found.stiffness.gauge_strain_per_N is None) == (gauges == "none")
+
+
+def test_gauges_have_one_pair_of_meshes_whatever_the_tolerance():
+    gauged = dataclasses.replace(HOUSING, gauges="foil")
+    assert [mesh_pairs_for(gauged, tolerance) for tolerance in (0.02, 1e-5)] == [(DEFAULT,), (DEFAULT,)]
+
+
+def test_secant_model_of_a_beam_needs_no_second_point():
+    """K = (c / L)^3: a line through two points of it, or through one with its slope, is exact."""
+    model = SecantModel(slope=20.0)
+    for length in (30.0, 28.0):
+        model.learn(length, (20.0 / length) ** 3)
+        assert model.slope == pytest.approx(20.0, rel=1e-12)
+        assert model.stiffness(25.0) == pytest.approx((20.0 / 25.0) ** 3, rel=1e-12)
+    assert model.length_for((20.0 / 25.0) ** 3) == 25.0
+
+
+def test_secant_model_learns_nothing_from_a_short_step_and_goes_no_longer_one_than_it_may():
+    model = SecantModel(slope=20.0)
+    model.learn(30.0, (20.0 / 30.0) ** 3)
+    model.learn(30.0 * 1.001, 0.9 * (20.0 / 30.0) ** 3)
+    assert model.slope == 20.0
+    assert model.length_for(1e-9) == pytest.approx(1.6 * 30.03, abs=1e-3)
+    assert model.length_for(1e9) == pytest.approx(30.03 / 1.6, abs=1e-3)
+
+
+@pytest.fixture
+def constant(monkeypatch):
+    """Let every solve find the same stiffness, whatever the lengths."""
+    monkeypatch.setattr(
+        solve_memo, "tip_compliance", lambda mesh, *_: dataclasses.replace(TIPS, dofs=int(mesh.t.shape[1]))
+    )
+
+
+@pytest.mark.usefixtures("constant")
+def test_target_that_leaves_no_leaf_is_refused():
+    short = default_housing(lengths=(28.3, 4.0))
+    with pytest.raises(InputError, match=r"flexures\.high\.length = .* mm: must be greater than 2 fillets = 1 mm"):
+        fit_lengths(short, (1.0, 1e4), *MATERIAL)
+
+
+@pytest.mark.usefixtures("constant")
+def test_targets_that_are_not_met_are_said():
+    with pytest.raises(SolveError, match=r"K = 1, 10 N/mm after 4 fine solves: must be 1\.002, 10 N/mm within 0\.001"):
+        fit_lengths(HOUSING, (1.002, 10.0), *MATERIAL)

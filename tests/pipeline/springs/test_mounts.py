@@ -1,0 +1,126 @@
+"""The mount that the sheet describes: where it holds the frame, and what another one would change."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from skfem import ElementHexS2
+from squares import square_housing
+from stand_ins import PETG, default_housing
+
+from cad.design.parameters import Design, Print
+from cad.parts.cover import WASHER_MM, Cover, cover_part
+from cad.parts.housing import SETBACK_MM
+from mesh.housing.sweep import flexure_mesh
+from pipeline.springs import mounts
+from pipeline.springs.mesh_pairs import COARSE, DEFAULT
+from pipeline.springs.mounts import MOUNT_SCALE, attached_to, coarse_half, mount_changes, mount_layers
+from solve.elasticity import vector_basis
+from solve.housing.elastic_layer import layer_area
+from solve.housing.held_half import REDUCED
+from solve.housing.modes import Solid, housing_modes, modes_of
+from solve.housing.stiffness import housing_stiffness, tip_compliance
+
+MATERIAL = (PETG.E_MPa, PETG.poisson)
+CUT = 0.01  # of an area: what points on an element share out where an edge cuts through it
+FINER = 0.5
+ROUND_OFF = 1e-6  # of a stiffness, ten times that of a solve
+
+
+def mounted(mount):
+    return default_housing(Design(print=Print(mount=mount)))
+
+
+def solved(housing, scale):
+    return tip_compliance(flexure_mesh(housing, scale), *MATERIAL, attached_to(housing))
+
+
+@pytest.mark.parametrize("mount", ["covers", "washers"])
+def test_layer_has_the_area_of_the_covers_rim_or_of_the_washers(mount):
+    housing = mounted(mount)
+    if mount == "covers":
+        area = cover_part(Cover(housing=housing, foot_level=housing.cover_level)).face_area("rim")
+    else:
+        area = math.pi * (WASHER_MM**2 - housing.hole_diameter**2)
+    basis = vector_basis(flexure_mesh(housing), ElementHexS2(), REDUCED)
+    (layer,) = mount_layers(housing)
+    assert layer_area(basis, layer) == pytest.approx(area, rel=CUT)
+
+
+def test_holes_are_held_where_a_comparison_asks_for_it():
+    assert mount_layers(replace(mounted("covers"), mount="holes")) == ()
+
+
+@pytest.mark.parametrize("mount", ["covers", "washers"])
+def test_plate_of_a_square_is_held_by_its_own_mount_and_by_the_other_plate(mount):
+    """Springs in parallel on two sides of a symmetric half: each layer is half as stiff, twice as thick, on both.
+
+    Behind its back lie two pads, the other plate and what holds that.
+    """
+    housing = replace(square_housing(), mount=mount)
+    own, twin = mount_layers(housing)
+    (single,) = mount_layers(replace(housing, back_to_back=False))
+    assert own.thickness == 2.0 * single.thickness
+    assert bool(own.discs) == bool(single.discs)
+    assert twin.thickness == pytest.approx(2.0 * (2.0 * housing.pad_height + housing.depth + single.thickness))
+
+
+def test_back_layer_has_the_area_of_the_pads():
+    housing = square_housing()
+    _, twin = mount_layers(housing)
+    (foot, top), inner = (housing.cover_level, housing.top_level), 2.0 * (housing.wall_width - SETBACK_MM)
+    wide, bar = housing.right - housing.left, housing.top_level - housing.cavity_level - SETBACK_MM
+    area = inner * (top - foot) + (wide - inner) * bar - math.pi * housing.hole_diameter**2
+    basis = vector_basis(flexure_mesh(housing), ElementHexS2(), REDUCED)
+    # The mesh has one of the two sides, and in a wide wall long elements.
+    assert layer_area(basis, twin) == pytest.approx(area, rel=2.0 * CUT)
+
+
+def test_loose_twin_is_among_the_mounts_that_a_square_is_compared_with():
+    """Springs are softer without it, by less than the covers press near the screws alone."""
+    changes = mount_changes(square_housing(), *MATERIAL)
+    loose = changes["the other plate loose"]
+    assert all(-0.003 < change < 0.0 for change in loose)
+    assert "the other plate loose" not in mount_changes(mounted("covers"), *MATERIAL)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mount", ["covers", "washers", "square"])
+def test_bar_holds_a_finer_mesh_in_each_mount(mount):
+    housing = replace(square_housing(), mount="covers") if mount == "square" else mounted(mount)
+    fine, coarse, finer = (solved(housing, scale) for scale in (DEFAULT.fine, DEFAULT.coarse, FINER))
+    found = housing_stiffness(fine, coarse)
+    bars = DEFAULT.errors(housing, found.error)
+    apart = np.abs(np.array(found.K) / np.array(finer.K) - 1.0)
+    assert np.all(apart < bars)
+    assert max(bars) < 1e-3
+    sag = np.abs(np.array(found.weight_sag) / np.array(finer.weight_sag) - 1.0)
+    assert np.all(sag < found.weight_sag_error)
+
+
+def test_mounts_differ_by_more_than_the_bar_and_plastic_covers_are_the_softest():
+    """A cover is 3 mm of plastic under the frame, a washer is steel, and no screw holds the walls of a hole."""
+    K = {mount: np.array(solved(replace(mounted("covers"), mount=mount), COARSE).K) for mount in
+         ("covers", "washers", "holes")}  # fmt: skip
+    assert np.all(K["covers"] < K["washers"])
+    assert np.all(K["washers"] < K["holes"])
+    assert K["holes"][1] / K["covers"][1] - 1.0 > 5e-3
+
+
+def test_change_to_another_mount_is_that_of_solving_it():
+    covers = mounted("covers")
+    changes = mount_changes(covers, *MATERIAL)
+    own, washers = (np.array(solved(replace(covers, mount=mount), MOUNT_SCALE).K) for mount in ("covers", "washers"))
+    assert changes["washers on the frame, no covers"] == pytest.approx(washers / own - 1.0, abs=ROUND_OFF)
+    for name in ("screws so loose that they bend", "covers that press near the screws alone"):
+        assert max(changes[name]) < 0.0
+
+
+def test_mounts_and_modes_share_one_factorisation(monkeypatch):
+    """Modes of the kept half are those of one of their own, to the bit."""
+    housing, solid, K = mounted("covers"), Solid(E=MATERIAL[0], poisson=MATERIAL[1], density=1.27), (0.9, 20.8)
+    mount_changes(housing, *MATERIAL)
+    own = housing_modes(flexure_mesh(housing, MOUNT_SCALE), solid, K, attached_to(housing))
+    monkeypatch.setattr(mounts, "held_half", None)
+    assert modes_of(coarse_half(housing, *MATERIAL), solid, K) == own

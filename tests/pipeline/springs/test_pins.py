@@ -1,0 +1,50 @@
+"""Pins and gauges in the fit: what pins give is in the stiffness and in its error, and is made good in the aim."""
+
+import re
+
+import numpy as np
+import pytest
+from stand_ins import PETG, default_housing, housing_stiffness
+
+from cad.design.parameters import Design
+from cad.design.tips import Tips
+from cad.parts.pin_socket import pin_compliance
+from cad.quantity import InputError
+from pipeline.springs.pins import add_pin_compliance, targets_without_pins
+
+MATERIAL = (PETG.E_MPa, PETG.poisson)
+TARGETS = (0.906, 20.83)
+PRINTED = default_housing()
+PINNED = default_housing(Design(tips=Tips(socket="pin")))
+
+
+def stiffness(K, error=5e-4):
+    C = np.array([[1.0 / K[0], 1e-6], [1e-6, 1.0 / K[1]]])
+    return housing_stiffness(K, C=C, error=(error, error))
+
+
+def test_pins_add_their_give_to_the_compliance_and_half_its_span_to_the_error():
+    give = pin_compliance(PINNED, *MATERIAL)
+    pinned = add_pin_compliance(stiffness(TARGETS), PINNED, *MATERIAL)
+    for K, foot, error in zip(pinned.K, TARGETS, pinned.error, strict=True):
+        assert pytest.approx(1.0 / foot + give.compliance) == 1.0 / K
+        assert error == pytest.approx(5e-4 * K / foot + K * give.error)
+        soft, hard = 1.0 / (1.0 / K + give.error), 1.0 / (1.0 / K - give.error)
+        assert max(1.0 - soft / K, hard / K - 1.0) < error
+    assert pinned.C[0, 1] == 1e-6
+    assert "with what pins give in their feet" in pinned.info.status
+    printed = stiffness(TARGETS)
+    assert add_pin_compliance(printed, PRINTED, *MATERIAL) is printed
+
+
+def test_feet_are_stiffer_than_the_targets_by_what_the_pins_give():
+    feet = targets_without_pins(PINNED, TARGETS, *MATERIAL)
+    assert pytest.approx(TARGETS) == add_pin_compliance(stiffness(feet), PINNED, *MATERIAL).K
+    assert targets_without_pins(PRINTED, TARGETS, *MATERIAL) == TARGETS
+
+
+def test_target_that_pins_alone_cannot_carry_is_refused():
+    stiffest = 1.0 / pin_compliance(PINNED, *MATERIAL).compliance
+    message = re.escape(f"flexures.high.stiffness = 90000 N/mm: must be less than {stiffest:.4g} N/mm")
+    with pytest.raises(InputError, match=message):
+        targets_without_pins(PINNED, (1.0, 90000.0), *MATERIAL)

@@ -1,0 +1,82 @@
+"""Sizing: the paper's springs by Hayes, the right ones by the true contact, given springs unchanged."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from stand_ins import CONTACT, K_M_OVER_E, sizing_of
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, GivenSprings, Targets
+from cad.quantity import InputError
+from cad.theory.two_spring_law import size_springs
+from pipeline.options import RunOptions
+from pipeline.springs.sizing import spring_sizing
+from solve.contact.linear_response import linear_response, spring_compliance
+
+HAYES = RunOptions(fruit_stiffness="hayes")
+
+
+def test_hayes_gives_the_springs_that_the_paper_prints():
+    sizing = spring_sizing(Design(), CONTACT, HAYES)
+    assert 1e3 * sizing.K_m_max == pytest.approx(3846.15, abs=0.01)
+    assert 1e3 * sizing.springs.K_l == pytest.approx(752.5, abs=0.05)
+    assert 1e3 * sizing.springs.K_h == pytest.approx(17308.0, abs=0.5)
+    assert sizing.K_m_over_E == pytest.approx(1.0 / 0.91, rel=1e-12)
+    assert sizing.basis == "hayes"
+
+
+def test_paper_rounds_the_fruit_stiffness_to_3850():
+    rounded = size_springs(5.0, 0.05, 3850.0)
+    assert (round(rounded.K_l, 2), round(rounded.K_h)) == (753.26, 17325)
+
+
+def test_true_contact_gives_stiffer_springs():
+    sizing = sizing_of(Design())
+    assert sizing.K_m_over_E == pytest.approx(K_M_OVER_E, rel=1e-12)
+    assert 1e3 * sizing.springs.K_l == pytest.approx(905.7, rel=5e-4)
+    assert 1e3 * sizing.springs.K_h == pytest.approx(20831.0, rel=5e-4)
+
+
+def test_whatever_sized_the_true_contact_judges():
+    assert spring_sizing(Design(), CONTACT, HAYES).K_m_max_contact == pytest.approx(3.5 * K_M_OVER_E, rel=1e-12)
+
+
+def test_given_springs_are_taken_as_they_are():
+    sizing = sizing_of(Design(springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0)))
+    assert sizing.springs.stiffnesses == pytest.approx((0.753, 17.3), rel=1e-12)
+
+
+def test_deflections_share_the_travel_with_the_fruit():
+    """In series a spring takes the share K_m / (K_m + K) of the travel."""
+    sizing = sizing_of(Design())
+    K_m = sizing.K_m_max_contact
+    expected = [0.6 * K_m / (K_m + K) for K in sizing.springs.stiffnesses]
+    assert sizing.deflections((0.6, 0.6)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_tilt_gives_each_spring_its_own_travel():
+    sizing = sizing_of(Design())
+    level, tilted = sizing.deflections((0.6, 0.6)), sizing.deflections((0.81, -0.1))
+    assert tilted == pytest.approx((level[0] * 0.81 / 0.6, 0.0), rel=1e-12)
+
+
+def test_moduli_beyond_the_range_bend_the_springs_further():
+    beyond, sizing = sizing_of(Design(fruit=Fruit(E_MPa=(1.0, 10.0)))), sizing_of(Design())
+    assert beyond.K_m_at_largest_E == pytest.approx(10.0 * K_M_OVER_E, rel=1e-12)
+    assert beyond.deflections((0.6, 0.6))[1] > sizing.deflections((0.6, 0.6))[1]
+
+
+def test_off_the_middle_each_tip_meets_its_own_fruit():
+    contact = dataclasses.replace(CONTACT, S=np.array([[0.76, 0.011], [0.011, 0.79]]))
+    sizing = sizing_of(Design(), contact)
+    assert sizing.stiffness_ratio == pytest.approx((0.76 - 0.011) / (0.79 - 0.011), rel=1e-12)
+    response = linear_response(contact.S, spring_compliance(*sizing.springs.stiffnesses), [3.5], [0.3, 0.6])
+    assert pytest.approx([5.0, 5.0], rel=1e-12) == response.P[0]
+
+
+def test_target_under_the_ratio_of_the_fruit_is_refused():
+    """A high tip on a fruit twice as stiff shows P of 2 with rigid springs already."""
+    contact = dataclasses.replace(CONTACT, S=np.array([[0.79, 0.01], [0.01, 0.4]]))
+    with pytest.raises(InputError, match=r"^targets\.P_max = 1\.5: must be greater than 2, the ratio of the fruit"):
+        sizing_of(Design(targets=Targets(P_max=1.5)), contact)

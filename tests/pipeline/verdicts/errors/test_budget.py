@@ -1,0 +1,366 @@
+"""The make-up of error bars: each size by its formula or another method, and nothing left out unsaid."""
+
+import dataclasses
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from stand_ins import CONTACT, ERRORS, K_M_OVER_E, LENGTHS, sizing_of, springs_of
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, Print, Targets
+from cad.design.tips import Press, Tips
+from cad.theory.rounded_edge import edge_loss
+from cad.theory.sloped_skin import frictionless_press
+from cad.theory.soft_tissue import no_slip
+from cad.theory.strain_gauge import FOIL, sandwich_gain
+from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity, series_ratio
+from pipeline.springs.fitted_springs import GRAVITY
+from pipeline.verdicts.characteristic import characteristic
+from pipeline.verdicts.errors import spring_causes
+from pipeline.verdicts.errors.budget import (
+    Budgets,
+    Contribution,
+    UncertaintyBudget,
+    causes_at,
+    ratio_budget,
+    uncertainty_budgets,
+)
+from pipeline.verdicts.errors.cause import BEAM_SLOPES, assessed_sensor
+from pipeline.verdicts.errors.force_ratio import Pressed
+from pipeline.verdicts.errors.print_scatter import StiffnessSurrogate, scatter_bands
+from pipeline.verdicts.rules import target_verdicts
+from pipeline.verdicts.scene_targets import SceneTargets
+from solve.fruit.split import split_compliance
+
+K_M = 3.5 * K_M_OVER_E
+SPRINGS = sizing_of(Design()).springs
+OF_SPRINGS = ["large deflection", "engraved marks", "elephant's foot", "mount"]
+MOUNTS = {"washers": (0.001, 0.004), "loose": (0.0, -0.002)}
+OF_FRUIT = ["no slip", "large strain", "law of the flesh"]
+OF_PRINT = ["modulus", "leaf thickness"]
+OF_TIPS = ["tip side", "tip edge"]
+OF_SCENE = ["Poisson's ratio", "pose"]
+
+
+def sensor_of(design, springs=None, slopes=BEAM_SLOPES):
+    springs = springs or springs_of(design)
+    mounts = MOUNTS if springs.housing is not None else {}
+    return assessed_sensor(design, CONTACT, sizing_of(design), springs, mounts, slopes)
+
+
+def budgets_of(design, springs=None, slopes=BEAM_SLOPES):
+    """Return the budgets as of a level sensor, whatever the scene."""
+    sensor = sensor_of(design, springs, slopes)
+    level = sensor.own.P_max(), sensor.own.NL(design.targets)
+    reached = SceneTargets(P_max=level[0], NL=level[1], level=level)
+    return uncertainty_budgets(sensor, reached, SimpleNamespace(tilted=()))
+
+
+@pytest.fixture(scope="module")
+def budgets():
+    return budgets_of(Design())
+
+
+def size_of(budget, effect, share="model"):
+    (size,) = (contribution.size for contribution in getattr(budget, share) if contribution.effect == effect)
+    return size
+
+
+def effects(contributions):
+    return [contribution.effect for contribution in contributions]
+
+
+@pytest.mark.parametrize(
+    ("name", "model", "inputs"),
+    [
+        ("K_l", OF_SPRINGS, ["modulus", "leaf thickness"]),
+        ("K_h", OF_SPRINGS, ["modulus", "leaf thickness"]),
+        ("P_max", OF_SPRINGS + OF_FRUIT, [*OF_PRINT, *OF_TIPS, "tip height", *OF_SCENE]),
+        ("NL", OF_SPRINGS + OF_FRUIT, [*OF_PRINT, *OF_TIPS, "tip height", *OF_SCENE]),
+        ("contact", OF_FRUIT, [*OF_TIPS, "Poisson's ratio"]),
+    ],
+)
+def test_every_number_says_all_three_shares(name, model, inputs, budgets):
+    budget = getattr(budgets, name)
+    assert (effects(budget.model), effects(budget.input)) == (model, inputs)
+    assert budget.model_total == pytest.approx(sum(abs(each.size) for each in budget.model), rel=1e-12)
+    assert budget.input_total == pytest.approx(math.sqrt(sum(each.size**2 for each in budget.input)), rel=1e-12)
+
+
+def test_numerical_error_is_the_bar_that_the_verdicts_use(budgets):
+    springs = springs_of(Design())
+    own = characteristic(CONTACT, sizing_of(Design()), springs.stiffnesses, springs.errors)
+    P, NL = target_verdicts(own.P_max(), own.NL(Targets()), Targets())
+    assert (budgets.K_l.numerical, budgets.K_h.numerical) == pytest.approx(ERRORS, rel=1e-12)
+    assert budgets.P_max.numerical * P.value == pytest.approx(P.error, rel=1e-12)
+    assert budgets.NL.numerical * NL.value == pytest.approx(NL.error, rel=1e-12)
+    assert budgets.contact.numerical == CONTACT.error_pair
+
+
+def test_springs_stiffen_by_the_elastica_at_full_travel(budgets):
+    """36/35 (d / L)^2 with d = x K_m / (K_m + K)."""
+    for budget, K, L in zip((budgets.K_l, budgets.K_h), SPRINGS.stiffnesses, LENGTHS, strict=True):
+        share = 0.6 * K_M / (K_M + K) / L
+        assert size_of(budget, "large deflection") == pytest.approx(36.0 / 35.0 * share**2, rel=2e-3)
+
+
+def test_tilted_sensor_bends_one_spring_more(budgets):
+    tilted = budgets_of(Design(press=Press(tilt_deg=5.0)))
+    assert size_of(tilted.K_h, "large deflection") > 1.5 * size_of(budgets.K_h, "large deflection")
+    for name in ("K_l", "P_max"):  # P_max is a level sensor's
+        before, after = (size_of(getattr(each, name), "large deflection") for each in (budgets, tilted))
+        assert after == pytest.approx(before, rel=1e-12)
+
+
+def equilibrium(E, stiffening):
+    """Return P of springs F = K (1 + c (d / L)^2) d on fruit of modulus E pressed by 0.6 mm."""
+    K_m = E * K_M_OVER_E
+    forces = []
+    for K, L in zip(SPRINGS.stiffnesses, LENGTHS, strict=True):
+        d = brentq(
+            lambda d, K=K, L=L: K * (1.0 + stiffening * (d / L) ** 2) * d - K_m * (0.6 - d), 0.0, 0.6, xtol=1e-15
+        )
+        forces.append(K_m * (0.6 - d))
+    return forces[1] / forces[0]
+
+
+def test_large_deflection_in_P_and_NL_is_that_of_springs_in_balance(budgets):
+    """Forces by a root of the balance, at the middle and at the top of the range; 1 %: stiffer springs bend less."""
+    (soft, stiff), (middle, most) = ([equilibrium(E, c) for E in (1.75, 3.5)] for c in (0.0, 36.0 / 35.0))
+    assert size_of(budgets.P_max, "large deflection") == pytest.approx(most / stiff - 1.0, rel=0.01)
+    change = (middle - 1.0) / (most - 1.0) - (soft - 1.0) / (stiff - 1.0)
+    assert size_of(budgets.NL, "large deflection") == pytest.approx(change / 0.05, rel=0.01)
+
+
+def test_flesh_in_P_and_NL_is_that_of_another_fruit(budgets):
+    """Grip makes the fruit stiffer everywhere by the same share: the law at as much larger K_m."""
+    stiffer = (1.0 + no_slip(0.3)) * K_M
+    assert size_of(budgets.P_max, "no slip") == pytest.approx(force_ratio(SPRINGS, stiffer) / 5.0 - 1.0, rel=1e-6)
+    assert size_of(budgets.NL, "no slip") == pytest.approx(nonlinearity(SPRINGS, stiffer) / 0.05 - 1.0, rel=1e-6)
+    assert size_of(budgets.contact, "no slip") == pytest.approx(1.0 / (1.0 + no_slip(0.3)) - 1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("definition", ["mid-range", "largest"])
+def test_inputs_go_through_the_law_with_both_springs_at_once(definition):
+    design = Design(targets=Targets(NL_definition=definition))
+    K, budgets = sizing_of(design).springs, budgets_of(design)
+    up, down = (Springs(K_l=K.K_l * (1.0 + e), K_h=K.K_h * (1.0 + e)) for e in (0.2, -0.2))  # two sigma of 10 %
+    P = 0.5 * (force_ratio(down, K_M) - force_ratio(up, K_M)) / 5.0
+    assert size_of(budgets.P_max, "modulus", "input") == pytest.approx(P, rel=1e-9)
+    NL = 0.5 * (nonlinearity(down, K_M, definition) - nonlinearity(up, K_M, definition)) / 0.05
+    # The place of the largest departure moves with the springs, which a fixed place leaves out.
+    rel = 1e-9 if definition == "mid-range" else 0.02
+    assert size_of(budgets.NL, "modulus", "input") == pytest.approx(NL, rel=rel)
+
+
+def test_inputs_are_those_of_the_sampled_bands():
+    """Half the middle 95 % of 1024 prints, with the same slopes, is 1.96 sigma of modulus and thickness together."""
+    slopes, springs = (2.87, 2.57), springs_of(Design())
+    own = characteristic(CONTACT, sizing_of(Design()), springs.stiffnesses)
+    surrogate = StiffnessSurrogate(slopes=slopes, curves=(0.0, 0.0), corner_error=0.0)
+    sampled = scatter_bands(springs.housing, springs.process, own, Targets(), surrogate)
+    budgets = budgets_of(Design(), springs, slopes)
+    for budget, band, value in ((budgets.P_max, sampled.P_max, 5.0), (budgets.NL, sampled.NL, 0.05)):
+        both = math.hypot(size_of(budget, "modulus", "input"), size_of(budget, "leaf thickness", "input"))
+        assert both * value * 1.96 / 2.0 == pytest.approx(0.5 * (band[1] - band[0]), rel=0.05)
+
+
+def test_foot_of_the_print_is_a_thicker_strip_along_each_leaf():
+    """0.2 mm of the depth are 2 x 0.15 mm thicker, and K goes with t to the slope: +5 and +3 % on 6 mm depth."""
+    springs, slopes = springs_of(Design()), (2.87, 2.57)
+    flexures = {arm.name: dataclasses.replace(arm.flexure, depth=6.0) for arm in springs.housing.arms}
+    shallow = dataclasses.replace(springs.fitted, housing=springs.housing.with_flexures(flexures))
+    budgets = budgets_of(Design(), dataclasses.replace(springs, fitted=shallow), slopes)
+    for budget, t, slope, percent in zip((budgets.K_l, budgets.K_h), (0.8, 1.2), slopes, (5, 3), strict=True):
+        size = size_of(budget, "elephant's foot")
+        assert size == pytest.approx(0.2 / 6.0 * (((t + 0.3) / t) ** slope - 1.0), rel=1e-12)
+        assert round(100.0 * size) == percent
+
+
+def test_marks_take_at_most_their_depth_from_the_frame(budgets):
+    """The frame's 0.08 and 0.6 % of 1/K, as K / (E w) goes, by 0.3 of the 9.7 mm that are left."""
+    rows = zip((budgets.K_l, budgets.K_h), SPRINGS.stiffnesses, (8e-4, 6e-3), (0.753, 17.3), strict=True)
+    for budget, K, share, known in rows:
+        here = share * (K / known) * 6.0 / 10.0
+        assert size_of(budget, "engraved marks") == pytest.approx(-here * 0.3 / 9.7, rel=1e-9)
+
+
+def test_sintered_print_has_no_foot():
+    assert "elephant's foot" not in effects(budgets_of(Design(print=Print(process="sls-pa12"))).K_l.model)
+
+
+@pytest.mark.parametrize("travel", [1e-3, 1e-5])
+def test_effect_far_below_round_off_keeps_its_size(travel, budgets):
+    """The bend goes with the travel squared, down to shares that P itself cannot hold."""
+    small = budgets_of(Design(press=Press(travel_mm=travel)))
+    for name in ("P_max", "NL"):
+        before, after = (size_of(getattr(each, name), "large deflection") for each in (budgets, small))
+        assert after == pytest.approx(before * (travel / 0.6) ** 2, rel=2e-3)
+
+
+def test_springs_that_are_not_made_have_no_error_of_their_own():
+    budgets = budgets_of(Design(), springs_of(Design(), made=False))
+    assert (budgets.K_l, budgets.K_h) == (None, None)
+    assert effects(budgets.P_max.model) == OF_FRUIT
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {"press": Press(travel_mm=5.0)},
+        {"press": Press(travel_mm=1e-6)},
+        {"targets": Targets(P_max=1.05)},
+        {"targets": Targets(P_max=50.0, NL=0.2, NL_definition="largest")},
+        {"fruit": Fruit(poisson=0.4999)},
+        {"press": Press(tilt_deg=-15.0)},
+        {"print": Print(process="dmls-17-4ph")},
+    ],
+    ids=str,
+)
+def test_hard_designs_have_finite_shares(tables):
+    for budget in vars(budgets_of(Design(**tables))).values():
+        assert all(math.isfinite(total) for total in (budget.numerical, budget.model_total, budget.input_total))
+
+
+def test_effect_of_size_zero_is_left_out(monkeypatch):
+    """A metal print does not scatter in modulus, and leaves that do not bend have nothing to stiffen."""
+    monkeypatch.setattr(spring_causes, "large_deflection_stiffening", lambda _length, _deflection: 0.0)
+    assert effects(budgets_of(Design()).P_max.model) == OF_SPRINGS[1:] + OF_FRUIT
+    assert "slope" not in effects(budgets_of(Design()).P_max.model)  # of a flat fruit
+
+
+@pytest.mark.parametrize("change", [{"size": 0.0}, {"size": math.nan}, {"reason": ""}, {"effect": ""}])
+def test_contribution_without_size_name_or_reason_is_refused(change):
+    whole = {"effect": "tilt", "size": 0.001, "reason": "measured"}
+    Contribution(**whole)
+    with pytest.raises(ValueError, match=r"must have a name, a finite size other than 0 and a reason; compute it"):
+        Contribution(**{**whole, **change})
+
+
+@pytest.mark.parametrize("change", [{"numerical": math.nan}, {"model": ()}, {"input": ()}])
+def test_budget_with_an_empty_share_is_refused(change, budgets):
+    with pytest.raises(ValueError, match=r"must be finite and at least one of each; complete the budget"):
+        dataclasses.replace(budgets.P_max, **change)
+
+
+def test_missing_number_is_refused(budgets):
+    known = vars(budgets)
+    for name in known:
+        with pytest.raises(TypeError, match=f"missing 1 required keyword-only argument: '{name}'"):
+            Budgets(**{key: value for key, value in known.items() if key != name})
+    assert all(isinstance(budget, UncertaintyBudget) for budget in known.values())
+
+
+def test_ground_pins_have_the_edges_and_sides_of_ground_bar():
+    """0.01 mm off on a side of 1 mm; the edge costs what Sneddon's round tip loses at full travel."""
+    contact = budgets_of(Design(tips=Tips(socket="pin"))).contact
+    assert size_of(contact, "tip edge", "input") == pytest.approx(edge_loss(0.6, 1.0, 0.01), rel=1e-3)
+    assert size_of(contact, "tip side", "input") == pytest.approx(0.01, rel=1e-3)
+
+
+def test_edge_acts_at_the_depth_that_each_tip_has_reached(budgets):
+    """At full travel the high tip stands deep, where its edge costs little: P_max loses 0.5 %, not the 6 of a touch."""
+    losses = [edge_loss(0.6 * K / (K + K_M), 1.0, 0.05) for K in SPRINGS.stiffnesses]
+    rounder, sharper = (
+        series_ratio(*SPRINGS.stiffnesses, *(K_M * (1.0 - sign * loss) for loss in losses)) for sign in (1.0, -1.0)
+    )
+    size = size_of(budgets.P_max, "tip edge", "input")
+    assert size == pytest.approx(0.5 * abs(sharper - rounder) / 5.0, rel=1e-6)
+    assert 0.003 < size < 0.007
+
+
+@pytest.mark.parametrize(("travel", "percent"), [(0.6, 26.8), (0.3, 61.9)])
+def test_pose_is_one_tip_ahead_of_the_other(travel, percent):
+    """1 deg of tilt: both tips off by 4 mm tan(1 deg); by the balance of two springs on one fruit, and in per cent."""
+    budget = budgets_of(Design(press=Press(travel_mm=travel))).P_max
+    step = 4.0 * math.tan(math.radians(1.0))
+    A = np.diag([1.0 / K for K in SPRINGS.stiffnesses]) + CONTACT.S / 3.5
+    forces = np.linalg.solve(A, [travel - step, travel + step])
+    level = np.linalg.solve(A, [travel, travel])
+    size = size_of(budget, "pose", "input")
+    assert size == pytest.approx(forces[1] / forces[0] / (level[1] / level[0]) - 1.0, rel=1e-9)
+    assert round(100.0 * size, 1) == percent
+
+
+def test_print_that_sets_one_tip_higher_moves_P_until_it_is_zeroed(budgets):
+    """0.05 mm of 0.6: the level law with travels of 0.575 and 0.625 mm, but for 1.4 % of crosstalk."""
+    assert size_of(budgets.P_max, "tip height", "input") == pytest.approx(0.625 / 0.575 - 1.0, rel=0.02)
+
+
+@pytest.mark.parametrize(("poisson", "percent"), [(0.45, 9.0), (0.49, 12.0)])
+def test_poissons_ratio_moves_P_as_another_fruit_does(poisson, percent):
+    """Independent: the compliance of the block at that ratio, and the law."""
+    other = split_compliance(Fruit(poisson=poisson), Tips(), 0.001).K_m_over_E()
+    true = force_ratio(SPRINGS, 3.5 * other) / 5.0 - 1.0
+    fruit = Fruit(poisson_spread=poisson - 0.3)
+    down = budgets_of(Design(fruit=fruit)).P_max
+    assert round(100.0 * true) == percent
+    # the spread goes both ways, and the fruit gains more above 0.3 than it loses below: half of the whole range
+    assert size_of(down, "Poisson's ratio", "input") == pytest.approx(true, rel=0.1)
+
+
+def test_mount_that_changes_most_stands_for_all_others():
+    budgets = budgets_of(Design())
+    assert (size_of(budgets.K_l, "mount"), size_of(budgets.K_h, "mount")) == (0.001, 0.004)
+    assert "loose +0 and -0.2 %" in next(one.reason for one in budgets.K_h.model if one.effect == "mount")
+
+
+def test_weight_of_a_sensor_that_is_held_sideways_says_what_pressing_down_does():
+    """0.019 mm of the low tip at 0.6 mm of travel."""
+    springs = springs_of(Design())
+    weight = GRAVITY * springs.process.density_g_per_cm3
+    sagging = dataclasses.replace(springs.fitted.stiffness, weight_sag=(0.02 / weight, 0.001 / weight))
+    heavy = dataclasses.replace(springs, fitted=dataclasses.replace(springs.fitted, stiffness=sagging))
+    size = size_of(budgets_of(Design(), heavy).P_max, "weight", "input")
+    assert size == pytest.approx(0.6 / 0.581 - 1.0, rel=0.03)
+    down = budgets_of(Design(press=Press(attitude="down")), heavy).P_max
+    assert "weight" not in effects(down.input)  # it is part of the scene
+
+
+def test_tip_that_slides_on_a_slope_presses_along_its_normal():
+    fruit = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
+    slope = math.tan(math.asin(4.0 / 35.0))
+    budget = budgets_of(Design(fruit=fruit)).contact
+    assert size_of(budget, "slope") == pytest.approx(1.0 / (1.0 + frictionless_press(0.3, slope)) - 1.0, rel=1e-9)
+    assert 0.5 < size_of(budget, "slope") / (4.0 / 35.0) ** 2 < 1.0  # of sin^2: the slope also spreads the load
+
+
+def test_whole_fruit_that_lies_free_is_rolled_by_a_pair():
+    """Forces of 0.45 and 2.24 N at -4 and 4 mm: the resultant passes 2.7 mm beside the support."""
+    ball = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
+    model = budgets_of(Design(fruit=ball)).P_max.model
+    (free,) = (one for one in model if one.effect == "free fruit")
+    assert abs(free.size) > 0.3
+    friction = 4.0 * (5.0 - 1.0) / (2.0 * 35.0 * (5.0 + 1.0))  # moment over 2 R times all force
+    assert f"unless friction holds it: {friction:.2g} is enough" in free.reason
+    piece = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
+    assert "free fruit" not in effects(budgets_of(Design(fruit=piece)).P_max.model)
+
+
+def test_calibrating_leaves_one_per_cent_a_spring_and_takes_the_print_away():
+    sensor = sensor_of(Design())
+    at = Pressed(E=3.5, travel=0.6)
+    causes = causes_at(sensor, at)
+    printed, calibrated = (ratio_budget(sensor, at, 1e-4, each) for each in (causes, causes.after_calibration()))
+    assert not {"modulus", "leaf thickness"} & set(effects(calibrated.input))
+    for effect, K in zip(("low spring", "high spring"), SPRINGS.stiffnesses, strict=True):
+        assert size_of(calibrated, effect, "input") == pytest.approx(0.01 * K_M / (K + K_M), rel=1e-3)
+    assert not {"engraved marks", "elephant's foot", "mount"} & set(effects(calibrated.model))
+    assert calibrated.total < printed.total
+
+
+def test_cause_that_takes_a_tip_off_the_fruit_counts_as_the_whole_ratio():
+    shallow = budgets_of(Design(press=Press(travel_mm=0.05))).P_max
+    assert size_of(shallow, "pose", "input") == 1.0
+
+
+def test_gauges_add_what_their_glue_leaves_open():
+    design = Design(print=Print(gauges="foil"))
+    leaf = springs_of(design).housing.arms[0].flexure
+    gain = sandwich_gain(2000.0, leaf.depth, leaf.thickness, leaf.length, leaf.fillet, FOIL)
+    size = size_of(budgets_of(design).K_l, "gauges", "input")
+    assert size == pytest.approx(0.25 * (1.0 - 1.0 / gain))
+    assert 0.02 < size < 0.06

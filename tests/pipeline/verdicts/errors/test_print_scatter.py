@@ -1,0 +1,107 @@
+"""Bands of a print: a surrogate that is exact for a power law, and bands that closed forms give."""
+
+import math
+
+import numpy as np
+import pytest
+from stand_ins import K_M_OVER_E, PETG, default_housing, result_of, springs_of
+
+from cad.design.parameters import Design, Targets
+from cad.theory.leaf_spring import pair_stiffness
+from cad.theory.two_spring_law import Springs, force_ratio, size_springs
+from pipeline.verdicts.characteristic import Characteristic
+from pipeline.verdicts.errors.print_scatter import (
+    CALIBRATED,
+    StiffnessSurrogate,
+    calibrated_error,
+    fit_surrogate,
+    print_scatter,
+    scatter_bands,
+    thickened,
+)
+
+HOUSING = default_housing()
+THICKNESSES = (0.8, 1.2)
+K_M = 3.5 * K_M_OVER_E
+SPRINGS = size_springs(5.0, 0.05, K_M)
+OWN = Characteristic(springs=SPRINGS, K_m_max=K_M)
+
+
+def flexures(housing):
+    return [arm.flexure for arm in housing.arms]
+
+
+def beams(housing):
+    """Return what the beam law gives: K goes with t^3."""
+    return tuple(pair_stiffness(2000.0, leaf.depth, leaf.thickness, leaf.length) for leaf in flexures(housing))
+
+
+def power(*exponents):
+    return lambda housing: tuple(
+        leaf.thickness**exponent for leaf, exponent in zip(flexures(housing), exponents, strict=True)
+    )
+
+
+@pytest.mark.parametrize("exponents", [(3.0, 3.0), (2.87, 2.57)])
+def test_surrogate_of_a_power_law_is_that_power(exponents):
+    surrogate = fit_surrogate(HOUSING, 0.05, power(*exponents))
+    assert surrogate.slopes == pytest.approx(exponents, rel=1e-9)
+    assert surrogate.curves == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert surrogate.corner_error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_springs_that_disturb_each_other_show_at_the_corners():
+    """Where one stiffness depends on the other leaf the surrogate is wrong, and says by how much."""
+
+    def coupled(housing):
+        low, high = flexures(housing)
+        return low.thickness**3 * high.thickness**0.5, high.thickness**3
+
+    assert fit_surrogate(HOUSING, 0.05, coupled).corner_error > 0.02
+
+
+def test_thicker_leaves_by_their_offsets():
+    changed = flexures(thickened(HOUSING, {"low": 0.05, "high": -0.02}))
+    assert [leaf.thickness for leaf in changed] == pytest.approx([0.85, 1.18])
+    assert [leaf.length for leaf in changed] == [leaf.length for leaf in flexures(HOUSING)]
+
+
+def test_band_of_a_spring_is_that_of_its_thickness_and_modulus():
+    """Small independent scatters add in squares: sigma ln K = sqrt((3 sigma_t / t)^2 + sigma_E^2)."""
+    bands = scatter_bands(HOUSING, PETG, OWN, Targets(), fit_surrogate(HOUSING, PETG.accuracy_mm, beams))
+    rows = zip((bands.K_l_N_per_m, bands.K_h_N_per_m), SPRINGS.stiffnesses, THICKNESSES, strict=True)
+    for band, K, t in rows:
+        sigma = math.hypot(3.0 * 0.5 * PETG.accuracy_mm / t, PETG.E_scatter)
+        half_width = 0.5 * math.log(band[1] / band[0])
+        assert half_width == pytest.approx(1.96 * sigma, rel=0.06)
+        assert band[0] < 1e3 * K < band[1]
+
+
+@pytest.mark.parametrize(("offset", "P"), [(0.05, 4.41), (-0.05, 5.73)])
+def test_stiffer_print_has_the_smaller_force_ratio(offset, P):
+    """Leaves all thicker by one offset: each stiffness by its power of (t + offset) / t, and P by the law."""
+    slopes = (2.87, 2.57)
+    surrogate = StiffnessSurrogate(slopes=slopes, curves=(0.0, 0.0), corner_error=0.0)
+    factors = surrogate.factors(np.array([math.log1p(offset / t) for t in THICKNESSES]))
+    powers = [((t + offset) / t) ** slope for t, slope in zip(THICKNESSES, slopes, strict=True)]
+    assert factors == pytest.approx(powers, rel=1e-12)
+    print_ = Springs(K_l=SPRINGS.K_l * powers[0], K_h=SPRINGS.K_h * powers[1])
+    assert force_ratio(print_, K_M) == pytest.approx(P, rel=0.01)
+
+
+def test_same_bands_every_time():
+    surrogate = fit_surrogate(HOUSING, PETG.accuracy_mm, beams)
+    first, second = (scatter_bands(HOUSING, PETG, OWN, Targets(), surrogate) for _ in range(2))
+    assert first == second
+
+
+def test_calibration_to_one_percent_leaves_the_sum_of_what_both_springs_do():
+    """With a = K_m / (K_l + K_m) and b = K_m / (K_h + K_m): d ln P = -a dln K_l + b dln K_h + (a - b) dln K_m."""
+    a, b = (K_M / (K + K_M) for K in SPRINGS.stiffnesses)
+    # Central differences over 1 % are off by some 1e-4 of the value.
+    assert calibrated_error(OWN) == pytest.approx(CALIBRATED * (a + b) / (a - b), rel=1e-3)
+
+
+def test_springs_that_are_not_made_scatter_nothing():
+    result = result_of(made=False)
+    assert print_scatter(Design(), result.contact, result.sizing, springs_of(Design(), made=False)) is None
