@@ -14,7 +14,17 @@ Record = TypeVar("Record")
 
 
 class InputError(ValueError):
-    """An input that cannot be used; the message is one line: name, value, unit, bound, remedy."""
+    """An input that cannot be used; the message is one line: name, value, unit, bound, hint.
+
+    `field`, `value` and `bound` say the same to code; they are empty where the error is about no single field.
+    """
+
+    def __init__(self, message: str, *, field: str = "", value: object = None, bound: str = "") -> None:
+        """Take the line, and what it is about."""
+        super().__init__(message)
+        self.field = field
+        self.value = value
+        self.bound = bound
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,10 +118,11 @@ def text_field(
     return field(default=default, metadata={"text": "a line of text", "remedy": remedy})
 
 
-def fault(name: str, value: object, unit: str, bound: str, remedy: str) -> InputError:
+def validation_error(name: str, value: object, unit: str, bound: str, remedy: str) -> InputError:
     """Return the error for one bad value, in the one form that every message has."""
     in_unit = "" if unit in ("", "1") else f" {unit}"
-    return InputError(f"{name} = {_shown(value)}{in_unit}: must be {bound}; {remedy}")
+    message = f"{name} = {_shown(value)}{in_unit}: must be {bound}; {remedy}"
+    return InputError(message, field=name, value=value, bound=bound)
 
 
 def _shown(value: object) -> str:
@@ -162,7 +173,7 @@ def check_sources(record: Any, table: str, remedy: str) -> None:  # noqa: ANN401
     given = {name for name in numbers if getattr(record, name) is not None}
     for key in sorted(given ^ dict(record.sources).keys()):
         name, value = f"{table}.{key}", getattr(record, key, None)
-        raise fault(name, value, "", "a number with one source", remedy)
+        raise validation_error(name, value, "", "a number with one source", remedy)
 
 
 def sourced_records(path: Path, kind: type[Record], label: str, remedy: str) -> dict[str, Record]:
@@ -175,20 +186,20 @@ def sourced_record(name: str, table: object, kind: type[Record], label: str, rem
     """Return the record of one table with its `sources`; raises InputError for an unknown or bad key."""
     if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
         shown, bound = f"{label} {name}", "a table of numbers with a table of their sources"
-        raise fault(shown, str(table), "", bound, remedy)
+        raise validation_error(shown, str(table), "", bound, remedy)
     fields = dataclasses.fields(kind)  # type: ignore[arg-type]
     keys = [item.name for item in fields if item.name != "name"]
     left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
     for key in sorted(table.keys() - keys):
         shown, bound = f"{label} {name}.{key}", f"left out; did you mean {nearest(key, keys)}?"
-        raise fault(shown, table[key], "", bound, remedy)
+        raise validation_error(shown, table[key], "", bound, remedy)
     sources = tuple(table.get("sources", {}).items())
     return kind(**{**left_out, **table, "name": name, "sources": sources})
 
 
 def _check_text(name: str, value: object, item: Field[Any]) -> None:
     if not isinstance(value, str) or not value.strip() or not value.isprintable():
-        raise fault(name, value, "", item.metadata["text"], item.metadata["remedy"])
+        raise validation_error(name, value, "", item.metadata["text"], item.metadata["remedy"])
 
 
 def check_choice(name: str, value: object, kind: type[Any]) -> None:
@@ -201,7 +212,7 @@ def _check_choice(name: str, value: object, item: Field[Any]) -> None:
     options = item.metadata["options"]
     if value not in options:
         closest = f", did you mean {nearest(value, options)}?" if isinstance(value, str) else ""
-        raise fault(name, value, "", f"one of {', '.join(options)}", item.metadata["remedy"] + closest)
+        raise validation_error(name, value, "", f"one of {', '.join(options)}", item.metadata["remedy"] + closest)
 
 
 def _check_number(name: str, value: object, item: Field[Any]) -> None:
@@ -209,10 +220,10 @@ def _check_number(name: str, value: object, item: Field[Any]) -> None:
     kind = str(item.type)
     is_list = kind.startswith("tuple") or ("tuple" in kind and isinstance(value, tuple))
     if is_list and (not isinstance(value, tuple) or not value):
-        raise fault(name, value, unit, f"a list of at least one number, each {bounds}", remedy)
+        raise validation_error(name, value, unit, f"a list of at least one number, each {bounds}", remedy)
     numbers: Iterable[object] = value if is_list and isinstance(value, tuple) else (value,)
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise fault(name, number, unit, f"a number {bounds}", remedy)
+            raise validation_error(name, number, unit, f"a number {bounds}", remedy)
         if not bounds.hold(as_float(number)):
-            raise fault(name, as_float(number), unit, str(bounds), remedy)
+            raise validation_error(name, as_float(number), unit, str(bounds), remedy)

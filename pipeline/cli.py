@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
-from cad.quantity import InputError, fault, nearest
+from cad.quantity import InputError, nearest, validation_error
 from pipeline.commands import bench, check, design, doctor, explain, run, suggest, view
 from pipeline.commands.console import (
     EXIT_CODES,
@@ -19,9 +19,9 @@ from pipeline.commands.console import (
     INTERRUPTED,
     PASSED,
     WRONG_INPUT,
-    complain,
     drop_output,
-    ready_streams,
+    print_error,
+    setup_stdio,
 )
 from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.commands.studying import optimise, study
@@ -42,7 +42,7 @@ COMMANDS: dict[str, Any] = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; without words take those of the process, and make it fit to run."""
     if argv is None:
-        ready_streams()
+        setup_stdio()
         os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the order of sums, and the last digits, follow the number of threads
         warnings.simplefilter("ignore")  # those of libraries are for us, not for who calls a command
     try:
@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MemoryError:
         return _refuse(f"memory: too little; must be about {LEAST_MEMORY_GIB:g} GiB; free some, or lift its limit")
     except KeyboardInterrupt as error:
-        complain("interrupted")
+        print_error("interrupted")
         return error.exit_code if isinstance(error, Interrupted) else INTERRUPTED
     return code
 
@@ -100,7 +100,7 @@ def _machine_s_fault(error: OSError) -> str | None:
 
 
 def _refuse(message: str) -> int:
-    complain(message)
+    print_error(message)
     return WRONG_INPUT
 
 
@@ -150,7 +150,9 @@ def _refuse_unfit_machine(command: str) -> None:
     try:
         os.getcwd()  # noqa: PTH109 - asked for its error only
     except OSError as error:
-        raise fault("current folder", error.strerror, "", "one that exists", "change into another folder") from error
+        raise validation_error(
+            "current folder", error.strerror, "", "one that exists", "change into another folder"
+        ) from error
 
 
 def _unknown(kind: str, word: str, known: Sequence[str]) -> InputError:

@@ -2,7 +2,7 @@
 
 import resource
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 
 LEAST_MEMORY_GIB = 2.0  # resident; a run needs half of it
 # A run maps 3.5 GiB of addresses where it may, and ends well with 3; its own data is 0.8 GiB.
@@ -17,7 +17,7 @@ def refuse_small_memory() -> None:
     for name, kind, least in _LEAST_GIB:
         limit, _ = resource.getrlimit(kind)
         if limit != resource.RLIM_INFINITY and limit < least * 2**30:
-            raise fault(
+            raise validation_error(
                 name, round(limit / 2**30, 2), "GiB", f"at least {least:g} GiB", "lift it, for instance with unlimited"
             )
 

@@ -11,7 +11,7 @@ from cad.design.design_file import design_from_mapping, overridden, parsed_setti
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
-from cad.quantity import Bounds, fault, nearest
+from cad.quantity import Bounds, nearest, validation_error
 
 DEFAULT_DESIGN = "paper"
 FRUIT_STIFFNESSES = ("contact", "hayes")
@@ -46,13 +46,17 @@ class RunOptions:
     def __post_init__(self) -> None:
         """Refuse words that name no stiffness or method, and a tolerance that no mesh or no verdict is made for."""
         if not TOLERANCES.hold(self.tolerance):
-            raise fault("--tol", self.tolerance, "1", str(TOLERANCES), f"the default is {DEFAULT_TOLERANCE:g}")
+            raise validation_error(
+                "--tol", self.tolerance, "1", str(TOLERANCES), f"the default is {DEFAULT_TOLERANCE:g}"
+            )
         for flag, value, known in (
             ("--fruit-stiffness", self.fruit_stiffness, FRUIT_STIFFNESSES),
             ("--contact-method", self.contact_method, CONTACT_METHODS),
         ):
             if value not in known:
-                raise fault(flag, value, "", f"one of {', '.join(known)}", f"did you mean {nearest(value, known)}?")
+                raise validation_error(
+                    flag, value, "", f"one of {', '.join(known)}", f"did you mean {nearest(value, known)}?"
+                )
 
     @property
     def contact_tolerance(self) -> float:
@@ -82,7 +86,9 @@ def design_path(design: str | Path) -> Path:
     known = preset_names()
     if design not in known:
         remedy = f"did you mean {nearest(design, known)}?" if known else "give a path"
-        raise fault("--design", design, "", f"one of {', '.join(known)}, or a path that ends in .toml", remedy)
+        raise validation_error(
+            "--design", design, "", f"one of {', '.join(known)}, or a path that ends in .toml", remedy
+        )
     return DESIGNS / f"{design}.toml"
 
 
@@ -107,6 +113,6 @@ def _as_text(key: str, value: object) -> str:
     try:
         return json.dumps(value, allow_nan=False)
     except (TypeError, ValueError) as error:
-        raise fault(
+        raise validation_error(
             key, str(value), "", "a finite number, a list of them or text", "give it as in a design file"
         ) from error

@@ -20,7 +20,7 @@ from cad.files.step import read_step
 from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
 from cad.kernel import OCP, cq
-from cad.quantity import fault
+from cad.quantity import validation_error
 from cad.triangles import Triangles
 from cad.verdict import Verdict, equal, failed
 
@@ -61,7 +61,9 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
     """
     kind = path.suffix.lower()
     if kind not in _READERS:
-        raise fault("PATH", path.name, "", f"a file of kind {', '.join(_READERS)}", "export the part as one of these")
+        raise validation_error(
+            "PATH", path.name, "", f"a file of kind {', '.join(_READERS)}", "export the part as one of these"
+        )
     try:
         return (*_READERS[kind](existing_file(path), process), *slicer_verdicts(path))
     except ValueError as error:

@@ -19,7 +19,7 @@ from cad.design.processes import (
 )
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
-from cad.quantity import InputError, as_float, fault, nearest
+from cad.quantity import InputError, as_float, nearest, validation_error
 
 TABLE_TYPES: dict[str, Any] = {
     "targets": Targets,
@@ -46,7 +46,7 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
             raise _unknown("table", key, key, ["name", *TABLES])
     name = data.get("name", "paper")
     if not isinstance(name, str):
-        raise fault("name", name, "", "text", "it names files and folders")
+        raise validation_error("name", name, "", "text", "it names files and folders")
     tables = {table: _table(table, data[table]) for table in TABLE_TYPES if table in data}
     if "printer" in data:
         tables["printer"] = _printer(tables.get("print", Print()), data["printer"])
@@ -71,9 +71,9 @@ def with_process_file(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any
     if not isinstance(chosen, Mapping) or name is None:
         return data
     if not isinstance(name, str) or not name or not name.isprintable():
-        raise fault("print.process_file", name, "", "the path of a TOML file", "write it in quotes")
+        raise validation_error("print.process_file", name, "", "the path of a TOML file", "write it in quotes")
     if "printer" in data:
-        raise fault("print.process_file", name, "", "left out beside [printer]", "keep one of the two")
+        raise validation_error("print.process_file", name, "", "left out beside [printer]", "keep one of the two")
     wanted = chosen.get("process")
     if wanted is not None:
         check_process_name(wanted)

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, fault, quantity
+from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, quantity, validation_error
 
 _SPREAD = Bounds(at_least=0.0, at_most=0.5)
 _BLOCK_PLAN_MM = 20.0  # of the paper's block, along and across the tips
@@ -51,10 +51,10 @@ class Fruit:
         for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
             name, value = f"fruit.{key}", getattr(self, key)
             if value is None and key in wanted:
-                raise fault(name, None, "", f"given for fruit.shape = {self.shape!r}", "give it in mm")
+                raise validation_error(name, None, "", f"given for fruit.shape = {self.shape!r}", "give it in mm")
             if value is not None and key not in wanted and (key != "thickness_mm" or self.shape == "block"):
                 bound = f"left out for fruit.shape = {self.shape!r}"
-                raise fault(name, value, "mm", bound, "drop it, or choose the shape it is for")
+                raise validation_error(name, value, "mm", bound, "drop it, or choose the shape it is for")
         for key, size in zip(("length_mm", "width_mm"), self._whole_plan_mm, strict=True):
             if getattr(self, key) is None:
                 object.__setattr__(self, key, size)
@@ -66,19 +66,19 @@ class Fruit:
         limits = self.bruise_limit_MPa
         if isinstance(limits, tuple) and len(limits) != len(self.E_MPa):
             bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
-            raise fault("fruit.bruise_limit_MPa", list(limits), "MPa", bound, "list as many limits")
+            raise validation_error("fruit.bruise_limit_MPa", list(limits), "MPa", bound, "list as many limits")
 
     def _check_piece(self, radius: float) -> None:
         if self.depth_mm > 2.0 * radius:
             bound = f"at most 2 fruit.radius_mm = {2.0 * radius:g} mm"
-            raise fault(self.depth_key, self.depth_mm, "mm", bound, "the piece is thicker than the fruit")
+            raise validation_error(self.depth_key, self.depth_mm, "mm", bound, "the piece is thicker than the fruit")
         if self.whole:
             return
         half_length, half_width = 0.5 * self.length_mm, 0.5 * self.width_mm
         if self.fall_mm(half_length, half_width) >= self.depth_mm:
             bound = "so small that the corners of the piece lie on the fruit, above its base"
             remedy = "take a smaller length and width, or leave both out for the whole fruit"
-            raise fault("fruit.length_mm", self.length_mm, "mm", bound, remedy)
+            raise validation_error("fruit.length_mm", self.length_mm, "mm", bound, remedy)
 
     @property
     def _whole_plan_mm(self) -> tuple[float, float]:

@@ -13,7 +13,17 @@ from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES, Process
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips, check_tips_on_fruit
-from cad.quantity import LENGTH, MODULUS, Bounds, check_choice, check_fields, choice, fault, quantity, text_field
+from cad.quantity import (
+    LENGTH,
+    MODULUS,
+    Bounds,
+    check_choice,
+    check_fields,
+    choice,
+    quantity,
+    text_field,
+    validation_error,
+)
 from cad.theory.strain_gauge import GAUGES
 from cad.theory.two_spring_law import PAPER_SPRINGS, Definition
 
@@ -60,10 +70,10 @@ class GivenSprings:
         if (K_l is None) != (K_h is None):
             names = ("springs.K_l_N_per_m", "springs.K_h_N_per_m")
             missing, partner = names if K_l is None else names[::-1]
-            raise fault(missing, None, "", f"given together with {partner}", "give both or neither")
+            raise validation_error(missing, None, "", f"given together with {partner}", "give both or neither")
         if K_l is not None and K_h is not None and K_l >= K_h:
             bound = f"less than springs.K_h_N_per_m = {K_h:g} N/m"
-            raise fault("springs.K_l_N_per_m", K_l, "N/m", bound, "the low spring is the softer one")
+            raise validation_error("springs.K_l_N_per_m", K_l, "N/m", bound, "the low spring is the softer one")
 
     @property
     def given(self) -> bool:
@@ -91,7 +101,9 @@ class Print:
         check_fields(self, "print", but=("process",))
         if self.process_file is not None:
             bound = "left out here: a design file is read with the process file beside it"
-            raise fault("print.process_file", self.process_file, "", bound, "call load_design, or give Design.printer")
+            raise validation_error(
+                "print.process_file", self.process_file, "", bound, "call load_design, or give Design.printer"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,13 +129,13 @@ class Design:
         allowed = self.name.replace("-", "").replace("_", "").isalnum() and self.name.isascii()
         if not allowed or len(self.name) > _LONGEST_NAME:
             bound = f"1 to {_LONGEST_NAME} letters, digits, - or _"
-            raise fault("name", self.name, "", bound, "it names files and folders")
+            raise validation_error("name", self.name, "", bound, "it names files and folders")
         self._check_process()
         check_tips_on_fruit(self.fruit, self.tips)
         depth = self.fruit.depth_mm
         if self.press.travel_mm >= depth:
             bound = f"less than {self.fruit.depth_key} = {depth:g} mm"
-            raise fault("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
+            raise validation_error("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
         self._check_what_sizes()
         self._check_what_judges()
 
@@ -134,7 +146,9 @@ class Design:
             check_choice("print.process", name, Print)
         elif own.name != name or name in PROCESSES:
             bound = f"the name of the design's own process, {own.name!r}, and of no known one"
-            raise fault("print.process", name, "", bound, "give both the same new name, or drop the own process")
+            raise validation_error(
+                "print.process", name, "", bound, "give both the same new name, or drop the own process"
+            )
 
     @property
     def process(self) -> Process:
@@ -148,17 +162,23 @@ class Design:
             return
         for name, tilt in (("press.tilt_deg", self.press.tilt_deg), ("press.roll_deg", self.press.roll_deg)):
             if tilt != 0.0:
-                raise fault(name, tilt, "deg", "0 beside [reading]", "reading.tilt_deg says how far a press tilts")
+                raise validation_error(
+                    name, tilt, "deg", "0 beside [reading]", "reading.tilt_deg says how far a press tilts"
+                )
         if self.targets is not None and self.springs.given:
             bound = "left out beside [springs] and [reading]"
-            raise fault("targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]")
+            raise validation_error(
+                "targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]"
+            )
 
     def _check_what_sizes(self) -> None:
         layout = self.tips.layout
         if self.springs.given or (self.targets is not None and layout == "pair"):
             return
         reason = "where no targets size the springs" if layout == "pair" else f"for tips.layout = {layout!r}"
-        raise fault("springs.K_l_N_per_m", None, "", f"given {reason}", "give [springs] in N/m, one value for a kind")
+        raise validation_error(
+            "springs.K_l_N_per_m", None, "", f"given {reason}", "give [springs] in N/m, one value for a kind"
+        )
 
     @property
     def nominal_targets(self) -> Targets:

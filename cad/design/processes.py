@@ -15,11 +15,11 @@ from cad.quantity import (
     check_fields,
     check_sources,
     choice,
-    fault,
     quantity,
     sourced_record,
     sourced_records,
     text_field,
+    validation_error,
 )
 
 _SHARE = Bounds(above=0.0, below=1.0)
@@ -76,7 +76,7 @@ def check_process_name(name: object) -> None:
     text = name if isinstance(name, str) else ""
     if not text.replace("-", "").replace("_", "").isalnum() or not text.isascii() or len(text) > _LONGEST_TEXT:
         bound = f"1 to {_LONGEST_TEXT} letters, digits, - or _"
-        raise fault("print.process", name, "", bound, "it names a process in files")
+        raise validation_error("print.process", name, "", bound, "it names a process in files")
 
 
 PROCESSES = sourced_records(Path(__file__).with_name("processes.toml"), Process, "process", _DATA)
@@ -85,7 +85,9 @@ PROCESSES = sourced_records(Path(__file__).with_name("processes.toml"), Process,
 def own_process(name: str, table: object) -> Process:
     """Return the process of a user's own table; raises InputError for a known name, an unknown key or a bad number."""
     if name in PROCESSES:
-        raise fault("print.process", name, "", "a name that no known process has", "name your own process anew")
+        raise validation_error(
+            "print.process", name, "", "a name that no known process has", "name your own process anew"
+        )
     check_process_name(name)
     return sourced_record(name, table, Process, "process", _DATA)
 
@@ -110,7 +112,9 @@ def read_process_file(path: Path, name: str | None) -> tuple[str, Mapping[str, A
     chosen = next(iter(tables)) if name is None and len(tables) == 1 else name
     if chosen is None or chosen not in tables:
         known = ", ".join(tables) or "none"
-        raise fault("print.process", name, "", f"one of those in {path.name!r}: {known}", "name one with print.process")
+        raise validation_error(
+            "print.process", name, "", f"one of those in {path.name!r}: {known}", "name one with print.process"
+        )
     try:
         own_process(chosen, tables[chosen])
     except InputError as error:

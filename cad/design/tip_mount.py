@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from cad.design.parameters import Design
 from cad.design.processes import Process
-from cad.quantity import fault
+from cad.quantity import validation_error
 
 _LEAST_PAD_MM = 0.2  # two layers of a coarse print
 _LEAST_ASPECT = 2.0  # depth of a leaf over its thickness: a shallower one is a rod, as soft sideways
@@ -33,7 +33,9 @@ def tip_mount(design: Design, process: Process) -> TipMount:
     side = round(2.0 * (pocket + process.min_wall_mm), 3)
     if side + process.min_gap_mm > tips.spacing_mm:
         bound = f"at least {side + process.min_gap_mm:g} mm, for feet of {side:g} mm with pins in them"
-        raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, "move the tips apart, or tips.socket = 'none'")
+        raise validation_error(
+            "tips.spacing_mm", tips.spacing_mm, "mm", bound, "move the tips apart, or tips.socket = 'none'"
+        )
     return TipMount(side=side, pocket=round(pocket, 3))
 
 
@@ -51,7 +53,7 @@ def plate_depth(design: Design, process: Process) -> float:
     if depth < least:
         what = "a tip is wide" if side == least else f"two leaf thicknesses of {process.name}"
         bound = f"at least {least + pads:g} mm: a plate as deep as {what}, {least:g} mm, and two pads of {0.5 * pads:g}"
-        raise fault("tips.spacing_mm", spacing, "mm", bound, "move the tips apart, or take narrower tips")
+        raise validation_error("tips.spacing_mm", spacing, "mm", bound, "move the tips apart, or take narrower tips")
     return depth
 
 

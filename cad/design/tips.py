@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from cad.design.fruit import Fruit
-from cad.quantity import LENGTH, Bounds, check_fields, choice, fault, quantity
+from cad.quantity import LENGTH, Bounds, check_fields, choice, quantity, validation_error
 
 _LENGTH_OR_ZERO = Bounds(at_least=0.0, at_most=1000.0)
 _SPREAD = Bounds(at_least=0.0, at_most=30.0)
@@ -60,36 +60,40 @@ class Tips:
         check_fields(self, "tips")
         if self.spacing_mm <= self.side_mm:
             bound = f"greater than tips.side_mm = {self.side_mm:g} mm"
-            raise fault("tips.spacing_mm", self.spacing_mm, "mm", bound, "the tips overlap, move them apart")
+            raise validation_error("tips.spacing_mm", self.spacing_mm, "mm", bound, "the tips overlap, move them apart")
         if self.shape in ("sphere", "dome") and self.fillet_mm != 0.0:
             bound = f"0 for tips.shape = {self.shape!r}"
-            raise fault("tips.fillet_mm", self.fillet_mm, "mm", bound, f"a {self.shape} has no edge to round")
+            raise validation_error(
+                "tips.fillet_mm", self.fillet_mm, "mm", bound, f"a {self.shape} has no edge to round"
+            )
         if self.fillet_mm >= 0.5 * self.side_mm:
             bound = f"less than tips.side_mm / 2 = {0.5 * self.side_mm:g} mm"
-            raise fault("tips.fillet_mm", self.fillet_mm, "mm", bound, "leave a flat face, or take a sphere")
+            raise validation_error("tips.fillet_mm", self.fillet_mm, "mm", bound, "leave a flat face, or take a sphere")
         self._check_line()
         self._check_dome()
 
     def _check_line(self) -> None:
         if self.layout == "line" and self.order is None:
-            raise fault("tips.order", None, "", "given for tips.layout = 'line'", "choose LHL or HLH")
+            raise validation_error("tips.order", None, "", "given for tips.layout = 'line'", "choose LHL or HLH")
         for name, value in (("tips.order", self.order), ("tips.outer_mm", self.outer_mm)):
             if value is not None and self.layout != "line":
                 bound = f"left out for tips.layout = {self.layout!r}"
-                raise fault(name, value, "", bound, "drop it, or take the layout it is for")
+                raise validation_error(name, value, "", bound, "drop it, or take the layout it is for")
 
     def _check_dome(self) -> None:
         radius = self.dome_radius_mm
         if self.shape == "dome" and radius is None:
-            raise fault("tips.dome_radius_mm", None, "", "given for tips.shape = 'dome'", "a gentle dome has 10 mm")
+            raise validation_error(
+                "tips.dome_radius_mm", None, "", "given for tips.shape = 'dome'", "a gentle dome has 10 mm"
+            )
         if radius is None:
             return
         if self.shape != "dome":
             bound = f"left out for tips.shape = {self.shape!r}"
-            raise fault("tips.dome_radius_mm", radius, "mm", bound, "drop it, or take tips.shape = 'dome'")
+            raise validation_error("tips.dome_radius_mm", radius, "mm", bound, "drop it, or take tips.shape = 'dome'")
         if self.side_mm > 2.0 * radius:
             bound = f"at most 2 tips.dome_radius_mm = {2.0 * radius:g} mm"
-            raise fault("tips.side_mm", self.side_mm, "mm", bound, "the face is wider than its sphere")
+            raise validation_error("tips.side_mm", self.side_mm, "mm", bound, "the face is wider than its sphere")
 
     @property
     def springs(self) -> tuple[Spring, ...]:
@@ -126,7 +130,7 @@ class Tips:
         return tuple(x for x, _ in self.places_mm)
 
     @property
-    def ahead_mm(self) -> tuple[float, ...]:
+    def height_offset_mm(self) -> tuple[float, ...]:
         """Return how far each tip stands before the foremost ones by design [mm], at most 0."""
         outer = self.outer_mm or 0.0
         return (0.0, -outer, 0.0) if self.layout == "line" else (0.0,) * len(self.springs)
@@ -176,9 +180,11 @@ def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
     along, words = (0.5 * free, "half of fruit.length_mm") if tips.layout == "line" else (free, "fruit.length_mm")
     if tips.spacing_mm > along:
         bound = f"at most {words} - side - 2 |offset| = {along:g} mm"
-        raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)
+        raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)
     if tips.side_mm > fruit.width_mm:
-        raise fault("tips.side_mm", tips.side_mm, "mm", f"at most fruit.width_mm = {fruit.width_mm:g} mm", remedy)
+        raise validation_error(
+            "tips.side_mm", tips.side_mm, "mm", f"at most fruit.width_mm = {fruit.width_mm:g} mm", remedy
+        )
     if tips.layout == "square" and tips.spacing_mm > fruit.width_mm - tips.side_mm:
         bound = f"at most fruit.width_mm - side = {fruit.width_mm - tips.side_mm:g} mm"
-        raise fault("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)
+        raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)

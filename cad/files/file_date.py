@@ -3,7 +3,7 @@
 import os
 from datetime import UTC, datetime
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 
 NAME = "SOURCE_DATE_EPOCH"  # https://reproducible-builds.org/specs/source-date-epoch/
 FIRST_DAY = 1577836800  # 2020-01-01, where it is not set
@@ -20,5 +20,7 @@ def file_date() -> datetime:
     text = os.environ.get(NAME, str(FIRST_DAY))
     digits = text.strip()
     if not (digits.isascii() and digits.isdecimal() and int(digits[:20]) <= _LAST_SECOND):
-        raise fault(NAME, text, "s", f"a whole number from 0 to {_LAST_SECOND}", "unset it, or give seconds since 1970")
+        raise validation_error(
+            NAME, text, "s", f"a whole number from 0 to {_LAST_SECOND}", "unset it, or give seconds since 1970"
+        )
     return datetime.fromtimestamp(int(digits), tz=UTC)

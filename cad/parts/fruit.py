@@ -9,7 +9,7 @@ from cad.design.fruit import Fruit
 from cad.design.tips import Tips, check_tips_on_fruit
 from cad.kernel import cq
 from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, on_plane, same_as
-from cad.quantity import fault
+from cad.quantity import validation_error
 
 _NEAR_BOX_MM = 1e-3  # the box about a curved face is wider than it
 _CURVED = 1e-4  # relative: areas of curved faces are sums
@@ -38,7 +38,9 @@ def fruit_quarter(fruit: Fruit, tips: Tips) -> Part:
     Raises InputError when the tips are off the centre, or stand beyond the fruit.
     """
     if tips.offset_mm != 0.0:
-        raise fault("tips.offset_mm", tips.offset_mm, "mm", "0 for a quarter of the fruit", "take fruit_half")
+        raise validation_error(
+            "tips.offset_mm", tips.offset_mm, "mm", "0 for a quarter of the fruit", "take fruit_half"
+        )
     return _imprinted("fruit quarter", fruit, tips, ("symmetry_x", "symmetry_y"))
 
 
@@ -91,7 +93,7 @@ def curved_fruit(fruit: Fruit, tips: Tips | None = None) -> Part:
     The tips leave their outlines as seen from above. Raises InputError for a block.
     """
     if fruit.radius_mm is None:
-        raise fault("fruit.shape", fruit.shape, "", "sphere or ellipsoid", "take fruit_block")
+        raise validation_error("fruit.shape", fruit.shape, "", "sphere or ellipsoid", "take fruit_block")
     piece = _curved_piece(fruit, fruit.radius_mm)
     outlines = {} if tips is None else {name: _outline(piece, tips, x) for name, x in tip_centres(tips).items()}
     if outlines:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from cad.theory.leaf_spring import Flexure
 
 Point = tuple[float, float]
@@ -98,11 +98,11 @@ class Housing:
             key, value, closed = f"housing.{name}", getattr(self, name), name == "tip_side"
             if not (least < value < most or (closed and value == most)):
                 bound = f"greater than {least:g} mm and {'at most' if closed else 'less than'} {most:g} mm"
-                raise fault(key, value, "mm", bound, _REMEDY)
+                raise validation_error(key, value, "mm", bound, _REMEDY)
         for name in ("depth", "fillet"):
             key, value, other = f"housing.high.{name}", getattr(self.high, name), getattr(self.low, name)
             if value != other:
-                raise fault(key, value, "mm", f"that of the low flexure, {other:g} mm", _REMEDY)
+                raise validation_error(key, value, "mm", f"that of the low flexure, {other:g} mm", _REMEDY)
 
     def _plate_bounds(self) -> tuple[tuple[str, float, float], ...]:
         """Return name, least and largest of the dimensions of the plate."""

@@ -14,7 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 
 Matrix = Sequence[Sequence[float]]
 Place = tuple[float, float]
@@ -62,7 +62,9 @@ def contrast_weights(places: Sequence[Place], springs: Sequence[str]) -> tuple[f
         through = math.fsum(weight * place[axis] for weight, place in zip(weights, places, strict=True))
         if abs(through) > _LEVEL * reach:
             bound = "a line or a square: low and high tips about one middle"
-            raise fault("tips.layout", "pair", "", bound, "one reading of a pair cannot tell tilt from stiffness")
+            raise validation_error(
+                "tips.layout", "pair", "", bound, "one reading of a pair cannot tell tilt from stiffness"
+            )
     return weights
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from cad.quantity import Bounds, fault
+from cad.quantity import Bounds, validation_error
 
 _DEFLECTIONS = Bounds(at_least=0.0, at_most=0.5)  # over the length, beyond what any leaf is bent to
 _SINES = Bounds(at_least=0.0, below=1.0)
@@ -30,7 +30,7 @@ def cantilever(sine: float) -> Cantilever:
     D. C. Drucker, Quart. Appl. Math. 3, 1945, with s (1 - v^2) for the sine of the slope.
     """
     if not _SINES.hold(sine):
-        raise fault("sine of the end's slope", sine, "1", str(_SINES), "press less")
+        raise validation_error("sine of the end's slope", sine, "1", str(_SINES), "press less")
     a, b = _series(sine * sine)
     return Cantilever(
         force=2.0 * sine * (1.0 + a) ** 2,
@@ -63,7 +63,9 @@ def large_deflection_stiffening(length: float, deflection: float) -> float:
     """
     share = deflection / length
     if not _DEFLECTIONS.hold(share):
-        raise fault("deflection / leaf length", share, "1", str(_DEFLECTIONS), "take a longer leaf or press less")
+        raise validation_error(
+            "deflection / leaf length", share, "1", str(_DEFLECTIONS), "take a longer leaf or press less"
+        )
     sine = 1.5 * share
     for _ in range(_STEPS):
         bent = cantilever(sine)

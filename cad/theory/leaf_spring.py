@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from cad.quantity import Bounds, check_fields, fault, quantity
+from cad.quantity import Bounds, check_fields, quantity, validation_error
 
 _POSITIVE = Bounds(above=0.0)
 _REMEDY = "choose another process or other targets"
@@ -24,10 +24,10 @@ class Flexure:
         check_fields(self, "flexure")
         if self.length <= 2.0 * self.fillet:
             bound = f"greater than 2 fillets = {2.0 * self.fillet:g} mm"
-            raise fault("flexure.length", self.length, "mm", bound, _REMEDY)
+            raise validation_error("flexure.length", self.length, "mm", bound, _REMEDY)
         if self.separation <= self.thickness + 2.0 * self.fillet:
             bound = f"greater than thickness + 2 fillets = {self.thickness + 2.0 * self.fillet:g} mm"
-            raise fault("flexure.separation", self.separation, "mm", bound, _REMEDY)
+            raise validation_error("flexure.separation", self.separation, "mm", bound, _REMEDY)
 
 
 def pair_stiffness(E: float, depth: float, thickness: float, length: float) -> float:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.quantity import Bounds, check_fields, check_sources, fault, quantity, sourced_records
+from cad.quantity import Bounds, check_fields, check_sources, quantity, sourced_records, validation_error
 from cad.theory.leaf_spring import Flexure, pair_stiffness
 
 Span = tuple[float, float]
@@ -55,7 +55,7 @@ class FoilGauge:
             least = grid + 2.0 * self.margin_mm
             if value < least:
                 name, bound = f"{table}.backing_{side}_mm", f"at least {least:g} mm, to carry the grid"
-                raise fault(name, value, "mm", bound, _DATA)
+                raise validation_error(name, value, "mm", bound, _DATA)
         check_sources(self, table, _DATA)
 
     @property
@@ -103,7 +103,7 @@ def gauge_spans(flexure: Flexure, gauge: FoilGauge) -> tuple[GaugeSpans, GaugeSp
         ("flexure.depth", flexure.depth, gauge.backing_width_mm),
     ):
         if value < least:
-            raise fault(key, value, "mm", f"at least {least:g} mm, the room for gauges", _ROOM)
+            raise validation_error(key, value, "mm", f"at least {least:g} mm, the room for gauges", _ROOM)
     start, end = flexure.fillet, flexure.fillet + gauge.backing_length_mm
     inside = start + gauge.margin_mm
     spans = {

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.bench.peers import PEER_NAMES, absent_peers
 from pipeline.bench.resources import ONE_THREAD, resource_usage
 from pipeline.bench.table import Measurement, Sheet, percent, work_sheet
@@ -164,5 +164,5 @@ def measurements_of(module: str, *, quick: bool) -> list[Measurement]:
     usage = resource_usage(command, environment={**ONE_THREAD, "PYTHONPATH": paths})
     if usage.exit_code:
         bound = f"0; it says: {usage.last_line}"
-        raise fault(module, f"exit code {usage.exit_code}", "", bound, "run pipeline doctor")
+        raise validation_error(module, f"exit code {usage.exit_code}", "", bound, "run pipeline doctor")
     return [Measurement(**{**row, "errors": tuple(row["errors"])}) for row in json.loads(usage.out)]

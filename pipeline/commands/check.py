@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from cad.design.processes import PROCESSES
-from cad.quantity import fault, nearest
+from cad.quantity import nearest, validation_error
 from cad.verdict import Verdict, all_passed
 from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
 from pipeline.commands.progress_line import showing_progress
@@ -31,16 +31,18 @@ def execute(arguments: Namespace) -> int:
     path: Path = arguments.path
     if path.is_dir():
         if arguments.process is not None:
-            raise fault("--process", arguments.process, "", "left out for a folder", "its design names the process")
+            raise validation_error(
+                "--process", arguments.process, "", "left out for a folder", "its design names the process"
+            )
         process = None
     elif path.is_file():
         process = _process(arguments.process or DEFAULT_PROCESS)
         if path.suffix.lower() not in FILE_KINDS:
             kinds = ", ".join(FILE_KINDS)
-            raise fault("PATH", path.name, "", f"a file of kind {kinds}", "export the part as one of these")
+            raise validation_error("PATH", path.name, "", f"a file of kind {kinds}", "export the part as one of these")
     else:
         remedy = "name an output folder, or a STEP, STL or 3MF file"
-        raise fault("PATH", str(path), "", "an existing file or folder", remedy)
+        raise validation_error("PATH", str(path), "", "an existing file or folder", remedy)
     with showing_progress(f"reads and judges {path.name}", quiet=arguments.json):
         verdicts = verdicts_apart(path.absolute(), process)
     with answering():
@@ -50,7 +52,7 @@ def execute(arguments: Namespace) -> int:
 
 def _process(name: str) -> str:
     if name not in PROCESSES:
-        raise fault(
+        raise validation_error(
             "--process", name, "", f"one of {', '.join(PROCESSES)}", f"did you mean {nearest(name, [*PROCESSES])}?"
         )
     return name

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from cad.design.design_file import every_key
 from cad.design.processes import PROCESSES
-from cad.quantity import fault, nearest
+from cad.quantity import nearest, validation_error
 from pipeline.options import CONTACT_METHODS, FRUIT_STIFFNESSES, preset_names
 
 SHELLS = ("bash", "zsh", "tcsh")
@@ -22,7 +22,9 @@ def completion(parser: ArgumentParser, parsers: Mapping[str, ArgumentParser], wo
     shell = words[0] if words else ""
     if shell not in SHELLS or len(words) > 1:
         given = " ".join(words)
-        raise fault("--print-completion", given, "", f"one of {', '.join(SHELLS)}", f"did you mean {_close(given)}?")
+        raise validation_error(
+            "--print-completion", given, "", f"one of {', '.join(SHELLS)}", f"did you mean {_close(given)}?"
+        )
     import shtab
 
     names = _names()

@@ -44,10 +44,10 @@ def answering() -> Iterator[None]:
         drop_output()
     except OSError as error:
         drop_output()
-        complain(f"the answer cannot be printed: {error.strerror}; the work is done")
+        print_error(f"the answer cannot be printed: {error.strerror}; the work is done")
 
 
-def complain(message: str) -> None:
+def print_error(message: str) -> None:
     """Print one line to stderr, if it takes any; what it does not take is not tried again at exit."""
     try:
         print("pipeline: " + " ".join(message.split()), file=sys.stderr, flush=True)
@@ -61,7 +61,7 @@ def drop_output(stream: TextIO | None = None) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
 
 
-def ready_streams() -> None:
+def setup_stdio() -> None:
     """Give a process streams that can be written: where the shell closed one, it leads nowhere from here on.
 
     Else the first output file would get its number, and what is printed. A letter that a stream does not have is

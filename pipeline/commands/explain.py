@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from dataclasses import asdict
 from pathlib import Path
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.commands.console import PASSED, add_json_flag, answering, print_json
 
 PURPOSE = "say what a verdict or a symbol means"
@@ -63,9 +63,11 @@ def execute(arguments: Namespace) -> int:
 def _refuse_unread_folder(arguments: Namespace) -> None:
     """Raise InputError for a folder that would not be read."""
     if arguments.out is not None and arguments.name is None:
-        raise fault("--out", str(arguments.out), "", "left out without a NAME", "name what its number is asked of")
+        raise validation_error(
+            "--out", str(arguments.out), "", "left out without a NAME", "name what its number is asked of"
+        )
     if arguments.out is not None and arguments.folder is not None:
-        raise fault("--out", str(arguments.out), "", "left out beside DIR", "give the folder once")
+        raise validation_error("--out", str(arguments.out), "", "left out beside DIR", "give the folder once")
 
 
 def _print_list(arguments: Namespace) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from cad.design.parameters import Design
 from cad.files.file_date import file_date
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 from pipeline.commands.progress_line import showing_progress
 from pipeline.options import (
@@ -115,7 +115,7 @@ def _own_report(report: bytes | None, folder: Path) -> "Plain":
     """Return report.json as data; raises InputError where another run has taken the folder since."""
     if report is None:
         bound = "a folder that no other run writes, and its report.json is not that of this run any longer"
-        raise fault("--out", str(folder), "", bound, "run again, or name another folder with --out")
+        raise validation_error("--out", str(folder), "", bound, "run again, or name another folder with --out")
     data: Plain = json.loads(report)
     return data
 
@@ -185,4 +185,4 @@ def _tolerance(text: str | None) -> float:
     try:
         return DEFAULT_TOLERANCE if text is None else float(text)
     except ValueError as error:
-        raise fault("--tol", text, "", f"a number {TOLERANCES}", "0.001 is 0.1 %") from error
+        raise validation_error("--tol", text, "", f"a number {TOLERANCES}", "0.001 is 0.1 %") from error

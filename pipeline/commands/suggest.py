@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cad.design.design_file import design_as_mapping, design_as_toml, every_key
-from cad.quantity import InputError, fault, nearest
+from cad.quantity import InputError, nearest, validation_error
 from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
 from pipeline.commands.progress_line import showing_progress
 from pipeline.commands.run import add_design_flags, settings_of
@@ -38,7 +38,7 @@ def execute(arguments: Namespace) -> int:
     """Search, prove and print; return 0 where a design passes, 1 where none was found."""
     if arguments.named is not None:
         if arguments.design != DEFAULT_DESIGN:
-            raise fault("--design", arguments.design, "", "left out beside DESIGN", "give the design once")
+            raise validation_error("--design", arguments.design, "", "left out beside DESIGN", "give the design once")
         arguments.design = arguments.named
     settings = settings_of(arguments)
     design = load_design(arguments.design, settings)
@@ -69,7 +69,9 @@ def execute(arguments: Namespace) -> int:
 
 def _known_key(key: str) -> str:
     if key not in every_key():
-        raise fault("--keep", key, "", "a key of the design file", f"did you mean {nearest(key, every_key())}?")
+        raise validation_error(
+            "--keep", key, "", "a key of the design file", f"did you mean {nearest(key, every_key())}?"
+        )
     return key
 
 
@@ -77,9 +79,9 @@ def _refuse_file(path: Path | None) -> None:
     if path is None:
         return
     if path.suffix != ".toml":
-        raise fault("--out", str(path), "", "a file that ends in .toml", "name a design file, not a folder")
+        raise validation_error("--out", str(path), "", "a file that ends in .toml", "name a design file, not a folder")
     if not path.absolute().parent.is_dir():
-        raise fault("--out", str(path), "", "a new file in a folder that exists", _OTHER_NAME)
+        raise validation_error("--out", str(path), "", "a new file in a folder that exists", _OTHER_NAME)
     refuse_unwritable(path, "--out", _OTHER_NAME)
 
 

@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.commands.console import add_force_flag
 from pipeline.storage.interruption import interruptible
 
@@ -50,7 +50,9 @@ def execute(arguments: Namespace) -> int:
 def _served(arguments: Namespace) -> int:
     """Serve an output folder until a signal ends it."""
     if _asked_to_write(arguments):
-        raise fault("--serve", "given with another flag", "", "alone", "write files with a command of their own")
+        raise validation_error(
+            "--serve", "given with another flag", "", "alone", "write files with a command of their own"
+        )
     from pipeline.view.serving.server import LOCAL, serve
 
     with interruptible():
@@ -61,7 +63,7 @@ def _served(arguments: Namespace) -> int:
 def _refuse_without_server(arguments: Namespace) -> None:
     for flag, value in (("--host", arguments.host), ("--port", arguments.port)):
         if value is not None:
-            raise fault(flag, value, "", "given with --serve", "add --serve, or leave it out")
+            raise validation_error(flag, value, "", "given with --serve", "add --serve, or leave it out")
 
 
 def _asked_to_write(arguments: Namespace) -> bool:

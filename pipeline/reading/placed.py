@@ -10,7 +10,7 @@ import numpy as np
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.reading import Reading
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.response.scene_press import refuse_unsolvable, scene_of
 from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, posed_scene
@@ -152,6 +152,6 @@ def refuse_steep_poses(design: Design) -> None:
                 f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {posed.steepest_deg:.3g} "
                 f"deg where the sensor is {placed}"
             )
-            raise fault(
+            raise validation_error(
                 key, value, unit, bound, "take less tilt, a place nearer to the apex, or a smaller spread of radius"
             )

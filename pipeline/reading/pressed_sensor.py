@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.reading.placed import Placed, press_of
 from pipeline.reading.read_out import ReadOut, read_out_of
 from pipeline.response.scene_press import scene_of
@@ -76,7 +76,7 @@ class PressedSensor:
             placed = Placed.of(poses[widest])
             bound = f"at least {widths[widest]:.3g} mm, which the contact needs at {poses[widest].E:.3g} MPa, {placed}"
             remedy = "take wider or rounder domes, or press less far"
-            raise fault("tips.side_mm", side, "mm", bound, remedy)
+            raise validation_error("tips.side_mm", side, "mm", bound, remedy)
 
 
 def pressed_sensor(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> PressedSensor:

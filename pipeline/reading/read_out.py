@@ -92,7 +92,7 @@ def _read_out(design: Design, contact: FruitCompliance, C: Floats) -> ReadOut:
     weights = contrast_weights(tips.places_mm, tips.springs)
     if tips.dome_radius_mm is None:
         fall = [design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
-        gaps = tuple(np.subtract(fall, tips.ahead_mm).tolist())
+        gaps = tuple(np.subtract(fall, tips.height_offset_mm).tolist())
         return ContrastReadOut(law=ContrastLaw(weights=weights, gaps=gaps, C=_rows(C), S=_rows(contact.S)))
     return ContrastReadOut(law=_dome_law(design, contact, C, weights))
 
@@ -105,7 +105,11 @@ def _dome_law(design: Design, contact: FruitCompliance, C: Floats, weights: tupl
     reach = (tips.dome_radius_mm or 0.0) + np.array(design.fruit.radii_mm)
     fall = 0.5 * (np.square(tips.places_mm) / reach).sum(axis=1)
     return ContrastLaw(
-        weights=weights, gaps=tuple((fall - tips.ahead_mm).tolist()), C=_rows(C), S=_rows(found.S), hertz=found.hertz
+        weights=weights,
+        gaps=tuple((fall - tips.height_offset_mm).tolist()),
+        C=_rows(C),
+        S=_rows(found.S),
+        hertz=found.hertz,
     )
 
 

@@ -6,7 +6,7 @@ from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.bruising import skin_pressures
 from pipeline.reading.pressed_sensor import pressed_sensor
 from pipeline.reading.readings import Readings
-from pipeline.springs.fitted_springs import FittedSprings, tip_leads
+from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
 from solve.fruit.compliance import FruitCompliance
 
 
@@ -17,7 +17,7 @@ def assess_readings(design: Design, contact: FruitCompliance, springs: FittedSpr
     """
     if design.reading is None:
         return None
-    sensor = pressed_sensor(design, contact, springs.C, tip_leads(springs, design.press.attitude))
+    sensor = pressed_sensor(design, contact, springs.C, tip_height_offsets(springs, design.press.attitude))
     assessed = reading_assessment(sensor, design.reading)
     plates = _contrast_of_plates(springs) * max((row.sources.contrast_slope for row in assessed.moduli), default=0.0)
     return Readings(assessed=assessed, pressures=skin_pressures(sensor), plates=plates)

@@ -55,7 +55,7 @@ def begin_fabrication(
     kept = kept_files("maker files", inputs, folder)
     if kept is not None:
         return known(kept)
-    return modeller.ask("maker_files", inputs, design, process, housing, to_read, folder)
+    return modeller.ask("fabrication_files", inputs, design, process, housing, to_read, folder)
 
 
 def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:

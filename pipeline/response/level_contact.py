@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 from pipeline.options import CONTACT_METHODS
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_body import check_curved, curved_compliance
@@ -28,7 +28,9 @@ def level_compliance(fruit: Fruit, tips: Tips, method: str, tolerance: float, di
     of its own (`solve/fruit/curved_body.py`).
     """
     if method not in CONTACT_METHODS:
-        raise fault("contact method", method, "", f"one of {', '.join(CONTACT_METHODS)}", "auto fits every scene")
+        raise validation_error(
+            "contact method", method, "", f"one of {', '.join(CONTACT_METHODS)}", "auto fits every scene"
+        )
     block, flat = fruit.equivalent_block, tips.flat
     if block != fruit:
         check_curved(fruit, contact_footprints(fruit, tips))  # before the block is solved
@@ -58,7 +60,9 @@ def _split(fruit: Fruit, tips: Tips, method: str, tolerance: float) -> FruitComp
     Raises InputError outside its domain.
     """
     if method == "direct":
-        raise fault("contact method", method, "", "split or auto for lines, squares and domes", "auto fits every scene")
+        raise validation_error(
+            "contact method", method, "", "split or auto for lines, squares and domes", "auto fits every scene"
+        )
     try:
         return block_compliance(fruit.equivalent_block, contact_footprints(fruit, tips), tolerance, tips.names)
     except SplitDomainError as outside:

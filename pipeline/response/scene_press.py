@@ -48,7 +48,7 @@ class ScenePress:
 
 def scene_of(design: Design, ahead: Sequence[float] = ()) -> Scene:
     """Return the scene of contact of a design; `ahead` is how far each tip stands before the others [mm]."""
-    return Scene(fruit=design.fruit, tips=design.tips, press=design.press, ahead_mm=tuple(ahead))
+    return Scene(fruit=design.fruit, tips=design.tips, press=design.press, height_offset_mm=tuple(ahead))
 
 
 def refuse_unsolvable(design: Design) -> None:
@@ -76,8 +76,8 @@ def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequ
         tilted=()
         if scene.linear or scene.press.strain == "large"
         else _tilted(scene, contact, C, moduli[[0, len(moduli) // 2, -1]]),
-        ahead=scene.ahead_mm,
-        level=scene.linear and not any(scene.ahead_mm),
+        ahead=scene.height_offset_mm,
+        level=scene.linear and not any(scene.height_offset_mm),
     )
 
 

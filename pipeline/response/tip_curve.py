@@ -1,7 +1,7 @@
 """The force of one tip at large strain, solved once for each shape of tip, flesh and depth and then kept."""
 
 from cad.design.parameters import Design
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.storage.cache import cached
 from solve.contact.large_response import check_large_strain, round_tip
 from solve.contact.scene import Scene
@@ -24,7 +24,7 @@ def tip_curve(scene: Scene) -> ForceCurve:
             f"at most {curve.reached * side:.3g} mm = {curve.reached:.3g} tip sides for press.strain = 'large', the "
             "deepest equilibrium that was found"
         )
-        raise fault(
+        raise validation_error(
             "press.travel_mm", travel, "mm", bound, "press less deep, take wider tips or press.strain = 'linear'"
         )
     return curve
@@ -34,5 +34,5 @@ def refuse_large_strain(design: Design) -> None:
     """Raise InputError where a design asks for large strain in a scene that it is not solved for; solves nothing."""
     if design.reading is not None:
         bound = "'linear' beside [reading], whose poses are tilted"
-        raise fault("press.strain", "large", "", bound, "drop one of them")
+        raise validation_error("press.strain", "large", "", bound, "drop one of them")
     check_large_strain(Scene(fruit=design.fruit, tips=design.tips, press=design.press))

@@ -137,7 +137,7 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     return tuple(Estimate(sign * sag, error * sag, "mm") for sag, error in rows)
 
 
-def tip_leads(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
+def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
     """Return how far each tip stands before the foremost one by the weight of its parts [mm]; none where all are level.
 
     The foremost tips are at 0, the others below, in the order of the layout.
@@ -151,7 +151,7 @@ def tip_leads(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
 
 def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSprings) -> ScenePress:
     """Return the presses of the springs as they are made, whose tips their weight may set off level."""
-    return press_scene(design, contact, springs.C, tip_leads(springs, design.press.attitude))
+    return press_scene(design, contact, springs.C, tip_height_offsets(springs, design.press.attitude))
 
 
 def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:

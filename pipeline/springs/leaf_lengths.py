@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.parts.housing import Housing
-from cad.quantity import fault
+from cad.quantity import validation_error
 from cad.theory.leaf_spring import Flexure
 from pipeline.springs.mesh_pairs import COARSE, MeshPair, mesh_pairs_for
 from pipeline.springs.solve_memo import FittedHousing, SolveMemo
@@ -107,7 +107,7 @@ def _with_length(name: str, flexure: Flexure, length: float, K: float) -> Flexur
     if not length > 2.0 * flexure.fillet:
         bound = f"greater than 2 fillets = {2.0 * flexure.fillet:g} mm to reach {1e3 * K:.6g} N/m"
         key = f"flexures.{name}.length"
-        raise fault(key, length, "mm", bound, "choose another process or other targets")
+        raise validation_error(key, length, "mm", bound, "choose another process or other targets")
     return dataclasses.replace(flexure, length=length)
 
 

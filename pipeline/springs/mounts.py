@@ -5,13 +5,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from solve.housing.clamped_half import HOLES, SIDES, Attached, HeldHalf, clamped_half, with_layers
+
 from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.pin_socket import STEEL_MPA
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.foils import bonded_foils
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
-from solve.housing.held_half import HOLES, SIDES, Attached, HeldHalf, held_half, with_layers
 from solve.housing.stiffness import stiffness_of
 
 # The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher. tests/reference/test_mounts.py
@@ -65,7 +66,7 @@ def coarse_half(housing: Housing, E: float, poisson: float) -> HeldHalf:
 
     Stiffness in other mounts and modes both start from it. Raises SolveError.
     """
-    return held_half(flexure_mesh(housing, MOUNT_SCALE), E, poisson, attached_to(housing))
+    return clamped_half(flexure_mesh(housing, MOUNT_SCALE), E, poisson, attached_to(housing))
 
 
 def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:

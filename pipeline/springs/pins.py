@@ -7,7 +7,7 @@ import numpy as np
 
 from cad.parts.housing import Housing
 from cad.parts.pin_socket import pin_compliance
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.springs.leaf_lengths import TOLERANCE, fit_lengths
 from pipeline.springs.solve_memo import FittedHousing
 from pipeline.storage.modeller.modeller import Modeller
@@ -39,7 +39,7 @@ def targets_without_pins(housing: Housing, targets: Sequence[float], E: float, p
             bound = f"less than {1.0 / give:.4g} N/mm, the stiffness of a pin in its foot"
             remedy = "choose tips.socket = 'none' or other targets"
             key = f"flexures.{arm.name}.stiffness"
-            raise fault(key, K, "N/mm", bound, remedy)
+            raise validation_error(key, K, "N/mm", bound, remedy)
     return tuple(K / (1.0 - give * K) for K in targets)
 
 

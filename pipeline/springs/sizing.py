@@ -6,7 +6,7 @@ from functools import partial
 from typing import Literal
 
 from cad.design.parameters import Design
-from cad.quantity import fault
+from cad.quantity import validation_error
 from cad.theory.two_spring_law import Springs, curve_nonlinearity, hayes_stiffness, size_springs, spring_give
 from pipeline.options import RunOptions
 from pipeline.response.scene_press import curve_moduli, pressed_at, scene_of
@@ -60,7 +60,9 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     springs = _springs(design, K_m_max, ratio)
     if design.press.strain == "large" and not design.springs.given:
         if by_hayes:
-            raise fault("--fruit-stiffness", "hayes", "", "contact at large strain", "leave it out, or give springs")
+            raise validation_error(
+                "--fruit-stiffness", "hayes", "", "contact at large strain", "leave it out, or give springs"
+            )
         law = partial(size_springs, K_m_max=K_m_max, stiffness_ratio=ratio)
         springs = _at_large_strain(design, of_tips, law, springs)
     return SpringSizing(
@@ -81,7 +83,7 @@ def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
         return Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
     if targets.P_max <= ratio:
         bound = f"greater than {ratio:.4g}, the ratio of the fruit under the two tips"
-        raise fault("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
+        raise validation_error("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
     return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio)
 
 
@@ -109,4 +111,4 @@ def _at_large_strain(
             break
     bound = "one that springs meet at large strain"
     remedy = "ask for another NL or press less deep, or take press.strain = 'linear'"
-    raise fault("targets.NL", targets.NL, "1", bound, remedy)
+    raise validation_error("targets.NL", targets.NL, "1", bound, remedy)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 from pipeline.storage.belongings import REPORT, foreign_files, is_whole, keep_aside, own_files
 from pipeline.storage.interruption import hold
 
@@ -101,7 +101,7 @@ def _refuse_unlisted(folder: Path) -> None:
 
 
 def _refused(folder: Path, bound: str, remedy: str) -> OutputError:
-    return OutputError(str(fault("--out", str(folder), "", bound, remedy)))
+    return OutputError(str(validation_error("--out", str(folder), "", bound, remedy)))
 
 
 def _usable(path: Path) -> Path:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 
 _OR_FORCE = "choose another name, or add --force"
 
@@ -25,11 +25,13 @@ def refuse_existing(files: Sequence[NewFile], *, force: bool = False) -> None:
     for place, file in enumerate(files):
         shown = str(file.path)
         if file.path.exists() and not force:
-            raise fault(file.flag, shown, "", "a file that is not there yet", _OR_FORCE)
+            raise validation_error(file.flag, shown, "", "a file that is not there yet", _OR_FORCE)
         if file.path.is_dir() or not file.path.parent.is_dir():
-            raise fault(file.flag, shown, "", "a file in a folder that is there", "choose another place")
+            raise validation_error(file.flag, shown, "", "a file in a folder that is there", "choose another place")
         if file.path.resolve() in [other.path.resolve() for other in files[:place]]:
-            raise fault(file.flag, shown, "", "another file than that of the other flag", "choose another name")
+            raise validation_error(
+                file.flag, shown, "", "another file than that of the other flag", "choose another name"
+            )
 
 
 def write_all_new(files: Sequence[NewFile], *, force: bool = False) -> None:
@@ -52,7 +54,7 @@ def write_new(path: Path, text: str, flag: str, *, force: bool = False, remedy: 
             path.touch(exist_ok=False)  # claims the name: of two writers only one gets past this
         part.replace(path)
     except FileExistsError as error:
-        raise fault(flag, str(path), "", "a file that is not there yet", remedy) from error
+        raise validation_error(flag, str(path), "", "a file that is not there yet", remedy) from error
     except OSError as error:
         raise _not_writable(path, flag, error) from error
     finally:
@@ -65,7 +67,7 @@ def refuse_unwritable(path: Path, flag: str, remedy: str = _OR_FORCE) -> None:
     part = _part(path)
     try:
         if os.path.lexists(path):
-            raise fault(flag, str(path), "", "a file that is not there yet", remedy)
+            raise validation_error(flag, str(path), "", "a file that is not there yet", remedy)
         part.touch()
         part.unlink()
     except OSError as error:
@@ -78,4 +80,4 @@ def _part(path: Path) -> Path:
 
 def _not_writable(path: Path, flag: str, error: OSError) -> InputError:
     bound = f"a place that can be written ({error.strerror})"
-    return fault(flag, str(path), "", bound, "choose another place")
+    return validation_error(flag, str(path), "", bound, "choose another place")

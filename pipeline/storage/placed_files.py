@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 from pipeline.storage.belongings import REPORT, keep_aside
 from pipeline.storage.seal import has_seal, sealed
 
@@ -22,7 +22,7 @@ def refuse_taken(folder: Path, names: Iterable[str], flag: str, *, file: Path | 
     if has_seal(folder / REPORT):
         where = "that is not the output folder of a run" if file is None else "outside the output folder of a run"
         remedy = f"name another {noun} with {flag}: the next run would refuse a folder with other files in it"
-        raise fault(flag, str(file or folder), "", f"a {noun} {where}", remedy)
+        raise validation_error(flag, str(file or folder), "", f"a {noun} {where}", remedy)
     for name in names:
         path = folder / name
         if os.path.lexists(path) and not has_seal(path):
@@ -34,9 +34,9 @@ def _taken(path: Path, flag: str, file: Path | None) -> InputError:
     keep = "move this file away, or keep it as NAME.bak with --force"
     if file is not None:
         bound = "a new file, or an unchanged one of this command"
-        return fault(flag, str(file), "", bound, f"name another file with {flag}, {keep}")
+        return validation_error(flag, str(file), "", bound, f"name another file with {flag}, {keep}")
     bound = f"a folder where only unchanged files of this command are replaced, and its {path.name!r} is none"
-    return fault(flag, str(path.parent), "", bound, f"name another folder with {flag}, {keep}")
+    return validation_error(flag, str(path.parent), "", bound, f"name another folder with {flag}, {keep}")
 
 
 def place_file(path: Path, content: bytes, flag: str, *, force: bool = False) -> Path:
@@ -90,4 +90,4 @@ def _replaced(new: Path, place: Path, before: Path, *, force: bool) -> bool:
 def _not_writable(folder: Path, flag: str, file: Path | None, error: OSError) -> InputError:
     noun = "folder" if file is None else "file"
     bound = f"a {noun} that can be written ({error.strerror})"
-    return fault(flag, str(file or folder), "", bound, f"name another {noun} with {flag}")
+    return validation_error(flag, str(file or folder), "", bound, f"name another {noun} with {flag}")

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 from pipeline.storage.belongings import keep_aside
 from pipeline.storage.plain import Plain
 from pipeline.storage.seal import file_digest, is_regular
@@ -60,7 +60,7 @@ def export_table(store: StudyStore, study: Study, path: Path, *, force: bool = F
         part.replace(path)
     except OSError as error:
         bound = f"a file that can be written ({error.strerror})"
-        raise fault(FLAG, str(path), "", bound, "name another one") from error
+        raise validation_error(FLAG, str(path), "", bound, "name another one") from error
     finally:
         if part.exists():
             part.unlink()
@@ -74,7 +74,7 @@ def refuse_export(path: Path, folder: Path, *, force: bool = False) -> None:
     """
     _refuse_kind(path)
     if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
-        raise fault(FLAG, str(path), "", "a file in a folder that is there", "make that folder first")
+        raise validation_error(FLAG, str(path), "", "a file in a folder that is there", "make that folder first")
     if force or not os.path.lexists(path):
         return
     if not (folder / STORE).is_file():
@@ -86,10 +86,10 @@ def refuse_export(path: Path, folder: Path, *, force: bool = False) -> None:
 
 def _refuse_kind(path: Path) -> None:
     if path.suffix not in KINDS:
-        raise fault(FLAG, path.name, "", "a file of kind .csv or .parquet", "change its ending")
+        raise validation_error(FLAG, path.name, "", "a file of kind .csv or .parquet", "change its ending")
     if path.suffix == ".parquet" and find_spec("pyarrow") is None:
         remedy = "install it with: pip install 'twintip[study]', or export .csv"
-        raise fault(FLAG, path.name, "", "written with the package pyarrow", remedy)
+        raise validation_error(FLAG, path.name, "", "written with the package pyarrow", remedy)
 
 
 def _is_own(path: Path, exports: Plain) -> bool:
@@ -99,7 +99,7 @@ def _is_own(path: Path, exports: Plain) -> bool:
 
 def _taken(path: Path) -> InputError:
     bound = "a new file, or the unchanged table of this study"
-    return fault(FLAG, str(path), "", bound, "name another one, or keep this one as NAME.bak with --force")
+    return validation_error(FLAG, str(path), "", bound, "name another one, or keep this one as NAME.bak with --force")
 
 
 def _write_csv(path: Path, table: _Table) -> None:

@@ -8,7 +8,7 @@ from scipy.stats import qmc
 
 from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.storage.plain import Plain
 from pipeline.study.levels.printed import PRINTED_KEYS
 from pipeline.study.study_file import MOST_POINTS, Study
@@ -34,10 +34,12 @@ def point_count(study: Study) -> int:
     if study.how == "sensitivity":
         return study.samples * (len(study.vary) + 2)
     if study.how == "search":
-        raise fault("how", study.how, "", "sobol, grid or points for a study", "run it with: pipeline optimise")
+        raise validation_error(
+            "how", study.how, "", "sobol, grid or points for a study", "run it with: pipeline optimise"
+        )
     count = math.prod(len(varied.grid()) for varied in study.vary.values())
     if count > MOST_POINTS:
-        raise fault("vary", count, "points", f"at most {MOST_POINTS}", "take fewer steps")
+        raise validation_error("vary", count, "points", f"at most {MOST_POINTS}", "take fewer steps")
     return count
 
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 from pipeline.study.variation import Choices, Variation, setting_of_cell
 
 Row = tuple[str, ...]
@@ -13,17 +13,21 @@ def read_rows(path: Path) -> tuple[Row, tuple[Row, ...]]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise fault("points", path.name, "", "a CSV file beside the study file", "check the name") from error
+        raise validation_error("points", path.name, "", "a CSV file beside the study file", "check the name") from error
     rows = [tuple(cell.strip() for cell in line.split(",")) for line in lines if line.strip()]
     if len(rows) < 2:  # noqa: PLR2004 - a header and a point
-        raise fault("points", path.name, "", "a header of keys and at least one row", "the file has no points")
+        raise validation_error(
+            "points", path.name, "", "a header of keys and at least one row", "the file has no points"
+        )
     repeated = [key for key in rows[0] if rows[0].count(key) > 1]
     if repeated:
-        raise fault("points", repeated[0], "", "in the header once", f"leave one of its columns out of {path.name}")
+        raise validation_error(
+            "points", repeated[0], "", "in the header once", f"leave one of its columns out of {path.name}"
+        )
     for number, row in enumerate(rows[1:], 2):
         if len(row) != len(rows[0]):
             name, bound = f"points row {number}", f"as many cells as the header has, {len(rows[0])}"
-            raise fault(name, len(row), "", bound, "mend that row")
+            raise validation_error(name, len(row), "", bound, "mend that row")
     return rows[0], tuple(rows[1:])
 
 

@@ -10,7 +10,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.storage.plain import Plain
 from pipeline.study.study_facts import plain_json, refuse_other, study_facts
 from pipeline.study.study_file import Study
@@ -125,7 +125,7 @@ class StudyStore:
             except json.JSONDecodeError as error:
                 bound = f"as the study wrote it into {self.path}, and it is no JSON ({error})"
                 remedy = "delete its row and run the same command again"
-                raise fault("point", row[0], "", bound, remedy) from error
+                raise validation_error("point", row[0], "", bound, remedy) from error
             yield result
 
 
@@ -178,7 +178,7 @@ def stored_study(folder: Path) -> Iterator[StudyStore]:
     """Open the store of a study for reading; raises InputError where there is none, or another file of this name."""
     path = folder / STORE
     if not path.is_file():
-        raise fault("study store", str(path), "", "an existing file", "run the study first")
+        raise validation_error("study store", str(path), "", "an existing file", "run the study first")
     with _opened(path) as connection:
         _refuse_foreign(connection, path)
         yield StudyStore(connection, path)
@@ -193,7 +193,7 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     except sqlite3.DatabaseError as error:
         code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without the details of an extended code
         bound, remedy = _REASONS.get(code, ("a whole SQLite file that can be read and written", "name another --out"))
-        raise fault("study store", str(path), "", f"{bound} ({error})", remedy) from error
+        raise validation_error("study store", str(path), "", f"{bound} ({error})", remedy) from error
 
 
 def _refuse_foreign(connection: sqlite3.Connection, path: Path) -> None:
@@ -207,19 +207,21 @@ def _refuse_foreign(connection: sqlite3.Connection, path: Path) -> None:
         if schema is None or schema == _SCHEMA:
             return
     bound = f"empty or the store of a study of schema {_SCHEMA}, and it is another database"
-    raise fault("study store", str(path), "", bound, "name another --out")
+    raise validation_error("study store", str(path), "", bound, "name another --out")
 
 
 def _make(folder: Path) -> None:
     try:
         if folder.exists() and not folder.is_dir():
-            raise fault("--out", str(folder), "", "a folder, and it is a file", "name another folder")
+            raise validation_error("--out", str(folder), "", "a folder, and it is a file", "name another folder")
         if folder.is_dir() and not (folder / STORE).exists() and {path.name for path in folder.iterdir()} - {_LOCK}:
-            raise fault("--out", str(folder), "", "new, empty or the folder of this study", "name another folder")
+            raise validation_error(
+                "--out", str(folder), "", "new, empty or the folder of this study", "name another folder"
+            )
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         bound = f"a folder that can be written ({error.strerror})"
-        raise fault("--out", str(folder), "", bound, "name another folder") from error
+        raise validation_error("--out", str(folder), "", bound, "name another folder") from error
 
 
 @contextmanager
@@ -230,7 +232,9 @@ def _locked(folder: Path) -> Iterator[None]:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
         os.close(handle)
-        raise fault("--out", str(folder), "", "a study that no other run writes", "wait for that run") from error
+        raise validation_error(
+            "--out", str(folder), "", "a study that no other run writes", "wait for that run"
+        ) from error
     try:
         yield
     finally:

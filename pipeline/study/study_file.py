@@ -11,7 +11,7 @@ from typing import Any, Literal
 from cad.design.design_file import TABLE_TYPES, design_from_mapping, overridden, read_design, with_process_file
 from cad.design.parameters import TABLES
 from cad.design.tips import Tips
-from cad.quantity import InputError, fault, nearest
+from cad.quantity import InputError, nearest, validation_error
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
 from pipeline.storage.plain import Plain
 from pipeline.study.file_values import real_at, refuse_unknown_keys, text_at, texts, whole_at
@@ -51,7 +51,7 @@ class Goal:
         refuse_unknown("optimise.minimise", (self.minimise,))
         refuse_unknown("optimise.under", verdict_keys(self))
         if self.evaluations < 1:
-            raise fault("optimise.evaluations", self.evaluations, "", "at least 1", "600 is the default")
+            raise validation_error("optimise.evaluations", self.evaluations, "", "at least 1", "600 is the default")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,32 +108,42 @@ class Study:
 
     def _check_keys(self) -> None:
         if not self.wanted:
-            raise fault("wanted", "[]", "", "a list of keys of report.json", "for instance springs.K_l_N_per_m")
+            raise validation_error(
+                "wanted", "[]", "", "a list of keys of report.json", "for instance springs.K_l_N_per_m"
+            )
         for key in self.wanted:
             if not key.replace(".", "").replace("_", "").isalnum():
-                raise fault("wanted", key, "", "letters, digits, _ and dots", "write it as in report.json")
+                raise validation_error("wanted", key, "", "letters, digits, _ and dots", "write it as in report.json")
         refuse_unknown("wanted", self.wanted)
         if not self.vary:
-            raise fault("vary", "{}", "", "a table of at least one key", "name a key of the design file under [vary]")
+            raise validation_error(
+                "vary", "{}", "", "a table of at least one key", "name a key of the design file under [vary]"
+            )
         for key in self.vary:
             _check_design_key(key)
             if key in PRINTED_KEYS and self.level != "contact":
                 bound = f"contact where {key} varies: the springs of a print follow the beam law"
-                raise fault("level", self.level, "", bound, "ask for keys of that level")
+                raise validation_error("level", self.level, "", bound, "ask for keys of that level")
 
     def _check_numbers(self) -> None:
         if self.how == "sobol" and not 0 < self.samples <= MOST_POINTS:
-            raise fault("samples", self.samples, "", f"at least 1 and at most {MOST_POINTS}", "say how many points")
+            raise validation_error(
+                "samples", self.samples, "", f"at least 1 and at most {MOST_POINTS}", "say how many points"
+            )
         power_of_two = 1 < self.samples <= MOST_POINTS and self.samples & (self.samples - 1) == 0
         if self.how == "sensitivity" and not power_of_two:
             bound = f"a power of 2, at least 2 and at most {MOST_POINTS}"
-            raise fault("samples", self.samples, "", bound, "there are this many times the keys and two more points")
+            raise validation_error(
+                "samples", self.samples, "", bound, "there are this many times the keys and two more points"
+            )
         if self.seed < 0:
-            raise fault("seed", self.seed, "", "at least 0", "any whole number will do")
+            raise validation_error("seed", self.seed, "", "at least 0", "any whole number will do")
         if not TOLERANCES.hold(self.tol):
-            raise fault("tol", self.tol, "1", str(TOLERANCES), f"the default is {DEFAULT_TOLERANCE:g}")
+            raise validation_error("tol", self.tol, "1", str(TOLERANCES), f"the default is {DEFAULT_TOLERANCE:g}")
         if not (math.isfinite(self.audit) and 0.0 <= self.audit <= 1.0):
-            raise fault("audit", self.audit, "1", "from 0 to 1", "0.001 solves one point in a thousand in full")
+            raise validation_error(
+                "audit", self.audit, "1", "from 0 to 1", "0.001 solves one point in a thousand in full"
+            )
 
 
 def read_study(path: Path) -> Study:
@@ -201,7 +211,7 @@ def _base(data: Mapping[str, Any], folder: Path) -> Plain:
 def _goal(given: object) -> Goal:
     known = tuple(item.name for item in fields(Goal))
     if not isinstance(given, Mapping):
-        raise fault("optimise", str(given), "", "a table", "write [optimise] and its keys below it")
+        raise validation_error("optimise", str(given), "", "a table", "write [optimise] and its keys below it")
     refuse_unknown_keys(given, known, table="optimise.")
     under = tuple(texts("optimise.under", given.get("under", Goal.under)))
     return Goal(
@@ -217,14 +227,14 @@ def _as_text(key: str, value: object) -> str:
         return json.dumps(value, allow_nan=False)
     except (TypeError, ValueError) as error:
         name, bound = f"set {key}", "a finite number, a list, a truth value or text"
-        raise fault(name, str(value), "", bound, "mend that value") from error
+        raise validation_error(name, str(value), "", bound, "mend that value") from error
 
 
 def _flat(name: str, data: Mapping[str, Any]) -> dict[str, object]:
     """Return a table of a study file whose keys are `table.key`, quoted or not, by these names."""
     given = data.get(name, {})
     if not isinstance(given, Mapping):
-        raise fault(name, str(given), "", "a table", f"write [{name}] and the keys below it")
+        raise validation_error(name, str(given), "", "a table", f"write [{name}] and the keys below it")
     found: dict[str, object] = {}
     for key, value in given.items():
         if key in TABLES and isinstance(value, Mapping):
@@ -245,4 +255,4 @@ def _check_design_key(key: str) -> None:
 def _check_word(name: str, value: object, known: tuple[str, ...]) -> None:
     if value not in known:
         bound = f"one of {', '.join(known)}"
-        raise fault(name, str(value), "", bound, f"did you mean {nearest(str(value), known)}?")
+        raise validation_error(name, str(value), "", bound, f"did you mean {nearest(str(value), known)}?")

@@ -8,7 +8,7 @@ from typing import Any
 
 from scipy.special import ndtri
 
-from cad.quantity import InputError, as_float, fault
+from cad.quantity import InputError, as_float, validation_error
 from pipeline.study.file_values import refuse_unknown_keys
 
 Setting = float | int | str | bool | tuple[float, ...]
@@ -36,11 +36,11 @@ class Span:
         """Refuse ends that leave nothing between them, and steps that are none."""
         if not (math.isfinite(self.start) and math.isfinite(self.end) and self.start < self.end):
             bound = f"greater than from = {self.start:g}"
-            raise fault("to", self.end, "", bound, "an empty range has no points")
+            raise validation_error("to", self.end, "", bound, "an empty range has no points")
         if self.log and self.start <= 0.0:
-            raise fault("from", self.start, "", "greater than 0 with log = true", "leave log out")
+            raise validation_error("from", self.start, "", "greater than 0 with log = true", "leave log out")
         if self.steps is not None and not 1 < self.steps <= _MOST_STEPS:
-            raise fault("steps", self.steps, "", f"at least 2 and at most {_MOST_STEPS}", "count both ends")
+            raise validation_error("steps", self.steps, "", f"at least 2 and at most {_MOST_STEPS}", "count both ends")
 
     def at(self, share: float) -> float:
         """Return the number that a share [1] of the span, or of the distribution, lies below [unit of the key]."""
@@ -57,7 +57,9 @@ class Span:
     def grid(self) -> tuple[Setting, ...]:
         """Return the numbers of a grid [unit of the key]; raises InputError where no steps were given."""
         if self.steps is None:
-            raise fault("steps", None, "", "given with how = 'grid'", "say how many values to take, both ends counted")
+            raise validation_error(
+                "steps", None, "", "given with how = 'grid'", "say how many values to take, both ends counted"
+            )
         return tuple(self.at(i / (self.steps - 1)) for i in range(self.steps))
 
 
@@ -70,7 +72,7 @@ class Choices:
     def __post_init__(self) -> None:
         """Refuse an empty list."""
         if not self.values:
-            raise fault("values", "[]", "", "a list of at least one", "an empty list has no points")
+            raise validation_error("values", "[]", "", "a list of at least one", "an empty list has no points")
 
     def at(self, share: float) -> Setting:
         """Return the value that a share [1] from 0 to 1 falls on [unit of the key]."""
@@ -92,7 +94,9 @@ class Normal:
     def __post_init__(self) -> None:
         """Refuse a deviation that is none."""
         if not (math.isfinite(self.mean) and 0.0 < self.sd < math.inf):
-            raise fault("sd", self.sd, "", "greater than 0 and finite", "give one value in place of no scatter")
+            raise validation_error(
+                "sd", self.sd, "", "greater than 0 and finite", "give one value in place of no scatter"
+            )
 
     def at(self, share: float) -> float:
         """Return the number that a share [1] of the distribution lies below [unit of the key]."""
@@ -100,7 +104,9 @@ class Normal:
 
     def grid(self) -> tuple[Setting, ...]:
         """Raise InputError: a distribution has no grid."""
-        raise fault("how", "grid", "", "sobol where a key has a distribution", "set how = 'sobol' and samples")
+        raise validation_error(
+            "how", "grid", "", "sobol where a key has a distribution", "set how = 'sobol' and samples"
+        )
 
 
 Variation = Span | Choices | Normal
@@ -114,7 +120,9 @@ def setting_of(value: object) -> Setting:
         return value
     if isinstance(value, list) and value and all(_is_finite(number) for number in value):
         return tuple(value)
-    raise fault("value", str(value), "", "a finite number, a list of such, a truth value or text", "mend that value")
+    raise validation_error(
+        "value", str(value), "", "a finite number, a list of such, a truth value or text", "mend that value"
+    )
 
 
 def setting_of_cell(cell: str) -> Setting:
@@ -147,7 +155,9 @@ def _variation(given: object) -> Variation:
     if isinstance(given, list):
         return Choices(values=tuple(setting_of(value) for value in given))
     if not isinstance(given, Mapping):
-        raise fault("value", str(given), "", "a list, or a table with from and to, or with mean and sd", "see the docs")
+        raise validation_error(
+            "value", str(given), "", "a list, or a table with from and to, or with mean and sd", "see the docs"
+        )
     refuse_unknown_keys(given, _KEYS)
     if "mean" in given or "sd" in given:
         return Normal(mean=_number(given, "mean"), sd=_number(given, "sd"), source=_source(given))
@@ -157,11 +167,11 @@ def _variation(given: object) -> Variation:
 def _span(given: Mapping[str, Any]) -> Span:
     kind, steps, log = given.get("distribution"), given.get("steps"), given.get("log", False)
     if kind not in (None, "uniform"):
-        raise fault("distribution", str(kind), "", "uniform", "a normal one is given by mean and sd")
+        raise validation_error("distribution", str(kind), "", "uniform", "a normal one is given by mean and sd")
     if not isinstance(log, bool):
-        raise fault("log", str(log), "", "true or false", "true spaces the values by equal ratios")
+        raise validation_error("log", str(log), "", "true or false", "true spaces the values by equal ratios")
     if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int)):
-        raise fault("steps", str(steps), "", "a whole number", "count both ends")
+        raise validation_error("steps", str(steps), "", "a whole number", "count both ends")
     source = _source(given) if kind else None
     return Span(start=_number(given, "from"), end=_number(given, "to"), steps=steps, log=log, source=source)
 
@@ -169,12 +179,12 @@ def _span(given: Mapping[str, Any]) -> Span:
 def _number(given: Mapping[str, Any], word: str) -> float:
     value = given.get(word)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise fault(word, value, "", "a number", "give from and to, or mean and sd")
+        raise validation_error(word, value, "", "a number", "give from and to, or mean and sd")
     return float(value)
 
 
 def _source(given: Mapping[str, Any]) -> str:
     source = given.get("source")
     if not isinstance(source, str) or not source.strip():
-        raise fault("source", source, "", "given with a distribution", "say where its numbers are from")
+        raise validation_error("source", source, "", "given with a distribution", "say where its numbers are from")
     return source

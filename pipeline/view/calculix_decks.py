@@ -6,7 +6,7 @@ import numpy as np
 
 from cad.design.parameters import Design
 from cad.parts.fruit import fruit_half, fruit_quarter
-from cad.quantity import fault
+from cad.quantity import validation_error
 from mesh.fruit import fruit_mesh
 from mesh.housing.sweep import flexure_mesh
 from pipeline.decks.scenes import HEXAHEDRA, contact_deck, flexure_deck
@@ -33,7 +33,7 @@ def write_decks(folder: Path, target: Path, *, force: bool = False) -> list[Path
     files = {name: text.encode("ascii") for name, text in decks.items() if text is not None}
     if not files:
         bound = "a design with a housing, or with a pair of flat square tips on a block"
-        raise fault("DIR", str(folder), "", bound, "run such a design")
+        raise validation_error("DIR", str(folder), "", bound, "run such a design")
     return place_files(target, files, FLAG, force=force)
 
 

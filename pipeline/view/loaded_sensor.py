@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cad.design.processes import Process
 from cad.parts.housing import Housing
-from cad.quantity import fault
+from cad.quantity import validation_error
 from mesh.housing.sweep import flexure_mesh
 from pipeline.report.fields import field_arrays
 from pipeline.report.stored import StoredReport, StoredResponse
@@ -64,7 +64,9 @@ def loaded_housing(housing: Housing, process: Process) -> LoadedHousing:
 def housing_of(report: StoredReport, folder: Path) -> LoadedHousing:
     """Return the housing of a folder's report with its unit loads; raises InputError where it has none, SolveError."""
     if report.housing is None:
-        raise fault("DIR", str(folder), "", "an output folder with a housing", "run a design that can be made")
+        raise validation_error(
+            "DIR", str(folder), "", "an output folder with a housing", "run a design that can be made"
+        )
     return loaded_housing(report.housing, report.design.process)
 
 
@@ -92,7 +94,9 @@ def _spring_compliance(report: StoredReport, folder: Path) -> Floats:
     stiffness = {name: spring.stiffness_N_per_m for name, spring in report.springs.items()}
     own = [stiffness.get(tip.spring) for tip in report.tips]
     if None in own:
-        raise fault("DIR", str(folder), "", "an output folder with springs that are made", "run one that can be made")
+        raise validation_error(
+            "DIR", str(folder), "", "an output folder with springs that are made", "run one that can be made"
+        )
     return np.diag([1e3 / (K or 1.0) for K in own])
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pyvista as pv
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.report.stored import StoredReport, read_report
 from pipeline.storage.placed_files import place_files, refuse_taken
 from pipeline.view.printed_part import draw_printed_part
@@ -52,7 +52,7 @@ def pictures(folder: Path) -> list[Picture]:
         shown.append(Picture(name="response", draw=partial(draw_response_chart, report=report)))
     if not shown:
         bound = "an output folder with a housing.stl, a .vtu file or a response to show"
-        raise fault("DIR", str(folder), "", bound, "write one with pipeline run")
+        raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run")
     return shown
 
 
@@ -70,7 +70,9 @@ def read_mesh(path: Path) -> Any:  # noqa: ANN401 - a PyVista data set
     """Return what a file holds; raises InputError when it holds nothing."""
     data = pv.read(path)
     if not getattr(data, "n_cells", 0):
-        raise fault("file", str(path), "", "a mesh with at least one cell", "write it again with pipeline run")
+        raise validation_error(
+            "file", str(path), "", "a mesh with at least one cell", "write it again with pipeline run"
+        )
     return data
 
 

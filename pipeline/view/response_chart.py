@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.report.stored import StoredReport
 from pipeline.view.scenes.stage import ACCENT, picture_size
 
@@ -63,5 +63,5 @@ def force_ratios(report: StoredReport) -> tuple[list[float], list[float]]:
     known = [(row.E_MPa, row.last_P) for row in report.response]
     E, P = [E for E, P in known if P is not None], [P for _, P in known if P is not None]
     if not E:
-        raise fault("report.json", "response", "", "a P at one modulus at least", "press deeper or level")
+        raise validation_error("report.json", "response", "", "a P at one modulus at least", "press deeper or level")
     return E, P

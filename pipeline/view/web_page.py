@@ -23,7 +23,7 @@ from trame_vtk.modules.vtk.serializers import (
 )
 from trame_vtk.tools.vtksz2html import HTML_VIEWER_PATH
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.report.stored import read_report
 from pipeline.storage.placed_files import place_file, refuse_taken
 from pipeline.view.pictures import draw_without_display, field_scenes
@@ -63,7 +63,9 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     foreign file is there and `force` does not keep it as NAME.bak.
     """
     if path.suffix != ".html":
-        raise fault(FLAG, str(path), "", "a file name that ends in .html", f"write {path.with_suffix('.html').name}")
+        raise validation_error(
+            FLAG, str(path), "", "a file name that ends in .html", f"write {path.with_suffix('.html').name}"
+        )
     if not force:
         refuse_taken(path.parent, [path.name], FLAG, file=path)
     return place_file(path, web_page(folder), FLAG, force=force)
@@ -76,7 +78,7 @@ def web_page(folder: Path) -> bytes:
     scenes = [asdict(scene) for scene in _web_scenes(folder)]
     if not scenes:
         bound = "an output folder with a housing, or with fields"
-        raise fault("DIR", str(folder), "", bound, "write one with pipeline run --fields")
+        raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run --fields")
     templates = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=select_autoescape(["j2"]))
     page = templates.get_template(_TEMPLATE).render(
         name=name,

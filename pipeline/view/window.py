@@ -6,7 +6,7 @@ from typing import Any
 
 import pyvista as pv
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.view.pictures import SIZE, Picture
 
 Plotter = Any  # a PyVista plotter: its decorated methods have no types that strict mode takes
@@ -17,7 +17,7 @@ _COLUMNS = 3
 def show_pictures(shown: list[Picture], name: str) -> None:
     """Show pictures in one window until it is closed; raises InputError where no window can open."""
     if sys.platform == "linux" and not os.environ.get("DISPLAY") and not os.environ.get("WAYLAND_DISPLAY"):
-        raise fault("display", None, "", "one that can open a window", "write pictures instead: --png DIR")
+        raise validation_error("display", None, "", "one that can open a window", "write pictures instead: --png DIR")
     window_of(shown, name).show()
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.contact.linear_response import SensorResponse, TipKinds, response_of_forces
 from solve.contact.scene import Scene
@@ -43,7 +43,7 @@ def check_large_strain(scene: Scene) -> FleshLaw:
     level = scene.press.tilt_deg == 0.0 and scene.press.roll_deg == 0.0
     if not (level and scene.fruit.shape == "block" and scene.tips.shape in ("cube", "cylinder")):
         bound = "'linear' but for level cubes or cylinders on a block"
-        raise fault("press.strain", "large", "", bound, "press level with flat tips, or take 'linear'")
+        raise validation_error("press.strain", "large", "", bound, "press level with flat tips, or take 'linear'")
     return FleshLaw(poisson=scene.fruit.poisson)
 
 

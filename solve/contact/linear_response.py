@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
 
@@ -59,7 +59,7 @@ def spring_compliance(*stiffnesses: float) -> Floats:
 def travels(travel_mm: float, count: int) -> Floats:
     """Return `count` equal steps of travel that end at travel_mm [mm], shape (count,); 0 is left out."""
     if count < 1:
-        raise fault("count", count, "", "at least 1", "ask for at least one travel")
+        raise validation_error("count", count, "", "at least 1", "ask for at least one travel")
     return travel_mm * np.arange(1, count + 1) / count
 
 

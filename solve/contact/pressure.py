@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.contact.scene import Scene
 from solve.contact.scene_cells import interference, scene_cells
@@ -37,7 +37,7 @@ def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: 
     Raises InputError where the scene is too steep or outside the domain of contact, SolveError when a solve fails.
     """
     if not E > 0.0:
-        raise fault("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
+        raise validation_error("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
     _, grid = scene_cells(scene, compliance, x)
     springs = E * np.asarray(C, dtype=np.float64)
     state = UnilateralContact(grid.cells).solve(interference(scene, grid, x), springs + grid.compliance_correction)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.contact.domes.law import domes_on
 from solve.contact.linear_response import SensorResponse, TipKinds, linear_response, response_of_forces
@@ -92,7 +92,9 @@ def _check_face(scene: Scene, needed: float) -> None:
     """Raise InputError where a contact needs a wider face [mm] than the domes have."""
     if needed > scene.tips.side_mm:
         bound = f"at least {needed:.3g} mm, or the contact runs off the face of a dome"
-        raise fault("tips.side_mm", scene.tips.side_mm, "mm", bound, "widen the face, or press more level or less deep")
+        raise validation_error(
+            "tips.side_mm", scene.tips.side_mm, "mm", bound, "widen the face, or press more level or less deep"
+        )
 
 
 def _dome_status(scene: Scene) -> str:

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
-from cad.quantity import fault
+from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.contact.gap import cube_gap, cylinder_gap, dome_gap, sphere_gap
 from solve.fruit.skin import cap_gap, cap_slope
@@ -26,16 +26,16 @@ STEEPEST_DEG = 20.0
 class Scene:
     """The fruit, the tips on it and how they are pressed.
 
-    `ahead_mm` is how far springs that hang through let each tip stand before the level plane of the sensor, at most 0:
-    the foremost tip touches first; no entries stand for tips that are level. What tips stand out by design is in
-    `tips`, and travel counts from where such tips touch. `off_centre_mm` is where the sensor was set down, along and
+    `height_offset_mm` is how far springs that hang through let each tip stand before the level plane of the sensor, at
+    most 0: the foremost tip touches first; no entries stand for tips that are level. What tips stand out by design is
+    in `tips`, and travel counts from where such tips touch. `off_centre_mm` is where the sensor was set down, along and
     across, from where it belongs on the fruit.
     """
 
     fruit: Fruit
     tips: Tips
     press: Press
-    ahead_mm: tuple[float, ...] = ()
+    height_offset_mm: tuple[float, ...] = ()
     off_centre_mm: Place = (0.0, 0.0)
 
     @property
@@ -58,8 +58,8 @@ class Scene:
     @property
     def ahead(self) -> tuple[float, ...]:
         """Return how far each tip stands before the level plane of the sensor, by design and by its spring [mm]."""
-        springs = self.ahead_mm or (0.0,) * len(self.tips.ahead_mm)
-        return tuple(built + spring for built, spring in zip(self.tips.ahead_mm, springs, strict=True))
+        springs = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
+        return tuple(built + spring for built, spring in zip(self.tips.height_offset_mm, springs, strict=True))
 
     @property
     def slopes_deg(self) -> tuple[float, ...]:
@@ -107,7 +107,7 @@ class Scene:
     @property
     def first_touch_mm(self) -> float:
         """Return the gap at which a level sensor first touches, from the plane at the apex [mm]."""
-        gaps = zip(self.centres, self.tips.ahead_mm, strict=True)
+        gaps = zip(self.centres, self.tips.height_offset_mm, strict=True)
         least = self._dome_gap if self._on_sphere else self._least_gap
         return min(least(centre) - ahead for centre, ahead in gaps)
 
@@ -153,7 +153,7 @@ def check_scene(scene: Scene) -> None:
             f"with slopes of the fruit of {joined(scene.slopes_deg)} deg"
         )
         remedy = "press more level, or nearer to the apex"
-        raise fault("press.tilt_deg", scene.press.tilt_deg, "deg", bound, remedy)
+        raise validation_error("press.tilt_deg", scene.press.tilt_deg, "deg", bound, remedy)
 
 
 def joined(values: tuple[float, ...]) -> str:

@@ -18,7 +18,7 @@ import numpy as np
 from skfem import CellBasis, ElementHex2, MeshHex2
 
 from cad.design.fruit import Fruit
-from cad.quantity import fault
+from cad.quantity import validation_error
 from cad.theory.sloped_skin import log_coefficient, slope_factor, stretch_factor
 from mesh.cells import cell_slopes, determinant
 from solve.arrays import Floats
@@ -110,8 +110,10 @@ def shape_change(
     Raises SolveError when a solve is not exact.
     """
     loads = smooth_loads(fruit, footprints)
-    fine, dofs = bent_change(fruit, footprints, loads, steps, along_normals)
-    coarse, _ = bent_change(fruit, footprints, loads, replace(steps, share=COARSER * steps.share), along_normals)
+    fine, dofs = curvature_correction(fruit, footprints, loads, steps, along_normals)
+    coarse, _ = curvature_correction(
+        fruit, footprints, loads, replace(steps, share=COARSER * steps.share), along_normals
+    )
     sharper, bound = _sharper(fruit, footprints, loads, along_normals)
     return ShapeChange(fine + sharper, fine - coarse, bound, dofs)
 
@@ -123,15 +125,15 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     for name, value in (("fruit.radius_mm", radius), ("fruit.radius_across_mm", fruit.radius_across_mm or radius)):
         if value < least:
             bound = f"at least {LEAST_RADIUS:g} sides of a tip = {least:g} mm"
-            raise fault(name, value, "mm", bound, "take smaller tips")
+            raise validation_error(name, value, "mm", bound, "take smaller tips")
     if fruit.whole and fruit.depth_mm > THICKEST * radius:
         bound = f"at most {THICKEST:g} fruit.radius_mm = {THICKEST * radius:g} mm for a whole fruit"
-        raise fault(fruit.depth_key, fruit.depth_mm, "mm", bound, "let it stand on a wider base")
+        raise validation_error(fruit.depth_key, fruit.depth_mm, "mm", bound, "let it stand on a wider base")
     shape = CurvedShape(fruit, core_of(smooth_loads(fruit, footprints)))
     for footprint in footprints:
         if not shape.slope(footprint.x, footprint.y) <= STEEPEST:
             bound = f"where the skin falls by at most {math.degrees(math.atan(STEEPEST)):.0f} deg"
-            raise fault("centre of a tip, x", footprint.x, "mm", bound, NEARER)
+            raise validation_error("centre of a tip, x", footprint.x, "mm", bound, NEARER)
     if fruit.whole:
         _check_cap(shape)
 
@@ -140,7 +142,7 @@ def _check_cap(shape: CurvedShape) -> None:
     for axis, core, cap in zip(("x", "y"), shape.core, shape.cap, strict=True):
         if core > OUTERMOST * cap:
             bound, name = f"at most {OUTERMOST * cap:.3g} mm on this whole fruit", f"reach of the tips along {axis}"
-            raise fault(name, core, "mm", bound, NEARER)
+            raise validation_error(name, core, "mm", bound, NEARER)
 
 
 def core_of(loads: Sequence[SmoothLoad]) -> tuple[float, float]:
@@ -178,7 +180,7 @@ def _sharper_tip(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_normals: 
     return sloped + log_coefficient(fruit.poisson, slope) * curvature * logarithm, bound
 
 
-def bent_change(
+def curvature_correction(
     fruit: Fruit,
     footprints: Sequence[Footprint],
     loads: Sequence[SmoothLoad],

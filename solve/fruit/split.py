@@ -15,7 +15,7 @@ import numpy as np
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.quantity import fault
+from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
 from solve.fruit.box import Grading, Lines, block_lines
@@ -111,7 +111,7 @@ def block_compliance(
     """
     start = time.perf_counter()
     if not tolerance > 0.0:
-        raise fault("tolerance", tolerance, "", "above 0", "0.001 is the default")
+        raise validation_error("tolerance", tolerance, "", "above 0", "0.001 is the default")
     check_domain(fruit, footprints)
     limit = max(tolerance, LARGEST_ERROR)
     solved, (pair, own) = _best_level(fruit, footprints, tolerance, limit)

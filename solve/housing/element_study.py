@@ -19,7 +19,7 @@ from skfem import (
     MeshHex2,
 )
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.housing.stiffness import SPRINGS, tip_face, tip_stiffnesses
@@ -91,7 +91,7 @@ def straightened(mesh: MeshHex2) -> MeshHex2:
 def element_basis(mesh: Mesh, choice: str) -> CellBasis:
     """Return the displacement basis of a choice of element; raises InputError for an unknown one."""
     if choice not in CHOICES:
-        raise fault("element", choice, "", f"one of {', '.join(CHOICES)}", "choose one of these")
+        raise validation_error("element", choice, "", f"one of {', '.join(CHOICES)}", "choose one of these")
     element, order = CHOICES[choice]
     return vector_basis(mesh, element(), order)
 

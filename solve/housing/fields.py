@@ -7,7 +7,7 @@ from skfem import ElementHexS2, Mesh
 
 from solve.arrays import Floats, Ints
 from solve.elasticity import stress, vector_basis
-from solve.housing.held_half import REDUCED, Attached
+from solve.housing.clamped_half import REDUCED, Attached
 from solve.housing.nodal_strain import nodal_strain
 from solve.housing.stiffness import SPRINGS, displacements, leaf_faces
 from solve.nodal_fields import NodalFields

@@ -14,7 +14,7 @@ from skfem import CellBasis, Mesh
 from solve.arrays import Floats
 from solve.displacement_basis import scalar_shapes
 from solve.elasticity import scattered
-from solve.housing.held_half import ACROSS, PRESS, Attached, HeldHalf, held_half, with_symmetry
+from solve.housing.clamped_half import ACROSS, PRESS, Attached, HeldHalf, clamped_half, with_symmetry
 from solve.housing.stiffness import SPRINGS, PerTip, stiffness_of, tip_face
 from solve.linear import DIGITS, SolveError
 
@@ -64,7 +64,7 @@ def housing_modes(
     `stiffness` is that of each tip on finer meshes [N/mm]. Both symmetries about the plane y = 0 are solved. Raises
     SolveError when a mode is not exact.
     """
-    return modes_of(held_half(mesh, solid.E, solid.poisson, attached, PRESS), solid, stiffness, springs)
+    return modes_of(clamped_half(mesh, solid.E, solid.poisson, attached, PRESS), solid, stiffness, springs)
 
 
 def modes_of(half: HeldHalf, solid: Solid, stiffness: PerTip, springs: Sequence[str] = SPRINGS) -> Modes:

@@ -4,7 +4,7 @@ import numpy as np
 from skfem import CellBasis
 
 from solve.arrays import Floats
-from solve.housing.held_half import POINTS, WEIGHTS
+from solve.housing.clamped_half import POINTS, WEIGHTS
 from solve.surface import surface_patches
 
 # Values at two Gauss points of an edge, continued in a straight line to its ends.

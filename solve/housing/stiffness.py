@@ -16,7 +16,7 @@ from skfem import CellBasis, Mesh
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
 from solve.housing.bonded_foil import bridge_strains
-from solve.housing.held_half import (
+from solve.housing.clamped_half import (
     ACROSS,
     PRESS,
     Attached,
@@ -24,9 +24,9 @@ from solve.housing.held_half import (
     HeldHalf,
     check_names,
     check_tips,
+    clamped_half,
     face_mean,
     foils_of,
-    held_half,
     weight_load,
 )
 from solve.housing.root_strain import largest_strain
@@ -238,7 +238,7 @@ def _half_and_means(
 ) -> tuple[HeldHalf, Floats]:
     """Return the half in its mount, and the means over the tips' faces (dofs, tips); 0.5 of one is 1 N on the whole."""
     check_names(mesh, [*map(tip_face, springs), *map(leaf_faces, springs)])
-    half = held_half(mesh, E, poisson, attached, direction)
+    half = clamped_half(mesh, E, poisson, attached, direction)
     return half, _means(half.basis, springs, direction)
 
 

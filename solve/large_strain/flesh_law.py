@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from cad.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON, FleshLawName
 from solve.arrays import Floats
 from solve.elasticity import lame_parameters
@@ -34,10 +34,10 @@ class FleshLaw:
     def __post_init__(self) -> None:
         """Check the name and Poisson's ratio."""
         if self.name not in FLESH_LAWS:
-            raise fault("name", self.name, "", f"one of {', '.join(FLESH_LAWS)}", "take neo-hooke")
+            raise validation_error("name", self.name, "", f"one of {', '.join(FLESH_LAWS)}", "take neo-hooke")
         if not 0.0 <= self.poisson <= LARGEST_POISSON:
             remedy = "large strain is solved there only; take press.strain = 'linear'"
-            raise fault("fruit.poisson", self.poisson, "", f"from 0 to {LARGEST_POISSON:g}", remedy)
+            raise validation_error("fruit.poisson", self.poisson, "", f"from 0 to {LARGEST_POISSON:g}", remedy)
 
     @property
     def lame(self) -> tuple[float, float]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from cad.theory.hertz import force_factor
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
@@ -76,7 +76,9 @@ class ForceCurve:
         deepest = float(np.max(depth, initial=0.0))
         if deepest > self.reached * (1.0 + 1e-9):
             bound = f"at most {self.reached:.3g} tip sides, the deepest equilibrium that was found"
-            raise fault("depth", deepest, "tip sides", bound, "press less deep, or take wider or rounder tips")
+            raise validation_error(
+                "depth", deepest, "tip sides", bound, "press less deep, or take wider or rounder tips"
+            )
 
 
 def force_curve(tip: TipProfile, law: FleshLaw, deepest: float, *, slides: bool = False) -> ForceCurve:
@@ -147,10 +149,10 @@ def _curve(press: TipPress, coarse: PressedForces, fine: PressedForces, count: i
 
 def _check_depth(tip: TipProfile, deepest: float) -> None:
     if not deepest > 0.0:
-        raise fault("deepest", deepest, "tip sides", "greater than 0", "ask for the depth of the press")
+        raise validation_error("deepest", deepest, "tip sides", "greater than 0", "ask for the depth of the press")
     if isinstance(tip, Dome) and deepest > tip.deepest:
         bound = f"at most {tip.deepest:.3g} tip sides, where contact leaves the fine elements"
-        raise fault(
+        raise validation_error(
             "deepest", deepest, "tip sides", bound, "press less deep, or give the dome a larger radius of contact"
         )
 
@@ -158,10 +160,14 @@ def _check_depth(tip: TipProfile, deepest: float) -> None:
 def _check_grip(tip: TipProfile, *, slides: bool) -> None:
     """Refuse what a node by node contact does not resolve: a sharp edge that slides, a dome that grips."""
     if isinstance(tip, Dome) and not slides:
-        raise fault("slides", slides, "", "True for a dome", "where a dome grips depends on how it came there")
+        raise validation_error(
+            "slides", slides, "", "True for a dome", "where a dome grips depends on how it came there"
+        )
     if slides and not isinstance(tip, Dome) and tip.edge < LEAST_SLIDING_EDGE * tip.radius:
         bound = f"at least {LEAST_SLIDING_EDGE * tip.radius:.3g} tip sides where the tip slides"
-        raise fault("edge", tip.edge, "tip sides", bound, "flesh folds round a sharp edge that slides: round it")
+        raise validation_error(
+            "edge", tip.edge, "tip sides", bound, "flesh folds round a sharp edge that slides: round it"
+        )
 
 
 def _factors(press: TipPress, found: PressedForces, count: int, body: float) -> tuple[Floats, Floats]:

@@ -21,6 +21,7 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from bench.sparse_solvers import AS_USED, LOADS, REPEATS, SolverRow  # noqa: E402
+from solve.housing.clamped_half import clamped_half  # noqa: E402
 
 from cad.design.parameters import Design  # noqa: E402
 from mesh.housing.sweep import flexure_mesh  # noqa: E402
@@ -32,7 +33,6 @@ from solve.elasticity import stiffness_matrix, vector_basis  # noqa: E402
 from solve.fruit.box import block_lines, box_mesh  # noqa: E402
 from solve.fruit.remainder import VOLUME_ORDER, mirror_dofs  # noqa: E402
 from solve.fruit.split import LEVELS  # noqa: E402
-from solve.housing.held_half import held_half  # noqa: E402
 from solve.linear import factorised  # noqa: E402
 
 WORKER = Path(__file__).with_name("sparse_solvers.py")
@@ -63,7 +63,7 @@ fruit's 27-node bricks first."""
 def matrices() -> Iterator[tuple[str, csc_matrix]]:
     """Yield the name and the matrix of each solve of the default design."""
     for scale in (1.0, 2.0, MOUNT_SCALE):
-        half = held_half(flexure_mesh(HOUSING, scale), E_MPA, POISSON, attached_to(HOUSING))
+        half = clamped_half(flexure_mesh(HOUSING, scale), E_MPA, POISSON, attached_to(HOUSING))
         yield f"Flexures, mesh of scale {scale:g}", half.factor.block
     yield "Fruit, remainder of the half-space", _remainder()
 

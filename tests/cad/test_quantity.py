@@ -3,7 +3,7 @@ import math
 
 import pytest
 
-from cad.quantity import Bounds, InputError, as_float, check_fields, choice, fault, quantity
+from cad.quantity import Bounds, InputError, as_float, check_fields, choice, quantity, validation_error
 
 
 @dataclasses.dataclass(frozen=True)
@@ -91,7 +91,10 @@ def test_value_just_beyond_a_bound_does_not_read_as_the_bound():
 
 
 def test_fault_leaves_out_the_unit_one():
-    assert str(fault("NL", 0.5, "1", "less than 0.5", "write 0.05")) == "NL = 0.5: must be less than 0.5; write 0.05"
+    assert (
+        str(validation_error("NL", 0.5, "1", "less than 0.5", "write 0.05"))
+        == "NL = 0.5: must be less than 0.5; write 0.05"
+    )
     assert issubclass(InputError, ValueError)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.bench.command.bare_work import BareWork
 from pipeline.bench.resources import ONE_THREAD, resource_usage
 from pipeline.bench.table import Sheet, record_sheet
@@ -56,7 +56,7 @@ def bare_works(pictures: int, root: str) -> list[BareWork]:
     for ended in (imports, usage):
         if ended.exit_code:
             bound = f"0; it says: {ended.last_line}"
-            raise fault(MODULE, f"exit code {ended.exit_code}", "", bound, "run pipeline doctor")
+            raise validation_error(MODULE, f"exit code {ended.exit_code}", "", bound, "run pipeline doctor")
     of_imports = BareWork(stage="imports", cpu=imports.cpu, what=f"python -c '{LIBRARIES}'")
     return [of_imports, *(BareWork(**work) for work in json.loads(usage.out))]
 

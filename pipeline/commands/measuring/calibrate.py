@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from cad.quantity import InputError
 from cad.verdict import all_passed
-from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, complain, print_json
+from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_error, print_json
 
 if TYPE_CHECKING:
     from pipeline.measure.calibrating.calibration import Calibration
@@ -68,7 +68,7 @@ def _calibrate(arguments: Namespace) -> int:
         unit = replace(found.unit, classes=arguments.classes)
         write_new(arguments.out, unit_as_toml(unit), "--out", force=arguments.force)
     for assumed in found.assumed:
-        complain(f"note: {assumed}")
+        print_error(f"note: {assumed}")
     with answering():
         if arguments.json:
             print_json(_as_mapping(found))

@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, print_json
 
 if TYPE_CHECKING:
@@ -78,9 +78,9 @@ def _refuse_plot(path: Path | None) -> None:
     if path is None:
         return
     if path.suffix.lower() not in PLOT_KINDS:
-        raise fault("--plot", str(path), "", f"a file that ends in {' or '.join(PLOT_KINDS)}", "rename it")
+        raise validation_error("--plot", str(path), "", f"a file that ends in {' or '.join(PLOT_KINDS)}", "rename it")
     if path.is_dir():
-        raise fault("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
+        raise validation_error("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
 
 
 def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
@@ -125,4 +125,6 @@ def _strains(text: str) -> tuple[float, ...]:
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError as error:
-        raise fault("--strain", text, "%", "numbers parted by commas", "write for instance --strain 5,2,10") from error
+        raise validation_error(
+            "--strain", text, "%", "numbers parted by commas", "write for instance --strain 5,2,10"
+        ) from error

@@ -5,8 +5,8 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import fault
-from pipeline.commands.console import FAILED, PASSED, answering, complain, print_json
+from cad.quantity import validation_error
+from pipeline.commands.console import FAILED, PASSED, answering, print_error, print_json
 
 if TYPE_CHECKING:
     from pipeline.measure.unit.fruit_reading import FruitReading
@@ -37,7 +37,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Read, or write firmware; return 1 where forces tell no modulus, else 0. Files are written last."""
     if arguments.forces is not None and arguments.signal is not None:
-        raise fault("--forces", arguments.forces, "", f"left out beside {arguments.signal}", "read one of the two")
+        raise validation_error(
+            "--forces", arguments.forces, "", f"left out beside {arguments.signal}", "read one of the two"
+        )
     sensor = _sensor(arguments)
     firmware = _firmware(arguments, sensor)
     outcome = PASSED
@@ -45,7 +47,7 @@ def execute(arguments: Namespace) -> int:
         _tell_assumptions(arguments, sensor)
         outcome = _read_signal(arguments, sensor) if arguments.forces is None else _read_forces(arguments, sensor)
     elif not firmware:
-        raise fault("FILE.csv", None, "", "a file, - or left out beside --forces", "say what to read")
+        raise validation_error("FILE.csv", None, "", "a file, - or left out beside --forces", "say what to read")
     if firmware:
         _write(firmware, arguments)
     return outcome
@@ -55,13 +57,13 @@ def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
     from pipeline.measure.unit.measuring import LAW_OF_FLESH
 
     if not sensor.report.moduli:
-        complain(
+        print_error(
             "note: the design has no [reading]; the uncertainty holds for level presses in the middle of the fruit"
         )
     if sensor.deep is not None:
-        complain(f"note: {LAW_OF_FLESH}")
+        print_error(f"note: {LAW_OF_FLESH}")
     if arguments.unit is None:
-        complain("note: no --unit; springs as designed, as uncertain as their process prints them")
+        print_error("note: no --unit; springs as designed, as uncertain as their process prints them")
 
 
 def _sensor(arguments: Namespace) -> "MeasuringUnit":
@@ -109,7 +111,9 @@ def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     refuse_bad_forces(sensor, forces)
     reading = reading_of(sensor, forces)
     if sensor.law is None:
-        complain("note: one reading of a pair is its force ratio, right only for a level press; read a press instead")
+        print_error(
+            "note: one reading of a pair is its force ratio, right only for a level press; read a press instead"
+        )
     with answering():
         if arguments.json:
             print_json(reading_as_mapping(reading))
@@ -129,7 +133,7 @@ def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     with opened_signal(arguments.signal) as stream:
         signal = Signal(stream, arguments.signal, len(sensor.report.tips))
         for assumed in signal.columns.assumed:
-            complain(f"note: {assumed}")
+            print_error(f"note: {assumed}")
         for reading in readings_of(sensor, signal, every_sample=arguments.each):
             told = told or reading.E is not None
             if arguments.json:

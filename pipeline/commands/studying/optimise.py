@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 from pipeline.commands.studying.study import add_engine_flags, refuse_two_engines
 from pipeline.storage.interruption import interruptible
@@ -38,7 +38,9 @@ def execute(arguments: Namespace) -> int:
 
     study = read_study(arguments.file)
     if study.how != "search":
-        raise fault("how", study.how, "", "search, with [optimise] in the file", "leave samples and points out")
+        raise validation_error(
+            "how", study.how, "", "search, with [optimise] in the file", "leave samples and points out"
+        )
     refuse_two_engines(arguments)
     folder, force = arguments.out or Path("outputs") / study.name, arguments.force
     refuse_occupied(folder, force=force)

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 from pipeline.storage.interruption import interruptible
 
@@ -97,7 +97,7 @@ def _refuse_outputs(table: Path | None, page: Path | None, folder: Path, *, forc
 def refuse_two_engines(arguments: Namespace) -> None:
     """Raise InputError where both processes and a scheduler are asked for."""
     if arguments.processes is not None and arguments.scheduler is not None:
-        raise fault(
+        raise validation_error(
             "--processes", arguments.processes, "", "left out beside --scheduler", "the cluster has its workers"
         )
 

@@ -53,7 +53,7 @@ def _targets_met(sensor: MeasuringUnit, design: Design) -> tuple[Verdict, ...]:
     P = equal("P_max", _P_max(sensor, sensor.deep), targets.P_max, P_allowed, unit="1", reference=reference)
     NL = equal("NL", _NL(sensor, sensor.deep), targets.NL, NL_TOLERANCE, unit="1", reference=reference)
     # One curve serves every modulus: NL is judged, as in a run, with a curve that is off alike at every depth.
-    bent, shifted = ((), ()) if sensor.deep is None else (sensor.deep.nudged(), [(sensor.deep.off_alike(), 1.0)])
+    bent, shifted = ((), ()) if sensor.deep is None else (sensor.deep.perturbed(), [(sensor.deep.off_alike(), 1.0)])
     on_P = _with_error(P, P_allowed, _open_springs(sensor, _P_max), _open_curve(sensor, _P_max, bent))
     on_NL = _with_error(NL, NL_TOLERANCE, _open_springs(sensor, _NL), _open_curve(sensor, _NL, shifted))
     return replace(on_P, tolerance=P_TOLERANCE, relative=True), on_NL

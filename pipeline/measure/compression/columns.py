@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
-from cad.quantity import fault, nearest
+from cad.quantity import nearest, validation_error
 
 Kind = Literal["force", "travel", "time"]
 
@@ -75,7 +75,7 @@ def unit_of(kind: Kind, text: str, name: str = "") -> str:
     if len(alike) == 1 and spelled.lower() != "mn":
         return alike[0]
     remedy = f"did you mean {nearest(plain, [*known])}?"
-    raise fault(name or f"unit of the {kind}", plain, "", f"one of {', '.join(known)}", remedy)
+    raise validation_error(name or f"unit of the {kind}", plain, "", f"one of {', '.join(known)}", remedy)
 
 
 def given_units(force: str | None, travel: str | None) -> dict[Kind, str]:

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 
 _ENCODINGS = ("utf-8-sig", "cp932")
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
@@ -43,12 +43,12 @@ def read_csv_text(path: Path) -> CsvText:
     """Return the rows of a file; raises InputError for one that cannot be read, is empty or is no text."""
     text = _decoded(path)
     if not text.strip():
-        raise fault(str(path), "", "", "a CSV file with a header and numbers, and it is empty", _EXPORT)
+        raise validation_error(str(path), "", "", "a CSV file with a header and numbers, and it is empty", _EXPORT)
     delimiter = _delimiter(text)
     try:
         lines = list(csv.reader(text.splitlines(), delimiter=delimiter))
     except csv.Error as error:
-        raise fault(str(path), str(error), "", "a CSV file", _EXPORT) from error
+        raise validation_error(str(path), str(error), "", "a CSV file", _EXPORT) from error
     rows = tuple(
         Row(line=number, cells=tuple(cell.strip() for cell in cells)) for number, cells in enumerate(lines, start=1)
     )
@@ -64,35 +64,41 @@ def number(text: CsvText, row: Row, column: str, cell: str) -> float:
     """Return the number in a cell [unit of its column]; raises InputError that names file, line and column."""
     place = f"{text.name}, line {row.line}, column {column!r}"
     if not cell:
-        raise fault(place, cell, "", "a number, and the cell is empty", "fill it in, or leave the whole row out")
+        raise validation_error(
+            place, cell, "", "a number, and the cell is empty", "fill it in, or leave the whole row out"
+        )
     plain = cell.replace(",", ".") if text.decimal_comma else cell
     value = float(plain) if _NUMBER.match(plain) else math.nan
     if not math.isfinite(value):
-        raise fault(place, cell, "", "a finite number", "correct it, or leave the row out")
+        raise validation_error(place, cell, "", "a finite number", "correct it, or leave the row out")
     return value
 
 
 def _decoded(path: Path) -> str:
     try:
         if not path.is_file():
-            raise fault("FILE", str(path), "", "an existing CSV file", "check its name")
+            raise validation_error("FILE", str(path), "", "an existing CSV file", "check its name")
         if path.stat().st_size > _LARGEST_BYTES:
-            raise fault(str(path), path.stat().st_size, "bytes", f"at most {_LARGEST_BYTES}", "split it by specimens")
+            raise validation_error(
+                str(path), path.stat().st_size, "bytes", f"at most {_LARGEST_BYTES}", "split it by specimens"
+            )
         content = path.read_bytes()
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise fault("FILE", str(path), "", f"a file that can be read ({reason})", "check its permissions") from error
+        raise validation_error(
+            "FILE", str(path), "", f"a file that can be read ({reason})", "check its permissions"
+        ) from error
     encodings = ("utf-16",) if content.startswith(_UTF_16) else _ENCODINGS
     if len(encodings) > 1 and b"\0" in content:
-        raise fault(str(path), "binary", "", "a text file, CSV", _EXPORT)
+        raise validation_error(str(path), "binary", "", "a text file, CSV", _EXPORT)
     for encoding in encodings:
         try:
             return content.decode(encoding)
         except UnicodeDecodeError:
             continue
-    raise fault(str(path), "bytes", "", "text in UTF-8, UTF-16 or Shift JIS (cp932)", "save it as UTF-8")
+    raise validation_error(str(path), "bytes", "", "text in UTF-8, UTF-16 or Shift JIS (cp932)", "save it as UTF-8")
 
 
 def _delimiter(text: str) -> str:
@@ -114,10 +120,10 @@ def _has_decimal_comma(name: str, rows: tuple[Row, ...]) -> bool:
         if "." in cell:
             bound = "numbers with one decimal sign, and others of this file have a comma"
             place = f"{name}, line {row.line}"
-            raise fault(place, cell, "", bound, "export it with one decimal sign")
+            raise validation_error(place, cell, "", bound, "export it with one decimal sign")
     if all(_THOUSANDS.match(cell) for _, cell in commas):
         row, cell = commas[0]
         bound = "a number whose comma is surely decimal, and all of this file may part thousands"
         place = f"{name}, line {row.line}"
-        raise fault(place, cell, "", bound, "export it with a decimal point")
+        raise validation_error(place, cell, "", bound, "export it with a decimal point")
     return True

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 from pipeline.measure.compression.columns import Kind
 from pipeline.measure.compression.loading import Loading, noise_of
 from pipeline.measure.compression.specimens import Specimen
@@ -47,7 +47,9 @@ def _place(specimen: Specimen, row: int | None = None, kind: Kind = "force") -> 
 
 def _refuse_few(specimen: Specimen, rows: int) -> None:
     if rows < LEAST_ROWS:
-        raise fault(_place(specimen), rows, "rows of load", f"at least {LEAST_ROWS}", "export every point of the test")
+        raise validation_error(
+            _place(specimen), rows, "rows of load", f"at least {LEAST_ROWS}", "export every point of the test"
+        )
 
 
 def _turned(values: Floats) -> Floats:
@@ -60,7 +62,9 @@ def _refuse_backwards_time(specimen: Specimen, time: Floats) -> None:
     if back.size:
         row = int(back[0]) + 1
         bound = f"at least that of the row before, {time[row - 1]:g} s"
-        raise fault(_place(specimen, row, "time"), float(time[row]), "s", bound, "put the rows in order of time")
+        raise validation_error(
+            _place(specimen, row, "time"), float(time[row]), "s", bound, "put the rows in order of time"
+        )
 
 
 def _refuse_wrong_sign(specimen: Specimen, travel: Floats, force: Floats) -> None:
@@ -70,10 +74,14 @@ def _refuse_wrong_sign(specimen: Specimen, travel: Floats, force: Floats) -> Non
         row = int(np.argmin(moved))
         if moved[row] < 0.0 and -moved[row] > moved.max():
             remedy = "with --compression-negative its sign is turned"
-            raise fault(_place(specimen, row, kind), float(values[row]), unit, "rising in compression", remedy)
+            raise validation_error(
+                _place(specimen, row, kind), float(values[row]), unit, "rising in compression", remedy
+            )
         if float(values.max()) == float(values.min()):
             place = _place(specimen, 0, kind)
-            raise fault(place, float(values[0]), unit, "one that rises, and all are alike", "export the whole test")
+            raise validation_error(
+                place, float(values[0]), unit, "one that rises, and all are alike", "export the whole test"
+            )
 
 
 def _refuse_backwards_travel(specimen: Specimen, travel: Floats, force: Floats) -> None:
@@ -88,7 +96,7 @@ def _refuse_backwards_travel(specimen: Specimen, travel: Floats, force: Floats) 
     row = int(back[0])
     bound = "rising up to its largest value: one loading for each table"
     remedy = "cut the table where the plate turns back, or check that the columns are not swapped"
-    raise fault(_place(specimen, row, "travel"), float(travel[row]), "mm", bound, remedy)
+    raise validation_error(_place(specimen, row, "travel"), float(travel[row]), "mm", bound, remedy)
 
 
 def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
@@ -97,7 +105,9 @@ def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
     row = int(np.argmin(force))
     if force[row] < zero - limit:
         bound = f"not below where the force begins, {zero:.3g} N"
-        raise fault(_place(specimen, row, "force"), float(force[row]), "N", bound, "correct it, or leave the row out")
+        raise validation_error(
+            _place(specimen, row, "force"), float(force[row]), "N", bound, "correct it, or leave the row out"
+        )
 
 
 def refuse_concave(specimen: Specimen, curve: Loading) -> None:
@@ -116,4 +126,4 @@ def _swapped(specimen: Specimen) -> InputError:
     shown = f"{specimen.labels['force']} over {specimen.labels['travel']}"
     bound = "a force that rises ever more with the travel, as on a convex fruit"
     remedy = "swap the names of the columns if they are swapped, or cut the table at the failure"
-    return fault(_place(specimen), shown, "", bound, remedy)
+    return validation_error(_place(specimen), shown, "", bound, remedy)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.quantity import LENGTH, Bounds, check_fields, fault, quantity
+from cad.quantity import LENGTH, Bounds, check_fields, quantity, validation_error
 from cad.theory.hertz import equivalent_radius, plate_stiffness
 from pipeline.measure.compression.curve import checked_curve, refuse_concave
 from pipeline.measure.compression.loading import Loading, loading
@@ -108,12 +108,12 @@ def measured_modulus(
     chosen = choose_range(curve, radius, geometry.plates)
     if chosen is None:
         remedy = "check that it is a whole loading, from before the touch on"
-        raise fault(_place(specimen), "curve", "", "one that Hertz's law can be fitted to", remedy)
+        raise validation_error(_place(specimen), "curve", "", "one that Hertz's law can be fitted to", remedy)
     E = (1.0 - geometry.poisson**2) / geometry.stiffness * chosen.factor
     if not PLAUSIBLE.hold(E):
         remedy = "check the units of force and travel, and the radius"
         name = f"{_place(specimen)}: modulus"
-        raise fault(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", remedy)
+        raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", remedy)
     secants, notes = _secants(curve, chosen, geometry)
     return CompressionResult(
         specimen=specimen,
@@ -138,7 +138,7 @@ def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeomet
     if depth > geometry.height_mm:
         name = f"{_place(specimen)}: travel under load"
         bound = f"less than the height of the fruit, {geometry.height_mm:g} mm"
-        raise fault(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
+        raise validation_error(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
 
 
 def _notes(E: float, chosen: RangeFit) -> list[str]:
@@ -163,7 +163,9 @@ def _secants(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> tuple[
     unsure = 100.0 * COVERAGE * chosen.touch_error / geometry.height_mm
     if min(geometry.strains_percent) < unsure:
         bound = f"at least {unsure:.2g} %, within which the first touch is known"
-        raise fault("--strain", min(geometry.strains_percent), "%", bound, "take a larger strain, or a finer curve")
+        raise validation_error(
+            "--strain", min(geometry.strains_percent), "%", bound, "take a larger strain, or a finer curve"
+        )
     notes = []
     if geometry.strains_percent[0] not in within:
         strain = float(f"{last:.2g}") if float(f"{last:.2g}") <= last else last

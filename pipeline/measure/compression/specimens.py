@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.measure.compression.columns import UNITS, Column, Kind, column_of, is_unit, unit_of
 from pipeline.measure.compression.csv_text import CsvText, Row, is_number, number, read_csv_text
 
@@ -60,7 +60,7 @@ def read_specimens(path: Path, units: Mapping[Kind, str]) -> list[Specimen]:
         first = next(row for row in text.rows if not row.empty)
         place = f"{text.name}, line {first.line}"
         bound = "a table whose header names a force and a travel"
-        raise fault(place, text.delimiter.join(first.cells)[:60], "", bound, _EXAMPLE)
+        raise validation_error(place, text.delimiter.join(first.cells)[:60], "", bound, _EXAMPLE)
     return found
 
 
@@ -112,7 +112,7 @@ def _refuse_loose_numbers(text: CsvText, place: int) -> None:
         bound = "a header, or the end of the file, after a blank line"
         remedy = "take the blank line away if no row is missing there"
         where = f"{text.name}, line {below.line}"
-        raise fault(where, text.delimiter.join(below.cells)[:60], "", bound, remedy)
+        raise validation_error(where, text.delimiter.join(below.cells)[:60], "", bound, remedy)
 
 
 def _groups(text: CsvText, table: _Table) -> list[dict[Kind, Column]]:
@@ -127,7 +127,7 @@ def _groups(text: CsvText, table: _Table) -> list[dict[Kind, Column]]:
             place = f"{text.name}, line {table.header.line}"
             shown = ", ".join(column.label for column in group.values())
             bound = "for each specimen one force and one travel"
-            raise fault(place, shown, "", bound, "leave only one column of each in the table")
+            raise validation_error(place, shown, "", bound, "leave only one column of each in the table")
     return groups
 
 
@@ -167,7 +167,9 @@ def _unit(text: CsvText, table: _Table, column: Column, given: Mapping[Kind, str
     stated = unit_of(column.kind, below.strip("()[] "), place) if below else column.unit
     wanted = given.get(column.kind)
     if stated is not None and wanted is not None and stated != wanted:
-        raise fault(place, stated, "", f"the unit that --{column.kind}-unit gives, {wanted}", "leave that flag out")
+        raise validation_error(
+            place, stated, "", f"the unit that --{column.kind}-unit gives, {wanted}", "leave that flag out"
+        )
     return stated or wanted
 
 
@@ -186,7 +188,7 @@ def _long_enough(text: CsvText, table: _Table, row: Row, last: int) -> Row:
         bound = f"{len(table.header.cells)} cells as in the header, and it has {len(row.cells)}"
         remedy = "part cells by semicolons where numbers have decimal commas"
         where = f"{text.name}, line {row.line}"
-        raise fault(where, text.delimiter.join(row.cells)[:60], "", bound, remedy)
+        raise validation_error(where, text.delimiter.join(row.cells)[:60], "", bound, remedy)
     return Row(line=row.line, cells=row.cells + ("",) * (last + 1 - len(row.cells)))
 
 

@@ -48,7 +48,7 @@ class DeepPair:
     factors: tuple[float, ...]
     errors: tuple[float, ...]
 
-    def nudged(self) -> Iterator[tuple["DeepPair", float]]:
+    def perturbed(self) -> Iterator[tuple["DeepPair", float]]:
         """Yield this pair with a slightly larger factor at one depth, and how often that goes into its error bar [1].
 
         A curve may bend within its bars: what all of them move a number by, each as often as it goes into its bar and

@@ -121,7 +121,7 @@ def curve_share(law: DeepPair, samples: Sequence[Sample], E: float) -> float:
 
     A line tells slopes: a curve that bends within its bars moves E farther than one that is off alike everywhere.
     """
-    return math.fsum(times * abs(law.moved(samples, E, other, _EXACT)) for other, times in law.nudged())
+    return math.fsum(times * abs(law.moved(samples, E, other, _EXACT)) for other, times in law.perturbed())
 
 
 def _by_poisson(sensor: MeasuringUnit, law: DeepPair, samples: Sequence[Sample], E: float) -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
 from pipeline.measure.unit.measuring import SAME_DEPTH, MeasuringUnit
 
@@ -27,7 +27,7 @@ def _written(template: str, sensor: MeasuringUnit, number: object) -> str:
     if sensor.deep is not None:
         bound = "'linear' for firmware, which holds the linear law"
         remedy = f"read with pipeline read, or run the design with press.strain=linear and {SAME_DEPTH}"
-        raise fault("press.strain", sensor.design.press.strain, "", bound, remedy)
+        raise validation_error("press.strain", sensor.design.press.strain, "", bound, remedy)
     environment = Environment(
         loader=FileSystemLoader(_TEMPLATES), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE, Reading
-from cad.quantity import fault
+from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw, Matrix, Place, stiffened
 from cad.theory.hertz import contact_radius, relative_curvature
 from pipeline.measure.unit.deep_pair import DeepPair
@@ -38,7 +38,7 @@ class MeasuringUnit:
         design = self.report.design
         if design.press.strain != "linear" and design.tips.layout != "pair":
             bound = f"'linear' where a {design.tips.layout} is calibrated or read"
-            raise fault("press.strain", design.press.strain, "", bound, SAME_DEPTH)
+            raise validation_error("press.strain", design.press.strain, "", bound, SAME_DEPTH)
 
     @property
     def design(self) -> Design:

@@ -12,7 +12,7 @@ from pathlib import Path
 from cad.design.design_file import design_as_toml
 from cad.design.parameters import Design
 from cad.design.reading import Reading
-from cad.quantity import Bounds, InputError, check_fields, fault, quantity
+from cad.quantity import Bounds, InputError, check_fields, quantity, validation_error
 from pipeline.report.stored import StoredReport
 from pipeline.storage.plain import from_plain
 
@@ -49,13 +49,13 @@ class PrintedUnit:
         """Check each field, and that every list has one number for each tip."""
         check_fields(self, "unit")
         if not _PLAIN.fullmatch(self.method):
-            raise fault("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _REMEDY)
+            raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _REMEDY)
         for item in dataclasses.fields(self):
             values = getattr(self, item.name)
             if "bounds" in item.metadata and len(values) != len(self.tips):
                 bound = f"a list of {len(self.tips)} numbers, one for each tip"
                 name = f"unit.{item.name}"
-                raise fault(name, list(values), "", bound, _REMEDY)
+                raise validation_error(name, list(values), "", bound, _REMEDY)
 
     @property
     def stiffnesses(self) -> tuple[float, ...]:
@@ -125,12 +125,14 @@ def read_unit(path: Path, report: StoredReport) -> PrintedUnit:
     names = tuple(tip.name for tip in report.tips)
     if unit.tips != names:
         bound = f"those of the design, {', '.join(names)}"
-        raise fault("unit.tips", ", ".join(unit.tips), "", bound, "take the unit.toml of this design")
+        raise validation_error("unit.tips", ", ".join(unit.tips), "", bound, "take the unit.toml of this design")
     expected = design_digest(report.design)
     if (unit.design, unit.design_sha256) != (report.design.name, expected):
         bound = f"the unit of design {report.design.name!r} as it is in this folder"
         shown = f"{unit.design} {unit.design_sha256[:12]}"
-        raise fault("unit.design", shown, "", bound, f"its digest begins {expected[:12]}; calibrate against it")
+        raise validation_error(
+            "unit.design", shown, "", bound, f"its digest begins {expected[:12]}; calibrate against it"
+        )
     return unit
 
 

@@ -4,7 +4,7 @@ import itertools
 import math
 from dataclasses import dataclass
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 
 _EXAMPLE = "write for instance ripe:0.8,turning:1.6,unripe"
 
@@ -27,12 +27,12 @@ def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
     for part in text.split(","):
         name, colon, limit = part.strip().partition(":")
         if not name or not name.isprintable():
-            raise fault(flag, text, "", "names, each but the last with a limit in MPa", _EXAMPLE)
+            raise validation_error(flag, text, "", "names, each but the last with a limit in MPa", _EXAMPLE)
         names.append(name)
         limits.append(_limit(flag, text, limit) if colon else math.inf)
     rising = all(one < other for one, other in itertools.pairwise(limits))
     if not rising or math.isfinite(limits[-1]):
-        raise fault(flag, text, "", "classes with rising limits in MPa, the last without one", _EXAMPLE)
+        raise validation_error(flag, text, "", "classes with rising limits in MPa, the last without one", _EXAMPLE)
     return RipenessClasses(tuple(names), tuple(limits))
 
 
@@ -42,5 +42,5 @@ def _limit(flag: str, text: str, limit: str) -> float:
     except ValueError:
         value = math.nan
     if not 0.0 < value < math.inf:
-        raise fault(flag, text, "", f"limits in MPa above 0, not {limit!r}", _EXAMPLE)
+        raise validation_error(flag, text, "", f"limits in MPa above 0, not {limit!r}", _EXAMPLE)
     return value

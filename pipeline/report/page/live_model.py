@@ -86,7 +86,7 @@ def live_model(report: StoredReport) -> LiveModel:
         C=np.array(report.read_out.springs_mm_per_N),
         kinds=TipKinds(*tips.kinds),
         along=x - x.mean(),
-        ahead=tips.ahead_mm,
+        ahead=tips.height_offset_mm,
         K_m_over_E=pair.K_m_over_E(),
         stiffness_ratio=pair.stiffness_ratio(),
         contrast=report.read_out.contrast,

@@ -39,14 +39,14 @@ def solids(inputs: Inputs, design: Design, housing: Housing, deflections: tuple[
     return solids_once(inputs, design, housing, deflections, folder)
 
 
-def maker_files(
+def fabrication_files(
     inputs: Inputs, design: Design, process: Process, housing: Housing, springs: "Sequence[Spring]", folder: Path
 ) -> Verdicts:
     """Write the files for fabrication beside housing.stl, return the verdicts on cover and bracket; kept by the inputs.
 
     Raises OSError or ExportError.
     """
-    from pipeline.storage.modeller.maker_files import maker_files_once
+    from pipeline.storage.modeller.fabrication_files import maker_files_once
 
     return maker_files_once(inputs, design, process, housing, springs, folder)
 
@@ -68,7 +68,7 @@ def get_ready() -> None:
 TASKS: dict[str, Callable[..., Any]] = {
     "part_size": part_size,
     "solids": solids,
-    "maker_files": maker_files,
+    "fabrication_files": fabrication_files,
     "pictures": pictures,
 }
 """By name, as they are asked for: whoever asks does not import them."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader
 
 from cad.design.design_file import design_as_toml
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.storage.placed_files import place_files, refuse_taken
 from pipeline.study.answers.point_columns import PointColumns, point_columns
 from pipeline.study.answers.study_plots import MOST_DOTS, MOST_LINES, constants, drawings
@@ -36,9 +36,9 @@ class BestRow:
 def refuse_page(path: Path, folder: Path, *, force: bool = False) -> None:
     """Raise InputError where no page of the study of a folder can be written, before anything is solved."""
     if path.suffix != ".html":
-        raise fault(FLAG, str(path), "", "a file name that ends in .html", "change its ending")
+        raise validation_error(FLAG, str(path), "", "a file name that ends in .html", "change its ending")
     if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
-        raise fault(FLAG, str(path), "", "a file in a folder that is there", "make that folder first")
+        raise validation_error(FLAG, str(path), "", "a file in a folder that is there", "make that folder first")
     if not force:
         refuse_taken(path.parent, [path.name], FLAG)
         designs = folder / _BEST_DESIGNS

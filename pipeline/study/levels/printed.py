@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from cad.design.parameters import Design
-from cad.quantity import as_float, fault
+from cad.quantity import as_float, validation_error
 from cad.theory.leaf_spring import pair_stiffness
 from pipeline.springs.sizing import SpringSizing
 
@@ -36,7 +36,7 @@ def print_miss(settings: Mapping[str, object]) -> PrintMiss:
 def _number(key: str, settings: Mapping[str, object]) -> float:
     value = settings.get(key, 0.0)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise fault(key, str(value), "", "a number", "0 is a print as drawn")
+        raise validation_error(key, str(value), "", "a number", "0 is a print as drawn")
     return as_float(value)
 
 
@@ -49,14 +49,14 @@ def printed_sizing(design: Design, drawn: SpringSizing, miss: PrintMiss) -> Spri
     if miss == AS_DRAWN:
         return drawn
     if design.print.gauges != "none":
-        raise fault("print.gauges", design.print.gauges, "", "none where prints vary", "set it under [set]")
+        raise validation_error("print.gauges", design.print.gauges, "", "none where prints vary", "set it under [set]")
     if miss.E <= -1.0:
-        raise fault(MODULUS, miss.E, "1", "greater than -1", "0.1 is a plastic stiffer by 10 %")
+        raise validation_error(MODULUS, miss.E, "1", "greater than -1", "0.1 is a plastic stiffer by 10 %")
     factors = []
     for thickness in design.process.leaf_thicknesses_mm:
         if thickness + miss.thickness_mm <= 0.0:
             bound = f"greater than -{thickness:g} mm, the whole leaf"
-            raise fault(THICKNESS, miss.thickness_mm, "mm", bound, "a print misses by some hundredths")
+            raise validation_error(THICKNESS, miss.thickness_mm, "mm", bound, "a print misses by some hundredths")
         thicker = pair_stiffness(1.0 + miss.E, 1.0, thickness + miss.thickness_mm, 1.0)
         factors.append(thicker / pair_stiffness(1.0, 1.0, thickness, 1.0))
     return replace(drawn, springs=drawn.springs.scaled(factors))

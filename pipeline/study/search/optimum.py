@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import Bounds, differential_evolution
 
 from cad.design.parameters import Design
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 from pipeline.study.levels.printed import PRINTED_KEYS
 from pipeline.study.points import Point, design_of, point_at
 from pipeline.study.store import STORE, StudyStore, study_store
@@ -67,10 +67,10 @@ def search(study: Study, folder: Path, engine: Engine, progress: Progress | None
     """
     for key, varied in study.vary.items():
         if not isinstance(varied, Span):
-            raise fault(key, type(varied).__name__, "", "a span, from and to", "an optimum lies in a span")
+            raise validation_error(key, type(varied).__name__, "", "a span, from and to", "an optimum lies in a span")
         if key in PRINTED_KEYS:
             bound = "a key of the design: nobody chooses by how much a print misses its drawing"
-            raise fault("vary", key, "", bound, "vary it in a study")
+            raise validation_error("vary", key, "", bound, "vary it in a study")
     if not (folder / STORE).exists():
         _refuse_no_number(study)
     with study_store(folder, study) as store:
@@ -85,7 +85,7 @@ def _refuse_no_number(study: Study) -> None:
     value = own.values.get(study.goal.minimise)
     if value is not None and not _is_number(value):
         bound = f"a key whose value is a number, and that of the base is {value!r}"
-        raise fault("optimise.minimise", study.goal.minimise, "", bound, "name another key of report.json")
+        raise validation_error("optimise.minimise", study.goal.minimise, "", bound, "name another key of report.json")
 
 
 def _is_number(value: object) -> TypeGuard[float]:

@@ -7,7 +7,7 @@ from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from cad.quantity import InputError, fault
+from cad.quantity import InputError, validation_error
 from pipeline.storage.cache import code_digest
 from pipeline.study.workers.engine import Engine
 
@@ -36,14 +36,14 @@ def cluster_engine(address: str) -> Iterator[Engine]:
         from distributed.scheduler import KilledWorker
     except ImportError as error:
         remedy = "install it with: pip install 'twintip[cluster]'"
-        raise fault("--scheduler", address, "", "used with the package distributed", remedy) from error
+        raise validation_error("--scheduler", address, "", "used with the package distributed", remedy) from error
     for name in _TALKERS:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(address, timeout=_ANSWER_S, set_as_default=False)
     except (OSError, ValueError, RuntimeError) as error:
         remedy = "start it with dask scheduler, and check the address"
-        raise fault("--scheduler", address, "", "the address of a scheduler that answers", remedy) from error
+        raise validation_error("--scheduler", address, "", "the address of a scheduler that answers", remedy) from error
     try:
         _refuse_other_code(client, address)
         yield Engine(
@@ -70,9 +70,11 @@ def _refuse_other_code(client: "Client", address: str) -> None:
         raise InputError(msg) from error
     except TimeoutError as error:
         bound = f"one whose workers answer within {_CODE_S} s"
-        raise fault("--scheduler", address, "", bound, "end the workers that hang, then start new ones") from error
+        raise validation_error(
+            "--scheduler", address, "", bound, "end the workers that hang, then start new ones"
+        ) from error
     if not digests:
-        raise fault("--scheduler", address, "", "one with workers", "start some with: dask worker ADDRESS")
+        raise validation_error("--scheduler", address, "", "one with workers", "start some with: dask worker ADDRESS")
     others = [place for place, digest in digests.items() if digest != code_digest()]
     if others:
         msg = f"--scheduler: worker {others[0]} has other code than this machine; install the same version there"
@@ -103,7 +105,7 @@ class _Watch:
             self._without_since = now
         if now - self._without_since > _WITHOUT_WORKERS_S:
             bound = f"one with workers, and it has had none for {_WITHOUT_WORKERS_S:.0f} s"
-            raise fault("--scheduler", self._address, "", bound, _RESUME)
+            raise validation_error("--scheduler", self._address, "", bound, _RESUME)
 
     def _workers(self) -> int:
         """Return how many workers there are; a scheduler that is slow to answer is asked again."""
@@ -125,4 +127,4 @@ class _Watch:
 
     def _gone(self) -> InputError:
         bound = "the address of a scheduler that answers, and it is gone"
-        return fault("--scheduler", self._address, "", bound, _RESUME)
+        return validation_error("--scheduler", self._address, "", bound, _RESUME)

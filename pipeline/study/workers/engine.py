@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.study.workers.pool import ProcessPool, WorkerLostError
 
 Given = TypeVar("Given")
@@ -56,7 +56,9 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
     """
     count = available_cores() if processes is None else processes
     if not 1 <= count <= MOST_PROCESSES:
-        raise fault("--processes", count, "", f"at least 1 and at most {MOST_PROCESSES}", "leave it out for all cores")
+        raise validation_error(
+            "--processes", count, "", f"at least 1 and at most {MOST_PROCESSES}", "leave it out for all cores"
+        )
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
     try:

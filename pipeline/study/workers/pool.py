@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.failures import FAILURES, sendable
 
 Found = TypeVar("Found")
@@ -77,7 +77,7 @@ class ProcessPool(Executor):
             worker = _Worker()
         except OSError as error:
             bound = f"few enough for this machine to start ({error.strerror})"
-            raise fault("--processes", self._processes, "", bound, "give a smaller number") from error
+            raise validation_error("--processes", self._processes, "", bound, "give a smaller number") from error
         self._alive.add(worker)
         if self._shut.is_set():  # too late to be killed with the others
             worker.kill()

@@ -10,7 +10,7 @@ from cad.theory.sloped_skin import frictionless_press
 from cad.theory.soft_tissue import LARGEST_CHANGE, constitutive_spread, large_strain_factor, no_slip
 from cad.theory.two_spring_law import series_stiffness
 from pipeline.response.scene_press import scene_of
-from pipeline.springs.fitted_springs import tip_leads
+from pipeline.springs.fitted_springs import tip_height_offsets
 from pipeline.verdicts.errors.cause import LEAST_TRAVEL, Cause, Sensor
 
 INCOMPRESSIBLE = 0.5  # Poisson's ratio
@@ -94,7 +94,7 @@ def fruit_and_pose(sensor: Sensor) -> tuple[Cause, ...]:
 
 def _weight(sensor: Sensor) -> tuple[Cause, ...]:
     """Return what the weight of the moving parts does to a sensor that is held sideways when it presses down."""
-    leads = tip_leads(sensor.springs, "down") if sensor.design.press.attitude == "side" else ()
+    leads = tip_height_offsets(sensor.springs, "down") if sensor.design.press.attitude == "side" else ()
     if not leads:
         return ()
     apart = max(leads) - min(leads)

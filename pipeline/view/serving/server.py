@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from cad.quantity import fault
+from cad.quantity import validation_error
 from pipeline.report.stored import read_report
 from pipeline.view.pictures import draw_without_display
 from pipeline.view.serving.application import Application
@@ -60,7 +60,7 @@ async def _until_signal(server: Any, guard: Guard) -> None:  # noqa: ANN401 - of
 def _free_port(host: str, port: int) -> int:
     """Return the port if it can be listened to, a free one for 0; raises InputError."""
     if not 0 <= port <= _LARGEST_PORT:
-        raise fault("--port", port, "", f"0 to {_LARGEST_PORT}", "0, or none given, takes a free one")
+        raise validation_error("--port", port, "", f"0 to {_LARGEST_PORT}", "0, or none given, takes a free one")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         with socket.socket(family) as listening:
@@ -70,7 +70,7 @@ def _free_port(host: str, port: int) -> int:
     except (OSError, UnicodeError, TypeError) as error:  # the last two where a name cannot be one of a host
         reason = error.strerror if isinstance(error, OSError) else "no name that a host can have"
         bound = f"an address of this machine and a port that is free ({reason})"
-        raise fault("--host, --port", f"{host}:{port}", "", bound, "name another") from error
+        raise validation_error("--host, --port", f"{host}:{port}", "", bound, "name another") from error
 
 
 @contextmanager

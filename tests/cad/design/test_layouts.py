@@ -27,7 +27,7 @@ def test_line_has_its_order_and_longer_ends():
     assert LINE.springs == ("low", "high", "low")
     assert LINE.names == ("low_1", "high", "low_2")
     assert LINE.places_mm == ((-2.5, 0.0), (0.0, 0.0), (2.5, 0.0))
-    assert LINE.ahead_mm == (0.0, -0.1, 0.0)
+    assert LINE.height_offset_mm == (0.0, -0.1, 0.0)
     assert Tips(layout="line", order="HLH", spacing_mm=2.5).kinds == ((1,), (0, 2))
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from skfem import ElementHexS2
+from solve.housing.clamped_half import REDUCED
 from squares import square_housing
 from stand_ins import PETG, default_housing
 
@@ -18,7 +19,6 @@ from pipeline.springs.mesh_pairs import COARSE, DEFAULT
 from pipeline.springs.mounts import MOUNT_SCALE, attached_to, coarse_half, mount_changes, mount_layers
 from solve.elasticity import vector_basis
 from solve.housing.elastic_layer import layer_area
-from solve.housing.held_half import REDUCED
 from solve.housing.modes import Solid, housing_modes, modes_of
 from solve.housing.stiffness import housing_stiffness, tip_compliance
 
@@ -122,5 +122,5 @@ def test_mounts_and_modes_share_one_factorisation(monkeypatch):
     housing, solid, K = mounted("covers"), Solid(E=MATERIAL[0], poisson=MATERIAL[1], density=1.27), (0.9, 20.8)
     mount_changes(housing, *MATERIAL)
     own = housing_modes(flexure_mesh(housing, MOUNT_SCALE), solid, K, attached_to(housing))
-    monkeypatch.setattr(mounts, "held_half", None)
+    monkeypatch.setattr(mounts, "clamped_half", None)
     assert modes_of(coarse_half(housing, *MATERIAL), solid, K) == own

@@ -10,7 +10,7 @@ from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.parts.housing import Arm, Housing
 from mesh.housing.sweep import flexure_mesh
-from pipeline.springs.fitted_springs import tip_leads, weight_sag
+from pipeline.springs.fitted_springs import tip_height_offsets, weight_sag
 from pipeline.springs.mesh_pairs import COARSE
 from pipeline.springs.mounts import attached_to
 from solve.housing.stiffness import tip_compliance
@@ -77,6 +77,6 @@ def test_springs_that_are_not_made_do_not_sag():
 def test_low_tips_of_a_square_lead_by_the_same_and_its_high_tips_lie_level_behind(springs):
     low, high = (sag.value for sag in weight_sag(springs, "down"))
     square = replace(springs, tips=GENTLE.tips)
-    assert tip_leads(square, "down") == pytest.approx((0.0, high - low, 0.0, high - low))
-    assert tip_leads(springs, "down") == pytest.approx((0.0, high - low))
-    assert tip_leads(square, "side") == ()
+    assert tip_height_offsets(square, "down") == pytest.approx((0.0, high - low, 0.0, high - low))
+    assert tip_height_offsets(springs, "down") == pytest.approx((0.0, high - low))
+    assert tip_height_offsets(square, "side") == ()

@@ -70,7 +70,7 @@ def test_errors_hold_another_curve_within_its_bar():
 
 
 def test_tip_that_stands_back_carries_nothing_until_it_touches():
-    scene = replace(SCENE, ahead_mm=(0.0, -0.2))
+    scene = replace(SCENE, height_offset_mm=(0.0, -0.2))
     found = response(scene=scene)
     assert found.F[0, 0, 1] == 0.0
     assert np.isnan(found.P[0, 0])

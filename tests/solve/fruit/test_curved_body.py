@@ -12,7 +12,7 @@ from cad.design.fruit import Fruit
 from cad.design.tips import Tips
 from cad.quantity import InputError
 from solve.fruit.body_lines import BodySteps
-from solve.fruit.curved_body import SAFETY, ShapeChange, bent_change, curved_compliance, shape_change
+from solve.fruit.curved_body import SAFETY, ShapeChange, curvature_correction, curved_compliance, shape_change
 from solve.fruit.footprints import Footprint
 from solve.fruit.smooth_load import line_shares, smooth_loads
 from solve.fruit.split import LEVELS, footprint_compliance, relative_changes, split_compliance, tip_footprints
@@ -154,4 +154,4 @@ def test_a_fold_is_refused(monkeypatch):
 
     monkeypatch.setattr(solve.fruit.curved_body.CurvedShape, "bent", inside_out)
     with pytest.raises(SolveError, match=r"volume of a bent element = .* must be above 0"):
-        bent_change(PIECE, PAIR, smooth_loads(PIECE, PAIR), BodySteps())
+        curvature_correction(PIECE, PAIR, smooth_loads(PIECE, PAIR), BodySteps())

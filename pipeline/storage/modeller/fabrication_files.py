@@ -9,7 +9,7 @@ from cad.design.parameters import Design
 from cad.design.processes import Process
 from cad.drawing.sheet import Title
 from cad.fabrication.bridges import Spring
-from cad.fabrication.maker_files import write_fabrication
+from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.parts.assembly import sensor_of
 from cad.parts.housing import Housing

@@ -63,7 +63,7 @@ def foils_of(attached: Sequence[Attached]) -> tuple[BondedFoil, ...]:
     return tuple(one for one in attached if isinstance(one, BondedFoil))
 
 
-def held_half(
+def clamped_half(
     mesh: Mesh, E: float, poisson: float, attached: Sequence[Attached] = (), direction: Direction = PRESS
 ) -> HeldHalf:
     """Return the half [N/mm from MPa, mm] held by the layers attached to it, or by its holes where there is none.

@@ -16,8 +16,8 @@ from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.bridges import Spring, bridges
+from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
-from cad.fabrication.maker_files import write_fabrication
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.files.sensor_files import write_sensor
 from cad.parts.coupon import modulus_factor
@@ -40,7 +40,7 @@ from cad.design.tips import Press, Tips
 from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
 from cad.fabrication.bridges import Spring
-from cad.fabrication.maker_files import write_fabrication
+from cad.fabrication.fabrication_files import write_fabrication
 from cad.files.sensor_files import write_sensor
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
