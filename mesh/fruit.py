@@ -1,12 +1,17 @@
 """Meshes of the fruit graded to the edges of the tips, three in a family whose error falls at a known rate."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from skfem import MeshTet1
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.parts.fruit import fruit_half, fruit_quarter
-from cad.parts.part import Part
 from mesh.volume import SizeField, volume_mesh
+
+if TYPE_CHECKING:
+    from cad.parts.part import Part
 
 # Under a sharp tip u ~ r^1/2, so the energy error is first order in the size h at the edge; away from it
 # quadratic elements give h^4. Growth and largest size scaled with h^1/4 let both fall together, at rate 1 in h.
@@ -20,7 +25,9 @@ def fruit_meshes(fruit: Fruit, tips: Tips) -> tuple[MeshTet1, ...]:
 
     Raises MeshError when a mesh cannot be made, InputError when a tip stands beyond the fruit.
     """
-    part = fruit_quarter(fruit, tips) if tips.offset_mm == 0.0 else fruit_half(fruit, tips)
+    from cad.parts.fruit import solved_block  # loads the CAD kernel: seconds, and few contacts are solved on a mesh
+
+    part = solved_block(fruit, tips)
     return tuple(fruit_mesh(part, fruit, tips, scale) for scale in REFINEMENTS)
 
 

@@ -1,19 +1,24 @@
 """From a part to a tetrahedral mesh of its inside, whose boundaries carry the names of the part's faces."""
 
+from __future__ import annotations
+
 import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import gmsh
 import numpy as np
 from skfem import MeshTet1
 
-from cad.parts.part import Part
 from mesh.gmsh_arrays import Floats, Ints, element_nodes, index_by_nodes, used_nodes
 from mesh.quality import check_quality, compare, named_facets
 from mesh.session import MeshError, gmsh_session, stage
+
+if TYPE_CHECKING:
+    from cad.parts.part import Part
 
 _LOST = "the order of the faces was lost, write the BREP file of this very solid"
 _FINER = "take smaller elements on curved faces, or check the solid"

@@ -2,14 +2,14 @@
 
 from collections.abc import Iterable, Iterator
 
+import cadquery as cq
 import numpy as np
 
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
 from cad.checks.tip_checks import PLACE_TOLERANCE_MM
 from cad.design.processes import Process
-from cad.kernel import cq
 from cad.parts.assembly import turned_twin
-from cad.parts.cover import turned
+from cad.parts.cover_solid import turned
 from cad.parts.part import is_hole
 from cad.parts.pose import in_place
 from cad.parts.sensor import Sensor

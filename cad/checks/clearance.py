@@ -2,10 +2,11 @@
 
 import math
 
+import cadquery as cq
+
 from cad.checks.line_probe import SolidLines, Vector
-from cad.kernel import cq
-from cad.parts.housing import Arm, Housing
-from cad.parts.pose import in_place, largest_tilt, press_tilt, pressed
+from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
+from cad.parts.pose import in_place, pressed
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, at_least, failed
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import cadquery as cq
 import numpy as np
+import OCP
 
-from cad.kernel import OCP, cq
 from cad.parts.part import NEAR_MM
 from cad.triangles import Floats, Triangles
 

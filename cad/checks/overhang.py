@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
+import trimesh
 
-from cad.kernel import trimesh
 from cad.triangles import Floats
 
 REACH_MM = 1.0  # a ledge up to this wide needs no support: Formlabs, design guide, unsupported overhangs

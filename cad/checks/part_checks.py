@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+import cadquery as cq
+import OCP
+
 from cad.checks.overhang import POSES
 from cad.checks.slicer import slicer_verdicts
 from cad.checks.triangle_checks import (
@@ -19,7 +22,6 @@ from cad.design.processes import PROCESSES, Process
 from cad.files.step import read_step
 from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
-from cad.kernel import OCP, cq
 from cad.quantity import validation_error
 from cad.triangles import Triangles
 from cad.verdict import Verdict, equal, failed

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
+import trimesh
 
-from cad.kernel import trimesh
 from cad.triangles import Floats, Indices
 
 _CHUNK = 4096

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import cadquery as cq
+
 from cad.checks.assembly_checks import plate_verdicts
 from cad.checks.clearance import clearance_verdicts, stop_verdicts
 from cad.checks.leaf_section import fillet_verdict, leaf_thickness_verdicts
@@ -12,7 +14,6 @@ from cad.checks.triangle_checks import closed_verdicts
 from cad.files.sensor_files import volume_of
 from cad.files.step import read_step
 from cad.files.stl import read_stl
-from cad.kernel import cq
 from cad.parts.pose import sensor_pose
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, equal

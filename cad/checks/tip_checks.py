@@ -4,9 +4,10 @@ import itertools
 import math
 from collections.abc import Iterator
 
+import cadquery as cq
+
 from cad.checks.line_probe import SolidLines, Vector
 from cad.design.tips import Tips
-from cad.kernel import cq
 from cad.parts.housing import Arm, Housing
 from cad.parts.housing_solid import BALL_SHARE
 from cad.parts.part import Part

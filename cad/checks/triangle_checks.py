@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+import trimesh
 
 from cad.checks.overhang import POSES, REACH_MM, widest_ledge
 from cad.checks.self_intersection import crossing_pairs
 from cad.checks.wall_thickness import REACHES_MM, Span, least_gap, least_wall
 from cad.design.processes import Process
-from cad.kernel import trimesh
 from cad.triangles import Indices, Triangles, enclosed_volume
 from cad.verdict import Verdict, at_least, equal, judged
 

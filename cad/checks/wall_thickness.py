@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import trimesh
 
 from cad.checks.line_probe import ray_distances
-from cad.kernel import trimesh
 from cad.triangles import Floats, Indices
 
 _SAMPLES = 2000

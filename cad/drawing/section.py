@@ -3,8 +3,9 @@
 import math
 from collections.abc import Iterator
 
+import cadquery as cq
+
 from cad.drawing.items import FULL_DEG, Arc, Line
-from cad.kernel import cq
 
 _WIDE = 4e3  # [mm] of the cutting plane, far beyond any part
 

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import cadquery as cq
+
 from cad.checks.slicer import PrintEstimate
 from cad.design.processes import Process
 from cad.drawing.coupon_drawing import coupon_drawing
@@ -17,10 +19,10 @@ from cad.fabrication.bridges import Spring, bridges
 from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
 from cad.fabrication.mount import mount_solid
 from cad.files.sensor_files import export_step, export_stl
-from cad.kernel import cq
 from cad.parts.assembly import COVER_COLOUR
-from cad.parts.coupon import coupon_of, coupon_part
-from cad.parts.cover import cover_of, cover_part
+from cad.parts.coupon import coupon_of
+from cad.parts.coupon_solid import coupon_part
+from cad.parts.cover_solid import cover_of, cover_part
 from cad.parts.part import Part
 from cad.parts.pose import print_pose
 from cad.parts.sensor import STEEL_COLOUR, Body, Colour, Sensor

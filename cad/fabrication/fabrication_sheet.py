@@ -12,10 +12,11 @@ from cad.drawing.sheet import Title
 from cad.fabrication.bill import Row, bill_table, screw_name
 from cad.fabrication.bridges import AMPLIFIER, RESISTANCE_OHM, Bridge, excitation, series_resistor
 from cad.fabrication.mount import PLATE_MM, mounted_grip
-from cad.parts.assembly import NUT_MM, dowel_length, grip, mounting_error
+from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import Coupon, coupon_of, largest_weight, modulus_factor
-from cad.parts.cover import WASHER_MM, cover_of
-from cad.parts.housing import DOWEL_MM, Housing
+from cad.parts.cover import WASHER_MM
+from cad.parts.cover_solid import cover_of
+from cad.parts.housing import DOWEL_MM, Housing, mounting_error
 from cad.parts.sensor import Sensor
 from cad.theory.strain_gauge import GAUGES
 

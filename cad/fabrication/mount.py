@@ -5,10 +5,11 @@ The flange is ISO 9409-1-50-4-M6: four M6 on a circle of 50 mm, about the axis o
 
 import math
 
-from cad.kernel import cq
+import cadquery as cq
+
 from cad.parts.assembly import WASHER_THICKNESS_MM, grip
-from cad.parts.cover import cover_of
-from cad.parts.pose import largest_tilt
+from cad.parts.cover_solid import cover_of
+from cad.parts.housing import largest_tilt
 from cad.parts.sensor import Sensor
 
 FLANGE_CIRCLE_MM, FLANGE_HOLE_MM, FLANGE_MM = 50.0, 6.6, 63.0  # ISO 9409-1-50-4-M6; holes for M6, ISO 273 medium

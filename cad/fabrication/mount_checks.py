@@ -3,13 +3,13 @@
 import math
 from collections.abc import Iterable
 
+import cadquery as cq
 import numpy as np
 
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
 from cad.checks.tip_checks import PLACE_TOLERANCE_MM
 from cad.design.processes import Process
 from cad.fabrication.mount import FLANGE_HOLE_MM, HEAD_ROOM_MM, flange_heads, flange_holes
-from cad.kernel import cq
 from cad.parts.part import is_hole
 from cad.parts.pose import in_place
 from cad.parts.sensor import Sensor

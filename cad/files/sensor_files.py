@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import cadquery as cq
+
 from cad.files.export_error import ExportError
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
-from cad.kernel import cq
 from cad.parts.assembly import assembly_bodies
 from cad.parts.pose import print_pose
 from cad.parts.sensor import Body, Sensor

@@ -12,8 +12,10 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+import cadquery as cq
+import OCP
+
 from cad.files.file_date import file_date
-from cad.kernel import OCP, cq
 from cad.parts.sensor import Body
 
 _LINE = 78

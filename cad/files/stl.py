@@ -6,9 +6,10 @@ import os
 import struct
 from pathlib import Path
 
+import cadquery as cq
 import numpy as np
+import trimesh
 
-from cad.kernel import cq, trimesh
 from cad.triangles import Floats, Triangles, merged
 
 CHORD_MM = 0.005  # largest distance of a triangle from the face that it stands for

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+
+import cadquery as cq
 
 from cad.design.parameters import Design
-from cad.kernel import cq
-from cad.parts.cover import WASHER_MM, cover_of, cover_part, turned
+from cad.parts.cover import WASHER_MM
+from cad.parts.cover_solid import cover_of, cover_part, turned
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
 from cad.parts.housing_solid import domed, housing_part, named_housing
 from cad.parts.part import Part
@@ -72,36 +73,6 @@ def _pad(housing: Housing) -> cq.Shape:
 def turned_twin(shape: cq.Shape) -> cq.Shape:
     """Return a shape in its place in the sensor [mm] turned half round the press axis: the same of the other plate."""
     return shape.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0), 180.0)
-
-
-@dataclass(frozen=True, kw_only=True)
-class MountingError:
-    """How far one plate of a square may be off against the other by the places of its holes for dowels.
-
-    A plate that is higher by `height_mm` rolls the square by `roll` [rad], and a reading that drops every rigid pose
-    does not see it. One that is turned in its plane by `turn` [rad] moves the mean of the high tips against that of the
-    low ones by `contrast_mm`.
-    """
-
-    height_mm: float
-    roll: float
-    turn: float
-    contrast_mm: float
-
-
-def mounting_error(housing: Housing, accuracy: float) -> MountingError:
-    """Return the largest error of mounting where each hole for a dowel is off by at most the accuracy [mm].
-
-    Two holes, one in each plate, meet at each dowel. All is 0 for a single plate.
-    """
-    if not housing.dowels:
-        return MountingError(height_mm=0.0, roll=0.0, turn=0.0, contrast_mm=0.0)
-    height = 2.0 * accuracy
-    places = [x for x, _ in housing.dowels]
-    turn = 2.0 * height / (max(places) - min(places))
-    return MountingError(
-        height_mm=height, roll=height / housing.spacing, turn=turn, contrast_mm=0.5 * housing.spacing * turn
-    )
 
 
 def assembly_bodies(sensor: Sensor) -> tuple[Body, ...]:

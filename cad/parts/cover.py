@@ -1,20 +1,10 @@
-"""The cover that closes the frame: one flat plate with a rim, printed twice, for the front and for the back.
-
-It is drawn as the back one, behind the face y = depth / 2 of the housing; turned by half a turn about its upright
-middle line it is the front one. The rim lies on the frame alone, so nothing that moves can touch the plate.
-"""
-
-from __future__ import annotations
+"""The dimensions of the cover that closes the frame, and of the screws through it [mm]."""
 
 import math
 from dataclasses import dataclass
 
 from cad.design.tips import Press
-from cad.kernel import cq
-from cad.parts.housing import SETBACK_MM, Housing
-from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
-from cad.parts.pose import largest_tilt
-from cad.parts.sensor import Sensor
+from cad.parts.housing import SETBACK_MM, Housing, largest_tilt
 
 WASHER_MM = 7.0  # outer diameter for M3, ISO 7089
 PLATE_MM = 2.0
@@ -42,44 +32,7 @@ class Cover:
         return self.housing.stack + 2.0 * self.thickness
 
 
-def cover_of(sensor: Sensor) -> Cover:
-    """Return the cover whose foot stays above the frame's lower edge in every tilt that the frame is made for."""
-    return Cover(housing=sensor.housing, foot_level=cover_level(sensor.housing.protrusion, sensor.press))
-
-
 def cover_level(protrusion: float, press: Press) -> float:
     """Return the level of a cover's foot [mm] that stays above the edge of a frame at this level, however tilted."""
     rise = (PLATE_MM + RECESS_MM) * math.tan(math.radians(largest_tilt(press)))
     return round(protrusion + rise, 3)
-
-
-def cover_part(cover: Cover) -> Part:
-    """Return the back cover as one solid with the faces `rim` and `mounting_holes`."""
-    housing, inner = cover.housing, 0.5 * cover.housing.depth
-    width, height = housing.right - housing.left, housing.top_level - cover.foot_level
-    outside = cq.Vector(housing.left, inner, cover.foot_level)
-    plate = cq.Workplane(obj=cq.Solid.makeBox(width, cover.thickness, height, outside))
-    if cover.recess > 0.0:
-        plate = plate.cut(cq.Workplane(obj=_inside_the_rim(cover)))
-    back = cq.Workplane("XZ", origin=(0.0, inner + cover.thickness + 1.0, 0.0))
-    drill = back.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(cover.thickness + 2.0)
-    faces: dict[str, FaceTest] = {
-        "rim": on_plane(1, inner),
-        "mounting_holes": lambda face: is_hole(face, housing.hole_diameter),
-    }
-    return named_part("cover", plate.cut(drill).findSolid().Solids()[0], faces)
-
-
-def _inside_the_rim(cover: Cover) -> cq.Solid:
-    """Return what is cut from the plate, so that its rim alone touches the frame; open towards the tips."""
-    housing, beyond = cover.housing, cover.recess
-    wall, top = housing.wall_width - cover.setback, housing.cavity_level + cover.setback
-    width, height = housing.right - housing.left - 2.0 * wall, top - cover.foot_level + beyond
-    corner = cq.Vector(housing.left + wall, 0.5 * housing.depth - beyond, cover.foot_level - beyond)
-    return cq.Solid.makeBox(width, 2.0 * cover.recess, height, corner)
-
-
-def turned(shape: cq.Shape, housing: Housing) -> cq.Shape:
-    """Return a cover turned from one side of the housing to the other, about the upright line in its middle [mm]."""
-    middle = 0.5 * (housing.left + housing.right)
-    return shape.rotate(cq.Vector(middle, 0.0, 0.0), cq.Vector(middle, 0.0, 1.0), 180.0)

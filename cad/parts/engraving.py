@@ -6,14 +6,13 @@ the pads of its back. Letters are made of straight strokes at 0, 45 or 90 degree
 
 from __future__ import annotations
 
+import cadquery as cq
 import shapely
 from shapely.ops import unary_union
 
-from cad.kernel import cq
-from cad.parts.housing import SETBACK_MM, Housing
+from cad.parts.housing import ENGRAVED_MM, SETBACK_MM, Housing
 from cad.parts.part import NEAR_MM, Part, named_part, on_plane, same_as
 
-ENGRAVED_MM = 0.3
 PEN_MM = 0.5  # the widest of the least gaps of the processes
 TALLEST_MM, SMALLEST_MM = 4.0, 3.0  # smaller letters would leave walls under 0.8 mm between their strokes
 _EDGE_MM = 1.0  # left free around a text

@@ -5,10 +5,18 @@ x runs along the tips, y across, z along the press; the apex, or the middle of a
 
 from __future__ import annotations
 
+import cadquery as cq
+
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips, check_tips_on_fruit
-from cad.kernel import cq
-from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, on_plane, same_as
+from cad.parts.part import (
+    NEAR_MM,
+    FaceTest,
+    Part,
+    named_part,
+    on_plane,
+    same_as,
+)
 from cad.quantity import validation_error
 
 _NEAR_BOX_MM = 1e-3  # the box about a curved face is wider than it
@@ -22,6 +30,11 @@ def fruit_block(fruit: Fruit, tips: Tips) -> Part:
     Raises InputError when a tip stands beyond the fruit.
     """
     return _imprinted("fruit block", fruit, tips, ())
+
+
+def solved_block(fruit: Fruit, tips: Tips) -> Part:
+    """Return what is solved of a block [mm]: the quarter where the tips are central, else the half y >= 0."""
+    return fruit_quarter(fruit, tips) if tips.offset_mm == 0.0 else fruit_half(fruit, tips)
 
 
 def fruit_half(fruit: Fruit, tips: Tips) -> Part:

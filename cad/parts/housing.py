@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from cad.design.tips import Press
 from cad.quantity import validation_error
 from cad.theory.leaf_spring import Flexure
 
@@ -16,6 +17,8 @@ Point = tuple[float, float]
 HeldBy = Literal["covers", "washers", "holes"]
 """What holds the frame: what a design asks for, or in comparisons the walls of its holes, as no screw does."""
 SETBACK_MM = 1.0  # of what lies on the frame, a cover's rim or a pad, from every edge beside which something moves
+TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
+ENGRAVED_MM = 0.3  # depth of the marks on the frame
 DOWEL_MM = 3.0  # diameter of the dowels between the plates of a square, ISO 8734
 _REMEDY = "choose another process, other tips or other targets"
 
@@ -205,6 +208,56 @@ class Housing:
         share = self.tip_side / self.depth
         rise = (z - self.tip_height) / (self.neck_level - self.tip_height)
         return share + (1.0 - share) * min(1.0, max(0.0, rise))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartSize:
+    """The volume [mm^3] and the surface [mm^2] of a solid, and the area [mm^2] of each named face."""
+
+    volume: float
+    surface: float
+    areas: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MountingError:
+    """How far one plate of a square may be off against the other by the places of its holes for dowels.
+
+    A plate that is higher by `height_mm` rolls the square by `roll` [rad], and a reading that drops every rigid pose
+    does not see it. One that is turned in its plane by `turn` [rad] moves the mean of the high tips against that of the
+    low ones by `contrast_mm`.
+    """
+
+    height_mm: float
+    roll: float
+    turn: float
+    contrast_mm: float
+
+
+def mounting_error(housing: Housing, accuracy: float) -> MountingError:
+    """Return the largest error of mounting where each hole for a dowel is off by at most the accuracy [mm].
+
+    Two holes, one in each plate, meet at each dowel. All is 0 for a single plate.
+    """
+    if not housing.dowels:
+        return MountingError(height_mm=0.0, roll=0.0, turn=0.0, contrast_mm=0.0)
+    height = 2.0 * accuracy
+    places = [x for x, _ in housing.dowels]
+    turn = 2.0 * height / (max(places) - min(places))
+    return MountingError(
+        height_mm=height, roll=height / housing.spacing, turn=turn, contrast_mm=0.5 * housing.spacing * turn
+    )
+
+
+def press_tilt(press: Press) -> float:
+    """Return the angle [deg] between the press and the normal of the fruit, from tilt and roll."""
+    tilt, roll = math.radians(press.tilt_deg), math.radians(press.roll_deg)
+    return math.degrees(math.acos(math.cos(tilt) * math.cos(roll)))
+
+
+def largest_tilt(press: Press) -> float:
+    """Return the largest tilt [deg] in which the frame must clear the fruit."""
+    return max(TILT_DEG, press_tilt(press))
 
 
 def _shuttle_side(housing: Housing, centre: float, side: float) -> list[Point]:

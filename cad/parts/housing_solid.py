@@ -6,9 +6,18 @@ A dome on a tip is left out of what is solved, whose tips are flat: as a bar it 
 
 from __future__ import annotations
 
-from cad.kernel import cq
+import cadquery as cq
+
 from cad.parts.housing import Arm, Housing, fillet_corners, profile
-from cad.parts.part import NEAR_MM, FaceTest, Part, is_hole, named_part, on_plane, upright_edges
+from cad.parts.part import (
+    NEAR_MM,
+    FaceTest,
+    Part,
+    is_hole,
+    named_part,
+    on_plane,
+    upright_edges,
+)
 
 BALL_SHARE = 0.98  # of the radius, to which the cap of a whole half ball reaches: its poles lie beyond
 _BESIDE_TIP = 0.1  # [mm] that a cut reaches beyond a tip

@@ -8,8 +8,7 @@ from cad.design.processes import Process
 from cad.design.tip_mount import pad_height, plate_depth, tip_mount
 from cad.design.tips import Layout, Tips
 from cad.parts.cover import cover_level
-from cad.parts.housing import DOWEL_MM, Housing
-from cad.parts.pose import TILT_DEG
+from cad.parts.housing import DOWEL_MM, TILT_DEG, Housing
 from cad.theory.leaf_spring import Flexure
 
 # Of the two leaves of a flexure: a wide stance keeps the tip from tilting, a thin plate's more than another's.

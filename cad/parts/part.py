@@ -6,19 +6,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.kernel import cq
+import cadquery as cq
+
+from cad.parts.housing import PartSize
 
 FaceTest = Callable[["cq.Face"], bool]
 NEAR_MM = 1e-6  # well under any length of a design, well over the tolerance of the geometry kernel
-
-
-@dataclass(frozen=True, kw_only=True)
-class PartSize:
-    """The volume [mm^3] and the surface [mm^2] of a solid, and the area [mm^2] of each named face."""
-
-    volume: float
-    surface: float
-    areas: Mapping[str, float]
 
 
 @dataclass(frozen=True, kw_only=True)

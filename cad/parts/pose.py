@@ -8,26 +8,13 @@ from __future__ import annotations
 
 import math
 
+import cadquery as cq
 import numpy as np
 
-from cad.design.tips import Press
-from cad.kernel import cq
 from cad.parts.housing import Housing
 from cad.triangles import Triangles
 
-TILT_DEG = 3.0  # a hand or a gripper holds the sensor level to within this
 _QUARTER_TURN = 90.0
-
-
-def press_tilt(press: Press) -> float:
-    """Return the angle [deg] between the press and the normal of the fruit, from tilt and roll."""
-    tilt, roll = math.radians(press.tilt_deg), math.radians(press.roll_deg)
-    return math.degrees(math.acos(math.cos(tilt) * math.cos(roll)))
-
-
-def largest_tilt(press: Press) -> float:
-    """Return the largest tilt [deg] in which the frame must clear the fruit."""
-    return max(TILT_DEG, press_tilt(press))
 
 
 def pressed(shape: cq.Shape, travel: float, tilt: float, heading: float) -> cq.Shape:

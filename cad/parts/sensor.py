@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cadquery as cq
+
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
-from cad.kernel import cq
 from cad.parts.engraving import marked
 from cad.parts.fruit import bare_fruit, curved_fruit, fruit_block
 from cad.parts.housing import Housing

@@ -12,8 +12,7 @@ from skfem import MeshHex1, MeshHex2
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
-from cad.parts.housing import Housing
-from cad.parts.part import PartSize
+from cad.parts.housing import Housing, PartSize
 from mesh.cell_facets import facets_area
 from mesh.cells import cell_slopes, determinant
 from mesh.gmsh_arrays import Floats, Ints, index_by_nodes

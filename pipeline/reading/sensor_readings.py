@@ -1,7 +1,7 @@
 """The readings of a sensor with its springs as they are made."""
 
 from cad.design.parameters import Design
-from cad.parts.assembly import mounting_error
+from cad.parts.housing import mounting_error
 from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.bruising import skin_pressures
 from pipeline.reading.pressed_sensor import pressed_sensor

@@ -3,7 +3,6 @@
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
-from cad.parts.fruit import fruit_half, fruit_quarter
 from mesh.fruit import REFINEMENTS, fruit_meshes, fruit_size
 from mesh.volume import volume_mesh
 from pipeline.options import CONTACT_SHARE, DEFAULT_TOLERANCE, RunOptions, contact_inputs
@@ -37,6 +36,8 @@ def direct_contact(block: Fruit, tips: Tips) -> FruitCompliance:
     """Return the compliance [1/mm] of a block under a flat pair by direct finite elements."""
     if tips.shape == "cube":
         return direct_compliance(fruit_meshes(block, tips), block, tips)
-    part = fruit_quarter(block, tips) if tips.offset_mm == 0.0 else fruit_half(block, tips)
+    from cad.parts.fruit import solved_block  # loads the CAD kernel
+
+    part = solved_block(block, tips)
     sizes = (fruit_size(part, block, tips, scale) for scale in REFINEMENTS)
     return direct_compliance([volume_mesh(part, size, tolerance=_FACETED) for size in sizes], block, tips)

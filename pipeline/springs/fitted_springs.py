@@ -12,7 +12,7 @@ from cad.design.processes import Process
 from cad.design.tips import Attitude, Tips
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
-from cad.parts.pin_socket import pin_mass
+from cad.parts.pin import pin_mass
 from cad.quantity import Estimate, InputError
 from cad.theory.two_spring_law import Springs
 from mesh.session import MeshError

@@ -5,13 +5,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from solve.housing.clamped_half import HOLES, SIDES, Attached, HeldHalf, clamped_half, with_layers
-
 from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import SETBACK_MM, Housing
-from cad.parts.pin_socket import STEEL_MPA
+from cad.parts.pin import STEEL_MPA
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.foils import bonded_foils
+from solve.housing.clamped_half import HOLES, SIDES, Attached, HeldHalf, clamped_half, with_layers
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
 from solve.housing.stiffness import stiffness_of
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cad.parts.housing import Housing
-from cad.parts.pin_socket import pin_compliance
+from cad.parts.pin import pin_compliance
 from cad.quantity import validation_error
 from pipeline.springs.leaf_lengths import TOLERANCE, fit_lengths
 from pipeline.springs.solve_memo import FittedHousing

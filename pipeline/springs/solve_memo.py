@@ -4,8 +4,7 @@ import dataclasses
 import time
 from dataclasses import dataclass, field
 
-from cad.parts.housing import Housing
-from cad.parts.part import PartSize
+from cad.parts.housing import Housing, PartSize
 from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretched
 from pipeline.springs.mesh_pairs import MeshPair
 from pipeline.springs.mounts import attached_to

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from cad.design.parameters import Design
-from cad.parts.fruit import fruit_half, fruit_quarter
+from cad.parts.fruit import solved_block
 from cad.quantity import validation_error
 from mesh.fruit import fruit_mesh
 from mesh.housing.sweep import flexure_mesh
@@ -61,7 +61,7 @@ def _contact(design: Design) -> str | None:
     tips, block = design.tips.flat, design.fruit.equivalent_block
     if tips.layout != "pair" or tips.shape != "cube" or tips != design.tips or block != design.fruit:
         return None
-    part = fruit_quarter(block, tips) if tips.offset_mm == 0.0 else fruit_half(block, tips)
+    part = solved_block(block, tips)
     mesh, E, shift = fruit_mesh(part, block, tips, _COARSEST), design.fruit.E_max_MPa, -INDENTATION * tips.side_mm
     S = mesh_compliance(mesh, block.poisson).S
     heading = [

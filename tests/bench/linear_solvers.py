@@ -21,7 +21,6 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from bench.sparse_solvers import AS_USED, LOADS, REPEATS, SolverRow  # noqa: E402
-from solve.housing.clamped_half import clamped_half  # noqa: E402
 
 from cad.design.parameters import Design  # noqa: E402
 from mesh.housing.sweep import flexure_mesh  # noqa: E402
@@ -33,6 +32,7 @@ from solve.elasticity import stiffness_matrix, vector_basis  # noqa: E402
 from solve.fruit.box import block_lines, box_mesh  # noqa: E402
 from solve.fruit.remainder import VOLUME_ORDER, mirror_dofs  # noqa: E402
 from solve.fruit.split import LEVELS  # noqa: E402
+from solve.housing.clamped_half import clamped_half  # noqa: E402
 from solve.linear import factorised  # noqa: E402
 
 WORKER = Path(__file__).with_name("sparse_solvers.py")

@@ -24,7 +24,7 @@ from cad.design.processes import PROCESSES, Process  # noqa: E402
 from cad.design.tips import Tips  # noqa: E402
 from cad.parts.housing import Housing  # noqa: E402
 from cad.parts.layout import housing_for  # noqa: E402
-from cad.parts.pin_socket import STEEL_MPA, pin_compliance  # noqa: E402
+from cad.parts.pin import STEEL_MPA, pin_compliance  # noqa: E402
 from solve.elasticity import stiffness_matrix  # noqa: E402
 from solve.linear import factorised  # noqa: E402
 

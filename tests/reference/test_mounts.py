@@ -11,7 +11,8 @@ import pytest
 from reference.mounted_tetrahedra import mounted_tetrahedra
 from stand_ins import PETG, default_housing
 
-from cad.parts.cover import WASHER_MM, Cover, cover_part
+from cad.parts.cover import WASHER_MM, Cover
+from cad.parts.cover_solid import cover_part
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from mesh.housing.sweep import flexure_mesh

@@ -9,7 +9,6 @@ import dataclasses
 import numpy as np
 import pytest
 from skfem import ElementHexS2, MeshHex2
-from solve.housing.clamped_half import REDUCED, face_mean
 from squares import RESIN, square_housing
 
 from cad.parts.housing import Housing
@@ -19,6 +18,7 @@ from mesh.housing.frame import housing_blocks
 from mesh.housing.profile import meshed_profile
 from pipeline.springs.mounts import mount_layers
 from solve.elasticity import stiffness_matrix, vector_basis
+from solve.housing.clamped_half import REDUCED, face_mean
 from solve.housing.elastic_layer import ElasticLayer, layer_matrix
 from solve.housing.stiffness import tip_compliance
 from solve.linear import factorised

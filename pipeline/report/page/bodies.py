@@ -19,7 +19,8 @@ from cad.parts.assembly import (
     dowel_length,
     screw_length,
 )
-from cad.parts.cover import WASHER_MM, Cover, cover_level, cover_part
+from cad.parts.cover import WASHER_MM, Cover, cover_level
+from cad.parts.cover_solid import cover_part
 from cad.parts.fruit import bare_fruit
 from cad.parts.housing import DOWEL_MM, Housing
 from cad.parts.pin_socket import pins

@@ -17,8 +17,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, cast
 
-from cad.parts.housing import Housing
-from cad.parts.part import PartSize
+from cad.parts.housing import Housing, PartSize
 from pipeline.storage.modeller.answer import Answer, Done, timed
 
 # Not multiprocessing: its spawn runs a user's script again, which then starts a run of its own, and its fork copies

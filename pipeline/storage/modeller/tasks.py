@@ -10,18 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from cad.design.parameters import Design
 from cad.design.processes import Process
-from cad.kernel import load_kernel
-from cad.parts.housing import Housing
+from cad.parts.housing import Housing, PartSize
 from cad.parts.housing_solid import housing_part
-from cad.parts.part import PartSize
 from pipeline.storage.cache import cached
 from pipeline.storage.modeller.kept_files import Inputs, Verdicts
 
 if TYPE_CHECKING:
     from cad.fabrication.bridges import Spring
     from pipeline.report.page.solid_pictures import SolidPictures
-
-load_kernel()
 
 
 def part_size(housing: Housing) -> PartSize:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from cad.parts.engraving import ENGRAVED_MM
+from cad.parts.housing import ENGRAVED_MM
 from cad.quantity import COVERAGE
 from cad.theory.elastica import large_deflection_stiffening
 from cad.theory.leaf_spring import Flexure

@@ -11,7 +11,8 @@ from cad.checks.assembly_checks import cover_verdicts, plate_verdicts
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press
-from cad.parts.cover import RECESS_MM, cover_of, cover_part
+from cad.parts.cover import RECESS_MM
+from cad.parts.cover_solid import cover_of, cover_part
 from cad.parts.housing import SETBACK_MM
 from cad.parts.housing_solid import housing_part, named_housing
 

@@ -21,8 +21,9 @@ from cad.drawing.items import Arc, Dimension, Line, Words, overlap
 from cad.drawing.section import section
 from cad.drawing.sheet import SIZES, Title
 from cad.drawing.svg import write_svg
-from cad.parts.coupon import coupon_of, coupon_part
-from cad.parts.cover import cover_of, cover_part
+from cad.parts.coupon import coupon_of
+from cad.parts.coupon_solid import coupon_part
+from cad.parts.cover_solid import cover_of, cover_part
 from cad.parts.housing import fillet_corners
 from cad.parts.housing_solid import housing_part
 from cad.quantity import InputError

@@ -10,14 +10,8 @@ import pytest
 from squares import GENTLE, RESIN, square_housing, square_sensor
 
 from cad.design.parameters import Print
-from cad.parts.assembly import (
-    assembly_bodies,
-    dowel_length,
-    finished_part,
-    mounting_error,
-    screw_length,
-    turned_twin,
-)
+from cad.parts.assembly import assembly_bodies, dowel_length, finished_part, screw_length, turned_twin
+from cad.parts.housing import mounting_error
 from cad.parts.housing_solid import housing_part
 from cad.parts.pose import in_place
 

@@ -7,7 +7,8 @@ from cad.checks.line_probe import SolidLines
 from cad.checks.triangle_checks import library_mesh, printability_verdicts
 from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
-from cad.parts.coupon import coupon_of, coupon_part, largest_weight, modulus_factor
+from cad.parts.coupon import coupon_of, largest_weight, modulus_factor
+from cad.parts.coupon_solid import coupon_part
 from cad.parts.pose import print_pose
 
 

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from cad.parts.cover import RECESS_MM, cover_of, cover_part, turned
+from cad.parts.cover import RECESS_MM
+from cad.parts.cover_solid import cover_of, cover_part, turned
 from cad.parts.housing import SETBACK_MM
 
 KERNEL = 1e-6

@@ -8,8 +8,15 @@ from squares import square_housing, square_sensor
 from cad.checks.triangle_checks import library_mesh, printability_verdicts
 from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
-from cad.parts.engraving import _STROKES, ENGRAVED_MM, PEN_MM, letters_that_fit, marked, outlines, strokes
-from cad.parts.housing import SETBACK_MM
+from cad.parts.engraving import (
+    _STROKES,
+    PEN_MM,
+    letters_that_fit,
+    marked,
+    outlines,
+    strokes,
+)
+from cad.parts.housing import ENGRAVED_MM, SETBACK_MM
 from cad.parts.housing_solid import housing_part
 from cad.parts.pose import print_pose
 

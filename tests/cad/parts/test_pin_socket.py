@@ -23,7 +23,8 @@ from cad.files.step import read_step
 from cad.parts.assembly import cover_pair, fasteners
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
-from cad.parts.pin_socket import STEEL_MPA, pin_compliance, pins, socketed, tip_solid
+from cad.parts.pin import STEEL_MPA, pin_compliance
+from cad.parts.pin_socket import pins, socketed, tip_solid
 from cad.parts.sensor import Sensor
 from cad.quantity import InputError
 

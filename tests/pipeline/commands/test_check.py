@@ -17,7 +17,7 @@ from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
 from cad.files.stl import read_stl
 from cad.parts.assembly import sensor_of
-from cad.parts.cover import cover_of, cover_part
+from cad.parts.cover_solid import cover_of, cover_part
 from cad.parts.sensor import Body
 from cad.quantity import InputError
 from pipeline.cli import main

@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from solve.housing.clamped_half import foils_of
 from stand_ins import PETG, default_housing
 
 from cad.quantity import InputError
@@ -13,6 +12,7 @@ from pipeline.springs.leaf_lengths import MOST_FINE_SOLVES, TOLERANCE, SecantMod
 from pipeline.springs.mesh_pairs import DEFAULT, MESH_PAIRS, mesh_pairs_for
 from pipeline.storage.modeller.answer import known
 from pipeline.verdicts.rules import STIFFNESS_TOLERANCE, deciding_tolerance
+from solve.housing.clamped_half import foils_of
 from solve.housing.stiffness import TipCompliance
 from solve.linear import SolveError
 

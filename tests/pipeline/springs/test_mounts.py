@@ -6,18 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from skfem import ElementHexS2
-from solve.housing.clamped_half import REDUCED
 from squares import square_housing
 from stand_ins import PETG, default_housing
 
 from cad.design.parameters import Design, Print
-from cad.parts.cover import WASHER_MM, Cover, cover_part
+from cad.parts.cover import WASHER_MM, Cover
+from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs import mounts
 from pipeline.springs.mesh_pairs import COARSE, DEFAULT
 from pipeline.springs.mounts import MOUNT_SCALE, attached_to, coarse_half, mount_changes, mount_layers
 from solve.elasticity import vector_basis
+from solve.housing.clamped_half import REDUCED
 from solve.housing.elastic_layer import layer_area
 from solve.housing.modes import Solid, housing_modes, modes_of
 from solve.housing.stiffness import housing_stiffness, tip_compliance

@@ -8,7 +8,7 @@ from stand_ins import PETG, default_housing, housing_stiffness
 
 from cad.design.parameters import Design
 from cad.design.tips import Tips
-from cad.parts.pin_socket import pin_compliance
+from cad.parts.pin import pin_compliance
 from cad.quantity import InputError
 from pipeline.springs.pins import add_pin_compliance, targets_without_pins
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, ElementHexS2, ElementQuad2, MeshQuad, MeshQuad2
-from solve.housing.clamped_half import REDUCED
 
 from cad.parts.housing import Housing
 from cad.theory.elastica import large_deflection_stiffening
 from cad.theory.leaf_spring import Flexure
 from mesh.housing.sweep import flexure_mesh
 from solve.elasticity import lame_parameters, stiffness_matrix, vector_basis
+from solve.housing.clamped_half import REDUCED
 from solve.housing.stiffness import SPRINGS, tip_face
 from solve.linear import factorised
 

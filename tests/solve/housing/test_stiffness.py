@@ -2,12 +2,12 @@ import dataclasses
 
 import numpy as np
 import pytest
-from solve.housing.clamped_half import BALANCE_LIMIT, check_tips
 
 from cad.parts.housing import Housing
 from cad.theory.leaf_spring import Flexure, pair_stiffness, root_strain
 from mesh.housing.sweep import flexure_mesh
 from solve.housing import stiffness as flexure
+from solve.housing.clamped_half import BALANCE_LIMIT, check_tips
 from solve.housing.stiffness import housing_stiffness, sideways_stiffness, tip_compliance
 from solve.linear import SolveError
 
