@@ -1,18 +1,19 @@
 """The tips and how they are pressed on the fruit: lengths in mm, angles in degrees."""
 
 import dataclasses
-import math
 from dataclasses import dataclass
-from typing import Literal
+from functools import cached_property
+from typing import Any, Literal
 
 from cad.design.fruit import Fruit
 from cad.quantity import LENGTH, Bounds, check_fields, choice, quantity, validation_error
+from cad.tips.shapes import SHAPES, ShapeKeys, tip_shape
+from cad.tips.tip_shape import TipShape
 
 _LENGTH_OR_ZERO = Bounds(at_least=0.0, at_most=1000.0)
 _SPREAD = Bounds(at_least=0.0, at_most=30.0)
 _WIDEST_TILT = Bounds(at_least=-30.0, at_most=30.0)
 
-TipShape = Literal["cube", "cylinder", "sphere", "dome"]
 Layout = Literal["pair", "line", "square"]
 Order = Literal["LHL", "HLH"]
 Spring = Literal["low", "high"]
@@ -32,22 +33,20 @@ _SPRINGS: dict[str, Spring] = {"L": "low", "H": "high"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tips:
-    """The rigid tips on their springs; `side_mm` is the diameter of a cylinder, a sphere or the round face of a dome.
+class Tips(ShapeKeys):
+    """The rigid tips on their springs; `side_mm` is the side of a square tip, the diameter of a round one.
 
     A pair stands on the length axis of the fruit, low spring first. A line is three in a row, `spacing_mm` from one to
     the next, in the given order of low and high springs; its outer tips stand out by `outer_mm` more. A square is four
-    at (+-spacing / 2, +-spacing / 2), springs of one kind on each diagonal. A dome is a cap of radius `dome_radius_mm`.
+    at (+-spacing / 2, +-spacing / 2), springs of one kind on each diagonal. The keys of each shape are in `cad/tips`.
     Tips are printed with the housing, or with the socket "pin" are ground steel pins glued into it.
     """
 
     layout: Layout = choice(("pair", "line", "square"), default="pair")
     order: Order | None = choice(("LHL", "HLH"), default=None)
     outer_mm: float | None = quantity("mm", _LENGTH_OR_ZERO, default=None, remedy="spacing^2 / (2 radius) on a sphere")
-    shape: TipShape = choice(("cube", "cylinder", "sphere", "dome"), default="cube")
-    dome_radius_mm: float | None = quantity("mm", LENGTH, default=None, remedy="a gentle dome has 10")
+    shape: str = choice(tuple(SHAPES), default="cube")
     side_mm: float = quantity("mm", LENGTH, default=1.0, remedy="the paper's cube has 1")
-    fillet_mm: float = quantity("mm", _LENGTH_OR_ZERO, default=0.0, remedy="rounding of the edge of the face")
     spacing_mm: float = quantity("mm", LENGTH, default=8.0, remedy="centre to centre, the paper has 8")
     offset_mm: float = quantity(
         "mm", Bounds(at_least=-1000.0, at_most=1000.0), default=0.0, remedy="midpoint of the tips from the apex"
@@ -61,16 +60,8 @@ class Tips:
         if self.spacing_mm <= self.side_mm:
             bound = f"greater than tips.side_mm = {self.side_mm:g} mm"
             raise validation_error("tips.spacing_mm", self.spacing_mm, "mm", bound, "the tips overlap, move them apart")
-        if self.shape in ("sphere", "dome") and self.fillet_mm != 0.0:
-            bound = f"0 for tips.shape = {self.shape!r}"
-            raise validation_error(
-                "tips.fillet_mm", self.fillet_mm, "mm", bound, f"a {self.shape} has no edge to round"
-            )
-        if self.fillet_mm >= 0.5 * self.side_mm:
-            bound = f"less than tips.side_mm / 2 = {0.5 * self.side_mm:g} mm"
-            raise validation_error("tips.fillet_mm", self.fillet_mm, "mm", bound, "leave a flat face, or take a sphere")
         self._check_line()
-        self._check_dome()
+        tip_shape(self.shape, self.side_mm, self)
 
     def _check_line(self) -> None:
         if self.layout == "line" and self.order is None:
@@ -80,20 +71,10 @@ class Tips:
                 bound = f"left out for tips.layout = {self.layout!r}"
                 raise validation_error(name, value, "", bound, "drop it, or take the layout it is for")
 
-    def _check_dome(self) -> None:
-        radius = self.dome_radius_mm
-        if self.shape == "dome" and radius is None:
-            raise validation_error(
-                "tips.dome_radius_mm", None, "", "given for tips.shape = 'dome'", "a gentle dome has 10 mm"
-            )
-        if radius is None:
-            return
-        if self.shape != "dome":
-            bound = f"left out for tips.shape = {self.shape!r}"
-            raise validation_error("tips.dome_radius_mm", radius, "mm", bound, "drop it, or take tips.shape = 'dome'")
-        if self.side_mm > 2.0 * radius:
-            bound = f"at most 2 tips.dome_radius_mm = {2.0 * radius:g} mm"
-            raise validation_error("tips.side_mm", self.side_mm, "mm", bound, "the face is wider than its sphere")
+    @cached_property
+    def tip_shape(self) -> TipShape:
+        """Return the shape of each tip."""
+        return tip_shape(self.shape, self.side_mm, self)
 
     @property
     def springs(self) -> tuple[Spring, ...]:
@@ -138,7 +119,7 @@ class Tips:
     @property
     def face_mm2(self) -> float:
         """Return the area of a tip's outline [mm^2]."""
-        return self.side_mm**2 * (1.0 if self.shape == "cube" else math.pi / 4.0)
+        return self.tip_shape.area_mm2
 
     @property
     def as_pair(self) -> "Tips":
@@ -148,8 +129,8 @@ class Tips:
     @property
     def flat(self) -> "Tips":
         """Return the tips with sharp flat faces of the same outline: those that size the springs."""
-        shape: TipShape = "cylinder" if self.shape in ("sphere", "dome") else self.shape
-        return dataclasses.replace(self, shape=shape, dome_radius_mm=None, fillet_mm=0.0)
+        sharp: dict[str, Any] = {key.name: key.default for key in dataclasses.fields(ShapeKeys)}
+        return dataclasses.replace(self, shape=self.tip_shape.sized_as, **sharp)
 
 
 @dataclass(frozen=True, kw_only=True)

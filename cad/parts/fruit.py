@@ -77,7 +77,7 @@ def _imprinted(name: str, fruit: Fruit, tips: Tips, symmetry: tuple[str, ...]) -
 def _footprint(tips: Tips, centre: float) -> cq.Face:
     """Return the outline of a tip: a square, or a circle of four arcs, so that a mesh has its extreme points."""
     side = tips.side_mm
-    if tips.shape == "cube":
+    if not tips.tip_shape.is_round:
         return cq.Face.makePlane(side, side, cq.Vector(centre, 0.0, 0.0))
     plane, up = cq.Vector(centre, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0)
     arcs = [cq.Edge.makeCircle(0.5 * side, plane, up, start, start + 90.0) for start in (0.0, 90.0, 180.0, 270.0)]
@@ -185,7 +185,7 @@ def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shap
 def _outline(piece: cq.Solid, tips: Tips, centre: float) -> cq.Face:
     """Return the part of the top that lies under a tip."""
     side, far = tips.side_mm, piece.BoundingBox().DiagonalLength
-    if tips.shape == "cube":
+    if not tips.tip_shape.is_round:
         above = cq.Solid.makeBox(side, side, 2.0 * far, cq.Vector(centre - 0.5 * side, -0.5 * side, -far))
     else:
         above = cq.Solid.makeCylinder(0.5 * side, 2.0 * far, cq.Vector(centre, 0.0, -far))

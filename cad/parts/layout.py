@@ -43,6 +43,7 @@ def housing_for(
         min(tips.side_mm, LEDGE),
         1.5 * design.press.travel_mm,
         _cap_height(tips, tips.side_mm if mount.pocket else side),
+        tips.tip_shape.height_mm if mount.pocket else 0.0,
     )
     tip_height, pin_out = (LEDGE, standing) if mount.pocket else (standing, 0.0)
     neck = tip_height + _taper(depth, shuttle, side)
@@ -78,7 +79,7 @@ def housing_for(
     return replace(
         housing,
         pin_side=tips.side_mm,
-        pin_round=tips.shape != "cube",
+        pin_round=tips.tip_shape.is_round,
         pin_out=pin_out,
         pocket_side=mount.pocket,
         pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm),

@@ -13,6 +13,7 @@ from cad.design.tips import Tips
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import named_housing
 from cad.parts.part import NEAR_MM, Part
+from cad.tips.tip_shape import Arc, TipShape
 
 _REACH = 1.0
 
@@ -38,35 +39,33 @@ def pins(housing: Housing, tips: Tips) -> dict[str, cq.Shape]:
     """Return by name the pins [mm] in their pockets, standing out to z = -pin_out; none for printed tips."""
     if not housing.pin_side:
         return {}
-    out, pin = housing.pin_out, tip_solid(tips, housing.pin_out + housing.pocket_depth)
+    out, pin = housing.pin_out, tip_solid(tips.tip_shape, housing.pin_out + housing.pocket_depth)
     return {f"{arm.name} pin": pin.translate(cq.Vector(arm.centre, 0.0, -out)) for arm in housing.arms}
 
 
-def tip_solid(tips: Tips, height: float) -> cq.Shape:
-    """Return a tip [mm] that stands on z = 0 with the face, or the cap, that touches."""
-    side, origin, up = tips.side_mm, cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0)
-    radius = 0.5 * side
-    if tips.shape == "sphere":
-        middle = cq.Vector(0.0, 0.0, radius)
-        ball = cq.Solid.makeSphere(radius, middle, up, -90.0, 0.0, 360.0)
-        return ball.fuse(cq.Solid.makeCylinder(radius, max(height - radius, NEAR_MM), middle, up)).Solids()[0]
-    if tips.dome_radius_mm:
-        return _dome_on_cylinder(radius, tips.dome_radius_mm, height)
-    if tips.shape == "cylinder":
-        solid: cq.Solid = cq.Solid.makeCylinder(radius, height, origin, up)
-    else:
-        solid = cq.Solid.makeBox(side, side, height, cq.Vector(-radius, -radius, 0.0))
-    if tips.fillet_mm == 0.0:
-        return solid
-    edges = [edge for edge in solid.Edges() if edge.BoundingBox().zmax < NEAR_MM]
-    rounded: cq.Shape = solid.fillet(tips.fillet_mm, edges)
-    return rounded
+def tip_solid(shape: TipShape, height: float) -> cq.Shape:
+    """Return a tip [mm] that stands on z = 0 with the face, or the point, that touches, and is at least so high."""
+    half = 0.5 * shape.side_mm
+    top = max(height, shape.height_mm + NEAR_MM)
+    if not shape.is_round:
+        return _square_solid(shape, half, top)
+    outline = cq.Workplane("XZ").moveTo(0.0, 0.0)
+    for piece in shape.meridian:
+        if isinstance(piece, Arc):
+            middle = 0.5 * (piece.start.r + piece.end.r)
+            level = piece.radius - math.sqrt(piece.radius**2 - (middle - piece.centre_r) ** 2)
+            outline = outline.threePointArc((middle, level), piece.end)
+        else:
+            outline = outline.lineTo(*piece.end)
+    solid: cq.Shape = outline.lineTo(half, top).lineTo(0.0, top).close().revolve().findSolid()
+    return solid
 
 
-def _dome_on_cylinder(radius: float, dome: float, height: float) -> cq.Shape:
-    """Return a cylinder [mm] that stands on a cap of the dome's radius."""
-    cap = dome - math.sqrt(dome**2 - radius**2)
-    up, away = cq.Vector(0.0, 0.0, 1.0), 2.0 * radius
-    around = cq.Solid.makeCylinder(away, cap + _REACH, cq.Vector(0.0, 0.0, -_REACH), up)
-    ball = cq.Solid.makeSphere(dome, cq.Vector(0.0, 0.0, dome), up, -90.0, 90.0, 360.0)
-    return cq.Solid.makeCylinder(radius, height, cq.Vector(0.0, 0.0, 0.0), up).cut(around.cut(ball)).Solids()[0]
+def _square_solid(shape: TipShape, half: float, top: float) -> cq.Shape:
+    """Return a box whose lower edges are rounded as the arcs of the meridian."""
+    solid: cq.Shape = cq.Solid.makeBox(2.0 * half, 2.0 * half, top, cq.Vector(-half, -half, 0.0))
+    for piece in shape.meridian:
+        if isinstance(piece, Arc):
+            edges = [edge for edge in solid.Edges() if edge.BoundingBox().zmax < NEAR_MM]
+            solid = cq.Solid(solid.wrapped).fillet(piece.radius, edges)
+    return solid

@@ -58,7 +58,7 @@ def _press(result: SensorResult) -> list[str]:
 def _large_strain(result: SensorResult) -> str:
     """Return what flesh at large strain does to P and to E read from it, by the curves of one tip."""
     design, travel = result.design, result.design.press.travel_mm
-    if design.tips.shape not in ("cube", "cylinder") or travel > deepest_solved() * design.tips.side_mm:
+    if not design.tips.tip_shape.has_flat_face or travel > deepest_solved() * design.tips.side_mm:
         if design.press.strain == "large":
             return "large strain is solved, deeper than the table that tells what the linear law would read"
         return f"small strain is assumed; large strain was solved for flat tips down to {deepest_solved():g} sides"

@@ -34,7 +34,7 @@ def contact_compliance(
 
 def direct_contact(block: Fruit, tips: Tips) -> FruitCompliance:
     """Return the compliance [1/mm] of a block under a flat pair by direct finite elements."""
-    if tips.shape == "cube":
+    if not tips.tip_shape.is_round:
         return direct_compliance(fruit_meshes(block, tips), block, tips)
     from cad.parts.fruit import solved_block  # loads the CAD kernel
 

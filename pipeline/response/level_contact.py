@@ -34,13 +34,13 @@ def level_compliance(fruit: Fruit, tips: Tips, method: str, tolerance: float, di
     block, flat = fruit.equivalent_block, tips.flat
     if block != fruit:
         check_curved(fruit, contact_footprints(fruit, tips))  # before the block is solved
-    if tips.layout != "pair" or tips.shape == "dome":
+    if tips.layout != "pair" or tips.tip_shape.obeys_hertz:
         compliance = _split(fruit, tips, method, tolerance)
     else:
         compliance = _flat_compliance(block, flat, method, tolerance, direct)
     if block != fruit:
-        compliance = curved_compliance(compliance, fruit, contact_footprints(fruit, tips), tips.shape == "dome")
-    if tips.shape == "dome":
+        compliance = curved_compliance(compliance, fruit, contact_footprints(fruit, tips), tips.tip_shape.obeys_hertz)
+    if tips.tip_shape.obeys_hertz:
         circle = contact_footprints(fruit, tips)[0].side
         said = f"the domes count as flat circles of {circle:g} mm where they touch; {compliance.info.status}"
         return _with_status(compliance, said)

@@ -57,7 +57,7 @@ def refuse_unsolvable(design: Design) -> None:
     check_scene(scene)
     if scene.press.strain == "large":
         refuse_large_strain(design)
-    elif not scene.linear and scene.tips.shape != "dome":
+    elif not scene.linear and not scene.tips.tip_shape.obeys_hertz:
         scene_footprints(scene, design.press.travel_mm)
 
 

@@ -140,7 +140,7 @@ def _of_what(press: ScenePress, reached: SceneTargets, *, large: bool) -> str:
 
 def _drift(design: Design, contact: FruitCompliance, springs: FittedSprings) -> str:
     """Return in words how far an edge as round as the process makes it lets P drift over the travel."""
-    if springs.housing is None or design.tips.flat != design.tips or design.press.strain == "large":
+    if springs.housing is None or not design.tips.tip_shape.is_flat or design.press.strain == "large":
         return ""
     radius = springs.edge_radius(design.tips)
     drift = edge_drift(design, contact, springs.stiffnesses, radius)

@@ -26,14 +26,14 @@ _NOT_THESE = Verdict(
 
 def tip_shape_verdicts(design: Design, press: ScenePress) -> tuple[Verdict, ...]:
     """Return geometry.tip_shape where the tips are not those of the housing, and geometry.tip_face [mm] of domes."""
-    if design.tips.shape == "dome":
+    if design.tips.tip_shape.obeys_hertz:
         return (tip_face_verdict(design, press),)
     return flat_shape_verdicts(design.tips)
 
 
 def flat_shape_verdicts(tips: Tips) -> tuple[Verdict, ...]:
     """Return geometry.tip_shape where tips that are no domes are not those that a housing is printed with."""
-    if tips.socket == "pin" or (tips.shape == "cube" and tips.fillet_mm == 0.0):
+    if tips.socket == "pin" or tips.tip_shape.is_printed:
         return ()
     return (_NOT_THESE,)
 

@@ -59,7 +59,7 @@ def _flexure(report: StoredReport) -> str | None:
 def _contact(design: Design) -> str | None:
     """Return the deck of the fruit under two rigid tips; None where the tips are no flat squares in a pair."""
     tips, block = design.tips.flat, design.fruit.equivalent_block
-    if tips.layout != "pair" or tips.shape != "cube" or tips != design.tips or block != design.fruit:
+    if tips.layout != "pair" or tips.tip_shape.is_round or tips != design.tips or block != design.fruit:
         return None
     part = solved_block(block, tips)
     mesh, E, shift = fruit_mesh(part, block, tips, _COARSEST), design.fruit.E_max_MPa, -INDENTATION * tips.side_mm

@@ -1,37 +1,21 @@
-"""Gap between a rigid tip and the fruit before they deform, over the tip's own axes: lengths in mm, gap >= 0.
-
-Every function takes coordinates of one shape, x along the tips, y across, from the centre of the tip (of the apex for
-the fruit); infinity where the tip has no face. Gaps of tip and fruit add up.
-"""
+"""Gap between a rigid tip and the fruit before they deform: lengths in mm, gap >= 0. Gaps of tip and fruit add up."""
 
 import numpy as np
 
+from cad.tips.tip_shape import Arc, TipShape
 from solve.arrays import Floats
-from solve.fruit.skin import cap_gap
 
 
-def cube_gap(x: Floats, y: Floats, side: float, fillet: float = 0.0) -> Floats:
-    """Return the gap [mm] of a flat square face, its edges rounded by a quarter circle of radius `fillet` [mm]."""
-    inside = 0.5 * side - np.maximum(np.abs(x), np.abs(y))
-    return _rounded(inside, fillet)
-
-
-def cylinder_gap(x: Floats, y: Floats, diameter: float, fillet: float = 0.0) -> Floats:
-    """Return the gap [mm] of a flat circular face with an edge rounded by `fillet` [mm]."""
-    return _rounded(0.5 * diameter - np.hypot(x, y), fillet)
-
-
-def sphere_gap(x: Floats, y: Floats, radius: float) -> Floats:
-    """Return the gap [mm] of a sphere above the plane that touches it."""
-    return cap_gap(x, y, radius, radius)
-
-
-def dome_gap(x: Floats, y: Floats, diameter: float, radius: float) -> Floats:
-    """Return the gap [mm] of a cap of a sphere of a radius over a round face of a diameter [mm]."""
-    return np.where(np.hypot(x, y) <= 0.5 * diameter, sphere_gap(x, y, radius), np.inf)
-
-
-def _rounded(inside: Floats, fillet: float) -> Floats:
-    """Return the gap at a distance `inside` from the edge of a face."""
-    into = np.clip(fillet - inside, 0.0, fillet)
-    return np.where(inside >= 0.0, fillet - np.sqrt(fillet**2 - into**2), np.inf)
+def tip_gap(shape: TipShape, x: Floats, y: Floats) -> Floats:
+    """Return the gap [mm] of a tip at x along the tips and y across from its centre; infinity where it has no face."""
+    r = np.asarray(np.hypot(x, y) if shape.is_round else np.maximum(np.abs(x), np.abs(y)))
+    gap = np.full_like(r, np.inf)
+    for piece in shape.meridian:
+        on_piece = (r >= piece.start.r) & (r <= piece.end.r)
+        if isinstance(piece, Arc):
+            from_centre = r[on_piece] - piece.centre_r
+            gap[on_piece] = piece.radius - np.sqrt(np.maximum(piece.radius**2 - from_centre**2, 0.0))
+        else:
+            slope = (piece.end.z - piece.start.z) / (piece.end.r - piece.start.r)
+            gap[on_piece] = piece.start.z + slope * (r[on_piece] - piece.start.r)
+    return gap

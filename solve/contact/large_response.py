@@ -34,14 +34,14 @@ RESIDUAL_LIMIT = 1e-12  # of the travel
 def round_tip(scene: Scene) -> FlatTip:
     """Return the round tip with the area of the scene's tips [tip sides]; its edge is wider by as much as a square."""
     tips = scene.tips
-    radius = 1.0 / math.sqrt(math.pi) if tips.shape == "cube" else 0.5
+    radius = 0.5 if tips.tip_shape.is_round else 1.0 / math.sqrt(math.pi)
     return FlatTip(radius=radius, edge=2.0 * radius * tips.fillet_mm / tips.side_mm)
 
 
 def check_large_strain(scene: Scene) -> FleshLaw:
     """Return the law of the scene's flesh; raises InputError where large strain is not solved."""
     level = scene.press.tilt_deg == 0.0 and scene.press.roll_deg == 0.0
-    if not (level and scene.fruit.shape == "block" and scene.tips.shape in ("cube", "cylinder")):
+    if not (level and scene.fruit.shape == "block" and scene.tips.tip_shape.has_flat_face):
         bound = "'linear' but for level cubes or cylinders on a block"
         raise validation_error("press.strain", "large", "", bound, "press level with flat tips, or take 'linear'")
     return FleshLaw(poisson=scene.fruit.poisson)
@@ -158,5 +158,5 @@ def flesh_error(scene: Scene, curve: ForceCurve, depth: Floats) -> Floats:
     square = SQUARE_ROUNDED if scene.tips.fillet_mm > 0.0 else SQUARE_SHARP
     tip = round_tip(scene)
     body = FINITE_BODY + OF_ROUNDED * tip.edge / tip.radius
-    mapped = CROSSTALK + body + (square if scene.tips.shape == "cube" else 0.0)
+    mapped = CROSSTALK + body + (0.0 if scene.tips.tip_shape.is_round else square)
     return np.asarray(curve.error(depth) / curve.factor(depth) + mapped)

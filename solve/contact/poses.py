@@ -68,7 +68,7 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
     for each in dict.fromkeys(scenes):
         check_scene(each)
     C = np.asarray(C, dtype=np.float64)
-    if scene.tips.shape == "dome":
+    if scene.tips.tip_shape.obeys_hertz:
         return _of_domes(scene, compliance, C, poses, scenes)
     return _on_cells(scene, compliance, C, poses, scenes)
 

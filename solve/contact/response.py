@@ -46,7 +46,7 @@ def scene_response(
     if scene.linear:
         exact = linear_response(compliance.S, C, moduli, x, scene.ahead, kinds=kinds)
         return replace(exact, F_error=exact.F_error + known, P_error=exact.P_error + known)
-    if scene.tips.shape == "dome":
+    if scene.tips.tip_shape.obeys_hertz:
         return _of_domes(scene, compliance, C, (moduli, x), kinds)
     response = _on_cells(scene, compliance, C, (moduli, x), kinds)
     status = _status(scene, response.cells)

@@ -13,7 +13,7 @@ from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.quantity import validation_error
 from solve.arrays import Floats
-from solve.contact.gap import cube_gap, cylinder_gap, dome_gap, sphere_gap
+from solve.contact.gap import tip_gap
 from solve.fruit.skin import cap_gap, cap_slope
 
 Place = tuple[float, float]
@@ -42,7 +42,7 @@ class Scene:
     def linear(self) -> bool:
         """Say whether flat sharp faces meet flat linear flesh level: each then touches whole or not at all."""
         level = self.press.tilt_deg == 0.0 and self.press.roll_deg == 0.0 and self.press.strain == "linear"
-        return level and self.fruit.shape == "block" and self.tips.flat == self.tips
+        return level and self.fruit.shape == "block" and self.tips.tip_shape.is_flat
 
     @property
     def mirrored(self) -> bool:
@@ -91,14 +91,7 @@ class Scene:
 
     def tip_gap(self, x: Floats, y: Floats) -> Floats:
         """Return the gap of a tip's own shape [mm] at places from its centre [mm]; infinity where it has no face."""
-        side, fillet = self.tips.side_mm, self.tips.fillet_mm
-        if self.tips.shape == "cube":
-            return cube_gap(x, y, side, fillet)
-        if self.tips.shape == "cylinder":
-            return cylinder_gap(x, y, side, fillet)
-        if self.tips.dome_radius_mm is not None:
-            return dome_gap(x, y, side, self.tips.dome_radius_mm)
-        return sphere_gap(x, y, 0.5 * side)
+        return tip_gap(self.tips.tip_shape, x, y)
 
     def gap_under(self, centre: Place, x: Floats, y: Floats) -> Floats:
         """Return the gap [mm] between the plane at the apex and fruit plus tip, at places from a tip's centre [mm]."""
@@ -129,7 +122,7 @@ class Scene:
 
         def gap(place: Floats) -> float:
             inside = np.clip(place, -0.5, 0.5)
-            if self.tips.shape != "cube":
+            if self.tips.tip_shape.is_round:
                 inside = place / max(1.0, 2.0 * float(np.hypot(*place)))
             return float(self.gap_under(centre, *(side * inside))) / side
 

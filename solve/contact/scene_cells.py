@@ -11,6 +11,7 @@ import numpy as np
 
 from cad.design.fruit import Fruit
 from cad.quantity import InputError
+from cad.tips.tip_shape import TipShape
 from solve.arrays import Floats
 from solve.contact.cells import ContactCells, contact_cells, folded, smooth_compliance
 from solve.contact.scene import Place, Scene, check_scene
@@ -22,8 +23,10 @@ from solve.halfspace.punch import graded_edges
 
 # Cells a side of the coarse and the fine grid; without mirror symmetry there are twice as many cells.
 CELLS = {"mirrored": (18, 26), "rolled": (14, 20)}
-# Pressure is singular at the edge of a face: along the lines of a square, across them under a cylinder.
-GRADINGS = {"cube": 2.5, "cylinder": 1.5, "sphere": 1.0, "dome": 1.0}
+# Pressure is singular at the edge of a flat face: along the lines of a square, across them under a cylinder.
+SQUARE_GRADING = 2.5
+CIRCLE_GRADING = 1.5
+NO_GRADING = 1.0
 SAMPLES = 201
 MARGIN = 1.02
 # Of the width over which an undeformed dome would enter the fruit: Hertz touches over 0.707 of it.
@@ -37,7 +40,7 @@ class SceneCells:
     `edges` [mm] are the lines of cells from the centre of a footprint, alike along and across; `gap` (cells,) [mm]
     counts from first touch, infinite without a face; `middle` (2,) [mm] is the mean of the tips' centres.
     `compliance_correction` (tips, tips), times E [1/mm], makes the cells of flat tips answer a level press as the
-    compliance does; cells of spheres and domes get the change by the shape of the fruit alone.
+    compliance does; cells of other tips get the change by the shape of the fruit alone.
     """
 
     cells: ContactCells
@@ -58,13 +61,21 @@ def scene_cells(
     footprints = scene_footprints(scene, farthest)
     mirrored = scene.mirrored if mirrored is None else mirrored
     counts = CELLS["mirrored" if mirrored else "rolled"]
-    lines = tuple(tuple(graded_edges(count, GRADINGS[scene.tips.shape]).tolist()) for count in counts)
+    grading = _grading(scene.tips.tip_shape)
+    lines = tuple(tuple(graded_edges(count, grading).tolist()) for count in counts)
     grids = _grids(scene.fruit.equivalent_block, footprints, lines, mirrored)
     coarse, fine = (
         _gaps(scene, cells, footprints[0].side * np.array(edges), compliance)
         for cells, edges in zip(grids, lines, strict=True)
     )
     return coarse, fine
+
+
+def _grading(shape: TipShape) -> float:
+    """Return how much narrower cells become towards the edge of a face."""
+    if not shape.has_flat_face:
+        return NO_GRADING
+    return CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
 
 
 def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
@@ -119,7 +130,7 @@ def _grids(
 def _gaps(scene: Scene, cells: ContactCells, edges: Floats, compliance: FruitCompliance) -> SceneCells:
     gap = _gap(scene, scene, cells)
     correction = compliance.shape_change
-    if scene.tips.shape not in ("sphere", "dome"):
+    if scene.tips.tip_shape.has_flat_face:
         faces = np.isfinite(gap)
         tips = cells.tips[faces]
         forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
@@ -130,10 +141,10 @@ def _gaps(scene: Scene, cells: ContactCells, edges: Floats, compliance: FruitCom
 def _touched_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
     """Return squares that hold every place where a tip may touch."""
     side, centres = scene.tips.side_mm, scene.centres
-    if scene.tips.shape == "sphere":
-        side = _touched_side(scene, farthest)
-    elif scene.tips.shape == "dome":
+    if scene.tips.tip_shape.obeys_hertz:
         side, centres = _touched_squares(scene, farthest)
+    elif not scene.tips.tip_shape.has_flat_face:
+        side = _touched_side(scene, farthest)
     return tuple(Footprint(x, y, side) for x, y in centres)
 
 
@@ -153,7 +164,7 @@ def _entered(scene: Scene, farthest: float) -> list[tuple[Floats, Floats]]:
 
 
 def _touched_side(scene: Scene, farthest: float) -> float:
-    """Return the side [mm] of a square about each spherical tip that holds all it may touch."""
+    """Return the side [mm] of a square about each tip that holds all it may touch."""
     side = scene.tips.side_mm
     places = _entered(scene, farthest)
     reach = max(float(np.maximum(np.abs(x), np.abs(y)).max(initial=0.0)) for x, y in places)

@@ -8,7 +8,7 @@ The pressure under the tips is singular at their edges: the half-space carries i
 import itertools
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,12 +30,11 @@ from solve.fruit.footprints import (
     nodes_between,
     nodes_within,
 )
-from solve.halfspace.punch import Punch, circle_punch, square_punch
+from solve.halfspace.punch import circle_punch, square_punch
 from solve.linear import SolveError
 
 Errors = tuple[float, float]  # relative: of the mean of s_ii and s_jj less s_ij, and of s_ii; the largest over the tips
 
-PUNCHES: dict[str, Callable[[int], Punch]] = {"cube": square_punch, "cylinder": circle_punch}
 DOME_CIRCLE = 0.5  # of the face that carries a dome: the contact of a dome that uses its face well
 LEVELS = (
     Grading(0.7, (0.7, 0.21, 0.09)),
@@ -71,9 +70,10 @@ class SplitDomainError(ValueError):
 
 def tip_footprints(tips: Tips) -> tuple[Footprint, ...]:
     """Return the footprints of flat tips [mm]; raises SplitDomainError for tips that are not flat."""
-    if tips.shape not in PUNCHES:
-        raise _refusal("tips.shape", tips.shape, "", f"one of {', '.join(PUNCHES)}")
-    return tuple(Footprint(x, y, tips.side_mm, PUNCHES[tips.shape]) for x, y in tips.places_mm)
+    if not tips.tip_shape.has_flat_face:
+        raise _refusal("tips.shape", tips.shape, "", "one with a flat face")
+    punch = circle_punch if tips.tip_shape.is_round else square_punch
+    return tuple(Footprint(x, y, tips.side_mm, punch) for x, y in tips.places_mm)
 
 
 def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:

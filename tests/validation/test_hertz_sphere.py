@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from cad.design.fruit import Fruit
+from cad.tips.ball import Sphere
 from solve.contact.cells import contact_cells
-from solve.contact.gap import sphere_gap
+from solve.contact.gap import tip_gap
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.footprints import Footprint
 
@@ -27,7 +28,7 @@ def footprints():
 @pytest.mark.parametrize("contact_radius", [0.05, 0.07, 0.09])
 def test_force_and_radius(footprints, contact_radius):
     d = contact_radius**2 / RADIUS
-    gap = sphere_gap(*footprints.local.T, RADIUS)
+    gap = tip_gap(Sphere(side_mm=2.0 * RADIUS), *footprints.local.T)
     touch = UnilateralContact(footprints).solve(d - gap, np.zeros((1, 1)))
     area = footprints.areas[touch.pressure > 0.0].sum()
     # a cell is 1/6 to 1/11 of the contact radius: force to the second order of that, radius to half a cell

@@ -16,7 +16,7 @@ from solve.fruit.box import Grading
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.direct import direct_compliance
 from solve.fruit.footprints import Footprint
-from solve.fruit.split import LEVELS, MOST_DOFS, PUNCHES, footprint_compliance, mesh_dofs
+from solve.fruit.split import LEVELS, MOST_DOFS, footprint_compliance, mesh_dofs, tip_footprints
 
 FOUR_TIMES = 3.9
 FINER = tuple(Grading(step, (0.7, 0.21, 0.063, 0.0189, 0.0081)) for step in (0.42, 0.36, 0.3, 0.25, 0.2))
@@ -79,7 +79,7 @@ def _by_split(fruit: Fruit, tips: Tips, error: float) -> Reference:
 
 def footprints_of(tips: Tips) -> tuple[Footprint, ...]:
     """Return the footprints of the tips [mm]."""
-    return tuple(Footprint(x, 0.0, tips.side_mm, PUNCHES[tips.shape]) for x in tips.centres_mm)
+    return tip_footprints(tips)
 
 
 def _by_direct_elements(fruit: Fruit, tips: Tips, scale: float) -> Reference:

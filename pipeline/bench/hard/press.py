@@ -92,7 +92,7 @@ def independent_forces(state: State, compliance: FruitCompliance, count: int) ->
     cells, interference = _cells(scene, count)
     tips = cells.tips
     rigid = state.E * spring_compliance(*state.springs)
-    if scene.tips.shape == "sphere":
+    if not scene.tips.tip_shape.has_flat_face:
         rigid = rigid + compliance.shape_change
     else:
         faces = np.isfinite(interference)

@@ -10,7 +10,6 @@ from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE, Reading
 from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw, Matrix, Place, stiffened
-from cad.theory.hertz import contact_radius, relative_curvature
 from pipeline.measure.unit.deep_pair import DeepPair
 from pipeline.measure.unit.printed_unit import PrintedUnit
 from pipeline.measure.unit.ripeness import RipenessClasses
@@ -142,12 +141,7 @@ class MeasuringUnit:
 
     def _touching_area(self, force: float, E: float) -> float:
         """Return the area that a tip touches [mm^2]: the face of a flat one, Hertz's circle of a round one."""
-        tips, fruit = self.design.tips, self.design.fruit
-        radius = tips.dome_radius_mm or (0.5 * tips.side_mm if tips.shape == "sphere" else None)
-        if radius is None:
-            return tips.face_mm2
-        curvature = relative_curvature(radius, fruit.radii_mm[0])
-        return math.pi * contact_radius(force, E, fruit.poisson, curvature) ** 2
+        return self.design.tips.tip_shape.contact_area_mm2(force, self.reduced(E), self.design.fruit.radii_mm[0])
 
     def with_stiffness(self, tip: int, factor: float) -> "MeasuringUnit":
         """Return the unit with the spring of one tip stiffer by a factor [1]."""

@@ -143,7 +143,7 @@ def _line(sensor: MeasuringUnit, sums: PressSums) -> PairLine:
 
 def _seated_line(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> tuple[PressSums, PairLine]:
     """Return the sums over the seated part of a press and its line; raises ReadingError."""
-    if sensor.design.tips.shape not in ("cube", "cylinder"):
+    if not sensor.design.tips.tip_shape.has_flat_face:
         sums = _joined(blocks)
         return sums, _line(sensor, sums)
     last = _last(blocks)

@@ -120,7 +120,7 @@ def _section(path: Path) -> FlexureSection | None:
 def _solved_pressures(result: SensorResult) -> tuple[TipPressure, ...]:
     """Return the pressure under flat tips at the largest modulus and full travel; none where it is not solved."""
     design = result.design
-    if design.tips.shape == "dome":
+    if design.tips.tip_shape.obeys_hertz:
         return ()
     scene, E = scene_of(design, result.press.ahead), float(result.press.hardest.E[-1])
     try:

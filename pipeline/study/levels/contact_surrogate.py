@@ -33,7 +33,8 @@ RATIOS = {
 POISSON = "poisson"
 SAFETY = 3.0  # times the largest of 64 errors: tests/bench/studies.py shows it against those of its audits
 # Of a rigid flat tip of side 1 on a half-space, times E / (1 - nu^2) per force; the square as solve/halfspace has it.
-_OWN = {"cube": 1.0 / 1.152302, "cylinder": 1.0}
+_SQUARE_COMPLIANCE = 1.0 / 1.152302
+_CIRCLE_COMPLIANCE = 1.0
 _OUTSIDE = 1e-9  # of half the width of the domain: round-off
 
 
@@ -127,7 +128,8 @@ def half_space(scene: UnitScene) -> Floats:
     distance = np.linalg.norm(places[:, None] - places[None, :], axis=2)
     np.fill_diagonal(distance, 1.0)
     S = (1.0 - scene.fruit.poisson**2) / (math.pi * distance)
-    np.fill_diagonal(S, (1.0 - scene.fruit.poisson**2) * _OWN[scene.tips.shape])
+    own = _CIRCLE_COMPLIANCE if scene.tips.tip_shape.is_round else _SQUARE_COMPLIANCE
+    np.fill_diagonal(S, (1.0 - scene.fruit.poisson**2) * own)
     return np.asarray(S)
 
 

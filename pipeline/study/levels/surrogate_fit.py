@@ -62,7 +62,7 @@ def _no_polynomial(study: Study, keys: Sequence[str]) -> str:
     if others:
         return f"{others[0]} varies otherwise than by a span of lengths"
     middle = unit_scene(design_of(study, point_at(study, 0, [0.5] * len(study.vary)).settings))
-    if middle.fruit.shape != "block" or middle.tips.shape not in ("cube", "cylinder") or middle.tips.fillet_mm:
+    if middle.fruit.shape != "block" or not middle.tips.tip_shape.has_flat_face or middle.tips.fillet_mm:
         return "the fruit is no block or the tips are not flat"
     return ""
 

@@ -113,7 +113,7 @@ def uncertainty_budgets(sensor: Sensor, reached: SceneTargets, press: ScenePress
         K_h=_spring_budget(sensor, 1),
         P_max=of_P,
         NL=of_NL,
-        contact=None if sensor.design.tips.shape == "dome" else _contact_budget(sensor),
+        contact=None if sensor.design.tips.tip_shape.obeys_hertz else _contact_budget(sensor),
     )
 
 

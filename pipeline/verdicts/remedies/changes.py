@@ -128,13 +128,13 @@ def _steps(design: Design, *, dear: bool) -> tuple[tuple[float, ...], tuple[floa
     """Return the factors [1] by which a number becomes smaller and larger, fewer where a trial costs more."""
     if dear:
         return DEAR_SMALLER, DEAR_LARGER
-    return (SOME_SMALLER, SOME_LARGER) if design.tips.shape == "dome" else (FAR_SMALLER, LARGER)
+    return (SOME_SMALLER, SOME_LARGER) if design.tips.tip_shape.obeys_hertz else (FAR_SMALLER, LARGER)
 
 
 def _of_the_tips(design: Design, wrong: Sequence[str], *, dear: bool) -> Iterator[Ladder]:
     """Yield other sides, spacings and radii of tips; each costs another compliance of the fruit."""
     factors = _steps(design, dear=dear)
-    if design.tips.shape == "dome":
+    if design.tips.tip_shape.obeys_hertz:
         yield from _scaled(design, "tips.dome_radius_mm", *factors)
     else:
         yield from _scaled(design, "tips.side_mm", *factors)
@@ -147,7 +147,7 @@ def _of_the_tips(design: Design, wrong: Sequence[str], *, dear: bool) -> Iterato
 
 def _of_the_reading(design: Design, wrong: Sequence[str]) -> Iterator[Ladder]:
     """Yield tips that are known to read round fruit; of domes what the reading may ask for instead."""
-    if design.tips.shape != "dome":
+    if not design.tips.tip_shape.obeys_hertz:
         yield (_domes(design),)
         return
     for verdict, key, factors in (
@@ -164,7 +164,7 @@ def _of_the_layout(design: Design) -> Iterator[Ladder]:
     """Yield the layouts that have a housing, without the keys of a line."""
     for layout in ("pair", "square"):
         yield ({"tips.layout": layout, **_unset(design, "tips.order", "tips.outer_mm")},)
-    if design.reading is not None and design.tips.shape != "dome":
+    if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
         yield (_domes(design),)
 
 
@@ -180,7 +180,7 @@ def _straightened(design: Design) -> Iterator[Ladder]:
             yield ({key: 0.0},)
     if design.press.attitude != "side":
         yield ({"press.attitude": "side"},)
-    if design.tips.shape not in ("cube", "cylinder"):
+    if not design.tips.tip_shape.has_flat_face:
         yield ({"tips.shape": "cube", **_unset(design, "tips.dome_radius_mm")},)
 
 

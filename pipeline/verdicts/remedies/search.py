@@ -94,7 +94,7 @@ def _round(
 
 def is_dear(design: Design) -> bool:
     """Say whether contact of a design is solved on cells."""
-    return not scene_of(design).linear and design.tips.shape != "dome"
+    return not scene_of(design).linear and not design.tips.tip_shape.obeys_hertz
 
 
 def _open_ladders(design: Design, wrong: Sequence[str], changes: Changes, fixed: frozenset[str]) -> Iterator[Ladder]:

@@ -117,7 +117,7 @@ class Trials:
     def _of_readings(self, design: Design, contact: FruitCompliance, springs: FittedSprings) -> tuple[Verdict, ...]:
         """Return the verdicts on readings; flat tips that tilt are too dear to try, and none is known to pass."""
         self.left -= _ASSESSMENT
-        if design.tips.shape != "dome":
+        if not design.tips.tip_shape.obeys_hertz:
             return (failed("reading.bias", "tips with a dome", unit="1", reference="readings of flat tips"),)
         press = press_scene(design, contact, springs.C)
         found = reading_verdicts(design, assess_readings(design, contact, springs))
@@ -128,7 +128,7 @@ class Trials:
     ) -> tuple[Verdict, ...]:
         """Return the verdicts on P; where contact is solved on cells, on few moduli first and on all if those pass."""
         ahead = self._ahead if design.press.attitude != "side" else ()
-        if not scene_of(design, ahead).linear and design.tips.shape != "dome":
+        if not scene_of(design, ahead).linear and not design.tips.tip_shape.obeys_hertz:
             self.left -= _QUICK
             quick = tuple(_at_the_ends(design, contact, springs, ahead))
             if any(verdict.passed is not True for verdict in quick):
@@ -142,7 +142,7 @@ def _of_the_layout(design: Design) -> tuple[Verdict, ...]:
     """Return geometry.layout for a line, geometry.tip_shape for tips that cannot be printed."""
     if design.tips.layout == "line":
         return (NO_LINE,)
-    return () if design.tips.shape == "dome" else flat_shape_verdicts(design.tips)
+    return () if design.tips.tip_shape.obeys_hertz else flat_shape_verdicts(design.tips)
 
 
 def _of_contact(design: Design) -> tuple[Fruit, Tips]:
@@ -191,5 +191,5 @@ def _of_the_press(
     yield displacement_verdict(press.table)
     yield monotonic_verdict(press.scan)
     yield from bruise_verdicts(design, contact, springs, press)
-    if design.tips.shape == "dome":
+    if design.tips.tip_shape.obeys_hertz:
         yield tip_face_verdict(design, press)

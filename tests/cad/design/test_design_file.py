@@ -110,7 +110,7 @@ def test_stiffnesses_of_the_file_are_in_newton_per_metre():
         ({"target": {}}, "target: unknown table; must be one of name, targets, springs,", "did you mean targets?"),
         ({"nane": "x"}, "nane: unknown table; must be one of name,", "did you mean name?"),
         ({"targets": {"Pmax": 5}}, "targets.Pmax: unknown key; must be one of P_max, NL,", "did you mean P_max?"),
-        ({"tips": {"spacing": 8}}, "tips.spacing: unknown key; must be one of layout,", "did you mean spacing_mm?"),
+        ({"tips": {"spacing": 8}}, "tips.spacing: unknown key; must be one of", "did you mean spacing_mm?"),
         ({"fruit": {"hight_mm": 8}}, "fruit.hight_mm: unknown key; must be one of", "did you mean height_mm?"),
         ({"fruit": {"ΔΔΔ": 8}}, "fruit.ΔΔΔ: unknown key; must be one of shape,", "?"),
         ({"fruit": {"a\nb": 8}}, r"'fruit.a\nb': unknown key; must be one of shape,", "?"),

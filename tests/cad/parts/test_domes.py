@@ -95,7 +95,7 @@ def test_flat_tips_of_the_solve_are_stiffer_than_domes_by_less_than_half_a_thous
 
 @pytest.mark.parametrize(("radius", "side"), [(10.0, 2.0), (1.0, 2.0), (5.0, 1.2)])
 def test_pin_with_a_dome_is_a_cylinder_on_a_cap(radius, side):
-    pin = tip_solid(Tips(shape="dome", dome_radius_mm=radius, side_mm=side), 4.0)
+    pin = tip_solid(Tips(shape="dome", dome_radius_mm=radius, side_mm=side).tip_shape, 4.0)
     cap = radius - math.sqrt(radius**2 - 0.25 * side**2)
     volume = 0.25 * math.pi * side**2 * (4.0 - cap) + math.pi * cap**2 * (radius - cap / 3.0)
     assert pin.isValid()

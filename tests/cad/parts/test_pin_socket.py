@@ -228,7 +228,7 @@ def test_neck_above_a_wide_foot_prints_without_support(tmp_path):
     ],
 )
 def test_tip_has_the_volume_and_the_face_of_its_shape(tips, volume, touch):
-    solid = tip_solid(tips, 3.0)
+    solid = tip_solid(tips.tip_shape, 3.0)
     assert solid.isValid()
     assert solid.Volume() == pytest.approx(volume, rel=1e-9)
     down = [face for face in solid.Faces() if face.geomType() == "SPHERE" or face.normalAt().z < -0.5]
@@ -239,6 +239,6 @@ def test_tip_has_the_volume_and_the_face_of_its_shape(tips, volume, touch):
 
 @pytest.mark.parametrize(("shape", "flat"), [("cube", (1.0 - 2 * 0.1) ** 2), ("cylinder", math.pi * (0.5 - 0.1) ** 2)])
 def test_fillet_leaves_the_flat_inside_it(shape, flat):
-    solid = tip_solid(Tips(shape=shape, fillet_mm=0.1), 2.0)
+    solid = tip_solid(Tips(shape=shape, fillet_mm=0.1).tip_shape, 2.0)
     faces = [face for face in solid.Faces() if face.geomType() == "PLANE" and abs(face.Center().z) < 1e-6]
     assert [face.Area() for face in faces] == [pytest.approx(flat, rel=1e-9)]

@@ -1,16 +1,21 @@
+from functools import partial
+
 import numpy as np
 import pytest
 
-from solve.contact.gap import cube_gap, cylinder_gap, sphere_gap
+from cad.tips.ball import Dome, Sphere
+from cad.tips.flat import Cube, Cylinder
+from solve.contact.gap import tip_gap
 from solve.fruit.skin import cap_gap
 
 HALF = np.linspace(0.01, 0.59, 30)
 AXIS = np.concatenate([-HALF[::-1], HALF])  # mirror-symmetric to the last bit, no point on an edge
 X, Y = np.meshgrid(AXIS, AXIS, indexing="ij")
 GAPS = {
-    "cube": lambda x, y: cube_gap(x, y, 1.0, 0.1),
-    "cylinder": lambda x, y: cylinder_gap(x, y, 1.0, 0.1),
-    "sphere": lambda x, y: sphere_gap(x, y, 0.5),
+    "cube": partial(tip_gap, Cube(side_mm=1.0, fillet_mm=0.1)),
+    "cylinder": partial(tip_gap, Cylinder(side_mm=1.0, fillet_mm=0.1)),
+    "sphere": partial(tip_gap, Sphere(side_mm=1.0)),
+    "dome": partial(tip_gap, Dome(side_mm=1.0, dome_radius_mm=10.0)),
     "cap": lambda x, y: cap_gap(x, y, 35.0, 30.0),
 }
 
@@ -25,7 +30,11 @@ def test_gap_is_zero_at_the_centre_and_mirror_symmetric(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "outside"), [("cube", np.maximum(abs(X), abs(Y)) > 0.5), ("cylinder", X**2 + Y**2 > 0.25)]
+    ("name", "outside"),
+    [
+        ("cube", np.maximum(abs(X), abs(Y)) > 0.5),
+        *((name, X**2 + Y**2 > 0.25) for name in ("cylinder", "sphere", "dome")),
+    ],
 )
 def test_there_is_no_face_beyond_the_edge(name, outside):
     np.testing.assert_array_equal(np.isinf(GAPS[name](X, Y)), outside)
@@ -33,14 +42,14 @@ def test_there_is_no_face_beyond_the_edge(name, outside):
 
 def test_sharp_face_is_flat():
     inside = np.maximum(abs(X), abs(Y)) <= 0.5
-    np.testing.assert_array_equal(cube_gap(X, Y, 1.0)[inside], 0.0)
+    np.testing.assert_array_equal(tip_gap(Cube(side_mm=1.0), X, Y)[inside], 0.0)
 
 
 def test_fillet_is_a_quarter_circle():
     x = np.array([0.4, 0.45, 0.5])
     depth = 0.1 - np.sqrt(0.1**2 - (x - 0.4) ** 2)
-    np.testing.assert_allclose(cube_gap(x, 0.0 * x, 1.0, 0.1), depth, atol=1e-15)
-    np.testing.assert_allclose(cylinder_gap(0.0 * x, x, 1.0, 0.1), depth, atol=1e-15)
+    np.testing.assert_allclose(GAPS["cube"](x, 0.0 * x), depth, atol=1e-15)
+    np.testing.assert_allclose(GAPS["cylinder"](0.0 * x, x), depth, atol=1e-15)
 
 
 @pytest.mark.parametrize(("along", "across"), [(35.0, 35.0), (40.0, 30.0)])
@@ -52,4 +61,4 @@ def test_cap_has_the_curvatures_of_its_radii(along, across):
 
 
 def test_sphere_and_round_cap_are_the_same_surface():
-    np.testing.assert_allclose(sphere_gap(X, Y, 35.0), cap_gap(X, Y, 35.0, 35.0), atol=1e-12)
+    np.testing.assert_allclose(tip_gap(Sphere(side_mm=70.0), X, Y), cap_gap(X, Y, 35.0, 35.0), atol=1e-12)

@@ -3,8 +3,9 @@ import pytest
 from scipy.optimize import nnls
 
 from cad.design.fruit import Fruit
+from cad.tips.flat import Cube
 from solve.contact.cells import contact_cells, folded
-from solve.contact.gap import cube_gap
+from solve.contact.gap import tip_gap
 from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact, housing_travel
 from solve.fruit.footprints import Footprint
 from solve.fruit.skin import cap_gap
@@ -230,6 +231,6 @@ def test_partial_contact_against_another_discretisation_and_solver(scene):
 
 
 def test_fillet_softens_the_first_touch(footprints):
-    gap = cube_gap(*footprints.local.T, 1.0, 0.1)
+    gap = tip_gap(Cube(side_mm=1.0, fillet_mm=0.1), *footprints.local.T)
     sharp, rounded = (pressed(footprints, 0.05, 2.0, gap=one).F for one in (0.0, gap))
     assert np.all(rounded < sharp)
