@@ -16,7 +16,7 @@ from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.grid import Grid
 from solve.large_strain.stretch import mode_stiffness, principal_modes, principal_stretches
 
-_REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])[:, None, None]
+_REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])[:, None, None]  # F without displacement
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,6 +43,7 @@ class RoundBody:
         self.count = len(grid.r_nodes) * len(grid.z_nodes)
         self.dofs: Ints = (2 * grid.nodes[:, :, None] + np.arange(2)).reshape(len(grid.nodes), DOFS).T.copy()
         self._elements = quadratic_elements(grid)
+        self._gradient = self._elements.gradient.reshape(-1, DOFS)
         self._weighted_pressures = self._elements.weights * self._elements.pressures
 
     @property
@@ -51,14 +52,14 @@ class RoundBody:
         return float(self._elements.weights.sum())
 
     def deformed(self, u: Floats) -> Deformed:
-        """Return what displacements (nodes, 2) [tip sides] make of the body."""
+        """Return the strain and its energy at displacements (nodes, 2) [tip sides]."""
         scale = self._elements.scale
         F = (self._gradient @ u.ravel()[self.dofs]).reshape(scale.shape) * scale + _REST
         stretches = principal_stretches(F)
         if not stretches.min() > 0.0:
             return Deformed(u=u, F=F, stretches=stretches, theta=np.zeros_like(F[0]), energy=math.inf)
         theta = self._projected(np.log(stretches.prod(axis=0)))
-        density = self.law.of_stretch(stretches)[0].sum(axis=0) + self.law.of_volume(theta)[0]
+        density = self.law.phi(stretches)[0].sum(axis=0) + self.law.U(theta)[0]
         energy = float((self._elements.weights * density).sum())
         return Deformed(u=u, F=F, stretches=stretches, theta=theta, energy=energy)
 
@@ -68,60 +69,61 @@ class RoundBody:
         Of symmetric matrices the entries on and below the diagonal are returned, (171, elements) [E times tip side].
         With `projected` negative curvatures of the energy at the points are left out, so that none is indefinite.
         """
-        F, stretches, weights = body.F, body.stretches, self._elements.weights
-        _, slope, curvature = self.law.of_stretch(stretches)
-        _, volume_slope, bulk = self.law.of_volume(body.theta)
+        elements = self._elements
+        scale = elements.scale
+        _, slope, curvature = self.law.phi(body.stretches)
+        _, volume_slope, bulk = self.law.U(body.theta)
         pressure = self._projected(volume_slope)
-        stiffness = mode_stiffness(stretches, slope, curvature, pressure)
-        stiffness = np.maximum(stiffness, 0.0) if projected else stiffness
-        modes = principal_modes(F)
-        matrix = self._elements.squares @ self._by_pairs(modes, weights * stiffness)
-        matrix += self._of_volume(modes, stretches, weights * bulk)
-        stress = _stress(modes, slope + pressure / stretches)
-        return self.assembled(self._moved(weights * stress)), matrix
+        modes = principal_modes(body.F)
+
+        # Second derivatives of phi + p ln J, diagonal in the modes, by pairs of parts of F.
+        stiffness = mode_stiffness(body.stretches, slope, curvature, pressure)
+        if projected:
+            stiffness = np.maximum(stiffness, 0.0)
+        stiffness = elements.weights * stiffness
+        weighted_modes = modes * stiffness[:4, None]
+        by_pairs = []
+        for i, j in PAIRS[:-1]:
+            by_pairs.append((weighted_modes[:, i] * modes[:, j]).sum(axis=0) * scale[i] * scale[j])
+        by_pairs.append(stiffness[4] * scale[4] ** 2)
+        matrix = elements.squares @ np.concatenate(by_pairs)
+
+        # The curvature of U, by the growth of volume that each pressure function sees.
+        growth = _by_parts(modes, 1.0 / body.stretches)
+        seen = np.stack([self._nodal_forces(function * growth) for function in self._weighted_pressures])
+        weighted_bulk = elements.weights * bulk
+        coupling = np.einsum("kqe,lqe->kle", weighted_bulk * elements.pressures, elements.pressures, optimize=False)
+        bulk_forces = np.einsum("kle,lde->kde", coupling, seen)
+        of_volume = sum(left[ROWS] * right[COLUMNS] for left, right in zip(bulk_forces, seen, strict=True))
+        matrix += np.asarray(of_volume)
+
+        stress = _by_parts(modes, slope + pressure / body.stretches)
+        return self.assembled(self._nodal_forces(elements.weights * stress)), matrix
 
     def assembled(self, local: Floats) -> Floats:
         """Return the sum over elements of their vectors (18, elements), shape (2 nodes,) [their unit]."""
         total = np.bincount(self.dofs.ravel(), local.ravel(), minlength=2 * self.count)
         return total.astype(np.float64, copy=False)
 
-    @property
-    def _gradient(self) -> Floats:
-        return self._elements.gradient.reshape(-1, DOFS)
-
-    def _moved(self, parts: Floats) -> Floats:
+    def _nodal_forces(self, stress: Floats) -> Floats:
         """Return the forces (18, elements) of stresses conjugate to F times their volumes (5, points, elements)."""
-        return np.asarray(self._gradient.T @ (self._elements.scale * parts).reshape(len(self._gradient), -1))
-
-    def _by_pairs(self, modes: Floats, stiffness: Floats) -> Floats:
-        """Return the second derivatives by pairs of parts of F (pairs times points, elements), scaled for `squares`."""
-        scale, weighted = self._elements.scale, modes * stiffness[:4, None]
-        in_plane = [(weighted[:, i] * modes[:, j]).sum(axis=0) * scale[i] * scale[j] for i, j in PAIRS[:-1]]
-        return np.concatenate([*in_plane, stiffness[4] * scale[4] ** 2])
-
-    def _of_volume(self, modes: Floats, stretches: Floats, bulk: Floats) -> Floats:
-        """Return the entries (171, elements) that the curvature of U adds, by each pressure function's own growth."""
-        pressures = self._elements.pressures
-        growth = _stress(modes, 1.0 / stretches)
-        moved = np.stack([self._moved(each * growth) for each in self._weighted_pressures])
-        stiffness = np.einsum("kqe,lqe->kle", bulk * pressures, pressures, optimize=False)
-        along = np.einsum("kle,lde->kde", stiffness, moved)
-        return np.asarray(sum(left[ROWS] * right[COLUMNS] for left, right in zip(along, moved, strict=True)))
+        return np.asarray(self._gradient.T @ (self._elements.scale * stress).reshape(len(self._gradient), -1))
 
     def _projected(self, values: Floats) -> Floats:
         """Return values at all points (points, elements) by the linear functions nearest to them [same unit]."""
-        shares = (self._weighted_pressures * values).sum(axis=1)
-        return np.asarray((self._elements.pressures * shares[:, None]).sum(axis=0))
+        coefficients = (self._weighted_pressures * values).sum(axis=1)
+        return np.asarray((self._elements.pressures * coefficients[:, None]).sum(axis=0))
 
 
 def whole_matrices(entries: Floats) -> Floats:
     """Return the matrices (elements, 18, 18) of their entries on and below the diagonal (171, elements) [same unit]."""
     whole = np.empty((entries.shape[1], DOFS, DOFS))
-    whole[:, ROWS, COLUMNS] = whole[:, COLUMNS, ROWS] = entries.T
+    whole[:, ROWS, COLUMNS] = entries.T
+    whole[:, COLUMNS, ROWS] = entries.T
     return whole
 
 
-def _stress(modes: Floats, along: Floats) -> Floats:
-    """Return the sum of slopes along the principal stretches (3, ...) by parts of F, shape (5, ...)."""
-    in_plane = along[0] * modes[0] + along[1] * modes[1]
-    return np.concatenate([in_plane, along[2:]])
+def _by_parts(modes: Floats, principal: Floats) -> Floats:
+    """Return slopes along the principal stretches (3, ...) as slopes along the parts of F, shape (5, ...)."""
+    in_plane = principal[0] * modes[0] + principal[1] * modes[1]
+    return np.concatenate([in_plane, principal[2:]])

@@ -1,7 +1,7 @@
 """What the step between two meshes does not see of a curve's error: sizes by tests/fits/curve_errors.py.
 
-Shares of the force over the linear one [1], each the most over three laws, nu from 0.05 to 0.49 and edges up to 0.07:
-of a sharp edge at nu < 0.3 the step between the meshes is larger than all of them.
+Fractions of the force over the linear one [1], each the most over three laws, nu from 0.05 to 0.49 and edges up to
+0.07: of a sharp edge at nu < 0.3 the step between the meshes is larger than all of them.
 """
 
 import math
@@ -16,8 +16,9 @@ from solve.large_strain.tip_profile import Dome
 PENALTY = 2e-4  # against a penalty ten times as stiff
 FAR_ELEMENTS = 1.1e-3  # against elements that grow by half as much from one to the next, on fillets
 # Flesh that touches a fillet slides until its step ends and grips from there on: against steps of half the depth. The
-# second share is of the grip times how much wider than its seat the tip is.
-STEPS, GRIP_OF_STEPS = 4e-4, 0.28
+# second is of the grip times how much wider than its seat the tip is.
+STEPS = 4e-4
+GRIP_OF_STEPS = 0.28
 
 
 def unseen_error(press: TipPress, grip: float, depths: Floats) -> Floats:
@@ -26,11 +27,11 @@ def unseen_error(press: TipPress, grip: float, depths: Floats) -> Floats:
     `grip` [1] is how much stiffer a tip that grips is than one that slides, at small strain.
     """
     tip = press.tip
-    always = np.full_like(depths, PENALTY + FAR_ELEMENTS)
+    error = np.full_like(depths, PENALTY + FAR_ELEMENTS)
     if isinstance(tip, Dome) or tip.edge == 0.0:
-        return always
-    by_steps = STEPS + (0.0 if press.slides else GRIP_OF_STEPS * (grip - 1.0) * tip.edge / tip.radius)
-    return np.asarray(always + by_steps)
+        return error
+    of_grip = 0.0 if press.slides else GRIP_OF_STEPS * (grip - 1.0) * tip.edge / tip.radius
+    return np.asarray(error + (STEPS + of_grip))
 
 
 def rim_error(press: TipPress, depths: Floats) -> Floats:
@@ -43,8 +44,8 @@ def rim_error(press: TipPress, depths: Floats) -> Floats:
     if isinstance(tip, Dome) or tip.edge == 0.0:
         return np.zeros_like(depths)
     element = tip.edge / fillet_elements(tip.edge, press.refinement)
-    lasts = np.minimum(0.75 * element / fillet_covered(tip.radius, tip.edge, depths), 1.0)
-    return np.asarray(0.25 * element / tip.radius * lasts)
+    change = np.minimum(0.75 * element / fillet_covered(tip.radius, tip.edge, depths), 1.0)
+    return np.asarray(0.25 * element / tip.radius * change)
 
 
 def fillet_covered(radius: float, edge: float, depths: Floats) -> Floats:

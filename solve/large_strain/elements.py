@@ -37,61 +37,56 @@ class Elements:
 
 def quadratic_elements(grid: Grid) -> Elements:
     """Return the elements of a grid."""
-    places, gauss = np.polynomial.legendre.leggauss(POINTS)
-    x, y = np.repeat(places, POINTS), np.tile(places, POINTS)
-    start, width, height = _rectangles(grid)
-    r = start + np.outer(0.5 * (1.0 + x), width)
-    weights = 0.5 * np.pi * r * np.outer(np.outer(gauss, gauss), np.abs(width * height))
-    by_r, by_z = (np.broadcast_to(2.0 / length, r.shape) for length in (width, height))
-    gradient = _gradient(x, y)
+    points, gauss = np.polynomial.legendre.leggauss(POINTS)
+    x = np.repeat(points, POINTS)
+    y = np.tile(points, POINTS)
+
+    rows = len(grid.z) - 1
+    columns = len(grid.r) - 1
+    width = np.repeat(np.diff(grid.r), rows)
+    height = np.tile(np.diff(grid.z), columns)  # negative: z falls
+    r = np.repeat(grid.r[:-1], rows) + np.outer(0.5 * (1.0 + x), width)
+    weights = 0.5 * np.pi * r * np.outer(np.outer(gauss, gauss), np.abs(width * height))  # 2 pi r dr dz
+    by_r = np.broadcast_to(2.0 / width, r.shape)
+    by_z = np.broadcast_to(2.0 / height, r.shape)
+
+    parts = np.zeros((5, len(x), 9, 2))  # the last index is the component, radial or up
+    d_dx = _tensor_product(_quadratic_slope(x), _quadratic(y))
+    d_dy = _tensor_product(_quadratic(x), _quadratic_slope(y))
+    parts[0, :, :, 0] = d_dx
+    parts[1, :, :, 0] = d_dy
+    parts[2, :, :, 1] = d_dx
+    parts[3, :, :, 1] = d_dy
+    parts[4, :, :, 0] = _tensor_product(_quadratic(x), _quadratic(y))
+    gradient = parts.reshape(5, len(x), DOFS)
+
+    squares = []
+    for i, j in PAIRS:
+        product = gradient[i][:, ROWS] * gradient[j][:, COLUMNS]
+        if i != j:
+            product = product + gradient[j][:, ROWS] * gradient[i][:, COLUMNS]
+        squares.append(product)
+
+    # 1, x and y in each element, made orthonormal by the weights
+    linear = np.stack([np.ones_like(x), x, y])
+    mass = np.einsum("kq,qe,lq->ekl", linear, weights, linear)
+    orthonormal = np.linalg.solve(np.linalg.cholesky(mass), linear[None])
     return Elements(
         gradient=gradient,
         scale=np.stack([by_r, by_z, by_r, by_z, 1.0 / r]),
-        squares=_squares(gradient),
+        squares=np.ascontiguousarray(np.concatenate(squares).T),
         weights=weights,
-        pressures=_pressures(x, y, weights),
+        pressures=np.ascontiguousarray(orthonormal.transpose(1, 2, 0)),
     )
 
 
-def _rectangles(grid: Grid) -> tuple[Floats, Floats, Floats]:
-    """Return the inner radius, the width and the (negative) height of each element [tip sides]."""
-    rows, columns = len(grid.z) - 1, len(grid.r) - 1
-    return np.repeat(grid.r[:-1], rows), np.repeat(np.diff(grid.r), rows), np.tile(np.diff(grid.z), columns)
-
-
-def _gradient(x: Floats, y: Floats) -> Floats:
-    """Return what each displacement adds to the parts of F in the square from -1 to 1, shape (5, points, 18) [1]."""
-    gradient = np.zeros((5, len(x), 9, 2))
-    gradient[0, :, :, 0] = gradient[2, :, :, 1] = _products(_quadratic_slope(x), _quadratic(y))
-    gradient[1, :, :, 0] = gradient[3, :, :, 1] = _products(_quadratic(x), _quadratic_slope(y))
-    gradient[4, :, :, 0] = _products(_quadratic(x), _quadratic(y))
-    return gradient.reshape(5, len(x), DOFS)
-
-
-def _squares(gradient: Floats) -> Floats:
-    """Return the entries of a matrix for a second derivative of 1 by each pair at each point."""
-    parts = []
-    for i, j in PAIRS:
-        part = gradient[i][:, ROWS] * gradient[j][:, COLUMNS]
-        parts.append(part if i == j else part + gradient[j][:, ROWS] * gradient[i][:, COLUMNS])
-    return np.ascontiguousarray(np.concatenate(parts).T)
-
-
-def _products(along: Floats, up: Floats) -> Floats:
+def _tensor_product(along: Floats, up: Floats) -> Floats:
     """Return the products of three functions each way, both (points, 3), shape (points, 9)."""
     return (along[:, :, None] * up[:, None, :]).reshape(len(along), 9)
 
 
-def _pressures(x: Floats, y: Floats, weights: Floats) -> Floats:
-    """Return functions that span 1, x and y in each element and are orthonormal by weights (points, elements)."""
-    linear = np.stack([np.ones_like(x), x, y])
-    mass = np.einsum("kq,qe,lq->ekl", linear, weights, linear)
-    orthonormal = np.linalg.solve(np.linalg.cholesky(mass), linear[None])
-    return np.ascontiguousarray(orthonormal.transpose(1, 2, 0))
-
-
 def _quadratic(x: Floats) -> Floats:
-    """Return the Lagrange functions of -1, 0, 1 at places x, shape (places, 3)."""
+    """Return the Lagrange functions of -1, 0, 1 at points x, shape (points, 3)."""
     return np.stack([0.5 * x * (x - 1.0), 1.0 - x**2, 0.5 * x * (x + 1.0)], axis=1)
 
 

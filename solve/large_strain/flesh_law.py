@@ -36,17 +36,12 @@ class FleshLaw:
         if self.name not in FLESH_LAWS:
             raise validation_error("name", self.name, "", f"one of {', '.join(FLESH_LAWS)}", "take neo-hooke")
         if not 0.0 <= self.poisson <= LARGEST_POISSON:
-            remedy = "large strain is solved there only; take press.strain = 'linear'"
-            raise validation_error("fruit.poisson", self.poisson, "", f"from 0 to {LARGEST_POISSON:g}", remedy)
+            hint = "large strain is solved there only; take press.strain = 'linear'"
+            raise validation_error("fruit.poisson", self.poisson, "", f"from 0 to {LARGEST_POISSON:g}", hint)
 
-    @property
-    def lame(self) -> tuple[float, float]:
-        """Return Lame's lambda and mu [1]."""
-        return lame_parameters(1.0, self.poisson)
-
-    def of_stretch(self, stretch: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return phi, its slope and its curvature at principal stretches, each of their shape [1]."""
-        mu = self.lame[1]
+    def phi(self, stretch: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return phi and its first and second derivative at principal stretches, each of their shape [1]."""
+        _, mu = lame_parameters(1.0, self.poisson)
         if self.name == "neo-hooke":
             return 0.5 * mu * (stretch**2 - 1.0), mu * stretch, np.full_like(stretch, mu)
         if self.name == "hencky":
@@ -57,14 +52,15 @@ class FleshLaw:
         power = stretch**n
         return scale * (power - 1.0), scale * n * power / stretch, scale * n * (n - 1.0) * power / stretch**2
 
-    def of_volume(self, theta: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return U, its slope and its curvature at theta = ln J, each of its shape [1]."""
-        lam, mu = self.lame
+    def U(self, theta: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return U and its first and second derivative at theta = ln J, each of its shape [1]."""
+        lam, mu = lame_parameters(1.0, self.poisson)
         if self.name == "neo-hooke":
             return (0.5 * lam * theta - mu) * theta, lam * theta - mu, np.full_like(theta, lam)
         if self.name == "hencky":
             return 0.5 * lam * theta**2, lam * theta, np.full_like(theta, lam)
-        n, b = FOAM_EXPONENT, self.poisson / (1.0 - 2.0 * self.poisson)
+        n = FOAM_EXPONENT
+        b = self.poisson / (1.0 - 2.0 * self.poisson)
         if b == 0.0:
             return -2.0 * mu / n * theta, np.full_like(theta, -2.0 * mu / n), np.zeros_like(theta)
         power = np.exp(-n * b * theta)

@@ -16,8 +16,25 @@ from solve.large_strain.press import PressedForces, TipPress, pressed
 from solve.large_strain.tip_profile import Dome, FlatTip, TipProfile
 from solve.linear import SolveError
 
-DEPTH_SHARES = (0.005, 0.02, 0.04, 0.08, 0.12, 0.17, 0.25, 1 / 3, 5 / 12, 0.5, 7 / 12, 2 / 3, 0.75, 5 / 6, 11 / 12, 1.0)
-DOME_SHARES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+DEPTH_FRACTIONS = (
+    0.005,
+    0.02,
+    0.04,
+    0.08,
+    0.12,
+    0.17,
+    0.25,
+    1 / 3,
+    5 / 12,
+    0.5,
+    7 / 12,
+    2 / 3,
+    0.75,
+    5 / 6,
+    11 / 12,
+    1.0,
+)
+DOME_FRACTIONS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 REFINEMENTS = (1, 2)
 LEAST_SLIDING_EDGE = 0.05  # of the tip's radius
 LEAST_SOLVED_EDGE = 0.006  # of the tip's radius: half of what a smaller fillet takes off the force is 0.3 % at most
@@ -52,7 +69,7 @@ class ForceCurve:
 
         Before the first depth it is that at the first. Raises InputError beyond the deepest that was solved.
         """
-        self._check(depth)
+        self._check_depth(depth)
         curve = PchipInterpolator(self.depths, self.factors)
         return np.asarray(curve(np.maximum(depth, self.depths[0])), dtype=np.float64)
 
@@ -63,22 +80,22 @@ class ForceCurve:
         """
         within = np.clip(depth, self.depths[0], self.depths[-1])
         curve = PchipInterpolator(self.depths, self.factors)
-        inside, touching = within == depth, np.maximum(depth, 0.0)
+        inside = within == depth
+        touching = np.maximum(depth, 0.0)
         slope = curve(within) + np.where(inside, touching * curve.derivative()(within), 0.0)
         return np.asarray(curve(within) * touching), np.where(depth > 0.0, slope, 0.0)
 
     def error(self, depth: Floats) -> Floats:
         """Return the error of the factor [1] at depths [tip sides] of any shape; raises as `factor`."""
-        self._check(depth)
+        self._check_depth(depth)
         return np.interp(depth, self.depths, self.errors)
 
-    def _check(self, depth: Floats) -> None:
+    def _check_depth(self, depth: Floats) -> None:
         deepest = float(np.max(depth, initial=0.0))
         if deepest > self.reached * (1.0 + 1e-9):
             bound = f"at most {self.reached:.3g} tip sides, the deepest equilibrium that was found"
-            raise validation_error(
-                "depth", deepest, "tip sides", bound, "press less deep, or take wider or rounder tips"
-            )
+            hint = "press less deep, or take wider or rounder tips"
+            raise validation_error("depth", deepest, "tip sides", bound, hint)
 
 
 def force_curve(tip: TipProfile, law: FleshLaw, deepest: float, *, slides: bool = False) -> ForceCurve:
@@ -87,116 +104,91 @@ def force_curve(tip: TipProfile, law: FleshLaw, deepest: float, *, slides: bool 
     Raises InputError where the depth is not positive or beyond a dome's fine elements, and for a sharp edge that slides
     or a dome that grips; SolveError where no depth was found.
     """
-    _check_depth(tip, deepest)
-    _check_grip(tip, slides=slides)
+    _check(tip, deepest, slides=slides)
     start = time.perf_counter()
-    depths = [share * deepest for share in (DOME_SHARES if isinstance(tip, Dome) else DEPTH_SHARES)]
-    solved = _solved_tip(tip)
-    presses = [TipPress(tip=solved, law=law, slides=slides, refinement=each) for each in REFINEMENTS]
-    coarse, fine = (pressed(press, depths) for press in presses)
-    count = _agreed(presses[0], coarse, fine)
+    fractions = DOME_FRACTIONS if isinstance(tip, Dome) else DEPTH_FRACTIONS
+    depths = [fraction * deepest for fraction in fractions]
+
+    # A fillet too small to be worth its elements is solved as a sharp edge.
+    solved_tip = tip
+    if isinstance(tip, FlatTip) and tip.edge <= LEAST_SOLVED_EDGE * tip.radius:
+        solved_tip = replace(tip, edge=0.0)
+    press = TipPress(tip=solved_tip, law=law, slides=slides, refinement=REFINEMENTS[1])
+    coarse = pressed(replace(press, refinement=REFINEMENTS[0]), depths)
+    fine = pressed(press, depths)
+
+    # What the finite body adds to the compliance of a round punch on a half-space, times E [1 / tip side]. The
+    # stiffness of a sharp punch converges with the size of its elements, here to a half.
+    limit = 2.0 * fine.sliding - coarse.sliding
+    body_compliance = 1.0 / limit - (1.0 - law.poisson**2) / (2.0 * tip.radius)
+    _, coarse_factors = _factors(press, coarse, body_compliance)
+    entered, factors = _factors(press, fine, body_compliance)
+
+    # The curve ends where a mesh found no equilibrium, or both found different ones.
+    solved = min(len(coarse_factors), len(factors))
+    difference = np.abs(factors[:solved] - coarse_factors[:solved])
+    apart = np.flatnonzero(difference > MOST_APART)
+    count = int(apart[0]) if len(apart) else solved
     if count == 0:
         msg = f"large strain: no equilibrium at {depths[0]:.3g} tip sides; take press.strain = 'linear'"
         raise SolveError(msg)
-    curve = _curve(presses[-1], coarse, fine, count)
-    if isinstance(tip, FlatTip) and solved != tip:
-        curve = _rounded(curve, tip)
-    status = _status(coarse, fine, depths, count)
-    info = replace(curve.info, seconds=time.perf_counter() - start, status=status)
-    return replace(curve, asked=deepest, info=info)
+    status = f"meshes of {coarse.dofs} and {fine.dofs} unknowns, {fine.iterations} iterations"
+    if count == len(depths):
+        status += "; every step converged"
+    else:
+        ends = "no equilibrium was found" if count == solved else "the meshes part"
+        status += f"; {ends} beyond {depths[count - 1]:.3g} tip sides"
 
-
-def _solved_tip(tip: TipProfile) -> TipProfile:
-    """Return the tip that is solved: a sharp one for a fillet too small to be worth its elements."""
-    if isinstance(tip, FlatTip) and tip.edge <= LEAST_SOLVED_EDGE * tip.radius:
-        return replace(tip, edge=0.0)
-    return tip
-
-
-def _rounded(curve: ForceCurve, tip: FlatTip) -> ForceCurve:
-    """Return the curve of a sharp tip less what a small fillet takes off; half of that is its error."""
-    lost = fillet_loss(tip.radius, tip.edge, np.array(curve.depths))
-    factors, errors = np.array(curve.factors) * (1.0 - lost), np.array(curve.errors) + 0.5 * lost
-    return replace(curve, factors=tuple(factors.tolist()), errors=tuple(errors.tolist()))
-
-
-def _agreed(press: TipPress, coarse: PressedForces, fine: PressedForces) -> int:
-    """Return at how many depths both meshes found an equilibrium and the same one."""
-    count = min(len(coarse.depths), len(fine.depths))
-    body = _body_compliance(press.tip, press.law, coarse, fine)
-    (_, before), (_, factors) = (_factors(press, each, count, body) for each in (coarse, fine))
-    parted = np.flatnonzero(np.abs(factors - before) > MOST_APART)
-    return int(parted[0]) if len(parted) else count
-
-
-def _curve(press: TipPress, coarse: PressedForces, fine: PressedForces, count: int) -> ForceCurve:
-    """Return the curve of the first `count` depths; `press` is that on the finer mesh."""
-    body = _body_compliance(press.tip, press.law, coarse, fine)
-    (_, before), (depths, factors) = (_factors(press, each, count, body) for each in (coarse, fine))
-    # The step between the meshes changes sign on the way down: its largest so far counts, and at least the rim's share.
-    between = np.maximum.accumulate(np.abs(factors - before))
-    errors = np.maximum(between, rim_error(press, depths)) + unseen_error(press, fine.sharp / fine.sliding, depths)
-    method = f"axisymmetric, finite strain, {press.law.name}"
+    entered = entered[:count]
+    factors = factors[:count]
+    grip = fine.sharp / fine.sliding
+    # The step between the meshes changes sign on the way down: its largest so far counts, and at least the rim's part.
+    errors = np.maximum(np.maximum.accumulate(difference[:count]), rim_error(press, entered))
+    errors = errors + unseen_error(press, grip, entered)
+    if isinstance(tip, FlatTip) and solved_tip != tip:
+        lost = fillet_loss(tip.radius, tip.edge, entered)  # half of it counts as its error
+        factors = factors * (1.0 - lost)
+        errors = errors + 0.5 * lost
     return ForceCurve(
-        depths=tuple(depths.tolist()),
+        depths=tuple(entered.tolist()),
         factors=tuple(factors.tolist()),
         errors=tuple(errors.tolist()),
-        grip=fine.sharp / fine.sliding,
-        asked=float(fine.depths[count - 1]),
-        info=SolveInfo(method=method, dofs=fine.dofs, seconds=0.0, status=""),
+        grip=grip,
+        asked=deepest,
+        info=SolveInfo(
+            method=f"axisymmetric, finite strain, {law.name}",
+            dofs=fine.dofs,
+            seconds=time.perf_counter() - start,
+            status=status,
+        ),
     )
 
 
-def _check_depth(tip: TipProfile, deepest: float) -> None:
+def _check(tip: TipProfile, deepest: float, *, slides: bool) -> None:
+    """Refuse a depth out of reach, and what contact node by node does not resolve."""
     if not deepest > 0.0:
         raise validation_error("deepest", deepest, "tip sides", "greater than 0", "ask for the depth of the press")
-    if isinstance(tip, Dome) and deepest > tip.deepest:
-        bound = f"at most {tip.deepest:.3g} tip sides, where contact leaves the fine elements"
-        raise validation_error(
-            "deepest", deepest, "tip sides", bound, "press less deep, or give the dome a larger radius of contact"
-        )
-
-
-def _check_grip(tip: TipProfile, *, slides: bool) -> None:
-    """Refuse what a node by node contact does not resolve: a sharp edge that slides, a dome that grips."""
-    if isinstance(tip, Dome) and not slides:
-        raise validation_error(
-            "slides", slides, "", "True for a dome", "where a dome grips depends on how it came there"
-        )
-    if slides and not isinstance(tip, Dome) and tip.edge < LEAST_SLIDING_EDGE * tip.radius:
+    if isinstance(tip, Dome):
+        if deepest > tip.deepest:
+            bound = f"at most {tip.deepest:.3g} tip sides, where contact leaves the fine elements"
+            hint = "press less deep, or give the dome a larger radius of contact"
+            raise validation_error("deepest", deepest, "tip sides", bound, hint)
+        if not slides:
+            hint = "where a dome grips depends on how it came there"
+            raise validation_error("slides", slides, "", "True for a dome", hint)
+    elif slides and tip.edge < LEAST_SLIDING_EDGE * tip.radius:
         bound = f"at least {LEAST_SLIDING_EDGE * tip.radius:.3g} tip sides where the tip slides"
-        raise validation_error(
-            "edge", tip.edge, "tip sides", bound, "flesh folds round a sharp edge that slides: round it"
-        )
+        hint = "flesh folds round a sharp edge that slides: round it"
+        raise validation_error("edge", tip.edge, "tip sides", bound, hint)
 
 
-def _factors(press: TipPress, found: PressedForces, count: int, body: float) -> tuple[Floats, Floats]:
-    """Return depths [tip sides] and the force over the linear one [1], both (count,).
+def _factors(press: TipPress, solved: PressedForces, body_compliance: float) -> tuple[Floats, Floats]:
+    """Return depths [tip sides] and the force over the linear one [1], both (depths,).
 
-    `body` [1 / tip side] is what the finite body adds to the compliance of a half-space times E; under a dome it is
-    taken off the depth, as the depth of Hertz's law is that in a half-space.
+    Under a dome what the body adds is taken off the depth, as the depth of Hertz's law is that in a half-space.
     """
-    depths, forces = found.depths[:count], found.forces[:count]
-    tip, law = press.tip, press.law
-    if not isinstance(tip, Dome):
-        return depths, forces / (found.sharp * depths)
-    entered = depths - body * forces
-    modulus = 1.0 / (1.0 - law.poisson**2)
-    return entered, forces / (force_factor(modulus, tip.sphere) * entered**1.5)
-
-
-def _body_compliance(tip: TipProfile, law: FleshLaw, coarse: PressedForces, fine: PressedForces) -> float:
-    """Return what the finite body adds to the compliance of a round punch on a half-space, times E [1 / tip side].
-
-    The stiffness of a sharp punch converges with the size of its elements, here to a half.
-    """
-    limit = 2.0 * fine.sliding - coarse.sliding
-    return 1.0 / limit - (1.0 - law.poisson**2) / (2.0 * tip.radius)
-
-
-def _status(coarse: PressedForces, fine: PressedForces, depths: list[float], count: int) -> str:
-    meshes = f"meshes of {coarse.dofs} and {fine.dofs} unknowns, {fine.iterations} iterations"
-    if count == len(depths):
-        return f"{meshes}; every step converged"
-    ends = "no equilibrium was found" if count == min(len(coarse.depths), len(fine.depths)) else "the meshes part"
-    return f"{meshes}; {ends} beyond {depths[count - 1]:.3g} tip sides"
+    if not isinstance(press.tip, Dome):
+        return solved.depths, solved.forces / (solved.sharp * solved.depths)
+    entered = solved.depths - body_compliance * solved.forces
+    modulus = 1.0 / (1.0 - press.law.poisson**2)
+    return entered, solved.forces / (force_factor(modulus, press.tip.sphere) * entered**1.5)

@@ -9,10 +9,11 @@ from solve.large_strain.tip_profile import Dome, TipProfile
 
 # The paper's block seen from its tip: 20 x 20 tip sides as a circle of equal area, 12 high. The force over the linear
 # one is that of any larger body within 0.1 %.
-BODY_RADIUS, BODY_HEIGHT = 11.284, 12.0
-SHARP_SIZE = 0.025  # of the elements at a sharp edge [tip sides], and how many a curve has at least, times refinement
-FILLET_ELEMENTS = 6
-DOME_ELEMENTS = 12
+BODY_RADIUS = 11.284
+BODY_HEIGHT = 12.0
+SHARP_SIZE = 0.025  # of the elements at a sharp edge [tip sides]
+FILLET_ELEMENTS = 6  # at least, times the refinement
+DOME_ELEMENTS = 12  # at least, times the refinement
 GROWTH = 1.8
 
 
@@ -20,8 +21,7 @@ GROWTH = 1.8
 class Grid:
     """Lines r and z [tip sides] between rectangles; z falls from 0 at the top to the base.
 
-    Quadratic elements: `nodes` (elements, 9) in the order of 3 x 3 places, the radial one first; `r_nodes` and
-    `z_nodes` are the places of the nodes. A node's number is its column times the nodes of a column plus its row.
+    A node's number is its column times the nodes of a column plus its row.
     """
 
     r: Floats
@@ -30,16 +30,16 @@ class Grid:
     @property
     def r_nodes(self) -> Floats:
         """Return the radii of the columns of nodes [tip sides]."""
-        return with_middles(self.r)
+        return _with_midpoints(self.r)
 
     @property
     def z_nodes(self) -> Floats:
         """Return the heights of the rows of nodes [tip sides], from 0 downwards."""
-        return with_middles(self.z)
+        return _with_midpoints(self.z)
 
     @property
     def nodes(self) -> Ints:
-        """Return the nodes of each element, shape (elements, 9)."""
+        """Return the nodes of each quadratic element, 3 x 3 with the radial index first, shape (elements, 9)."""
         rows = 2 * len(self.z) - 1
         corner = 2 * rows * np.arange(len(self.r) - 1)[:, None] + 2 * np.arange(len(self.z) - 1)
         local = rows * np.arange(3)[:, None] + np.arange(3)
@@ -53,20 +53,20 @@ class Grid:
 
 def press_grid(tip: TipProfile, refinement: int = 1) -> Grid:
     """Return the grid for a tip; twice the refinement halves the elements where the tip's edge bites."""
-    size = SHARP_SIZE / refinement
     if isinstance(tip, Dome):
-        inner = np.linspace(0.0, tip.radius, DOME_ELEMENTS * refinement + 1)
-        size = float(inner[1])
+        under_tip = np.linspace(0.0, tip.radius, DOME_ELEMENTS * refinement + 1)
+        size = float(under_tip[1])
     elif tip.edge > 0.0:
         count = fillet_elements(tip.edge, refinement)
-        fillet = np.linspace(tip.seat, tip.radius, count + 1)
         size = tip.edge / count
-        inner = np.concatenate([tip.seat - graded(size, tip.seat)[::-1], fillet[1:]])
+        fillet = np.linspace(tip.seat, tip.radius, count + 1)
+        under_tip = np.concatenate([tip.seat - graded(size, tip.seat)[::-1], fillet[1:]])
     else:
-        inner = tip.radius - graded(size, tip.radius)[::-1]
-    inner[0] = 0.0
-    outer = tip.radius + graded(size, BODY_RADIUS - tip.radius)
-    return Grid(r=np.concatenate([inner, outer[1:]]), z=-graded(size, BODY_HEIGHT))
+        size = SHARP_SIZE / refinement
+        under_tip = tip.radius - graded(size, tip.radius)[::-1]
+    under_tip[0] = 0.0
+    outside = tip.radius + graded(size, BODY_RADIUS - tip.radius)
+    return Grid(r=np.concatenate([under_tip, outside[1:]]), z=-graded(size, BODY_HEIGHT))
 
 
 def fillet_elements(edge: float, refinement: int = 1) -> int:
@@ -75,16 +75,15 @@ def fillet_elements(edge: float, refinement: int = 1) -> int:
 
 
 def graded(first: float, length: float) -> Floats:
-    """Return lines from 0 to a length, the first step as given and each next one larger [same unit]."""
-    steps = np.cumsum(first * GROWTH ** np.arange(200))
-    count = int(np.searchsorted(steps, length)) + 1
-    lines = np.concatenate([[0.0], steps[:count]])
+    """Return lines from 0 to a length, the first step at most as given and each next one larger [same unit]."""
+    ends = np.cumsum(first * GROWTH ** np.arange(200))
+    count = int(np.searchsorted(ends, length)) + 1
+    lines = np.concatenate([[0.0], ends[:count]])
     return np.asarray(lines * (length / lines[-1]))
 
 
-def with_middles(lines: Floats) -> Floats:
-    """Return lines and their middles [same unit], in order."""
-    both = np.empty(2 * len(lines) - 1)
-    both[::2] = lines
-    both[1::2] = 0.5 * (lines[1:] + lines[:-1])
-    return both
+def _with_midpoints(lines: Floats) -> Floats:
+    points = np.empty(2 * len(lines) - 1)
+    points[::2] = lines
+    points[1::2] = 0.5 * (lines[1:] + lines[:-1])
+    return points

@@ -22,11 +22,15 @@ MOST_ITERATIONS = 25
 _HALVINGS = 10
 _FALLS_ON = 0.9  # of the slope times the step: a convex quadratic has 0.5 at its least
 _LONGEST = 64.0
-_SUFFICIENT = 1e-4  # share of the slope that a step must win, L. Armijo, Pacific J. Math. 16, 1966
+_SUFFICIENT = 1e-4  # fraction of the slope that a step must win, L. Armijo, Pacific J. Math. 16, 1966
 
 
 class NoEquilibriumError(SolveError):
     """A depth at which no equilibrium was found."""
+
+    def __init__(self, depth: float, reason: str) -> None:
+        """Say why none was found at a depth [tip sides]."""
+        super().__init__(f"large strain: no equilibrium at a depth of {depth:.3g} tip sides: {reason}; press less deep")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,22 +44,15 @@ class Equilibrium:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _System:
-    residual: Floats
-    band: Floats
-    force: float
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class State:
     """A body under a tip, in equilibrium or not: its potential energy [E times tip side^3], which may be infinite.
 
-    `touch` is the distance of the nodes of the top from the tip, `inside` (nodes of the top,) how deep they are in it.
+    `distance` is that of the nodes of the top from the tip, `penetration` (nodes of the top,) is at most 0 [tip sides].
     """
 
     body: Deformed
-    touch: Distance
-    inside: Floats
+    distance: Distance
+    penetration: Floats
     energy: float
 
 
@@ -63,25 +60,37 @@ class PressedBody:
     """A round body under a rigid tip: its potential energy and its equilibrium at a depth [tip sides]."""
 
     def __init__(self, grid: Grid, body: RoundBody, tip: TipProfile) -> None:
-        """Set up the places of the top and the band of the matrix."""
-        self.grid, self.body, self.tip = grid, body, tip
-        self._areas = _node_areas(grid.r)
+        """Set up the area of each node of the top and the places of all entries in the band of the matrix."""
+        self.grid = grid
+        self.body = body
+        self.tip = tip
         self._round_off = float(np.finfo(np.float64).eps) * body.volume
-        rows, columns = body.dofs[ROWS], body.dofs[COLUMNS]
-        self._shape = 2 * body.count, int((rows - columns).max()) + 1
-        self._places = columns * self._shape[1] + rows - columns
 
-    def touch(self, u: Floats, depth: float) -> Distance:
+        # Area of the top that belongs to each node, by Simpson's rule on 2 pi r [tip sides^2].
+        start = grid.r[:-1]
+        step = np.diff(grid.r)
+        self._areas = np.zeros(len(grid.r_nodes))
+        for node, weight in enumerate((1.0, 4.0, 1.0)):
+            contribution = np.pi / 3.0 * weight * step * (start + 0.5 * node * step)
+            np.add.at(self._areas, 2 * np.arange(len(step)) + node, contribution)
+
+        rows = body.dofs[ROWS]
+        columns = body.dofs[COLUMNS]
+        self._band_width = int((rows - columns).max()) + 1
+        self._band_index = (columns * self._band_width + rows - columns).ravel()
+
+    def distance(self, u: Floats, depth: float) -> Distance:
         """Return the signed distance of every node of the top from the tip [tip sides]."""
         moved = u[self.grid.top]
         return self.tip.distance(self.grid.r_nodes + moved[:, 0], moved[:, 1] + depth)
 
     def state(self, u: Floats, depth: float) -> State:
-        """Return what displacements (nodes, 2) make of body and contact at a depth, all in [tip sides]."""
-        body, touch = self.body.deformed(u), self.touch(u, depth)
-        inside = np.minimum(touch.value, 0.0)
-        energy = body.energy + 0.5 * PENALTY * float((self._areas * inside**2).sum())
-        return State(body=body, touch=touch, inside=inside, energy=energy)
+        """Return body, contact and energy at displacements (nodes, 2) and a depth, all in [tip sides]."""
+        body = self.body.deformed(u)
+        distance = self.distance(u, depth)
+        penetration = np.minimum(distance.value, 0.0)
+        energy = body.energy + 0.5 * PENALTY * float((self._areas * penetration**2).sum())
+        return State(body=body, distance=distance, penetration=penetration, energy=energy)
 
     def equilibrium(self, start: State, depth: float, held: Flags) -> Equilibrium:
         """Return the equilibrium at a depth [tip sides] from a start, whose held dofs (2 nodes,) stay.
@@ -90,20 +99,28 @@ class PressedBody:
         """
         state = start
         for iteration in range(MOST_ITERATIONS):
-            system = self._system(state, held)
+            residual, band, force = self._linearised(state, held)
             # The stresses round off at eps E, whatever the force: one unit of length makes a force of it.
-            if np.linalg.norm(system.residual) <= max(RESIDUAL_LIMIT * abs(system.force), self._round_off):
-                return Equilibrium(depth=depth, u=state.body.u, force=system.force, iterations=iteration)
-            state = self._searched(state, depth, self._direction(system, state, depth, held), system.residual)
-        raise NoEquilibriumError(_failed(depth, f"not within {MOST_ITERATIONS} iterations"))
+            if np.linalg.norm(residual) <= max(RESIDUAL_LIMIT * abs(force), self._round_off):
+                return Equilibrium(depth=depth, u=state.body.u, force=force, iterations=iteration)
+            try:
+                step = _solved(band, -residual)
+            except LinAlgError:
+                _, convex_band, _ = self._linearised(state, held, projected=True)
+                try:
+                    step = _solved(convex_band, -residual)
+                except LinAlgError as error:
+                    raise NoEquilibriumError(depth, "the matrix is singular") from error
+            state = self._line_search(state, depth, step, residual)
+        raise NoEquilibriumError(depth, f"not within {MOST_ITERATIONS} iterations")
 
     def linear_step(self, held: Flags, displaced: Floats) -> tuple[Floats, float]:
         """Return u (nodes, 2) of small strain for displaced held dofs [tip sides], and the force [E side^2]."""
         _, entries = self.body.tangent(self.body.deformed(np.zeros((self.body.count, 2))))
         matrices = whole_matrices(entries)
-        load = self._pushed(matrices, displaced.ravel())
-        u = displaced.ravel() + _solved(self._banded(entries, held), np.where(held, 0.0, -load))
-        return u.reshape(-1, 2), -float(self._pushed(matrices, u)[2 * self.grid.top + 1].sum())
+        load = self._forces(matrices, displaced.ravel())
+        u = displaced.ravel() + _solved(self._assembled_band(entries, held), np.where(held, 0.0, -load))
+        return u.reshape(-1, 2), -float(self._forces(matrices, u)[2 * self.grid.top + 1].sum())
 
     def slope(self, at: Equilibrium, held: Flags, lowered: Floats) -> Floats:
         """Return by how much nodes move for each unit of depth, shape (nodes, 2) [1]; `lowered` is that of held dofs.
@@ -111,112 +128,90 @@ class PressedBody:
         Where the energy is not convex, negative curvatures are left out: the slope then serves as a start only.
         """
         state = self.state(at.u, at.depth)
+        top = self.grid.top
         for projected in (False, True):
             _, entries = self.body.tangent(state.body, projected=projected)
             _, curvature = self._penalty(state, projected=projected)
-            load = self._pushed(whole_matrices(entries), lowered.ravel()).reshape(-1, 2)
+            load = self._forces(whole_matrices(entries), lowered.ravel()).reshape(-1, 2)
             # Nodes in contact move against the tip, which goes down by 1.
-            load[self.grid.top] += np.einsum("nij,nj->ni", curvature, lowered[self.grid.top] + [0.0, 1.0])
+            load[top] += np.einsum("nij,nj->ni", curvature, lowered[top] + [0.0, 1.0])
             try:
                 moved = _solved(self._band(entries, curvature, held), np.where(held, 0.0, -load.ravel()))
             except LinAlgError:
                 continue
             return lowered + moved.reshape(-1, 2)
-        raise NoEquilibriumError(_failed(at.depth, "the matrix is singular"))
+        raise NoEquilibriumError(at.depth, "the matrix is singular")
 
-    def _pushed(self, matrices: Floats, u: Floats) -> Floats:
+    def _forces(self, matrices: Floats, u: Floats) -> Floats:
         """Return the forces (2 nodes,) of small displacements (2 nodes,)."""
         return self.body.assembled(np.einsum("eab,be->ae", matrices, u[self.body.dofs]))
 
-    def _direction(self, system: _System, state: State, depth: float, held: Flags) -> Floats:
-        """Return the step of Newton where the energy is convex, else one on which it falls."""
-        try:
-            return _solved(system.band, -system.residual)
-        except LinAlgError:
-            convex = self._system(state, held, projected=True)
-        try:
-            return _solved(convex.band, -system.residual)
-        except LinAlgError as error:
-            raise NoEquilibriumError(_failed(depth, "the matrix is singular")) from error
-
-    def _searched(self, state: State, depth: float, step: Floats, residual: Floats) -> State:
+    def _line_search(self, state: State, depth: float, step: Floats, residual: Floats) -> State:
         """Return the state after the longest of the halved steps that lowers the energy."""
-        u, slope = state.body.u, float(residual @ step)
+        u = state.body.u
+        slope = float(residual @ step)
         step = step.reshape(u.shape)
         for halvings in range(_HALVINGS):
-            share = 0.5**halvings
-            reached = self.state(u + share * step, depth)
-            if reached.energy <= state.energy + _SUFFICIENT * share * slope + self._round_off:
+            length = 0.5**halvings
+            reached = self.state(u + length * step, depth)
+            if reached.energy <= state.energy + _SUFFICIENT * length * slope + self._round_off:
                 break
         else:
-            raise NoEquilibriumError(_failed(depth, "no step lowers the energy"))
+            raise NoEquilibriumError(depth, "no step lowers the energy")
         # Where the energy is not convex it may fall far beyond a full step.
-        while share >= 1.0 and slope < 0.0 and share < _LONGEST:
-            if state.energy - reached.energy <= _FALLS_ON * abs(share * slope):
+        while length >= 1.0 and slope < 0.0 and length < _LONGEST:
+            if state.energy - reached.energy <= _FALLS_ON * abs(length * slope):
                 break
-            further = self.state(u + 2.0 * share * step, depth)
+            further = self.state(u + 2.0 * length * step, depth)
             if further.energy >= reached.energy:
                 break
-            share, reached = 2.0 * share, further
+            length = 2.0 * length
+            reached = further
         return reached
 
-    def _system(self, state: State, held: Flags, *, projected: bool = False) -> _System:
-        """Return residual, lower band of the tangent and force on the tip, with and without the held dofs."""
+    def _linearised(self, state: State, held: Flags, *, projected: bool = False) -> tuple[Floats, Floats, float]:
+        """Return residual (2 nodes,), lower band of the tangent, and force on the tip [E times tip side^2]."""
         forces, entries = self.body.tangent(state.body, projected=projected)
         push, curvature = self._penalty(state, projected=projected)
         top = self.grid.top
         residual = forces.reshape(-1, 2).copy()
         residual[top] += push
         band = self._band(entries, curvature, held)
-        force = -float(forces[2 * top + 1].sum())
-        return _System(residual=np.where(held, 0.0, residual.ravel()), band=band, force=force)
-
-    def _band(self, entries: Floats, curvature: Floats, held: Flags) -> Floats:
-        """Return the lower band of elements and of second derivatives (nodes, 2, 2) of the penalty at the top."""
-        band = self._banded(entries, held)
-        free = ~held.reshape(-1, 2)[self.grid.top]
-        kept = curvature * (free[:, :, None] & free[:, None, :])
-        across, up = 2 * self.grid.top, 2 * self.grid.top + 1
-        band[0, across] += kept[:, 0, 0]
-        band[0, up] += kept[:, 1, 1]
-        band[1, across] += kept[:, 0, 1]
-        return band
+        return np.where(held, 0.0, residual.ravel()), band, -float(forces[2 * top + 1].sum())
 
     def _penalty(self, state: State, *, projected: bool) -> tuple[Floats, Floats]:
         """Return slope (nodes, 2) and second derivative (nodes, 2, 2) of the penalty's energy at the top."""
-        touch, inside = state.touch, state.inside
-        stiffness = PENALTY * self._areas * (inside < 0.0)
-        curvature = touch.normal[:, :, None] * touch.normal[:, None, :]
+        normal = state.distance.normal
+        stiffness = PENALTY * self._areas * (state.penetration < 0.0)
+        curvature = normal[:, :, None] * normal[:, None, :]
         if not projected:
-            curvature = curvature + inside[:, None, None] * touch.curvature
-        return (stiffness * inside)[:, None] * touch.normal, stiffness[:, None, None] * curvature
+            curvature = curvature + state.penetration[:, None, None] * state.distance.curvature
+        return (stiffness * state.penetration)[:, None] * normal, stiffness[:, None, None] * curvature
 
-    def _banded(self, entries: Floats, held: Flags) -> Floats:
+    def _band(self, entries: Floats, curvature: Floats, held: Flags) -> Floats:
+        """Return the lower band of elements and of second derivatives (nodes, 2, 2) of the penalty at the top."""
+        band = self._assembled_band(entries, held)
+        free = ~held.reshape(-1, 2)[self.grid.top]
+        kept = curvature * (free[:, :, None] & free[:, None, :])
+        radial = 2 * self.grid.top
+        band[0, radial] += kept[:, 0, 0]
+        band[0, radial + 1] += kept[:, 1, 1]
+        band[1, radial] += kept[:, 0, 1]
+        return band
+
+    def _assembled_band(self, entries: Floats, held: Flags) -> Floats:
         """Return the lower band (band, dofs) of the sum of the element matrices, held dofs as in the unit matrix."""
         free = ~held[self.body.dofs]
         kept = entries * (free[ROWS] & free[COLUMNS])
-        total = np.bincount(self._places.ravel(), kept.ravel(), minlength=self._shape[0] * self._shape[1])
+        size = 2 * self.body.count
+        total = np.bincount(self._band_index, kept.ravel(), minlength=size * self._band_width)
         # By columns, as LAPACK wants it: the factor then needs no copy.
-        band = total.astype(np.float64, copy=False).reshape(self._shape).T
+        band = total.astype(np.float64, copy=False).reshape(size, self._band_width).T
         band[0, held] = 1.0
         return band
-
-
-def _failed(depth: float, why: str) -> str:
-    return f"large strain: no equilibrium at a depth of {depth:.3g} tip sides: {why}; press less deep"
 
 
 def _solved(band: Floats, right: Floats) -> Floats:
     """Return the solution of a positive definite system in a lower band; raises LinAlgError."""
     factor = cholesky_banded(band, lower=True, overwrite_ab=True, check_finite=False)
     return np.asarray(cho_solve_banded((factor, True), right, check_finite=False))
-
-
-def _node_areas(lines: Floats) -> Floats:
-    """Return the area of the top that belongs to each node, by Simpson's rule on 2 pi r [tip sides^2]."""
-    start, step = lines[:-1], np.diff(lines)
-    areas = np.zeros(2 * len(lines) - 1)
-    for place, weight in enumerate((1.0, 4.0, 1.0)):
-        shares = np.pi / 3.0 * weight * step * (start + 0.5 * place * step)
-        np.add.at(areas, 2 * np.arange(len(step)) + place, shares)
-    return areas

@@ -46,11 +46,11 @@ class PressedForces:
 
 def pressed(press: TipPress, depths: Sequence[float]) -> PressedForces:
     """Return the forces at rising depths [tip sides]; those beyond the last equilibrium that was found are left out."""
-    march = _March(press)
+    march = _DepthMarch(press)
     forces: list[float] = []
     for depth in depths:
         try:
-            forces.append(march.to(depth, least=LEAST_STEP * depths[-1]))
+            forces.append(march.advance(depth, least_step=LEAST_STEP * depths[-1]))
         except NoEquilibriumError:
             break
     return PressedForces(
@@ -63,83 +63,89 @@ def pressed(press: TipPress, depths: Sequence[float]) -> PressedForces:
     )
 
 
-class _March:
-    """The press on its way down: what was found so far, and which dofs are held."""
+class _DepthMarch:
+    """The press on its way down: the last equilibria, the step in depth, and which dofs are held."""
 
     def __init__(self, press: TipPress) -> None:
         grid = press_grid(press.tip, press.refinement)
-        self.press, self.body = press, PressedBody(grid, RoundBody(grid, press.law), press.tip)
-        self._step = LARGEST_STEP
+        self.press = press
+        self.body = PressedBody(grid, RoundBody(grid, press.law), press.tip)
         self.iterations = 0
-        flat = isinstance(press.tip, FlatTip)
-        seated = flat and (press.tip.seat == press.tip.radius or not press.slides)
-        self._held = self._holding(press.tip.seat if seated else -1.0, slides=press.slides)
-        start, _ = self.body.linear_step(self._held, self._lowered(self._held))
-        self._slope = start
-        self._found = [Equilibrium(depth=0.0, u=np.zeros_like(start), force=0.0, iterations=0)]
+        self._step = LARGEST_STEP
 
-    def to(self, depth: float, *, least: float) -> float:
-        """Return the force at a depth, reached in steps of at least `least` [tip sides]; raises NoEquilibriumError."""
-        while self._found[-1].depth < depth:
-            here = self._found[-1].depth
+        # A flat face holds the flesh under it from the start; with a fillet that slides, contact finds it node by node.
+        tip = press.tip
+        seated = isinstance(tip, FlatTip) and (tip.seat == tip.radius or not press.slides)
+        self._held = self._held_dofs(tip.seat if seated else -1.0, slides=press.slides)
+        self._first_slope, _ = self.body.linear_step(self._held, self._lowered(self._held))
+        rest = np.zeros_like(self._first_slope)
+        self._equilibria = [Equilibrium(depth=0.0, u=rest, force=0.0, iterations=0)]
+
+    def advance(self, depth: float, *, least_step: float) -> float:
+        """Return the force at a depth, reached in steps of at least `least_step`; raises NoEquilibriumError."""
+        while self._equilibria[-1].depth < depth:
+            here = self._equilibria[-1].depth
             count = int(np.ceil((depth - here) / self._step - 1e-9))
-            there = depth if count <= 1 else here + (depth - here) / count
+            target = depth if count <= 1 else here + (depth - here) / count
             try:
-                self._add(self._equilibrium(there))
+                self._append(self._equilibrium(target))
             except NoEquilibriumError:
-                self._step = 0.5 * (there - here)
-                if self._step < least:
+                self._step = 0.5 * (target - here)
+                if self._step < least_step:
                     raise
-        return self._found[-1].force
+        return self._equilibria[-1].force
 
     def sharp_stiffness(self, *, slides: bool) -> float:
         """Return the force over the depth of a sharp tip at small strain [E times tip side]."""
-        held = self._holding(self.press.tip.radius, slides=slides)
+        held = self._held_dofs(self.press.tip.radius, slides=slides)
         return self.body.linear_step(held, self._lowered(held))[1]
 
     def _equilibrium(self, depth: float) -> Equilibrium:
-        best = min((self.body.state(u, depth) for u in self._starts(depth)), key=lambda state: state.energy)
+        """Return the equilibrium at a depth, from the start with the least energy."""
+        last = self._equilibria[-1]
+        down = depth - last.depth
+        lowered = last.u + down * self._lowered(self._held)
+        held = self._held.reshape(-1, 2)
+
+        # Starts extrapolated through the last three and two equilibria; the first step follows small strain.
+        starts = []
+        if len(self._equilibria) == 1:
+            starts.append(last.u + down * self._first_slope)
+        for count in range(2, min(_PREDICTED_FROM, len(self._equilibria)) + 1):
+            starts.append(_extrapolated(self._equilibria[-count:], depth))
+        states = [self.body.state(np.where(held, lowered, start), depth) for start in starts]
+        best = min(states, key=lambda state: state.energy)
+
         if not np.isfinite(best.energy):
-            last = self._found[-1]
             slope = self.body.slope(last, self._held, self._lowered(self._held))
-            best = self.body.state(last.u + (depth - last.depth) * slope, depth)
+            best = self.body.state(last.u + down * slope, depth)
         if not np.isfinite(best.energy):
-            msg = f"large strain: no start at a depth of {depth:.3g} tip sides"
-            raise NoEquilibriumError(msg)
+            raise NoEquilibriumError(depth, "no start")
         return self.body.equilibrium(best, depth, self._held)
 
-    def _starts(self, depth: float) -> list[Floats]:
-        """Return displacements extrapolated to a depth through the last three, two and one of the equilibria."""
-        last = self._found[-1]
-        held = self._held.reshape(-1, 2)
-        down = depth - last.depth
-        starts = [last.u + down * self._slope] if len(self._found) == 1 else []
-        for count in range(2, min(_PREDICTED_FROM, len(self._found)) + 1):
-            starts.append(_extrapolated(self._found[-count:], depth))
-        lowered = last.u + down * self._lowered(self._held)
-        return [np.where(held, lowered, start) for start in starts]
-
-    def _add(self, found: Equilibrium) -> None:
-        self._found = [*self._found[1 - _PREDICTED_FROM :], found]
-        self.iterations += found.iterations
-        if found.iterations <= _FEW_ITERATIONS:
+    def _append(self, equilibrium: Equilibrium) -> None:
+        """Keep an equilibrium, lengthen the step if it was easy, and hold what a tip that grips now touches."""
+        self._equilibria = [*self._equilibria[1 - _PREDICTED_FROM :], equilibrium]
+        self.iterations += equilibrium.iterations
+        if equilibrium.iterations <= _FEW_ITERATIONS:
             self._step = min(LARGEST_STEP, 1.5 * self._step)
         if not self.press.slides:
-            touch = self.body.touch(found.u, found.depth)
-            gripped = self.body.grid.top[(touch.value < 0.0) & touch.face]
+            distance = self.body.distance(equilibrium.u, equilibrium.depth)
+            gripped = self.body.grid.top[(distance.value < 0.0) & distance.face]
             held = self._held.reshape(-1, 2).copy()
             held[gripped] = True
             self._held = held.ravel()
 
-    def _holding(self, seat: float, *, slides: bool) -> Flags:
+    def _held_dofs(self, seat: float, *, slides: bool) -> Flags:
         """Return which dofs are held: the base, the axis across, and the top up to a radius [tip sides]."""
         grid = self.body.grid
         held = np.zeros((len(grid.r_nodes), len(grid.z_nodes), 2), dtype=bool)
-        held[:, -1], held[0, :, 0] = True, True
-        under = grid.r_nodes <= seat * (1.0 + 1e-9)
-        held[under, 0, 1] = True
+        held[:, -1] = True
+        held[0, :, 0] = True
+        under_tip = grid.r_nodes <= seat * (1.0 + 1e-9)
+        held[under_tip, 0, 1] = True
         if not slides:
-            held[under, 0, 0] = True
+            held[under_tip, 0, 0] = True
         return held.ravel()
 
     def _lowered(self, held: Flags) -> Floats:
@@ -150,11 +156,13 @@ class _March:
         return u
 
 
-def _extrapolated(found: Sequence[Equilibrium], depth: float) -> Floats:
-    """Return the displacements that a polynomial of the depth through equilibria has at a depth."""
-    depths = [one.depth for one in found]
-    u = np.zeros_like(found[0].u)
-    for one in found:
-        others = [other for other in depths if other != one.depth]
-        u = u + one.u * float(np.prod([(depth - other) / (one.depth - other) for other in others]))
+def _extrapolated(equilibria: Sequence[Equilibrium], depth: float) -> Floats:
+    """Return the displacements at a depth of the polynomial in the depth through equilibria (Lagrange)."""
+    u = np.zeros_like(equilibria[0].u)
+    for i, equilibrium in enumerate(equilibria):
+        factors = []
+        for j, node in enumerate(equilibria):
+            if j != i:
+                factors.append((depth - node.depth) / (equilibrium.depth - node.depth))
+        u = u + equilibrium.u * float(np.prod(factors))
     return u

@@ -15,7 +15,7 @@ class Distance:
     """Signed distance of points from a tip, negative inside, shape (points,), with its normal and curvature.
 
     `normal` (points, 2) is its gradient, `curvature` (points, 2, 2) its second derivative [1 / tip side], and `face`
-    (points,) says where the nearest place of the tip is not its side wall.
+    (points,) says where the nearest point of the tip is not on its side wall.
     """
 
     value: Floats
@@ -42,18 +42,20 @@ class FlatTip:
 
     def distance(self, r: Floats, z: Floats) -> Distance:
         """Return the signed distance of points r, z [tip sides], each (points,)."""
-        across, down = r - self.seat, self.edge - z
-        rounded = (across > 0.0) & (down > 0.0)
-        on_wall = ~rounded & (across >= down)
-        reach = np.where(rounded, np.hypot(across, down), 1.0)
-        normal = np.column_stack(
-            [np.where(rounded, across / reach, on_wall), -np.where(rounded, down / reach, ~on_wall)]
-        )
-        value = np.where(rounded, reach, np.maximum(across, down)) - self.edge
+        across = r - self.seat
+        down = self.edge - z
+        at_fillet = (across > 0.0) & (down > 0.0)
+        at_wall = ~at_fillet & (across >= down)
+        from_centre = np.where(at_fillet, np.hypot(across, down), 1.0)
+
+        normal_r = np.where(at_fillet, across / from_centre, at_wall)
+        normal_z = -np.where(at_fillet, down / from_centre, ~at_wall)
+        normal = np.column_stack([normal_r, normal_z])
+        value = np.where(at_fillet, from_centre, np.maximum(across, down)) - self.edge
         if not self.wall:
-            value = np.where(on_wall, np.inf, value)
-        curvature = _bend(normal, np.where(rounded, 1.0 / reach, 0.0))
-        return Distance(value=value, normal=normal, curvature=curvature, face=~on_wall)
+            value = np.where(at_wall, np.inf, value)
+        curvature = _curvature(normal, np.where(at_fillet, 1.0 / from_centre, 0.0))
+        return Distance(value=value, normal=normal, curvature=curvature, face=~at_wall)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,16 +78,18 @@ class Dome:
     def distance(self, r: Floats, z: Floats) -> Distance:
         """Return the signed distance of points r, z [tip sides], each (points,)."""
         from_centre = np.column_stack([r, z - self.sphere])
-        reach = np.hypot(*from_centre.T)
-        normal = from_centre / reach[:, None]
+        length = np.hypot(*from_centre.T)
+        normal = from_centre / length[:, None]
         face = np.ones(len(r), dtype=bool)
-        return Distance(value=reach - self.sphere, normal=normal, curvature=_bend(normal, 1.0 / reach), face=face)
+        return Distance(
+            value=length - self.sphere, normal=normal, curvature=_curvature(normal, 1.0 / length), face=face
+        )
 
 
-def _bend(normal: Floats, curvature: Floats) -> Floats:
-    """Return second derivatives (points, 2, 2) of a distance that is bent across its normal (points, 2)."""
-    across = np.eye(2) - normal[:, :, None] * normal[:, None, :]
-    return np.asarray(curvature[:, None, None] * across)
+def _curvature(normal: Floats, curvature: Floats) -> Floats:
+    """Return second derivatives (points, 2, 2) of a distance that is curved across its normal (points, 2)."""
+    tangent = np.eye(2) - normal[:, :, None] * normal[:, None, :]
+    return np.asarray(curvature[:, None, None] * tangent)
 
 
 TipProfile = FlatTip | Dome

@@ -20,7 +20,7 @@ from fits.comparison import Comparison, covering  # noqa: E402
 from solve.large_strain import grid, newton  # noqa: E402
 from solve.large_strain.curve_error import FAR_ELEMENTS, GRIP_OF_STEPS, PENALTY, STEPS  # noqa: E402
 from solve.large_strain.flesh_law import FleshLaw  # noqa: E402
-from solve.large_strain.force_curve import DEPTH_SHARES, REFINEMENTS  # noqa: E402
+from solve.large_strain.force_curve import DEPTH_FRACTIONS, REFINEMENTS  # noqa: E402
 from solve.large_strain.press import PressedForces, TipPress, pressed  # noqa: E402
 from solve.large_strain.tip_profile import FlatTip  # noqa: E402
 
@@ -32,7 +32,7 @@ LAWS = (
     FleshLaw(name="foam", poisson=0.15),
 )
 EDGES = (0.02, 0.07)
-DEPTHS = tuple(DEEPEST * share for share in DEPTH_SHARES)
+DEPTHS = tuple(DEEPEST * share for share in DEPTH_FRACTIONS)
 HALVED = tuple(0.5 * (before + after) for before, after in zip((0.0, *DEPTHS), DEPTHS, strict=False))
 
 

@@ -26,7 +26,7 @@ def test_uniform_strain_has_the_energy_of_its_law(name, poisson):
     law = FleshLaw(name=name, poisson=poisson)
     body = RoundBody(GRID, law)
     stretches = np.array([1.2, 0.7, 1.2])  # radial, up, hoop
-    density = law.of_stretch(stretches)[0].sum() + law.of_volume(np.log(stretches.prod()))[0]
+    density = law.phi(stretches)[0].sum() + law.U(np.log(stretches.prod()))[0]
     volume = np.pi * 1.7**2 * 1.2
     assert body.volume == pytest.approx(volume, rel=1e-14)
     assert body.deformed(places(GRID) * [0.2, -0.3]).energy == pytest.approx(volume * density, rel=1e-12)

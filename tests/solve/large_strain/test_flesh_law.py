@@ -11,7 +11,7 @@ POISSONS = (0.0, 0.3, 0.49)
 
 def energy(law: FleshLaw, stretches: np.ndarray) -> np.ndarray:
     """Return W at principal stretches (..., 3)."""
-    return law.of_stretch(stretches)[0].sum(axis=-1) + law.of_volume(np.log(stretches.prod(axis=-1)))[0]
+    return law.phi(stretches)[0].sum(axis=-1) + law.U(np.log(stretches.prod(axis=-1)))[0]
 
 
 @pytest.mark.parametrize("poisson", POISSONS)
@@ -31,7 +31,7 @@ def test_small_strain_is_that_of_hooke(name, poisson):
 def test_slopes_and_curvatures_are_derivatives(name, poisson):
     law, step = FleshLaw(name=name, poisson=poisson), 1e-5
     x = np.array([0.5, 0.9, 1.0, 1.3])
-    for of, at in ((law.of_stretch, x), (law.of_volume, np.log(x))):
+    for of, at in ((law.phi, x), (law.U, np.log(x))):
         value, slope, curvature = of(at)
         before, after = of(at - step), of(at + step)
         largest = np.abs(value).max() + 1.0
@@ -43,16 +43,18 @@ def test_foam_keeps_its_width_where_poisson_is_zero():
     """Storakers: with nu = 0 a bar that is stretched by l carries mu / 2 (l^4 - 1) / l and does not thin."""
     law = FleshLaw(name="foam", poisson=0.0)
     stretch = np.array([0.6, 1.0, 1.5])
-    nominal = law.of_stretch(stretch)[1] + law.of_volume(np.log(stretch))[1] / stretch
+    nominal = law.phi(stretch)[1] + law.U(np.log(stretch))[1] / stretch
     np.testing.assert_allclose(nominal, 0.25 * (stretch**4 - 1.0) / stretch, rtol=1e-14, atol=1e-16)
 
 
 @pytest.mark.parametrize("poisson", [-0.1, 0.495, 0.5, float("nan")])
 def test_poisson_beyond_what_was_measured_is_refused(poisson):
-    with pytest.raises(InputError, match=r"fruit\.poisson = .*: must be from 0 to 0\.49"):
+    with pytest.raises(InputError) as refused:
         FleshLaw(poisson=poisson)
+    assert refused.value.field == "fruit.poisson"
 
 
 def test_law_that_collapses_is_not_offered():
-    with pytest.raises(InputError, match="one of neo-hooke, hencky, foam"):
+    with pytest.raises(InputError) as refused:
         FleshLaw(name="saint-venant-kirchhoff")
+    assert refused.value.field == "name"
