@@ -8,7 +8,8 @@ from cad.quantity import validation_error
 from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, print_json
 
 if TYPE_CHECKING:
-    from pipeline.measure.compression.modulus import TestGeometry
+    from pipeline.measure.compression.force_law import TestGeometry
+    from pipeline.measure.measured_table import HeaderFlags
 
 PURPOSE = "turn compression tests into the modulus of the fruit"
 EXAMPLE = "pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35"
@@ -17,6 +18,7 @@ PAPER_HEIGHT_MM = 70.0  # of the paper's fruit, 65 to 70 mm
 PAPER_PLATE_MM2 = 900.0  # of the paper's plate, 30 x 30 mm
 POISSON = 0.3  # of fruit.poisson too
 PLATES = {"plate": 2, "seat": 1}
+SUPPORTS = {"plate": "a plate: above and below each take half the travel", "seat": "a seat that gives nothing"}
 PLOT_KINDS = {".svg": "svg", ".png": "png"}
 
 
@@ -33,6 +35,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--support", choices=tuple(PLATES), default="plate", help="under the fruit: a plate, or a fitting seat")
     add("--plate-area", metavar="MM2", type=float, help="area that the paper's modulus divides by [mm^2] (default 900)")
     add("--strain", metavar="PERCENT", default="5,2,10", help="strains of secant and tangent [%%] (default 5,2,10)")
+    add("--columns", metavar="NAME=HEADER,...", help="headers that are not understood, as in force=Last,travel=Pfad")
+    add("--units", metavar="NAME=UNIT,...", help="units where the file gives none, as in force=kN,travel=um")
     add("--force-unit", metavar="UNIT", help="unit of the force where the file gives none (N, kN, kgf, ...)")
     add("--travel-unit", metavar="UNIT", help="unit of the travel where the file gives none (mm, um, in, ...)")
     add("--compression-negative", action="store_true", help="the machine counts compression negative: turn the signs")
@@ -44,20 +48,17 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Print the moduli of every specimen in the files; return exit code 0."""
-    from pipeline.measure.compression.batch import design_range, fruit_summaries
-    from pipeline.measure.compression.columns import given_units
     from pipeline.measure.compression.modulus import measured_modulus
     from pipeline.measure.compression.specimens import read_specimens
-    from pipeline.measure.compression.table import print_results, result_mapping
+    from pipeline.measure.compression.summary import design_range, fruit_summaries, print_results, result_mapping
 
     _refuse_plot(arguments.plot)
     geometry, assumed = _geometry(arguments)
-    units = given_units(arguments.force_unit, arguments.travel_unit)
-    results = [
-        measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative)
-        for path in dict.fromkeys(arguments.files)
-        for specimen in read_specimens(path, units)
-    ]
+    flags = _header_flags(arguments)
+    results = []
+    for file in dict.fromkeys(arguments.files):
+        for specimen in read_specimens(file, flags):
+            results.append(measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative))
     if arguments.plot is not None:
         from pipeline.measure.compression.plot import plotted
         from pipeline.storage.placed_files import place_file
@@ -83,22 +84,28 @@ def _refuse_plot(path: Path | None) -> None:
         raise validation_error("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
 
 
+def _header_flags(arguments: Namespace) -> "HeaderFlags":
+    """Return what the flags say of headers and units."""
+    from pipeline.measure.compression.specimens import QUANTITIES
+    from pipeline.measure.measured_table import HeaderFlags, header_flags, unit_of
+
+    flags = header_flags(arguments.columns, arguments.units, QUANTITIES)
+    units = dict(flags.units)
+    for name, unit in (("force", arguments.force_unit), ("travel", arguments.travel_unit)):
+        if unit is not None:
+            units[name] = unit_of(f"--{name}-unit", QUANTITIES[name], unit)
+    return HeaderFlags(columns=flags.columns, units=units)
+
+
 def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
     """Return the fruit and the plates of the test, and a sentence on each number that no flag gives."""
-    from pipeline.measure.compression.modulus import TestGeometry
+    from pipeline.measure.compression.force_law import TestGeometry
 
-    sizes, assumed = _sizes(arguments)
+    height = arguments.height
+    radius = arguments.radius
+    across = arguments.radius_across
+    area = arguments.plate_area
     poisson = arguments.poisson
-    if poisson is None:
-        poisson = POISSON
-        assumed.append(f"no --poisson: a Poisson's ratio of {poisson:g} is assumed")
-    plates, strains = PLATES[arguments.support], _strains(arguments.strain)
-    return TestGeometry(**sizes, poisson=poisson, plates=plates, strains_percent=strains), assumed
-
-
-def _sizes(arguments: Namespace) -> tuple[dict[str, float], list[str]]:
-    """Return the lengths [mm] and the area [mm^2] of the test, and a sentence on each that no flag gives."""
-    height, radius, across, area = arguments.height, arguments.radius, arguments.radius_across, arguments.plate_area
     assumed = []
     if height is None and radius is None:
         height = PAPER_HEIGHT_MM
@@ -115,10 +122,20 @@ def _sizes(arguments: Namespace) -> tuple[dict[str, float], list[str]]:
     if area is None:
         area = PAPER_PLATE_MM2
         assumed.append(f"no --plate-area: the paper's plate, {area:g} mm^2, is assumed")
-    under = {"plate": "a plate: above and below each take half the travel", "seat": "a seat that gives nothing"}
-    assumed.append(f"--support {arguments.support}: under the fruit is {under[arguments.support]}")
-    lengths = {"height_mm": height, "radius_mm": radius, "radius_across_mm": across}
-    return {**lengths, "plate_area_mm2": area}, assumed
+    assumed.append(f"--support {arguments.support}: under the fruit is {SUPPORTS[arguments.support]}")
+    if poisson is None:
+        poisson = POISSON
+        assumed.append(f"no --poisson: a Poisson's ratio of {poisson:g} is assumed")
+    geometry = TestGeometry(
+        height_mm=height,
+        radius_mm=radius,
+        radius_across_mm=across,
+        poisson=poisson,
+        plate_area_mm2=area,
+        plates=PLATES[arguments.support],
+        strains_percent=_strains(arguments.strain),
+    )
+    return geometry, assumed
 
 
 def _strains(text: str) -> tuple[float, ...]:

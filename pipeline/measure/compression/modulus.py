@@ -1,4 +1,4 @@
-"""The modulus of a fruit from one compression test: by Hertz's law, and as force over plate area over strain."""
+"""The modulus of a fruit from one compression test: by its force law, and as force over plate area over strain."""
 
 import math
 from dataclasses import dataclass
@@ -6,55 +6,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.quantity import LENGTH, Bounds, check_fields, quantity, validation_error
-from cad.theory.hertz import equivalent_radius, plate_stiffness
-from pipeline.measure.compression.curve import checked_curve, refuse_concave
-from pipeline.measure.compression.loading import Loading, loading
+from cad.quantity import Bounds, Estimate, validation_error
+from pipeline.measure.compression.force_law import TestGeometry, force_law
+from pipeline.measure.compression.loading import Loading, loading, name_of
 from pipeline.measure.compression.range_choice import RangeFit, choose_range
 from pipeline.measure.compression.specimens import Specimen
 
 Floats = NDArray[np.float64]
 
-COVERAGE = 1.96  # standard errors on each side: 95 %
+COVERAGE = 1.96
+"""Standard errors on each side: 95 %."""
 PLAUSIBLE = Bounds(at_least=0.01, at_most=100.0)
 """Moduli of whole fruit and tubers [MPa]: beyond, a unit is wrong."""
 USUAL = Bounds(at_least=0.1, at_most=12.0)
-"""Moduli that fruit mostly have [MPa]: beyond, the answer asks to look at the units again."""
+"""Moduli that fruit mostly have [MPa]: beyond, the result asks to look at the units again."""
 _ASIDE = 0.2  # of the travel to a strain, on each side: what its secant and tangent are read from
 _LEAST_POINTS = 6
 _RISEN = 0.1  # of the largest force: the plate is on the fruit
 _LAST = 0.95  # of the curve, where a stated strain lies beyond it
-_MEASURE = "measure it on the fruit"
-_STRAINS = Bounds(above=0.0, at_most=50.0)
-
-
-@dataclass(frozen=True, kw_only=True)
-class TestGeometry:
-    """The fruit and the plates of a test.
-
-    `radius_mm` and `radius_across_mm` are the radii of curvature of the fruit where a plate touches it. `plates` is 2
-    for a fruit between two plates, alike at both; 1 where its underside lies in a seat that gives nothing.
-    `strains_percent`, of `height_mm`, are those of secant and tangent, the first that of the paper's modulus.
-    """
-
-    __test__ = False  # no class of tests, though its name begins so
-
-    height_mm: float = quantity("mm", LENGTH, remedy=_MEASURE)
-    radius_mm: float = quantity("mm", LENGTH, remedy=_MEASURE)
-    radius_across_mm: float = quantity("mm", LENGTH, remedy=_MEASURE)
-    poisson: float = quantity("", Bounds(above=-1.0, below=0.5), remedy="0.3 to 0.49 is flesh", default=0.3)
-    plate_area_mm2: float = quantity("mm^2", Bounds(above=0.0, at_most=1e6), remedy="measure the plate", default=900.0)
-    plates: int = 2
-    strains_percent: tuple[float, ...] = quantity("%", _STRAINS, remedy="for instance 5", default=(5.0, 2.0, 10.0))
-
-    def __post_init__(self) -> None:
-        """Refuse numbers that no fruit has."""
-        check_fields(self, "modulus")
-
-    @property
-    def stiffness(self) -> float:
-        """Return c [mm^(1/2)] of F = c E / (1 - nu^2) D^(3/2)."""
-        return plate_stiffness(equivalent_radius(self.radius_mm, self.radius_across_mm), self.plates)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,11 +39,7 @@ class PlateModulus:
 
 @dataclass(frozen=True, kw_only=True)
 class CompressionResult:
-    """What one specimen says.
-
-    `E_hertz_MPa` with `u_percent` at 95 %; `E_plate_MPa` is the first secant. `failure_mm` is None where the force did
-    not fall. `follows` says whether the curve is Hertz's within its noise.
-    """
+    """What one specimen says: `E_hertz_MPa` with `u_percent` at 95 %, and the moduli of a plate at several strains."""
 
     specimen: Specimen
     geometry: TestGeometry
@@ -100,35 +65,29 @@ def measured_modulus(
     specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False
 ) -> CompressionResult:
     """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit."""
-    travel, force = checked_curve(specimen, compression_negative=compression_negative)
-    curve = loading(travel, force)
-    refuse_concave(specimen, curve)
+    curve = loading(specimen, compression_negative=compression_negative)
     _refuse_long_travel(specimen, curve, geometry)
-    radius = equivalent_radius(geometry.radius_mm, geometry.radius_across_mm)
-    chosen = choose_range(curve, radius, geometry.plates)
+    law = force_law(geometry)
+    chosen = choose_range(curve, law)
     if chosen is None:
-        remedy = "check that it is a whole loading, from before the touch on"
-        raise validation_error(_place(specimen), "curve", "", "one that Hertz's law can be fitted to", remedy)
-    E = (1.0 - geometry.poisson**2) / geometry.stiffness * chosen.factor
+        hint = "check that it is a whole loading, from before the touch on"
+        raise validation_error(name_of(specimen), "curve", "", "one that Hertz's law can be fitted to", hint)
+    E = (1.0 - geometry.poisson**2) / law.stiffness * chosen.factor.value
     if not PLAUSIBLE.hold(E):
-        remedy = "check the units of force and travel, and the radius"
-        name = f"{_place(specimen)}: modulus"
-        raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", remedy)
-    secants, notes = _secants(curve, chosen, geometry)
+        hint = "check the units of force and travel, and the radius"
+        name = f"{name_of(specimen)}: modulus"
+        raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
+    strains = _strains(curve, chosen, geometry)
     return CompressionResult(
         specimen=specimen,
         geometry=geometry,
         curve=curve,
         chosen=chosen,
         E_hertz_MPa=E,
-        u_percent=100.0 * COVERAGE * chosen.factor_error / chosen.factor,
-        secants=secants,
-        notes=(*specimen.notes, *notes, *_notes(E, chosen)),
+        u_percent=COVERAGE * chosen.factor.percent,
+        secants=tuple(_plate_modulus(curve, chosen, geometry, strain) for strain in strains),
+        notes=(*specimen.notes, *_notes(E, chosen, geometry, strains[0])),
     )
-
-
-def _place(specimen: Specimen) -> str:
-    return f"{specimen.file}, specimen {specimen.name!r}"
 
 
 def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
@@ -136,73 +95,72 @@ def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeomet
     rising = curve.force > curve.zero + _RISEN * (float(curve.force.max()) - curve.zero)
     depth = float(curve.travel[-1] - curve.travel[int(np.argmax(rising))])
     if depth > geometry.height_mm:
-        name = f"{_place(specimen)}: travel under load"
+        name = f"{name_of(specimen)}: travel under load"
         bound = f"less than the height of the fruit, {geometry.height_mm:g} mm"
         raise validation_error(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
 
 
-def _notes(E: float, chosen: RangeFit) -> list[str]:
-    found = []
-    if not USUAL.hold(E):
-        found.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
-    if not chosen.follows:
-        found.append(
-            "the curve does not follow Hertz's law within its noise: the shape of the fruit or its flesh differs"
-        )
-    if chosen.idle == 0:
-        found.append("no rows before the touch: the zero of the force is fitted with the rest")
-    if chosen.fit.drift:
-        found.append(f"the zero line drifts by {chosen.fit.drift:.3g} N/mm: taken out")
-    return found
-
-
-def _secants(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> tuple[tuple[PlateModulus, ...], list[str]]:
-    reach = float(curve.travel[-1]) - chosen.touch
-    last = 100.0 * _LAST * reach / geometry.height_mm
-    within = [strain for strain in geometry.strains_percent if strain <= last]
-    unsure = 100.0 * COVERAGE * chosen.touch_error / geometry.height_mm
-    if min(geometry.strains_percent) < unsure:
-        bound = f"at least {unsure:.2g} %, within which the first touch is known"
-        raise validation_error(
-            "--strain", min(geometry.strains_percent), "%", bound, "take a larger strain, or a finer curve"
-        )
+def _notes(E: float, chosen: RangeFit, geometry: TestGeometry, first_strain: float) -> list[str]:
     notes = []
-    if geometry.strains_percent[0] not in within:
-        strain = float(f"{last:.2g}") if float(f"{last:.2g}") <= last else last
-        notes.append(f"the curve ends before {geometry.strains_percent[0]:g} % strain: its secant is at {strain:g} %")
-        within = [strain, *within]
-    return tuple(_secant(curve, chosen, geometry, strain) for strain in within), notes
+    asked = geometry.strains_percent[0]
+    if first_strain != asked:
+        notes.append(f"the curve ends before {asked:g} % strain: its secant is at {first_strain:g} %")
+    if not USUAL.hold(E):
+        notes.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
+    if not chosen.follows:
+        cause = "the shape of the fruit or its flesh differs"
+        notes.append(f"the curve does not follow Hertz's law within its noise: {cause}")
+    if chosen.idle == 0:
+        notes.append("no rows before the touch: the zero of the force is fitted with the rest")
+    if chosen.fit.drift.value:
+        notes.append(f"the zero line drifts by {chosen.fit.drift.value:.3g} N/mm: taken out")
+    return notes
 
 
-def _secant(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
+def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[float]:
+    """Return the strains [%] that the curve reaches, the first one replaced where it lies beyond the end."""
+    last = 100.0 * _LAST * (float(curve.travel[-1]) - chosen.touch.value) / geometry.height_mm
+    unsure = 100.0 * COVERAGE * chosen.touch.error / geometry.height_mm
+    smallest = min(geometry.strains_percent)
+    if smallest < unsure:
+        bound = f"at least {unsure:.2g} %, within which the first touch is known"
+        raise validation_error("--strain", smallest, "%", bound, "take a larger strain, or a finer curve")
+    within = [strain for strain in geometry.strains_percent if strain <= last]
+    if geometry.strains_percent[0] in within:
+        return within
+    rounded = float(f"{last:.2g}")
+    return [rounded if rounded <= last else last, *within]
+
+
+def _plate_modulus(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
     """Return secant and tangent at a strain [%] from the parabola through the points about it."""
     depth = 0.01 * strain * geometry.height_mm
-    force = curve.force - chosen.fit.offset - chosen.fit.drift * curve.travel
-    (level, slope, bend), errors = _parabola(curve.travel - chosen.touch - depth, force, _ASIDE * depth)
-    level_error = math.hypot(errors[0], slope * chosen.touch_error)
-    slope_error = math.hypot(errors[1], bend * chosen.touch_error)
-    stress = geometry.height_mm / geometry.plate_area_mm2
+    force = curve.force - chosen.fit.offset - chosen.fit.drift.value * curve.travel
+    level, slope, curvature = _parabola(curve.travel - chosen.touch.value - depth, force, _ASIDE * depth)
+    level_error = math.hypot(level.error, slope.value * chosen.touch.error)
+    slope_error = math.hypot(slope.error, curvature.value * chosen.touch.error)
+    per_strain = geometry.height_mm / geometry.plate_area_mm2
     return PlateModulus(
         strain_percent=strain,
-        E_secant_MPa=level / depth * stress,
-        u_secant_percent=100.0 * COVERAGE * level_error / abs(level),
-        E_tangent_MPa=slope * stress,
-        u_tangent_percent=100.0 * COVERAGE * slope_error / abs(slope),
+        E_secant_MPa=level.value / depth * per_strain,
+        u_secant_percent=100.0 * COVERAGE * level_error / abs(level.value),
+        E_tangent_MPa=slope.value * per_strain,
+        u_tangent_percent=100.0 * COVERAGE * slope_error / abs(slope.value),
     )
 
 
-def _parabola(place: Floats, force: Floats, aside: float) -> tuple[list[float], list[float]]:
-    """Return force [N], slope [N/mm] and change of slope [N/mm^2] at place 0 [mm], and their standard errors.
+def _parabola(x: Floats, force: Floats, aside: float) -> list[Estimate]:
+    """Return force [N], slope [N/mm] and change of slope [N/mm^2] at x = 0 [mm], with standard errors.
 
     Taken from the points not farther than `aside` [mm], or from the nearest few.
     """
-    nearest = np.partition(np.abs(place), min(_LEAST_POINTS, len(place)) - 1)
-    aside = max(aside, float(nearest[min(_LEAST_POINTS, len(place)) - 1]))
-    near = np.abs(place) <= aside
-    table = np.vander(place[near] / aside, 3, increasing=True)
-    found, *_ = np.linalg.lstsq(table, force[near], rcond=None)
-    residual = force[near] - table @ found
+    count = min(_LEAST_POINTS, len(x)) - 1
+    aside = max(aside, float(np.partition(np.abs(x), count)[count]))
+    near = np.abs(x) <= aside
+    powers = np.vander(x[near] / aside, 3, increasing=True)
+    solution, *_ = np.linalg.lstsq(powers, force[near], rcond=None)
+    residual = force[near] - powers @ solution
     variance = float(residual @ residual) / max(1, len(residual) - 3)
-    error = np.sqrt(np.diag(np.linalg.pinv(table.T @ table)) * variance)
+    error = np.sqrt(np.diag(np.linalg.pinv(powers.T @ powers)) * variance)
     scale = np.array([1.0, 1.0 / aside, 2.0 / aside**2])
-    return (found * scale).tolist(), (error * scale).tolist()
+    return [Estimate(float(value), float(width)) for value, width in zip(solution * scale, error * scale, strict=True)]

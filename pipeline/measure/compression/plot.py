@@ -35,21 +35,23 @@ def plotted(results: Sequence[CompressionResult], kind: str) -> bytes:
 
 
 def _draw_load(axes: Axes, result: CompressionResult, colour: str, *, named: bool) -> None:
-    curve, chosen = result.curve, result.chosen
+    curve = result.curve
+    chosen = result.chosen
     axes.plot(curve.travel, curve.force, ".", color=colour, markersize=2.0, alpha=0.4)
     travel = np.linspace(float(curve.travel[0]), chosen.last, _STEPS)
     name = f"{Path(result.specimen.file).stem} {result.specimen.name}"
     label = f"{name}: {result.E_hertz_MPa:.3g} MPa ± {result.u_percent:.2g} %" if named else None
-    axes.plot(travel, chosen.fit.shown(travel, float(curve.force.max())), color=colour, label=label)
-    axes.axvline(chosen.touch, color=colour, linewidth=0.6, linestyle=":")
+    axes.plot(travel, chosen.fit.force(travel, float(curve.force.max())), color=colour, label=label)
+    axes.axvline(chosen.touch.value, color=colour, linewidth=0.6, linestyle=":")
     if curve.failure is not None:
         axes.axvline(curve.failure, color=colour, linewidth=0.6, linestyle="--")
 
 
 def _draw_stress(axes: Axes, result: CompressionResult, colour: str) -> None:
-    curve, fit, geometry = result.curve, result.chosen.fit, result.geometry
-    strain = 100.0 * (curve.travel - result.chosen.touch) / geometry.height_mm
-    stress = (curve.force - fit.offset - fit.drift * curve.travel) / geometry.plate_area_mm2
+    curve = result.curve
+    fit = result.chosen.fit
+    strain = 100.0 * (curve.travel - result.chosen.touch.value) / result.geometry.height_mm
+    stress = (curve.force - fit.offset - fit.drift.value * curve.travel) / result.geometry.plate_area_mm2
     axes.plot(strain, stress, ".", color=colour, markersize=2.0, alpha=0.4)
     secant = result.secants[0]
     ends = np.array([0.0, secant.strain_percent])

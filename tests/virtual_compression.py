@@ -1,0 +1,55 @@
+"""A compression test of a ball of known modulus: what a testing machine would write of it, with its faults."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cad.theory.hertz import plate_stiffness
+
+
+@dataclass(frozen=True, kw_only=True)
+class VirtualTest:
+    """A ball between two plates by Hertz's law, and what a machine adds.
+
+    The plate first travels `gap_mm`. Then the skin settles: the ball yields `toe_mm` more than Hertz's, most of it
+    before `toe_share` of the force at failure. At `failure_strain` of the height, 2 `radius_mm`, the flesh breaks. The
+    load cell shows `offset_N`, `drift_N_per_mm` of the travel, and noise with a standard deviation of `noise_percent`
+    of the force at failure.
+    """
+
+    E_MPa: float = 2.0
+    poisson: float = 0.3
+    radius_mm: float = 35.0
+    gap_mm: float = 0.8
+    toe_mm: float = 0.15
+    toe_share: float = 0.03
+    failure_strain: float = 0.07
+    offset_N: float = 0.3
+    drift_N_per_mm: float = 0.0
+    noise_percent: float = 1.0
+    rows: int = 600
+    seed: int = 1
+
+    @property
+    def first_touch_mm(self):
+        """Return the travel at which Hertz's law begins, the settling of the skin left out [mm]."""
+        return self.gap_mm + self.toe_mm
+
+    def curve(self):
+        """Return travel [mm] and force [N], shape (rows,) each."""
+        stiffness = plate_stiffness(self.radius_mm, 2) * self.E_MPa / (1.0 - self.poisson**2)
+        strongest = stiffness * (self.failure_strain * 2.0 * self.radius_mm) ** 1.5
+        force = strongest * np.linspace(0.0, 1.0, 4000) ** 1.5
+        settled = self.toe_mm * (1.0 - np.exp(-force / (self.toe_share * strongest)))
+        depth = self.gap_mm + (force / stiffness) ** (2.0 / 3.0) + settled
+        broken = depth[-1] + np.array([0.3, 1.5])
+        travel = np.linspace(0.0, broken[-1], self.rows)
+        left = strongest * np.array([0.7, 0.77])
+        exact = np.interp(travel, np.append(depth, broken), np.append(force, left))
+        noise = np.random.default_rng(self.seed).normal(0.0, 0.01 * self.noise_percent * strongest, self.rows)
+        return travel, exact + self.offset_N + self.drift_N_per_mm * travel + noise
+
+    def csv(self):
+        """Return the test as a file of two columns, `travel_mm,force_N`."""
+        rows = zip(*self.curve(), strict=True)
+        return "travel_mm,force_N\n" + "".join(f"{x:.5f},{F:.5f}\n" for x, F in rows)
