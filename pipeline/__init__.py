@@ -7,10 +7,9 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pipeline.run import judged as judged
     from pipeline.run import run as run
 
-__all__ = ["RunOptions", "judged", "load_design", "run"]
+__all__ = ["RunOptions", "load_design", "run"]
 
 _OURS = Path(__file__).resolve().parents[1]
 
@@ -42,9 +41,9 @@ sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 - the functions of a run, imported when they are asked for
-    if name not in ("judged", "run"):
+    if name != "run":
         msg = f"module {__name__!r} has no attribute {name!r}"
         raise AttributeError(msg)
-    from pipeline.run import judged, run
+    from pipeline.run import run
 
-    return {"judged": judged, "run": run}[name]
+    return run

@@ -1,9 +1,10 @@
 """What a run returns: every number, verdict and error of a sensor, typed and frozen."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cad.design.parameters import Design
-from cad.verdict import Verdict, all_passed
+from cad.verdict import Verdict, all_passed, failed
 from pipeline.options import RunOptions
 from pipeline.reading.readings import Readings
 from pipeline.reading.sensor_read_out import SensorReadOut
@@ -13,28 +14,28 @@ from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.sensor_errors import SensorErrors
-from pipeline.verdicts.sensor import Judgement
+from pipeline.verdicts.scene_targets import SceneTargets
 from solve.fruit.compliance import FruitCompliance
+
+NOT_MADE = failed("geometry.made", "a housing", unit="1", reference="no housing was made, see printable.low and .high")
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolvedSensor:
-    """A design with what is solved for its verdicts; `readings` are None where the design asks for none."""
+class Evaluation:
+    """A design, what was solved for its verdicts, and the verdicts that need no file.
+
+    `reached` are P_max and NL. `press` and `readings` are None where they were not asked for, `readings` also where
+    the design asks for none.
+    """
 
     design: Design
     options: RunOptions
     contact: FruitCompliance
     sizing: SpringSizing
     springs: FittedSprings
-    press: ScenePress
+    press: ScenePress | None
     readings: Readings | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class JudgedSensor(SolvedSensor):
-    """A solved design with its verdicts: those of the readings and of the judgement, and those on fabrication."""
-
-    judgement: Judgement
+    reached: SceneTargets
     verdicts: tuple[Verdict, ...]
 
     @property
@@ -42,17 +43,34 @@ class JudgedSensor(SolvedSensor):
         """Say whether every verdict passed; None when one is undecided and none failed."""
         return all_passed(self.verdicts)
 
+    @property
+    def solved_press(self) -> ScenePress:
+        """Return the press; raises ValueError where it was not asked for."""
+        if self.press is None:
+            msg = "press: must be among the parts that are evaluated; ask for 'response'"
+            raise ValueError(msg)
+        return self.press
+
 
 @dataclass(frozen=True, kw_only=True)
-class SensorResult(JudgedSensor):
-    """A design with what each stage of its run has found; its verdicts have their remedies.
+class SensorResult(Evaluation):
+    """A design with all that is known of its sensor.
 
-    `read_out` is what a finished sensor is read by. `seconds` are wall and processor seconds by stage. `left_out` says
-    why a file of fields is not there.
+    `paper` are the verdicts on the paper's own springs, None where fruit or tips are not the paper's. `read_out` is
+    what a finished sensor is read by. `left_out` says why a file of fields is not there. `seconds` are wall and
+    processor seconds by stage.
     """
 
+    press: ScenePress
+    paper: tuple[Verdict, ...] | None
     behaviour: SpringBehaviour | None
     read_out: SensorReadOut
     errors: SensorErrors
-    left_out: str | None
+    left_out: str | None = None
     seconds: Seconds
+
+
+def with_solids(verdicts: Sequence[Verdict], geometry: Sequence[Verdict]) -> tuple[Verdict, ...]:
+    """Return the verdicts on a sensor with those on its solids behind those on what can be printed."""
+    behind = 1 + max(i for i, verdict in enumerate(verdicts) if verdict.name.startswith("printable."))
+    return (*verdicts[:behind], *(geometry or (NOT_MADE,)), *verdicts[behind:])

@@ -18,7 +18,7 @@ from pipeline.report.answer.answer import next_steps, print_answer
 from pipeline.report.tables import run_answer
 from pipeline.response.characteristics import spring_behaviour
 from pipeline.response.scene_press import press_scene
-from pipeline.result import SensorResult
+from pipeline.result import SensorResult, with_solids
 from pipeline.springs.fitted_spring import FittedSpring
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.leaf_lengths import FittedHousing
@@ -26,7 +26,7 @@ from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.cause import assessed_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
-from pipeline.verdicts.sensor import judge
+from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import HousingStiffness
@@ -119,7 +119,8 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
     sizing, springs = sizing_of(design), springs_of(design, made=made)
     press = press_scene(design, CONTACT, springs.C)
     geometry = (GOOD,) if made else ()
-    judged = judge(design, CONTACT, sizing, springs, geometry, press)
+    reached = reached_targets(design, CONTACT, sizing, springs, press)
+    verdicts = with_solids(sensor_verdicts(design, CONTACT, springs, press, None, reached), geometry)
     sensor = assessed_sensor(design, CONTACT, sizing, springs, {})
     return SensorResult(
         design=design,
@@ -129,11 +130,12 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
         springs=springs,
         press=press,
         behaviour=spring_behaviour(springs, press),
-        judgement=judged,
+        reached=reached,
+        paper=paper_verdicts(design, CONTACT, sizing),
         readings=None,
         read_out=sensor_read_out(design, CONTACT, springs, press, None),
-        verdicts=judged.verdicts,
-        errors=sensor_errors(sensor, judged.reached, press, RunOptions()),
+        verdicts=verdicts,
+        errors=sensor_errors(sensor, reached, press, RunOptions()),
         left_out=None,
         seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),
     )

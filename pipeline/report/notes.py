@@ -78,7 +78,7 @@ def _large_strain(result: SensorResult) -> str:
 
 def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:
     """Return the force ratio as a fact, the noise that the reading stands, and what it takes for known."""
-    found, P_max = readings.assessed, result.judgement.reached.P_max
+    found, P_max = readings.assessed, result.reached.P_max
     fruit = result.design.fruit
     ratio = "a tip is off" if P_max is None else f"{P_max.value:.4g}"
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
@@ -101,7 +101,7 @@ def _of_plates(share: float) -> list[str]:
 
 def _paper(result: SensorResult) -> list[str]:
     """Return what the paper's own springs reach, where fruit and tips are the paper's."""
-    if result.judgement.paper is None:
+    if result.paper is None:
         return []
     paper = characteristic(result.contact, result.sizing, PAPER_SPRINGS)
     P_max, NL = paper.P_max().value, paper.NL(PAPER_TARGETS).value
@@ -115,7 +115,7 @@ def _beyond_the_law(result: SensorResult) -> list[str]:
     """Return what a level sensor would reach, where this scene's response is another."""
     if result.press.level:
         return []
-    P_max, NL = result.judgement.reached.level
+    P_max, NL = result.reached.level
     flat = "a level sensor with flat sharp tips on flat fruit"
     what = "at small strain it" if result.design.press.strain == "large" else flat
     return [

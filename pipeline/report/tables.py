@@ -52,10 +52,10 @@ def _everything(result: SensorResult) -> tuple[AnswerPart, ...]:
         AnswerPart(table=verdict_table(f"twintip · {result.design.name}", result.verdicts), lines=reasons(wrong)),
         *(AnswerPart(table=table) for table in (_spring_table(result), _error_table(result), _response_table(result))),
     ]
-    if result.judgement.paper is not None:
+    if result.paper is not None:
         K_l, K_h = (1e3 * K for K in PAPER_SPRINGS.stiffnesses)
         title = f"the paper's springs, {K_l:g} and {K_h:g} N/m, under the same contact"
-        parts.append(AnswerPart(table=verdict_table(title, result.judgement.paper)))
+        parts.append(AnswerPart(table=verdict_table(title, result.paper)))
     lines = (*_method_lines(result), *notes(result), *_scatter_lines(result), _cost_line(result))
     parts.append(AnswerPart(lines=tuple(escape(line) for line in lines)))
     return tuple(parts)

@@ -40,7 +40,7 @@ GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3
 class FittedSprings:
     """The springs, low first, their process, how far each gives at full travel [mm], and the housing that has them.
 
-    Each stands for all tips of its kind.
+    Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized; nothing is made.
     """
 
     springs: tuple[FittedSpring, ...]
@@ -48,6 +48,7 @@ class FittedSprings:
     deflections: tuple[float, ...]
     fitted: FittedHousing | None
     tips: Tips = field(default_factory=Tips)
+    ideal: bool = False
 
     @property
     def housing(self) -> Housing | None:
@@ -83,6 +84,22 @@ class FittedSprings:
     def C(self) -> Floats:
         """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N]."""
         return tip_compliance(self, self.tips)
+
+
+def ideal_springs(design: Design, sizing: SpringSizing, stiffnesses: Springs | None = None) -> FittedSprings:
+    """Return springs exactly as they were sized or given, or of other stiffnesses [N/mm] with the leaves as sized."""
+    springs = springs_as_sized(design, sizing)
+    if stiffnesses is not None:
+        rows = zip(springs, stiffnesses.stiffnesses, strict=True)
+        springs = tuple(replace(spring, target=K) for spring, K in rows)
+    return FittedSprings(
+        springs=springs,
+        process=design.process,
+        deflections=sizing.deflections(design.full_travels_mm),
+        fitted=None,
+        tips=design.tips,
+        ideal=True,
+    )
 
 
 def fit_springs(

@@ -1,7 +1,8 @@
 """What each stage of a run costs: wall and processor seconds."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ParamSpec, TypeVar
 
@@ -52,6 +53,16 @@ class Stopwatch:
         wall, cpu = time.perf_counter(), time.process_time()
         try:
             return work(*arguments, **keywords)
+        finally:
+            self._add(stage, time.perf_counter() - wall, time.process_time() - cpu)
+
+    @contextmanager
+    def stage(self, stage: str) -> Iterator[None]:
+        """Count the seconds of a block to a stage."""
+        _tell(stage)
+        wall, cpu = time.perf_counter(), time.process_time()
+        try:
+            yield
         finally:
             self._add(stage, time.perf_counter() - wall, time.process_time() - cpu)
 

@@ -29,16 +29,16 @@ class SceneTargets:
 
 
 def scene_targets(
-    own: Characteristic, targets: Targets, contact: FruitCompliance, C: Floats, press: ScenePress
+    own: Characteristic, targets: Targets, contact: FruitCompliance, C: Floats, press: ScenePress | None
 ) -> SceneTargets:
     """Return P_max and NL of the scene, with their errors; C (tips, tips) [mm/N] is the compliance of the springs.
 
-    The two-spring law gives them where it is exact.
+    The two-spring law gives them where it is exact, and where the scene was not pressed.
     The errors of springs and compliance move NL as they move that of the level sensor; the cells' own share is that of
     P_max, and of NL on two grids.
     """
     level = own.P_max(), own.NL(targets)
-    if press.level:
+    if press is None or press.level:
         return SceneTargets(P_max=level[0], NL=level[1], level=level)
     relative = np.divide(own.spring_errors, own.springs.stiffnesses)
     of_springs = float(spring_shares(contact, C, float(press.curve.E[-1])) @ relative)

@@ -1,14 +1,11 @@
-"""Every verdict of a run: on the sensor as designed, and beside it on the paper's own springs."""
-
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+"""Every verdict on a sensor that needs no file, and beside them those on the paper's own springs."""
 
 from cad.design.parameters import PAPER_TARGETS, Design
 from cad.quantity import Estimate
-from cad.theory.two_spring_law import PAPER_SPRINGS
-from cad.verdict import Verdict, failed
+from cad.theory.two_spring_law import PAPER_SPRINGS, Springs
+from cad.verdict import Verdict
 from pipeline.reading.readings import Readings
-from pipeline.response.scene_press import ScenePress, mean_pressure_estimate, press_scene, spring_shares
+from pipeline.response.scene_press import ScenePress, mean_pressure_estimate, press_scene, scene_of, spring_shares
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.characteristic import characteristic
@@ -27,8 +24,61 @@ from pipeline.verdicts.tip_shape import tip_shape_verdicts
 from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
 
-_NOT_MADE = failed("geometry.made", "a housing", unit="1", reference="no housing was made, see printable.low and .high")
 _STIFFNESS_NAMES = ("K_l", "K_h")
+
+
+def reached_targets(
+    design: Design, contact: FruitCompliance, sizing: SpringSizing, springs: FittedSprings, press: ScenePress | None
+) -> SceneTargets:
+    """Return P_max and NL of a sensor in its own scene; those of a level sensor where it was not pressed.
+
+    More tips than two are evaluated by the pair that stands for them.
+    """
+    contact, springs = contact.of_kinds(*design.tips.kinds), springs.as_pair
+    pair = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
+    return scene_targets(pair, design.nominal_targets, contact, springs.C, press)
+
+
+def sensor_verdicts(
+    design: Design,
+    contact: FruitCompliance,
+    springs: FittedSprings,
+    press: ScenePress | None,
+    readings: Readings | None,
+    reached: SceneTargets,
+) -> tuple[Verdict, ...]:
+    """Return the verdicts on readings or force ratio, springs and tips; without a press none that needs it.
+
+    A design with a reading is evaluated by that, not by its force ratio.
+    """
+    contact, springs = contact.of_kinds(*design.tips.kinds), springs.as_pair
+    by_ratio = design.reading is None
+    verdicts = list(reading_verdicts(design, readings))
+    if by_ratio and design.targets is not None and (press is not None or scene_of(design).linear):
+        manufactured = springs.ideal or springs.housing is not None
+        what = _of_what(design, springs, press, reached)
+        verdicts += target_verdicts(reached.P_max, reached.NL, design.targets, what, manufactured=manufactured)
+    if not springs.ideal:
+        for name, spring in zip(_STIFFNESS_NAMES, springs.springs, strict=True):
+            verdicts.append(stiffness_verdict(name, spring, monolithic=springs.monolithic))
+    if by_ratio and press is not None:
+        verdicts.append(displacement_verdict(press.table, _drift(design, contact, springs)))
+        verdicts.append(monotonic_verdict(press.scan))
+    verdicts += [printable_verdict(spring) for spring in springs.springs]
+    if press is not None:
+        verdicts += tip_shape_verdicts(design, press)
+        verdicts += bruise_verdicts(design, contact, springs, press)
+    return tuple(verdicts)
+
+
+def bruise_verdicts(
+    design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress
+) -> tuple[Verdict, ...]:
+    """Return the verdict on the pressure under the tips, where the fruit has a limit and no reading is evaluated."""
+    limits = design.fruit.bruise_limits_MPa
+    if not limits or design.reading is not None:
+        return ()
+    return (bruise_verdict(tip_pressure(design, contact, springs, press), max(limits)),)
 
 
 def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress) -> Estimate:
@@ -40,100 +90,20 @@ def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSpring
     return mean_pressure_estimate(design, press, of_springs)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Judgement:
-    """The verdicts on a sensor, and the P_max and NL that its scene reaches.
-
-    `paper` are the verdicts on the paper's own springs, None where fruit or tips are not the paper's.
-    """
-
-    verdicts: tuple[Verdict, ...]
-    reached: SceneTargets
-    paper: tuple[Verdict, ...] | None
+def _of_what(design: Design, springs: FittedSprings, press: ScenePress | None, reached: SceneTargets) -> str:
+    """Return in words whose P_max and NL the verdicts are on."""
+    if springs.ideal:
+        return "of springs exactly as they were sized or given"
+    if springs.housing is None:
+        return "of the target stiffnesses, which were not made"
+    return _of_scene(design, press, reached)
 
 
-def judge(
-    design: Design,
-    contact: FruitCompliance,
-    sizing: SpringSizing,
-    springs: FittedSprings,
-    geometry: Sequence[Verdict],
-    press: ScenePress,
-) -> Judgement:
-    """Return the judgement on a design in its own scene; raises InputError or SolveError where a press fails.
-
-    More tips than two are judged by the pair that stands for them.
-    """
-    contact, springs = contact.of_kinds(*design.tips.kinds), springs.as_pair
-    own = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
-    reached = scene_targets(own, design.nominal_targets, contact, springs.C, press)
-    verdicts = (
-        *_sensor_verdicts(design, contact, springs, press, reached),
-        *(printable_verdict(spring) for spring in springs.springs),
-        *(geometry or (_NOT_MADE,)),
-        *tip_shape_verdicts(design, press),
-        *bruise_verdicts(design, contact, springs, press),
-    )
-    return Judgement(
-        verdicts=verdicts,
-        reached=reached,
-        paper=paper_verdicts(design, contact, sizing),
-    )
-
-
-def _sensor_verdicts(
-    design: Design,
-    contact: FruitCompliance,
-    springs: FittedSprings,
-    press: ScenePress,
-    reached: SceneTargets,
-) -> tuple[Verdict, ...]:
-    """Return the verdicts on the force ratio and on the springs; P_max and NL are judged where there are targets.
-
-    A design with a reading is judged by that, not by its force ratio.
-    """
-    if design.reading is not None:
-        return tuple(_stiffness_verdicts(springs))
-    manufactured = springs.housing is not None
-    of_what = (
-        _of_what(press, reached, large=design.press.strain == "large")
-        if manufactured
-        else "of the target stiffnesses, which were not made"
-    )
-    targets = design.targets
-    judged = (
-        ()
-        if targets is None
-        else target_verdicts(reached.P_max, reached.NL, targets, of_what, manufactured=manufactured)
-    )
-    return (
-        *judged,
-        *_stiffness_verdicts(springs),
-        displacement_verdict(press.table, _drift(design, contact, springs)),
-        monotonic_verdict(press.scan),
-    )
-
-
-def _stiffness_verdicts(springs: FittedSprings) -> Iterator[Verdict]:
-    for name, spring in zip(_STIFFNESS_NAMES, springs.springs, strict=True):
-        yield stiffness_verdict(name, spring, monolithic=springs.monolithic)
-
-
-def bruise_verdicts(
-    design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress
-) -> tuple[Verdict, ...]:
-    """Return the verdict on the pressure under the tips, where the fruit has a limit and no reading judges it."""
-    limits = design.fruit.bruise_limits_MPa
-    if not limits or design.reading is not None:
-        return ()
-    return (bruise_verdict(tip_pressure(design, contact, springs, press), max(limits)),)
-
-
-def _of_what(press: ScenePress, reached: SceneTargets, *, large: bool) -> str:
-    """Return in words whose P_max and NL are judged."""
-    if press.level:
+def _of_scene(design: Design, press: ScenePress | None, reached: SceneTargets) -> str:
+    if press is None or press.level:
         return "of a level sensor on flat fruit"
     P_max, NL = reached.level
+    large = design.press.strain == "large"
     what = "the same sensor at small strain" if large else "a level sensor on flat fruit"
     return f"at full travel in this scene; {what} has P_max {P_max.value:.4g}, NL {NL.value:.3g}"
 
@@ -147,13 +117,6 @@ def _drift(design: Design, contact: FruitCompliance, springs: FittedSprings) -> 
     return f"; edges rounded by {radius:g} mm, as the process makes them, let P drift by {100.0 * drift:.2g} %"
 
 
-def all_verdicts(
-    design: Design, readings: Readings | None, judged: Judgement, making: Sequence[Verdict]
-) -> tuple[Verdict, ...]:
-    """Return the verdicts on readings, where there are any, those of the judgement, and those on what is made."""
-    return *reading_verdicts(design, readings), *judged.verdicts, *making
-
-
 def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizing) -> tuple[Verdict, ...] | None:
     """Return the verdicts on the paper's own springs and targets under the contact of this design.
 
@@ -161,13 +124,12 @@ def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizin
     """
     if not design.has_paper_scene:
         return None
-    C = spring_compliance(*PAPER_SPRINGS.stiffnesses)
+    springs: Springs = PAPER_SPRINGS
+    C = spring_compliance(*springs.stiffnesses)
     press = press_scene(design, contact, C)
-    reached = scene_targets(characteristic(contact, sizing, PAPER_SPRINGS), PAPER_TARGETS, contact, C, press)
+    reached = scene_targets(characteristic(contact, sizing, springs), PAPER_TARGETS, contact, C, press)
     return (
-        *target_verdicts(
-            reached.P_max, reached.NL, PAPER_TARGETS, _of_what(press, reached, large=design.press.strain == "large")
-        ),
+        *target_verdicts(reached.P_max, reached.NL, PAPER_TARGETS, _of_scene(design, press, reached)),
         displacement_verdict(press.table),
         monotonic_verdict(press.scan),
     )

@@ -24,7 +24,7 @@ from cad.design.parameters import Design  # noqa: E402
 from cad.design.processes import PROCESSES  # noqa: E402
 from cad.quantity import InputError  # noqa: E402
 from mesh.session import MeshError  # noqa: E402
-from pipeline import RunOptions, judged, load_design  # noqa: E402
+from pipeline import RunOptions, load_design, run  # noqa: E402
 from pipeline.bench.bench import OUT  # noqa: E402
 from pipeline.bench.table import Sheet, page, publish  # noqa: E402
 from pipeline.study.suggest.suggestion import suggestion  # noqa: E402
@@ -162,7 +162,7 @@ def settings_in(remedy: str) -> dict[str, str]:
 def outcome(number: int, kind: str, preset: str, settings: Mapping[str, str]) -> Outcome:
     """Run one design, follow its printed remedy, and where that does not pass ask for a suggestion."""
     design = load_design(preset, settings)
-    wrong = [verdict for verdict in with_remedies(judged(design)) if verdict.passed is not True]
+    wrong = [verdict for verdict in with_remedies(run(design)) if verdict.passed is not True]
     names = tuple(verdict.name for verdict in wrong)
     remedies = [verdict.remedy or "no remedy" for verdict in wrong]
     for remedy in dict.fromkeys(remedies):
@@ -189,7 +189,7 @@ def kept_outcome(folder: Path | None, seed: int, number: int) -> Outcome:
 def passes(preset: str, settings: Mapping[str, str]) -> bool:
     """Say whether a run of a preset with settings passes; one that is refused does not."""
     try:
-        return judged(load_design(preset, settings)).passed is True
+        return run(load_design(preset, settings)).passed is True
     except (InputError, MeshError, SolveError):
         return False
 

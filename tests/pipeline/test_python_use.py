@@ -71,7 +71,7 @@ def test_run_works_in_a_thread():
 
 
 def test_what_the_package_gives_is_there():
-    assert set(pipeline.__all__) == {"RunOptions", "judged", "load_design", "run"}
+    assert set(pipeline.__all__) == {"RunOptions", "load_design", "run"}
     assert all(hasattr(pipeline, name) for name in pipeline.__all__)
     with pytest.raises(AttributeError, match=r"^module 'pipeline' has no attribute 'rnu'$"):
         _ = pipeline.rnu

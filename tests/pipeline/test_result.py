@@ -19,7 +19,7 @@ def test_result_passes_as_its_verdicts_do():
 
 def test_the_papers_own_verdicts_do_not_count():
     result = result_of()
-    assert [verdict.name for verdict in result.judgement.paper if verdict.passed is False] == ["P_max", "NL"]
+    assert [verdict.name for verdict in result.paper if verdict.passed is False] == ["P_max", "NL"]
     assert result.passed is True
     paper = Design(springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0))
     assert result_of(paper).passed is False

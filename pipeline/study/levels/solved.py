@@ -4,7 +4,8 @@ from dataclasses import asdict
 from pathlib import Path
 
 from cad.design.parameters import Design
-from pipeline import judged, run
+from pipeline import run
+from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
 from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, sizing_mapping
 from pipeline.report.mapping import report_mapping, response_mapping, spring_mapping
@@ -17,17 +18,17 @@ def fitted_report(design: Design, tolerance: float) -> Plain:
 
     The numbers are those of a run, to the bit. Raises InputError, MeshError or SolveError.
     """
-    found = judged(design, RunOptions(tolerance=tolerance), solids=False)
+    found = check_targets(design, RunOptions(tolerance=tolerance))
     springs = found.springs
     return {
         "springs": sizing_mapping(found.sizing),
         "flexures": {spring.name: spring_mapping(spring, springs) for spring in springs.springs},
         "deflections_mm": list(springs.deflections),
         "contact": contact_mapping(found.contact),
-        "response": response_mapping(design.tips, found.contact, springs, found.press.table),
+        "response": response_mapping(design.tips, found.contact, springs, found.solved_press.table),
         "reading": None if found.readings is None else assessed_mapping(found.readings),
-        "level": level_mapping(found.judgement.reached),
-        "verdicts": [asdict(verdict) for verdict in found.verdicts if verdict.name != "geometry.made"],
+        "level": level_mapping(found.reached),
+        "verdicts": [asdict(verdict) for verdict in found.verdicts],
     }
 
 

@@ -1,16 +1,16 @@
 """The nearest design that passes: searched with ideal springs, proved by whole runs."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cad.design.parameters import Design
 from cad.files.export_error import ExportError
 from cad.quantity import InputError
 from cad.verdict import Verdict
 from mesh.session import MeshError
-from pipeline import judged
+from pipeline import run
 from pipeline.options import RunOptions
-from pipeline.result import JudgedSensor
+from pipeline.result import SensorResult
 from pipeline.storage.announcement import announce
 from pipeline.verdicts.remedies.changes import Changes, changed, in_digits
 from pipeline.verdicts.remedies.own import own_remedy, own_travel
@@ -51,7 +51,8 @@ def suggestion(design: Design, options: RunOptions, fixed: frozenset[str] = froz
     Raises as `run` where the design itself cannot be run.
     """
     announce("runs the design as it is")
-    result = judged(design, options)
+    options = replace(options, out=None)
+    result = run(design, options)
     if result.passed:
         return Suggestion(design=design, changes={}, verdicts=result.verdicts, reason="passes as it is")
     wrong = [verdict for verdict in result.verdicts if verdict.passed is not True]
@@ -65,7 +66,7 @@ def suggestion(design: Design, options: RunOptions, fixed: frozenset[str] = froz
     return _proved(result, search, tuple(_travels(result, fixed)), options)
 
 
-def _travels(result: JudgedSensor, fixed: frozenset[str]) -> Iterator[Changes]:
+def _travels(result: SensorResult, fixed: frozenset[str]) -> Iterator[Changes]:
     """Yield the shorter travel that solved strains and clearances ask for, where it is not fixed."""
     asked = [own_travel(v, result.design, result.springs) for v in result.verdicts if v.passed is not True]
     travels = [travel for travel in asked if travel is not None]
@@ -73,7 +74,7 @@ def _travels(result: JudgedSensor, fixed: frozenset[str]) -> Iterator[Changes]:
         yield {_TRAVEL: min(travels)}
 
 
-def _proved(result: JudgedSensor, search: Search, first: Sequence[Changes], options: RunOptions) -> Suggestion:
+def _proved(result: SensorResult, search: Search, first: Sequence[Changes], options: RunOptions) -> Suggestion:
     """Return the first candidate that a run shows to pass; one that its own solve refutes is tried with less travel."""
     design, runs = result.design, 1
     open_ = [*first, *(candidate.changes for candidate in search.passing)]
@@ -100,9 +101,9 @@ def _proved(result: JudgedSensor, search: Search, first: Sequence[Changes], opti
     )
 
 
-def _run(design: Design, options: RunOptions) -> JudgedSensor | None:
+def _run(design: Design, options: RunOptions) -> SensorResult | None:
     """Return the result of a candidate; None where it cannot be run."""
     try:
-        return judged(design, options)
+        return run(design, options)
     except (ExportError, InputError, MeshError, SolveError):
         return None

@@ -7,7 +7,7 @@ from dataclasses import replace
 from cad.design.parameters import Design
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
-from pipeline.result import JudgedSensor
+from pipeline.result import SensorResult
 from pipeline.verdicts.remedies.changes import Changes, flags, in_digits, value_of
 from pipeline.verdicts.remedies.own import own_remedy
 from pipeline.verdicts.remedies.search import Search, nearest_passing, tried
@@ -17,7 +17,7 @@ BUDGET = 600  # hundredths of a processor second that a run may look for a remed
 _SHOWN = 3  # keys of a sentence, and alternatives
 
 
-def with_remedies(result: JudgedSensor) -> tuple[Verdict, ...]:
+def with_remedies(result: SensorResult) -> tuple[Verdict, ...]:
     """Return the verdicts of a run, those that did not pass with what would make the whole design pass.
 
     A verdict that its own numbers can mend, like one that a smaller `--tol` decides, says that instead.

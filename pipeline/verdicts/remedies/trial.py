@@ -15,8 +15,7 @@ from pipeline.reading.sensor_readings import assess_readings
 from pipeline.report.solids import NO_LINE
 from pipeline.response.contact import contact_compliance
 from pipeline.response.scene_press import TRAVELS, ScenePress, press_scene, pressed_at, scene_of
-from pipeline.springs.fitted_spring import springs_as_sized
-from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.fitted_springs import FittedSprings, ideal_springs
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.reading_rules import reading_verdicts
@@ -150,17 +149,6 @@ def _of_contact(design: Design) -> tuple[Fruit, Tips]:
     plain = Fruit()
     fruit = replace(design.fruit, E_max_MPa=plain.E_max_MPa, E_MPa=plain.E_MPa, bruise_limit_MPa=None)
     return fruit, replace(design.tips, gap_mm=Tips().gap_mm, socket="none")
-
-
-def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
-    """Return springs just as stiff as they were sized or given [N/mm], which are not made and so have no error."""
-    return FittedSprings(
-        springs=springs_as_sized(design, sizing),
-        process=design.process,
-        deflections=sizing.deflections(design.full_travels_mm),
-        fitted=None,
-        tips=design.tips,
-    )
 
 
 def _at_the_ends(

@@ -1,7 +1,7 @@
 """P_max and NL of the scene that was asked for, and what would make it pass: by the balance of springs and fruit."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -11,9 +11,11 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings, Targets
 from cad.design.tips import Press, Tips
 from cad.theory.two_spring_law import fruit_stiffness
-from pipeline.response.scene_press import press_scene
+from cad.verdict import Verdict
+from pipeline.response.scene_press import ScenePress, press_scene
 from pipeline.verdicts.edge_drift import edge_drift
-from pipeline.verdicts.sensor import judge
+from pipeline.verdicts.scene_targets import SceneTargets
+from pipeline.verdicts.sensor import reached_targets, sensor_verdicts
 
 SPRINGS = sizing_of(Design()).springs
 C = np.diag([1.0 / K for K in SPRINGS.stiffnesses])
@@ -21,10 +23,20 @@ TILTED = Design(press=Press(tilt_deg=1.0))
 STEP = 4.0 * math.tan(math.radians(1.0))
 
 
-def judged(design, ahead=()):
+@dataclass
+class Checked:
+    press: ScenePress
+    reached: SceneTargets
+    verdicts: dict[str, Verdict]
+
+
+def checked(design, height_offsets=()):
+    """Return the press of springs of the design's targets, what it reaches, and its verdicts by name."""
     springs = springs_of(design)
-    press = press_scene(design, CONTACT, springs.C, ahead)
-    return judge(design, CONTACT, sizing_of(design), springs, (), press), press
+    press = press_scene(design, CONTACT, springs.C, height_offsets)
+    reached = reached_targets(design, CONTACT, sizing_of(design), springs, press)
+    verdicts = sensor_verdicts(design, CONTACT, springs, press, None, reached)
+    return Checked(press, reached, {verdict.name: verdict for verdict in verdicts})
 
 
 def balance(E, travels):
@@ -35,27 +47,22 @@ def balance(E, travels):
 
 @pytest.fixture(scope="module")
 def tilted():
-    return judged(TILTED)[0]
-
-
-def verdict(judgement, name):
-    (one,) = (one for one in judgement.verdicts if one.name == name)
-    return one
+    return checked(TILTED)
 
 
 def test_tilted_sensor_is_judged_by_what_it_reads(tilted):
     """At 1 deg all faces touch whole at full travel: the balance with travels of 0.6 -+ 4 mm tan(1 deg)."""
     travels = (0.6 - STEP, 0.6 + STEP)
-    P_max = verdict(tilted, "P_max")
+    P_max = tilted.verdicts["P_max"]
     assert P_max.passed is False
     assert P_max.value == pytest.approx(balance(3.5, travels), abs=P_max.error)
     softest, middle, top = (balance(E, travels) for E in (0.0, 1.75, 3.5))
-    NL = verdict(tilted, "NL")
+    NL = tilted.verdicts["NL"]
     assert NL.value == pytest.approx((middle - softest) / (top - softest) - 0.5, abs=NL.error)
 
 
 def test_flat_level_scene_is_the_two_spring_law():
-    reached = judged(Design())[0].reached
+    reached = checked(Design()).reached
     assert (reached.P_max, reached.NL) == reached.level
     assert reached.P_max.value == pytest.approx(5.0, rel=1e-9)
 
@@ -63,12 +70,12 @@ def test_flat_level_scene_is_the_two_spring_law():
 def test_level_values_stay_as_facts(tilted):
     P_max, NL = tilted.reached.level
     assert (P_max.value, NL.value) == (pytest.approx(5.0, rel=1e-9), pytest.approx(0.05, rel=1e-9))
-    assert "a level sensor on flat fruit has P_max 5" in verdict(tilted, "P_max").reference
+    assert "a level sensor on flat fruit has P_max 5" in tilted.verdicts["P_max"].reference
 
 
 def test_reading_of_a_tilted_sensor_by_the_level_law_is_wrong_and_no_longer_offered():
     """E 0.5 would read 0.85."""
-    _, press = judged(TILTED)
+    press = checked(TILTED).press
     P = press.table.P[list(press.table.E).index(0.5), -1]
     read = fruit_stiffness(SPRINGS, float(P)) / CONTACT.K_m_over_E()
     assert read == pytest.approx(0.85, abs=0.01)
@@ -78,7 +85,7 @@ def test_reading_of_a_tilted_sensor_by_the_level_law_is_wrong_and_no_longer_offe
 @pytest.mark.slow
 def test_largest_departure_is_at_least_that_of_mid_range():
     largest, middle = (
-        judged(Design(press=Press(tilt_deg=1.0), targets=Targets(NL_definition=definition)))[0].reached.NL.value
+        checked(Design(press=Press(tilt_deg=1.0), targets=Targets(NL_definition=definition))).reached.NL.value
         for definition in ("largest", "mid-range")
     )
     assert middle < largest < 1.02 * middle
@@ -86,16 +93,16 @@ def test_largest_departure_is_at_least_that_of_mid_range():
 
 def test_tip_that_hangs_lower_by_its_weight_is_ahead_in_the_scene():
     """0.019 mm of the low tip: the balance with the high one as much behind."""
-    reached = judged(Design(), (0.0, -0.019))[0].reached
+    reached = checked(Design(), (0.0, -0.019)).reached
     assert reached.P_max.value == pytest.approx(balance(3.5, (0.6, 0.581)), rel=1e-9)
 
 
 def test_large_strain_lets_P_vary_over_the_travel():
     """With flesh of nu 0.45 at 0.6 sides P falls by some 3 %, which fails."""
     design = Design(press=Press(strain="large"), fruit=Fruit(poisson=0.45))
-    judgement, press = judged(design)
-    assert not press.level
-    assert {one.name: one.passed for one in judgement.verdicts}["P_displacement_independent"] is False
+    found = checked(design)
+    assert not found.press.level
+    assert found.verdicts["P_displacement_independent"].passed is False
 
 
 @pytest.mark.parametrize("definition", ["mid-range", "largest"])
@@ -103,22 +110,22 @@ def test_springs_sized_at_large_strain_meet_both_targets(definition):
     """The linear law's springs miss NL there by twice its tolerance, which is the planted wrong design."""
     targets = Targets(NL_definition=definition)
     large = Design(press=Press(strain="large"), targets=targets)
-    found = judged(large)[0]
+    found = checked(large)
     assert found.reached.P_max.value == pytest.approx(5.0, rel=1e-6)
     assert found.reached.NL.value == pytest.approx(0.05, abs=1e-6)
-    assert verdict(found, "P_max").passed is verdict(found, "NL").passed is True
+    assert found.verdicts["P_max"].passed is found.verdicts["NL"].passed is True
     assert all(type(K) is float for K in sizing_of(large).springs.stiffnesses)  # they go to report.json
     linear = sizing_of(Design(targets=targets)).springs
     given = GivenSprings(K_l_N_per_m=1e3 * linear.K_l, K_h_N_per_m=1e3 * linear.K_h)
-    missed = judged(replace(large, springs=given))[0]
-    assert verdict(missed, "NL").passed is False
+    missed = checked(replace(large, springs=given))
+    assert missed.verdicts["NL"].passed is False
     assert missed.reached.level[1].value == pytest.approx(0.05, rel=1e-9)
 
 
 def test_tip_off_the_fruit_leaves_no_ratio():
-    off = judged(Design(press=Press(travel_mm=0.3, tilt_deg=5.0)))[0]
-    assert verdict(off, "P_max").passed is False
-    assert verdict(off, "P_max").value is None
+    off = checked(Design(press=Press(travel_mm=0.3, tilt_deg=5.0)))
+    assert off.verdicts["P_max"].passed is False
+    assert off.verdicts["P_max"].value is None
 
 
 def test_edge_as_round_as_the_process_makes_it_lets_P_drift():

@@ -3,22 +3,20 @@
 import dataclasses
 
 import pytest
-from stand_ins import CONTACT, GOOD, result_of, sizing_of, springs_of
+from stand_ins import CONTACT, result_of, sizing_of, springs_of
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Targets
 from cad.design.tips import Tips
 from pipeline.response.scene_press import press_scene
 from pipeline.verdicts.characteristic import characteristic
-from pipeline.verdicts.sensor import judge, paper_verdicts, tip_pressure
+from pipeline.verdicts.sensor import paper_verdicts, tip_pressure
 
 ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high"]
 
 
 def verdicts_of(design, *, made=True):
-    springs = springs_of(design, made=made)
-    press = press_scene(design, CONTACT, springs.C)
-    return judge(design, CONTACT, sizing_of(design), springs, (GOOD,) if made else (), press).verdicts
+    return result_of(design, made=made).verdicts
 
 
 def test_every_run_has_the_same_verdicts_then_those_on_its_solid():
@@ -68,5 +66,5 @@ def test_error_of_the_pressure_is_that_of_the_worst_spring_and_of_the_contact(so
 def test_papers_springs_are_judged_by_the_papers_targets_whatever_the_design_asks():
     design = Design(targets=Targets(P_max=7.0, NL=0.03))
     paper = paper_verdicts(design, CONTACT, sizing_of(design))
-    assert paper == result_of().judgement.paper
+    assert paper == result_of().paper
     assert {verdict.name: verdict.limit for verdict in paper[:2]} == {"P_max": 5.0, "NL": 0.05}

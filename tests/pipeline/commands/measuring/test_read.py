@@ -206,7 +206,7 @@ def test_unit_at_large_strain_is_calibrated_by_weights_and_by_rubbers(deep, caps
         found = json.loads(answer.out)
         np.testing.assert_allclose(1e-3 * np.array(found["K_N_per_m"]), K, rtol=precision)
         P_max = next(one for one in found["verdicts"] if one["name"] == "P_max")
-        assert P_max["value"] == pytest.approx(result.judgement.reached.P_max.value, rel=2e-3)
+        assert P_max["value"] == pytest.approx(result.reached.P_max.value, rel=2e-3)
         assert "calibrate at the same depth on a body of known E" in answer.err
 
 

@@ -1,0 +1,121 @@
+"""From a design to every number, verdict and error of its sensor: the one place where they are put together."""
+
+from collections.abc import Collection
+from typing import Literal
+
+from cad.design.parameters import Design
+from cad.design.tip_mount import plate_depth
+from pipeline.options import RunOptions
+from pipeline.reading.placed import refuse_unsolvable_presses
+from pipeline.reading.sensor_read_out import sensor_read_out
+from pipeline.reading.sensor_readings import assess_readings
+from pipeline.response.characteristics import solved_behaviour
+from pipeline.response.contact import fruit_compliance
+from pipeline.result import Evaluation, SensorResult
+from pipeline.springs.fitted_springs import FittedSprings, fit_springs, press_of_springs
+from pipeline.springs.sizing import SpringSizing, spring_sizing
+from pipeline.storage.stopwatch import Stopwatch
+from pipeline.verdicts.errors.cause import assessed_sensor
+from pipeline.verdicts.errors.sensor_errors import sensor_errors
+from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
+from solve.fruit.compliance import FruitCompliance
+
+Part = Literal["response", "reading"]
+PARTS: tuple[Part, ...] = ("response", "reading")
+
+
+def refuse_unsolvable(design: Design) -> None:
+    """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate; solves nothing."""
+    refuse_unsolvable_presses(design)
+    plate_depth(design, design.process)
+
+
+def evaluate(
+    design: Design,
+    options: RunOptions | None = None,
+    *,
+    contact: FruitCompliance | None = None,
+    sizing: SpringSizing | None = None,
+    springs: FittedSprings | None = None,
+    timed: Stopwatch | None = None,
+) -> SensorResult:
+    """Return every number, verdict and error of a sensor but the verdicts on its files.
+
+    What is not given of contact, sizing and springs is solved. Raises InputError for a scene that cannot be used,
+    MeshError or SolveError where a solve is not to be believed.
+    """
+    timed = timed or Stopwatch()
+    checked = check_targets(design, options, contact=contact, sizing=sizing, springs=springs, timed=timed)
+    contact = checked.contact
+    springs = checked.springs
+    press = checked.solved_press
+    with timed.stage("mounts"):
+        sensor = assessed_sensor(design, contact, checked.sizing, springs)
+    with timed.stage("behaviour"):
+        behaviour = solved_behaviour(springs, press)
+    with timed.stage("reading"):
+        read_out = sensor_read_out(design, contact, springs, press, checked.readings)
+    with timed.stage("errors"):
+        errors = sensor_errors(sensor, checked.reached, press, checked.options, checked.readings)
+    with timed.stage("verdicts"):
+        paper = paper_verdicts(design, contact, checked.sizing)
+    return SensorResult(
+        **{**vars(checked), "press": press},
+        paper=paper,
+        behaviour=behaviour,
+        read_out=read_out,
+        errors=errors,
+        seconds=timed.seconds(),
+    )
+
+
+def check_targets(
+    design: Design,
+    options: RunOptions | None = None,
+    *,
+    contact: FruitCompliance | None = None,
+    sizing: SpringSizing | None = None,
+    springs: FittedSprings | None = None,
+    parts: Collection[str] = PARTS,
+    timed: Stopwatch | None = None,
+) -> Evaluation:
+    """Return the verdicts on a sensor with what they follow from; errors and files are left out.
+
+    Of the forces over travel and modulus, and the readings over all poses, those named in `parts` are solved: P_max
+    and NL of a level sensor on flat fruit need neither. Raises as `evaluate`.
+    """
+    options = options or RunOptions()
+    timed = timed or Stopwatch()
+    if parts:
+        refuse_unsolvable(design)
+    if contact is None:
+        with timed.stage("contact"):
+            contact = fruit_compliance(design, options)
+    if sizing is None:
+        with timed.stage("sizing"):
+            sizing = spring_sizing(design, contact, options)
+    if springs is None:
+        with timed.stage("springs"):
+            springs = fit_springs(design, sizing, options)
+    press = None
+    if "response" in parts:
+        with timed.stage("response"):
+            press = press_of_springs(design, contact, springs)
+    readings = None
+    if "reading" in parts:
+        with timed.stage("reading"):
+            readings = assess_readings(design, contact, springs)
+    with timed.stage("verdicts"):
+        reached = reached_targets(design, contact, sizing, springs, press)
+        verdicts = sensor_verdicts(design, contact, springs, press, readings, reached)
+    return Evaluation(
+        design=design,
+        options=options,
+        contact=contact,
+        sizing=sizing,
+        springs=springs,
+        press=press,
+        readings=readings,
+        reached=reached,
+        verdicts=verdicts,
+    )
