@@ -21,10 +21,8 @@ PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[0-9][A-Za-z0-9.+!]*)(
 FAST_MARKER = "; sys_platform == 'linux' and platform_machine == 'x86_64'"
 DISTRIBUTION = {
     "OCP": "cadquery",
-    "aiohttp": "trame",  # the server that trame runs
     "skfem": "scikit-fem",
     "trame_vtk": "trame-vtk",
-    "trame_vuetify": "trame-vuetify",
     "vtkmodules": "pyvista",
 }
 NEEDED_BY_TRIMESH = {"rtree", "manifold3d"}

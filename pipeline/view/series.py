@@ -3,56 +3,86 @@
 import tempfile
 from pathlib import Path
 
-from pipeline.report.stored import StoredReport, read_report
+import numpy as np
+
+from cad.quantity import validation_error
+from mesh.housing.sweep import flexure_mesh
+from pipeline.report.fields import field_arrays
+from pipeline.report.stored import StoredReport, StoredResponse, read_report
+from pipeline.response.scene_press import scene_of
+from pipeline.springs.mounts import attached_to
 from pipeline.storage.placed_files import place_files, refuse_taken
 from pipeline.storage.vtu import write_vtu
-from pipeline.view.loaded_sensor import forces_at, fruit_under, housing_of
+from solve.contact.fields import fruit_fields
+from solve.contact.pressure import footprint_pressure
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance
+from solve.housing.fields import fields_of
+from solve.housing.stiffness import displacements
 
 FLAG = "--pvd"
-_HEAD = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n  <Collection>\n'
-_TAIL = "  </Collection>\n</VTKFile>\n"
+_KINDS = ("flexure", "fruit")
+_COLLECTION = """<?xml version="1.0"?>
+<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
+  <Collection>
+{steps}  </Collection>
+</VTKFile>
+"""
+_STEP = '    <DataSet timestep="{x:.9g}" group="" part="0" file="{kind}_{step:02d}.vtu"/>\n'
 
 
 def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Path]:
     """Write flexure.pvd and fruit.pvd with their VTU files over the travel at the largest modulus; return the paths.
 
-    The time of a step is its travel [mm]. The same folder gives the same bytes. Raises InputError where the folder has
-    no housing or response, the target cannot be written, or holds foreign files that `force` does not keep aside.
+    The time of a step is its travel [mm]. Raises InputError where the folder has no housing, springs or response, the
+    target cannot be written, or holds unmanaged files that `force` does not keep aside; SolveError.
     """
     report = read_report(folder)
-    travels = _travels(report)
-    names = [f"{kind}_{step:02d}.vtu" for kind in ("flexure", "fruit") for step in range(len(travels))]
-    names += ["flexure.pvd", "fruit.pvd"]
+    if not report.response:
+        bound = "an output folder with a response"
+        raise validation_error("DIR", str(folder), "", bound, "press deeper or level")
+    row = max(report.response, key=lambda row: row.E_MPa)
+    names = [f"{kind}_{step:02d}.vtu" for kind in _KINDS for step in range(len(row.x_mm))]
+    names += [f"{kind}.pvd" for kind in _KINDS]
     if not force:
         refuse_taken(target, names, FLAG)
     with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
-        _write_steps(report, folder, travels, Path(unfinished))
+        _write_housing(report, row, Path(unfinished))
+        _write_fruit(report, row, Path(unfinished))
+        for kind in _KINDS:
+            steps = [_STEP.format(x=x, kind=kind, step=step) for step, x in enumerate(row.x_mm)]
+            text = _COLLECTION.format(steps="".join(steps))
+            (Path(unfinished) / f"{kind}.pvd").write_text(text, encoding="utf-8")
         files = {name: (Path(unfinished) / name).read_bytes() for name in names}
     return place_files(target, files, FLAG, force=force)
 
 
-def _travels(report: StoredReport) -> tuple[float, ...]:
-    """Return the travels of the response [mm]."""
-    return report.response[-1].x_mm if report.response else ()
+def _write_housing(report: StoredReport, row: StoredResponse, folder: Path) -> None:
+    """Write the half housing y >= 0 [mm] under the forces of each travel; it is linear, so it is solved once."""
+    if report.housing is None:
+        bound = "an output folder with a housing"
+        raise validation_error("DIR", str(folder), "", bound, "run a design that can be made")
+    process = report.design.process
+    mesh = flexure_mesh(report.housing)
+    u_per_N = displacements(mesh, process.E_MPa, process.poisson, attached_to(report.housing))
+    for step, forces in enumerate(zip(row.F_l_N, row.F_h_N, strict=True)):
+        u = u_per_N @ np.array([force or 0.0 for force in forces])  # None: the tip is off the fruit
+        fields = fields_of(mesh, process.E_MPa, process.poisson, u)
+        write_vtu(folder / f"flexure_{step:02d}.vtu", mesh, field_arrays(fields))
 
 
-def _write_steps(report: StoredReport, folder: Path, travels: tuple[float, ...], unfinished: Path) -> None:
-    """Write the files of each travel of a report, which is that of a folder, into an unfinished folder."""
-    E = max(row.E_MPa for row in report.response)
-    housing = housing_of(report, folder)
-    for step, x in enumerate(travels):
-        forces = forces_at(report.response, E, x)
-        write_vtu(unfinished / f"flexure_{step:02d}.vtu", housing.mesh, housing.under(forces))
-        mesh, arrays = fruit_under(report, folder, E, x)
-        write_vtu(unfinished / f"fruit_{step:02d}.vtu", mesh, arrays)
-    for kind in ("flexure", "fruit"):
-        (unfinished / f"{kind}.pvd").write_text(_collection(kind, travels), encoding="utf-8")
-
-
-def _collection(kind: str, travels: tuple[float, ...]) -> str:
-    """Return the text of a .pvd file, whose time is the travel [mm]."""
-    steps = "".join(
-        f'    <DataSet timestep="{x:.9g}" group="" part="0" file="{kind}_{step:02d}.vtu"/>\n'
-        for step, x in enumerate(travels)
+def _write_fruit(report: StoredReport, row: StoredResponse, folder: Path) -> None:
+    """Write the fruit's block [mm] under the pressure of each travel, the sensor level but for the design's tilt."""
+    contact = FruitCompliance(
+        S=np.array(report.contact.compliance_per_mm),
+        tips=tuple(tip.name for tip in report.tips),
+        error_pair=0.01 * report.contact.error_percent,
+        error_own=0.01 * report.contact.s11_error_percent,
+        info=SolveInfo(method="stored", dofs=0, seconds=0.0, status="read from report.json"),
     )
-    return _HEAD + steps + _TAIL
+    # what one spring moves another is below the errors of both
+    spring_compliance = np.diag([1e3 / report.springs[tip.spring].K_N_per_m for tip in report.tips])
+    for step, x in enumerate(row.x_mm):
+        pressure = footprint_pressure(scene_of(report.design), contact, spring_compliance, row.E_MPa, x)
+        mesh, fields = fruit_fields(report.design.fruit, pressure)
+        write_vtu(folder / f"fruit_{step:02d}.vtu", mesh, field_arrays(fields))

@@ -14,16 +14,16 @@ Plotter = Any  # a PyVista plotter: its decorated methods have no types that str
 _COLUMNS = 3
 
 
-def show_pictures(shown: list[Picture], name: str) -> None:
+def show_pictures(drawn: list[Picture], name: str) -> None:
     """Show pictures in one window until it is closed; raises InputError where no window can open."""
     if sys.platform == "linux" and not os.environ.get("DISPLAY") and not os.environ.get("WAYLAND_DISPLAY"):
         raise validation_error("display", None, "", "one that can open a window", "write pictures instead: --png DIR")
-    window_of(shown, name).show()
+    window_of(drawn, name).show()
 
 
-def window_of(shown: list[Picture], name: str) -> Plotter:
+def window_of(drawn: list[Picture], name: str) -> Plotter:
     """Return the window with every picture that has a place in it drawn, not yet open."""
-    placed = [picture for picture in shown if picture.in_window]
+    placed = [picture for picture in drawn if picture.in_window]
     columns = min(_COLUMNS, len(placed))
     rows = -(-len(placed) // columns)
     plotter: Plotter = pv.Plotter(shape=(rows, columns), title=f"twintip: {name}", window_size=list(SIZE))

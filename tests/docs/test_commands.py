@@ -32,7 +32,6 @@ RUN_HERE = {
     "pipeline design --fields": 0,
     "pipeline view outputs/paper --png pictures": 0,
     "pipeline view outputs/paper --html scenes.html": 0,
-    "pipeline view outputs/paper --inp decks": 0,
     "pipeline view outputs/paper --pvd press": 0,
     "pipeline design --set print.E_MPa=1750 --out outputs/second": 0,
     "pipeline doctor": 0,
@@ -55,7 +54,6 @@ ELSEWHERE = {
     "pipeline run --fruit-stiffness hayes": ("tests/pipeline/test_run.py", '"--fruit-stiffness", "hayes"'),
     "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
     "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),
-    "pipeline view outputs/paper --serve": ("tests/pipeline/view/test_serving.py", '"view", str(folder), "--serve"'),
     **{
         command: ("tests/docs/test_read_a_fruit.py", command)
         for command in (

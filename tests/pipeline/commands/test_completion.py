@@ -77,7 +77,6 @@ def test_bash_completes_files_folders_and_presets_as_each_command_takes_them(tmp
         "bench --out",
         "study --out",
         "view --pvd",
-        "view --inp",
         "view --png",
         "view",
     ):

@@ -5,40 +5,40 @@ import dataclasses
 import numpy as np
 import pytest
 import pyvista as pv
-from view_stand_ins import DEPTH, LENGTH, beam_fields, half_beam
+from view_stand_ins import DEPTH, LENGTH
 
 from cad.design.design_file import design_from_mapping
-from cad.design.processes import PROCESSES
 from pipeline.options import load_design
 from pipeline.report.stored import read_report
-from pipeline.view.loaded_sensor import as_drawn
-from pipeline.view.pictures import field_scenes
-from pipeline.view.scenes.field import (
-    FLEXURE_FIELDS,
+from pipeline.view.scene import deformation_factor, deformed_surface, draw_scene, round_below
+from pipeline.view.scenes import (
     LARGEST_STRAIN,
-    SHARE_OF_LIMIT,
+    STRAIN_OVER_LIMIT,
     TOTAL_DISPLACEMENT,
     VERTICAL_PRESSURE,
     VON_MISES,
+    field_scenes,
+    on_true_shape,
+    whole_model,
 )
-from pipeline.view.scenes.fruit import on_true_shape
-from pipeline.view.scenes.mirrored import whole_model
-from pipeline.view.scenes.scene import Cut, deformed_surface, draw_scene
-from pipeline.view.scenes.stage import rule_length
 
 DIGITS = 2.0**-19  # of a value in a VTU file, relative to the largest
 
 
 @pytest.fixture(scope="module")
-def half():
-    mesh = half_beam()
-    return as_drawn(mesh, beam_fields(mesh))
+def half(stand_in_folder):
+    return pv.read(stand_in_folder / "flexure.vtu")
 
 
-def at(mesh, place):
-    """Return the number of the node at a place [mm]."""
-    node = mesh.find_closest_point(place)
-    np.testing.assert_allclose(mesh.points[node], place, atol=1e-9)
+@pytest.fixture(scope="module")
+def scenes(stand_in_folder):
+    return field_scenes(read_report(stand_in_folder), stand_in_folder)
+
+
+def node_at(mesh, point):
+    """Return the number of the node at a point [mm]."""
+    node = mesh.find_closest_point(point)
+    np.testing.assert_allclose(mesh.points[node], point, atol=1e-9)
     return node
 
 
@@ -55,12 +55,12 @@ def test_mirrored_half_is_the_whole_body(half):
 def test_vectors_and_tensors_are_mirrored(half):
     """Y and what has one y among its indices change their sign: xx, yy, zz, xy, yz, xz."""
     whole = whole_model(half)
-    here, there = (at(whole, (LENGTH / 2, side * DEPTH, 1.0)) for side in (1.0, -1.0))
-    u, sigma = whole.point_data["displacement_mm"], whole.point_data["stress_MPa"]
-    assert u[here, 1] != 0.0
-    np.testing.assert_array_equal(u[there], u[here] * (1, -1, 1))
-    np.testing.assert_array_equal(sigma[there], sigma[here] * (1, 1, 1, -1, -1, 1))
-    np.testing.assert_array_equal(whole.point_data["von_mises_MPa"][there], whole.point_data["von_mises_MPa"][here])
+    at = node_at(whole, (LENGTH / 2, DEPTH, 1.0))
+    image = node_at(whole, (LENGTH / 2, -DEPTH, 1.0))
+    for name, signs in (("displacement_mm", (1, -1, 1)), ("stress_MPa", (1, 1, 1, -1, -1, 1)), ("von_mises_MPa", 1)):
+        values = whole.point_data[name]
+        assert np.all(values[at] != 0.0) or name != "stress_MPa" or values[at][4] != 0.0
+        np.testing.assert_array_equal(values[image], values[at] * np.array(signs))
 
 
 def test_quadratic_cells_are_mirrored_right_side_out():
@@ -82,79 +82,55 @@ def test_mesh_without_a_plane_of_symmetry_stays(half):
     assert whole_model(bare) is bare
 
 
-def test_each_spring_has_its_own_side_and_its_own_range(stand_in_folder):
+def test_each_spring_has_its_side_and_its_range(scenes, stand_in_folder):
     """The stand-in's numbers are 1 and 2 times the distance from the middle."""
-    report = read_report(stand_in_folder)
-    low, high, _ = field_scenes(report, stand_in_folder)
-    assert (low.mesh.bounds[0], low.mesh.bounds[1]) == pytest.approx((-5.0, 0.0))
-    assert (high.mesh.bounds[0], high.mesh.bounds[1]) == pytest.approx((0.0, 5.0))
-    assert low.fields == high.fields == FLEXURE_FIELDS
-    limit = PROCESSES[report.design.print.process].strain_limit
-    for scene, factor in ((low, 1.0), (high, 2.0)):
-        largest = factor * 5.0
-        assert VON_MISES.range_on(scene.mesh) == pytest.approx((0.0, largest), rel=DIGITS)
-        assert SHARE_OF_LIMIT.range_on(scene.mesh) == pytest.approx((0.0, 1e-4 * largest / limit), rel=DIGITS)
-        assert scene.largest_displacement_mm == pytest.approx(np.hypot(1e-2, 1e-3) * largest, rel=DIGITS)
+    limit = read_report(stand_in_folder).design.process.strain_limit
+    for scene, factor, sides in zip(scenes, (1.0, 2.0), ((-5.0, 0.0), (0.0, 5.0)), strict=False):
+        assert scene.mesh.bounds[:2] == pytest.approx(sides)
+        highest = factor * 5.0
+        assert VON_MISES.range_on(scene.mesh) == pytest.approx((0.0, highest), rel=DIGITS)
+        assert STRAIN_OVER_LIMIT.range_on(scene.mesh) == pytest.approx((0.0, 1e-4 * highest / limit), rel=DIGITS)
+        assert scene.largest_displacement_mm == pytest.approx(np.hypot(1e-2, 1e-3) * highest, rel=DIGITS)
 
 
-def test_bar_of_colours_has_the_range_of_the_file(stand_in_folder):
-    *_, fruit = field_scenes(read_report(stand_in_folder), stand_in_folder)
-    written = pv.read(stand_in_folder / "fruit.vtu")
-    plotter = pv.Plotter(off_screen=True)
-    try:
-        draw_scene(plotter, fruit, VON_MISES)
-        ((title, bar),) = plotter.scalar_bars.items()
-        assert "von Mises stress [MPa]" in title
-        shown = bar.GetLookupTable().GetTableRange()
-        assert shown == (0.0, float(written.point_data["von_mises_MPa"].max()))
-    finally:
-        plotter.close()
-
-
-def test_two_scenes_in_one_window_have_two_bars(stand_in_folder):
+def test_bars_of_two_scenes_have_their_ranges(scenes):
     """VTK takes bars of one title for one bar: that emptied all parts of the window but one."""
-    low, high, _ = field_scenes(read_report(stand_in_folder), stand_in_folder)
     plotter = pv.Plotter(off_screen=True, shape=(1, 2))
     try:
-        for column, scene in enumerate((low, high)):
+        for column, scene in enumerate(scenes[:2]):
             plotter.subplot(0, column)
             draw_scene(plotter, scene)
-        ranges = [bar.GetLookupTable().GetTableRange()[1] for bar in plotter.scalar_bars.values()]
-        assert ranges == pytest.approx([5.0, 10.0], rel=DIGITS)
+        highest = [bar.GetLookupTable().GetTableRange()[1] for bar in plotter.scalar_bars.values()]
+        assert highest == pytest.approx([5.0, 10.0], rel=DIGITS)
     finally:
         plotter.close()
 
 
-def test_pressure_is_the_stress_along_the_press(stand_in_folder):
-    *_, fruit = field_scenes(read_report(stand_in_folder), stand_in_folder)
+def test_pressure_is_the_stress_along_the_press(scenes):
+    fruit = scenes[-1]
+    data = fruit.mesh.point_data
     assert fruit.fields[0] == VERTICAL_PRESSURE
-    np.testing.assert_allclose(
-        fruit.mesh.point_data[VERTICAL_PRESSURE.array], -fruit.mesh.point_data["stress_MPa"][:, 2]
-    )
-    u = np.linalg.norm(fruit.mesh.point_data["displacement_mm"], axis=1)
-    np.testing.assert_allclose(fruit.mesh.point_data[TOTAL_DISPLACEMENT.array], u)
+    np.testing.assert_allclose(data[VERTICAL_PRESSURE.array], -data["stress_MPa"][:, 2])
+    np.testing.assert_allclose(data[TOTAL_DISPLACEMENT.array], np.linalg.norm(data["displacement_mm"], axis=1))
 
 
-def test_cut_takes_away_what_lies_before_it(stand_in_folder):
-    *_, fruit = field_scenes(read_report(stand_in_folder), stand_in_folder)
+def test_cut_takes_away_what_lies_before_it(scenes):
+    fruit = scenes[-1]
     before, _ = deformed_surface(fruit)
-    assert before.bounds[2] == pytest.approx(0.0)  # through the row of tips, y = 0
-    assert before.bounds[3] == pytest.approx(10.0)
-    whole, _ = deformed_surface(dataclasses.replace(fruit, cut=None))
+    assert before.bounds[2:4] == pytest.approx((0.0, 10.0))  # through the row of tips, y = 0
+    whole, _ = deformed_surface(dataclasses.replace(fruit, cut_y=None))
     assert whole.bounds[2] == pytest.approx(-10.0)
-    moved = dataclasses.replace(fruit, cut=Cut(origin=(2.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0)))
-    assert deformed_surface(moved)[0].bounds[1] == pytest.approx(2.0)
 
 
 def test_sphere_is_drawn_as_a_sphere():
     """A piece of radius R falls by R - sqrt(R^2 - r^2) at a distance r from its apex; its base stays flat."""
-    design, radius = load_design("mango", {}), 35.0
-    fruit = design.fruit
-    assert fruit.radius_mm == radius
+    design = load_design("mango", {})
+    radius = design.fruit.radius_mm
     lines = [np.linspace(-12.0, 12.0, 9), np.linspace(-12.0, 12.0, 9), np.linspace(-12.0, 0.0, 4)]
     block = pv.RectilinearGrid(*lines).cast_to_unstructured_grid()
     bent = on_true_shape(design, block)
-    top, base = (np.isclose(block.points[:, 2], level) for level in (0.0, -12.0))
+    top = np.isclose(block.points[:, 2], 0.0)
+    base = np.isclose(block.points[:, 2], -12.0)
     r = np.hypot(*block.points[top, :2].T)
     np.testing.assert_allclose(bent.points[top, 2], -(radius - np.sqrt(radius**2 - r**2)), atol=1e-9)
     np.testing.assert_allclose(bent.points[base, 2], -12.0)
@@ -162,29 +138,34 @@ def test_sphere_is_drawn_as_a_sphere():
     np.testing.assert_array_equal(on_true_shape(flat, block).points, block.points)
 
 
-@pytest.mark.parametrize(("width", "length"), [(40.0, 10.0), (39.0, 5.0), (1.0, 0.2), (0.5, 0.1)])
-def test_rule_has_a_round_length_of_at_most_a_quarter(width, length):
-    assert rule_length(width) == pytest.approx(length)
+@pytest.mark.parametrize(("value", "below"), [(10.0, 10.0), (9.75, 5.0), (0.25, 0.2), (0.125, 0.1)])
+def test_round_number_below(value, below):
+    assert round_below(value) == pytest.approx(below)
+
+
+@pytest.mark.parametrize(
+    ("largest", "length", "factor"),
+    [(0.4, 78.0, 10.0), (0.1, 10.0, 5.0), (1e-6, 10.0, 5e5), (8.0, 100.0, 1.0), (20.0, 100.0, 1.0), (0, 1, 1)],
+)
+def test_deformation_is_drawn_at_eight_percent_of_the_part_or_the_next_round_factor_below(largest, length, factor):
+    assert deformation_factor(largest, length) == pytest.approx(factor, rel=1e-12)
 
 
 @pytest.mark.slow
 def test_ranges_of_a_run_are_the_numbers_of_its_report(run_with_fields):
     """Root strain and displacement of each spring lie within the errors that the report prints."""
     report = read_report(run_with_fields)
-    low, high, fruit = field_scenes(report, run_with_fields)
-    limit = PROCESSES[report.design.print.process].strain_limit
-    for scene, name, deflection in zip((low, high), ("low", "high"), report.deflections_mm, strict=True):
+    *sides, fruit = field_scenes(report, run_with_fields)
+    travel = report.design.press.travel_mm
+    depths = []
+    for scene, name, deflection, F in zip(
+        sides, ("low", "high"), report.deflections_mm, report.response[-1].kind_forces, strict=True
+    ):
         spring = report.springs[name]
         _, strain = LARGEST_STRAIN.range_on(scene.mesh)
         assert strain == pytest.approx(spring.root_strain, rel=0.01 * spring.root_strain_error_percent)
-        assert SHARE_OF_LIMIT.range_on(scene.mesh)[1] == pytest.approx(strain / limit, rel=DIGITS)
         # the face of a tip also tilts, by less than a hundredth of the way
         assert scene.largest_displacement_mm == pytest.approx(deflection, rel=0.01)
-    whole = pv.read(run_with_fields / "flexure.vtu")
-    ends = [VON_MISES.range_on(scene.mesh)[1] for scene in (low, high)]
-    assert max(ends) == float(whole.point_data["von_mises_MPa"].max())
-    # the deeper tip goes in by the travel less what its spring gives
-    travel = report.design.press.travel_mm
-    forces = zip(("low", "high"), report.response[-1].kind_forces, strict=True)
-    depths = [travel - 1e3 * force[-1] / report.springs[name].stiffness_N_per_m for name, force in forces]
+        depths.append(travel - 1e3 * F[-1] / spring.stiffness_N_per_m)
+    # the deeper tip goes in by the travel less what its spring yields
     assert fruit.largest_displacement_mm == pytest.approx(max(depths), rel=0.02)

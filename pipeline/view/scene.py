@@ -1,0 +1,197 @@
+"""A scene: a body with its fields, deformed and in colour, with a bar for the colours and a ruler for the size."""
+
+import textwrap
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyvista as pv
+
+Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
+Plotter = Any
+
+DISPLACEMENT = "displacement_mm"
+BODY = "#c8ccd2"
+EDGE = "#30343a"
+PALETTE = "YlOrRd"  # pale where there is little: the shape stays readable
+SUBDIVISION = 3  # how often the facet of a quadratic cell is halved
+_SHARP_EDGE = 25.0  # degrees between two facets
+_DRAWN_DISPLACEMENT = 0.08  # of the diagonal of the part, at most
+_ZOOM = 0.75  # leaves room for title, ruler and bar
+_NARROW = 900  # pixels
+_TITLE_SIZE = 11
+_LETTER_WIDTH = 1.35  # of the size of a title
+
+
+class Vector(NamedTuple):
+    """A point [mm] or a direction [1]."""
+
+    x: float
+    y: float
+    z: float
+
+
+FRONT = Vector(0.25, -1.0, 0.45)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Field:
+    """A number at every node: the array that holds it, and its title with the unit."""
+
+    array: str
+    title: str
+
+    def range_on(self, mesh: Mesh) -> tuple[float, float]:
+        """Return the range of colours, in the unit of the field: from 0, or the least value below, to the largest."""
+        values = np.asarray(mesh.point_data[self.array])
+        return min(0.0, float(values.min())), float(values.max())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FieldScene:
+    """A whole mesh [mm] with its fields, the first one drawn by default, and how it is looked at.
+
+    `factor` is by how much displacements are drawn larger [1], `direction` points from the body to the eye. `cut_y` is
+    where the body is cut open [mm], `focus` are the bounds (x, x, y, y, z, z) of the picture [mm].
+    """
+
+    name: str
+    title: str
+    mesh: Mesh
+    fields: tuple[Field, ...]
+    factor: float = 1.0
+    direction: Vector = FRONT
+    cut_y: float | None = None
+    focus: tuple[float, ...] | None = None
+
+    @property
+    def caption(self) -> str:
+        """Return the title, and how the displacements are drawn."""
+        scale = "as they are" if self.factor == 1.0 else f"{self.factor:g} times"
+        return f"{self.title}; displacements drawn {scale}, at most {self.largest_displacement_mm:.3g} mm"
+
+    @property
+    def largest_displacement_mm(self) -> float:
+        """Return the largest displacement [mm]."""
+        return float(np.linalg.norm(self.mesh.point_data[DISPLACEMENT], axis=1).max())
+
+
+def round_below(value: float) -> float:
+    """Return the largest of 1, 2 or 5 times a power of ten that is not above a positive value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-12)))
+
+
+def deformation_factor(largest_mm: float, length_mm: float) -> float:
+    """Return by how much displacements are drawn larger [1]: 1, or 1, 2 or 5 times a power of ten."""
+    if largest_mm <= 0.0:
+        return 1.0
+    return max(1.0, round_below(_DRAWN_DISPLACEMENT * length_mm / largest_mm))
+
+
+def deformed_surface(scene: FieldScene, subdivision: int = SUBDIVISION) -> tuple[Mesh, Mesh]:
+    """Return the surface of a scene [mm] before and after the deformation as it is drawn."""
+    mesh = scene.mesh
+    if scene.cut_y is not None:
+        mesh = mesh.clip(normal=(0.0, -1.0, 0.0), origin=(0.0, scene.cut_y, 0.0))
+    surface = mesh.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)
+    return surface, surface.warp_by_vector(DISPLACEMENT, factor=scene.factor)
+
+
+def draw_scene(plotter: Plotter, scene: FieldScene, field: Field | None = None) -> None:
+    """Draw a scene in the colours of one of its fields, over the outline of the body before it is pressed."""
+    field = field or scene.fields[0]
+    bar: dict[str, object] = {
+        # VTK takes bars of one title for one bar, so the name of the scene is in it
+        "title": f"{scene.name}: {field.title}\n",
+        "color": "black",
+        "fmt": "%.3g",
+        "n_labels": 5 if _width(plotter) > _NARROW else 3,
+        "vertical": False,
+        "position_x": 0.25,
+        "position_y": 0.03,
+        "width": 0.5,
+        "height": 0.08,
+    }
+    draw_field(plotter, scene, field, bar)
+    frame(plotter, scene.mesh, scene.caption, scene.direction, scene.focus)
+
+
+def draw_field(
+    plotter: Plotter,
+    scene: FieldScene,
+    field: Field,
+    bar: dict[str, object] | None = None,
+    subdivision: int = SUBDIVISION,
+) -> None:
+    """Draw the body of a scene alone, with a bar of its colours where one is given."""
+    before, deformed = deformed_surface(scene, subdivision)
+    plotter.add_mesh(sharp_edges(before), color=EDGE, line_width=1, opacity=0.35)
+    plotter.add_mesh(
+        deformed,
+        scalars=field.array,
+        clim=list(field.range_on(scene.mesh)),
+        cmap=PALETTE,
+        ambient=0.35,
+        smooth_shading=True,
+        split_sharp_edges=True,
+        show_scalar_bar=bar is not None,
+        scalar_bar_args=bar,
+    )
+    plotter.add_mesh(sharp_edges(deformed), color=EDGE, line_width=1.5)
+
+
+def draw_part(plotter: Plotter, part: Mesh, title: str, direction: Vector) -> None:
+    """Draw the triangles of a part [mm] with its edges."""
+    plotter.add_mesh(part, color=BODY, smooth_shading=True, split_sharp_edges=True, ambient=0.15)
+    plotter.add_mesh(sharp_edges(part), color=EDGE, line_width=2)
+    frame(plotter, part, title, direction)
+
+
+def draw_cells(plotter: Plotter, mesh: Mesh, title: str) -> None:
+    """Draw a mesh without fields, its cells to be seen."""
+    surface = mesh.linear_copy().extract_surface(algorithm="dataset_surface")
+    plotter.add_mesh(surface, color=BODY, ambient=0.15, show_edges=True, edge_color=EDGE, line_width=1)
+    frame(plotter, mesh, title, FRONT)
+
+
+def sharp_edges(surface: Mesh) -> Mesh:
+    """Return the lines along which a surface has an edge."""
+    return surface.extract_feature_edges(
+        feature_angle=_SHARP_EDGE, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
+    )
+
+
+def frame(plotter: Plotter, mesh: Mesh, title: str, direction: Vector, focus: tuple[float, ...] | None = None) -> None:
+    """Add the title and a ruler [mm] to a picture, and look at the body, or at the bounds of a part of it [mm]."""
+    bounds = focus or tuple(mesh.bounds)
+    letters = max(1, int(_width(plotter) / (_LETTER_WIDTH * _TITLE_SIZE)))
+    lines = textwrap.wrap(title, letters)
+    plotter.add_text("\n".join(lines), position="upper_edge", font_size=_TITLE_SIZE, color="black")
+    _add_ruler(plotter, bounds)
+    look_at(plotter, bounds, direction)
+
+
+def look_at(plotter: Plotter, bounds: tuple[float, ...], direction: Vector) -> None:
+    """Look at what lies within bounds (x, x, y, y, z, z) [mm] from a direction, so that it fills the picture."""
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.enable_parallel_projection()
+    plotter.view_vector(direction, viewup=(0.0, 0.0, 1.0), bounds=bounds)
+    plotter.camera.zoom(_ZOOM)
+
+
+def _width(plotter: Plotter) -> float:
+    """Return the width of the picture, or of the part of the window that is being filled [pixels]."""
+    left, _, right, _ = plotter.renderer.viewport
+    return float(plotter.window_size[0] * (right - left))
+
+
+def _add_ruler(plotter: Plotter, bounds: tuple[float, ...]) -> None:
+    """Draw a line of a round length along x below the front of a body, its length [mm] beside it."""
+    length = round_below(0.25 * (bounds[1] - bounds[0]))
+    diagonal = float(np.linalg.norm(np.ptp(np.reshape(bounds, (3, 2)), axis=1)))
+    start = np.array([bounds[0], bounds[2], bounds[4] - 0.06 * diagonal])
+    plotter.add_mesh(pv.Line(start, start + np.array([length, 0.0, 0.0])), color=EDGE, line_width=4)
+    plotter.add_point_labels(
+        [start], [f"{length:g} mm"], text_color=EDGE, shape=None, show_points=False, always_visible=True
+    )

@@ -1,0 +1,187 @@
+"""What can be drawn of an output folder: each spring, the fruit, the assembly."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
+
+from cad.design.parameters import Design
+from cad.parts.assembly import assembly_bodies, sensor_of
+from cad.quantity import validation_error
+from pipeline.report.stored import StoredReport
+from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, deformation_factor, frame, sharp_edges
+from solve.fruit.curved_body import core_of
+from solve.fruit.curved_shape import CurvedShape
+from solve.fruit.smooth_load import smooth_loads
+from solve.fruit.split import contact_footprints
+from solve.housing.stiffness import SPRINGS, tip_face
+
+Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
+Plotter = Any
+
+FLEXURE = "flexure.vtu"
+FRUIT = "fruit.vtu"
+SYMMETRY = "symmetry"  # marks the nodes on the plane y = 0 of a half model
+STRAIN = "largest_principal_strain"
+STRESS = "stress_MPa"
+
+VON_MISES = Field(array="von_mises_MPa", title="von Mises stress [MPa]")
+TOTAL_DISPLACEMENT = Field(array="total_displacement_mm", title="displacement [mm]")
+LARGEST_STRAIN = Field(array=STRAIN, title="largest principal strain [1]")
+STRAIN_OVER_LIMIT = Field(array="strain_over_limit", title="strain / limit of the process [1]")
+VERTICAL_PRESSURE = Field(array="vertical_pressure_MPa", title="pressure along the press [MPa]")
+
+_ZZ = 2  # of xx, yy, zz, xy, yz, xz
+_FOCUS = 0.4  # of the spacing of the tips: how far around them the picture of the fruit reaches
+_CHORD_MM = 0.05
+_FACET_ANGLE = 0.2  # rad
+_APART = 4.0  # how many times its distance across the sensor a body is moved outwards
+ASSEMBLY_DIRECTION = Vector(0.55, -1.0, 0.5)
+_APART_DIRECTION = Vector(1.0, -0.9, 0.75)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DrawnBody:
+    """A body as triangles [mm], its name and its colour (red, green, blue from 0 to 1)."""
+
+    name: str
+    surface: Mesh
+    colour: tuple[float, float, float]
+
+
+def read_mesh(path: Path) -> Mesh:
+    """Return what a file holds; raises InputError when it holds nothing."""
+    data = pv.read(path)
+    if not getattr(data, "n_cells", 0):
+        bound = "a mesh with at least one cell"
+        raise validation_error("file", str(path), "", bound, "write it again with pipeline run")
+    return data
+
+
+def field_scenes(report: StoredReport, folder: Path) -> tuple[FieldScene, ...]:
+    """Return the scenes of a folder that have fields: the low and the high spring, the fruit; raises InputError."""
+    scenes: list[FieldScene] = []
+    if (folder / FLEXURE).is_file():
+        half = read_mesh(folder / FLEXURE)
+        if DISPLACEMENT in half.point_data and tip_face("low") in half.point_data:
+            scenes += _flexure_scenes(report, whole_model(half))
+    if (folder / FRUIT).is_file():
+        block = read_mesh(folder / FRUIT)
+        if DISPLACEMENT in block.point_data:
+            scenes.append(_fruit_scene(report.design, block))
+    return tuple(scenes)
+
+
+def _flexure_scenes(report: StoredReport, mesh: Mesh) -> list[FieldScene]:
+    """Return the housing on the side of each spring, cut off midway between the tips."""
+    mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
+    strain_limit = report.design.process.strain_limit
+    mesh.point_data[STRAIN_OVER_LIMIT.array] = np.asarray(mesh.point_data[STRAIN]) / strain_limit
+    x = np.asarray(mesh.points)[:, 0]
+    tip_x = np.array([x[np.asarray(mesh.point_data[tip_face(spring)]) == 1].mean() for spring in SPRINGS])
+    from_middle = np.asarray(mesh.cell_centers().points)[:, 0] - tip_x.mean()
+    scenes = []
+    for spring, side in zip(SPRINGS, np.sign(tip_x - tip_x.mean()).tolist(), strict=True):
+        scene = FieldScene(
+            name=f"flexure-{spring}",
+            title=f"{report.design.name}: {spring} spring",
+            mesh=mesh.extract_cells(np.flatnonzero(side * from_middle > 0.0)),
+            fields=(VON_MISES, STRAIN_OVER_LIMIT, LARGEST_STRAIN, TOTAL_DISPLACEMENT),
+        )
+        factor = deformation_factor(scene.largest_displacement_mm, float(scene.mesh.length))
+        scenes.append(replace(scene, factor=factor))
+    return scenes
+
+
+def whole_model(mesh: Mesh) -> Mesh:
+    """Return the whole of a mesh [mm] with its arrays: a half model and its mirror image, anything else as it is."""
+    if SYMMETRY not in mesh.point_data:
+        return mesh
+    mirror = vtkReflectionFilter()
+    mirror.SetInputData(mesh)
+    mirror.SetPlaneToY()
+    mirror.SetCenter(0.0)
+    mirror.CopyInputOn()
+    mirror.FlipAllInputArraysOn()  # vectors and symmetric tensors change the sign of what has one y
+    mirror.Update()
+    return pv.wrap(mirror.GetOutput()).clean()
+
+
+def _fruit_scene(design: Design, block: Mesh) -> FieldScene:
+    """Return the fruit bent to its true shape and cut through a row of tips."""
+    mesh = on_true_shape(design, block)
+    mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
+    mesh.point_data[VERTICAL_PRESSURE.array] = -np.asarray(mesh.point_data[STRESS])[:, _ZZ]
+    x, y = np.array(design.tips.places_mm).T
+    row = float(y.min())
+    reach = _FOCUS * design.tips.spacing_mm
+    lower = [x.min() - reach, row, -0.5 * (float(np.ptp(x)) + reach)]
+    upper = [x.max() + reach, y.max() + reach, mesh.bounds[5]]
+    lower = np.maximum(lower, mesh.bounds[0::2])
+    upper = np.minimum(upper, mesh.bounds[1::2])
+    return FieldScene(
+        name="fruit",
+        title=f"{design.name}: fruit under the tips, cut through a row of them",
+        mesh=mesh,
+        fields=(VERTICAL_PRESSURE, VON_MISES, LARGEST_STRAIN, TOTAL_DISPLACEMENT),
+        direction=Vector(0.2, -1.0, 0.55),
+        cut_y=row,
+        focus=tuple(np.stack([lower, upper], axis=1).ravel().tolist()),
+    )
+
+
+def on_true_shape(design: Design, block: Mesh) -> Mesh:
+    """Return the block of a fruit [mm] bent to the fruit: a sphere's or an ellipsoid's skin where it has one."""
+    mesh = block.copy()
+    if design.fruit.radius_mm is None:
+        return mesh
+    footprints = contact_footprints(design.fruit, design.tips)
+    shape = CurvedShape(design.fruit, core_of(smooth_loads(design.fruit, footprints)))
+    downward = np.array([1.0, 1.0, -1.0])
+    mesh.points = shape.bent((np.asarray(block.points) * downward).T).T * downward
+    return mesh
+
+
+def assembly(report: StoredReport) -> tuple[DrawnBody, ...]:
+    """Return every body of the sensor over its fruit [mm]; none where the design has no housing."""
+    if report.housing is None:
+        return ()
+    bodies = []
+    for body in assembly_bodies(sensor_of(report.design, report.housing)):
+        vertices, triangles = body.shape.tessellate(_CHORD_MM, _FACET_ANGLE)
+        points = np.array([vertex.toTuple() for vertex in vertices])
+        surface = pv.PolyData.from_regular_faces(points, np.array(triangles)).clean()
+        bodies.append(DrawnBody(name=body.name, surface=surface, colour=body.colour))
+    return tuple(bodies)
+
+
+def drawn_apart(bodies: tuple[DrawnBody, ...]) -> tuple[DrawnBody, ...]:
+    """Return the bodies moved outwards across the sensor, so that each shows; what stands in the middle stays."""
+    moved = []
+    for body in bodies:
+        across = float(body.surface.center[1])
+        moved.append(replace(body, surface=body.surface.translate((0.0, _APART * across, 0.0))))
+    return tuple(moved)
+
+
+def draw_bodies(plotter: Plotter, bodies: tuple[DrawnBody, ...]) -> None:
+    """Draw bodies in their colours, with their edges."""
+    for body in bodies:
+        plotter.add_mesh(body.surface, color=body.colour, smooth_shading=True, split_sharp_edges=True, ambient=0.2)
+        plotter.add_mesh(sharp_edges(body.surface), color=EDGE, line_width=1)
+
+
+def draw_assembly(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str, *, apart: bool = False) -> None:
+    """Draw bodies in their colours; apart, with the name of each kind at its first body."""
+    direction = ASSEMBLY_DIRECTION
+    if apart:
+        direction = _APART_DIRECTION
+        bodies = drawn_apart(bodies)
+        first = {body.name.rstrip("0123456789 "): body for body in reversed(bodies)}
+        tops = [(body.surface.center[0], body.surface.center[1], body.surface.bounds[5]) for body in first.values()]
+        plotter.add_point_labels(tops, list(first), font_size=18, always_visible=True, show_points=False)
+    draw_bodies(plotter, bodies)
+    frame(plotter, pv.merge([body.surface for body in bodies]), title, direction)

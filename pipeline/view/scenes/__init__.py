@@ -1,1 +1,0 @@
-"""Scenes: bodies with their fields, whole, deformed, cut, and what is drawn around them."""
