@@ -5,14 +5,15 @@ from dataclasses import dataclass
 
 from cad.quantity import validation_error
 from cad.tips.ball import Dome, DomeKeys, Sphere
+from cad.tips.cone import Cone, ConeKeys
 from cad.tips.flat import Cube, Cylinder, FlatKeys
 from cad.tips.tip_shape import TipShape
 
-SHAPES: dict[str, type[TipShape]] = {shape.name: shape for shape in (Cube, Cylinder, Sphere, Dome)}
+SHAPES: dict[str, type[TipShape]] = {shape.name: shape for shape in (Cube, Cylinder, Sphere, Dome, Cone)}
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShapeKeys(FlatKeys, DomeKeys):
+class ShapeKeys(FlatKeys, DomeKeys, ConeKeys):
     """The keys in [tips] that belong to some shapes only."""
 
 

@@ -145,9 +145,8 @@ def _status(scene: Scene, cells: int) -> str:
     parts = [f"unilateral contact on {cells} cells, error from a coarser grid"]
     if scene.fruit.shape != "block":
         parts.append(f"the fruit slopes by {joined(scene.slopes_deg)} deg under the tips")
-    omitted = 100.0 * (1.0 / np.cos(np.radians(scene.steepest_deg)) - 1.0)
+    steepest = scene.steepest_deg + scene.tips.tip_shape.flank_deg
+    omitted = 100.0 * (1.0 / np.cos(np.radians(steepest)) - 1.0)
     if omitted > 0.0:
-        parts.append(
-            f"tips meet the fruit at up to {scene.steepest_deg:.3g} deg, as a small slope: {omitted:.2g} % open"
-        )
+        parts.append(f"tips meet the fruit at up to {steepest:.3g} deg, as a small slope: {omitted:.2g} % open")
     return "; ".join(parts)

@@ -93,6 +93,8 @@ def _more_of_tips(tips: Tips) -> str:
         f"order {tips.order}": tips.order is not None,
         f"outer tips {tips.outer_mm or 0.0:g} mm ahead": tips.outer_mm is not None,
         f"dome radius {tips.dome_radius_mm or 0.0:g} mm": tips.dome_radius_mm is not None,
+        f"half angle {tips.half_angle_deg or 0.0:g} deg": tips.half_angle_deg is not None,
+        f"point of radius {tips.blunt_mm or 0.0:g} mm": tips.blunt_mm is not None,
         f"edges rounded by {tips.fillet_mm:g} mm": tips.fillet_mm != plain.fillet_mm,
         f"{tips.offset_mm:g} mm off the apex": tips.offset_mm != plain.offset_mm,
         f"socket {tips.socket}": tips.socket != plain.socket,

@@ -1,0 +1,76 @@
+"""Shapes of tips: what each key may be, and the meridian that gap and solid follow from."""
+
+import itertools
+import math
+
+import pytest
+
+from cad.design.tips import Tips
+from cad.parts.pin_socket import tip_solid
+from cad.quantity import InputError
+from cad.theory.sneddon_cone import cone_contact_radius, cone_force
+from cad.tips.shapes import SHAPES
+
+SHAPE_KEYS = {
+    "cube": {"fillet_mm": 0.2},
+    "cylinder": {"fillet_mm": 0.2},
+    "sphere": {},
+    "dome": {"dome_radius_mm": 2.0},
+    "cone": {"half_angle_deg": 70.0, "blunt_mm": 0.3},
+}
+
+
+@pytest.mark.parametrize(
+    ("keys", "field"),
+    [
+        ({"shape": "cone"}, "tips.half_angle_deg"),
+        ({"shape": "cone", "half_angle_deg": 44.9}, "tips.half_angle_deg"),
+        ({"shape": "cone", "half_angle_deg": 90.0}, "tips.half_angle_deg"),
+        ({"shape": "cone", "half_angle_deg": 60.0, "blunt_mm": 1.0}, "tips.blunt_mm"),
+        ({"shape": "cone", "half_angle_deg": 60.0, "blunt_mm": -0.1}, "tips.blunt_mm"),
+        ({"shape": "cone", "half_angle_deg": 60.0, "fillet_mm": 0.1}, "tips.fillet_mm"),
+        ({"shape": "cone", "half_angle_deg": 60.0, "dome_radius_mm": 3.0}, "tips.dome_radius_mm"),
+        ({"half_angle_deg": 60.0}, "tips.half_angle_deg"),
+        ({"shape": "sphere", "blunt_mm": 0.1}, "tips.blunt_mm"),
+        ({"shape": "dome"}, "tips.dome_radius_mm"),
+        ({"shape": "dome", "dome_radius_mm": 0.4}, "tips.side_mm"),
+        ({"shape": "sphere", "fillet_mm": 0.1}, "tips.fillet_mm"),
+        ({"fillet_mm": 0.5}, "tips.fillet_mm"),
+        ({"shape": "spere"}, "tips.shape"),
+    ],
+)
+def test_a_key_that_the_shape_cannot_have_is_refused(keys, field):
+    with pytest.raises(InputError) as error:
+        Tips(**keys)
+    assert error.value.field == field
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_meridian_runs_from_the_point_to_the_rim_without_a_step(name):
+    shape = Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).tip_shape
+    pieces = shape.meridian
+    assert pieces[0].start == (0.0, 0.0)
+    assert pieces[-1].end.r == pytest.approx(1.0)
+    for first, second in itertools.pairwise(pieces):
+        assert first.end == pytest.approx(second.start)
+    assert Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).flat.tip_shape.is_flat
+
+
+def test_the_solid_of_a_blunt_cone_has_its_volume():
+    side, angle, blunt = 2.0, math.radians(70.0), 0.3
+    shape = Tips(shape="cone", side_mm=side, half_angle_deg=70.0, blunt_mm=blunt).tip_shape
+    edge, cap = blunt * math.cos(angle), blunt * (1.0 - math.sin(angle))
+    rise = (1.0 - edge) / math.tan(angle)
+    assert shape.height_mm == pytest.approx(cap + rise)
+    ball = math.pi * cap**2 * (blunt - cap / 3.0)
+    frustum = math.pi * rise / 3.0 * (1.0 + edge + edge**2)
+    assert tip_solid(shape, 3.0).Volume() == pytest.approx(ball + frustum + math.pi * (3.0 - cap - rise), rel=1e-9)
+
+
+def test_the_area_that_a_cone_touches_is_that_of_its_law():
+    sharp = Tips(shape="cone", half_angle_deg=70.0).tip_shape
+    area = sharp.contact_area_mm2(cone_force(0.1, 70.0, 2.0), 2.0, math.inf)
+    assert area == pytest.approx(math.pi * cone_contact_radius(0.1, 70.0) ** 2, rel=1e-12)
+    blunt = Tips(shape="cone", half_angle_deg=70.0, blunt_mm=0.5).tip_shape
+    ball = Tips(shape="sphere", side_mm=1.0).tip_shape
+    assert blunt.contact_area_mm2(1e-3, 2.0, 30.0) == pytest.approx(ball.contact_area_mm2(1e-3, 2.0, 30.0), rel=1e-12)
