@@ -3,7 +3,7 @@
 # make test     set up everything, then lint, types and every test that takes some seconds at most
 # make test-all the slow tests too
 # make test-studies those that take minutes in all: hostile files, odd machines, solids in another solver
-# make bench-peers  the other programs that pipeline bench compares with, in an environment of their own
+# make bench-peers  the other programs that make bench compares with, in an environment of their own
 # make lint | bench | view | clean | setup | lock      FAST=1 adds the optional direct solver
 
 SHELL := /bin/bash
@@ -50,7 +50,7 @@ test-studies: setup
 	$(ONE_THREAD) $(BIN)/pytest -n $(WORKERS) --dist worksteal -m study
 
 bench: setup
-	$(BIN)/pipeline bench
+	$(BIN)/python -m benchmarks
 
 .venv-peers/.set-up: requirements-peers.lock .ci/peers
 	@PYTHON=$(PYTHON) bash .ci/peers

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
 from cad.quantity import InputError, nearest, validation_error
-from pipeline.commands import bench, check, design, doctor, explain, run, suggest, view
+from pipeline.commands import check, design, doctor, explain, run, suggest, view
 from pipeline.commands.console import (
     EXIT_CODES,
     FAILED,
@@ -33,7 +33,7 @@ _REFUSED = {errno.EACCES, errno.EPERM, errno.EMFILE, errno.ENFILE, errno.EIO, er
 
 COMMANDS: dict[str, Any] = {
     "run": run, "design": design, "suggest": suggest, "explain": explain, "check": check, "view": view,
-    "bench": bench, "doctor": doctor, "modulus": modulus, "calibrate": calibrate, "read": read,
+    "doctor": doctor, "modulus": modulus, "calibrate": calibrate, "read": read,
     "study": study, "optimise": optimise,
 }  # fmt: skip
 """Modules with PURPOSE, EXAMPLE, `add_arguments` and `execute`."""

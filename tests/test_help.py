@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk", "matplotlib", "trimesh", "meshio"}
-COMMANDS = ("run", "design", "check", "view", "bench", "doctor", "calibrate", "read")
+COMMANDS = ("run", "design", "check", "view", "doctor", "calibrate", "read")
 ROOT_ROOMS = ("quantity", "verdict")
 SIZING = (
     *ROOT_ROOMS,

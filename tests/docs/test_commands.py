@@ -50,7 +50,7 @@ ELSEWHERE = {
     "make run": ("Makefile", "$(BIN)/pipeline run --nl 0.05"),
     "make setup": ("Makefile", "lint: setup"),
     "make test": (".ci/run", "make test"),
-    "make bench-peers": ("tests/pipeline/bench/test_peers.py", '".ci" / "peers"'),
+    "make bench-peers": ("tests/benchmarks/test_benchmarks.py", "peer_says"),
     "pipeline run --fruit-stiffness hayes": ("tests/pipeline/test_run.py", '"--fruit-stiffness", "hayes"'),
     "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
     "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),
@@ -90,8 +90,6 @@ ELSEWHERE = {
         "tests/docs/test_tutorial.py",
         '"from-test-to-firmware.md"',
     ),
-    "pipeline bench": ("tests/pipeline/bench/test_bench.py", "quick=True"),
-    "pipeline bench --hard": ("tests/pipeline/bench/hard/test_suite.py", "hard("),
 }
 """The file that runs a command, and words by which one finds the place."""
 

@@ -11,8 +11,6 @@ from pathlib import Path
 
 import pytest
 
-import pipeline.bench.bench
-import pipeline.bench.hard.suite
 import pipeline.commands.machine
 import pipeline.report.check.limited_check
 import pipeline.view.pictures
@@ -29,7 +27,7 @@ from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
 
 ROOT = Path(__file__).parents[2]
-COMMANDS = ("run", "design", "suggest", "explain", "check", "view", "bench", "doctor")
+COMMANDS = ("run", "design", "suggest", "explain", "check", "view", "doctor")
 
 
 def settle(arguments, capsys):
@@ -177,14 +175,6 @@ def test_closed_pipe_keeps_the_verdicts_code(tmp_path):
 @pytest.mark.parametrize(
     ("words", "module", "function", "seen"),
     [
-        ("bench --json", pipeline.bench.bench, "bench", ((), {"as_json": True, "force": False})),
-        (
-            "bench --out there",
-            pipeline.bench.bench,
-            "bench",
-            ((), {"as_json": False, "force": False, "out": Path("there")}),
-        ),
-        ("bench --hard --force", pipeline.bench.hard.suite, "hard", ((), {"as_json": False, "force": True})),
         ("doctor", pipeline.commands.machine, "print_examination", ((), {})),
     ],
 )

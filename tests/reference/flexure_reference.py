@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from skfem import Mesh
 
+from benchmarks.element_study import element_stiffness
 from solve.error_estimate import richardson
-from solve.housing.element_study import element_stiffness
 
 Pair = tuple[float, float]
 

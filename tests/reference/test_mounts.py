@@ -11,15 +11,14 @@ import pytest
 from reference.mounted_tetrahedra import mounted_tetrahedra
 from stand_ins import PETG, default_housing
 
+from benchmarks.calculix import is_installed
+from benchmarks.deck import boundary_sets, peer_elements, write_model
+from benchmarks.flexure import peer_stiffness
 from cad.parts.cover import WASHER_MM, Cover
 from cad.parts.cover_solid import cover_part
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from mesh.housing.sweep import flexure_mesh
-from pipeline.bench.calculix import is_installed
-from pipeline.bench.flexure import peer_stiffness
-from pipeline.decks.deck import write_model
-from pipeline.decks.elements import boundary_sets, peer_elements
 from pipeline.springs.mounts import attached_to
 from solve.error_estimate import richardson
 from solve.housing.modes import Solid, housing_modes

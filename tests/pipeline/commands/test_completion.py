@@ -74,7 +74,6 @@ def test_bash_completes_files_folders_and_presets_as_each_command_takes_them(tmp
     for line in (
         "run --out",
         "design --out",
-        "bench --out",
         "study --out",
         "view --pvd",
         "view --png",

@@ -20,7 +20,6 @@ from solve.fruit.split import SplitDomainError, contact_footprints
 
 BLOCK, TIPS = Fruit(), Tips()
 B_TYPE = Fruit(length_mm=20.0, width_mm=12.0, height_mm=20.0)
-# three of the twelve scenes that tests/bench/bench_contact.py compares
 SCENES = {
     "20 x 12 plan, 20 high": (B_TYPE, TIPS),
     "thin layer, nu 0.45": (Fruit(length_mm=16.0, width_mm=10.0, height_mm=2.0, poisson=0.45), TIPS),

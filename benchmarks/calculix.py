@@ -1,0 +1,100 @@
+"""CalculiX run on a deck.
+
+It ends with exit code 0 on some failures, so its text is read and its reactions must balance.
+"""
+
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.deck import Deck, LinearStep
+from benchmarks.usage import ONE_THREAD, resource_usage
+from solve.arrays import Floats
+from solve.linear import SolveError
+
+CALCULIX = "CalculiX (ccx)"
+BALANCE_LIMIT = 1e-5  # CalculiX prints seven digits
+_TABLE = re.compile(r"^ *(total force|displacements) .*for set (\S+) and time.*$", re.MULTILINE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepResult:
+    """Totals of force z by node set [N], and u_z (nodes,) [mm], 0 outside the set that was asked for."""
+
+    forces: dict[str, float]
+    displacements: Floats
+
+
+def is_installed() -> bool:
+    """Say whether CalculiX can be called."""
+    return shutil.which("ccx") is not None
+
+
+def calculix(deck: Deck) -> tuple[list[StepResult], float]:
+    """Return CalculiX's answer to each step of a deck [N, mm from MPa], and its CPU seconds [s].
+
+    The displacements are those of the set that the deck asks for. Raises SolveError when the program is absent, stops,
+    prints an error, or its reactions do not balance.
+    """
+    return calculix_on(deck.text(), deck)
+
+
+def calculix_on(text: str, deck: Deck) -> tuple[list[StepResult], float]:
+    """Return CalculiX's answer to the text of a deck as `calculix` does."""
+    program = shutil.which("ccx")
+    if program is None:
+        msg = "CalculiX = absent: the program ccx must be on the path; install it (Debian: calculix-ccx)"
+        raise SolveError(msg)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "scene.inp").write_text(text, encoding="ascii")
+        (folder / "scene.dat").touch()
+        usage = resource_usage([program, "-i", "scene"], folder, ONE_THREAD)
+        printed = (folder / "scene.dat").read_text(encoding="ascii")
+    error = re.search(r"\*ERROR.*", usage.out)
+    if usage.exit_code or error or "Job finished" not in usage.out:
+        reason = error.group() if error else "job not finished"
+        raise SolveError(_refusal(f"exit code {usage.exit_code}, {reason}"))
+    return _checked_results(printed, deck.steps, deck.elements.nodes.shape[1]), usage.cpu
+
+
+def _refusal(reason: str) -> str:
+    return f"CalculiX: {reason}: must finish its job with reactions that balance; look at its text"
+
+
+def _checked_results(text: str, steps: Sequence[LinearStep], count: int) -> list[StepResult]:
+    """Return the results of each step from the text of a .dat file; displacements are the last table of a step."""
+    results: list[StepResult] = []
+    forces: dict[str, float] = {}
+    pieces = _TABLE.split(text)[1:]
+    for kind, name, body in zip(pieces[::3], pieces[1::3], pieces[2::3], strict=True):
+        numbers = np.array(body.split(), dtype=np.float64)
+        if kind == "total force":
+            forces[name.lower()] = float(numbers[2])
+        else:
+            displacements = np.zeros(count)
+            displacements[numbers[::4].astype(int) - 1] = numbers[3::4]
+            results.append(StepResult(forces=forces, displacements=displacements))
+            forces = {}
+    if len(results) != len(steps):
+        raise SolveError(_refusal(f"{len(results)} tables of results for {len(steps)} steps"))
+    for result, step in zip(results, steps, strict=True):
+        check_balance(CALCULIX, result.forces, step)
+    return results
+
+
+def check_balance(program: str, forces: Mapping[str, float], step: LinearStep) -> None:
+    """Raise SolveError unless the support carries what presses in the answer of a program: forces [N] by set."""
+    support = sum(value for name, value in forces.items() if name.startswith("support"))
+    pressed = float(step.loads.sum()) + sum(forces[name] for name in step.pressed)
+    if not (np.isfinite(pressed) and pressed != 0.0 and abs(pressed + support) <= BALANCE_LIMIT * abs(pressed)):
+        msg = (
+            f"{program}: {pressed:.6g} N pressed, {support:.6g} N carried: must carry what is pressed to "
+            f"{BALANCE_LIMIT:.0e}; look at its text"
+        )
+        raise SolveError(msg)

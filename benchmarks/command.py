@@ -1,0 +1,50 @@
+"""Wall and processor time of the whole command against the bare imports of what it uses, and its peak memory."""
+
+import statistics
+import sys
+import tempfile
+from pathlib import Path
+
+from benchmarks.harness import ROOT, section
+from benchmarks.usage import ONE_THREAD, ResourceUsage, resource_usage
+
+IMPORTS = [sys.executable, "-c", "import cadquery, gmsh, skfem"]
+PAPER = ["run", "--nl", "0.05"]
+COMMANDS = {
+    "cold": PAPER,
+    "unchanged": PAPER,
+    "another --nl": ["run", "--nl", "0.06"],
+    "design, cold": ["design", "--nl", "0.05"],
+}
+"""The ways to call the command: the first three follow each other in one folder with one cache, which start empty."""
+
+REPEATS = 3
+
+
+def command_section(repeats: int = REPEATS) -> str:
+    """Return the table of what the imports and every way to call the command cost: medians of several repeats."""
+    usages: dict[str, list[ResourceUsage]] = {name: [] for name in ("bare imports", *COMMANDS)}
+    resource_usage(IMPORTS)  # not counted: it fills the page cache
+    for _ in range(repeats):
+        usages["bare imports"].append(resource_usage(IMPORTS, environment=ONE_THREAD))
+        with tempfile.TemporaryDirectory() as name:
+            for label, words in COMMANDS.items():
+                folder = Path(name) / words[0]
+                environment = {**ONE_THREAD, "XDG_CACHE_HOME": str(folder / "cache")}
+                command = [sys.executable, "-m", "pipeline", *words, "--out", str(folder / "out")]
+                usages[label].append(resource_usage(command, ROOT, environment))
+    bare_wall = statistics.median(usage.wall for usage in usages["bare imports"])
+    bare_cpu = statistics.median(usage.cpu for usage in usages["bare imports"])
+    rows = []
+    for label, repeated in usages.items():
+        wall = statistics.median(usage.wall for usage in repeated)
+        cpu = statistics.median(usage.cpu for usage in repeated)
+        peak = max(usage.peak_MiB for usage in repeated)
+        failed = [
+            f"exit code {usage.exit_code}: {usage.last_line}" for usage in repeated if usage.exit_code not in (0, 1)
+        ]
+        numbers = [f"{value:.3g}" for value in (wall, cpu, wall / bare_wall, cpu / bare_cpu, peak)]
+        rows.append([label, *numbers, "; ".join(failed)])
+    heads = ["run", "wall s", "CPU s", "wall / imports", "CPU / imports", "peak MiB", "remark"]
+    note = f"with all files, beside python -c '{IMPORTS[-1]}'; median of {repeats}; memory of the largest process"
+    return section("Whole command", heads, rows, [note])

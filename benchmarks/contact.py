@@ -1,0 +1,172 @@
+"""Work and precision of the contact compliance on the paper's block: split, direct FE, a peer on the same mesh.
+
+Run as a program it prints its measurements as JSON: a fresh interpreter on one thread, imports not counted.
+"""
+
+import dataclasses
+import itertools
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+
+from benchmarks.calculix import StepResult
+from benchmarks.deck import LinearStep, SkfemMesh, contact_deck
+from benchmarks.harness import Bench, Measurement, Reference, print_measurements, timed
+from benchmarks.peers import NGSOLVE, PeerTask, Solver, deck_solvers, peer_answer
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
+from cad.parts.fruit import fruit_quarter
+from mesh.fruit import REFINEMENTS, fruit_mesh, fruit_size
+from mesh.volume import volume_mesh
+from solve.arrays import Floats
+from solve.contact.response import scene_response
+from solve.contact.scene import Scene
+from solve.fruit.compliance import FruitCompliance
+from solve.fruit.direct import MIDDLE, SIDE, Held, direct_compliance, mesh_compliance
+from solve.fruit.footprints import Footprint
+from solve.fruit.split import LARGEST_ERROR, LEVELS, footprint_compliance, split_compliance
+
+S11, S12 = 0.766603, 0.010526
+SPLIT, DIRECT = "split", "direct P2 tets"
+JUDGED_SPLIT = "split, with its error pair"
+BENCH = Bench(
+    name="contact",
+    scene="paper's block 20 x 20 x 12 mm, nu 0.3, sides 1 mm, 8 mm apart",
+    values=("s11 - s12", "s11"),
+    unit="/mm",
+    reference=Reference(
+        values=(S11 - S12, S11),
+        errors=(4e-6, 2e-6),
+        source="two independent methods: split with spectral elements, and hp finite elements of order 5 to 7",
+    ),
+    ours=JUDGED_SPLIT,
+    families=(SPLIT, DIRECT, "CalculiX P2 tets"),
+)
+FRUIT, TIPS = Fruit(), Tips()
+FOOTPRINTS = (Footprint(-4.0, 0.0, 1.0), Footprint(4.0, 0.0, 1.0))
+TOLERANCES = (0.02, 1e-3, 1e-4, 5e-5)
+SPRINGS = np.diag([1.0 / 0.9057, 1.0 / 20.831])  # compliance [mm/N]
+# Order, and levels of refinement by a factor towards the edges of the tip; sizes of elements [mm].
+HIGH_ORDERS = ((3, 2), (4, 3), (5, 4))
+HIGH_ORDER_BLOCK = {
+    "factor": 0.125,
+    "tip_size": 0.5,
+    "size_mm": 4.0,
+    "size": (0.5 * FRUIT.length_mm, 0.5 * FRUIT.width_mm, FRUIT.height_mm),
+    "tip_x": (TIPS.centres_mm[1] - 0.5 * TIPS.side_mm, TIPS.centres_mm[1] + 0.5 * TIPS.side_mm),
+    "tip_y": 0.5 * TIPS.side_mm,
+    "E": 1.0,
+    "poisson": FRUIT.poisson,
+}
+MODULI, TRAVELS = np.linspace(0.5, 3.5, 7).tolist(), 0.6 * np.arange(1, 14) / 13
+
+
+def pair_and_own(S: Floats) -> tuple[float, float]:
+    """Return the mean compliance of a tip less the mean crosstalk, and s11 [1/mm]; S has shape (tips, tips) [1/mm]."""
+    tips, own = len(S), float(np.trace(S))
+    return own / tips - (float(S.sum()) - own) / (tips * (tips - 1)), float(S[0, 0])
+
+
+def relative_errors(compliance: FruitCompliance) -> tuple[float, float]:
+    """Return the error bars that the product states for the values of `pair_and_own`, relative [1]."""
+    return compliance.error_pair, compliance.error_own
+
+
+def split_rows() -> Iterator[Measurement]:
+    """Yield the split as the product calls it, with the bar it states, and on each of its meshes alone."""
+    compliance, cpu = timed(partial(split_compliance, FRUIT, TIPS))
+    yield _product_row("split, first call of a process", "to 0.1 %", compliance, cpu)
+    for tolerance in TOLERANCES:
+        compliance, cpu = timed(partial(split_compliance, FRUIT, TIPS, tolerance))
+        # One mesh without a coarser partner: its digits may be luck, so it does not stand against a peer.
+        method = JUDGED_SPLIT if tolerance <= LARGEST_ERROR else "rough split"
+        yield _product_row(method, f"to {100.0 * tolerance:g} %", compliance, cpu)
+    for grading in LEVELS:
+        solved, cpu = timed(partial(footprint_compliance, FRUIT, FOOTPRINTS, grading))
+        yield BENCH.row(SPLIT, f"step {grading.step:g}", pair_and_own(solved.S), cpu, solved.dofs)
+
+
+def _product_row(method: str, mesh: str, compliance: FruitCompliance, cpu: float) -> Measurement:
+    values, bar = pair_and_own(compliance.S), relative_errors(compliance)[0]
+    return BENCH.row(method, mesh, values, cpu, compliance.info.dofs, bar)
+
+
+def direct_rows() -> Iterator[Measurement]:
+    """Yield direct finite elements on each mesh of the family, CalculiX on the same meshes, and the extrapolation."""
+    part = fruit_quarter(FRUIT, TIPS)
+    meshes, total = [], 0.0
+    for scale in REFINEMENTS:
+        mesh, meshing = timed(partial(fruit_mesh, part, FRUIT, TIPS, scale))
+        solved, cpu = timed(partial(mesh_compliance, mesh, FRUIT.poisson))
+        yield BENCH.row(DIRECT, f"edge {0.1 * scale:.3g} mm", pair_and_own(solved.S), meshing + cpu, solved.dofs)
+        for name, solver in deck_solvers("C3D10").items():
+            yield _deck_row(f"{name} P2 tets", f"edge {0.1 * scale:.3g} mm", mesh, meshing, solver)
+        meshes.append(mesh)
+        total += meshing
+    compliance, cpu = timed(partial(direct_compliance, meshes, FRUIT, TIPS))
+    yield _product_row("direct, three meshes extrapolated", "default", compliance, total + cpu)
+
+
+def finer_rows() -> Iterator[Measurement]:
+    """Yield what one more step of CalculiX, or of the first peer that is installed, gives for a minute of work."""
+    part = fruit_quarter(FRUIT, TIPS)
+    size = fruit_size(part, FRUIT, TIPS, REFINEMENTS[-1])
+    size = dataclasses.replace(size, smallest_mm=0.008, growth=0.26, largest_mm=2.26)
+    for name, solver in itertools.islice(deck_solvers("C3D10").items(), 1):
+        mesh, meshing = timed(partial(volume_mesh, part, size))
+        yield _deck_row(f"{name} P2 tets, finer", "edge 0.008 mm", mesh, meshing, solver)
+
+
+def _deck_row(method: str, name: str, mesh: SkfemMesh, meshing: float, solver: Solver) -> Measurement:
+    deck = contact_deck(mesh, 1.0, FRUIT.poisson, 1.0)
+
+    def solve() -> tuple[tuple[float, float], float, int]:
+        results, cpu = solver(deck)
+        return _pair_and_own_of(results), cpu, 3 * deck.elements.nodes.shape[1]
+
+    return BENCH.peer_row(method, name, meshing, solve)
+
+
+def _pair_and_own_of(results: Sequence[StepResult]) -> tuple[float, float]:
+    """Return s11 - s12 and s11 [1/mm] of the quarter, pressed by 1 mm: alike with its mirror image, and against it."""
+    alike, against = (0.5 / result.forces["high_tip"] for result in results)
+    return against, 0.5 * (alike + against)
+
+
+def high_order_rows() -> Iterator[Measurement]:
+    """Yield NGSolve by its own means, where it is installed: high order, its mesh refined to the edges of the tip."""
+    if NGSOLVE.interpreter is None:
+        return
+    held: Held = {"base": (1, 2, 3), SIDE: (2,)}
+    steps = [LinearStep(held={**held, MIDDLE: fixed}, pressed={"high_tip": 1.0}) for fixed in ((1,), (2, 3))]
+    for order, levels in HIGH_ORDERS:
+        task = PeerTask(kind="block", scene={**HIGH_ORDER_BLOCK, "order": order, "levels": levels}, steps=steps)
+
+        def solve(task: PeerTask = task) -> tuple[tuple[float, float], float, int]:
+            answer = peer_answer(NGSOLVE, task)
+            return _pair_and_own_of(answer.results), answer.cpu, answer.dofs
+
+        yield BENCH.peer_row(f"{NGSOLVE.name}, order {order}", f"{levels} levels to the edge", 0.0, solve)
+
+
+def scene_rows() -> Iterator[Measurement]:
+    """Yield CPU seconds [s]: compliances of 1, 10, 50 different scenes, and tables of forces of three scenes."""
+    for count in (1, 10, 50):
+        fruits = [dataclasses.replace(FRUIT, height_mm=12.0 + 0.1 * i) for i in range(count)]
+        _, cpu = timed(partial(list, map(split_compliance, fruits, itertools.repeat(TIPS))))
+        yield Measurement(method=f"split, {count} scenes", mesh="-", cpu=cpu, errors=())
+    compliance = split_compliance(FRUIT, TIPS)
+    sphere = dataclasses.replace(FRUIT, shape="sphere", radius_mm=35.0)
+    for name, fruit, press in (
+        ("flat level", FRUIT, Press()),
+        ("tilted 1 degree", FRUIT, Press(tilt_deg=1.0)),
+        ("sphere of radius 35 mm", sphere, Press()),
+    ):
+        scene = Scene(fruit=fruit, tips=TIPS, press=press)
+        _, cpu = timed(partial(scene_response, scene, compliance, SPRINGS, MODULI, TRAVELS))
+        yield Measurement(method=f"{name}, 7 x 13 responses", mesh="-", cpu=cpu, errors=())
+
+
+if __name__ == "__main__":
+    print_measurements(itertools.chain(split_rows(), direct_rows(), finer_rows(), high_order_rows(), scene_rows()))

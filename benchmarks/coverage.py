@@ -1,0 +1,99 @@
+"""Do the error bars hold: random contact scenes, presses and springs, each against a finer or an independent solve.
+
+`python -m benchmarks.coverage [--count 100] [--seed 1]` writes docs/coverage.md, and exits with 1 where fewer than 95 %
+of the numbers lie inside their bars.
+"""
+
+import argparse
+import random
+import statistics
+import sys
+from collections.abc import Callable, Sequence
+
+from benchmarks.harness import ROOT, percent, section, write_page
+from cad.design.fruit import Fruit
+from cad.design.processes import PROCESSES
+from cad.design.tips import Press, Tips
+
+sys.path.append(str(ROOT / "tests"))
+from hard.contact import compliance_checks
+from hard.flexure import process_checks
+from hard.press import press_checks
+from hard.reference_check import REFUSALS, ReferenceCheck
+
+GOAL = 0.95
+HEADS = ["kind", "scenes", "refused", "numbers", "inside", "largest error / bar", "median bar"]
+INTRODUCTION = """\
+`python -m benchmarks.coverage --count {count} --seed {seed}` writes this table. It draws scenes at random and compares
+each number with a reference: the same solve with four times the unknowns, the other method, or another solver. Inside
+means that the reference lies within the error bar and its own error. Goal: 95 % inside."""
+
+
+def random_contact(rng: random.Random) -> Sequence[ReferenceCheck]:
+    """Return the checks of the compliance of a random block under a random pair of flat tips."""
+    side = 10.0 ** rng.uniform(-1.0, 1.0)
+    spacing = side * rng.uniform(1.1, 10.0)
+    length = spacing + side * rng.uniform(2.0, 20.0)
+    width = side * rng.uniform(2.0, 20.0)
+    height = side * rng.uniform(1.0, 20.0)
+    fruit = Fruit(length_mm=length, width_mm=width, height_mm=height, poisson=rng.uniform(0.0, 0.49))
+    return compliance_checks(fruit, Tips(side_mm=side, spacing_mm=spacing))
+
+
+def random_press(rng: random.Random) -> Sequence[ReferenceCheck]:
+    """Return the checks of the forces of the paper's tips, tilted at random on a random sphere."""
+    size = {"length_mm": 20.0, "width_mm": 20.0, "thickness_mm": 12.0}
+    fruit = Fruit(shape="sphere", radius_mm=10.0 ** rng.uniform(1.4, 2.5), poisson=rng.uniform(0.0, 0.45), **size)
+    press = Press(travel_mm=rng.uniform(0.2, 0.6), tilt_deg=rng.uniform(-3.0, 3.0))
+    return press_checks(fruit, press, E=10.0 ** rng.uniform(-1.0, 1.0))
+
+
+def random_springs(rng: random.Random) -> Sequence[ReferenceCheck]:
+    """Return the checks of both springs of random targets in a random process."""
+    return process_checks(rng.choice(sorted(PROCESSES)), P_max=rng.uniform(3.0, 8.0), NL=rng.uniform(0.03, 0.1))
+
+
+KINDS: dict[str, tuple[Callable[[random.Random], Sequence[ReferenceCheck]], int]] = {
+    "contact compliance": (random_contact, 1),
+    "forces of a tilted press": (random_press, 4),
+    "stiffness of springs": (random_springs, 8),
+}
+"""What is drawn, and the fraction of the count that its cost allows: one of so many."""
+
+
+def main() -> int:
+    """Draw the scenes and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    rows = []
+    all_hold = True
+    for kind, (draw, one_of) in KINDS.items():
+        checks: list[ReferenceCheck] = []
+        refused = 0
+        scenes = max(1, asked.count // one_of)
+        for number in range(scenes):
+            try:
+                drawn = draw(random.Random(f"{kind} {asked.seed} {number}"))
+            except REFUSALS:
+                refused += 1
+                continue
+            checks += [check for check in drawn if check.reference is not None]
+            print(f"{kind} {number}", file=sys.stderr, flush=True)
+        if not checks:
+            rows.append([kind, str(scenes), str(refused), "0", "-", "-", "-"])
+            continue
+        inside = sum(check.excess <= 1.0 for check in checks) / len(checks)
+        all_hold = all_hold and inside >= GOAL
+        bar = statistics.median(check.relative_error for check in checks)
+        worst = max(check.excess for check in checks)
+        numbers = [str(scenes), str(refused), str(len(checks)), f"{100.0 * inside:.1f} %", f"{worst:.2f}", percent(bar)]
+        rows.append([kind, *numbers])
+    introduction = INTRODUCTION.format(count=asked.count, seed=asked.seed)
+    write_page(ROOT / "docs" / "coverage.md", "Do the error bars hold?", introduction, [section("Table", HEADS, rows)])
+    return 0 if all_hold else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

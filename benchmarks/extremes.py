@@ -1,0 +1,177 @@
+"""Whole runs of random extreme designs: each ends in verdicts or in one line, with finite numbers.
+
+`python -m benchmarks.extremes [--count 200] [--first 0] [--seed 1]` writes docs/extremes.md, and exits with 1 where a
+run ends otherwise. Ctrl-C ends it with the designs that were run.
+"""
+
+import argparse
+import json
+import random
+import sys
+import tempfile
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.harness import ROOT, section, write_page
+from benchmarks.usage import ONE_THREAD, resource_usage
+from cad.design.processes import PROCESSES
+from cad.quantity import InputError
+from cad.theory.strain_gauge import GAUGES
+from pipeline.options import load_design
+
+SECONDS = 300  # of wall time of a run, after which it is ended
+MOST_MIB = 4096  # of memory of a run
+OUTCOMES = {0: "every verdict passed", 1: "a verdict failed or undecided", 2: "refused in one line"}
+INTRODUCTION = """\
+`python -m benchmarks.extremes {flags}` writes this page. It draws designs at random that a design file may hold: force
+ratios from 1.001 to 100, nonlinearities up to 0.5, every process, fruit and tip shape, tilt, mount and gauge, lengths
+and moduli over decades. Each is run by `pipeline run`.
+
+Goals: exit code 0, 1 or 2; a refusal is one line; every number of report.json is finite; no run takes more than
+{seconds} s or {memory} MiB."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one design: how its run ended, what it used, what it refused, what is wrong with it."""
+
+    number: int
+    code: int
+    wall: float
+    peak_MiB: float
+    message: str
+    fault: str
+
+
+def random_settings(rng: random.Random) -> dict[str, object]:
+    """Return settings of a design file, which may contradict each other."""
+
+    def decades(least: float, most: float) -> float:
+        return least * (most / least) ** rng.random()
+
+    def sometimes(chance: float, value: float) -> float:
+        return value if rng.random() < chance else 0.0
+
+    side = decades(0.03, 30.0)
+    spacing = side * (1.0 + decades(0.01, 50.0))
+    height = side * decades(0.3, 100.0)
+    radius = side * decades(3.0, 300.0)
+    E_max = decades(0.01, 100.0)
+    settings: dict[str, object] = {
+        "targets.P_max": 1.0 + decades(1e-3, 99.0),
+        "targets.NL": rng.choice([rng.uniform(1e-4, 0.4999), decades(1e-4, 0.4999)]),
+        "targets.NL_definition": rng.choice(["mid-range", "largest"]),
+        "fruit.shape": rng.choice(["block", "sphere", "ellipsoid"]),
+        "fruit.poisson": rng.choice([rng.uniform(-0.9, 0.4999), rng.uniform(0.0, 0.49)]),
+        "fruit.E_max_MPa": E_max,
+        "fruit.E_MPa": [0.1 * E_max, 0.4 * E_max, E_max],
+        "fruit.length_mm": spacing + side * (1.0 + decades(1.0, 200.0)),
+        "fruit.width_mm": side * (1.0 + decades(1.0, 200.0)),
+        "tips.shape": rng.choice(["cube", "cylinder", "sphere"]),
+        "tips.side_mm": side,
+        "tips.spacing_mm": spacing,
+        "tips.offset_mm": sometimes(0.3, rng.uniform(-1.0, 1.0) * side),
+        "tips.gap_mm": decades(0.01, 10.0),
+        "tips.socket": rng.choice(["none"] * 9 + ["pin"]),
+        "press.travel_mm": decades(1e-4, 0.5) * min(side, height),
+        "press.tilt_deg": sometimes(0.5, rng.choice([-1, 1]) * decades(0.01, 30.0)),
+        "press.roll_deg": sometimes(0.3, rng.choice([-1, 1]) * decades(0.01, 30.0)),
+        "press.attitude": rng.choice(["down", "side", "up"]),
+        "print.process": rng.choice(sorted(PROCESSES)),
+        "print.mount": rng.choice(["covers", "washers"]),
+        "print.max_length_mm": decades(10.0, 1000.0),
+        "print.gauges": rng.choice(["none"] * 9 + sorted(GAUGES)[:1]),
+    }
+    if settings["tips.shape"] != "sphere":
+        settings["tips.fillet_mm"] = sometimes(0.3, rng.uniform(0.0, 0.5) * side)
+    if settings["fruit.shape"] == "block":
+        settings["fruit.height_mm"] = height
+    else:
+        settings["fruit.radius_mm"] = radius
+        settings["fruit.thickness_mm"] = radius * rng.uniform(0.1, 2.0)
+    if settings["fruit.shape"] == "ellipsoid":
+        settings["fruit.radius_across_mm"] = radius * decades(0.3, 3.0)
+    return settings
+
+
+def random_design(seed: int, number: int) -> dict[str, str]:
+    """Return settings of the first design that the bounds of a design file allow, as the command line takes them."""
+    rng = random.Random(f"{seed} {number}")
+    while True:
+        drawn = random_settings(rng)
+        settings = {key: value if isinstance(value, str) else json.dumps(value) for key, value in drawn.items()}
+        with suppress(InputError):
+            load_design("paper", settings)
+            return settings
+
+
+def outcome(number: int, settings: dict[str, str], folder: Path) -> Outcome:
+    """Run one design in a process of its own on one thread, and look at what it left."""
+    sets = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
+    out = folder / str(number)
+    command = [sys.executable, "-m", "pipeline", "run", *sets, "--out", str(out)]
+    usage = resource_usage(command, ROOT, ONE_THREAD, deadline=SECONDS)
+    fault = ""
+    if usage.wall >= SECONDS:
+        fault = f"took more than {SECONDS} s"
+    elif usage.exit_code not in OUTCOMES or "Traceback" in usage.err:
+        fault = f"exit code {usage.exit_code}: {usage.last_line}"
+    elif usage.err.count("\n") != (usage.exit_code == max(OUTCOMES)):
+        fault = f"stderr: {usage.err.strip()}"
+    elif usage.peak_MiB > MOST_MIB:
+        fault = f"memory {usage.peak_MiB:.0f} MiB"
+    elif (out / "report.json").is_file():
+        try:
+            json.loads((out / "report.json").read_text(encoding="utf-8"), parse_constant=_refuse_constant)
+        except ValueError as error:
+            fault = str(error)
+    message = usage.last_line.removeprefix("pipeline: ") if usage.exit_code == max(OUTCOMES) else ""
+    return Outcome(number, usage.exit_code, usage.wall, usage.peak_MiB, message, fault)
+
+
+def _refuse_constant(name: str) -> float:
+    msg = f"report.json holds {name}"
+    raise ValueError(msg)
+
+
+def sections(outcomes: list[Outcome]) -> list[str]:
+    """Return the table of how runs ended with what they used, and that of the refusals by what they name."""
+    rows = []
+    for code, words in OUTCOMES.items():
+        ended = [one for one in outcomes if one.code == code and not one.fault]
+        wall = max((one.wall for one in ended), default=0.0)
+        peak = max((one.peak_MiB for one in ended), default=0.0)
+        rows.append([words, str(len(ended)), f"{wall:.0f}", f"{peak:.0f}"])
+    faults = [f"design {one.number}: {one.fault}" for one in outcomes if one.fault]
+    rows.append(["with a fault", str(len(faults)), "-", "-"])
+    names = Counter(one.message.partition(" = ")[0].partition(":")[0] for one in outcomes if one.message)
+    refusals = [[f"`{name}`", str(count)] for name, count in names.most_common()]
+    return [
+        section("How the runs end", ["end of a run", "designs", "longest, s", "most memory, MiB"], rows, faults),
+        section("What is refused", ["the message names", "designs"], refusals),
+    ]
+
+
+def main() -> int:
+    """Run the designs, write and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--count", type=int, default=200, help="designs to run")
+    parser.add_argument("--first", type=int, default=0, help="number of the first one")
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    outcomes: list[Outcome] = []
+    with suppress(KeyboardInterrupt), tempfile.TemporaryDirectory() as folder:
+        for number in range(asked.first, asked.first + asked.count):
+            one = outcome(number, random_design(asked.seed, number), Path(folder))
+            outcomes.append(one)
+            print(f"{number}: {one.wall:.1f} s, {one.fault or one.message or OUTCOMES[one.code]}", file=sys.stderr)
+    flags = f"--first {asked.first} --count {len(outcomes)} --seed {asked.seed}"
+    introduction = INTRODUCTION.format(flags=flags, seconds=SECONDS, memory=MOST_MIB)
+    write_page(ROOT / "docs" / "extremes.md", "Extreme designs", introduction, sections(outcomes))
+    return 1 if any(one.fault for one in outcomes) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,224 @@
+"""What every benchmark shares: a program's cost, rows held against a reference, tables in Markdown."""
+
+import dataclasses
+import json
+import math
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from benchmarks.peers import PEER_NAMES, absent_peers
+from benchmarks.usage import ONE_THREAD, resource_usage
+from solve.linear import SolveError
+
+T = TypeVar("T")
+ROOT = Path(__file__).parents[1]
+LEVELS = (0.1, 0.01, 1e-3, 1e-4)  # relative errors at which a winner is named
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reference:
+    """What should come out: values, how well they are known (errors, same unit), and who says so.
+
+    Without values nobody could say it, and `source` is the reason.
+    """
+
+    values: tuple[float, ...]
+    errors: tuple[float, ...]
+    source: str
+
+    @property
+    def relative_error(self) -> float:
+        """Return the largest error over its value [1]."""
+        return max(error / abs(value) for value, error in zip(self.values, self.errors, strict=True))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurement:
+    """One method on one mesh: CPU seconds [s] after imports, relative errors of its values [1], signed, dofs.
+
+    `error_bar` [1] is what the method itself states for its first value. A method that refused has no errors, and its
+    remark says why.
+    """
+
+    method: str
+    mesh: str
+    cpu: float
+    errors: tuple[float, ...]
+    dofs: int = 0
+    error_bar: float | None = None
+    remark: str = ""
+
+    @property
+    def worst(self) -> float:
+        """Return the largest error without its sign [1]; infinite for a method that refused."""
+        return max((abs(error) for error in self.errors), default=math.inf)
+
+    @property
+    def cost(self) -> str:
+        """Return method, worst error and CPU seconds in words."""
+        return f"{self.method} at {percent(self.worst)} in {self.cpu:.2g} CPU s"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """One bench: what is computed, the names and unit of its values, their reference, the product's method.
+
+    `families` are the methods whose rows are one family of meshes each.
+    """
+
+    name: str
+    scene: str
+    values: tuple[str, ...]
+    unit: str
+    reference: Reference
+    ours: str
+    families: tuple[str, ...]
+
+    def row(
+        self, method: str, mesh: str, values: Iterable[float], cpu: float, dofs: int, error_bar: float | None = None
+    ) -> Measurement:
+        """Return the row of a method with its relative errors [1] against the reference; CPU in seconds [s]."""
+        errors = tuple(float(value / true - 1.0) for value, true in zip(values, self.reference.values, strict=True))
+        return Measurement(method=method, mesh=mesh, cpu=cpu, errors=errors, dofs=dofs, error_bar=error_bar)
+
+    def peer_row(
+        self, method: str, mesh: str, meshing: float, solve: Callable[[], tuple[Sequence[float], float, int]]
+    ) -> Measurement:
+        """Return the row of a peer: `solve` gives values, CPU seconds [s] and dofs, or refuses."""
+        try:
+            values, cpu, dofs = solve()
+        except SolveError as refusal:
+            return Measurement(method=method, mesh=mesh, cpu=meshing, errors=(), remark=str(refusal))
+        return self.row(method, mesh, values, meshing + cpu, dofs)
+
+    def section(self, rows: Sequence[Measurement]) -> str:
+        """Return the table of error against work with its notes."""
+        heads = ["method", "mesh", "dofs", "CPU s", *(f"error {value}" for value in self.values), "error bar", "remark"]
+        cells = []
+        for row in rows:
+            errors = [signed_percent(error) for error in row.errors] or ["-"] * len(self.values)
+            bar = "-" if row.error_bar is None else percent(row.error_bar)
+            cells.append([row.method, row.mesh, str(row.dofs or "-"), f"{row.cpu:.2g}", *errors, bar, row.remark])
+        return section(f"{self.name.capitalize()}: work and precision", heads, cells, list(self._notes(rows)))
+
+    def _notes(self, rows: Sequence[Measurement]) -> Iterator[str]:
+        truths = zip(self.values, self.reference.values, self.reference.errors, strict=True)
+        reference = ", ".join(f"{name} {value:.6g} +- {error:.1g}" for name, value, error in truths)
+        yield f"{self.scene}; reference {reference} {self.unit} by {self.reference.source}"
+        yield f"meshing included in the CPU seconds; error bar of {self.values[0]}"
+        yield "each level counts every row with dofs by its error, and by its error bar where it states one"
+        for level in LEVELS:
+            if level >= self.reference.relative_error:
+                yield self._winner(rows, level)
+        yield from self._outside(rows)
+        yield from self._growth(rows)
+        absent = absent_peers()
+        if absent:
+            yield f"not installed, so not measured: {', '.join(absent)}"
+
+    def _winner(self, rows: Sequence[Measurement], level: float) -> str:
+        """Say who is cheapest within a relative error [1], and what the product and the cheapest peer take there.
+
+        A formula, which has no dofs and takes no time, is named beside them.
+        """
+        near = sorted((row for row in rows if self._is_within(row, level)), key=lambda row: row.cpu)
+        meshed = [row for row in near if row.dofs]
+        formulas = "".join(f"; without a mesh: {row.method} at {percent(row.worst)}" for row in near if not row.dofs)
+        if not meshed:
+            return f"within {percent(level)}: nobody{formulas}"
+        first = meshed[0]
+        text = f"within {percent(level)} wins {first.cost}"
+        for name, methods in (("the product", self.ours), ("the cheapest peer", PEER_NAMES)):
+            row = next((row for row in meshed if row.method.startswith(methods)), None)
+            if row is None:
+                text += f"; {name} is not there"
+            elif row is not first:
+                text += f"; {name}: {row.cost}, {row.cpu / first.cpu:.2g} times as much"
+        return text + formulas
+
+    def _is_within(self, row: Measurement, level: float) -> bool:
+        """Say whether a row has a relative error [1]: by the reference, and by its error bar where it states one.
+
+        The product must state one: what it does not vouch for may be luck.
+        """
+        bar = row.error_bar
+        if bar is None:
+            bar = math.inf if row.method == self.ours else 0.0
+        return max(row.worst, bar) <= level
+
+    def _outside(self, rows: Sequence[Measurement]) -> Iterator[str]:
+        """Say which answers are outside the error bar that they state, and whether the reference can tell."""
+        uncertainty = self.reference.errors[0] / abs(self.reference.values[0])
+        for row in rows:
+            if row.error_bar is None or not row.errors or abs(row.errors[0]) <= row.error_bar:
+                continue
+            missed = abs(row.errors[0]) > row.error_bar + uncertainty
+            yield (
+                f"{row.method}, {row.mesh}: the error of {self.values[0]}, {percent(abs(row.errors[0]))}, is outside "
+                f"its error bar of {percent(row.error_bar)}; the reference is known to {percent(uncertainty)}, so "
+                f"{'the bar is missed' if missed else 'it cannot tell'}"
+            )
+
+    def _growth(self, rows: Sequence[Measurement]) -> Iterator[str]:
+        """Say how error falls and time grows with dofs over each family of meshes, by least squares of logarithms."""
+        for method in self.families:
+            family = [(row.dofs, row.worst, row.cpu) for row in rows if row.method == method and row.errors]
+            if len(family) > 1:
+                dofs, error, cpu = np.log(np.transpose(family))
+                error_order = float(np.polyfit(dofs, error, 1)[0])
+                cpu_order = float(np.polyfit(dofs, cpu, 1)[0])
+                yield f"{method}: error ~ dofs^{error_order:.2f}, CPU ~ dofs^{cpu_order:.2f}"
+
+
+def timed(work: Callable[[], T]) -> tuple[T, float]:
+    """Return what a piece of work gives, and its CPU seconds [s]."""
+    start = time.process_time()
+    result = work()
+    return result, time.process_time() - start
+
+
+def print_measurements(rows: Iterable[Measurement]) -> None:
+    """Print the rows of a benchmark that runs as a program, as JSON."""
+    print(json.dumps([dataclasses.asdict(row) for row in rows], allow_nan=False))
+
+
+def measurements_of(module: str) -> list[Measurement]:
+    """Return what a module measures as a program of its own on one thread; raises RuntimeError when it fails."""
+    print(f"{module} ...", file=sys.stderr, flush=True)
+    usage = resource_usage([sys.executable, "-m", module], ROOT, ONE_THREAD)
+    if usage.exit_code:
+        msg = f"{module} ended with exit code {usage.exit_code}: {usage.last_line}"
+        raise RuntimeError(msg)
+    rows = json.loads(usage.out)
+    return [Measurement(**{**row, "errors": tuple(row["errors"])}) for row in rows]
+
+
+def section(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]], notes: Sequence[str] = ()) -> str:
+    """Return a table under its title with notes below it, as Markdown."""
+    rule = ["---"] + ["---:"] * (len(heads) - 1)
+    table = ["| " + " | ".join(cells) + " |" for cells in (heads, rule, *rows)]
+    return "\n".join([f"## {title}", "", *table, "", *(f"- {note}" for note in notes), ""])
+
+
+def write_page(path: Path, title: str, introduction: str, sections: Sequence[str]) -> None:
+    """Write a page of Markdown and print it."""
+    text = "\n".join([f"# {title}", "", introduction, "", *sections])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    print(text)
+
+
+def percent(value: float) -> str:
+    """Return a relative number [1] as a percentage of two digits."""
+    return f"{100.0 * value:.2g} %"
+
+
+def signed_percent(value: float) -> str:
+    """Return a relative number [1] as a percentage of two digits with its sign."""
+    return f"{100.0 * value:+.2g} %"

@@ -1,0 +1,196 @@
+"""Peers in Python, run by an interpreter of their own on scripts that this project never imports.
+
+`make bench-peers` makes that environment. A peer may crash, hang or print garbage: it then has no number, and says why.
+"""
+
+import json
+import math
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.calculix import CALCULIX, StepResult, calculix, check_balance, is_installed
+from benchmarks.deck import Deck, LinearStep, support_nodes
+from benchmarks.usage import ONE_THREAD, resource_usage
+from solve.arrays import Floats
+from solve.linear import SolveError
+
+ROOT = Path(__file__).parents[1]
+# The environment that `make bench-peers` makes, and Debian's interpreter, which has what Debian alone packs.
+INTERPRETERS = (ROOT / ".venv-peers" / "bin" / "python", Path("/usr/bin/python3"))
+SCRIPTS = ROOT / "benchmarks" / "peer_programs"
+DEADLINE = 1200.0  # [s] of one task
+
+
+@dataclass(frozen=True, kw_only=True)
+class Peer:
+    """A program that solves the same task: its name in the tables, and the elements that it has, as CalculiX's types.
+
+    Its package has its name in lower case.
+    """
+
+    name: str
+    kinds: tuple[str, ...] = ("C3D10",)
+
+    @property
+    def package(self) -> str:
+        """Return the name under which Python imports it."""
+        return self.name.lower()
+
+    @property
+    def interpreter(self) -> Path | None:
+        """Return the interpreter that has it, None where it is not installed."""
+        return _interpreter(self.package, INTERPRETERS) if (SCRIPTS / self.script).is_file() else None
+
+    @property
+    def script(self) -> str:
+        """Return the name of the script that knows it."""
+        return f"with_{self.package}.py"
+
+
+EVERY_KIND = ("C3D10", "C3D20R", "C3D20")
+NGSOLVE, FELUPE, GETFEM = PEERS = (
+    Peer(name="NGSolve"),
+    Peer(name="felupe", kinds=EVERY_KIND),
+    Peer(name="GetFEM", kinds=EVERY_KIND),
+)
+PEER_NAMES = ("CalculiX", *(peer.name for peer in PEERS))
+Solver = Callable[[Deck], tuple[Sequence[StepResult], float]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PeerTask:
+    """What a peer is asked: the kind of task, its numbers and names, its arrays, and the steps that load the body."""
+
+    kind: str
+    scene: Mapping[str, object]
+    steps: Sequence[LinearStep]
+    arrays: Mapping[str, Any] = field(default_factory=dict)
+
+    def write(self, path: Path) -> None:
+        """Write the task as a file of arrays."""
+        steps = [
+            {"held": step.held, "pressed": step.pressed, "support": f"support{number}"}
+            for number, step in enumerate(self.steps)
+        ]
+        loads: Mapping[str, Any] = {f"loads {number}": step.loads for number, step in enumerate(self.steps)}
+        np.savez(path, scene=json.dumps({**self.scene, "steps": steps}), **loads, **self.arrays)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeerAnswer:
+    """The checked answer of a peer to each step, its dofs, and its CPU seconds [s] after imports."""
+
+    results: tuple[StepResult, ...]
+    dofs: int
+    cpu: float
+
+
+def deck_task(deck: Deck) -> PeerTask:
+    """Return the task to solve a deck on its own mesh; displacements are asked for on the deck's set."""
+    supports = {f"support{number}": support_nodes(step, deck.sets) for number, step in enumerate(deck.steps)}
+    sets = {f"set {name}": numbers for name, numbers in {**deck.sets, **supports}.items()}
+    arrays = {"nodes": deck.elements.nodes.T, "cells": deck.elements.cells, **sets}
+    scene = {"kind": deck.elements.kind, "E": deck.E, "poisson": deck.poisson, "asked": deck.asked}
+    return PeerTask(kind="deck", scene=scene, steps=deck.steps, arrays=arrays)
+
+
+def deck_solvers(kind: str) -> dict[str, Solver]:
+    """Return what solves a deck of one type of elements, by name: CalculiX and the peers that are installed."""
+    solvers: dict[str, Solver] = {"CalculiX": calculix} if is_installed() else {}
+    return solvers | {peer.name: partial(_on_deck, peer) for peer in PEERS if peer.interpreter and kind in peer.kinds}
+
+
+def absent_peers() -> list[str]:
+    """Return the names of the peers that are not installed."""
+    programs = [] if is_installed() else [CALCULIX]
+    return programs + [peer.name for peer in PEERS if peer.interpreter is None]
+
+
+def _on_deck(peer: Peer, deck: Deck) -> tuple[Sequence[StepResult], float]:
+    answer = peer_answer(peer, deck_task(deck))
+    on_set = []
+    for result in answer.results:
+        displacements = np.zeros(deck.elements.nodes.shape[1])
+        if len(result.displacements) not in (0, len(deck.sets[deck.asked])):
+            raise _refused(peer, f"{len(result.displacements)} displacements of {len(deck.sets[deck.asked])} nodes")
+        if len(result.displacements):
+            displacements[deck.sets[deck.asked]] = result.displacements
+        on_set.append(StepResult(forces=result.forces, displacements=displacements))
+    return on_set, answer.cpu
+
+
+def peer_answer(peer: Peer, task: PeerTask) -> PeerAnswer:
+    """Return a peer's answer to a task [N, mm from MPa].
+
+    Raises SolveError when the peer is absent, does not end well or in time, answers something else than the forces of
+    every step, counts CPU seconds that it did not use, or its reactions do not balance.
+    """
+    interpreter = peer.interpreter
+    if interpreter is None:
+        msg = f"{peer.name} = absent: an interpreter must have it; run make bench-peers"
+        raise SolveError(msg)
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "task.npz"
+        task.write(path)
+        # Not resolved: the interpreter of an environment is a link, and is told by its place.
+        command = [str(interpreter), str(SCRIPTS / peer.script), task.kind, str(path)]
+        usage = resource_usage(command, Path(name), ONE_THREAD, deadline=DEADLINE)
+    if usage.wall >= DEADLINE:
+        raise _refused(peer, f"still at work after {DEADLINE:g} s")
+    if usage.exit_code:
+        raise _refused(peer, f"exit code {usage.exit_code}, {usage.last_line}")
+    return _checked_answer(peer, task, (usage.out.strip().splitlines() or [""])[-1], usage.cpu)
+
+
+def _refused(peer: Peer, reason: str) -> SolveError:
+    return SolveError(f"{peer.name}: {reason}: must answer each step with reactions that balance; look at its script")
+
+
+def _checked_answer(peer: Peer, task: PeerTask, line: str, used: float) -> PeerAnswer:
+    """Return what the last line of a peer's text says; `used` [s] is the CPU time of its whole process."""
+    try:
+        answer = json.loads(line)
+        results = tuple(_result(step) for step in answer["steps"])
+        dofs, cpu = int(answer["dofs"]), float(answer["cpu"])
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise _refused(peer, f"not an answer, {line[:60]!r}") from error
+    if len(results) != len(task.steps):
+        raise _refused(peer, f"{len(results)} answers to {len(task.steps)} steps")
+    if not 0.0 < cpu <= used:
+        raise _refused(peer, f"{cpu:g} CPU s counted, {used:g} used")
+    for number, (step, result) in enumerate(zip(task.steps, results, strict=True)):
+        if set(result.forces) != {*step.pressed, f"support{number}"} or not _finite(result):
+            raise _refused(peer, f"forces {result.forces}")
+        check_balance(peer.name, result.forces, step)
+    return PeerAnswer(results=results, dofs=dofs, cpu=cpu)
+
+
+def _result(step: Mapping[str, Any]) -> StepResult:
+    forces = {str(name): float(value) for name, value in step["forces"].items()}
+    displacements: Floats = np.array(step["displacements"], dtype=np.float64)
+    return StepResult(forces=forces, displacements=displacements)
+
+
+def _finite(result: StepResult) -> bool:
+    return all(map(math.isfinite, result.forces.values())) and bool(np.isfinite(result.displacements).all())
+
+
+@lru_cache
+def _interpreter(package: str, interpreters: tuple[Path, ...]) -> Path | None:
+    """Return the first of some interpreters that can import a package."""
+    program = f"import importlib.util, sys; sys.exit(importlib.util.find_spec({package!r}) is None)"
+    for interpreter in interpreters:
+        if interpreter.is_file():
+            try:
+                usage = resource_usage([str(interpreter), "-c", program], deadline=DEADLINE)
+            except OSError:
+                continue
+            if usage.exit_code == 0:
+                return interpreter
+    return None

@@ -1,0 +1,42 @@
+"""Error against cost of every method, log-log, as an SVG drawing whose bytes repeat."""
+
+import io
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from benchmarks.harness import Measurement
+
+# Without a fixed salt the names inside the file differ from run to run; text stays text.
+_STYLE: Any = {"svg.hashsalt": "twintip", "svg.fonttype": "none", "font.size": 8.0}
+_WIDTH, _HEIGHT = 6.4, 4.0  # of a panel [inch]
+_COLOURS = mpl.color_sequences["tab20"]
+
+
+def error_over_cost(panels: Mapping[str, Sequence[Measurement]]) -> str:
+    """Return a panel by title of the worst error [1] over CPU seconds [s] as SVG, a curve a method, points with dofs.
+
+    An error of 0 has no place on a logarithmic axis and is left out.
+    """
+    drawing = io.StringIO()
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(_WIDTH * len(panels), _HEIGHT), layout="constrained")
+        for place, (title, rows) in enumerate(panels.items(), start=1):
+            axes = figure.add_subplot(1, len(panels), place)
+            axes.set(title=title, xlabel="CPU seconds, one thread", ylabel="relative error")
+            _draw(axes, [row for row in rows if row.dofs and row.errors and row.worst])
+        figure.savefig(drawing, format="svg", metadata={"Date": None})
+    return drawing.getvalue()
+
+
+def _draw(axes: Axes, rows: Sequence[Measurement]) -> None:
+    methods = dict.fromkeys(row.method for row in rows)
+    for method, colour in zip(methods, itertools.cycle(_COLOURS), strict=False):
+        curve = sorted((row.cpu, row.worst) for row in rows if row.method == method)
+        axes.loglog(*zip(*curve, strict=True), "o-", color=colour, label=method)
+    axes.grid(visible=True, color="#dddddd")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)

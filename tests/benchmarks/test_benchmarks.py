@@ -1,0 +1,185 @@
+"""The benchmarks: the product's rows inside their bars, peers on the same mesh agree, a peer that lies is refused."""
+
+import itertools
+import json
+import shutil
+import stat
+import sys
+
+import numpy as np
+import pytest
+
+from benchmarks import calculix as calculix_module
+from benchmarks import contact, flexure, peers, unilateral
+from benchmarks.calculix import calculix
+from benchmarks.deck import Deck, LinearStep, boundary_sets, peer_elements
+from benchmarks.element_study import element_stiffness, straightened
+from benchmarks.harness import Measurement, measurements_of
+from benchmarks.peers import FELUPE, PeerTask, peer_answer
+from benchmarks.usage import resource_usage
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
+from cad.parts.fruit import fruit_quarter
+from cad.quantity import InputError
+from mesh.fruit import fruit_mesh
+from mesh.housing.sweep import flexure_mesh
+from solve.fruit.direct import mesh_compliance
+from solve.housing.stiffness import tip_compliance
+from solve.linear import SolveError
+
+FRUIT, TIPS = Fruit(), Tips()
+needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
+
+
+@pytest.fixture(scope="module")
+def housing_mesh():
+    return flexure_mesh(flexure.HOUSING, 4.0)
+
+
+@pytest.fixture(scope="module")
+def contact_scene():
+    mesh = fruit_mesh(fruit_quarter(FRUIT, TIPS), FRUIT, TIPS, 2.0)
+    elements = peer_elements(mesh, "tet P2", "C3D10")
+    step = LinearStep(held={"base": (1, 2, 3), "symmetry_y": (2,), "symmetry_x": (1,)}, pressed={"high_tip": 1.0})
+    sets = boundary_sets(elements, mesh, "tet P2", ("base", "symmetry_x", "symmetry_y", "high_tip"))
+    return mesh, Deck(elements=elements, sets=sets, E=1.0, poisson=FRUIT.poisson, steps=[step], asked="high_tip")
+
+
+@pytest.mark.parametrize(
+    ("bench", "rows", "count"),
+    [
+        (contact.BENCH, contact.split_rows, 4),
+        (unilateral.BENCH, unilateral.product_rows, 1),
+        (flexure.BENCH, flexure.product_rows, 2),
+    ],
+)
+def test_the_products_rows_are_inside_their_bars(bench, rows, count):
+    """The reference's own error counts."""
+    for row in itertools.islice(rows(), count):
+        assert abs(row.errors[0]) <= row.error_bar + bench.reference.relative_error
+
+
+def test_who_is_cheapest_within_an_error_wins():
+    def row(method, cpu, error, bar=None):
+        return Measurement(method=method, mesh="m", cpu=cpu, errors=(error, 0.0), dofs=300, error_bar=bar)
+
+    cheap = row("felupe P2 tets", 0.01, 5e-2)
+    lucky = row(contact.JUDGED_SPLIT, 0.1, 1e-5, bar=3e-4)
+    section = contact.BENCH.section([cheap, lucky])
+    assert "within 10 % wins felupe" in section
+    assert f"within 0.1 % wins {contact.JUDGED_SPLIT}" in section
+    assert "within 0.01 %: nobody" in section
+
+
+def test_growth_is_the_slope_of_a_power():
+    rows = [
+        Measurement(method="split", mesh="m", cpu=1e-6 * n**2, errors=(-2.0 * n**-1.5, 0.0), dofs=n)
+        for n in (10, 30, 100)
+    ]
+    assert "split: error ~ dofs^-1.50, CPU ~ dofs^2.00" in contact.BENCH.section(rows)
+
+
+def test_usage_of_a_program_is_its_own():
+    large = resource_usage([sys.executable, "-c", "x = b'1' * (300 << 20); raise SystemExit(3)"])
+    small = resource_usage([sys.executable, "-c", "print('out')"])
+    assert (large.exit_code, small.exit_code, small.out) == (3, 0, "out\n")
+    assert large.peak_MiB > 300.0 > small.peak_MiB > 0.0
+    with pytest.raises(RuntimeError):
+        measurements_of("benchmarks.nowhere")
+
+
+def test_comparison_with_the_products_element_is_the_product(housing_mesh):
+    """Two codes for the load of a face: by a linear form there, by quadrature of the basis here."""
+    material = (flexure.E_MPA, flexure.POISSON)
+    solved = element_stiffness(housing_mesh, "hex 20, reduced", *material)
+    assert pytest.approx(tip_compliance(housing_mesh, *material).K, rel=1e-7) == solved.K
+    assert element_stiffness(straightened(housing_mesh), "hex 20, reduced", *material).K[0] > solved.K[0]
+    with pytest.raises(InputError) as refused:
+        element_stiffness(housing_mesh, "hex 9", *material)
+    assert refused.value.field == "element"
+
+
+def test_beams_are_the_guided_beam_and_shear_of_a_rectangle():
+    """K = 2 * 12 E I / L^3 of two leaves; shear gives L / (5/6 G A) more to each."""
+    leaf = flexure.HOUSING.low
+    E = flexure.E_MPA
+    G = 0.5 * E / (1.0 + flexure.POISSON)
+    area = leaf.depth * leaf.thickness
+    bending = leaf.length**3 / (E * area * leaf.thickness**2)
+    shear = leaf.length / (5.0 / 6.0 * G * area)
+    assert flexure.beam_stiffness(leaf, E, 0.0) == pytest.approx(2.0 / bending, rel=1e-12)
+    assert flexure.beam_stiffness(leaf, E, 1.0) == pytest.approx(2.0 / (bending + shear), rel=1e-12)
+
+
+@needs_ccx
+def test_calculix_on_the_same_meshes_agrees(contact_scene, housing_mesh):
+    """CalculiX prints seven digits."""
+    mesh, deck = contact_scene
+    (found,), _ = calculix(deck)
+    S = mesh_compliance(mesh, FRUIT.poisson).S
+    assert 0.5 / found.forces["high_tip"] == pytest.approx(S[0, 0] + S[0, 1], rel=1e-6)
+    material = (flexure.E_MPA, flexure.POISSON)
+    for kind, choice in (("C3D20R", "hex 20, reduced"), ("C3D20", "hex 20, full")):
+        K, _, _ = flexure.peer_stiffness(housing_mesh, (choice, kind), material)
+        assert pytest.approx(element_stiffness(housing_mesh, choice, *material).K, rel=2e-6) == K
+
+
+@pytest.mark.parametrize(
+    ("printed", "has_table"),
+    [("*ERROR in gen3delem", False), ("divergence allowed", False), ("Job finished", False), ("Job finished", True)],
+)
+def test_calculix_that_ends_with_exit_code_0_and_garbage_is_refused(
+    printed, has_table, contact_scene, tmp_path, monkeypatch
+):
+    """The last table has 0.5 N pressed and 0.4 N carried."""
+    dat = (
+        " total force (fx,fy,fz) for set SUPPORT0 and time  1\n\n 0. 0. -0.4\n\n"
+        " total force (fx,fy,fz) for set HIGH_TIP and time  1\n\n 0. 0. 0.5\n\n"
+        " displacements (vx,vy,vz) for set HIGH_TIP and time  1\n\n 1 0. 0. 1.\n"
+    )
+    program = tmp_path / "ccx"
+    body = f"cat > scene.dat <<'E'\n{dat}E\n" if has_table else ""
+    program.write_text(f"#!/bin/sh\n{body}echo '{printed}'\n", encoding="utf-8")
+    program.chmod(program.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setattr(calculix_module.shutil, "which", lambda _: str(program))
+    with pytest.raises(SolveError):
+        calculix(contact_scene[1])
+
+
+def test_a_node_that_the_peer_lacks_is_refused(contact_scene):
+    with pytest.raises(SolveError):
+        contact_scene[1].elements.at(np.array([[0.1234], [0.1234], [-0.1234]]))
+
+
+GOOD = {"forces": {"tip": 1.0, "support0": -1.0}, "displacements": []}
+
+
+def peer_says(answer, folder, monkeypatch):
+    """Return what the reader of peers makes of a program that prints an answer, or crashes without one."""
+    program = f"import time\nwhile time.process_time() < 2e-3: pass\nprint({json.dumps(answer)!r})"
+    (folder / "with_felupe.py").write_text("raise SystemExit(3)" if answer is None else program, encoding="utf-8")
+    monkeypatch.setattr(peers, "SCRIPTS", folder)
+    monkeypatch.setattr(peers, "_interpreter", lambda *_: sys.executable)
+    task = PeerTask(kind="deck", scene={}, steps=[LinearStep(held={}, pressed={"tip": 1.0})])
+    return peer_answer(FELUPE, task)
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        {"cpu": 1e-4, "dofs": 3, "steps": []},
+        {"cpu": 1e-4, "dofs": 3, "steps": [{**GOOD, "forces": {"tip": 1.0, "support0": -0.9}}]},
+        {"cpu": 1e-4, "dofs": 3, "steps": [{**GOOD, "forces": {"tip": 1.0}}]},
+        {"cpu": 1e9, "dofs": 3, "steps": [GOOD]},
+        "nonsense",
+        None,
+    ],
+)
+def test_a_peer_that_lies_or_crashes_has_no_number(answer, tmp_path, monkeypatch):
+    with pytest.raises(SolveError):
+        peer_says(answer, tmp_path, monkeypatch)
+
+
+def test_a_peer_that_answers_well_is_heard(tmp_path, monkeypatch):
+    answer = peer_says({"cpu": 1e-4, "dofs": 3, "steps": [GOOD]}, tmp_path, monkeypatch)
+    assert (answer.dofs, answer.results[0].forces) == (3, GOOD["forces"])
