@@ -17,7 +17,7 @@ from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.folder import output_folder
 from pipeline.storage.modeller.modeller import Modeller, ModellerProcess
 from pipeline.storage.stopwatch import Stopwatch
-from pipeline.verdicts.remedies.sentences import with_remedies
+from pipeline.verdicts.hints import with_hints
 
 
 def run(design: Design, options: RunOptions | None = None, *, modeller: Modeller | None = None) -> SensorResult:
@@ -53,9 +53,8 @@ def run(design: Design, options: RunOptions | None = None, *, modeller: Modeller
         geometry = timed.answered("solids", solids)
         making = (*timed.answered("fabrication", fabrication), *sideways)
         verdicts = with_solids(result.verdicts, geometry)
-        result = replace(result, verdicts=(*verdicts, *making), left_out=left_out)
-        with timed.stage("remedies"):
-            verdicts = with_remedies(result)
-        result = replace(result, verdicts=verdicts, seconds=timed.seconds(modeller.cpu_seconds))
+        verdicts = with_hints((*verdicts, *making), design, springs, options)
+        seconds = timed.seconds(modeller.cpu_seconds)
+        result = replace(result, verdicts=verdicts, left_out=left_out, seconds=seconds)
         write_outputs(result, folder, None if options.out is None else page_of_run(result, pictures.result()))
     return result

@@ -81,12 +81,6 @@ def without_page(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def without_remedies(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let runs look for no remedy, which takes longer than the verdicts; tests of remedies have their own."""
-    monkeypatch.setattr(importlib.import_module("pipeline.run"), "with_remedies", lambda found, *_: found.verdicts)
-
-
-@pytest.fixture
 def wrong_traction(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plant a wrong sign in one shear traction of the half-space, as the remainder sees it."""
     halfspace = importlib.import_module("solve.halfspace.potentials")

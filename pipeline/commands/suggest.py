@@ -87,7 +87,7 @@ def _refuse_file(path: Path | None) -> None:
 
 def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") -> str:
     """Return the command that runs the design that was found; flags that set keys are `--set` there."""
-    from pipeline.verdicts.remedies.changes import written
+    from pipeline.study.suggest.changes import written
 
     every = {**settings, **{key: written(value) for key, value in (found.changes or {}).items()}}
     sets = [word for key, value in every.items() for word in ("--set", f"{key}={value}")]
@@ -95,7 +95,7 @@ def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") ->
 
 
 def _print(found: "Suggestion", command: str, *, as_json: bool) -> None:
-    from pipeline.verdicts.remedies.changes import value_of
+    from pipeline.study.suggest.changes import value_of
 
     rows = [(key, value_of(found.design, key), value) for key, value in (found.changes or {}).items()]
     if as_json:

@@ -40,7 +40,8 @@ GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3
 class FittedSprings:
     """The springs, low first, their process, how far each gives at full travel [mm], and the housing that has them.
 
-    Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized; nothing is made.
+    Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized; nothing is made,
+    and their tips stand as far before the foremost one as `ideal_offsets_mm` says.
     """
 
     springs: tuple[FittedSpring, ...]
@@ -49,6 +50,7 @@ class FittedSprings:
     fitted: FittedHousing | None
     tips: Tips = field(default_factory=Tips)
     ideal: bool = False
+    ideal_offsets_mm: tuple[float, ...] = ()
 
     @property
     def housing(self) -> Housing | None:
@@ -159,6 +161,8 @@ def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[floa
 
     The foremost tips are at 0, the others below, in the order of the layout.
     """
+    if springs.ideal:
+        return springs.ideal_offsets_mm
     sags = [sag.value for sag in weight_sag(springs, attitude)]
     if not any(sags):
         return ()

@@ -21,7 +21,6 @@ WORK = {
     "errors": "what each error is made of",
     "fabrication": "files for fabrication, and the springs across the plate",
     "behaviour": "modes of vibration",
-    "remedies": "changes that would make the design pass",
     "fields": "displacement and stress for ParaView",
 }
 """What a stage of a run does, in words."""

@@ -170,7 +170,7 @@ def test_hayes_designs_the_paper_sensor_and_fails_it(tmp_path):
     assert (found["P_max"]["passed"], found["K_l"]["passed"], found["K_h"]["passed"]) == (False, True, True)
 
 
-@pytest.mark.usefixtures("default_run", "without_page", "without_remedies")
+@pytest.mark.usefixtures("default_run", "without_page")
 def test_planted_tilt_of_one_degree_fails_displacement_independence(tmp_path):
     """The flexures are the default run's, so only the response is new."""
     code = main(["run", "--nl", "0.05", "--set", "press.tilt_deg=1", "--out", str(tmp_path / "tilted")])
@@ -183,7 +183,7 @@ def test_planted_tilt_of_one_degree_fails_displacement_independence(tmp_path):
     assert found["P_displacement_independent"]["value"] > 0.1
 
 
-@pytest.mark.usefixtures("without_page", "without_remedies")
+@pytest.mark.usefixtures("without_page")
 def test_bruise_limit_makes_a_verdict_at_the_largest_modulus(default_run, tmp_path):
     """2.24 N on 1 mm^2 of the high tip at 3.5 MPa, whichever moduli are shown: over the 0.29 MPa of apple flesh."""
     settings = ["--set", "fruit.bruise_limit_MPa=0.29", "--set", "fruit.E_MPa=[0.5]"]
@@ -194,7 +194,7 @@ def test_bruise_limit_makes_a_verdict_at_the_largest_modulus(default_run, tmp_pa
     assert found["bruise"]["value"] == pytest.approx(2.24, abs=0.01)
 
 
-@pytest.mark.usefixtures("without_page", "without_remedies")
+@pytest.mark.usefixtures("without_page")
 def test_tip_that_the_housing_does_not_carry_fails_and_is_not_the_papers(tmp_path):
     code = main(["run", "--nl", "0.05", "--set", "tips.fillet_mm=0.1", "--out", str(tmp_path / "fillet")])
     report = report_of(tmp_path / "fillet")
@@ -202,7 +202,7 @@ def test_tip_that_the_housing_does_not_carry_fails_and_is_not_the_papers(tmp_pat
     assert report["paper"] is None
 
 
-@pytest.mark.usefixtures("without_page", "without_remedies")
+@pytest.mark.usefixtures("without_page")
 def test_spring_that_cannot_be_printed_is_a_verdict_and_leaves_the_rest(tmp_path, capsys):
     folder = tmp_path / "short"
     assert main(["run", "--set", "print.max_length_mm=20", "--out", str(folder)]) == 1

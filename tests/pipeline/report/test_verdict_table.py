@@ -11,7 +11,7 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.verdict import Verdict
 from pipeline.report.verdict_table import print_verdicts
-from pipeline.verdicts.remedies.sentences import with_remedies
+from pipeline.verdicts.hints import with_hints
 
 BRUISED = Design(fruit=Fruit(bruise_limit_MPa=0.29))
 
@@ -19,7 +19,8 @@ BRUISED = Design(fruit=Fruit(bruise_limit_MPa=0.29))
 @pytest.fixture(scope="module")
 def failing():
     result = result_of(BRUISED)
-    return dataclasses.replace(result, verdicts=with_remedies(result))
+    verdicts = with_hints(result.verdicts, result.design, result.springs, result.options)
+    return dataclasses.replace(result, verdicts=verdicts)
 
 
 def words(text):

@@ -1,0 +1,152 @@
+"""One sentence for each verdict that did not pass, from its own numbers: what would make it pass. Nothing is solved."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+
+from cad.design.parameters import Design
+from cad.verdict import Verdict
+from pipeline.options import RunOptions
+from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.verdicts.rules import tolerance_remedy
+
+Hint = Callable[[Verdict, Design, FittedSprings], str | None]
+
+SEARCH = "`pipeline suggest` searches the nearest design that passes"
+CONTACT_SIZES = "--fruit-stiffness contact sizes the springs for the true contact"
+_WITHIN = 0.98  # of a bound, so that rounding and error bars keep it
+_DIGITS = 3
+
+
+def with_hints(
+    verdicts: Iterable[Verdict], design: Design, springs: FittedSprings, options: RunOptions
+) -> tuple[Verdict, ...]:
+    """Return verdicts, those that did not pass with their hint as `remedy`."""
+    hinted = []
+    for verdict in verdicts:
+        if verdict.passed is not True:
+            verdict = replace(verdict, remedy=hint(verdict, design, springs, options))
+        hinted.append(verdict)
+    return tuple(hinted)
+
+
+def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunOptions) -> str:
+    """Return in one sentence what would make a verdict pass that did not."""
+    if springs.monolithic:  # glued gauges and pins bring errors that no finer mesh removes
+        tolerance = tolerance_remedy(verdict, options.tolerance)
+        if tolerance is not None:
+            return tolerance
+    if options.fruit_stiffness == "hayes" and verdict.name in ("P_max", "NL"):
+        return CONTACT_SIZES
+    rule = HINTS.get(verdict.name, SEARCH)
+    if isinstance(rule, str):
+        return rule
+    return rule(verdict, design, springs) or SEARCH
+
+
+def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> float | None:
+    """Return the travel [mm] at which a verdict on strain, clearance or pressure passes; None where none is known.
+
+    Strain and the pressure under a flat face are proportional to the travel, a clearance shrinks by as much as it
+    grows. The mean pressure under a dome goes with its square root (Hertz: force ~ x^1.5, area ~ x).
+    """
+    travel = design.press.travel_mm
+    if verdict.name == "bruise" and verdict.value and isinstance(verdict.limit, int | float):
+        fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
+        bound = travel * (fraction**2 if design.tips.tip_shape.obeys_hertz else fraction)
+    elif verdict.name in CLEARANCES and verdict.value is not None and isinstance(verdict.limit, int | float):
+        bound = travel - (verdict.limit - verdict.value)
+    else:
+        strained = [spring for spring in springs.springs if spring.printable.name == verdict.name]
+        if not strained or strained[0].root_strain is None:
+            return None
+        strain = strained[0].root_strain
+        bound = travel * strained[0].printable.strain_limit / (strain.value + strain.error)
+    return rounded(_WITHIN * bound, 0.0) if 0.0 < bound < travel else None
+
+
+def rounded(value: float, towards: float) -> float:
+    """Return a number of three digits beside a value, on the side of another one [its unit]."""
+    if value == 0.0:
+        return value
+    step = 10.0 ** (math.floor(math.log10(abs(value))) - _DIGITS + 1)
+    toward = math.ceil if towards > value else math.floor
+    return float(f"{toward(round(value / step, 6)) * step:.{_DIGITS}g}")
+
+
+def _travel(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
+    travel = shorter_travel(verdict, design, springs)
+    return None if travel is None else f"would pass with less travel: --set press.travel_mm={travel:g}"
+
+
+def _printable(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
+    for spring in springs.springs:
+        printable = spring.printable
+        if printable.name == verdict.name and printable.passed is False and printable.nearest is not None:
+            return f"could be made with --set {printable.target}={printable.nearest:g}"
+    return _travel(verdict, design, springs)
+
+
+def _ratio(_verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
+    """Return what parts the sensor from the level one with flat tips that targets size springs for."""
+    if springs.housing is None:
+        return "the springs were not made: see printable.low and printable.high"
+    if design.springs.given:
+        return "leave the springs to the targets: --set springs.K_l_N_per_m= --set springs.K_h_N_per_m="
+    return _straight(_verdict, design, springs)
+
+
+def _straight(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
+    press, tips = design.press, design.tips
+    if press.tilt_deg != 0.0 or press.roll_deg != 0.0:
+        return "press level: --set press.tilt_deg=0 --set press.roll_deg=0"
+    if tips.fillet_mm != 0.0:
+        return "take sharp edges: --set tips.fillet_mm=0"
+    if not tips.tip_shape.has_flat_face:
+        return "take flat tips: --set tips.shape=cube"
+    if design.fruit.shape != "block":
+        return "take smaller tips, under which the fruit is flatter: --set tips.side_mm"
+    return None
+
+
+def _not_made(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
+    return "not made: see printable.low and printable.high" if verdict.value is None else None
+
+
+def _wider_limit(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
+    if verdict.value is None:
+        return None
+    limit = rounded((verdict.value + (verdict.error or 0.0)) / _WITHIN, math.inf)
+    return f"would pass with --set {verdict.name}_limit={limit:g}; {SEARCH}"
+
+
+def _less_tilt(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
+    tilt = 0.0 if verdict.value is None else _WITHIN * (verdict.value - (verdict.error or 0.0))
+    return f"would pass with --set reading.tilt_deg={rounded(tilt, 0.0):g}" if tilt > 0.0 else None
+
+
+CLEARANCES = (
+    "geometry.frame_clearance",
+    "geometry.neck_clearance",
+    "geometry.cover_over_fruit",
+    "geometry.mount_over_fruit",
+)
+HINTS: Mapping[str, Hint | str] = {
+    "P_max": _ratio,
+    "NL": _ratio,
+    "P_displacement_independent": _straight,
+    "P_monotonic": _straight,
+    "K_l": _not_made,
+    "K_h": _not_made,
+    "geometry.made": _not_made,
+    "printable.low": _printable,
+    "printable.high": _printable,
+    "bruise": _travel,
+    **dict.fromkeys(CLEARANCES, _travel),
+    "geometry.layout": "take a layout that has a housing: --set tips.layout=pair",
+    "geometry.tip_shape": "glue in ground pins of that shape: --set tips.socket=pin",
+    "reading.bias": _wider_limit,
+    "reading.uncertainty": _wider_limit,
+    "reading.lift": _less_tilt,
+}
+"""The hint of each verdict, or what computes it; a verdict that is not listed, or gets None, is left to the search."""

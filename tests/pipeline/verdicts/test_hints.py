@@ -1,0 +1,111 @@
+"""Every verdict that did not pass has a hint; what it asks for follows from the verdict's own numbers."""
+
+import dataclasses
+
+import pytest
+from stand_ins import GOOD, result_of, springs_of
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design, GivenSprings, Print, Targets
+from cad.design.tips import Press, Tips
+from cad.quantity import Estimate
+from pipeline.options import RunOptions
+from pipeline.verdicts.hints import CONTACT_SIZES, SEARCH, hint, shorter_travel, with_hints
+
+ROUGH = RunOptions(tolerance=0.02)
+
+
+def hinted(design, *, made=True, options=None):
+    result = result_of(design, made=made)
+    return with_hints(result.verdicts, design, result.springs, options or RunOptions())
+
+
+@pytest.mark.parametrize(
+    ("design", "made"),
+    [
+        (Design(), True),
+        (Design(fruit=Fruit(bruise_limit_MPa=0.29)), True),
+        (Design(springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0)), True),
+        (Design(targets=Targets(NL=0.001)), False),
+        (Design(print=Print(process="dmls-17-4ph", max_length_mm=35.0)), False),
+    ],
+    ids=["passes", "bruised", "given springs", "NL out of reach", "process"],
+)
+def test_verdicts_that_did_not_pass_have_hints_and_no_others(design, made):
+    for verdict in hinted(design, made=made):
+        assert bool(verdict.remedy) == (verdict.passed is not True)
+
+
+@pytest.mark.parametrize(
+    ("name", "design", "made", "flag"),
+    [
+        ("P_max", Design(springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0)), True, "springs.K_l_N_per_m="),
+        ("printable.high", Design(targets=Targets(NL=0.001)), False, "targets.NL="),
+    ],
+)
+def test_hint_names_the_key_that_is_to_be_set(name, design, made, flag):
+    hints = {verdict.name: verdict.remedy for verdict in hinted(design, made=made)}
+    assert f"--set {flag}" in hints[name]
+
+
+@pytest.mark.parametrize(
+    ("changes", "flag"),
+    [
+        ({"press": Press(tilt_deg=1.0)}, "press.tilt_deg=0"),
+        ({"tips": Tips(fillet_mm=0.1)}, "tips.fillet_mm=0"),
+        ({"tips": Tips(shape="sphere")}, "tips.shape=cube"),
+        ({"fruit": Fruit(shape="sphere", radius_mm=40.0)}, "tips.side_mm"),
+    ],
+)
+def test_ratio_that_drifts_asks_for_a_level_press_and_flat_tips(changes, flag):
+    drifting = dataclasses.replace(GOOD, name="P_displacement_independent", passed=False)
+    assert f"--set {flag}" in hint(drifting, Design(**changes), springs_of(Design()), ROUGH)
+
+
+def test_travel_under_a_bruise_limit_is_that_of_its_pressure():
+    """Under a flat face the pressure is proportional to the travel: 0.6 mm x limit / pressure at most."""
+    design = Design(fruit=Fruit(bruise_limit_MPa=0.29))
+    (bruise,) = (verdict for verdict in result_of(design).verdicts if verdict.name == "bruise")
+    bound = 0.6 * 0.29 / (bruise.value + bruise.error)
+    assert 0.97 * bound < shorter_travel(bruise, design, springs_of(design)) < bound
+
+
+def test_strain_by_finite_elements_asks_for_less_travel():
+    """Strain goes with the travel: 1.1 times its limit, and an error of 0.1 times, ask for 0.6 mm / 1.2."""
+    springs = springs_of(Design())
+    limit = springs.springs[0].printable.strain_limit
+    bent = dataclasses.replace(springs.springs[0], root_strain=Estimate(1.1 * limit, 0.1 * limit))
+    bent_springs = dataclasses.replace(springs, springs=(bent, springs.springs[1]))
+    verdict = dataclasses.replace(GOOD, name="printable.low", passed=False)
+    assert 0.97 * 0.6 / 1.2 < shorter_travel(verdict, Design(), bent_springs) < 0.6 / 1.2
+
+
+@pytest.mark.parametrize(("clearance", "low", "high"), [(0.1, 0.38, 0.4), (-1.0, None, None), (0.4, None, None)])
+def test_frame_on_the_fruit_asks_for_as_much_less_travel_as_it_lacks(clearance, low, high):
+    """0.2 mm short of its clearance of 0.3 mm at a travel of 0.6 mm: 0.4 mm at most; 1.3 mm short: no travel helps."""
+    verdict = dataclasses.replace(GOOD, name="geometry.frame_clearance", value=clearance, limit=0.3, passed=False)
+    travel = shorter_travel(verdict, Design(), springs_of(Design()))
+    assert travel is None if low is None else low < travel < high
+
+
+def test_error_bar_asks_for_a_tolerance_where_the_springs_are_of_one_piece():
+    wide = dataclasses.replace(GOOD, name="K_l", limit=900.0, tolerance=0.001, relative=True, error=9.0, passed=None)
+    springs = springs_of(Design())
+    assert "--tol 0.0005 " in hint(wide, Design(), springs, ROUGH)
+    gauged = dataclasses.replace(springs.fitted.housing, gauges="foil")
+    fitted = dataclasses.replace(springs.fitted, housing=gauged)
+    assert hint(wide, Design(), dataclasses.replace(springs, fitted=fitted), ROUGH) == SEARCH
+
+
+def test_reading_asks_for_the_limit_that_it_keeps():
+    bias = dataclasses.replace(GOOD, name="reading.bias", value=0.1, error=0.01, limit=0.05, passed=False)
+    limit = float(hint(bias, Design(), springs_of(Design()), ROUGH).partition("_limit=")[2].partition(";")[0])
+    assert 0.11 < limit < 0.115
+    lift = dataclasses.replace(GOOD, name="reading.lift", value=2.0, error=0.1, limit=3.0, passed=False)
+    tilt = float(hint(lift, Design(), springs_of(Design()), ROUGH).partition("tilt_deg=")[2])
+    assert 1.85 < tilt < 1.9
+
+
+def test_springs_sized_by_another_formula_are_mended_by_the_contact():
+    failed = dataclasses.replace(GOOD, name="P_max", passed=False)
+    assert hint(failed, Design(), springs_of(Design()), RunOptions(fruit_stiffness="hayes")) == CONTACT_SIZES
