@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 import cadquery as cq
 import OCP
 
-from cad.checks.overhang import POSES
-from cad.checks.slicer import slicer_verdicts
 from cad.checks.triangle_checks import (
+    AS_IT_STANDS,
+    POSES,
     body_verdict,
     closed_verdicts,
     library_mesh,
@@ -27,18 +27,20 @@ from cad.triangles import Triangles
 from cad.verdict import Verdict, equal, failed
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
+KINDS = (".step", ".stp", ".stl", ".3mf")
 
 
 def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     """Return geometry.valid (count of faulty faces, edges, vertices) and geometry.one_solid (count of solids)."""
     analyser = OCP.BRepCheck.BRepCheck_Analyzer(shape.wrapped)
-    whole = bool(analyser.IsValid())
-    pieces = [*shape.Faces(), *shape.Edges(), *shape.Vertices()]
-    faulty = 0 if whole else max(1, sum(not analyser.IsValid(piece.wrapped) for piece in pieces))
-    solids = shape.Solids()
+    faulty = 0
+    if not analyser.IsValid():
+        pieces = [*shape.Faces(), *shape.Edges(), *shape.Vertices()]
+        faulty = max(1, sum(not analyser.IsValid(piece.wrapped) for piece in pieces))
+    solids = len(shape.Solids())
     return (
         equal("geometry.valid", float(faulty), 0.0, 0.0, unit="1", reference="faulty faces, edges, vertices by OCCT"),
-        equal("geometry.one_solid", float(len(solids)), 1.0, 0.0, unit="1", reference="number of solids"),
+        equal("geometry.one_solid", float(solids), 1.0, 0.0, unit="1", reference="number of solids"),
     )
 
 
@@ -62,12 +64,17 @@ def check_file(path: Path, process: Process = DEFAULT_PROCESS) -> tuple[Verdict,
     InputError for another kind of file; a file that cannot be read fails geometry.readable.
     """
     kind = path.suffix.lower()
-    if kind not in _READERS:
+    if kind not in KINDS:
         raise validation_error(
-            "PATH", path.name, "", f"a file of kind {', '.join(_READERS)}", "export the part as one of these"
+            "PATH", path.name, "", f"a file of kind {', '.join(KINDS)}", "export the part as one of these"
         )
+    existing_file(path)
     try:
-        return (*_READERS[kind](existing_file(path), process), *slicer_verdicts(path))
+        if kind == ".stl":
+            return check_mesh(read_stl(path), process, [AS_IT_STANDS])
+        if kind == ".3mf":
+            return _check_3mf(path, process)
+        return _check_step(path, process)
     except ValueError as error:
         return (unreadable(error),)
 
@@ -87,27 +94,13 @@ def unreadable(error: ValueError) -> Verdict:
 
 def _check_step(path: Path, process: Process) -> tuple[Verdict, ...]:
     shape = read_step(path)
-    solid = check_solid(shape)
-    mesh = [each for each in check_mesh(triangles(shape), process, POSES) if each.name != "geometry.one_solid"]
-    return (*solid, *mesh)
-
-
-def _check_stl(path: Path, process: Process) -> tuple[Verdict, ...]:
-    return check_mesh(read_stl(path), process, _AS_IT_STANDS)
+    of_mesh = check_mesh(triangles(shape), process, POSES)
+    return (*check_solid(shape), *(verdict for verdict in of_mesh if verdict.name != "geometry.one_solid"))
 
 
 def _check_3mf(path: Path, process: Process) -> tuple[Verdict, ...]:
     package = read_3mf(path)
-    strict = f"warnings of lib3mf in strict mode; objects {', '.join(map(repr, package.names))}"
-    strict += "".join(f"; {warning}" for warning in package.warnings)
-    count = float(len(package.warnings))
-    return (
-        equal("geometry.3mf_strict", count, 0.0, 0.0, unit="1", reference=strict),
-        *check_mesh(package.mesh, process, _AS_IT_STANDS),
-    )
-
-
-_AS_IT_STANDS = ("as it stands",)
-_READERS: dict[str, Callable[[Path, Process], tuple[Verdict, ...]]] = {
-    ".step": _check_step, ".stp": _check_step, ".stl": _check_stl, ".3mf": _check_3mf,
-}  # fmt: skip
+    names = ", ".join(repr(name) for name in package.names)
+    reference = "; ".join([f"warnings of lib3mf in strict mode; objects {names}", *package.warnings])
+    strict = equal("geometry.3mf_strict", float(len(package.warnings)), 0.0, 0.0, unit="1", reference=reference)
+    return (strict, *check_mesh(package.mesh, process, [AS_IT_STANDS]))

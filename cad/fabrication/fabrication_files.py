@@ -6,7 +6,6 @@ from pathlib import Path
 
 import cadquery as cq
 
-from cad.checks.slicer import PrintEstimate
 from cad.design.processes import Process
 from cad.drawing.coupon_drawing import coupon_drawing
 from cad.drawing.cover_drawing import cover_drawing
@@ -39,9 +38,7 @@ class MakerFiles:
     mount: cq.Shape
 
 
-def write_fabrication(
-    sensor: Sensor, title: Title, springs: Sequence[Spring], estimate: PrintEstimate | None, folder: Path
-) -> MakerFiles:
+def write_fabrication(sensor: Sensor, title: Title, springs: Sequence[Spring], folder: Path) -> MakerFiles:
     """Write drawings, coupon, cover, bracket, bom.csv and fabrication.md; return what was written.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
@@ -55,19 +52,17 @@ def write_fabrication(
     bracket = mount_solid(sensor)
     of_mount, mount_read = _write_solid(bracket, folder / "mount", STEEL_COLOUR)
     shapes = {"housing": sensor.part.shape, "cover": cover.shape, "coupon": coupon.shape, "mount": bracket}
-    facts = _facts(sensor, title, springs, _masses(shapes, title.process), estimate)
+    facts = _facts(sensor, title, springs, _masses(shapes, title.process))
     sheet = fabrication_sheet(sensor, title, facts)
     texts = _write_texts({"bom.csv": bill_csv(facts.bill), "fabrication.md": sheet}, folder)
     return MakerFiles(paths=(*drawings, *of_coupon, *of_cover, *of_mount, *texts), cover=cover_read, mount=mount_read)
 
 
-def _facts(
-    sensor: Sensor, title: Title, springs: Sequence[Spring], masses: dict[str, float], estimate: PrintEstimate | None
-) -> SheetFacts:
+def _facts(sensor: Sensor, title: Title, springs: Sequence[Spring], masses: dict[str, float]) -> SheetFacts:
     """Return bill and read-out for parts of these masses [g]."""
     wired = bridges(springs, sensor.housing, title.process)
     bill = bill_of_materials(sensor, title.process, wired, masses)
-    return SheetFacts(bill=bill, bridges=wired, estimate=estimate)
+    return SheetFacts(bill=bill, bridges=wired)
 
 
 def _masses(shapes: Mapping[str, cq.Shape], process: Process) -> dict[str, float]:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.checks.slicer import PrintEstimate
 from cad.design.processes import Process
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import Row, bill_table, screw_name
@@ -24,29 +23,26 @@ _TEXT: dict[str, str] = tomllib.loads(Path(__file__).with_name("fabrication_shee
 _COUPON_SHARE = 0.5  # of the strain limit that the largest weight on a coupon may use
 _GRAVITY = 9.80665  # m/s^2, ISO 80000-3
 _TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears
-_NO_SLICER = "not known, no slicer for this process here"
 _JIG_SHARE = 0.9  # of the largest deflection that a calibration presses
 _HEAT = {"17-4PH steel": "heat_17_4ph", "Ti-6Al-4V": "heat_ti64"}  # section of the sheet by material
 
 
 @dataclass(frozen=True, kw_only=True)
 class SheetFacts:
-    """What a sheet tells beside the dimensions: the bill, the read-out, and what the slicer said."""
+    """What a sheet tells beside the dimensions: the bill and the read-out."""
 
     bill: tuple[Row, ...]
     bridges: tuple[Bridge, ...]
-    estimate: PrintEstimate | None
 
 
 def fabrication_sheet(sensor: Sensor, title: Title, facts: SheetFacts) -> str:
     """Return the sheet in Markdown."""
-    process, housing, estimate = title.process, sensor.housing, facts.estimate
+    process, housing = title.process, sensor.housing
     return _template(process, housing).format(
         title=title,
         process=process,
         housing=housing,
         gauge=GAUGES[housing.gauges],
-        print_time=f"{estimate.time} by {estimate.slicer}" if estimate else _NO_SLICER,
         bill=bill_table(facts.bill),
         tool="Make" if process.kind == "other" else "Print",
         lines=[arm.flexure.thickness / (process.line_width_mm or 1.0) for arm in housing.arms],

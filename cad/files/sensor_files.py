@@ -15,7 +15,7 @@ from cad.parts.pose import print_pose
 from cad.parts.sensor import Body, Sensor
 from cad.triangles import Triangles
 
-_STEP_TOLERANCE = 1e-9  # Part 21 carries 15 digits
+_STEP_TOLERANCE = 1e-9  # relative: Part 21 carries 15 digits
 _TURNED = ("SPHERE", "REVOLUTION")
 _INTEGRAL_TOLERANCE = 1e-8  # relative, of a volume within a ball or a surface of revolution
 _SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of a part
@@ -26,27 +26,27 @@ def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
-    names = ("housing.step", "assembly.step", "housing.stl", "housing.3mf")
-    housing_step, assembly_step, housing_stl, model = (folder / name for name in names)
-    export_step((sensor.housing_body(),), housing_step)
+    housing_step = folder / "housing.step"
+    export_step([sensor.housing_body()], housing_step)
+
+    assembly_step = folder / "assembly.step"
     export_step(assembly_bodies(sensor), assembly_step)
+
     printed = print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back)
-    mesh = export_stl(printed, housing_stl)
-    write_3mf({sensor.part.name: mesh}, model)
-    compare_volume(model, read_3mf(model).mesh.volume, printed.Volume(), solid_tolerance(printed))
-    return housing_step, assembly_step, housing_stl, model, *_write_pin(sensor, folder)
+    stl = folder / "housing.stl"
+    mesh = export_stl(printed, stl)
 
+    package = folder / "housing.3mf"
+    write_3mf({sensor.part.name: mesh}, package)
+    compare_volume(package, read_3mf(package).mesh.volume, printed.Volume(), solid_tolerance(printed))
 
-def _write_pin(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
-    """Write one of the two equal pins, standing on its touching face."""
-    path, found = folder / "pin.step", sensor.pin_bodies()
-    if not found:
-        return ()
-    shape = found[0].shape
-    box = shape.BoundingBox()
-    upright = shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
-    export_step((replace(found[0], name="pin", shape=upright),), path)
-    return (path,)
+    paths = [housing_step, assembly_step, stl, package]
+    if pins := sensor.pin_bodies():  # all are equal; one is written, standing on its touching face
+        box = pins[0].shape.BoundingBox()
+        upright = pins[0].shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
+        paths.append(folder / "pin.step")
+        export_step([replace(pins[0], name="pin", shape=upright)], paths[-1])
+    return tuple(paths)
 
 
 def export_step(bodies: Sequence[Body], path: Path) -> cq.Shape:
@@ -55,11 +55,12 @@ def export_step(bodies: Sequence[Body], path: Path) -> cq.Shape:
     Raises OSError when it cannot be written, ExportError when it has another volume.
     """
     write_step(bodies, path, path.stem)
-    found, written = read_step(path), cq.Compound.makeCompound([body.shape for body in bodies])
-    volume = volume_of(written)
-    share = 2.0 * _INTEGRAL_TOLERANCE if _is_turned(written) else _STEP_TOLERANCE
-    compare_volume(path, volume_of(found), volume, share * volume)
-    return found
+    shape_read = read_step(path)
+    shape = cq.Compound.makeCompound([body.shape for body in bodies])
+    volume = volume_of(shape)
+    tolerance = 2.0 * _INTEGRAL_TOLERANCE if _is_turned(shape) else _STEP_TOLERANCE
+    compare_volume(path, volume_of(shape_read), volume, tolerance * volume)
+    return shape_read
 
 
 def volume_of(shape: cq.Shape) -> float:
@@ -80,9 +81,9 @@ def export_stl(shape: cq.Shape, path: Path) -> Triangles:
     Raises OSError when it cannot be written, ExportError when it has another volume.
     """
     write_stl(shape, path)
-    found = read_stl(path)
-    compare_volume(path, found.volume, shape.Volume(), solid_tolerance(shape))
-    return found
+    mesh = read_stl(path)
+    compare_volume(path, mesh.volume, shape.Volume(), solid_tolerance(shape))
+    return mesh
 
 
 def solid_tolerance(shape: cq.Shape) -> float:
@@ -91,11 +92,11 @@ def solid_tolerance(shape: cq.Shape) -> float:
     return CHORD_MM * float(curved) + _SINGLE_PRECISION * float(shape.Volume())
 
 
-def compare_volume(path: Path, found: float, expected: float, tolerance: float) -> None:
-    """Raise ExportError when the volume [mm^3] read back from a file is not the expected one."""
-    if not abs(found - expected) <= tolerance:
+def compare_volume(path: Path, volume_read: float, volume: float, tolerance: float) -> None:
+    """Raise ExportError when the volume [mm^3] read back from a file is not that of the solid."""
+    if not abs(volume_read - volume) <= tolerance:
         msg = (
-            f"{path.name}: volume read back = {found:.9g} mm^3: must be {expected:.9g} within {tolerance:.2g} mm^3; "
-            "export again, the disk may be full"
+            f"{path.name}: volume read back = {volume_read:.9g} mm^3: must be {volume:.9g} within {tolerance:.2g} "
+            "mm^3; export again, the disk may be full"
         )
         raise ExportError(msg)

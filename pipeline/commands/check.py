@@ -59,12 +59,9 @@ def _process(name: str) -> str:
 
 
 def _print(title: str, verdicts: tuple[Verdict, ...], *, as_json: bool) -> None:
-    from cad.checks.slicer import slicer_absence
     from pipeline.report.verdict_table import print_verdicts
 
     if as_json:
         print_json([asdict(verdict) for verdict in verdicts])
         return
     print_verdicts(title, verdicts)
-    if slicer_absence():
-        print(slicer_absence())

@@ -26,7 +26,7 @@ OLDEST_PYTHON = (3, 11)
 IMPORTS = ("numpy", "scipy", "skfem", "cadquery", "gmsh", "pyvista", "meshio", "trimesh", "manifold3d", "rtree")
 OPTIONAL_PROGRAMS = {
     "ccx": "CalculiX, a second solver for comparison",
-    "prusa-slicer": "PrusaSlicer, slices the part as a check",
+    "prusa-slicer": "PrusaSlicer, slices the parts in the tests",
 }
 _IMPORT_SECONDS = 120
 _PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[^\s;]+)")

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.checks.slicer import slicer_absence
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
 from cad.fabrication.bridges import Spring
@@ -50,7 +49,6 @@ def begin_fabrication(
         "process": process,
         "housing": housing,
         "springs": to_read,
-        "slicer": slicer_absence(),
     }
     kept = kept_files("maker files", inputs, folder)
     if kept is not None:

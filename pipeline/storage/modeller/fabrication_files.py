@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cad.checks.assembly_checks import cover_verdicts
-from cad.checks.slicer import print_estimate
 from cad.design.parameters import Design
 from cad.design.processes import Process
 from cad.drawing.sheet import Title
@@ -26,9 +25,8 @@ def maker_files_once(
 
     def write() -> Written:
         sensor = sensor_of(design, housing)
-        estimate = print_estimate(folder / "housing.stl", process)
         title = Title(name=design.name, process=process)
-        made = write_fabrication(sensor, title, springs, estimate, folder)
+        made = write_fabrication(sensor, title, springs, folder)
         return made.paths, (*cover_verdicts(sensor, made.cover, process), *mount_verdicts(sensor, made.mount, process))
 
     return written_once("maker files", inputs, write, folder)

@@ -31,7 +31,7 @@ def bridge(spring, sensor):
 @pytest.fixture(scope="module")
 def sheet(bridge, sensor):
     gauged = replace(sensor, housing=replace(sensor.housing, gauges="foil"))
-    return fabrication_sheet(gauged, TITLE, SheetFacts(bill=(), bridges=(bridge,), estimate=None))
+    return fabrication_sheet(gauged, TITLE, SheetFacts(bill=(), bridges=(bridge,)))
 
 
 def wires(sheet):

@@ -104,8 +104,7 @@ def test_fruit_is_as_far_from_the_feet_as_the_pins_stand_out(pinned):
     assert (deep.passed, deep.value) == (False, pytest.approx(-0.1, abs=1e-6))
 
 
-def test_files_hold_the_pockets_and_the_pins(pinned, tmp_path, monkeypatch):
-    monkeypatch.setattr("cad.checks.slicer.NAME", "a-slicer-that-nobody-has")
+def test_files_hold_the_pockets_and_the_pins(pinned, tmp_path):
     written = write_sensor(pinned, tmp_path)
     assert [path.name for path in written] == [
         "housing.step", "assembly.step", "housing.stl", "housing.3mf", "pin.step",
@@ -124,7 +123,7 @@ def test_drawing_and_sheet_tell_of_the_pins(pinned, foot):
     title = Title(name="paper", process=PETG)
     words = [item.text for item in housing_drawing(pinned.part, foot, title).items if isinstance(item, Words)]
     assert "steel pin 1 x 1 x 4 2x, 1 out" in words
-    sheet = fabrication_sheet(pinned, title, SheetFacts(bill=(), bridges=(BRIDGE,), estimate=None))
+    sheet = fabrication_sheet(pinned, title, SheetFacts(bill=(), bridges=(BRIDGE,)))
     assert "Two ground steel pins, 1 x 1 mm, 4 mm long" in sheet
     assert "Pockets are 1.1 mm wide and 3 mm deep" in sheet
 
