@@ -1,6 +1,7 @@
 """IN WHICH ORDER, and is it good enough: `from pipeline import RunOptions, load_design, run`."""
 
 import sys
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
@@ -44,6 +45,4 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401 - the functions of a run, imp
     if name != "run":
         msg = f"module {__name__!r} has no attribute {name!r}"
         raise AttributeError(msg)
-    from pipeline.run import run
-
-    return run
+    return import_module("pipeline.run").run

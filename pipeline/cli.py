@@ -8,6 +8,7 @@ import sys
 import threading
 import warnings
 from collections.abc import Iterator, Sequence
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
@@ -63,6 +64,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _refuse(reason)
     except MemoryError:
         return _refuse(f"memory: too little; must be about {LEAST_MEMORY_GIB:g} GiB; free some, or lift its limit")
+    except BrokenExecutor:
+        return _refuse(
+            "worker process: ended before it answered; must live until then; free some memory, then run again"
+        )
     except KeyboardInterrupt as error:
         print_error("interrupted")
         return error.exit_code if isinstance(error, Interrupted) else INTERRUPTED

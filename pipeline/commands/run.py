@@ -17,7 +17,6 @@ from pipeline.options import (
     FRUIT_STIFFNESSES,
     TOLERANCES,
     RunOptions,
-    contact_inputs,
     load_design,
 )
 from pipeline.storage.folder import refuse_unusable
@@ -25,7 +24,6 @@ from pipeline.storage.interruption import interruptible
 
 if TYPE_CHECKING:
     from pipeline.report.answer.answer import RunAnswer
-    from pipeline.storage.modeller.modeller import Modeller
     from pipeline.storage.plain import Plain
 
 PURPOSE = "size, shape, mesh, solve and judge a sensor"
@@ -125,19 +123,6 @@ def _new_answer(design: Design, options: RunOptions, folder: Path, *, quiet: boo
 
     Raises InputError for a scene that cannot be solved.
     """
-    from pipeline.storage.cache import is_kept
-    from pipeline.storage.modeller.modeller import ModellerProcess
-
-    with ModellerProcess() as modeller:
-        if design.tips.layout != "line" and not is_kept("contact", contact_inputs(design, options)):
-            modeller.start()  # a new scene has new solids: it imports the kernel beside all that this process imports
-        return _solved_answer(design, options, folder, modeller, quiet=quiet)
-
-
-def _solved_answer(
-    design: Design, options: RunOptions, folder: Path, modeller: "Modeller", *, quiet: bool
-) -> "tuple[RunAnswer, bytes | None]":
-    """Return what `_new_answer` does; raises as it does."""
     from cad.files.export_error import ExportError
     from mesh.session import MeshError
     from pipeline import run
@@ -149,7 +134,7 @@ def _solved_answer(
 
     try:
         with interruptible(), showing_progress("start", quiet=quiet):
-            result = run(design, options, modeller=modeller)
+            result = run(design, options)
             answer, report = run_answer(result), written_report(result, folder)
             if report is not None:
                 keep_answer(answer, design, options, report)

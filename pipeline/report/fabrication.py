@@ -1,5 +1,6 @@
 """What a maker needs beside the part: drawing, coupon, cover, sheet; verdicts on cover and sideways stiffness."""
 
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,14 +11,14 @@ from cad.quantity import Estimate
 from cad.verdict import Verdict
 from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
+from pipeline.report.cad_tasks import write_fabrication_files
 from pipeline.springs.fitted_spring import FittedSpring
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mesh_pairs import COARSE
 from pipeline.springs.mounts import attached_to
 from pipeline.storage.cache import cached
-from pipeline.storage.modeller.answer import Answer, known
-from pipeline.storage.modeller.kept_files import Verdicts, kept_files
-from pipeline.storage.modeller.modeller import Modeller
+from pipeline.storage.kept_files import Verdicts, kept_files
+from pipeline.storage.workers import finished, submit
 from pipeline.verdicts.rules import margin_verdict
 from solve.housing.stiffness import sideways_stiffness
 
@@ -33,16 +34,16 @@ class SidewaysStiffness:
 
 
 def begin_fabrication(
-    design: Design, springs: FittedSprings, options: RunOptions, folder: Path, modeller: Modeller
-) -> Answer[Verdicts]:
+    design: Design, springs: FittedSprings, options: RunOptions, folder: Path, executor: Executor | None
+) -> Future[Verdicts]:
     """Let the files for fabrication be written beside the solids, where asked for; none where no housing can be made.
 
-    The answer is the verdicts on cover and bracket. It raises OSError when a file cannot be written, ExportError when
-    one read back has another volume.
+    The result is the verdicts on cover and bracket. The future raises OSError where a file cannot be written,
+    ExportError where one read back has another volume.
     """
     housing, process = springs.housing, springs.process
     if not options.fabrication or housing is None:
-        return known(())
+        return finished(())
     to_read = springs_to_read(springs)
     inputs = {
         "design": design_as_mapping(design),
@@ -52,8 +53,8 @@ def begin_fabrication(
     }
     kept = kept_files("maker files", inputs, folder)
     if kept is not None:
-        return known(kept)
-    return modeller.ask("fabrication_files", inputs, design, process, housing, to_read, folder)
+        return finished(kept)
+    return submit(executor, write_fabrication_files, inputs, design, housing, to_read, folder)
 
 
 def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:

@@ -1,14 +1,15 @@
 """The solids of a sensor: files of the part and of the part over its fruit, and the verdicts on their geometry."""
 
+from concurrent.futures import Executor, Future
 from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
 from cad.verdict import failed
+from pipeline.report.cad_tasks import write_solids
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.storage.modeller.answer import Answer, known
-from pipeline.storage.modeller.kept_files import Verdicts, kept_files
-from pipeline.storage.modeller.modeller import Modeller
+from pipeline.storage.kept_files import Verdicts, kept_files
+from pipeline.storage.workers import finished, submit
 
 NO_LINE = failed(
     "geometry.layout",
@@ -19,23 +20,25 @@ NO_LINE = failed(
 _SHAPES = ("name", "fruit", "tips", "press")  # tables that solids and their checks depend on
 
 
-def begin_solids(design: Design, springs: FittedSprings, folder: Path, modeller: Modeller) -> Answer[Verdicts]:
-    """Let STEP, STL and 3MF be written into the folder; the answer is the geometry verdicts, none without a housing.
+def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor: Executor | None) -> Future[Verdicts]:
+    """Let STEP, STL and 3MF be written into the folder; the result is the geometry verdicts, none without a housing.
 
     A line of three has no housing, which fails geometry.layout.
 
-    Files are the same bytes every time, so those of an earlier run are written again at once, which needs no modeller.
-    The answer raises OSError or ExportError.
+    Files are the same bytes every time, so those of an earlier run are written again at once, which needs no worker.
+    The future raises OSError or ExportError.
     """
     housing = springs.housing
     if design.tips.layout == "line":
-        return known((NO_LINE,))
+        return finished((NO_LINE,))
     if housing is None:
-        return known(())
+        return finished(())
     inputs = {
         "design": {key: value for key, value in design_as_mapping(design).items() if key in _SHAPES},
         "housing": housing,
         "deflections": springs.deflections,
     }
     kept = kept_files("solids", inputs, folder)
-    return modeller.ask("solids", inputs, design, housing, springs.deflections, folder) if kept is None else known(kept)
+    if kept is not None:
+        return finished(kept)
+    return submit(executor, write_solids, inputs, design, housing, springs.deflections, folder)

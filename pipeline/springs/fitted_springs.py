@@ -1,6 +1,7 @@
 """The springs as they are printed: leaves that fit the targets, or the reason why the process cannot make them."""
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
@@ -24,7 +25,6 @@ from pipeline.springs.pins import fit_with_pins
 from pipeline.springs.sizing import SpringSizing
 from pipeline.springs.solve_memo import FittedHousing
 from pipeline.storage.cache import cached
-from pipeline.storage.modeller.modeller import Modeller
 from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
@@ -105,13 +105,13 @@ def ideal_springs(design: Design, sizing: SpringSizing, stiffnesses: Springs | N
 
 
 def fit_springs(
-    design: Design, sizing: SpringSizing, options: RunOptions, modeller: Modeller | None = None
+    design: Design, sizing: SpringSizing, options: RunOptions, executor: Executor | None = None
 ) -> FittedSprings:
     """Return the springs of a design, fitted by FE to the relative tolerance unless the beam law rules one out.
 
     A leaf near a bound is judged again at its solved length; where no mesh or no fit is found, all are undecided. The
     two springs stand for all tips of their kinds: those of a square are in two equal plates, a line has no housing.
-    The modeller makes the solid that the mesh of the fit is compared with.
+    A worker makes the solid that the mesh of the fit is compared with.
     """
     process, targets = design.process, sizing.springs.stiffnesses
     deflections = sizing.deflections(design.full_travels_mm)
@@ -120,7 +120,7 @@ def fit_springs(
         lengths = tuple(spring.printable.length_mm for spring in springs)
         try:
             guess = housing_for(design, process, lengths, deflections)
-            fitted = _fitted(guess, targets, process, options.tolerance, modeller or Modeller())
+            fitted = _fitted(guess, targets, process, options.tolerance, executor)
         except (InputError, MeshError, SolveError) as error:
             springs = tuple(_undecided(spring, str(error)) for spring in springs)
         else:
@@ -200,17 +200,14 @@ def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:
 
 
 def _fitted(
-    guess: Housing, targets: tuple[float, ...], process: Process, tolerance: float, modeller: Modeller
+    guess: Housing, targets: tuple[float, ...], process: Process, tolerance: float, executor: Executor | None
 ) -> FittedHousing:
     """Return the housing fitted to the targets [N/mm], kept by what it depends on."""
     E, poisson = process.E_MPa, process.poisson
     inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson, "tolerance": tolerance}
-
-    def fit() -> FittedHousing:
-        modeller.start()  # it gets ready while lengths are looked for on the coarse mesh
-        return fit_with_pins(guess, targets, E, poisson, tolerance, modeller)
-
-    return cached("flexures", inputs, fit, FittedHousing)
+    return cached(
+        "flexures", inputs, lambda: fit_with_pins(guess, targets, E, poisson, tolerance, executor), FittedHousing
+    )
 
 
 def _undecided(spring: FittedSpring, reason: str) -> FittedSpring:

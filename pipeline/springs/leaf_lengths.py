@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,6 @@ from cad.quantity import validation_error
 from cad.theory.leaf_spring import Flexure
 from pipeline.springs.mesh_pairs import COARSE, MeshPair, mesh_pairs_for
 from pipeline.springs.solve_memo import FittedHousing, SolveMemo
-from pipeline.storage.modeller.modeller import Modeller
 from solve.housing.stiffness import TipCompliance
 from solve.linear import SolveError
 
@@ -45,7 +45,7 @@ def fit_lengths(
     E: float,
     poisson: float,
     tolerance: float = TOLERANCE,
-    modeller: Modeller | None = None,
+    executor: Executor | None = None,
 ) -> FittedHousing:
     """Return the housing whose leaf lengths give each spring its target stiffness [N/mm from mm, E in MPa] to 0.1 %.
 
@@ -53,7 +53,8 @@ def fit_lengths(
     bars are within the relative tolerance where a mesh has it; a tolerance beyond 0.1 % holds for the targets too, up
     to 0.5 %. Raises InputError when a target leaves no leaf, SolveError when 4 fine solves do not meet the targets.
     """
-    memo = SolveMemo(E=E, poisson=poisson, modeller=modeller or Modeller())
+    memo = SolveMemo(E=E, poisson=poisson, executor=executor)
+    memo.begin_solid(housing)  # a worker imports the CAD kernel for it while lengths are looked for
     fit = _Fit(memo, housing, tuple(targets))
     allowed_miss = min(max(tolerance, TOLERANCE), _LOOSEST)
     return _cheapest(mesh_pairs_for(housing, tolerance), tolerance, lambda pair: fit.on(pair, allowed_miss))

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
+from concurrent.futures import Executor
 
 import numpy as np
 
@@ -10,7 +11,6 @@ from cad.parts.pin import pin_compliance
 from cad.quantity import validation_error
 from pipeline.springs.leaf_lengths import TOLERANCE, fit_lengths
 from pipeline.springs.solve_memo import FittedHousing
-from pipeline.storage.modeller.modeller import Modeller
 from solve.housing.stiffness import HousingStiffness
 
 
@@ -20,13 +20,13 @@ def fit_with_pins(
     E: float,
     poisson: float,
     tolerance: float = TOLERANCE,
-    modeller: Modeller | None = None,
+    executor: Executor | None = None,
 ) -> FittedHousing:
     """Return the housing whose springs have the target stiffnesses [N/mm from mm, E in MPa], pins included.
 
     Raises InputError where pins alone give more than a target allows, else as `fit_lengths`.
     """
-    fitted = fit_lengths(housing, targets_without_pins(housing, targets, E, poisson), E, poisson, tolerance, modeller)
+    fitted = fit_lengths(housing, targets_without_pins(housing, targets, E, poisson), E, poisson, tolerance, executor)
     stiffness = add_pin_compliance(fitted.stiffness, fitted.housing, E, poisson)
     return dataclasses.replace(fitted, stiffness=stiffness)
 

@@ -2,14 +2,14 @@
 
 import dataclasses
 import time
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
 
 from cad.parts.housing import Housing, PartSize
 from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretched
 from pipeline.springs.mesh_pairs import MeshPair
 from pipeline.springs.mounts import attached_to
-from pipeline.storage.modeller.answer import Answer
-from pipeline.storage.modeller.modeller import Modeller
+from pipeline.springs.solid_size import solid_size
 from solve.housing.stiffness import HousingStiffness, TipCompliance, housing_stiffness, tip_compliance
 
 
@@ -29,12 +29,12 @@ class SolveMemo:
 
     E: float
     poisson: float
-    modeller: Modeller = field(default_factory=Modeller)
+    executor: Executor | None = None
     counts: dict[float, int] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=lambda: {"mesh": 0.0, "solve": 0.0, "compare": 0.0})
     meshes: dict[float, tuple[Housing, FlexureMesh]] = field(default_factory=dict)
     solutions: dict[float, tuple[Housing, TipCompliance]] = field(default_factory=dict)
-    solid: tuple[Housing, Answer[PartSize]] | None = None
+    solid: tuple[Housing, Future[PartSize]] | None = None
 
     def solve(self, housing: Housing, scale: float, *, stretch: bool = False) -> TipCompliance:
         """Return the compliance [mm/N] on a mesh of a scale; with `stretch` on the last one, if it stretches."""
@@ -59,14 +59,18 @@ class SolveMemo:
         before, mesh = self.meshes[scale]
         return stretched(mesh, before, housing)
 
-    def _size_of_solid(self, housing: Housing) -> Answer[PartSize]:
-        if self.solid is None or self.solid[0] != housing:
-            self.solid = housing, self.modeller.part_size(housing)
-        return self.solid[1]
+    def begin_solid(self, housing: Housing) -> None:
+        """Let a worker, if there is one, make the solid beside the solves that come."""
+        if self.executor is not None and (self.solid is None or self.solid[0] != housing):
+            self.solid = housing, self.executor.submit(solid_size, housing)
+
+    def _size_of_solid(self, housing: Housing) -> PartSize:
+        self.begin_solid(housing)
+        return solid_size(housing) if self.solid is None else self.solid[1].result()
 
     def stiffness(self, housing: Housing, pair: MeshPair, coarse: TipCompliance | None = None) -> HousingStiffness:
         """Return the stiffness [N/mm] with its bars; the coarse mesh is solved unless its result is given."""
-        self._size_of_solid(housing)  # asked for before the solve, after which it is waited for
+        self.begin_solid(housing)
         stiffness = housing_stiffness(self.solve(housing, pair.fine), coarse or self.solve(housing, pair.coarse))
         info = stiffness.info
         status = f"mesh of scale {pair.fine:g} judged by scale {pair.coarse:g} ({info.status})"
@@ -78,7 +82,7 @@ class SolveMemo:
         """Return the housing with its stiffness [N/mm], its mesh compared with its solid; raises MeshError."""
         stiffness = self.stiffness(housing, pair, coarse)
         start = time.perf_counter()
-        check_flexure_mesh(self.meshes[pair.fine][1], self._size_of_solid(housing).result())
+        check_flexure_mesh(self.meshes[pair.fine][1], self._size_of_solid(housing))
         self.seconds["compare"] += time.perf_counter() - start
         fine = self.counts[pair.fine]
         info = dataclasses.replace(stiffness.info, seconds=sum(self.seconds.values()))

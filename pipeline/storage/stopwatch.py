@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import ParamSpec, TypeVar
 
 from pipeline.storage.announcement import announce
-from pipeline.storage.modeller.answer import Answer
 
 WORK = {
     "contact": "how the fruit gives under the tips, meshed and solved",
@@ -65,24 +64,14 @@ class Stopwatch:
         finally:
             self._add(stage, time.perf_counter() - wall, time.process_time() - cpu)
 
-    def answered(self, stage: str, answer: Answer[T]) -> T:
-        """Return what a task gives that others did beside this process, its seconds there counted to a stage."""
-        _tell(stage)
-        done = answer.done()
-        self._add(stage, done.wall, done.cpu)
-        return done.value
-
     def _add(self, stage: str, wall: float, cpu: float) -> None:
         self._wall[stage] = self._wall.get(stage, 0.0) + wall
         self._cpu[stage] = self._cpu.get(stage, 0.0) + cpu
 
-    def seconds(self, beside: float = 0.0) -> Seconds:
-        """Return the seconds of every stage so far, to the millisecond, and of the whole since the start.
-
-        The processor seconds [s] of another process beside this one are in the whole.
-        """
+    def seconds(self) -> Seconds:
+        """Return the seconds of every stage so far, to the millisecond, and of the whole since the start."""
         wall = {**self._wall, "total": time.perf_counter() - self._started[0]}
-        cpu = {**self._cpu, "total": time.process_time() - self._started[1] + beside}
+        cpu = {**self._cpu, "total": time.process_time() - self._started[1]}
         return Seconds(wall=_rounded(wall), cpu=_rounded(cpu))
 
 

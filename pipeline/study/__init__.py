@@ -2,6 +2,6 @@
 
 from pipeline.study.execute import StudySummary, run_study
 from pipeline.study.study_file import Study, read_study
-from pipeline.study.workers.engine import Engine, process_engine
+from pipeline.study.workers import Engine, process_engine
 
 __all__ = ["Engine", "Study", "StudySummary", "process_engine", "read_study", "run_study"]

@@ -17,7 +17,7 @@ from pipeline.study.points import Point, design_of, point_count, points_between
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import Study
 from pipeline.study.tasks import Task, lost_task, solve_task
-from pipeline.study.workers.engine import Engine, completed
+from pipeline.study.workers import Engine, completed
 from solve.fruit.compliance import FruitCompliance
 
 Progress = Callable[[int, int], None]

@@ -9,7 +9,6 @@ from typing import Literal
 
 from cad.design.parameters import Design
 from cad.quantity import InputError
-from pipeline.failures import FAILURES
 from pipeline.storage.plain import Plain
 from pipeline.study.levels.contact_surrogate import ContactSurrogate
 from pipeline.study.levels.direct_solve import solved_report
@@ -23,6 +22,12 @@ from pipeline.study.variation import Setting
 from solve.fruit.compliance import FruitCompliance
 
 Status = Literal["done", "refused", "failed"]
+
+# Every class that a solve can raise, of libraries too: a point that meets a rare fault must not stop a million others.
+FAILURES = (
+    RuntimeError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, OSError, MemoryError,
+    AssertionError, ImportError, EOFError,
+)  # fmt: skip
 
 _SPREAD = 2654435761  # Knuth's multiplier: numbers that follow each other fall far apart
 _HASHES = 2**32

@@ -16,7 +16,6 @@ from pipeline.options import RunOptions
 from pipeline.report.mapping import report_mapping
 from pipeline.result import SensorResult
 from pipeline.storage.folder import output_folder
-from pipeline.storage.modeller.modeller import Modeller, ModellerProcess
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,8 +34,8 @@ def default_run(tmp_path_factory: pytest.TempPathFactory) -> DefaultRun:
     results: list[SensorResult] = []
     work = pipeline.run
 
-    def kept(design: Design, options: RunOptions, modeller: Modeller) -> SensorResult:
-        results.append(work(design, options, modeller=modeller))
+    def kept(design: Design, options: RunOptions) -> SensorResult:
+        results.append(work(design, options))
         return results[-1]
 
     printed = io.StringIO()
@@ -61,7 +60,7 @@ class StandInRun:
         """Return the designs that were run."""
         return [design for design, _ in self.asked]
 
-    def __call__(self, design: Design, options: RunOptions, *, modeller: Modeller) -> SensorResult:  # noqa: ARG002
+    def __call__(self, design: Design, options: RunOptions) -> SensorResult:
         """Run nothing, or raise inside the output folder."""
         verdicts = tuple(replace(verdict, passed=self.passed) for verdict in self.result.verdicts)
         result = replace(self.result, design=design, options=options, verdicts=verdicts)
@@ -78,6 +77,5 @@ def stand_in_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> StandInRun:
     """Put a light run in the place of the real one, in an empty current folder."""
     run = StandInRun()
     monkeypatch.setattr(pipeline, "run", run)
-    monkeypatch.setattr(ModellerProcess, "start", lambda _: None)
     monkeypatch.chdir(tmp_path)
     return run

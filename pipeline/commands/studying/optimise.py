@@ -34,7 +34,7 @@ def execute(arguments: Namespace) -> int:
     from pipeline.study.search.proof import prove, refuse_occupied
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
-    from pipeline.study.workers.progress import chosen_engine, shown_progress
+    from pipeline.study.workers import chosen_engine, shown_progress
 
     study = read_study(arguments.file)
     if study.how != "search":

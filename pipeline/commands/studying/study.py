@@ -51,7 +51,7 @@ def execute(arguments: Namespace) -> int:
     from pipeline.study.execute import run_study
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
-    from pipeline.study.workers.progress import chosen_engine, shown_progress
+    from pipeline.study.workers import chosen_engine, shown_progress
 
     study = read_study(arguments.file)
     refuse_two_engines(arguments)

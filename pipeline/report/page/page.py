@@ -1,12 +1,14 @@
 """report.html: one page of a report that needs no other file, no network and no font from elsewhere."""
 
 from collections.abc import Iterable
+from concurrent.futures import Executor, Future
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
+from pipeline.report.cad_tasks import draw_pictures
 from pipeline.report.outputs import Page
 from pipeline.report.page.answer import answer_of, dimension_rows, limit_of, shown, verdict_rows
 from pipeline.report.page.contact_picture import contact_picture
@@ -21,22 +23,25 @@ from pipeline.report.page.solid_pictures import SolidPictures
 from pipeline.report.stored import StoredReport
 from pipeline.result import SensorResult
 from pipeline.storage.cache import stored
-from pipeline.storage.modeller.answer import Answer, known
-from pipeline.storage.modeller.modeller import Modeller
 from pipeline.storage.plain import Plain
+from pipeline.storage.workers import finished, submit
 
 _HERE = Path(__file__).parent
 _TEMPLATE = "page.html.j2"
 _WITH_FIELDS = "run the design again with --fields"
 
 
-def begin_pictures(design: Design, housing: Housing | None, folder: Path, modeller: Modeller) -> Answer[SolidPictures]:
-    """Let the part be drawn whose STL file the modeller writes before; pictures of an earlier run are there at once."""
+def begin_pictures(
+    design: Design, housing: Housing | None, folder: Path, executor: Executor | None
+) -> Future[SolidPictures]:
+    """Let the part be drawn whose STL file a worker writes before; pictures of an earlier run are there at once."""
     if housing is None:
-        return known(SolidPictures())
+        return finished(SolidPictures())
     inputs = {"fruit": design.fruit, "tips": design.tips, "press": design.press, "housing": housing}
     kept = stored("pictures", inputs, SolidPictures)
-    return modeller.ask("pictures", inputs, design, housing, folder) if kept is None else known(kept)
+    if kept is not None:
+        return finished(kept)
+    return submit(executor, draw_pictures, inputs, design, housing, folder)
 
 
 def page_of_run(result: SensorResult, solids: SolidPictures) -> Page:

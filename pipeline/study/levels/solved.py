@@ -9,7 +9,6 @@ from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
 from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, sizing_mapping
 from pipeline.report.mapping import report_mapping, response_mapping, spring_mapping
-from pipeline.storage.modeller.modeller import Modeller
 from pipeline.storage.plain import Plain
 
 
@@ -37,7 +36,5 @@ def whole_report(design: Design, tolerance: float, out: Path | None) -> Plain:
 
     Raises InputError, MeshError or SolveError.
     """
-    result = run(
-        design, RunOptions(out=out, tolerance=tolerance), modeller=Modeller()
-    )  # a study has a process for each core
+    result = run(design, RunOptions(out=out, tolerance=tolerance), beside=False)  # a study has a process for each core
     return {**report_mapping(result), "passed": result.passed}

@@ -23,7 +23,7 @@ from pipeline.study.store import STORE, StudyStore, study_store
 from pipeline.study.study_file import Study
 from pipeline.study.tasks import PointResult, Task, lost_task, solve_task
 from pipeline.study.variation import Span
-from pipeline.study.workers.engine import Engine, completed
+from pipeline.study.workers import Engine, completed
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int], None]

@@ -7,16 +7,15 @@ import pytest
 from squares import GENTLE, LENGTHS
 from stand_ins import springs_of
 
-import pipeline.storage.modeller.sensor_files
+import cad.files.sensor_files
 from cad.design.parameters import Design
 from cad.files.step import read_step
 from pipeline.report.solids import begin_solids
-from pipeline.storage.modeller.modeller import Modeller
 
 
 def write_solids(design, springs, folder):
     """Return the verdicts of solids that are made and waited for in this process."""
-    return begin_solids(design, springs, folder, Modeller()).result()
+    return begin_solids(design, springs, folder, None).result()
 
 
 def digests(folder):
@@ -45,7 +44,7 @@ def square(tmp_path_factory):
 
 
 def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tmp_path, monkeypatch):
-    monkeypatch.setattr(pipeline.storage.modeller.sensor_files, "write_sensor", lambda *_: pytest.fail("made again"))
+    monkeypatch.setattr(cad.files.sensor_files, "write_sensor", lambda *_: pytest.fail("made again"))
     verdicts = write_solids(Design(), springs_of(Design()), tmp_path)
     assert {"geometry.valid", "geometry.watertight"} <= {verdict.name for verdict in verdicts}
     assert [verdict.name for verdict in verdicts if not verdict.passed] == []

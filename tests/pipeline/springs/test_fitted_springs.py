@@ -9,6 +9,7 @@ from squares import GENTLE, gentle
 from stand_ins import PETG, housing_stiffness, sizing_of
 
 import pipeline.springs.fitted_springs
+import pipeline.springs.solve_memo
 from cad.design.parameters import Design, Print
 from cad.design.tips import Tips
 from cad.quantity import InputError
@@ -16,7 +17,7 @@ from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.springs.fitted_springs import fit_springs, tip_compliance
 from pipeline.springs.leaf_lengths import FittedHousing
-from pipeline.storage.modeller.modeller import Modeller
+from pipeline.springs.solid_size import solid_size
 from solve.linear import SolveError
 
 
@@ -29,8 +30,8 @@ def fit(tmp_path, monkeypatch):
         def __init__(self):
             self.asked, self.error = [], None
 
-        def __call__(self, guess, targets, *material_and_modeller):
-            material = material_and_modeller[:-1]
+        def __call__(self, guess, targets, *material_and_executor):
+            material = material_and_executor[:-1]
             self.asked.append((targets, *material))
             if self.error is not None:
                 raise self.error
@@ -154,18 +155,18 @@ def test_gentle_square_has_its_springs_to_a_thousandth(process, tmp_path, monkey
         assert spring.K.relative < 1e-3
 
 
-class WrongModeller(Modeller):
-    """Makes another solid than the one that was meshed: its leaves are 1 % thicker."""
-
-    def part_size(self, housing):
-        thicker = {arm.name: replace(arm.flexure, thickness=1.01 * arm.flexure.thickness) for arm in housing.arms}
-        return super().part_size(housing.with_flexures(thicker))
+def size_of_thicker_leaves(housing):
+    """Return the size of another solid than the one that was meshed: its leaves are 1 % thicker."""
+    thicker = {arm.name: replace(arm.flexure, thickness=1.01 * arm.flexure.thickness) for arm in housing.arms}
+    return solid_size(housing.with_flexures(thicker))
 
 
 def test_mesh_that_is_not_its_solid_leaves_the_springs_undecided(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     design, options = Design(), RunOptions(tolerance=0.1)
-    springs = fit_springs(design, sizing_of(design), options, WrongModeller())
+    with monkeypatch.context() as patch:
+        patch.setattr(pipeline.springs.solve_memo, "solid_size", size_of_thicker_leaves)
+        springs = fit_springs(design, sizing_of(design), options)
     assert springs.housing is None
     for spring in springs.springs:
         assert spring.printable.passed is None

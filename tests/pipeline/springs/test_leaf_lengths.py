@@ -10,7 +10,6 @@ from cad.quantity import InputError
 from pipeline.springs import solve_memo
 from pipeline.springs.leaf_lengths import MOST_FINE_SOLVES, TOLERANCE, SecantModel, fit_lengths, solve_housing, solve_on
 from pipeline.springs.mesh_pairs import DEFAULT, MESH_PAIRS, mesh_pairs_for
-from pipeline.storage.modeller.answer import known
 from pipeline.verdicts.rules import STIFFNESS_TOLERANCE, deciding_tolerance
 from solve.housing.clamped_half import foils_of
 from solve.housing.stiffness import TipCompliance
@@ -86,7 +85,7 @@ def plant(monkeypatch, slope):
 
     monkeypatch.setattr(solve_memo, "flexure_mesh", lambda _, scale: scale)
     monkeypatch.setattr(solve_memo, "check_flexure_mesh", lambda *_: None)
-    monkeypatch.setattr(solve_memo.Modeller, "part_size", lambda *_: known(None))
+    monkeypatch.setattr(solve_memo, "solid_size", lambda _: None)
     monkeypatch.setattr(solve_memo, "tip_compliance", solved)
 
 

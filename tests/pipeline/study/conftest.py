@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import suppress
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from pipeline.study.workers.engine import Engine
+from pipeline.study.workers import Engine
 
 DEADLINE_S = 600.0  # of whatever a test waits for: many times what a slow machine takes
 
@@ -74,7 +74,7 @@ def wait_until(holds: Callable[[], object]) -> None:
 def is_worker(process: str) -> bool:
     """Say whether a process is one that solves points."""
     try:
-        return b"spawn_main" in Path(f"/proc/{process}/cmdline").read_bytes()
+        return b"popen_loky_posix" in Path(f"/proc/{process}/cmdline").read_bytes()
     except (FileNotFoundError, ProcessLookupError):
         return False
 
@@ -103,10 +103,6 @@ class Run:
     def wait_for(self, holds: Callable[[], object]) -> None:
         """Wait until something holds or the process has ended, whichever is first."""
         wait_until(lambda: holds() or self.process.poll() is not None)
-
-    def wait_for_end_of(self, processes: Iterable[int]) -> None:
-        """Wait until none of some processes that it started is left."""
-        wait_until(lambda: not any(is_worker(str(process)) for process in processes))
 
     def first_line(self) -> str:
         """Return the first line of what it prints; raises TimeoutError where none comes."""

@@ -23,7 +23,7 @@ from pipeline.study.levels.unit_scene import scene_compliance, unit_scene
 from pipeline.study.points import design_of
 from pipeline.study.store import stored_study, study_store
 from pipeline.study.tasks import Task
-from pipeline.study.workers.engine import Engine
+from pipeline.study.workers import Engine
 from solve.fruit.split import SplitDomainError
 
 Write = Callable[..., Path]

@@ -10,7 +10,7 @@ from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.study import read_study, run_study, store
 from pipeline.study.store import STORE, stored_study
-from pipeline.study.workers.engine import Engine
+from pipeline.study.workers import Engine
 
 Write = Callable[..., Path]
 

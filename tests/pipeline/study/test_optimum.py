@@ -16,7 +16,7 @@ from pipeline.study import read_study
 from pipeline.study.search.optimum import MARGIN, Candidate, candidate, search
 from pipeline.study.search.pareto import front
 from pipeline.study.tasks import PointResult
-from pipeline.study.workers.engine import Engine
+from pipeline.study.workers import Engine
 
 SOFTEST = """
 base = "paper"

@@ -10,7 +10,7 @@ from cad.quantity import InputError
 from pipeline.study import read_study, run_study
 from pipeline.study.answers.sensitivity import sensitivities
 from pipeline.study.store import stored_study
-from pipeline.study.workers.engine import Engine
+from pipeline.study.workers import Engine
 
 TEXT = """
 base = "paper"

@@ -19,7 +19,7 @@ from pipeline.study.export import export_table
 from pipeline.study.points import points_between
 from pipeline.study.store import StudyStore, stored_study, study_store
 from pipeline.study.tasks import PointResult
-from pipeline.study.workers.engine import Engine
+from pipeline.study.workers import Engine
 
 TWO = '"targets.P_max" = { from = 3, to = 8 }\n"targets.NL" = { from = 0.03, to = 0.08 }'
 

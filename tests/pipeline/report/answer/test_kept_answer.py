@@ -17,7 +17,6 @@ from pipeline.report.outputs import write_outputs
 from pipeline.storage import cache
 from pipeline.storage.cache import cache_folder
 from pipeline.storage.folder import output_folder
-from pipeline.storage.modeller.modeller import ModellerProcess
 
 ROOT = Path(__file__).parents[4]
 UNNEEDED = ("cadquery", "OCP", "gmsh", "skfem", "scipy", "matplotlib", "vtkmodules", "pyvista", "trimesh", "ezdxf")
@@ -43,7 +42,7 @@ def runs(tmp_path, monkeypatch):
         return result
 
     monkeypatch.setattr(pipeline, "run", run)
-    monkeypatch.setattr(ModellerProcess, "start", lambda _: None)
+
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")

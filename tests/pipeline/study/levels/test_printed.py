@@ -14,7 +14,7 @@ from pipeline.springs.sizing import SpringSizing
 from pipeline.study import read_study, run_study
 from pipeline.study.levels.printed import PrintMiss, print_miss, printed_sizing
 from pipeline.study.store import stored_study
-from pipeline.study.workers.engine import Engine
+from pipeline.study.workers import Engine
 
 Write = Callable[..., Path]
 

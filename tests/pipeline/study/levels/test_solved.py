@@ -10,7 +10,7 @@ import pytest
 from pipeline.study import read_study, run_study
 from pipeline.study.report_keys import value_at_key
 from pipeline.study.store import stored_study
-from pipeline.study.workers.engine import Engine
+from pipeline.study.workers import Engine
 
 Start = Callable[..., Any]
 Write = Callable[..., Path]

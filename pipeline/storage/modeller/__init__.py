@@ -1,1 +1,0 @@
-"""Work that needs the CAD kernel, beside a run in a process of its own."""

@@ -1,0 +1,66 @@
+"""Processes beside this one: loky's, behind the interface of `concurrent.futures`."""
+
+import os
+import signal
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from contextlib import contextmanager
+from typing import TypeVar
+
+T = TypeVar("T")
+
+# On one thread sums have one order, and so the same bits in every process.
+ONE_THREAD = dict.fromkeys(("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+_IDLE_SECONDS = 60.0  # after which a worker ends by itself: the workers of a killed process have no other end
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def open_workers(count: int) -> Executor:
+    """Return an executor of some processes, each on one thread; `close_workers` ends it."""
+    from loky import ProcessPoolExecutor
+
+    executor: Executor = ProcessPoolExecutor(count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=ONE_THREAD)
+    return executor
+
+
+def close_workers(executor: Executor) -> None:
+    """End the processes of an executor, whatever they are at."""
+    executor.shutdown(kill_workers=True)  # type: ignore[call-arg]  # loky's own argument
+
+
+@contextmanager
+def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
+    """Give a process for the CAD kernel, which imports it beside the solves; None where there is no core for it."""
+    if not wanted or available_cores() == 1:
+        yield None
+        return
+    executor = open_workers(1)
+    try:
+        yield executor
+    finally:
+        close_workers(executor)
+
+
+def submit(executor: Executor | None, work: Callable[..., T], *arguments: object) -> Future[T]:
+    """Return the future of a call in another process; without an executor the call is made here, at once."""
+    if executor is not None:
+        return executor.submit(work, *arguments)
+    return finished(work(*arguments))
+
+
+def finished(value: T) -> Future[T]:
+    """Return a future that has its result."""
+    future: Future[T] = Future()
+    future.set_result(value)
+    return future
+
+
+def _prepare_worker() -> None:
+    """Leave Ctrl-C, which a terminal sends to every process, to the parent; keep quiet about warnings of libraries."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    warnings.simplefilter("ignore")

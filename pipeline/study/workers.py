@@ -1,0 +1,192 @@
+"""Where the tasks of a study run: processes of this machine, or a Dask cluster that somebody started."""
+
+import logging
+import sys
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from contextlib import AbstractContextManager, contextmanager, suppress
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, TypeVar
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from cad.quantity import InputError, validation_error
+from pipeline.storage.cache import code_digest
+from pipeline.storage.workers import available_cores, close_workers, open_workers
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+T = TypeVar("T")
+Given = TypeVar("Given")
+ProgressReport = Callable[[int, int], None]
+
+MOST_PROCESSES = 1024
+_ATTEMPTS = 2  # alone in an executor of its own, for a task that was out when a worker was lost
+_IN_FLIGHT = 4  # tasks a worker: enough that none waits, few enough that a million need no memory
+_CHECK_SECONDS = 5.0  # without an answer, after which the engine is asked whether one can still come
+_ANSWER_SECONDS = 15  # for a scheduler to answer
+_WITHOUT_WORKERS_SECONDS = 120  # a worker that was lost may be started again in that time
+_RESUME = "all points that ended are kept; start it again, then the same command goes on"
+
+
+def _cancel(executor: Executor) -> None:
+    with suppress(OSError, RuntimeError):  # a scheduler that is gone needs no farewell
+        executor.shutdown(wait=False)
+
+
+def _no_check() -> None:
+    """Accept workers that start anew by themselves."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Engine:
+    """Opens and closes executors, says how many workers they have, and which errors mean that a worker was lost.
+
+    `check` raises InputError where no answer can come any more, as all workers are gone for good.
+    """
+
+    open: Callable[[], Executor]
+    workers: int
+    lost: tuple[type[Exception], ...]
+    close: Callable[[Executor], None] = _cancel
+    check: Callable[[], None] = _no_check
+
+
+def completed(
+    engine: Engine, work: Callable[[Given], T], given: Iterable[Given], lost: Callable[[Given], T]
+) -> Generator[T]:
+    """Yield what a piece of work makes of each thing given, in the order in which they end.
+
+    A thing that was out when a worker was lost is given again, alone; where that worker is lost too, `lost` says what
+    becomes of it. Raises InputError where the engine has no workers any more.
+    """
+    source = iter(given)
+    executor = engine.open()
+    running: dict[Future[T], Given] = {}
+    try:
+        while True:
+            for item in islice(source, engine.workers * _IN_FLIGHT - len(running)):
+                try:
+                    future = executor.submit(work, item)
+                except engine.lost:
+                    engine.check()
+                    executor = engine.open()
+                    future = executor.submit(work, item)
+                running[future] = item
+            if not running:
+                return
+            done, _ = wait(running, timeout=_CHECK_SECONDS, return_when=FIRST_COMPLETED)
+            if not done:
+                engine.check()
+            for future in done:
+                item = running.pop(future)
+                try:
+                    result = future.result()
+                except engine.lost:
+                    result = _completed_alone(engine, work, item, lost)
+                yield result
+    finally:
+        engine.close(executor)
+
+
+def _completed_alone(engine: Engine, work: Callable[[Given], T], item: Given, lost: Callable[[Given], T]) -> T:
+    for _ in range(_ATTEMPTS):
+        engine.check()
+        executor = engine.open()
+        try:
+            return executor.submit(work, item).result()
+        except engine.lost:
+            continue
+        finally:
+            engine.close(executor)
+    return lost(item)
+
+
+def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractContextManager[Engine]:
+    """Return the cluster of a scheduler where one is named, else processes on this machine."""
+    return process_engine(processes) if scheduler is None else cluster_engine(scheduler)
+
+
+@contextmanager
+def process_engine(processes: int | None = None) -> Iterator[Engine]:
+    """Give processes of this machine, one for each core if no number is given; each computes on one thread.
+
+    Raises InputError for a number that is none.
+    """
+    count = available_cores() if processes is None else processes
+    if not 1 <= count <= MOST_PROCESSES:
+        bound = f"at least 1 and at most {MOST_PROCESSES}"
+        raise validation_error("--processes", count, "", bound, "leave it out for all cores")
+    yield Engine(open=lambda: open_workers(count), workers=count, lost=(BrokenExecutor,), close=close_workers)
+
+
+@contextmanager
+def cluster_engine(address: str) -> Iterator[Engine]:
+    """Give the workers of the Dask scheduler at an address, for instance tcp://127.0.0.1:8786.
+
+    Raises InputError where the package is missing, the scheduler does not answer, it has no workers, or their code is
+    not this one.
+    """
+    try:
+        from distributed import Client
+        from distributed.client import ClosedClientError
+        from distributed.scheduler import KilledWorker
+    except ImportError as error:
+        hint = "install it with: pip install 'twintip[cluster]'"
+        raise validation_error("--scheduler", address, "", "used with the package distributed", hint) from error
+    for name in ("distributed", "tornado", "asyncio"):  # that a cluster is lost is said by us, in one line
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    try:
+        client = Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
+    except (OSError, ValueError, RuntimeError) as error:
+        hint = "start it with dask scheduler, and check the address"
+        raise validation_error("--scheduler", address, "", "the address of a scheduler that answers", hint) from error
+
+    def check() -> None:
+        try:
+            if client.scheduler is None:  # the client has given up
+                raise ConnectionError
+            client.wait_for_workers(1, timeout=_WITHOUT_WORKERS_SECONDS)
+        except (OSError, RuntimeError) as error:
+            bound = "the address of a scheduler that answers and has workers, and it is gone"
+            raise validation_error("--scheduler", address, "", bound, _RESUME) from error
+
+    try:
+        _refuse_other_code(client, address)
+        yield Engine(
+            open=lambda: client.get_executor(pure=False),  # the same task, given again, is a new one
+            workers=sum(client.nthreads().values()),
+            lost=(KilledWorker, CancelledError, ClosedClientError),
+            check=check,
+        )
+    finally:
+        with suppress(OSError):
+            client.close()
+
+
+def _refuse_other_code(client: "Client", address: str) -> None:
+    """Raise InputError where a cluster has no workers, or one whose code is not this one."""
+    try:
+        digests: dict[str, str] = client.run(code_digest)
+    except ImportError as error:
+        msg = "--scheduler: a worker has no twintip; install the version of this machine there"
+        raise InputError(msg) from error
+    if not digests:
+        raise validation_error("--scheduler", address, "", "one with workers", "start some with: dask worker ADDRESS")
+    for worker, digest in digests.items():
+        if digest != code_digest():
+            msg = f"--scheduler: worker {worker} has other code than this machine; install the same version there"
+            raise InputError(msg)
+
+
+@contextmanager
+def shown_progress() -> Iterator[ProgressReport]:
+    """Give what a study reports its points to: a line on stderr where that is a terminal, else nothing."""
+    columns = (TextColumn("points"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, disable=not sys.stderr.isatty(), transient=True) as bar:
+        line = bar.add_task("points", total=None)
+        yield lambda solved, count: bar.update(line, completed=solved, total=count)

@@ -1,0 +1,49 @@
+"""Work in another process: on one thread, with its errors, beyond the end of a worker, and here where there is none."""
+
+import os
+import signal
+from concurrent.futures import BrokenExecutor
+
+import pytest
+
+from cad.quantity import InputError
+from pipeline.storage import workers
+from pipeline.storage.workers import cad_worker, close_workers, open_workers, submit
+
+
+@pytest.fixture
+def executor():
+    opened = open_workers(1)
+    yield opened
+    close_workers(opened)
+
+
+def refuse(field):
+    msg = "a tip"
+    raise InputError(msg, field=field, value=3.0, bound="less than 2")
+
+
+def test_work_runs_elsewhere_on_one_thread_and_its_errors_come_back_whole(executor):
+    assert submit(executor, os.getpid).result() != os.getpid()
+    assert submit(executor, os.getenv, "OMP_NUM_THREADS").result() == "1"
+    with pytest.raises(InputError) as refused:
+        submit(executor, refuse, "tips.side_mm").result()
+    assert (refused.value.field, refused.value.value, refused.value.bound) == ("tips.side_mm", 3.0, "less than 2")
+    assert submit(executor, abs, -3).result() == 3
+
+
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSEGV])
+def test_worker_that_is_killed_is_one_error_and_the_next_executor_works(executor, end):
+    process = submit(executor, os.getpid).result()
+    with pytest.raises(BrokenExecutor):
+        submit(executor, os.kill, process, end).result()
+    with cad_worker() as another:
+        assert submit(another, abs, -4).result() == 4
+
+
+def test_one_core_or_no_wish_for_a_worker_does_the_work_here(monkeypatch):
+    with cad_worker(wanted=False) as executor:
+        assert submit(executor, os.getpid).result() == os.getpid()
+    monkeypatch.setattr(workers, "available_cores", lambda: 1)
+    with cad_worker() as executor:
+        assert submit(executor, os.getpid).result() == os.getpid()

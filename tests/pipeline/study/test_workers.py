@@ -1,0 +1,179 @@
+"""The same points to the bit from one process, from two, from a cluster, and after workers and runs were killed.
+
+Every study here runs in a process of its own with a deadline, so that one that waits for ever fails its test.
+"""
+
+import os
+import random
+import signal
+import sqlite3
+import time
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cad.quantity import InputError
+from pipeline.cli import main
+from pipeline.study import read_study, run_study
+from pipeline.study.export import export_table
+from pipeline.study.store import STORE, stored_study
+from pipeline.study.workers import MOST_PROCESSES, Engine, completed, process_engine
+
+Write = Callable[..., Path]
+Start = Callable[..., Any]
+
+POINTS = 8
+TEXT = f"""
+base = "paper"
+samples = {POINTS}
+seed = 5
+wanted = ["springs.K_l_N_per_m", "contact.K_m_over_E_mm", "verdicts.P_max.value"]
+[vary]
+"targets.P_max" = {{ from = 3, to = 8 }}
+"tips.side_mm" = {{ from = 0.9, to = 1.1 }}
+"""
+
+
+def table(study_path: Path, folder: Path) -> bytes:
+    target = folder.parent / f"{folder.name}.csv"
+    with stored_study(folder) as store:
+        export_table(store, read_study(study_path), target)
+    return target.read_bytes()
+
+
+def words_of(study_path: Path, folder: Path, *flags: str) -> tuple[str | Path, ...]:
+    return "-m", "pipeline", "study", study_path, "--out", folder, *flags
+
+
+def stored_count(folder: Path) -> int:
+    if not (folder / STORE).is_file():
+        return 0
+    with stored_study(folder) as store:
+        try:
+            return sum(store.counts().values())
+        except sqlite3.OperationalError:  # the table is not made yet
+            return 0
+
+
+@pytest.fixture(scope="module")
+def whole(engine: Engine, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """Return the table of the study, solved in this process."""
+    folder = tmp_path_factory.mktemp("whole")
+    path = folder / "springs.toml"
+    path.write_text(TEXT, encoding="utf-8")
+    assert run_study(read_study(path), folder / "out", engine).done == POINTS
+    return table(path, folder / "out")
+
+
+@pytest.mark.parametrize("count", [0, MOST_PROCESSES + 1])
+def test_number_of_processes_has_bounds(count: int) -> None:
+    with pytest.raises(InputError) as refused, process_engine(count):
+        pass
+    assert (refused.value.field, refused.value.value) == ("--processes", count)
+
+
+def end_on_seven(number: int) -> int:
+    """Kill the process that works on a seven."""
+    if number == 7:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number * number
+
+
+def test_task_that_kills_its_worker_is_lost_and_no_other() -> None:
+    with process_engine(2) as engine:
+        ended = list(completed(engine, end_on_seven, range(30), lambda number: -number))
+    assert sorted(ended) == sorted([-7, *(n * n for n in range(30) if n != 7)])
+
+
+def test_workers_that_never_come_back_are_refused() -> None:
+    class Broken:
+        def submit(self, *_: object) -> None:
+            raise BrokenExecutor
+
+        def shutdown(self, **_: object) -> None:
+            """Have nothing to end."""
+
+    def check() -> None:
+        msg = "gone"
+        raise InputError(msg, field="--scheduler")
+
+    lost = Engine(open=Broken, workers=1, lost=(BrokenExecutor,), check=check)  # type: ignore[arg-type]
+    with pytest.raises(InputError) as refused:
+        list(completed(lost, abs, [1], abs))
+    assert refused.value.field == "--scheduler"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_study_that_is_ended_goes_on_to_the_same_table(
+    start: Start, written: Write, whole: bytes, tmp_path: Path, number: int
+) -> None:
+    path, folder = written(TEXT), tmp_path / "ended"
+    run = start(*words_of(path, folder, "--processes", "2"))
+    run.wait_for(lambda: stored_count(folder) >= 1)
+    run.process.send_signal(number)
+    code, _, complaint = run.ended()
+    assert code == {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -9}[number]
+    assert "Traceback" not in complaint
+    code, _, complaint = start(*words_of(path, folder, "--processes", "2")).ended()
+    assert (code, complaint) == (0, "")
+    assert table(path, folder) == whole
+
+
+@pytest.mark.slow
+def test_killed_workers_are_replaced(start: Start, written: Write, whole: bytes, tmp_path: Path) -> None:
+    path, folder = written(TEXT), tmp_path / "killed"
+    run = start(*words_of(path, folder, "--processes", "2"))
+    for stored in (0, 2):  # while workers start, and while they solve
+        run.wait_for(lambda stored=stored: run.workers() and stored_count(folder) >= stored)
+        for worker in run.workers()[:1]:
+            with suppress(ProcessLookupError):
+                os.kill(worker, signal.SIGKILL)
+    code, _, complaint = run.ended()
+    assert code == 0, complaint
+    assert table(path, folder) == whole
+
+
+@pytest.mark.slow
+def test_cluster_agrees_to_the_bit_and_a_lost_one_is_one_line(
+    start: Start, written: Write, whole: bytes, dask_cluster: tuple[Any, str], tmp_path: Path
+) -> None:
+    path, folder, (cluster, address) = written(TEXT), tmp_path / "lost", dask_cluster
+    run = start(*words_of(path, tmp_path / "dask", "--scheduler", address))
+    run.wait_for(lambda: stored_count(tmp_path / "dask") >= 1)
+    os.kill(cluster.workers()[0], signal.SIGKILL)  # its nanny starts another
+    code, _, complaint = run.ended()
+    assert (code, complaint) == (0, "")
+    assert table(path, tmp_path / "dask") == whole
+    run = start(*words_of(path, folder, "--scheduler", address))
+    run.wait_for(lambda: stored_count(folder) >= 1)
+    cluster.clear()
+    code, _, complaint = run.ended()
+    assert (code, complaint.count("\n")) == (2, 1)
+    assert address in complaint
+    assert 1 <= stored_count(folder) < POINTS
+
+
+def test_unreachable_scheduler_is_one_line(written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("distributed")
+    assert main(["study", str(written(TEXT)), "--out", str(tmp_path / "none"), "--scheduler", "tcp://127.0.0.1:9"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.study
+def test_killed_at_random_moments_it_ends_with_the_same_table(
+    start: Start, written: Write, whole: bytes, tmp_path: Path
+) -> None:
+    path, folder, draw = written(TEXT), tmp_path / "killed", random.Random(17)
+    for _ in range(10):
+        run = start(*words_of(path, folder, "--processes", "2"))
+        time.sleep(draw.uniform(0.0, 6.0))
+        run.process.kill()
+        run.ended()
+    code, _, complaint = start(*words_of(path, folder, "--processes", "2")).ended()
+    assert (code, complaint) == (0, "")
+    assert table(path, folder) == whole
