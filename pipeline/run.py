@@ -8,7 +8,7 @@ from pipeline.options import RunOptions
 from pipeline.report.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.report.fields import write_fields
 from pipeline.report.outputs import write_outputs
-from pipeline.report.page.page import begin_pictures, page_of_run
+from pipeline.report.page.page import page_of
 from pipeline.report.solids import begin_solids
 from pipeline.response.contact import fruit_compliance
 from pipeline.result import SensorResult, with_solids
@@ -45,7 +45,6 @@ def run(design: Design, options: RunOptions | None = None, *, beside: bool = Tru
             solids = begin_solids(design, springs, folder, executor)
         with timed.stage("fabrication"):
             fabrication = begin_fabrication(design, springs, options, folder, executor)
-        pictures = begin_pictures(design, springs.housing, folder, executor)
 
         result = evaluate(design, options, contact=contact, sizing=sizing, springs=springs, timed=timed)
         with timed.stage("fields"):
@@ -58,5 +57,5 @@ def run(design: Design, options: RunOptions | None = None, *, beside: bool = Tru
             making = (*fabrication.result(), *sideways)
         verdicts = with_hints((*verdicts, *making), design, springs, options)
         result = replace(result, verdicts=verdicts, left_out=left_out, seconds=timed.seconds())
-        write_outputs(result, folder, None if options.out is None else page_of_run(result, pictures.result()))
+        write_outputs(result, folder, None if options.out is None else page_of)
     return result

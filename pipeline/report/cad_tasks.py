@@ -1,4 +1,4 @@
-"""What a worker does with the CAD kernel for a run: files of solids and fabrication, pictures of solids.
+"""What a worker does with the CAD kernel for a run: files of solids and fabrication.
 
 Each task imports what it needs when it is called: the process that asks for it needs no kernel.
 """
@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING
 from cad.design.parameters import Design
 from cad.design.processes import Process
 from cad.parts.housing import Housing
-from pipeline.storage.cache import cached
 from pipeline.storage.kept_files import Inputs, Verdicts, Written, written_once
 
 if TYPE_CHECKING:
     from cad.fabrication.bridges import Spring
-    from pipeline.report.page.solid_pictures import SolidPictures
 
 
 def write_solids(
@@ -58,11 +56,3 @@ def write_fabrication_files(
         return files.paths, (*cover, *mount_verdicts(sensor, files.mount, process))
 
     return written_once("maker files", inputs, write, folder)
-
-
-def draw_pictures(inputs: Inputs, design: Design, housing: Housing, folder: Path) -> "SolidPictures":
-    """Return the pictures of the part whose STL file the folder has, kept by the inputs."""
-    from pipeline.report.page.bodies import solid_pictures
-    from pipeline.report.page.solid_pictures import SolidPictures
-
-    return cached("pictures", inputs, lambda: solid_pictures(design, housing, folder), SolidPictures)

@@ -11,7 +11,7 @@ from pipeline.reading.assessment import ModulusReading, ReadingAssessment
 from pipeline.reading.readings import Readings
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.plain import Plain
-from pipeline.verdicts.targets import SceneTargets
+from pipeline.verdicts.scene_targets import SceneTargets
 from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 

@@ -14,10 +14,8 @@ from pipeline.storage.plain import Plain, to_plain
 from pipeline.storage.seal import KEY, file_digest
 
 PAGE = "report.html"
-
-
-Page = Callable[[StoredReport, Path], str]
-"""Makes a page of a report and of the files in its folder."""
+Page = Callable[[StoredReport, SensorResult], str]
+"""Makes the page of a report and of the result that it was made of."""
 
 
 def write_outputs(result: SensorResult, folder: Path, page: Page | None = None) -> None:
@@ -28,7 +26,7 @@ def write_outputs(result: SensorResult, folder: Path, page: Page | None = None) 
     (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
     if page is not None:
-        text = page(report_of(folder, _plain_report(result, folder)), folder)
+        text = page(report_of(folder, _plain_report(result, folder)), result)
         (folder / PAGE).write_text(text, encoding="utf-8")
     text = json.dumps(_plain_report(result, folder), indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(text + "\n", encoding="utf-8")

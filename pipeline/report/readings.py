@@ -11,7 +11,7 @@ from pipeline.reading.readings import Readings
 from pipeline.reading.sensor_read_out import SensorReadOut
 from pipeline.report.contact_keys import assessed_mapping
 from pipeline.storage.plain import Plain, first_largest, from_plain, number_at, same_number, value_at
-from pipeline.verdicts.errors.sensor_errors import ReadingTable
+from pipeline.verdicts.errors.reading_table import ReadingTable
 from solve.arrays import Floats
 
 _PERCENT = 0.01

@@ -12,10 +12,10 @@ import numpy as np
 from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from cad.theory.hertz import mean_relative_curvature
 from cad.theory.two_spring_law import SOFTEST, Springs, fruit_stiffness
-from pipeline.report.page.fields import Floats
 from pipeline.report.stored import StoredReport
 from pipeline.response.scene_press import LINEAR_MODULI, TRAVELS, scene_of
 from pipeline.storage.plain import Plain
+from solve.arrays import Floats
 from solve.contact.linear_response import TipKinds, linear_response
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance

@@ -342,8 +342,8 @@ def test_single_file_that_changes_after_the_look_is_put_back(tmp_path, monkeypat
 
 
 def test_pictures_replace_pictures_and_nothing_else(tmp_path, monkeypatch):
-    monkeypatch.setattr(pictures, "_drawn", lambda _picture, _folder: PNG)
-    shown = [pictures.Picture(name="housing", draw=print)]
+    monkeypatch.setattr(pictures, "SIZE", (8, 8))
+    shown = [pictures.Picture(name="housing", draw=lambda plotter: plotter.add_title("housing"))]
     for _ in range(2):
         assert pictures.write_pictures(shown, tmp_path) == [tmp_path / "housing.png"]
     (tmp_path / "housing.png").write_text(PRECIOUS, encoding="utf-8")

@@ -22,8 +22,8 @@ def write_beside(panel: Panel, x: ArrayLike, y: ArrayLike, labels: Sequence[tupl
     rows = int(box.height / _ROW)
     ascending = np.argsort(rise, kind="stable")
     written = ascending[_spread_out(len(ascending), rows)]
-    ends = (0.5 * _ROW, box.height - 0.5 * _ROW)
-    for place, level in zip(written.tolist(), apart(rise[written], _ROW, ends).tolist(), strict=True):
+    levels = apart(rise[written], _ROW, 0.5 * _ROW, box.height - 0.5 * _ROW)
+    for place, level in zip(written.tolist(), levels.tolist(), strict=True):
         text, words = labels[place]
         panel.write_at(text, float(places[place, 0]), box.top + box.height - level, words)
 
@@ -33,8 +33,8 @@ def _spread_out(count: int, most: int) -> NDArray[np.int64]:
     return np.round(np.linspace(0.0, count - 1.0, min(count, most))).astype(np.int64)
 
 
-def apart(places: Floats, step: float, ends: tuple[float, float]) -> Floats:
-    """Return ascending places (n,) moved as little as may be so that neighbours are a step apart, all between two ends.
+def apart(places: Floats, step: float, low: float, high: float) -> Floats:
+    """Return ascending places (n,) moved as little as may be so that neighbours are a step apart, all from low to high.
 
     The ends are n - 1 steps apart or more. The places less so many steps each only have to ascend, which is isotonic
     regression.
@@ -42,4 +42,4 @@ def apart(places: Floats, step: float, ends: tuple[float, float]) -> Floats:
     count = len(places)
     steps = step * np.arange(count)
     free = isotonic_regression(places - steps).x if count else places
-    return np.asarray(np.clip(free, ends[0], ends[1] - step * (count - 1)) + steps)
+    return np.asarray(np.clip(free, low, high - step * (count - 1)) + steps)

@@ -32,7 +32,7 @@ def draw_legend(panel: Panel, place: Place, entries: Sequence[Entry]) -> None:
     if place == "above":
         left = box.left
         for entry in entries:
-            _draw(panel, entry, (left, box.top - _ROW), "right")
+            _draw(panel, entry, left, box.top - _ROW, "right")
             left += _SWATCH + 20.0 + _LETTER * len(entry.text)
         return
     top = {
@@ -42,14 +42,14 @@ def draw_legend(panel: Panel, place: Place, entries: Sequence[Entry]) -> None:
     }[place]
     for row, entry in enumerate(entries):
         if place == "upper left":
-            _draw(panel, entry, (box.left + _EDGE, top + _ROW * row), "right")
+            _draw(panel, entry, box.left + _EDGE, top + _ROW * row, "right")
         else:
-            _draw(panel, entry, (box.left + box.width - _EDGE - _SWATCH, top + _ROW * row), "left")
+            _draw(panel, entry, box.left + box.width - _EDGE - _SWATCH, top + _ROW * row, "left")
 
 
-def _draw(panel: Panel, entry: Entry, at: tuple[float, float], side: Literal["left", "right"]) -> None:
+def _draw(panel: Panel, entry: Entry, left: float, middle: float, side: Literal["left", "right"]) -> None:
     """Draw a swatch, the middle of its left end at a place [pt], with its text on one side of it."""
-    (left, middle), colour = at, entry.colour
+    colour = entry.colour
     if entry.kind == "area":
         size = f'x="{left:.2f}" y="{middle - 4.0:.2f}" width="{_SWATCH:g}" height="8"'
         swatch = f'<rect {size} style="fill:{colour};fill-opacity:{entry.opacity:g}"/>'

@@ -71,10 +71,11 @@ class Panel:
         """Draw a line through values (n,), broken at nan, of a width [pt]."""
         self._stroke("".join(_path(run) for run in _known_runs(self.places(x, y))), colour, width, dash)
 
-    def lines(self, values: Floats, colour: str, width: float = 1.5, dash: str = "") -> None:
-        """Draw many lines of as many places each, values (lines, places, 2), of a width [pt]."""
-        places = self.places(values[..., 0], values[..., 1]).reshape(values.shape)
-        self._stroke("".join(_path(line) for line in places), colour, width, dash)
+    def polygons(self, corners: Floats, colour: str, opacity: float = 1.0) -> None:
+        """Fill polygons of as many corners each, values (polygons, corners, 2)."""
+        points = self.places(corners[..., 0], corners[..., 1]).reshape(corners.shape)
+        path = "".join(f"{_path(polygon)}Z" for polygon in points)
+        self.drawn.append(f'<path d="{path}" style="fill:{colour};fill-opacity:{opacity:g}"/>')
 
     def _stroke(self, path: str, colour: str, width: float, dash: str) -> None:
         dashes = f";stroke-dasharray:{dash}" if dash else ""
@@ -87,10 +88,10 @@ class Panel:
         self.drawn.append(f'<g style="fill:{colour}">{"".join(circles)}</g>')
 
     def area(
-        self, one: tuple[ArrayLike, ArrayLike], other: tuple[ArrayLike, ArrayLike], colour: str, opacity: float
+        self, x1: ArrayLike, y1: ArrayLike, x2: ArrayLike, y2: ArrayLike, colour: str, opacity: float = 1.0
     ) -> None:
-        """Fill the area between two lines, each the values x and y, shape (n,); broken where either is nan."""
-        both = np.concatenate([self.places(*one), self.places(*other)], axis=1)
+        """Fill the area between two lines of values x and y, shape (n,); broken where either is nan."""
+        both = np.concatenate([self.places(x1, y1), self.places(x2, y2)], axis=1)
         outlines = (np.concatenate([run[:, :2], run[::-1, 2:]]) for run in _known_runs(both))
         shape = "".join(f"{_path(outline)}Z" for outline in outlines)
         self.drawn.append(f'<path d="{shape}" style="fill:{colour};fill-opacity:{opacity:g}"/>')
@@ -98,11 +99,6 @@ class Panel:
     def level(self, y: float, colour: str, width: float = 1.5, dash: str = "") -> None:
         """Draw a line at a value [unit of the scale] over the whole width."""
         self.line([self.x.start, self.x.end], [y, y], colour, width, dash)
-
-    def image(self, href: str, box: Box) -> None:
-        """Draw an image that fills a box of the picture [pt]."""
-        size = f'x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" height="{box.height:.2f}"'
-        self.drawn.append(f'<image {size} preserveAspectRatio="none" href="{href}"/>')
 
     def write(self, text: str, x: float, y: float, words: Words) -> None:
         """Write a text at values on both scales [units of the scales]."""

@@ -13,8 +13,7 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
 from pipeline.report.outputs import PAGE, write_outputs
-from pipeline.report.page.page import page_of_run
-from pipeline.report.page.solid_pictures import SolidPictures
+from pipeline.report.page.page import page_of
 from pipeline.report.stored import StoredReport, read_report
 from pipeline.result import SensorResult
 
@@ -42,7 +41,7 @@ class WrittenPage:
 
 
 def written(result: SensorResult, folder: Path) -> WrittenPage:
-    write_outputs(result, folder, page_of_run(result, SolidPictures()))
+    write_outputs(result, folder, page_of)
     text = (folder / PAGE).read_text(encoding="utf-8")
     return WrittenPage(result=result, folder=folder, report=read_report(folder), text=text)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cad.design.mango_tests import MANGO_TESTS, CompressedMango
-from pipeline.report.page.mangoes import seen_mangoes, told_apart
+from pipeline.report.page.mangoes import ModulusBar, alike_pairs, seen_mangoes
 
 TABLE = [
     (3.23, 0.03), (1.78, 0.18), (1.1, 0.09), (1.0, 0.15), (2.42, 0.08),
@@ -23,16 +23,13 @@ def test_table_is_that_of_the_paper():
 
 
 def test_mango_without_scatter_is_refused():
-    with pytest.raises(ValueError, match="mango 3: E and its scatter must be greater than 0 MPa"):
+    with pytest.raises(ValueError, match="mango 3"):
         CompressedMango(number=3, variety="x", E_MPa=1.0, scatter_MPa=0.0)
 
 
 def test_bars_that_meet_are_alike():
-    bars = [(1, (1.0, 2.0)), (2, (1.9, 2.5)), (3, (2.6, np.inf)), (4, None)]
-    told = told_apart(bars)
-    assert told.pairs == 6
-    assert told.alike == ((1, 2), (1, 4), (2, 4), (3, 4))
-    assert told.told == 2
+    bars = [ModulusBar(1.0, 2.0), ModulusBar(1.9, 2.5), ModulusBar(2.6, np.inf), None]
+    assert alike_pairs(bars) == [(0, 1), (0, 3), (1, 3), (2, 3)]
 
 
 def with_bars(report, share):
@@ -45,10 +42,10 @@ def with_bars(report, share):
 @pytest.mark.parametrize("share", [0.001, 0.05, 0.3])
 def test_pairs_told_apart_are_those_whose_moduli_differ_by_more_than_both_errors(share, flat_page):
     seen = seen_mangoes(with_bars(flat_page.report, share))
-    told = told_apart([(one.mango.number, one.calibrated) for one in seen])
+    alike = alike_pairs([one.calibrated for one in seen])
     moduli = [E for E, _ in TABLE]
     apart = sum(a * (1.0 + share) < b * (1.0 - share) for a in moduli for b in moduli)
-    assert (told.pairs, told.told) == (45, apart)
+    assert 45 - len(alike) == apart
 
 
 def test_mangoes_show_the_ratio_of_the_law(flat_page):

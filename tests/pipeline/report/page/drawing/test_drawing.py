@@ -1,18 +1,13 @@
-"""Scales, panels and pixels of plots show values where they are."""
+"""Scales and panels of plots show values where they are."""
 
-import io
 import math
 import re
-from base64 import b64decode
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from pipeline.report.page.drawing.labels import apart, write_beside
 from pipeline.report.page.drawing.panel import Box, Panel, Words
-from pipeline.report.page.drawing.picture import png_address
-from pipeline.report.page.drawing.raster import FINE, frontmost, reduced
 from pipeline.report.page.drawing.scale import Scale
 
 MINUS = "\N{MINUS SIGN}"
@@ -85,7 +80,7 @@ def test_values_stand_in_proportion_or_by_their_logarithm():
     ],
 )
 def test_scale_without_extent_is_refused(ends):
-    with pytest.raises(ValueError, match="scale cannot go from"):
+    with pytest.raises(ValueError, match="scale"):
         Scale(**ends)
 
 
@@ -109,8 +104,8 @@ def test_labels_keep_apart_and_move_as_little_as_may_be():
     nearest = steps + [
         max(min(free[i:j].mean() for j in range(at + 1, count + 1)) for i in range(at + 1)) for at in range(count)
     ]
-    assert apart(places, step, (-100.0, 100.0)) == pytest.approx(nearest)
-    pushed = apart(places, step, (0.9, 8.5))
+    assert apart(places, step, -100.0, 100.0) == pytest.approx(nearest)
+    pushed = apart(places, step, 0.9, 8.5)
     assert np.diff(pushed).min() >= step * (1.0 - 1e-12)
     assert (pushed[0], pushed[-1]) == pytest.approx((0.9, 8.5))
 
@@ -123,28 +118,3 @@ def test_labels_without_room_leave_out_inner_ones():
     levels = [float(text) for text in re.findall(r' y="([\d.]+)"', "".join(drawn.written))]
     assert np.diff(levels) == pytest.approx(-11.0)
     assert max(levels) < BOX.top + BOX.height
-
-
-def test_png_holds_the_pixels():
-    """Another reader of PNG finds what was written."""
-    pixels = np.random.default_rng(1).integers(0, 256, (7, 5, 4), dtype=np.uint8)
-    _, _, data = png_address(pixels).partition("base64,")
-    assert np.array_equal(np.asarray(Image.open(io.BytesIO(b64decode(data)))), pixels)
-
-
-def test_nearer_triangle_is_in_front_wherever_both_are():
-    """Two halves of a square, one behind and one before a triangle that is as deep as its place from the left."""
-    size, side = (8, 8), 8.0 * FINE
-    sloped = [[-side, -side, -side], [3 * side, -side, 3 * side], [-side, 3 * side, -side]]
-    flat = [[-side, -side, 0.5 * side], [3 * side, -side, 0.5 * side], [-side, 3 * side, 0.5 * side]]
-    front, depth = frontmost(np.array([sloped, flat]), size)
-    left = np.arange(8 * FINE) + 0.5
-    assert np.array_equal(front, np.broadcast_to(np.where(left > 0.5 * side, 0, 1), front.shape))
-    assert depth == pytest.approx(np.broadcast_to(np.maximum(left, 0.5 * side), depth.shape))
-
-
-def test_pixel_is_the_mean_of_what_is_drawn_in_it():
-    """All red, half red and half blue, a quarter red and the rest nothing, nothing."""
-    shades = np.array([[0, 0, 0, 1, 0, -1, -1, -1], [0, 0, 0, 1, -1, -1, -1, -1]])
-    (pixels,) = reduced(shades, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])).tolist()
-    assert pixels == [[255, 0, 0, 255], [127, 0, 127, 255], [255, 0, 0, 63], [0, 0, 0, 0]]
