@@ -24,6 +24,7 @@ from pipeline.storage.plain import from_plain
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 
+EXACT = 1e-9  # [%] of springs that are known
 PAPER = (906.0, 20830.0)  # [N/m] springs that its targets size
 
 
@@ -81,17 +82,14 @@ class MeasuredDesign:
         share = 1.0 / np.sqrt(np.broadcast_to(factors, self.K.shape))
         return pose_forces(scene_of(self.design), self.contact, share[:, None] * self.C * share, poses).F
 
-    def measuring(self, factors=1.0, percent=0.0, gain_percent=0.0, classes=None):
+    def measuring(self, factors=1.0, percent=EXACT, gain_percent=0.0, classes=None):
         """Return a unit that takes its springs for stiffer by factors than designed."""
         count = len(self.K)
-        unit = unit_of(
-            self.report,
-            stiffnesses=(self.K * factors * np.ones(count)).tolist(),
-            percent=(percent,) * count,
-            method="test",
-            gain_percent=gain_percent,
+        stiffnesses = (self.K * factors * np.ones(count)).tolist()
+        unit = unit_of(self.report, stiffnesses=stiffnesses, percent=(percent,) * count, method="test")
+        return MeasuringUnit(
+            report=self.report, unit=replace(unit, gain_percent=(gain_percent,) * count), classes=classes
         )
-        return MeasuringUnit(report=self.report, unit=unit, classes=classes)
 
 
 def random_pose(design, rng, E, travel):

@@ -114,15 +114,15 @@ class CsvFormat:
     def number(self, row: Row, column: Column) -> float:
         """Return the number in a cell [mm, N, s, MPa or 1]; raises InputError that names file, line and column."""
         cell = row.cells[column.index]
-        place = place_of(self.source, row.line, column.label)
         value = float(cell.replace(",", ".")) if _NUMBER.fullmatch(cell) else math.nan
+        if math.isfinite(value) and abs(value * column.factor) <= column.most:
+            return value * column.factor
+        place = place_of(self.source, row.line, column.label)
         if not math.isfinite(value):
-            bound = "a number, and the cell is empty" if not cell else "a finite number"
+            bound = "a finite number" if cell else "a number, and the cell is empty"
             raise validation_error(place, cell[:40], "", bound, "correct it, or leave the row out")
-        if abs(value * column.factor) > column.most:
-            bound = f"at most {column.most / column.factor:g}"
-            raise validation_error(place, cell, "", bound, "check the unit of the column")
-        return value * column.factor
+        bound = f"at most {column.most / column.factor:g}"
+        raise validation_error(place, cell, "", bound, "check the unit of the column")
 
     def last_digit(self, row: Row, column: Column) -> float:
         """Return what one step of the last written digit of a number is worth [unit of the number]."""
@@ -374,3 +374,11 @@ def refuse_other_length(form: CsvFormat, row: Row, columns: int) -> None:
         hint = "part cells by semicolons where numbers have decimal commas"
         place = place_of(form.source, row.line)
         raise validation_error(place, len(row.cells), "cells", f"{columns} cells, as its header", hint)
+
+
+def refuse_missing(source: str, row: MeasuredRow, names: Sequence[str]) -> None:
+    """Raise InputError where a table has no column of a quantity."""
+    for name in names:
+        if name not in row.numbers:
+            bound = f"columns {', '.join(names)}, each with its unit"
+            raise validation_error(place_of(source, 1), ", ".join(row.numbers), "", bound, f"add a column {name}")

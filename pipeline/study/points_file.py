@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from cad.quantity import InputError, validation_error
+from pipeline.measure.measured_table import read_csv, refuse_other_length
 from pipeline.study.variation import Choices, Variation, setting_of_cell
 
 Row = tuple[str, ...]
@@ -10,25 +11,17 @@ Row = tuple[str, ...]
 
 def read_rows(path: Path) -> tuple[Row, tuple[Row, ...]]:
     """Return the header and the rows of a CSV file of points; raises InputError for one that is none."""
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise validation_error("points", path.name, "", "a CSV file beside the study file", "check the name") from error
-    rows = [tuple(cell.strip() for cell in line.split(",")) for line in lines if line.strip()]
-    if len(rows) < 2:  # noqa: PLR2004 - a header and a point
-        raise validation_error(
-            "points", path.name, "", "a header of keys and at least one row", "the file has no points"
-        )
-    repeated = [key for key in rows[0] if rows[0].count(key) > 1]
-    if repeated:
-        raise validation_error(
-            "points", repeated[0], "", "in the header once", f"leave one of its columns out of {path.name}"
-        )
-    for number, row in enumerate(rows[1:], 2):
-        if len(row) != len(rows[0]):
-            name, bound = f"points row {number}", f"as many cells as the header has, {len(rows[0])}"
-            raise validation_error(name, len(row), "", bound, "mend that row")
-    return rows[0], tuple(rows[1:])
+    form, lines = read_csv(path)
+    header, *points = [row for row in lines if not row.empty]
+    if not points:
+        raise validation_error("points", path.name, "", "a header of keys and at least one row", "add a point")
+    for key in header.cells:
+        if header.cells.count(key) > 1:
+            hint = f"leave one of its columns out of {path.name}"
+            raise validation_error("points", key, "", "in the header once", hint)
+    for row in points:
+        refuse_other_length(form, row, len(header.cells))
+    return header.cells, tuple(row.cells for row in points)
 
 
 def columns_of(header: Row, rows: tuple[Row, ...]) -> dict[str, Variation]:

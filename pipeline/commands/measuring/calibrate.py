@@ -4,13 +4,13 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cad.quantity import InputError
+from cad.quantity import InputError, validation_error
 from cad.verdict import all_passed
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_error, print_json
 
 if TYPE_CHECKING:
+    from cad.quantity import Estimate
     from pipeline.measure.calibrating.calibration import Calibration
-    from pipeline.measure.calibrating.coupon_modulus import PrintedModulus
 
 PURPOSE = "find the springs of a printed unit from what was measured of it"
 EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
@@ -30,62 +30,59 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
-    from pipeline.measure.calibrating.calibration import is_coupon
-    from pipeline.measure.calibrating.measured_table import measured_rows
-    from pipeline.report.stored import read_report
-
-    report = read_report(arguments.folder)
-    rows = measured_rows(arguments.measured)
-    if not is_coupon(rows):
-        return _calibrate(arguments)
-    from pipeline.measure.calibrating.coupon_modulus import modulus_of_coupon
-
-    if arguments.out is not None:
-        msg = f"--out = {str(arguments.out)!r}: must be left out for a coupon; it tells a modulus, not a unit"
-        raise InputError(msg)
-    _print_modulus(modulus_of_coupon(arguments.measured, rows, report), arguments)
-    return PASSED
-
-
-def _calibrate(arguments: Namespace) -> int:
-    from dataclasses import replace
-
     from cad.theory.contrast_law import ReadingError
-    from pipeline.measure.calibrating.calibration import calibrated
-    from pipeline.measure.unit.printed_unit import unit_as_toml
+    from pipeline.measure.calibrating.calibration import calibrated, measured_rows, modulus_of_coupon
     from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.report.stored import read_report
-    from pipeline.storage.new_file import write_new
 
     if arguments.classes:
         ripeness_classes(arguments.classes)
+    report = read_report(arguments.folder)
+    rows = measured_rows(arguments.measured, report)
+    if "coupon" in rows[0].texts:
+        if arguments.out is not None:
+            bound = "left out for a coupon, which tells a modulus and no unit"
+            raise validation_error("--out", str(arguments.out), "", bound, "leave it out")
+        modulus = modulus_of_coupon(arguments.measured, rows, report)
+        _print_modulus(modulus, report.design.process.E_MPa, as_json=arguments.json)
+        return PASSED
     try:
-        found = calibrated(read_report(arguments.folder), arguments.measured)
+        calibration = calibrated(report, arguments.measured, rows)
     except ReadingError as error:
         msg = f"{arguments.measured}: {error}"
         raise InputError(msg) from error
-    if arguments.out is not None:
-        unit = replace(found.unit, classes=arguments.classes)
-        write_new(arguments.out, unit_as_toml(unit), "--out", force=arguments.force)
-    for assumed in found.assumed:
+    _write(calibration, arguments)
+    for assumed in calibration.assumed:
         print_error(f"note: {assumed}")
     with answering():
         if arguments.json:
-            print_json(_as_mapping(found))
+            print_json(_as_mapping(calibration))
         else:
-            _print(found)
-    return PASSED if all_passed(found.verdicts) else FAILED
+            _print(calibration)
+    return PASSED if all_passed(calibration.verdicts) else FAILED
 
 
-def _as_mapping(found: "Calibration") -> dict[str, object]:
+def _write(calibration: "Calibration", arguments: Namespace) -> None:
+    """Write unit.toml where --out asks for it."""
+    from dataclasses import replace
+
+    from pipeline.measure.unit.printed_unit import unit_as_toml
+    from pipeline.storage.new_file import write_new
+
+    if arguments.out is not None:
+        unit = replace(calibration.unit, classes=arguments.classes)
+        write_new(arguments.out, unit_as_toml(unit), "--out", force=arguments.force)
+
+
+def _as_mapping(calibration: "Calibration") -> dict[str, object]:
     from dataclasses import asdict
 
     keys = ("K_N_per_m", "K_percent")
     return {
-        "tips": list(found.unit.tips),
-        "method": found.unit.method,
-        **{key: list(getattr(found.unit, key)) for key in keys},
-        "design_K_N_per_m": [1e3 * K for K in found.nominal],
+        "tips": list(calibration.unit.tips),
+        "method": calibration.unit.method,
+        **{key: list(getattr(calibration.unit, key)) for key in keys},
+        "design_K_N_per_m": [1e3 * K for K in calibration.nominal],
         "table": [
             {
                 "E_MPa": row.E,
@@ -94,48 +91,48 @@ def _as_mapping(found: "Calibration") -> dict[str, object]:
                 "u_percent": 100.0 * row.u,
                 "with_design_stiffness_percent": 100.0 * row.with_design,
             }
-            for row in found.table
+            for row in calibration.table
         ],
-        "verdicts": [asdict(verdict) for verdict in found.verdicts],
-        "trims": [{"tip": trim.name, "leaf_longer_mm": trim.longer} for trim in found.trims],
+        "verdicts": [asdict(verdict) for verdict in calibration.verdicts],
+        "trims": [{"tip": trim.name, "leaf_longer_mm": trim.longer} for trim in calibration.trims],
     }
 
 
-def _print(found: "Calibration") -> None:
+def _print(calibration: "Calibration") -> None:
     """Print springs, table, verdicts and, where the unit misses its targets, how to trim it."""
     from pipeline.report.verdict_table import print_verdicts
 
-    _print_springs(found)
-    _print_table(found)
-    print_verdicts("the unit against its design", found.verdicts)
-    if all_passed(found.verdicts) is not False:
+    _print_springs(calibration)
+    _print_table(calibration)
+    print_verdicts("the unit against its design", calibration.verdicts)
+    if all_passed(calibration.verdicts) is not False:
         return
-    for trim in found.trims:
+    for trim in calibration.trims:
         what = "file the roots of both leaves, longer by" if trim.longer > 0.0 else "clamp both leaves, shorter by"
         print(f"{trim.name}: {what} {abs(trim.longer):.2f} mm for {1e3 * trim.target:.1f} N/m")
 
 
-def _print_springs(found: "Calibration") -> None:
-    unit = found.unit
-    for name, K, percent, nominal in zip(unit.tips, unit.K_N_per_m, unit.K_percent, found.nominal, strict=True):
+def _print_springs(calibration: "Calibration") -> None:
+    unit = calibration.unit
+    for name, K, percent, nominal in zip(unit.tips, unit.K_N_per_m, unit.K_percent, calibration.nominal, strict=True):
         against = f"{0.1 * K / nominal - 100.0:+.1f} % against the design's {1e3 * nominal:.1f}"
         print(f"{name:8} K {K:9.1f} N/m +- {2.0 * percent:.2g} % (95 %), {against}")
 
 
-def _print_table(found: "Calibration") -> None:
-    print(f"E +- (95 %) is what is left open {found.open_by}")
+def _print_table(calibration: "Calibration") -> None:
+    print(f"E +- (95 %) is what is left open {calibration.error_by}")
     print("E [MPa]  P       E +- (95 %)  E read with the design's stiffnesses")
-    for row in found.table:
+    for row in calibration.table:
         print(f"{row.E:7.3f}  {row.P:6.3f}  {100.0 * row.u:9.2g} %  {100.0 * row.with_design:+.1f} %")
-    worst = max((row.with_design for row in found.table), key=abs)
+    worst = max((row.with_design for row in calibration.table), key=abs)
     print(f"E read with the design's stiffnesses is off by {100.0 * worst:+.1f} % at worst; with these by", end=" ")
-    print(f"{100.0 * max(row.u for row in found.table):.2g} % at most (95 %), {found.open_by}")
+    print(f"{100.0 * max(row.u for row in calibration.table):.2g} % at most (95 %), {calibration.error_by}")
 
 
-def _print_modulus(found: "PrintedModulus", arguments: Namespace) -> None:
-    if arguments.json:
-        print_json({"E_MPa": found.E, "E_percent": 100.0 * found.share, "design_E_MPa": found.of_design})
+def _print_modulus(modulus: "Estimate", design_MPa: float, *, as_json: bool) -> None:
+    if as_json:
+        print_json({"E_MPa": modulus.value, "E_percent": modulus.percent, "design_E_MPa": design_MPa})
         return
-    share = 100.0 * (found.E / found.of_design - 1.0)
-    print(f"E as printed {found.E:.1f} MPa +- {200.0 * found.share:.2g} % (95 %), {share:+.1f} % against the design's")
-    print(f"print again from: pipeline design --design DESIGN --set print.E_MPa={found.E:.1f}")
+    against = f"{100.0 * (modulus.value / design_MPa - 1.0):+.1f} % against the design's"
+    print(f"E as printed {modulus.value:.1f} MPa +- {2.0 * modulus.percent:.2g} % (95 %), {against}")
+    print(f"print again from: pipeline design --design DESIGN --set print.E_MPa={modulus.value:.1f}")

@@ -125,22 +125,22 @@ def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
 def _read_signal(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     import json
 
+    from pipeline.measure.measured_table import lines_of
     from pipeline.measure.unit.fruit_reading import reading_as_mapping
     from pipeline.measure.unit.presses import readings_of
-    from pipeline.measure.unit.signals import Signal, opened_signal
+    from pipeline.measure.unit.signals import Signal
 
-    told = False
-    with opened_signal(arguments.signal) as stream:
-        signal = Signal(stream, arguments.signal, len(sensor.report.tips))
-        for assumed in signal.columns.assumed:
-            print_error(f"note: {assumed}")
-        for reading in readings_of(sensor, signal, every_sample=arguments.each):
-            told = told or reading.E is not None
-            if arguments.json:
-                print(json.dumps(reading_as_mapping(reading), allow_nan=False), flush=True)
-            else:
-                _print(reading)
-    return PASSED if told else FAILED
+    resolved = False
+    signal = Signal(lines_of(arguments.signal), arguments.signal, len(sensor.report.tips))
+    for note in signal.notes:
+        print_error(f"note: {note}")
+    for reading in readings_of(sensor, signal, every_sample=arguments.each):
+        resolved = resolved or reading.E is not None
+        if arguments.json:
+            print(json.dumps(reading_as_mapping(reading), allow_nan=False), flush=True)
+        else:
+            _print(reading)
+    return PASSED if resolved else FAILED
 
 
 def _print(reading: "FruitReading") -> None:

@@ -1,27 +1,31 @@
-"""From what was measured of a print to its unit: springs by weights, or by readings on rubbers."""
+"""From what was measured of a print to its unit: springs by weights, or by readings on rubbers; or to its modulus."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cad.design.reading import Reading
-from cad.quantity import InputError
+from cad.parts.coupon import coupon_of, modulus_factor
+from cad.quantity import Estimate, validation_error
 from cad.verdict import Verdict
-from pipeline.measure.calibrating.measured_table import MeasuredRow, measured_rows
 from pipeline.measure.calibrating.rubbers import springs_on_rubbers
-from pipeline.measure.calibrating.trimming import Trim, UnitRow, open_in_words, trims, unit_table
+from pipeline.measure.calibrating.unit_table import Trim, UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import weighed_springs
+from pipeline.measure.measured_table import FORCE, LENGTH, MODULUS, MeasuredRow, Quantity, place_of, read_table
 from pipeline.measure.unit.measuring import LAW_OF_FLESH, MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
+from pipeline.measure.unit.signals import force_keys
 from pipeline.report.stored import StoredReport
+
+_OBJECTS = ("tip", "coupon", "rubber")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
     """A unit with what it shows, whether it meets the targets of its design, and how to trim it where it does not.
 
-    `nominal` are the stiffnesses of the design [N/mm], `assumed` what was taken for granted, `open_by` says what the
+    `nominal` are the stiffnesses of the design [N/mm], `assumed` what was taken for granted, `error_by` says what the
     errors of the table count.
     """
 
@@ -31,20 +35,48 @@ class Calibration:
     verdicts: tuple[Verdict, ...]
     trims: tuple[Trim, ...]
     assumed: tuple[str, ...]
-    open_by: str
+    error_by: str
 
 
-def is_coupon(rows: Sequence[MeasuredRow]) -> bool:
-    """Say whether a table is of a coupon and not of a unit."""
-    return "coupon" in rows[0].words
+def measured_rows(source: Path | str, report: StoredReport) -> list[MeasuredRow]:
+    """Return what was measured of a print of a design: of its tips, on rubbers, or of its coupon; raises InputError."""
+    quantities = {name: Quantity(units={}) for name in _OBJECTS}
+    quantities |= {
+        "force": Quantity(units=FORCE, most=1e3, words=("weight",)),
+        "deflection": Quantity(units=LENGTH, most=100.0),
+        "E": Quantity(units=MODULUS, most=1e6),
+        "E_over_1_minus_nu2": Quantity(units=MODULUS, most=1e6),
+        "E_error": Quantity(units={"percent": 0.01}, most=1.0),
+        "poisson": Quantity(units={"1": 1.0}, default="1", most=1.0),
+        "radius": Quantity(units=LENGTH, most=1e6),
+    }
+    for key in force_keys(len(report.tips)):
+        quantities[key] = Quantity(units=FORCE, most=1e3)
+    rows = read_table(source, quantities)
+    if len(rows[0].texts) != 1:
+        bound = "one column tip (weights), rubber (readings) or coupon"
+        raise validation_error(place_of(str(source), 1), ", ".join(rows[0].texts), "", bound, "name what was measured")
+    return rows
 
 
-def calibrated(report: StoredReport, path: Path) -> Calibration:
-    """Return the calibration of a unit from a table; raises InputError, ReadingError for springs that read nothing."""
+def calibrated(report: StoredReport, source: Path | str, rows: Sequence[MeasuredRow]) -> Calibration:
+    """Return the calibration of a unit; raises InputError, and ReadingError for springs that read nothing."""
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
-    unit, assumed = _measured_unit(path, as_designed)
+    assumed: list[str] = []
+    if "rubber" in rows[0].texts:
+        springs, assumed = springs_on_rubbers(str(source), rows, as_designed)
+        method = "readings on reference rubbers"
+    else:
+        springs = weighed_springs(str(source), rows, "tip", [tip.name for tip in report.tips])
+        method = "weights and deflections"
     if as_designed.deep is not None:
-        assumed = (*assumed, LAW_OF_FLESH)
+        assumed.append(LAW_OF_FLESH)
+    unit = unit_of(
+        report,
+        stiffnesses=[spring.value for spring in springs],
+        percent=[spring.percent for spring in springs],
+        method=method,
+    )
     sensor = MeasuringUnit(report=report, unit=unit)
     nominal = as_designed.unit.stiffnesses
     table = unit_table(sensor, as_designed)
@@ -54,26 +86,28 @@ def calibrated(report: StoredReport, path: Path) -> Calibration:
         table=table,
         verdicts=unit_verdicts(sensor, table),
         trims=trims(sensor, nominal),
-        assumed=assumed,
-        open_by=open_in_words(sensor),
+        assumed=tuple(assumed),
+        error_by=error_sources(sensor),
     )
 
 
-def _measured_unit(path: Path, as_designed: MeasuringUnit) -> tuple[PrintedUnit, tuple[str, ...]]:
-    """Return the unit that a table tells, and what was taken for granted."""
-    rows, report = measured_rows(path), as_designed.report
-    asked = report.design.reading or Reading()
-    if "rubber" in rows[0].words:
-        found = springs_on_rubbers(path, rows, as_designed)
-        stiffnesses, shares, assumed = found.K, found.shares, found.assumed
-        method = "readings on reference rubbers"
-    elif "tip" in rows[0].words:
-        springs = weighed_springs(path, rows, "tip", [tip.name for tip in report.tips])
-        stiffnesses, shares, assumed = tuple(one.K for one in springs), tuple(one.share for one in springs), ()
-        method = "weights and deflections"
-    else:
-        msg = f"{path} line 1: must have a column tip (weights), rubber (readings) or coupon; name what was measured"
-        raise InputError(msg)
-    percent = [100.0 * share for share in shares]
-    unit = unit_of(report, stiffnesses=stiffnesses, percent=percent, method=method, gain_percent=asked.gain_percent)
-    return unit, assumed
+def modulus_of_coupon(source: Path | str, rows: Sequence[MeasuredRow], report: StoredReport) -> Estimate:
+    """Return the modulus of a print [MPa] with its standard deviation, by the leaves of its coupon; raises InputError.
+
+    The surer leaf counts more.
+    """
+    if report.housing is None:
+        hint = "run pipeline design with springs that print"
+        raise validation_error("coupon", None, "", "that of a design with a housing", hint)
+    coupon = coupon_of(report.housing)
+    weighed = {row.texts["coupon"] for row in rows}
+    arms = [arm for arm in coupon.arms if arm.name in weighed] or list(coupon.arms)
+    springs = weighed_springs(str(source), rows, "coupon", [arm.name for arm in arms])
+    weights = [1.0 / spring.relative**2 for spring in springs]
+    moduli = []
+    for arm, spring in zip(arms, springs, strict=True):
+        moduli.append(modulus_factor(arm.flexure, coupon.arm_beyond_leaf) * spring.value)
+    whole = math.fsum(weights)
+    E = math.fsum(weight * modulus for weight, modulus in zip(weights, moduli, strict=True)) / whole
+    apart = math.fsum(weight * (modulus / E - 1.0) ** 2 for weight, modulus in zip(weights, moduli, strict=True))
+    return Estimate(E, E * math.sqrt((apart + 1.0) / whole), "MPa")

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import (
@@ -51,6 +52,21 @@ class FruitReading:
     t: float | None = None
     others: dict[str, float] = field(default_factory=dict)
 
+    def flagged(self, flag: str) -> "FruitReading":
+        """Return this reading with one flag more."""
+        return replace(self, flags=(*self.flags, flag))
+
+
+class SkinPose(NamedTuple):
+    """The tilt of a sensor against the skin and its direction [deg], None where they are not known."""
+
+    tilt: float | None
+    direction: float | None
+
+
+LEVEL = SkinPose(None, None)
+"""What one reading of a pair tells of its pose."""
+
 
 def reading_as_mapping(reading: FruitReading) -> Plain:
     """Return a reading as JSON data, keys with their unit."""
@@ -79,15 +95,13 @@ def flags_of_forces(sensor: MeasuringUnit, forces: Sequence[float]) -> tuple[str
     return tuple(flags)
 
 
-def judged_reading(
-    sensor: MeasuringUnit, E: float, u: float, turned: tuple[float | None, float | None], forces: Sequence[float]
-) -> FruitReading:
-    """Return a reading E [MPa] +- u [1] with its flags and class; `turned` is tilt and its direction [deg] or None."""
+def checked_reading(sensor: MeasuringUnit, E: float, u: float, pose: SkinPose, forces: Sequence[float]) -> FruitReading:
+    """Return a reading E [MPa] +- u [1] of forces [N] with its flags and class."""
     flags = []
     least, largest = sensor.range_MPa
     if not least * (1.0 - AT_THE_EDGE) <= E <= largest * (1.0 + AT_THE_EDGE):
         flags.append("out_of_range")
-    if turned[0] is not None and turned[0] > sensor.steepest_deg:
+    if pose.tilt is not None and pose.tilt > sensor.steepest_deg:
         flags.append("tilt_beyond_design")
     if sensor.bruised_tips(forces, E):
         flags.append("press_over_bruise_limit")
@@ -97,17 +111,25 @@ def judged_reading(
         E=E,
         reduced=sensor.reduced(E),
         u=u,
-        tilt=turned[0],
-        direction=turned[1],
+        tilt=pose.tilt,
+        direction=pose.direction,
         flags=tuple(flags),
         ripeness=None if sensor.classes is None else sensor.classes.of(E),
     )
 
 
-def combined(sensor: MeasuringUnit, E: float, scatter: float, *more: float, curve_by_poisson: float = 0.0) -> float:
-    """Return the half width that holds 95 % [1], of a standard deviation [1] and of what biases a reading of E [MPa].
+def half_width(
+    sensor: MeasuringUnit,
+    E: float,
+    deviations: Sequence[float],
+    bounds: Sequence[float] = (),
+    *,
+    curve_by_poisson: float = 0.0,
+) -> float:
+    """Return the half width that holds 95 % of a reading of E [MPa], as a fraction of it [1].
 
-    `more` are bounds of further biases [1]; `curve_by_poisson` [1] is the slope of ln E over nu by the curve of a tip.
+    `deviations` are standard deviations [1], `bounds` those of biases [1] beside the design's own; `curve_by_poisson`
+    [1] is the slope of ln E over nu by the curve of a tip.
 
     A bias may lie anywhere within its bound: its standard deviation is the bound over the root of three (JCGM 100:2008,
     4.3.7). What is felt is E / (1 - nu^2), so a standard deviation dnu moves E by 2 nu dnu / (1 - nu^2), less what the
@@ -116,13 +138,27 @@ def combined(sensor: MeasuringUnit, E: float, scatter: float, *more: float, curv
     fruit = sensor.design.fruit
     felt = -2.0 * fruit.poisson / (1.0 - fruit.poisson**2)
     by_poisson = (felt + curve_by_poisson) * fruit.poisson_spread
-    bounds = sensor.bias(E), 0.01 * sensor.report.read_out.model_error_percent, *more
-    return COVERAGE * math.hypot(scatter, by_poisson, *(bound / math.sqrt(3.0) for bound in bounds))
+    biases = [bound / math.sqrt(3.0) for bound in (sensor.bias(E), sensor.model_error, *bounds)]
+    return COVERAGE * math.hypot(math.hypot(*deviations), by_poisson, *biases)
 
 
-def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, readings: Sequence[float]) -> FruitReading:
-    """Return what one reading of a line or a square tells: forces [N] as the channels show them, one for each tip."""
-    forces = [gain * force for gain, force in zip(sensor.unit.gain, readings, strict=True)]
+def pair_pose(sensor: MeasuringUnit, lead: float) -> SkinPose:
+    """Return the tilt of a pair whose high tip stands before the low one by a lead [mm], and its direction."""
+    tilt = math.degrees(math.atan(-lead / sensor.design.tips.spacing_mm))
+    return SkinPose(abs(tilt), 0.0 if tilt >= 0.0 else 180.0)
+
+
+def ratio_tilt_deviation(sensor: MeasuringUnit, offset_by_modulus: float) -> float:
+    """Return the standard deviation of a modulus by a force ratio [1] by the tilts that the design allows for.
+
+    `offset_by_modulus` is by how much the height offset of the tips moves for the logarithm of the modulus [mm].
+    """
+    lead = math.tan(math.radians(sensor.steepest_deg)) * sensor.design.tips.spacing_mm
+    return lead / (math.sqrt(3.0) * abs(offset_by_modulus))
+
+
+def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Sequence[float]) -> FruitReading:
+    """Return what one reading of a line or a square tells: forces [N], one for each tip."""
     flags = flags_of_forces(sensor, forces)
     if flags:
         return FruitReading(flags=flags)
@@ -130,29 +166,26 @@ def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, readings: Sequence
         read = read_modulus(law, forces)
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
-    E, scatter = sensor.corrected(read), _contrast_scatter(sensor, law, forces, read)
+    E = sensor.corrected(read)
+    u = half_width(sensor, E, _contrast_deviations(sensor, law, forces, read))
     _, along, across = plane_through(sensor.places, lowered_tips(law, forces, read))
     # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
     rolling = 1.0 + (sensor.design.tips.dome_radius_mm or 0.0) / sensor.design.fruit.radii_mm[0]
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     direction = None if across is None else math.degrees(math.atan2(across, along))
-    return judged_reading(sensor, E, combined(sensor, E, scatter), (tilt, direction), forces)
+    return checked_reading(sensor, E, u, SkinPose(tilt, direction), forces)
 
 
-def _contrast_scatter(sensor: MeasuringUnit, law: ContrastLaw, forces: Sequence[float], read: float) -> float:
-    """Return the standard deviation of a contrast [1] by noise, springs, gains and heights of the tips."""
-    slopes, unit = contrast_slopes(law, forces, read), sensor.unit
-    gained = [slope * force for slope, force in zip(slopes.forces, forces, strict=True)]
-    sources = (
-        (slopes.forces, sensor.noises, 1.0),
-        (slopes.springs, unit.K_percent, 0.01),
-        (gained, unit.gain_percent, 0.01),
-        (slopes.heights, unit.height_error_mm, 1.0),
-    )
-    return math.hypot(
-        *(
-            factor * slope * error
-            for moved, errors, factor in sources
-            for slope, error in zip(moved, errors, strict=True)
-        )
-    )
+def _contrast_deviations(sensor: MeasuringUnit, law: ContrastLaw, forces: Sequence[float], read: float) -> list[float]:
+    """Return the standard deviations of a contrast [1] by noise, springs, gains and heights of each tip."""
+    slopes = contrast_slopes(law, forces, read)
+    unit = sensor.unit
+    deviations = []
+    for tip, force in enumerate(forces):
+        deviations += [
+            slopes.forces[tip] * sensor.noises[tip],
+            0.01 * slopes.springs[tip] * unit.K_percent[tip],
+            0.01 * slopes.forces[tip] * force * unit.gain_percent[tip],
+            slopes.heights[tip] * unit.height_error_mm[tip],
+        ]
+    return deviations

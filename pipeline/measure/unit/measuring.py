@@ -1,15 +1,17 @@
 """A printed unit as it measures: the read-out of its design with its own springs, tips and channels."""
 
-import bisect
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE, Reading
 from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw, Matrix, Place, stiffened
+from cad.theory.pair_line import ratio_modulus
 from pipeline.measure.unit.deep_pair import DeepPair
 from pipeline.measure.unit.printed_unit import PrintedUnit
 from pipeline.measure.unit.ripeness import RipenessClasses
@@ -80,6 +82,16 @@ class MeasuringUnit:
             errors=tuple(0.01 * row.error_percent for row in rows),
         )
 
+    @property
+    def own_less_other(self) -> float:
+        """Return s11 - s12 of the fruit times E [1/mm]; 0 where the report has none."""
+        return self.report.read_out.own_less_other_per_mm or 0.0
+
+    @property
+    def model_error(self) -> float:
+        """Return the relative error of the contact model [1]."""
+        return 0.01 * self.report.read_out.model_error_percent
+
     @cached_property
     def noises(self) -> tuple[float, ...]:
         """Return the standard deviation of the noise of each channel [N]: the design's, or that of a usual bridge."""
@@ -104,9 +116,10 @@ class MeasuringUnit:
     @property
     def steepest_deg(self) -> float:
         """Return the largest tilt against the skin that the design allows for [deg], its place off centre included."""
-        asked, fruit = self.design.reading, self.design.fruit
+        asked = self.design.reading
         if asked is None:
             return PAIR_TILT_DEG
+        fruit = self.design.fruit
         aside = asked.off_centre_mm / (fruit.radii_mm[0] * (1.0 - asked.radius_spread))
         return asked.tilt_deg + math.degrees(math.atan(aside))
 
@@ -117,15 +130,15 @@ class MeasuringUnit:
             return read
         logs = [math.log(row.read_MPa) for row in rows]
         shifts = [math.log(row.E_MPa / row.read_MPa) for row in rows]
-        return read * math.exp(interpolated(math.log(read), logs, shifts))
+        return read * math.exp(np.interp(math.log(read), logs, shifts))
 
     def bias(self, E: float) -> float:
         """Return the largest bias of a reading over all poses of the design [1] at a modulus [MPa]; 0 if not asked."""
         rows = self.report.moduli
         if not rows:
             return 0.0
-        shares = [0.01 * abs(row.E_bias_percent) for row in rows]
-        return interpolated(math.log(E), [math.log(row.E_MPa) for row in rows], shares)
+        biases = [0.01 * abs(row.E_bias_percent) for row in rows]
+        return float(np.interp(math.log(E), [math.log(row.E_MPa) for row in rows], biases))
 
     def reduced(self, E: float) -> float:
         """Return E / (1 - nu^2) [MPa] of a modulus [MPa] at the Poisson's ratio of the design."""
@@ -136,25 +149,23 @@ class MeasuringUnit:
         fruit = self.design.fruit
         if not fruit.bruise_limits_MPa:
             return False
-        limit = interpolated(E, list(fruit.E_MPa), list(fruit.bruise_limits_MPa))
-        return any(force > limit * self._touching_area(force, E) for force in forces)
+        limit = float(np.interp(E, fruit.E_MPa, fruit.bruise_limits_MPa))
+        shape = self.design.tips.tip_shape
+        areas = [shape.contact_area_mm2(force, self.reduced(E), fruit.radii_mm[0]) for force in forces]
+        return any(force > limit * area for force, area in zip(forces, areas, strict=True))
 
-    def _touching_area(self, force: float, E: float) -> float:
-        """Return the area that a tip touches [mm^2]: the face of a flat one, Hertz's circle of a round one."""
-        return self.design.tips.tip_shape.contact_area_mm2(force, self.reduced(E), self.design.fruit.radii_mm[0])
+    def gained(self, channels: Sequence[float]) -> list[float]:
+        """Return the forces [N] of readings of the channels [N]."""
+        return [gain * reading for gain, reading in zip(self.unit.gain, channels, strict=True)]
+
+    def ratio_modulus(self, forces: Sequence[float]) -> float:
+        """Return the modulus [MPa] that a level pair reads of forces [N] by their ratio; raises ReadingError."""
+        if self.deep is not None:
+            return self.deep.ratio_modulus(forces)
+        return ratio_modulus(self.C, self.own_less_other, forces)
 
     def with_stiffness(self, tip: int, factor: float) -> "MeasuringUnit":
         """Return the unit with the spring of one tip stiffer by a factor [1]."""
-        K = [value * (factor if place == tip else 1.0) for place, value in enumerate(self.unit.K_N_per_m)]
+        K = list(self.unit.K_N_per_m)
+        K[tip] *= factor
         return replace(self, unit=replace(self.unit, K_N_per_m=tuple(K)))
-
-
-def interpolated(x: float, places: Sequence[float], values: Sequence[float]) -> float:
-    """Return the value at x between rising places, that of the nearest one beyond them [unit of the values]."""
-    at = bisect.bisect_left(places, x)
-    if at == 0:
-        return values[0]
-    if at == len(places):
-        return values[-1]
-    share = (x - places[at - 1]) / (places[at] - places[at - 1])
-    return values[at - 1] + share * (values[at] - values[at - 1])

@@ -5,23 +5,31 @@ its side times the tilt (K. L. Johnson, Contact Mechanics, 1985, 5.2: a tilted p
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import reduce
+
+import numpy as np
 
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError
-from cad.theory.pair_line import FEWEST, PairLine, PressSums, line_of_sums, ratio_modulus
+from cad.theory.pair_line import FEWEST, PairLine, PressSums, line_of_sums
+from pipeline.measure.unit.deep_pair import Samples
 from pipeline.measure.unit.deep_reading import deep_reading, deep_single_reading
 from pipeline.measure.unit.fruit_reading import (
+    LEVEL,
     FruitReading,
-    combined,
+    checked_reading,
     flags_of_forces,
-    judged_reading,
+    half_width,
+    pair_pose,
+    ratio_tilt_deviation,
 )
 from pipeline.measure.unit.measuring import MeasuringUnit
 
-MOST_BLOCKS = 64  # what is kept of a press of any length
-_STEP = 1e-4  # of a stiffness or a gain, for slopes of the modulus
+MOST_BLOCKS = 64
+"""What is kept of a press of any length."""
+_STEP = 1e-4  # of a stiffness, a gain or a force, for slopes of the modulus
 _ROUNDS = 3  # of finding modulus and tilt, and leaving out what is not seated at them
 
 
@@ -29,23 +37,22 @@ class _Blocks:
     """Running sums over consecutive samples of two numbers, at most 64 of them: neighbours are joined as they fill."""
 
     def __init__(self) -> None:
-        self.sums: list[PressSums] = []
+        self._full: list[PressSums] = []
         self._open = PressSums()
         self._size = 1
 
-    def add(self, one: float, other: float) -> None:
-        self._open = self._open.joined(PressSums(1, one, other))
+    def add(self, low: float, high: float) -> None:
+        self._open = self._open.joined(PressSums(1, low, high))
         if self._open.count < self._size:
             return
-        self.sums.append(self._open)
+        self._full.append(self._open)
         self._open = PressSums()
-        if len(self.sums) == MOST_BLOCKS:
-            pairs = zip(self.sums[::2], self.sums[1::2], strict=True)
-            self.sums = [first.joined(second) for first, second in pairs]
+        if len(self._full) == MOST_BLOCKS:
+            self._full = [_joined(self._full[index : index + 2]) for index in range(0, MOST_BLOCKS, 2)]
             self._size *= 2
 
     def all(self) -> list[PressSums]:
-        return [*self.sums, self._open] if self._open.count else self.sums
+        return [*self._full, self._open] if self._open.count else self._full
 
 
 class PairPress:
@@ -54,17 +61,16 @@ class PairPress:
     def __init__(self, sensor: MeasuringUnit) -> None:
         """Begin a press."""
         self._sensor = sensor
-        self._forces, self._strokes = _Blocks(), _Blocks()
+        self._forces = _Blocks()
+        self._strokes = _Blocks()
 
-    def add(self, soft: float, stiff: float, x: float | None = None) -> None:
+    def add(self, low: float, high: float, x: float | None = None) -> None:
         """Take the forces of both tips [N] in the next sample, and the travel x [mm] where it is measured."""
-        self._forces.add(soft, stiff)
+        self._forces.add(low, high)
         if x is not None:
-            sunk, given = (
-                table[-1][0] * soft + table[-1][1] * stiff
-                for table in (self._sensor.report.contact.compliance_per_mm, self._sensor.C)
-            )
-            self._strokes.add(sunk, x - given)
+            skin = self._sensor.report.contact.compliance_per_mm[-1]
+            spring = self._sensor.C[-1]
+            self._strokes.add(skin[0] * low + skin[1] * high, x - (spring[0] * low + spring[1] * high))
 
     def reading(self) -> FruitReading:
         """Return what the press tells: the modulus by the line, `others` by the force ratio and by the stroke.
@@ -74,34 +80,18 @@ class PairPress:
         blocks = self._forces.all()
         if not blocks:
             return FruitReading(flags=("lift_off",))
-        deepest = max(range(len(blocks)), key=lambda place: blocks[place].soft + blocks[place].stiff) + 1
+        end = 1 + max(range(len(blocks)), key=lambda index: blocks[index].soft + blocks[index].stiff)
+        blocks = blocks[:end]
         if self._sensor.deep is not None:
-            samples = [(block.count, block.soft, block.stiff) for block in blocks[:deepest]]
-            return deep_reading(self._sensor, self._sensor.deep, samples)
-        reading = _line_reading(self._sensor, blocks[:deepest])
-        last = _joined(_last(self._strokes.all()[:deepest]))
+            counts = np.array([float(block.count) for block in blocks])
+            forces = np.array([[block.soft, block.stiff] for block in blocks])
+            return deep_reading(self._sensor, self._sensor.deep, Samples(counts, forces))
+        reading = _line_reading(self._sensor, blocks)
+        last = _joined(_last_third(self._strokes.all()[:end]))
         if last.count < FEWEST or not last.soft_stiff > 0.0:
             return reading
-        # The stiff tip sinks by (S F) / E = x - (C F) less a constant: the slope of that over S F is 1 / E.
+        # The high tip sinks by (S F) / E = x - (C F) less a constant: the slope of that over S F is 1 / E.
         return replace(reading, others={**reading.others, "stroke": last.soft_soft / last.soft_stiff})
-
-
-def _line_reading(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> FruitReading:
-    deepest = [blocks[-1].soft, blocks[-1].stiff]
-    try:
-        sums, line = _seated_line(sensor, blocks)
-    except ReadingError:
-        return FruitReading(flags=("out_of_range",))
-    E, tilt = line.modulus, _tilt(sensor, line)
-    scatter = math.hypot(line.error, *_unit_shares(sensor, sums))
-    turned = abs(tilt), 0.0 if tilt >= 0.0 else 180.0
-    reading = judged_reading(sensor, E, combined(sensor, E, scatter), turned, deepest)
-    return _with_ratio(sensor, reading, line, deepest)
-
-
-def _last(blocks: Sequence[PressSums]) -> list[PressSums]:
-    """Return the last third of the blocks of a press, where tips are seated if they are anywhere."""
-    return list(blocks[-max(FEWEST, len(blocks) // 3) :])
 
 
 def single_reading(sensor: MeasuringUnit, forces: Sequence[float]) -> FruitReading:
@@ -115,115 +105,113 @@ def single_reading(sensor: MeasuringUnit, forces: Sequence[float]) -> FruitReadi
     if flags:
         return FruitReading(flags=flags)
     try:
-        E = _ratio(sensor, forces)
+        E = sensor.ratio_modulus(forces)
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
-    sums = PressSums(FEWEST, forces[0], forces[1])
-    lead = math.tan(math.radians(sensor.steepest_deg)) * sensor.design.tips.spacing_mm
-    give = _give(sensor, forces)
-    scatter = math.hypot(
-        _ratio_noise(sensor, forces), lead / (math.sqrt(3.0) * give), *_unit_shares(sensor, sums, ratio=True)
-    )
-    return judged_reading(sensor, E, combined(sensor, E, scatter), (None, None), forces)
+
+    def ratio(unit: MeasuringUnit, gains: Sequence[float]) -> float:
+        return unit.ratio_modulus([gain * force for gain, force in zip(gains, forces, strict=True)])
+
+    yielded = sum((low - high) * force for low, high, force in zip(*sensor.C, forces, strict=True))
+    deviations = [_ratio_noise(sensor, forces), ratio_tilt_deviation(sensor, yielded)]
+    u = half_width(sensor, E, [*deviations, *_unit_contributions(sensor, ratio)])
+    return checked_reading(sensor, E, u, LEVEL, forces)
 
 
-def _ratio(sensor: MeasuringUnit, forces: Sequence[float]) -> float:
-    return ratio_modulus(sensor.C, sensor.report.read_out.own_less_other_per_mm or 0.0, forces)
+def _line_reading(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> FruitReading:
+    deepest = [blocks[-1].soft, blocks[-1].stiff]
+    try:
+        sums = _seated(sensor, blocks)
+        line = _line(sensor, sums)
+    except ReadingError:
+        return FruitReading(flags=("out_of_range",))
 
+    def modulus(unit: MeasuringUnit, gains: Sequence[float]) -> float:
+        return _line(unit, _with_gains(sums, *gains)).modulus
 
-def _give(sensor: MeasuringUnit, forces: Sequence[float]) -> float:
-    """Return how much farther the spring of the low tip gives than that of the high one [mm]."""
-    (a, b), (c, d) = sensor.C
-    return (a - c) * forces[0] + (b - d) * forces[1]
+    u = half_width(sensor, line.modulus, [line.error, *_unit_contributions(sensor, modulus)])
+    reading = checked_reading(sensor, line.modulus, u, pair_pose(sensor, line.lead), deepest)
+    try:
+        by_ratio = sensor.ratio_modulus(deepest)
+        noise = _ratio_noise(sensor, deepest)
+    except ReadingError:
+        return reading.flagged("read_outs_disagree")
+    reading = replace(reading, others={"force_ratio": by_ratio})
+    allowed = COVERAGE * math.hypot(noise, line.error) + sensor.model_error
+    return reading.flagged("read_outs_disagree") if abs(by_ratio / line.modulus - 1.0) > allowed else reading
 
 
 def _line(sensor: MeasuringUnit, sums: PressSums) -> PairLine:
-    return line_of_sums(sensor.C, sensor.report.read_out.own_less_other_per_mm or 0.0, sums, sensor.noises)
+    return line_of_sums(sensor.C, sensor.own_less_other, sums, sensor.noises)
 
 
-def _seated_line(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> tuple[PressSums, PairLine]:
-    """Return the sums over the seated part of a press and its line; raises ReadingError."""
+def _last_third(blocks: Sequence[PressSums]) -> Sequence[PressSums]:
+    """Return the end of a press, where tips are seated if they are anywhere."""
+    return blocks[-max(FEWEST, len(blocks) // 3) :]
+
+
+def _joined(blocks: Sequence[PressSums]) -> PressSums:
+    return reduce(PressSums.joined, blocks, PressSums())
+
+
+def _seated(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> PressSums:
+    """Return the sums over the part of a press in which both tips touch with their whole faces; raises ReadingError."""
     if not sensor.design.tips.tip_shape.has_flat_face:
-        sums = _joined(blocks)
-        return sums, _line(sensor, sums)
-    last = _last(blocks)
-    line = _line(sensor, _joined(last))
+        return _joined(blocks)
+    sums = _joined(_last_third(blocks))
     for _ in range(_ROUNDS):
-        seated = [block for block in blocks if _is_seated(sensor, block, line)]
-        sums = _joined(seated if len(seated) >= FEWEST else last)
         line = _line(sensor, sums)
-    return sums, line
+        seated = [block for block in blocks if _is_seated(sensor, block, line)]
+        sums = _joined(seated if len(seated) >= FEWEST else _last_third(blocks))
+    return sums
 
 
 def _is_seated(sensor: MeasuringUnit, block: PressSums, line: PairLine) -> bool:
     """Say whether both tips touch with their whole faces in a block, at the modulus and the tilt of a line."""
-    S, tips = sensor.report.contact.compliance_per_mm, sensor.design.tips
-    half_way = 0.5 * tips.spacing_mm / sensor.design.fruit.radii_mm[0]
-    slope = abs(math.tan(math.radians(_tilt(sensor, line)))) + half_way
-    forces = block.soft, block.stiff
-    return all(S[tip][tip] * force / line.modulus >= tips.side_mm * slope for tip, force in enumerate(forces))
+    S = sensor.report.contact.compliance_per_mm
+    tips = sensor.design.tips
+    roundness = 0.5 * tips.spacing_mm / sensor.design.fruit.radii_mm[0]
+    slope = abs(line.lead) / tips.spacing_mm + roundness
+    indentations = (S[0][0] * block.soft / line.modulus, S[1][1] * block.stiff / line.modulus)
+    return min(indentations) >= tips.side_mm * slope
 
 
-def _joined(blocks: Sequence[PressSums]) -> PressSums:
-    sums = PressSums()
-    for block in blocks:
-        sums = sums.joined(block)
-    return sums
+def _unit_contributions(sensor: MeasuringUnit, read: Callable[[MeasuringUnit, Sequence[float]], float]) -> list[float]:
+    """Return what each spring and each gain leaves open of E [1], one standard deviation.
 
-
-def _tilt(sensor: MeasuringUnit, line: PairLine) -> float:
-    """Return the tilt [deg] that a lead means; a positive one lowers the high tip, as press.tilt_deg does."""
-    return math.degrees(math.atan(-line.lead / sensor.design.tips.spacing_mm))
-
-
-def _unit_shares(sensor: MeasuringUnit, sums: PressSums, *, ratio: bool = False) -> list[float]:
-    """Return the share of E that each spring and each gain leaves open [1], one standard deviation."""
-
-    def read(changed: MeasuringUnit, gains: Sequence[float]) -> float:
-        scaled = _gained(sums, *gains)
-        return _ratio(changed, (scaled.soft, scaled.stiff)) if ratio else _line(changed, scaled).modulus
-
-    unit, shares = sensor.unit, []
-    alike = [1.0] * len(unit.tips)
-    E = read(sensor, alike)
+    `read` gives the modulus that a unit reads of forces that are larger by gains.
+    """
+    unit = sensor.unit
+    E = read(sensor, (1.0, 1.0))
+    contributions = []
     for tip in range(len(unit.tips)):
-        gains = [1.0 + _STEP * (tip == other) for other in range(len(unit.tips))]
-        stiffer = read(sensor.with_stiffness(tip, 1.0 + _STEP), alike) / E - 1.0
+        gains = [1.0, 1.0]
+        gains[tip] += _STEP
+        stiffer = read(sensor.with_stiffness(tip, 1.0 + _STEP), (1.0, 1.0)) / E - 1.0
         gained = read(sensor, gains) / E - 1.0
-        shares += [0.01 * unit.K_percent[tip] * stiffer / _STEP, 0.01 * unit.gain_percent[tip] * gained / _STEP]
-    return shares
+        contributions.append(0.01 * unit.K_percent[tip] * stiffer / _STEP)
+        contributions.append(0.01 * unit.gain_percent[tip] * gained / _STEP)
+    return contributions
 
 
-def _gained(sums: PressSums, soft: float, stiff: float) -> PressSums:
+def _with_gains(sums: PressSums, low: float, high: float) -> PressSums:
     """Return the sums of forces that are larger by gains [1]."""
     return PressSums(
         sums.count,
-        soft * sums.soft,
-        stiff * sums.stiff,
-        soft * soft * sums.soft_soft,
-        soft * stiff * sums.soft_stiff,
-        stiff * stiff * sums.stiff_stiff,
+        low * sums.soft,
+        high * sums.stiff,
+        low * low * sums.soft_soft,
+        low * high * sums.soft_stiff,
+        high * high * sums.stiff_stiff,
     )
 
 
 def _ratio_noise(sensor: MeasuringUnit, forces: Sequence[float]) -> float:
     """Return the standard deviation of a modulus by the force ratio of one reading by noise alone [1]."""
-    E = _ratio(sensor, forces)
-    moved = []
+    E = sensor.ratio_modulus(forces)
+    deviations = []
     for tip, noise in enumerate(sensor.noises):
-        step = _STEP * forces[tip]
-        other = [force + step * (tip == place) for place, force in enumerate(forces)]
-        moved.append((_ratio(sensor, other) / E - 1.0) / step * noise)
-    return math.hypot(*moved)
-
-
-def _with_ratio(sensor: MeasuringUnit, reading: FruitReading, line: PairLine, deepest: Sequence[float]) -> FruitReading:
-    """Return a reading with what the force ratio gives, flagged where noise does not explain how they differ."""
-    try:
-        ratio, noise = _ratio(sensor, deepest), _ratio_noise(sensor, deepest)
-    except ReadingError:
-        return replace(reading, flags=(*reading.flags, "read_outs_disagree"))
-    allowed = COVERAGE * math.hypot(noise, line.error) + 0.01 * sensor.report.read_out.model_error_percent
-    apart = abs(ratio / line.modulus - 1.0) > allowed
-    flags = (*reading.flags, *(["read_outs_disagree"] if apart else []))
-    return replace(reading, flags=flags, others={"force_ratio": ratio})
+        larger = list(forces)
+        larger[tip] *= 1.0 + _STEP
+        deviations.append((sensor.ratio_modulus(larger) / E - 1.0) / (_STEP * forces[tip]) * noise)
+    return math.hypot(*deviations)

@@ -1,12 +1,11 @@
 """A printed unit: what calibration found of its springs, tips and channels; unit.toml and back."""
 
-import dataclasses
 import hashlib
 import json
 import re
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 from cad.design.design_file import design_as_toml
@@ -14,13 +13,14 @@ from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.quantity import Bounds, InputError, check_fields, quantity, validation_error
 from pipeline.report.stored import StoredReport
-from pipeline.storage.plain import from_plain
+from pipeline.storage.plain import from_plain, to_plain
 
+_HINT = "take the numbers that pipeline calibrate wrote"
 _STIFFNESS = Bounds(above=0.0, at_most=1e9)
-_PERCENT = Bounds(at_least=0.0, at_most=100.0)
 _HEIGHT = Bounds(at_least=-5.0, at_most=5.0)
 _GAIN = Bounds(at_least=0.1, at_most=10.0)
-_REMEDY = "take the numbers that pipeline calibrate wrote"
+_SPRING_ERROR = Bounds(above=0.0, at_most=100.0)  # no spring is known exactly
+_ERROR = Bounds(at_least=0.0, at_most=100.0)
 _PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # it stands in comments of the firmware
 
 
@@ -37,25 +37,25 @@ class PrintedUnit:
     design_sha256: str
     tips: tuple[str, ...]
     method: str
-    K_N_per_m: tuple[float, ...] = quantity("N/m", _STIFFNESS, remedy=_REMEDY)
-    K_percent: tuple[float, ...] = quantity("%", _PERCENT, remedy=_REMEDY)
-    height_mm: tuple[float, ...] = quantity("mm", _HEIGHT, remedy=_REMEDY)
-    height_error_mm: tuple[float, ...] = quantity("mm", _HEIGHT, remedy=_REMEDY)
+    K_N_per_m: tuple[float, ...] = quantity("N/m", _STIFFNESS, remedy=_HINT)
+    K_percent: tuple[float, ...] = quantity("%", _SPRING_ERROR, remedy=_HINT)
+    height_mm: tuple[float, ...] = quantity("mm", _HEIGHT, remedy=_HINT)
+    height_error_mm: tuple[float, ...] = quantity("mm", _ERROR, remedy=_HINT)
     gain: tuple[float, ...] = quantity("1", _GAIN, remedy="a channel that needs no correction has 1")
-    gain_percent: tuple[float, ...] = quantity("%", _PERCENT, remedy=_REMEDY)
+    gain_percent: tuple[float, ...] = quantity("%", _ERROR, remedy=_HINT)
     classes: str = ""
 
     def __post_init__(self) -> None:
         """Check each field, and that every list has one number for each tip."""
         check_fields(self, "unit")
         if not _PLAIN.fullmatch(self.method):
-            raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _REMEDY)
-        for item in dataclasses.fields(self):
+            raise validation_error("unit.method", self.method, "", "letters, digits, spaces and , . : ( ) -", _HINT)
+        for item in fields(self):
             values = getattr(self, item.name)
             if "bounds" in item.metadata and len(values) != len(self.tips):
                 bound = f"a list of {len(self.tips)} numbers, one for each tip"
                 name = f"unit.{item.name}"
-                raise validation_error(name, list(values), "", bound, _REMEDY)
+                raise validation_error(name, list(values), "", bound, _HINT)
 
     @property
     def stiffnesses(self) -> tuple[float, ...]:
@@ -73,31 +73,29 @@ def nominal_unit(report: StoredReport) -> PrintedUnit:
 
     A leaf's stiffness goes with its modulus and the third power of its thickness, whose scatters are the process's.
     """
-    design, C = report.design, report.read_out.springs_mm_per_N
-    process = design.process
-    thicknesses = design.tips.each(*process.leaf_thicknesses_mm)
-    scatter = tuple(
-        100.0 * ((3.0 * 0.5 * process.accuracy_mm / thickness) ** 2 + process.E_scatter**2) ** 0.5
-        for thickness in thicknesses
-    )
-    asked = design.reading or Reading()
+    process = report.design.process
+    percent = []
+    for thickness in report.design.tips.each(*process.leaf_thicknesses_mm):
+        by_thickness = 3.0 * 0.5 * process.accuracy_mm / thickness
+        percent.append(100.0 * (by_thickness**2 + process.E_scatter**2) ** 0.5)
     return unit_of(
         report,
-        stiffnesses=[1.0 / C[tip][tip] for tip in range(len(C))],
-        percent=scatter,
+        stiffnesses=[1.0 / row[tip] for tip, row in enumerate(report.read_out.springs_mm_per_N)],
+        percent=percent,
         method="nominal: not calibrated, springs as uncertain as their process prints them",
-        gain_percent=asked.gain_percent,
     )
 
 
 def unit_of(
-    report: StoredReport, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str, gain_percent: float
+    report: StoredReport, *, stiffnesses: Sequence[float], percent: Sequence[float], method: str
 ) -> PrintedUnit:
-    """Return a unit of a report's design with springs [N/mm], their standard deviations [%] and that of gains [%].
+    """Return a unit of a report's design with springs [N/mm] and their standard deviations [%].
 
-    Its tips are zeroed on a flat hard plate: what is left of their heights is the noise of a hundred readings.
+    Its gains are as certain as the design asks. Its tips are zeroed on a flat hard plate: what is left of their heights
+    is the noise of a hundred readings.
     """
-    count, asked = len(report.tips), report.design.reading or Reading()
+    count = len(report.tips)
+    asked = report.design.reading or Reading()
     noises = [asked.force_noise(force) for force in report.read_out.full_scale_N]
     return PrintedUnit(
         design=report.design.name,
@@ -109,37 +107,36 @@ def unit_of(
         height_mm=(0.0,) * count,
         height_error_mm=tuple(0.1 * noise / K for noise, K in zip(noises, stiffnesses, strict=True)),
         gain=(1.0,) * count,
-        gain_percent=(gain_percent,) * count,
+        gain_percent=(asked.gain_percent,) * count,
     )
 
 
 def read_unit(path: Path, report: StoredReport) -> PrintedUnit:
     """Return the unit of a file; raises InputError, in one line, for a file that is none, or one of another design."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-        unit = from_plain(PrintedUnit, data, "unit")
+        unit = from_plain(PrintedUnit, tomllib.loads(path.read_text(encoding="utf-8")), "unit")
     except (OSError, ValueError) as error:
-        reason = " ".join((str(error).splitlines() or [type(error).__name__])[0].split())
-        msg = f"--unit = {str(path)!r}: must be a unit.toml of pipeline calibrate ({reason}); calibrate the unit"
-        raise InputError(msg) from error
+        for cause in getattr(error.__cause__, "exceptions", ()):
+            if isinstance(cause, InputError):
+                raise cause from error
+        lines = str(error).splitlines()
+        bound = f"a unit.toml of pipeline calibrate ({lines[0] if lines else type(error).__name__})"
+        raise validation_error("--unit", str(path), "", bound, "calibrate the unit") from error
     names = tuple(tip.name for tip in report.tips)
     if unit.tips != names:
         bound = f"those of the design, {', '.join(names)}"
         raise validation_error("unit.tips", ", ".join(unit.tips), "", bound, "take the unit.toml of this design")
-    expected = design_digest(report.design)
-    if (unit.design, unit.design_sha256) != (report.design.name, expected):
+    digest = design_digest(report.design)
+    if (unit.design, unit.design_sha256) != (report.design.name, digest):
         bound = f"the unit of design {report.design.name!r} as it is in this folder"
-        shown = f"{unit.design} {unit.design_sha256[:12]}"
-        raise validation_error(
-            "unit.design", shown, "", bound, f"its digest begins {expected[:12]}; calibrate against it"
-        )
+        hint = f"its digest begins {digest[:12]}; calibrate against it"
+        raise validation_error("unit.design", f"{unit.design} {unit.design_sha256[:12]}", "", bound, hint)
     return unit
 
 
 def unit_as_toml(unit: PrintedUnit) -> str:
     """Return a unit as TOML text that reads back as the same unit."""
     lines = ["# A printed unit, written by pipeline calibrate; pipeline read --unit takes it."]
-    for item in dataclasses.fields(unit):
-        value = getattr(unit, item.name)
-        lines.append(f"{item.name} = {json.dumps(list(value) if isinstance(value, tuple) else value)}")
+    # Texts, numbers and lists of them are written alike in JSON and in TOML.
+    lines += [f"{key} = {json.dumps(value)}" for key, value in to_plain(unit).items()]
     return "\n".join(lines) + "\n"

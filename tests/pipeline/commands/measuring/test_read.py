@@ -137,25 +137,27 @@ def test_wrong_input_writes_nothing(made, tmp_path, monkeypatch, words):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    "words",
     [
-        ([], "FILE.csv = None: must be a file, - or left out beside --forces"),
-        (["--forces", "1,2,3"], "3 forces; must be 2 in N"),
-        (["--forces", "0.2,nan"], "tip high = nan N: must be from"),
-        (["--forces=-1,0.2"], "tip low = -1 N: must be from"),
-        (["--forces", "200,2000"], "check zero, sign and unit of the channel"),
-        (["--forces", "0.2,0.5", "press.csv"], "must be left out beside press.csv"),
-        (["--forces", "-0.5,1"], "write FLAG=VALUE for a value that begins with -"),
-        (["nowhere.csv"], "must be a CSV file that is there"),
-        (["--forces", "0.2,0.5", "--unit", "nowhere.toml"], "must be a unit.toml of pipeline calibrate"),
-        (["--forces", "0.2,0.5", "--classes", "ripe:0.8"], "--classes = 'ripe:0.8'"),
+        [],
+        ["--forces", "1,2,3"],
+        ["--forces", "0.2,nan"],
+        ["--forces=-1,0.2"],
+        ["--forces", "200,2000"],
+        ["--forces", "0.2,0.5", "press.csv"],
+        ["--forces", "-0.5,1"],
+        ["nowhere.csv"],
+        ["--forces", "0.2,0.5", "--unit", "nowhere.toml"],
+        ["--forces", "0.2,0.5", "--classes", "ripe:0.8"],
     ],
+    ids=" ".join,
 )
-def test_wrong_input_is_one_line(made, capsys, words, message):
+def test_wrong_input_is_refused(made, capsys, words):
     folder, _ = made
     assert main(["read", str(folder), *words]) == 2
-    error = capsys.readouterr().err.splitlines()
-    assert message in error[-1]
+    answer = capsys.readouterr()
+    assert answer.out == ""
+    assert answer.err.splitlines()[-1].startswith("pipeline: ")
 
 
 @pytest.fixture(scope="module")
@@ -210,19 +212,14 @@ def test_unit_at_large_strain_is_calibrated_by_weights_and_by_rubbers(deep, caps
         assert "calibrate at the same depth on a body of known E" in answer.err
 
 
-@pytest.mark.parametrize(
-    ("columns", "told", "found"),
-    [("E_MPa,poisson", "1,0.49", "0.49"), ("E_over_1_minus_nu2_MPa", "1.2", "not given")],
-)
-def test_rubber_of_another_poisson_s_ratio_is_refused_at_large_strain(deep, capsys, tmp_path, columns, told, found):
+@pytest.mark.parametrize(("columns", "cells"), [("E_MPa,poisson", "1,0.49"), ("E_over_1_minus_nu2_MPa", "1.2")])
+def test_rubber_of_another_poisson_s_ratio_is_refused_at_large_strain(deep, capsys, tmp_path, columns, cells):
     """One of nu 0.49 calibrated as flesh of nu 0.3 gave K_h half as much again."""
     folder, _ = deep
     path = tmp_path / "rubbers.csv"
-    path.write_text(f"rubber,{columns},F_l_N,F_h_N\nsoft,{told},0.2,0.5\nhard,{told},0.3,0.9\n", encoding="utf-8")
+    path.write_text(f"rubber,{columns},F_l_N,F_h_N\nsoft,{cells},0.2,0.5\nhard,{cells},0.3,0.9\n", encoding="utf-8")
     assert main(["calibrate", str(folder), str(path)]) == 2
-    line = capsys.readouterr().err.splitlines()[-1]
-    bound = "must be within 0.005 of the fruit's 0.45 at large strain; calibrate with weights"
-    assert f"line 2: poisson of rubber soft = {found}: {bound}" in line
+    assert "poisson of rubber soft" in capsys.readouterr().err
 
 
 def test_firmware_at_large_strain_is_refused_by_name(deep, capsys, tmp_path):

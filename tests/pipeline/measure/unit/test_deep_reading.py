@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import PAPER, MeasuredDesign
+from measured_units import EXACT, PAPER, MeasuredDesign
 from stand_ins import INFO
 
 from cad.quantity import InputError
 from cad.theory.soft_tissue import large_strain_factor
 from cad.theory.two_spring_law import curve_nonlinearity, curve_shares
-from pipeline.measure.calibrating.trimming import unit_table
+from pipeline.measure.calibrating.unit_table import unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
+from pipeline.measure.unit.deep_pair import Samples
 from pipeline.measure.unit.deep_reading import other_laws
 from pipeline.measure.unit.firmware import c_header
 from pipeline.measure.unit.measuring import MeasuringUnit
@@ -93,7 +94,7 @@ def test_line_reads_through_a_lead(deep, E, lead):
 
 
 def test_flesh_of_another_law_is_inside_the_uncertainty(deep):
-    for name, law in other_laws(deep.measuring(), deep.measuring().deep):
+    for name, law in other_laws(deep.measuring(), deep.measuring().deep).items():
         factors = tuple(np.interp(DEPTHS, law.depths, law.factors).tolist())
         reading = read(deep.measuring(), deep.press(1.0, curve=replace(CURVE, factors=factors)))
         assert abs(reading.E - 1.0) > 0.01
@@ -165,7 +166,7 @@ def test_verdicts_of_a_unit_hold_the_curve_in_their_error(deep, bent):
     if bent.min() > 0.0:
         assert 1e-5 < abs(NL.value - true[1]) <= NL.error
     sure = MeasuringUnit(report=without_bars(deep.report), unit=deep.measuring().unit)
-    assert [verdict.error for verdict in unit_verdicts(sure, ())] == [0.0, 0.0]
+    assert [verdict.error for verdict in unit_verdicts(sure, ())] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert targets_by_the_solver(deep, CURVE) == pytest.approx([P.value, NL.value], rel=1e-4)
 
 
@@ -186,8 +187,8 @@ def test_springs_and_gains_move_the_reading_as_is_said(deep):
         factors = np.ones(2)
         factors[tip] = 1.001
         moved = read(deep.measuring(factors), forces).E / plain.E - 1.0
-        known = read(deep.measuring(percent=0.0), forces).u
-        alone = np.zeros(2)
+        known = read(deep.measuring(), forces).u
+        alone = np.full(2, EXACT)
         alone[tip] = 1.0
         unit = deep.measuring().unit
         open_spring = MeasuringUnit(report=deep.report, unit=replace(unit, K_percent=tuple(alone.tolist())))
@@ -205,7 +206,7 @@ def test_noise_is_as_said(deep, rng):
 
 
 def _samples(forces):
-    return [(1, soft, stiff) for soft, stiff in forces.tolist()]
+    return Samples(np.ones(len(forces)), forces)
 
 
 def test_press_deeper_than_was_solved_is_flagged_and_far_deeper_refused(deep):

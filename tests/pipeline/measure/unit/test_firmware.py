@@ -1,6 +1,5 @@
 """Firmware compiled by the system's compiler, or run by the interpreter, reads as `pipeline read` does."""
 
-import io
 import math
 import runpy
 import shutil
@@ -192,5 +191,5 @@ def test_signal_of_forces_reads_like_the_forces(mango, rng):
     row = over_the_range(mango, rng)[50].tolist()
     text = "t_s,F_1_N,F_2_N,F_3_N,F_4_N\n0," + ",".join(map(repr, row)) + "\n"
     sensor = mango.measuring()
-    (reading,) = readings_of(sensor, Signal(io.BytesIO(text.encode()), "-", 4))
+    (reading,) = readings_of(sensor, Signal(text.splitlines(), "-", 4))
     assert reading.E == reading_of(sensor, row).E

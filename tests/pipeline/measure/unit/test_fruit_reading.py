@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipeline.measure.unit.measuring import interpolated
 from pipeline.measure.unit.presses import reading_of
 from pipeline.measure.unit.ripeness import ripeness_classes
 from solve.contact.poses import Pose
@@ -101,7 +100,3 @@ def test_mango_is_within_its_bias_limit_in_every_pose_of_its_reading(mango):
         forces = mango.forces([place.pressed(E, FULL) for place in places])
         found = np.array([reading_of(sensor, row).E for row in forces.tolist()])
         assert np.abs(found / E - 1.0).max() < design.reading.bias_limit
-
-
-def test_values_between_places():
-    assert [interpolated(x, [1.0, 2.0, 4.0], [0.0, 1.0, 5.0]) for x in (0.0, 1.5, 3.0, 9.0)] == [0.0, 0.5, 3.0, 5.0]

@@ -1,7 +1,5 @@
 """A press of a pair: the line reads through any tilt, the force ratio does not and is told apart."""
 
-import io
-
 import numpy as np
 import pytest
 
@@ -69,7 +67,7 @@ def test_swapped_channels_are_of_no_fruit(paper):
 
 def signal(rows):
     text = "t_s,F_l_N,F_h_N\n" + "".join(f"{t},{soft},{stiff}\n" for t, (soft, stiff) in rows)
-    return Signal(io.BytesIO(text.encode()), "-", 2)
+    return Signal(text.splitlines(), "-", 2)
 
 
 def test_each_press_of_a_signal_is_one_reading(paper):

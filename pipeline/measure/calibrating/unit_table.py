@@ -1,0 +1,150 @@
+"""What a unit does with its own springs: its table over the range of its design, and how to trim it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.quantity import COVERAGE
+from cad.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
+from cad.theory.leaf_spring import pair_length
+from pipeline.measure.unit.deep_pair import one_sample
+from pipeline.measure.unit.deep_reading import curve_contribution
+from pipeline.measure.unit.measuring import MeasuringUnit
+
+Floats = NDArray[np.float64]
+
+MODULI = 7
+STEP = 1e-4
+"""Of a stiffness, for slopes over it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnitRow:
+    """What a level unit shows of a fruit of modulus E [MPa] at full travel.
+
+    `forces` [N], P = F_high / F_low [1], the half width that holds 95 % of E by what `error_sources` names [1], and the
+    relative error of E where it is read with the stiffnesses of the design [1].
+    """
+
+    E: float
+    forces: tuple[float, ...]
+    P: float
+    u: float
+    with_design: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trim:
+    """By how much the leaves of a spring must be longer (filed) or shorter (clamped, below 0) to meet its target [mm].
+
+    `K` and `target` [N/mm].
+    """
+
+    name: str
+    K: float
+    target: float
+    longer: float
+
+
+def error_sources(sensor: MeasuringUnit) -> str:
+    """Return what the error of a calibrated unit counts: its springs, and at large strain the curve of a tip."""
+    return "by the springs alone" if sensor.deep is None else "by springs and curve of a tip"
+
+
+def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, ...]:
+    """Return what a unit shows over the range of its design; `nominal` is the unit exactly as designed."""
+    least, largest = sensor.range_MPa
+    rows = []
+    for E in np.geomspace(least, largest, MODULI).tolist():
+        forces = level_forces(sensor, E)
+        low, high = (math.fsum(forces[tip] for tip in kind) / len(kind) for kind in sensor.design.tips.kinds)
+        by_curve = 0.0 if sensor.deep is None else curve_contribution(sensor.deep, one_sample(forces), E)
+        try:
+            with_design = read_level(nominal, forces) / E - 1.0
+        except ReadingError:
+            with_design = math.inf
+        u = math.hypot(error_by_springs(sensor, _spring_slopes(sensor, forces, E)), error_by_curve(by_curve))
+        rows.append(UnitRow(E=E, forces=tuple(forces), P=high / low, u=u, with_design=with_design))
+    return tuple(rows)
+
+
+def level_forces(sensor: MeasuringUnit, E: float) -> list[float]:
+    """Return the forces of all tips [N] of a level unit at full travel on a fruit of modulus E [MPa].
+
+    travel + least gap = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i; raises ReadingError where a tip is off.
+    At large strain by the curve of a tip.
+    """
+    from scipy.optimize import root
+
+    travel = sensor.design.press.travel_mm
+    if sensor.deep is not None:
+        return sensor.deep.forces(E, travel)
+    law = sensor.law
+    S = np.array(sensor.report.contact.compliance_per_mm if law is None else law.S)
+    gaps = np.zeros(len(S)) if law is None else np.array(law.gaps)
+    dome = 0.0 if law is None else law.hertz * E ** (-2.0 / 3.0)
+    linear = np.array(sensor.C) + S / E
+    depth = travel + gaps.min() - gaps  # travel counts from the first touch
+
+    def balance(roots: Floats) -> tuple[Floats, Floats]:
+        """Return the residual [mm] and its slopes, for the cube roots of the forces."""
+        slopes = 3.0 * linear * roots**2 + np.diag(2.0 * dome * roots)
+        return linear @ roots**3 + dome * roots**2 - depth, slopes
+
+    start = np.cbrt(np.maximum(depth, 0.0) / (np.diag(linear) + dome))
+    solution = root(balance, start, jac=True, tol=1e-13)
+    if not np.abs(solution.fun).max() <= 1e-9 * np.abs(depth).max() or solution.x.min() < 0.0:
+        msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
+        raise ReadingError(msg)
+    return [float(force) for force in solution.x**3]
+
+
+def read_level(sensor: MeasuringUnit, forces: Sequence[float]) -> float:
+    """Return the modulus [MPa] that a unit reads of the forces [N] of a level press; raises ReadingError."""
+    return sensor.ratio_modulus(forces) if sensor.law is None else read_modulus(sensor.law, forces)
+
+
+def error_by_springs(sensor: MeasuringUnit, slopes: Sequence[float]) -> float:
+    """Return the half width that holds 95 % of a value [its unit] by its springs, of its slopes over their logs."""
+    errors = [slope * 0.01 * percent for slope, percent in zip(slopes, sensor.unit.K_percent, strict=True)]
+    return COVERAGE * math.hypot(*errors)
+
+
+def error_by_curve(bound: float) -> float:
+    """Return the half width that holds 95 % of a value that the curve of a tip moves by at most a bound [same unit].
+
+    What lies anywhere within a bound has the bound over the root of three as standard deviation (JCGM 100:2008, 4.3.7).
+    """
+    return COVERAGE * bound / math.sqrt(3.0)
+
+
+def _spring_slopes(sensor: MeasuringUnit, forces: Sequence[float], E: float) -> list[float]:
+    """Return the relative change of E for a relative change of each spring [1]."""
+    if sensor.law is not None:
+        return list(contrast_slopes(sensor.law, forces, E).springs)
+    slopes = []
+    for tip in range(len(forces)):
+        stiffer = sensor.with_stiffness(tip, 1.0 + STEP)
+        slopes.append((read_level(stiffer, forces) / E - 1.0) / STEP)
+    return slopes
+
+
+def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> tuple[Trim, ...]:
+    """Return how to trim each spring to its target [N/mm], one for each tip; none where no housing is made.
+
+    A pair of leaves has K = 2 E w (t / L)^3: what it measures gives E as it acts, and that the length for the target.
+    """
+    housing = sensor.report.housing
+    if housing is None:
+        return ()
+    flexures = {arm.name: arm.flexure for arm in housing.arms}
+    result = []
+    for tip, K, target in zip(sensor.report.tips, sensor.unit.stiffnesses, targets, strict=True):
+        flexure = flexures[tip.spring]
+        acting = 0.5 * K / flexure.depth * (flexure.length / flexure.thickness) ** 3
+        length = pair_length(acting, flexure.depth, flexure.thickness, target)
+        result.append(Trim(name=tip.name, K=K, target=target, longer=length - flexure.length))
+    return tuple(result)
