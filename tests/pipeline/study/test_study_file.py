@@ -39,7 +39,7 @@ def test_study_file_is_read(written: Write) -> None:
         ("samples = 8", "samples = 0", "at least 1"),
         ("samples = 8", 'how = "grid"', "steps"),
         ("samples = 8", 'how = "gird"', "did you mean grid?"),
-        ("samples = 8", 'points = "missing.csv"', "beside the study file"),
+        ("samples = 8", 'points = "missing.csv"', "missing.csv"),
         ('"paper"', '"papr"', "did you mean paper?"),
         ("seed = 7", "tol = 1.0", "at most 0.1"),
         ("seed = 7", "seed = -1", "at least 0"),
