@@ -17,12 +17,12 @@ from solve.arrays import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class SurfacePatch:
-    """Quadrature on such facets: places [mm] (3, facets, q), weights [mm^2] (facets, q), dofs (nodes, 3, facets).
+    """Quadrature on such facets: points [mm] (3, facets, q), weights [mm^2] (facets, q), dofs (nodes, 3, facets).
 
     The scalar shape functions there are `shapes` [1] (nodes, facets, q) and `gradients` [1/mm] (nodes, 3, facets, q).
     """
 
-    places: Floats
+    points: Floats
     weights: Floats
     dofs: Ints
     shapes: Floats
@@ -44,7 +44,7 @@ def patch_inside(basis: CellBasis, elements: Ints, inside: Floats, weights: Floa
     table = shape_table(basis.elem.elem, inside)
     values = table.values.reshape(len(table.values), -1, weights.shape[1])
     return SurfacePatch(
-        places=cell_places(basis.mesh, inside, elements),
+        points=cell_places(basis.mesh, inside, elements),
         weights=weights,
         dofs=nodal_dofs(basis, elements),
         shapes=np.broadcast_to(values, (len(values), *weights.shape)),

@@ -35,9 +35,9 @@ def contact_compliance(
 def direct_contact(block: Fruit, tips: Tips) -> FruitCompliance:
     """Return the compliance [1/mm] of a block under a flat pair by direct finite elements."""
     if not tips.tip_shape.is_round:
-        return direct_compliance(fruit_meshes(block, tips), block, tips)
+        return direct_compliance(fruit_meshes(block, tips), block.poisson)
     from cad.parts.fruit import solved_block  # loads the CAD kernel
 
     part = solved_block(block, tips)
     sizes = (fruit_size(part, block, tips, scale) for scale in REFINEMENTS)
-    return direct_compliance([volume_mesh(part, size, tolerance=_FACETED) for size in sizes], block, tips)
+    return direct_compliance([volume_mesh(part, size, tolerance=_FACETED) for size in sizes], block.poisson)

@@ -100,9 +100,8 @@ def smooth_compliance(fruit: Fruit, footprints: Sequence[Footprint]) -> Floats:
     """
     between, within = _between(footprints), max(FEWEST_NODES, nodes_within(fruit, footprints))
     mirrored = all(one.x == 0.0 for one in footprints), all(one.y == 0.0 for one in footprints)
-    extent = (fruit.length_mm, fruit.width_mm, fruit.height_mm)
     places = np.concatenate([footprint.nodes(within) for footprint in footprints])
-    lines = block_lines(extent, places, mirrored, GRADING)
+    lines = block_lines(fruit, places, mirrored, GRADING)
     at_x, at_y = ((1, -1) if plane else (0,) for plane in mirrored)
     parities = [(x, y) for x in at_x for y in at_y]
     remainder, _ = node_remainder(fruit, footprints, lines, parities, within, between)

@@ -85,8 +85,7 @@ def _unit_fields(block: Fruit, tips: Sequence[_Patches], lines: Lines) -> tuple[
 
 def _remainder(block: Fruit, points: Sequence[_Patches]) -> tuple[CellBasis, Floats]:
     places, forces = np.concatenate([one.centres for one in points]), np.concatenate([one.forces for one in points])
-    extent = (block.length_mm, block.width_mm, block.height_mm)
-    mesh = box_mesh(block_lines(extent, places, (False, False), GRADING))
+    mesh = box_mesh(block_lines(block, places, (False, False), GRADING))
     return remainder_field(mesh, block.poisson, places, forces)
 
 

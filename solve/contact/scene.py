@@ -14,7 +14,7 @@ from cad.design.tips import Press, Tips
 from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.contact.gap import tip_gap
-from solve.fruit.skin import cap_gap, cap_slope
+from solve.fruit.curved_shape import cap_gap, cap_slope
 
 Place = tuple[float, float]
 

@@ -1,9 +1,8 @@
 """Lines of the mesh that is bent into a curved fruit: fine under the tips, with a number of dofs that is bounded."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -21,66 +20,63 @@ SMALLER = 0.95
 class BodySteps:
     """Steps at a load [deviations], their growth with the distance from it [1], the largest over the extent [1].
 
-    `share` < 1 takes that share of the steps; `most_dofs` makes it smaller where there would be more dofs.
+    `fraction` < 1 takes that fraction of the steps; `most_dofs` makes it smaller where there would be more dofs.
     """
 
     at_load: float = 1.0
     growth: float = 0.6
     largest: float = 0.25
-    share: float = 1.0
+    fraction: float = 1.0
     most_dofs: int = 9000
 
 
-def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: tuple[bool, bool], steps: BodySteps) -> Lines:
-    """Return lines [mm] along x, y and z of the block, from mirror planes where it has them; see `BodySteps`.
+def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
+    """Return lines [mm] along x, y and z of the block, from mirror planes x = 0 and y = 0 where it has them.
 
     Lines run through the loads, and on a whole fruit through the edges of the part that keeps its plan.
     """
     lines = _lines(shape, loads, mirrored, steps)
     while 3 * math.prod(2 * len(line) - 1 for line in lines) > steps.most_dofs:
-        steps = replace(steps, share=SMALLER * steps.share)
+        steps = replace(steps, fraction=SMALLER * steps.fraction)
         lines = _lines(shape, loads, mirrored, steps)
     return lines
 
 
-def _lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: tuple[bool, bool], steps: BodySteps) -> Lines:
+def _lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
+    fruit = shape.fruit
     least = min(load.deviation for load in loads)
-    extents = shape.fruit.length_mm, shape.fruit.width_mm, shape.fruit.depth_mm
-    size = partial(_step, least=least, steps=steps)
-    lines = []
-    for axis, half in enumerate(mirrored):
-        places = np.array([(load.x, load.y)[axis] for load in loads])
-        through = _apart(_marks(shape, axis, places, half), LEAST_STEP * least)
-        lines.append(_line(through, partial(size, places=places, extent=extents[axis]), steps.share))
-    down = partial(size, places=np.zeros(1), extent=extents[2])
-    return lines[0], lines[1], graded_line(0.0, extents[2], down, steps.share)
+    centres = np.array([(load.x, load.y) for load in loads])
+    along_axis = []
+    for axis, extent in enumerate((fruit.length_mm, fruit.width_mm)):
+        end = 0.5 * extent
+        marks = [-end, *centres[:, axis].tolist(), end]
+        if fruit.whole:
+            marks += [-shape.core[axis], shape.core[axis]]
+        if mirrored[axis]:
+            marks = [0.0, *(mark for mark in marks if mark > 0.0)]
+        marks.sort()
+
+        # The first and the last mark, and of the others those that are not too near to a neighbour.
+        kept = marks[:1]
+        for mark in marks[1:-1]:
+            if min(mark - kept[-1], marks[-1] - mark) > LEAST_STEP * least:
+                kept.append(mark)
+        kept.append(marks[-1])
+
+        line = np.array(kept[:1])
+        for start, stop in pairwise(kept):
+            part = _graded(start, stop, centres[:, axis], extent, least, steps)
+            line = np.concatenate([line, part[1:]])
+        along_axis.append(line)
+    down = _graded(0.0, fruit.depth_mm, np.zeros(1), fruit.depth_mm, least, steps)
+    return along_axis[0], along_axis[1], down
 
 
-def _marks(shape: CurvedShape, axis: int, places: Floats, half: bool) -> list[float]:
-    """Return the rising coordinates [mm] of one axis that lines should run through; from 0 on if `half`."""
-    end = 0.5 * (shape.fruit.length_mm, shape.fruit.width_mm)[axis]
-    marks = [-end, *places.tolist(), end]
-    if shape.fruit.whole:
-        marks += [-shape.core[axis], shape.core[axis]]
-    return sorted([0.0, *(mark for mark in marks if mark > 0.0)] if half else marks)
+def _graded(start: float, stop: float, loads: Floats, extent: float, least: float, steps: BodySteps) -> Floats:
+    """Return a line whose steps grow with the distance from loads (n,) on the same axis, all in [mm]."""
 
+    def size(s: Floats) -> Floats:
+        distance = np.abs(s[:, None] - loads).min(axis=1)
+        return np.asarray(np.minimum(steps.at_load * least + steps.growth * distance, steps.largest * extent))
 
-def _apart(places: Sequence[float], least: float) -> list[float]:
-    """Return the first and the last of rising places [mm], and of the others those that are this far apart."""
-    kept = [places[0]]
-    for place in places[1:-1]:
-        if min(place - kept[-1], places[-1] - place) > least:
-            kept.append(place)
-    return [*kept, places[-1]]
-
-
-def _line(places: Sequence[float], size: Callable[[Floats], Floats], share: float) -> Floats:
-    parts = [graded_line(start, end, size, share) for start, end in pairwise(places)]
-    return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
-
-
-def _step(s: Floats, *, places: Floats, extent: float, least: float, steps: BodySteps) -> Floats:
-    """Return the step [mm] at coordinates s of one axis."""
-    distance = np.abs(s[:, None] - places).min(axis=1)
-    step: Floats = np.minimum(steps.at_load * least + steps.growth * distance, steps.largest * extent)
-    return step
+    return graded_line(start, stop, size, steps.fraction)

@@ -43,8 +43,7 @@ class FruitCompliance:
         for name, matrix in (("S", self.S), ("shape_change", change)):
             copied = np.array(matrix, dtype=np.float64)
             if copied.shape != (len(self.tips), len(self.tips)):
-                bound = f"must have a row and a column for each of {len(self.tips)} tips; name them"
-                msg = f"{name} has shape {copied.shape}: {bound}"
+                msg = f"{name} has shape {copied.shape}: must have a row and a column for each of {len(self.tips)} tips"
                 raise ValueError(msg)
             copied.flags.writeable = False
             object.__setattr__(self, name, copied)
@@ -53,21 +52,27 @@ class FruitCompliance:
     def crosstalk(self) -> float:
         """Return the mean indentation of one tip per force on another, times E [1/mm]; 0 for a single tip."""
         count = len(self.tips)
-        others = self.S[~np.eye(count, dtype=bool)]
-        return float(others.sum()) / (count * (count - 1)) if count > 1 else 0.0
+        if count == 1:
+            return 0.0
+        between = self.S[~np.eye(count, dtype=bool)]
+        return float(between.sum()) / (count * (count - 1))
 
-    def of_kinds(self, soft: Sequence[int], stiff: Sequence[int]) -> "FruitCompliance":
-        """Return the compliance of a pair whose tips stand for the soft and for the stiff tips, by their indices.
+    def per_spring(self, low: Sequence[int], high: Sequence[int]) -> "FruitCompliance":
+        """Return the compliance of a pair whose tips stand for those on low and on high springs, by their indices.
 
-        Tips of a kind that carry equal forces indent by it, per force on one of them; exact in a level square or line.
+        Tips of one spring that carry equal forces indent by it, per force on one of them; exact in a level square or
+        line.
         """
-        kinds = (list(soft), list(stiff))
-        if len(self.tips) == len(kinds):
+        groups = (list(low), list(high))
+        if len(self.tips) == len(groups):
             return self
-        S, change = (
-            np.array([[matrix[np.ix_(one, other)].sum() / len(one) for other in kinds] for one in kinds])
-            for matrix in (self.S, self.shape_change)
-        )
+        S = np.empty((2, 2))
+        change = np.empty((2, 2))
+        for i, rows in enumerate(groups):
+            for j, columns in enumerate(groups):
+                block = np.ix_(rows, columns)
+                S[i, j] = self.S[block].sum() / len(rows)
+                change[i, j] = self.shape_change[block].sum() / len(rows)
         return replace(self, tips=TIPS, S=S, shape_change=change)
 
     def K_m_over_E(self, tip: int = 0) -> float:

@@ -7,18 +7,39 @@ circles as seen from above. Units: mm.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from cad.design.fruit import Fruit
 from solve.arrays import Floats
-from solve.fruit.skin import cap_gap, cap_slope
-
-Plan = tuple[float, float]
-Vector = tuple[float, float, float]
 
 CORE_OF_CAP = 0.65  # the core of a cap that is as large as it should be for its core
 CAP_OF_SKIN = 0.85  # the largest cap, in arc from the apex to the base
+
+
+class Plan(NamedTuple):
+    """Half of a part of the plan along x and y [mm]."""
+
+    x: float
+    y: float
+
+
+def cap_gap(x: Floats, y: Floats, radius: float, radius_across: float) -> Floats:
+    """Return how far [mm] a fruit with these radii along and across the tips falls below the plane at its apex.
+
+    An ellipsoid whose height semi-axis is `radius`: a sphere where both radii are equal. Beyond it, infinity.
+    """
+    rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
+    return np.where(rest >= 0.0, radius * (1.0 - np.sqrt(np.maximum(rest, 0.0))), np.inf)
+
+
+def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[float, float]:
+    """Return how fast [1] such a fruit falls along x and along y; infinite from its rim on."""
+    rest = 1.0 - (x / radius) ** 2 - y**2 / (radius * radius_across)
+    if not rest > 0.0:
+        return float(np.inf), float(np.inf)
+    return float(x / radius / np.sqrt(rest)), float(y / radius_across / np.sqrt(rest))
 
 
 @dataclass(frozen=True)
@@ -50,27 +71,28 @@ class CurvedShape:
         The cap is larger where the core asks for it, as long as sides are left.
         """
         even = self.base_angle / (1.0 + 2.0 * self.base_angle / math.pi)
-        held = max(core / (CORE_OF_CAP * axis) for core, axis in zip(self.core, self.semi_axes[:2], strict=True))
-        return min(CAP_OF_SKIN * self.base_angle, max(even, math.asin(min(1.0, held))))
+        a, b, _ = self.semi_axes
+        for_core = max(self.core.x / (CORE_OF_CAP * a), self.core.y / (CORE_OF_CAP * b))
+        return min(CAP_OF_SKIN * self.base_angle, max(even, math.asin(min(1.0, for_core))))
 
     @property
     def cap(self) -> Plan:
         """Return half of the plan [mm] that the top of the block takes on a whole fruit."""
-        share = math.sin(self.cap_angle)
-        return share * self.semi_axes[0], share * self.semi_axes[1]
+        sine = math.sin(self.cap_angle)
+        return Plan(sine * self.semi_axes[0], sine * self.semi_axes[1])
 
     def slope(self, x: float, y: float) -> float:
-        """Return how steeply the skin falls at a place of the plan [1]; infinite from its rim on."""
+        """Return how steeply the skin falls at a point of the plan [1]; infinite from its rim on."""
         return math.hypot(*cap_slope(x, y, *self.fruit.radii_mm))
 
-    def normal(self, x: float, y: float) -> Vector:
-        """Return the outward normal of the skin at a place of the plan [1], z down."""
+    def normal(self, x: float, y: float) -> tuple[float, float, float]:
+        """Return the outward normal of the skin at a point of the plan [1], z down."""
         along, across = cap_slope(x, y, *self.fruit.radii_mm)
         length = math.hypot(along, across, 1.0)
         return along / length, across / length, -1.0 / length
 
     def mean_curvature(self, x: float, y: float) -> float:
-        """Return the mean curvature of the skin at a place of the plan [1/mm]."""
+        """Return the mean curvature of the skin at a point of the plan [1/mm]."""
         a, b, c = self.semi_axes
         height = c - float(self._fall(np.array(x), np.array(y)))
         normal = (x / a**2) ** 2 + (y / b**2) ** 2 + (height / c**2) ** 2
@@ -79,7 +101,7 @@ class CurvedShape:
     def bent(self, points: Floats) -> Floats:
         """Return where points (3, n) [mm] of the block lie on the fruit."""
         if self.fruit.whole:
-            return self._whole(points)
+            return self._bent_whole(points)
         x, y, z = points
         fall = self._fall(x, y)
         return np.stack([x, y, fall + z * (1.0 - fall / self.fruit.depth_mm)])
@@ -87,42 +109,41 @@ class CurvedShape:
     def _fall(self, x: Floats, y: Floats) -> Floats:
         return np.asarray(np.minimum(cap_gap(x, y, *self.fruit.radii_mm), self.semi_axes[2]))
 
-    def _whole(self, points: Floats) -> Floats:
+    def _bent_whole(self, points: Floats) -> Floats:
         """Turn the plan of the block into discs, then each half section through the axis into one of the fruit."""
-        sizes = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
-        u, v = _disc(points[:2], sizes, np.array(self.core), np.array(self.cap))
-        share, down = u**2 + v**2, points[2] / self.fruit.depth_mm
-        a, b, _ = self.semi_axes
-        reach = self._reach(share, down)
-        top = self._fall(self.cap[0] * u, self.cap[1] * v)
-        depth = (1.0 - down) * top + down * self.fruit.depth_mm + share * self._bulge(down)
-        return np.stack([a * reach * u, b * reach * v, depth])
+        a, b, c = self.semi_axes
+        thickness = self.fruit.depth_mm
+        cap_sine = math.sin(self.cap_angle)
+        base_sine = math.sin(self.base_angle)
+        rim_depth = 1.0 - math.cos(self.cap_angle)
+        base_depth = 1.0 - math.cos(self.base_angle)
 
-    def _reach(self, share: Floats, down: Floats) -> Floats:
-        """Return the radius of discs [1 of the ellipsoid]: that of the skin at its rim, rising slowly at its axis."""
-        cap, base = math.sin(self.cap_angle), math.sin(self.base_angle)
-        reach: Floats = (1.0 - share) * (cap + (base - cap) * down**2) + share * np.sin(self._angle(down))
-        return reach
+        u, v = self._on_disc(points[:2])
+        outwards = u**2 + v**2  # 0 on the axis, 1 on the rim of a disc
+        down = points[2] / thickness
+        angle = self.cap_angle + (self.base_angle - self.cap_angle) * down
 
-    def _bulge(self, down: Floats) -> Floats:
-        """Return how much lower the skin beside the cap lies than a straight line from its rim to the base [mm]."""
-        rim, base = 1.0 - math.cos(self.cap_angle), 1.0 - math.cos(self.base_angle)
-        straight = (1.0 - down) * rim + down * base
-        bulge: Floats = self.semi_axes[2] * (1.0 - np.cos(self._angle(down)) - straight)
-        return bulge
+        # Radius of the discs: that of the skin at its rim, rising slowly at its axis.
+        at_axis = cap_sine + (base_sine - cap_sine) * down**2
+        radius = (1.0 - outwards) * at_axis + outwards * np.sin(angle)
+        # How much lower the skin beside the cap lies than a straight line from its rim to the base [mm].
+        straight = (1.0 - down) * rim_depth + down * base_depth
+        bulge = c * (1.0 - np.cos(angle) - straight)
+        top = self._fall(self.cap.x * u, self.cap.y * v)
+        depth = (1.0 - down) * top + down * thickness + outwards * bulge
+        return np.stack([a * radius * u, b * radius * v, depth])
 
-    def _angle(self, down: Floats) -> Floats:
-        angle: Floats = self.cap_angle + (self.base_angle - self.cap_angle) * down
-        return angle
+    def _on_disc(self, plan: Floats) -> Floats:
+        """Return where points (2, n) of the block's plan lie on the unit disc: the core keeps its place times 1 / cap.
 
-
-def _disc(plan: Floats, sizes: Floats, core: Floats, cap: Floats) -> Floats:
-    """Return where points (2, points) of a rectangle lie on the unit disc [1]: the core keeps its place times 1 / cap.
-
-    Outside the core this is the elliptical map of a square on a disc.
-    """
-    reach = np.abs(plan)
-    beyond = np.maximum(0.0, (reach - core[:, None]) / (sizes - core)[:, None])
-    p, q = np.sign(plan) * (np.minimum(reach, core[:, None]) + beyond * (cap - core)[:, None]) / cap[:, None]
-    round_off = 0.5 * (1.0 - ((1.0 - beyond[0] ** 2) * (1.0 - beyond[1] ** 2)) ** 2)
-    return np.stack([p * np.sqrt(1.0 - round_off * q**2), q * np.sqrt(1.0 - round_off * p**2)])
+        Outside the core this is the elliptical map of a square on a disc.
+        """
+        half_plan = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
+        core = np.array(self.core)
+        cap = np.array(self.cap)
+        distance = np.abs(plan)
+        beyond = np.maximum(0.0, (distance - core[:, None]) / (half_plan - core)[:, None])
+        within = np.minimum(distance, core[:, None])
+        p, q = np.sign(plan) * (within + beyond * (cap - core)[:, None]) / cap[:, None]
+        rounding = 0.5 * (1.0 - ((1.0 - beyond[0] ** 2) * (1.0 - beyond[1] ** 2)) ** 2)
+        return np.stack([p * np.sqrt(1.0 - rounding * q**2), q * np.sqrt(1.0 - rounding * p**2)])

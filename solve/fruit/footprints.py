@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from cad.design.fruit import Fruit
-from solve.arrays import Floats, Ints
+from solve.arrays import Floats
 from solve.fruit.box import Lines, box_mesh
 from solve.fruit.remainder import Parity, remainder_compliance
 from solve.halfspace.punch import Punch, square_punch
@@ -25,7 +25,7 @@ from solve.linear import SolveError
 NODES_BETWEEN = ((4.0, 3), (2.0, 5), (1.2, 9), (1.1, 17), (0.0, 25))
 NODES_WITHIN = ((2.5, 2), (1.5, 3), (0.0, 4))
 RESIDUAL_LIMIT = 1e-10
-SAME_PLACE = 9  # digits, of a side
+SAME_POINT = 9  # digits, of a side
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,8 @@ class Footprint:
     punch: Callable[[int], Punch] = square_punch
 
     def nodes(self, per_side: int) -> Floats:
-        """Return the places of the nodes on the top of the block [mm], shape (nodes, 2)."""
-        places: Floats = self.side * self.punch(per_side).nodes + np.array([self.x, self.y])
-        return places
+        """Return the nodes on the top of the block [mm], shape (nodes, 2)."""
+        return np.asarray(self.side * self.punch(per_side).nodes + np.array([self.x, self.y]))
 
     def room(self, fruit: Fruit) -> float:
         """Return the distance from the centre to the nearest side face of a block [mm]."""
@@ -49,8 +48,11 @@ class Footprint:
 
 def closest_spacing(footprints: Sequence[Footprint]) -> float:
     """Return the smallest spacing over side, along x or y, of two footprints [1]; infinite for a single one."""
-    pairs = itertools.combinations(footprints, 2)
-    return min((max(abs(a.x - b.x), abs(a.y - b.y)) / max(a.side, b.side) for a, b in pairs), default=np.inf)
+    closest = float(np.inf)
+    for a, b in itertools.combinations(footprints, 2):
+        spacing = max(abs(a.x - b.x), abs(a.y - b.y)) / max(a.side, b.side)
+        closest = min(closest, spacing)
+    return closest
 
 
 def nodes_between(footprints: Sequence[Footprint]) -> int:
@@ -66,30 +68,35 @@ def nodes_within(fruit: Fruit, footprints: Sequence[Footprint]) -> int:
 
 
 def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]]:
-    """Return the index of each footprint's mirror image at x = 0 and at y = 0; none where one has no image."""
-    places = {footprint: index for index, footprint in enumerate(footprints)}
-    at_x = [places.get(replace(one, x=-one.x)) for one in footprints]
-    at_y = [places.get(replace(one, y=-one.y)) for one in footprints]
-    x, y = ([] if None in images else [index for index in images if index is not None] for images in (at_x, at_y))
-    return x, y
+    """Return the index of each footprint's mirror image at x = 0 and at y = 0; empty where one has no image."""
+    index = {footprint: i for i, footprint in enumerate(footprints)}
+    at_x = [index.get(replace(each, x=-each.x), -1) for each in footprints]
+    at_y = [index.get(replace(each, y=-each.y), -1) for each in footprints]
+    return [] if -1 in at_x else at_x, [] if -1 in at_y else at_y
 
 
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
     """Return the parities that level footprints excite: even alone at a plane through the centres of all of them."""
-    centres = np.array([(one.x, one.y) for one in footprints]).T
-    axes = zip(mirror_images(footprints), centres, strict=True)
-    signs = [(0,) if not images else (1, -1) if along.any() else (1,) for images, along in axes]
-    return [(x, y) for x in signs[0] for y in signs[1]]
+    at_x, at_y = mirror_images(footprints)
+    signs_x = _signs(at_x, [each.x for each in footprints])
+    signs_y = _signs(at_y, [each.y for each in footprints])
+    return list(itertools.product(signs_x, signs_y))
+
+
+def _signs(images: Sequence[int], centres: Sequence[float]) -> tuple[int, ...]:
+    """Return the signs of the loads' mirror images at one plane: 0 where it is no mirror plane."""
+    if not images:
+        return (0,)
+    return (1, -1) if any(centres) else (1,)
 
 
 def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side: int) -> Floats:
     """Return displacements at all nodes per force on the nodes of other footprints of a half-space, E = 1 [1/mm]."""
-    places = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
+    nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
     owner = np.repeat(np.arange(len(footprints)), per_side**2)
-    offset = places[:, None] - places
+    offset = nodes[:, None] - nodes
     distance = np.where(owner[:, None] == owner, np.inf, np.hypot(offset[..., 0], offset[..., 1]))
-    between: Floats = (1.0 - poisson**2) / np.pi / distance
-    return between
+    return np.asarray((1.0 - poisson**2) / np.pi / distance)
 
 
 def node_remainder(
@@ -101,23 +108,24 @@ def node_remainder(
     The mesh is the box over `lines` [mm], which begin at mirror planes. A load there is the mean of loads even and odd
     (`parities`); a parity that is left out counts as zero. Raises SolveError when a solve is not exact.
     """
-    places = np.concatenate([footprint.nodes(within) for footprint in footprints])
+    nodes = np.concatenate([footprint.nodes(within) for footprint in footprints])
     mirrored = np.abs(parities[0])
-    image = np.where(mirrored * places < 0.0, -1, 1)
-    loads, load = _distinct(places * image, max(footprint.side for footprint in footprints))
-    remainder = remainder_compliance(box_mesh(lines), fruit.poisson, loads, parities)
-    signs = [np.where(image < 0, parity, 1).prod(axis=1) for parity in parities]
-    pairs = zip(signs, remainder.compliances, strict=True)
-    compliance = sum(np.outer(sign, sign) * answer[np.ix_(load, load)] for sign, answer in pairs)
-    raised = block_diag(*(one.punch(within).interpolate(one.punch(between).nodes) for one in footprints))
-    return raised @ compliance @ raised.T / 2 ** mirrored.sum(), remainder.dofs
+    image = np.where(mirrored * nodes < 0.0, -1, 1)  # signs that bring a node into the part that is meshed
+    nodes = nodes * image
 
+    # Nodes that coincide there, to some digits of a side, are one load.
+    side = max(footprint.side for footprint in footprints)
+    digits = np.round(nodes / side, SAME_POINT) + 0.0
+    _, first, load = np.unique(digits, axis=0, return_index=True, return_inverse=True)
+    by_parity, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first], parities)
 
-def _distinct(places: Floats, side: float) -> tuple[Floats, Ints]:
-    """Return the distinct places (n, 2) and the index of each place's own; equal are those within digits of a side."""
-    digits = np.round(places / side, SAME_PLACE) + 0.0
-    _, first, index = np.unique(digits, axis=0, return_index=True, return_inverse=True)
-    return places[first], index
+    compliance = np.zeros((len(nodes), len(nodes)))
+    for parity, between_loads in zip(parities, by_parity, strict=True):
+        sign = np.where(image < 0, parity, 1).prod(axis=1)
+        compliance = compliance + np.outer(sign, sign) * between_loads[np.ix_(load, load)]
+    interpolation = [each.punch(within).interpolate(each.punch(between).nodes) for each in footprints]
+    raised = block_diag(*interpolation)
+    return raised @ compliance @ raised.T / 2 ** mirrored.sum(), dofs
 
 
 def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder: Floats, per_side: int) -> Floats:
@@ -127,9 +135,10 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     SolveError on a large residual.
     """
     G = remainder + half_space_between(footprints, poisson, per_side)
-    Y = block_diag(*(one.side * one.punch(per_side).stiffness for one in footprints)) / (1.0 - poisson**2)
+    Y = block_diag(*(each.side * each.punch(per_side).stiffness for each in footprints)) / (1.0 - poisson**2)
     level = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
-    system, right = np.eye(len(G)) + Y @ G, Y @ level
+    system = np.eye(len(G)) + Y @ G
+    right = Y @ level
     forces = np.linalg.solve(system, right)
     residual = float(np.abs(system @ forces - right).max() / np.abs(right).max())
     if not residual <= RESIDUAL_LIMIT:

@@ -10,12 +10,10 @@ t, u of the half-space: symmetric, no value is read off at a point, and the erro
 """
 
 import itertools
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csc_matrix
 from skfem import CellBasis, ElementHex2, Mesh
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefQuad
@@ -56,109 +54,104 @@ class FaceQuadrature:
     dofs: Ints
 
 
-@dataclass(frozen=True, eq=False)
-class HalfSpaceField:
-    """Displacement u and traction t of the half-space under each load on some faces, (loads, 3, facets, q)."""
-
-    u: Floats
-    t: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class Remainder:
-    """v_z at load k per load j, times E [1/mm], symmetric, shape (loads, loads), one per parity; and the dofs."""
-
-    compliances: tuple[Floats, ...]
-    dofs: int
-
-
-@dataclass(frozen=True, eq=False)
 class _Block:
-    """The elastic block: its stiffness, its loaded sides, its clamped base."""
+    """The elastic block: its stiffness, its loaded sides (those that are no mirror plane) and its clamped base."""
 
-    basis: CellBasis
-    stiffness: csc_matrix
-    side: FaceQuadrature
-    base: FaceQuadrature
+    def __init__(self, mesh: Mesh, poisson: float, mirror_planes: Sequence[str]) -> None:
+        self.basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
+        self.stiffness = stiffness_matrix(self.basis, 1.0, poisson, b_bar=True)
+        sides = {name: normal for name, normal in SIDES.items() if name not in mirror_planes}
+        self.side = _quadrature(self.basis, sides)
+        self.base = _quadrature(self.basis, BASE)
 
-    def solved(self, traction: Floats, shift: Floats, mirror: Ints) -> tuple[Floats, Floats, Floats]:
-        """Return v, the load and the prescribed base (dofs, loads) for minus a traction on the sides and a base shift.
+    def remainder(self, side_traction: Floats, base_u: Floats, mirror: Ints) -> tuple[Floats, Floats, Floats]:
+        """Return v, its load and its prescribed base (dofs, loads) for half-space fields (loads, 3, facets, q).
 
         `mirror` are the dofs that vanish on the mirror planes.
         """
         clamped = self.basis.get_dofs("base").all()
         factor = factorised(self.stiffness, np.union1d(clamped, mirror))
-        load = -_load_vector(self.side, traction, self.basis.N)
-        lift = -_projection(self.base, shift, np.setdiff1d(clamped, mirror), self.basis.N)
+        load = -_load_vector(self.side, side_traction, self.basis.N)
+        lift = -_projection(self.base, base_u, np.setdiff1d(clamped, mirror), self.basis.N)
         return factor.solve(load, lift[factor.fixed]), load, lift
 
-    def compliance(self, side: HalfSpaceField, base: HalfSpaceField, mirror: Ints) -> Floats:
-        """Return the remainder at the loads whose half-space fields these are, by Betti's theorem, (loads, loads)."""
-        v, load, lift = self.solved(side.t, base.u, mirror)
-        reaction = self.stiffness @ v - load
-        half_space = _work(self.base, base.t, base.u) - _work(self.side, side.t, side.u).T
-        return half_space + load.T @ v - lift.T @ reaction
 
-
-def remainder_compliance(mesh: Mesh, poisson: float, loads: Floats, parities: Sequence[Parity]) -> Remainder:
-    """Return the remainder at places on the top of a block per unit normal load at these places, E = 1 [1/mm].
+def remainder_compliance(
+    mesh: Mesh, poisson: float, loads: Floats, parities: Sequence[Parity]
+) -> tuple[list[Floats], int]:
+    """Return v_z at load k per unit normal load j, E = 1 [1/mm], (loads, loads) for each parity, and the dofs.
 
     `mesh` is the block, or the half or quarter of it that lies at x >= 0 or y >= 0, with faces named as `box_mesh`
-    does; `loads` (n, 2) are places on its top [mm]. A parity (+1 | -1 | 0 for x, same for y) mirrors every load with
+    does; `loads` (n, 2) are points on its top [mm]. A parity (+1 | -1 | 0 for x, same for y) mirrors every load with
     that sign at the plane x = 0 or y = 0; 0 where the mesh holds both sides. Raises SolveError when a solve is not
     exact or the compliance is not symmetric.
     """
-    mirrored = [name for name, sign in zip(PLANES, parities[0], strict=True) if sign]
-    block = _block(mesh, poisson, mirrored)
-    images = _images(parities[0])
-    on_side = {image: _half_space(loads * image, poisson, block.side) for image in images}
-    on_base = {image: _half_space(loads * image, poisson, block.base) for image in images}
+    mirror_planes = [plane for plane, sign in zip(PLANES, parities[0], strict=True) if sign]
+    block = _Block(mesh, poisson, mirror_planes)
+    # a load and its mirror images, as signs of its x and y
+    images = np.array(list(itertools.product(*((1, -1) if sign else (1,) for sign in parities[0]))))
+    on_side = [_half_space(loads * image, poisson, block.side) for image in images]
+    on_base = [_half_space(loads * image, poisson, block.base) for image in images]
     compliances = []
     for parity in parities:
-        side, base = _sum_of_images(on_side, parity), _sum_of_images(on_base, parity)
-        compliances.append(block.compliance(side, base, mirror_dofs(block.basis, parity)))
-    _check_reciprocity(compliances)
-    return Remainder(tuple(0.5 * (one + one.T) for one in compliances), int(block.basis.N))
+        signs = np.where(images < 0, parity, 1).prod(axis=1)
+        side_u = np.tensordot(signs, [u for u, _ in on_side], 1)
+        side_t = np.tensordot(signs, [t for _, t in on_side], 1)
+        base_u = np.tensordot(signs, [u for u, _ in on_base], 1)
+        base_t = np.tensordot(signs, [t for _, t in on_base], 1)
+
+        # Betti's theorem, term by term as above
+        v, load, lift = block.remainder(side_t, base_u, mirror_dofs(block.basis, parity))
+        reaction = block.stiffness @ v - load
+        half_space = _work(block.base, base_t, base_u) - _work(block.side, side_t, side_u).T
+        compliances.append(half_space + load.T @ v - lift.T @ reaction)
+
+    # Only true half-space fields make the compliance symmetric.
+    scale = max(float(np.abs(each).max()) for each in compliances)
+    skew = max(float(np.abs(each - each.T).max()) for each in compliances)
+    if not skew <= RECIPROCITY_LIMIT * scale:
+        msg = (
+            f"remainder: loads differ from their reciprocals by {skew / scale:.1e} of the largest: must be at most "
+            f"{RECIPROCITY_LIMIT:.0e}; take a finer mesh"
+        )
+        raise SolveError(msg)
+    return [0.5 * (each + each.T) for each in compliances], int(block.basis.N)
 
 
 def remainder_field(mesh: Mesh, poisson: float, loads: Floats, forces: Floats) -> tuple[CellBasis, Floats]:
-    """Return the remainder under forces (n,) at places (n, 2) on top of a whole block: basis and dofs of v E [1/mm].
+    """Return the remainder under forces (n,) at points (n, 2) on top of a whole block: basis and dofs of v E [1/mm].
 
     `mesh` as `box_mesh` makes it. Raises SolveError when the solve is not exact.
     """
-    block = _block(mesh, poisson, [])
-    traction = np.tensordot(forces, _half_space(loads, poisson, block.side).t, 1)[None]
-    shift = np.tensordot(forces, _half_space(loads, poisson, block.base).u, 1)[None]
-    v, _, _ = block.solved(traction, shift, np.zeros(0, dtype=np.int64))
+    block = _Block(mesh, poisson, [])
+    _, side_t = _half_space(loads, poisson, block.side)
+    base_u, _ = _half_space(loads, poisson, block.base)
+    traction = np.tensordot(forces, side_t, 1)[None]
+    shift = np.tensordot(forces, base_u, 1)[None]
+    v, _, _ = block.remainder(traction, shift, np.zeros(0, dtype=np.int64))
     return block.basis, v[:, 0]
 
 
-def _block(mesh: Mesh, poisson: float, mirrored: Sequence[str]) -> _Block:
-    basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
-    side = {name: normal for name, normal in SIDES.items() if name not in mirrored}
-    stiffness = stiffness_matrix(basis, 1.0, poisson, b_bar=True)
-    return _Block(basis, stiffness, _quadrature(basis, side), _quadrature(basis, BASE))
+def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
+    """Return the dofs that vanish on the mirror planes, shape (n,): across the plane when even, along it when odd."""
+    dofs = [np.zeros(0, dtype=np.int64)]
+    for axis, sign in enumerate(parity):
+        if sign:
+            held = [f"u^{k + 1}" for k in range(3) if (k == axis) == (sign > 0)]
+            dofs.append(basis.get_dofs(PLANES[axis]).all(held))
+    return np.concatenate(dofs)
 
 
-def _check_reciprocity(compliances: Sequence[Floats]) -> None:
-    """Raise SolveError unless each compliance is symmetric (Betti); only true half-space fields make it so."""
-    scale = max(float(np.abs(one).max()) for one in compliances)
-    skew = max(float(np.abs(one - one.T).max()) for one in compliances)
-    if not skew <= RECIPROCITY_LIMIT * scale:
-        msg = (
-            f"remainder: loads differ from their reciprocals by {skew / scale:.1e} of the largest answer: must be at "
-            f"most {RECIPROCITY_LIMIT:.0e}; take a finer mesh"
-        )
-        raise SolveError(msg)
-
-
-def _quadrature(basis: CellBasis, faces: dict[str, tuple[float, float, float]]) -> FaceQuadrature:
+def _quadrature(basis: CellBasis, faces: Mapping[str, Sequence[float]]) -> FaceQuadrature:
     points, weights = get_quadrature(RefQuad, SURFACE_ORDER)
-    pairs = [(patch, faces[name]) for name in faces for patch in surface_patches(basis, name, points, weights)]
-    patches = [patch for patch, _ in pairs]
-    normals = [np.broadcast_to(np.array(normal)[:, None, None], patch.places.shape) for patch, normal in pairs]
+    patches = []
+    normals = []
+    for name, normal in faces.items():
+        for patch in surface_patches(basis, name, points, weights):
+            patches.append(patch)
+            normals.append(np.broadcast_to(np.array(normal)[:, None, None], patch.points.shape))
     return FaceQuadrature(
-        points=np.concatenate([patch.places for patch in patches], axis=1),
+        points=np.concatenate([patch.points for patch in patches], axis=1),
         normals=np.concatenate(normals, axis=1),
         weights=np.concatenate([patch.weights for patch in patches]),
         shapes=np.concatenate([patch.shapes for patch in patches], axis=1),
@@ -166,35 +159,13 @@ def _quadrature(basis: CellBasis, faces: dict[str, tuple[float, float, float]]) 
     )
 
 
-def _half_space(loads: Floats, poisson: float, faces: FaceQuadrature) -> HalfSpaceField:
-    x, y = (faces.points[axis] - loads[:, axis, None, None] for axis in (0, 1))
+def _half_space(loads: Floats, poisson: float, faces: FaceQuadrature) -> tuple[Floats, Floats]:
+    """Return displacement u and traction t of the half-space under each load on some faces, (loads, 3, facets, q)."""
+    x = faces.points[0] - loads[:, 0, None, None]
+    y = faces.points[1] - loads[:, 1, None, None]
     potentials = halfspace.point_load(x, y, np.broadcast_to(faces.points[2], x.shape))
     traction = np.einsum("abp...,b...->pa...", halfspace.stress(potentials, poisson), faces.normals)
-    return HalfSpaceField(halfspace.displacement(potentials, 1.0, poisson).swapaxes(0, 1), traction)
-
-
-def _images(parity: Parity) -> list[tuple[int, int]]:
-    """Return the signs of x and y of a load and of its mirror images."""
-    along_x, along_y = ((1, -1) if sign else (1,) for sign in parity)
-    return list(itertools.product(along_x, along_y))
-
-
-def _sum_of_images(fields: dict[tuple[int, int], HalfSpaceField], parity: Parity) -> HalfSpaceField:
-    signs = [math.prod(p for p, side in zip(parity, image, strict=True) if side < 0) for image in fields]
-    return HalfSpaceField(
-        u=np.tensordot(signs, [one.u for one in fields.values()], 1),
-        t=np.tensordot(signs, [one.t for one in fields.values()], 1),
-    )
-
-
-def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
-    """Return the dofs that vanish on the mirror planes, shape (n,): across the plane when even, along it when odd."""
-    dofs = [np.zeros(0, dtype=np.int64)]
-    for axis, (name, sign) in enumerate(zip(PLANES, parity, strict=True)):
-        if sign:
-            held = [f"u^{k + 1}" for k in range(3) if (k == axis) == (sign > 0)]
-            dofs.append(basis.get_dofs(name).all(held))
-    return np.concatenate(dofs)
+    return halfspace.displacement(potentials, 1.0, poisson).swapaxes(0, 1), traction
 
 
 def _load_vector(faces: FaceQuadrature, traction: Floats, size: int) -> Floats:

@@ -107,10 +107,10 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, turn: bool = False) -> 
     """
     patches = list(surface_patches(basis, name, POINTS, WEIGHTS))
     area = sum(float(patch.weights.sum()) for patch in patches)
-    centre = sum(float((patch.places[0] * patch.weights).sum()) for patch in patches) / area
+    centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
     vector, total = np.zeros(basis.N), 0.0
     for patch in patches:
-        arm = patch.places[0] - centre if turn else np.ones_like(patch.weights)
+        arm = patch.points[0] - centre if turn else np.ones_like(patch.weights)
         np.add.at(vector, patch.dofs[:, axis], (patch.shapes * arm * patch.weights).sum(axis=2))
         total += float((arm**2 * patch.weights).sum())
     return vector / total

@@ -38,7 +38,7 @@ def meshes(refinements: tuple[float, ...]) -> tuple[Mesh, ...]:
 def apart(poisson: float, refinements: tuple[float, ...]) -> float:
     """Return by how much s11 - s12 of direct exceeds that of the split [1]."""
     fruit = dataclasses.replace(Fruit(), poisson=poisson)
-    direct, split = direct_compliance(meshes(refinements), fruit, TIPS).S, split_compliance(fruit, TIPS).S
+    direct, split = direct_compliance(meshes(refinements), poisson).S, split_compliance(fruit, TIPS).S
     return float((direct[0][0] - direct[0][1]) / (split[0][0] - split[0][1]) - 1.0)
 
 

@@ -1,4 +1,4 @@
-"""SAFETY, LEAST_SHARE and ROUGH_SHARE of the split: errors on its coarsest meshes against its finest one.
+"""SAFETY, LEAST_STEP and ROUGH_ERROR of the split: errors on its coarsest meshes against its finest one.
 
 `python tests/fits/split_errors.py` (2 minutes). An error is compared with the step to the next coarser mesh, and with
 what the finite block changes of the half-space, the part that the mesh solves for.
@@ -18,7 +18,7 @@ from fits.block_scenes import MUCH, Scene, block, on_mesh, paired, random_scenes
 from fits.comparison import Comparison, covering, fitted  # noqa: E402
 
 from solve.fruit.box import COARSER  # noqa: E402
-from solve.fruit.split import LEAST_SHARE, LEVELS, ROUGH, ROUGH_SHARE, SAFETY  # noqa: E402
+from solve.fruit.split import LEAST_STEP, LEVELS, ROUGH, ROUGH_ERROR, SAFETY  # noqa: E402
 from solve.linear import SolveError  # noqa: E402
 
 COARSE, FINE, FINEST = LEVELS[0].coarser(), LEVELS[0], LEVELS[2]
@@ -68,8 +68,8 @@ def compared(blocks: Sequence[Scene] = tuple(BLOCKS.values()), count: int = 10, 
     return [
         fitted(f"SAFETY, twice the {left:.3f} that order {ORDER} leaves", SAFETY, 2.0 * left, 0.05),
         covering("SAFETY", SAFETY, [of_step(scene) for scene in blocks]),
-        fitted(f"LEAST_SHARE, typical of errors of {shown} of the remainder", LEAST_SHARE, typical, scatter),
-        covering(f"ROUGH_SHARE, {len(errors)} of {count} random blocks", ROUGH_SHARE, errors),
+        fitted(f"LEAST_STEP, typical of errors of {shown} of the remainder", LEAST_STEP, typical, scatter),
+        covering(f"ROUGH_ERROR, {len(errors)} of {count} random blocks", ROUGH_ERROR, errors),
     ]
 
 

@@ -20,7 +20,7 @@ from mesh.fruit import edge_size
 from mesh.volume import SizeField, volume_mesh
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.fruit.curved_body import LOG_OFFSET
-from solve.fruit.curved_shape import CurvedShape
+from solve.fruit.curved_shape import CurvedShape, Plan
 from solve.fruit.smooth_load import least_deviation
 from solve.fruit.split import tip_footprints
 from solve.linear import factorised
@@ -128,7 +128,7 @@ def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:
     Under loads that are round along the skin: those of the mesh are round as seen from above, on a slope s longer by
     sqrt(1 + s^2) down it, which takes s^2 / 4 off their own compliance.
     """
-    shape, place = CurvedShape(fruit, (0.0, 0.0)), tips.centres_mm[1]
+    shape, place = CurvedShape(fruit, Plan(0.0, 0.0)), tips.centres_mm[1]
     sharper = LOG_OFFSET * shape.mean_curvature(place, 0.0) * log_coefficient(fruit.poisson, 0.0)
     block, slope = block_mesh(fruit, tips, size), shape.slope(place, 0.0)
     bent = smooth_pair(bent_by_height(block, fruit), fruit.poisson, tips, slope, block)
@@ -139,7 +139,7 @@ def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:
 
 def solid_change(fruit: Fruit, tips: Tips, size: SizeField) -> float:
     """Return what the shape adds to s11 - s12 of the equivalent block [1/mm], from meshes of both of the same sizes."""
-    shape, place = CurvedShape(fruit, (0.0, 0.0)), tips.centres_mm[1]
+    shape, place = CurvedShape(fruit, Plan(0.0, 0.0)), tips.centres_mm[1]
     curvature = shape.mean_curvature(place, 0.0)
     sharper = LOG_OFFSET * curvature * log_coefficient(fruit.poisson, shape.slope(place, 0.0))
     block, solid = block_mesh(fruit, tips, size), curved_mesh(fruit, tips, size)

@@ -77,7 +77,7 @@ class LiveModel:
 def live_model(report: StoredReport) -> LiveModel:
     """Return the model of a report; raises InputError as its scene does."""
     design, tips, contact = report.design, report.design.tips, _compliance(report)
-    pair = contact.of_kinds(*tips.kinds)
+    pair = contact.per_spring(*tips.kinds)
     level_by_weight = design.press.attitude == "side" or report.housing is None
     x = np.array([tip.x_mm for tip in report.tips])
     return LiveModel(

@@ -6,7 +6,7 @@ import pytest
 from cad.tips.ball import Dome, Sphere
 from cad.tips.flat import Cube, Cylinder
 from solve.contact.gap import tip_gap
-from solve.fruit.skin import cap_gap
+from solve.fruit.curved_shape import cap_gap
 
 HALF = np.linspace(0.01, 0.59, 30)
 AXIS = np.concatenate([-HALF[::-1], HALF])  # mirror-symmetric to the last bit, no point on an edge

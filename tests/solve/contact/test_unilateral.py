@@ -7,8 +7,8 @@ from cad.tips.flat import Cube
 from solve.contact.cells import contact_cells, folded
 from solve.contact.gap import tip_gap
 from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact, housing_travel
+from solve.fruit.curved_shape import cap_gap
 from solve.fruit.footprints import Footprint
-from solve.fruit.skin import cap_gap
 from solve.fruit.split import LEVELS, footprint_compliance
 from solve.halfspace import potentials as halfspace
 from solve.halfspace.punch import graded_edges, influence, square_punch

@@ -1,10 +1,13 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
+from cad.design.fruit import Fruit
 from solve.fruit.box import Grading, block_lines, box_mesh, graded_line
 
 GRADING = Grading(0.7, (0.7, 0.21, 0.09))
-EXTENT = (20.0, 14.0, 9.0)
+BLOCK = Fruit(length_mm=20.0, width_mm=14.0, height_mm=9.0)
 POINTS = np.array([[-4.0, 0.3], [1.5, -0.3]])
 
 
@@ -17,22 +20,23 @@ def test_graded_line_keeps_its_ends_and_follows_the_size():
 
 
 def test_lines_of_a_mirrored_scene_are_mirrored():
-    lines = block_lines(EXTENT, POINTS, (False, False), GRADING)
-    turned = block_lines(EXTENT, -POINTS, (False, False), GRADING)
+    lines = block_lines(BLOCK, POINTS, (False, False), GRADING)
+    turned = block_lines(BLOCK, -POINTS, (False, False), GRADING)
     for axis in (0, 1):
         np.testing.assert_allclose(turned[axis], -lines[axis][::-1], atol=1e-12)
     np.testing.assert_allclose(turned[2], lines[2], atol=1e-12)
 
 
 def test_coarser_partner_has_fewer_steps_along_every_line():
-    fine = block_lines(EXTENT, POINTS, (False, True), GRADING)
-    coarse = block_lines(EXTENT, POINTS, (False, True), GRADING.coarser())
+    fine = block_lines(BLOCK, POINTS, (False, True), GRADING)
+    coarse = block_lines(BLOCK, POINTS, (False, True), GRADING.coarser())
     assert all(len(few) < len(many) for few, many in zip(coarse, fine, strict=True))
     assert sum(GRADING.coarser().layer) == pytest.approx(1.0)
 
 
 def test_far_sides_of_a_low_block_have_no_layer():
-    near, far = (block_lines((length, 60.0, 3.0), POINTS, (False, True), GRADING)[0] for length in (16.0, 60.0))
+    near, far = (dataclasses.replace(BLOCK, length_mm=length, width_mm=60.0, height_mm=3.0) for length in (16.0, 60.0))
+    near, far = (block_lines(block, POINTS, (False, True), GRADING)[0] for block in (near, far))
     assert np.diff(near)[-1] < 0.5 < 5.0 < np.diff(far)[-1]
 
 

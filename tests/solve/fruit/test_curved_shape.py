@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from cad.design.fruit import Fruit
-from solve.fruit.curved_shape import CurvedShape
+from solve.fruit.curved_shape import CurvedShape, Plan
 
 PIECE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=16.0, thickness_mm=12.0)
 BALL = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
 CAP = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0)
 EGG = Fruit(shape="ellipsoid", radius_mm=35.0, radius_across_mm=25.0, thickness_mm=50.0)
 FRUITS = [PIECE, BALL, CAP, EGG]
-CORE = (7.0, 3.0)
+CORE = Plan(7.0, 3.0)
 COUNT = 41
 
 
