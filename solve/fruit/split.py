@@ -75,16 +75,18 @@ class Errors(NamedTuple):
 class SplitDomainError(ValueError):
     """A scene that the split does not solve to its stated accuracy; the message says why and what to do instead."""
 
-    def __init__(self, name: str, value: float | str, unit: str, bound: str) -> None:
-        """Say which value is out of which bound."""
-        formatted = value if isinstance(value, str) else f"{value:.6g}"
-        super().__init__(f"{name} = {formatted}{unit}: must be {bound} for the split; solve by direct finite elements")
+
+def _outside(name: str, value: float | str, unit: str, bound: str) -> SplitDomainError:
+    formatted = value if isinstance(value, str) else f"{value:.6g}"
+    return SplitDomainError(
+        f"{name} = {formatted}{unit}: must be {bound} for the split; solve by direct finite elements"
+    )
 
 
 def tip_footprints(tips: Tips) -> tuple[Footprint, ...]:
     """Return the footprints of flat tips [mm]; raises SplitDomainError for tips that are not flat."""
     if not tips.tip_shape.has_flat_face:
-        raise SplitDomainError("tips.shape", tips.shape, "", "one with a flat face")
+        raise _outside("tips.shape", tips.shape, "", "one with a flat face")
     punch = circle_punch if tips.tip_shape.is_round else square_punch
     return tuple(Footprint(x, y, tips.side_mm, punch) for x, y in tips.places_mm)
 
@@ -130,7 +132,7 @@ def block_compliance(
     limit = max(tolerance, LARGEST_ERROR)
     solved, errors = _best_level(fruit, footprints, tolerance, limit)
     if max(errors) > limit:
-        raise SplitDomainError("relative error", max(errors), "", f"at most {limit:g}")
+        raise _outside("relative error", max(errors), "", f"at most {limit:g}")
 
     best = "coarsest" if errors.pair <= tolerance else "best"
     meets = "meets" if errors.pair <= tolerance else "misses"
@@ -240,18 +242,18 @@ def relative_changes(change: Floats, S: Floats) -> Floats:
 def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
     """Raise SplitDomainError when a scene lies outside what the split solves to its stated accuracy."""
     if fruit.shape != "block":
-        raise SplitDomainError("fruit.shape", fruit.shape, "", "block")
+        raise _outside("fruit.shape", fruit.shape, "", "block")
     low, high = POISSON
     if not low <= fruit.poisson <= high:
-        raise SplitDomainError("fruit.poisson", fruit.poisson, "", f"at least {low:g} and at most {high:g}")
+        raise _outside("fruit.poisson", fruit.poisson, "", f"at least {low:g} and at most {high:g}")
     for footprint in footprints:
         side = footprint.side
         if side > fruit.height_mm * ROUNDING:
-            raise SplitDomainError("tips.side_mm", side, " mm", f"at most fruit.height_mm = {fruit.height_mm:g} mm")
+            raise _outside("tips.side_mm", side, " mm", f"at most fruit.height_mm = {fruit.height_mm:g} mm")
         gap = footprint.room(fruit) - 0.5 * side
         if gap * ROUNDING < EDGE_GAP * side:
             bound = f"at least {EDGE_GAP:g} sides = {EDGE_GAP * side:g} mm"
-            raise SplitDomainError("gap from tip to side face", gap, " mm", bound)
+            raise _outside("gap from tip to side face", gap, " mm", bound)
     closest = closest_spacing(footprints)
     if closest * ROUNDING < SPACING:
-        raise SplitDomainError("tips.spacing_mm / side_mm", closest, "", f"at least {SPACING:g}")
+        raise _outside("tips.spacing_mm / side_mm", closest, "", f"at least {SPACING:g}")
