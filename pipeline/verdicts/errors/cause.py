@@ -74,7 +74,7 @@ def assessed_sensor(
     `mounts` are the changes of `other_mounts`, which solves for them where they are not given. Causes act on a pair,
     which stands for more tips than two.
     """
-    contact, design, springs = contact.of_kinds(*design.tips.kinds), design.as_pair, springs.as_pair
+    contact, design, springs = contact.per_spring(*design.tips.kinds), design.as_pair, springs.as_pair
     own = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
     mounts = other_mounts(springs) if mounts is None else mounts
     return Sensor(design=design, contact=contact, sizing=sizing, springs=springs, own=own, mounts=mounts, slopes=slopes)
