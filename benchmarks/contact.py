@@ -3,7 +3,6 @@
 Run as a program it prints its measurements as JSON: a fresh interpreter on one thread, imports not counted.
 """
 
-import dataclasses
 import itertools
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -15,13 +14,10 @@ from benchmarks.deck import LinearStep, SkfemMesh, contact_deck
 from benchmarks.harness import Bench, Measurement, Reference, print_measurements, timed
 from benchmarks.peers import NGSOLVE, PeerTask, Solver, deck_solvers, peer_answer
 from cad.design.fruit import Fruit
-from cad.design.tips import Press, Tips
+from cad.design.tips import Tips
 from cad.parts.fruit import fruit_quarter
-from mesh.fruit import REFINEMENTS, fruit_mesh, fruit_size
-from mesh.volume import volume_mesh
+from mesh.fruit import REFINEMENTS, fruit_mesh
 from solve.arrays import Floats
-from solve.contact.response import scene_response
-from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.direct import MIDDLE, SIDE, Held, direct_compliance, mesh_compliance
 from solve.fruit.footprints import Footprint
@@ -108,16 +104,6 @@ def direct_rows() -> Iterator[Measurement]:
     yield _product_row("direct, three meshes extrapolated", "default", compliance, total + cpu)
 
 
-def finer_rows() -> Iterator[Measurement]:
-    """Yield what one more step of CalculiX, or of the first peer that is installed, gives for a minute of work."""
-    part = fruit_quarter(FRUIT, TIPS)
-    size = fruit_size(part, FRUIT, TIPS, REFINEMENTS[-1])
-    size = dataclasses.replace(size, smallest_mm=0.008, growth=0.26, largest_mm=2.26)
-    for name, solver in itertools.islice(deck_solvers("C3D10").items(), 1):
-        mesh, meshing = timed(partial(volume_mesh, part, size))
-        yield _deck_row(f"{name} P2 tets, finer", "edge 0.008 mm", mesh, meshing, solver)
-
-
 def _deck_row(method: str, name: str, mesh: SkfemMesh, meshing: float, solver: Solver) -> Measurement:
     deck = contact_deck(mesh, 1.0, FRUIT.poisson, 1.0)
 
@@ -150,23 +136,5 @@ def high_order_rows() -> Iterator[Measurement]:
         yield BENCH.peer_row(f"{NGSOLVE.name}, order {order}", f"{levels} levels to the edge", 0.0, solve)
 
 
-def scene_rows() -> Iterator[Measurement]:
-    """Yield CPU seconds [s]: compliances of 1, 10, 50 different scenes, and tables of forces of three scenes."""
-    for count in (1, 10, 50):
-        fruits = [dataclasses.replace(FRUIT, height_mm=12.0 + 0.1 * i) for i in range(count)]
-        _, cpu = timed(partial(list, map(split_compliance, fruits, itertools.repeat(TIPS))))
-        yield Measurement(method=f"split, {count} scenes", mesh="-", cpu=cpu, errors=())
-    compliance = split_compliance(FRUIT, TIPS)
-    sphere = dataclasses.replace(FRUIT, shape="sphere", radius_mm=35.0)
-    for name, fruit, press in (
-        ("flat level", FRUIT, Press()),
-        ("tilted 1 degree", FRUIT, Press(tilt_deg=1.0)),
-        ("sphere of radius 35 mm", sphere, Press()),
-    ):
-        scene = Scene(fruit=fruit, tips=TIPS, press=press)
-        _, cpu = timed(partial(scene_response, scene, compliance, SPRINGS, MODULI, TRAVELS))
-        yield Measurement(method=f"{name}, 7 x 13 responses", mesh="-", cpu=cpu, errors=())
-
-
 if __name__ == "__main__":
-    print_measurements(itertools.chain(split_rows(), direct_rows(), finer_rows(), high_order_rows(), scene_rows()))
+    print_measurements(itertools.chain(split_rows(), direct_rows(), high_order_rows()))

@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.deck import Deck, LinearStep, SkfemMesh, boundary_sets, peer_elements
 from benchmarks.harness import Bench, Measurement, Reference, print_measurements, timed
-from benchmarks.peers import GETFEM, NGSOLVE, Peer, PeerTask, deck_task, peer_answer
+from benchmarks.peers import GETFEM, Peer, PeerTask, deck_task, peer_answer
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.parts.fruit import curved_half
@@ -52,20 +52,6 @@ BENCH = Bench(
     families=("GetFEM P2 tets",),
 )
 SCALES = (2.0, 1.0, 0.5, 0.25)  # of the size at the edges of the tips, as in mesh/fruit.py
-# What NGSolve presses: sizes of elements [mm], and the penalty over E [1/mm].
-PENALTY_PIECE = {
-    "size": (FRUIT.length_mm, FRUIT.width_mm, FRUIT.depth_mm),
-    "radius": FRUIT.radius_mm,
-    "tip_side": TIPS.side_mm,
-    "centres": dict(zip(FACES, TIPS.centres_mm, strict=True)),
-    "order": 2,
-    "tip_size": 0.2,
-    "edge_size": 0.1,
-    "size_mm": 4.0,
-    "penalty": 1e4,
-    "E": E_MPA,
-    "poisson": FRUIT.poisson,
-}
 # What is prescribed is what the tips do: the flesh is free to stay below them.
 STEP = LinearStep(held={"base": (1, 2, 3), SIDE: (2,)}, pressed=dict.fromkeys(FACES, -TRAVEL_MM))
 
@@ -114,7 +100,7 @@ def product_rows() -> Iterator[Measurement]:
 
 
 def peer_rows() -> Iterator[Measurement]:
-    """Yield GetFEM by augmented Lagrangian on one family, NGSolve on its mesh by penalty."""
+    """Yield GetFEM by augmented Lagrangian on one family."""
     part = curved_half(FRUIT, TIPS)
     for scale in SCALES:
         mesh, meshing = timed(partial(half_mesh, part, scale))
@@ -122,9 +108,6 @@ def peer_rows() -> Iterator[Measurement]:
         if GETFEM.interpreter:
             solve = partial(_pressed, GETFEM, contact_task(deck))
             yield BENCH.peer_row(f"{GETFEM.name} P2 tets", name, meshing, solve)
-    if NGSOLVE.interpreter:
-        task = PeerTask(kind="contact", scene={**PENALTY_PIECE, "plane": tip_plane()}, steps=[STEP])
-        yield BENCH.peer_row(f"{NGSOLVE.name}, order 2", "edge 0.1 mm", 0.0, partial(_pressed, NGSOLVE, task))
 
 
 def _pressed(peer: Peer, task: PeerTask) -> tuple[tuple[float, ...], float, int]:

@@ -8,7 +8,6 @@ import ngsolve as ngs
 import numpy as np
 from deck import VERTICAL, Clock, read_deck
 from netgen import occ
-from ngsolve.solvers import Newton
 
 AXES = "xyz"
 NEAR = 1e-9  # [mm]
@@ -129,66 +128,13 @@ def block_task(path):
     return answered(mesh, task["steps"], task)
 
 
-def half_piece(task):
-    """Return the half y >= 0 of a piece of a sphere with its apex at the origin, named faces, fine under the tips."""
-    length, width, depth = task["size"]
-    radius, half = task["radius"], 0.5 * task["tip_side"]
-    ball = occ.Sphere(occ.Pnt(0, 0, -radius), radius)
-    piece = ball * occ.Box(occ.Pnt(-0.5 * length, 0, -depth), occ.Pnt(0.5 * length, 0.5 * width, 1))
-    columns = [occ.Box(occ.Pnt(x - half, 0, -1), occ.Pnt(x + half, half, 1)) for x in task["centres"].values()]
-    shape = occ.Glue([piece - columns[0] - columns[1], *(piece * column for column in columns)])
-    for face in shape.faces:
-        x, y, z = face.center
-        skin = np.sqrt(radius**2 - x**2 - y**2) - radius
-        face.name = "base" if abs(z + depth) < NEAR else "symmetry_y" if abs(y) < NEAR else "free"
-        for name, centre in task["centres"].items():
-            if abs(x - centre) < half and y < half and abs(z - skin) < 0.1 * half:
-                face.name = name
-                face.maxh = task["tip_size"]
-                for edge in face.edges:
-                    edge.maxh = task["edge_size"]
-    return shape
-
-
-def contact_task(path):
-    """Press tips on a plane on the half of a curved piece: a penalty holds the flesh below the plane."""
-    task = scene_of(path)
-    (step,) = task["steps"]
-    mesh = ngs.Mesh(occ.OCCGeometry(half_piece(task)).GenerateMesh(maxh=task["size_mm"], grading=0.4))
-    mesh.Curve(task["order"])
-    space = held_space(mesh, task["order"], step["held"], ())
-    u = space.TrialFunction()
-    height, slope = task["plane"]
-    along = ngs.CF((-slope, 0.0, 1.0)) / np.hypot(1.0, slope)
-    entered = (ngs.z - height - slope * ngs.x) / np.hypot(1.0, slope) + ngs.InnerProduct(u, along)
-    strain = ngs.Sym(ngs.Grad(u))
-    E, poisson = task["E"], task["poisson"]
-    shear, first = 0.5 * E / (1.0 + poisson), E * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-    form = ngs.BilinearForm(space, symmetric=True, condense=True)
-    form += ngs.Variation((shear * ngs.InnerProduct(strain, strain) + 0.5 * first * ngs.div(u) ** 2) * ngs.dx)
-    tips = "|".join(step["pressed"])
-    stiff = 0.5 * task["penalty"] * E
-    form += ngs.Variation(
-        stiff * ngs.IfPos(entered, entered, 0.0) ** 2 * ngs.ds(tips, bonus_intorder=task["order"] + 4)
-    )
-    found = ngs.GridFunction(space)
-    state, _ = Newton(form, found, space.FreeDofs(coupling=True), maxit=60, inverse="sparsecholesky", printing=False)
-    if state:
-        sys.exit("Newton's method does not converge")
-    body = elastic(space, E, poisson)
-    support = [name for name, components in step["held"].items() if VERTICAL in components]
-    names = {**{name: [name] for name in step["pressed"]}, step["support"]: support}
-    forces = {key: force(body, found, boundaries) for key, boundaries in names.items()}
-    return space.ndof, [{"forces": forces, "displacements": []}]
-
-
 def scene_of(path):
     """Return the numbers and names of a task."""
     with np.load(path) as file:
         return json.loads(str(file["scene"]))
 
 
-TASKS = {"deck": deck_task, "block": block_task, "contact": contact_task}
+TASKS = {"deck": deck_task, "block": block_task}
 
 if __name__ == "__main__":
     ngs.ngsglobals.msg_level = 0
