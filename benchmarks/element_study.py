@@ -3,7 +3,7 @@
 It shares assembly and solver with `solve/flexure.py`, not the element, the integration or the loads.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from skfem import (
@@ -15,8 +15,6 @@ from skfem import (
     ElementTetP2,
     FacetBasis,
     Mesh,
-    MeshHex1,
-    MeshHex2,
 )
 
 from cad.quantity import validation_error
@@ -80,12 +78,6 @@ def boundary_places(mesh: Mesh, choice: str, name: str) -> Floats:
     """Return the places (3, n) [mm] of the nodes of a named boundary."""
     basis = element_basis(mesh, choice)
     return np.asarray(basis.doflocs[:, basis.get_dofs(name).all(VERTICAL)])
-
-
-def straightened(mesh: MeshHex2) -> MeshHex2:
-    """Return the same elements with straight edges, boundaries kept."""
-    corners = MeshHex1(np.ascontiguousarray(mesh.p[:, : mesh.nvertices]), mesh.t)
-    return replace(MeshHex2.from_mesh(corners), _boundaries=mesh.boundaries)
 
 
 def element_basis(mesh: Mesh, choice: str) -> CellBasis:

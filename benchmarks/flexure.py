@@ -9,7 +9,7 @@ from functools import partial
 
 from benchmarks.calculix import calculix
 from benchmarks.deck import SkfemMesh, flexure_deck
-from benchmarks.element_study import element_stiffness, straightened
+from benchmarks.element_study import element_stiffness
 from benchmarks.harness import Bench, Measurement, Reference, print_measurements, timed
 from benchmarks.peers import NGSOLVE, Solver, deck_solvers
 from cad.parts.housing import Housing
@@ -77,14 +77,13 @@ def product_rows() -> Iterator[Measurement]:
 
 
 def element_rows() -> Iterator[Measurement]:
-    """Yield elements on one mesh each, without an error bar: hexahedra, straight edges, tetrahedra, and the peers."""
+    """Yield elements on one mesh each, without an error bar: hexahedra, tetrahedra, and the peers."""
     for choice in HEXAHEDRA:
         for scale in (*SCALES, *(FAMILY_ENDS if choice == HEXAHEDRA[0] else ())):
             mesh, meshing = timed(partial(flexure_mesh, HOUSING, scale))
             name = f"scale {scale:g}"
             yield _element_row(f"{choice}, curved", name, mesh, choice, meshing)
             if scale in SCALES and choice in PEER_KINDS:
-                yield _element_row(f"{choice}, straight", name, straightened(mesh), choice, meshing)
                 yield from peer_rows(name, mesh, choice, PEER_KINDS[choice], meshing)
     half = housing_half(HOUSING)
     for finest in TET_SIZES:
