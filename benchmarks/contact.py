@@ -71,8 +71,6 @@ def relative_errors(compliance: FruitCompliance) -> tuple[float, float]:
 
 def split_rows() -> Iterator[Measurement]:
     """Yield the split as the product calls it, with the bar it states, and on each of its meshes alone."""
-    compliance, cpu = timed(partial(split_compliance, FRUIT, TIPS))
-    yield _product_row("split, first call of a process", "to 0.1 %", compliance, cpu)
     for tolerance in TOLERANCES:
         compliance, cpu = timed(partial(split_compliance, FRUIT, TIPS, tolerance))
         # One mesh without a coarser partner: its digits may be luck, so it does not stand against a peer.
