@@ -12,9 +12,9 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Nodes:
-    """Places of nodes (3, n) [mm], and the index of each tag of gmsh among them, -1 for a tag that is not used."""
+    """Positions of nodes (3, n) [mm], and the index of each tag of gmsh among them, -1 for a tag that is not used."""
 
-    places: Floats
+    points: Floats
     index: Ints
 
 
@@ -37,13 +37,13 @@ def used_nodes(elements: Ints) -> Nodes:
     return Nodes(np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[order[used]].T), index)
 
 
-def index_by_nodes(known: Ints, wanted: Ints) -> Ints:
-    """Return the column of `known` that has the nodes of each column of `wanted`, shape (k,), -1 where none has.
+def index_by_nodes(columns: Ints, wanted: Ints) -> Ints:
+    """Return the one of `columns` that has the nodes of each column of `wanted`, shape (k,), -1 where none has.
 
     Facets or edges by their nodes, (nodes, n) and (nodes, k), which may stand in any order.
     """
-    nodes = np.sort(np.concatenate([known, wanted], axis=1), axis=0)
+    nodes = np.sort(np.concatenate([columns, wanted], axis=1), axis=0)
     _, label = np.unique(nodes, axis=1, return_inverse=True)
     column = np.full(nodes.shape[1], -1, dtype=np.int64)
-    column[label[: known.shape[1]]] = np.arange(known.shape[1])
-    return np.asarray(column[label[known.shape[1] :]])
+    column[label[: columns.shape[1]]] = np.arange(columns.shape[1])
+    return np.asarray(column[label[columns.shape[1] :]])

@@ -42,10 +42,10 @@ def check_quality(points: Floats, tets: Ints, least: float) -> float:
 
 def named_facets(mesh: Mesh, name: str) -> Ints:
     """Return the facets of a named face, shape (facets,); raises MeshError when it has none."""
-    known = mesh.boundaries or {}
-    if name not in known or not len(known[name]):
-        raise MeshError("compare", f"face {name!r} has no facets", f"known names: {', '.join(known) or 'none'}")
-    return np.asarray(known[name])
+    boundaries = mesh.boundaries or {}
+    if name not in boundaries or not len(boundaries[name]):
+        raise MeshError("compare", f"face {name!r} has no facets", f"known names: {', '.join(boundaries) or 'none'}")
+    return np.asarray(boundaries[name])
 
 
 def compare(measure: tuple[str, str], found: float, expected: float, tolerance: float, remedy: str) -> None:

@@ -13,7 +13,7 @@ import gmsh
 import numpy as np
 from skfem import MeshTet1
 
-from mesh.gmsh_arrays import Floats, Ints, element_nodes, index_by_nodes, used_nodes
+from mesh.gmsh_arrays import Ints, element_nodes, index_by_nodes, used_nodes
 from mesh.quality import check_quality, compare, named_facets
 from mesh.session import MeshError, gmsh_session, stage
 
@@ -62,11 +62,16 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
         with stage("generate", "take smaller elements, or check the solid"):
             gmsh.model.mesh.generate(3)
         with stage("read", "check the solid"):
-            points, tets, triangles = _arrays(tags)
-    check_quality(points, tets, least_quality)
-    mesh = MeshTet1(points, tets)
-    surfaces = {name: np.hstack([triangles[i] for i in indices]) for name, indices in part.faces.items()}
-    mesh = mesh.with_boundaries({name: _outer_facets(mesh, nodes) for name, nodes in surfaces.items()})
+            cells = element_nodes("Tetrahedron")
+            nodes = used_nodes(cells)
+            tets = np.ascontiguousarray(nodes.index[cells])
+            triangles = [nodes.index[element_nodes("Triangle", entity=tag)] for tag in tags]
+    check_quality(nodes.points, tets, least_quality)
+    mesh = MeshTet1(nodes.points, tets)
+    boundaries = {}
+    for name, indices in part.faces.items():
+        boundaries[name] = _outer_facets(mesh, np.hstack([triangles[i] for i in indices]))
+    mesh = mesh.with_boundaries(boundaries)
     check_against_part(mesh, part, tolerance)
     return mesh
 
@@ -118,53 +123,38 @@ def _imported(part: Part) -> list[int]:
         gmsh.model.occ.importShapes(str(path), format="brep")
         gmsh.model.occ.synchronize()
         tags = [tag for _, tag in gmsh.model.getEntities(2)]
-    _check_faces(part, tags)
-    return tags
-
-
-def _check_faces(part: Part, tags: Sequence[int]) -> None:
-    """Raise MeshError unless gmsh's surfaces are the part's faces, in their order."""
     faces = part.shape.Faces()
     if len(tags) != len(faces):
         reason = f"gmsh has {len(tags)} faces, the solid {len(faces)}"
         raise MeshError("import", reason, "check that the solid is valid")
     for index, (face, tag) in enumerate(zip(faces, tags, strict=True)):
-        area, wanted = gmsh.model.occ.getMass(2, tag), face.Area()
+        area = gmsh.model.occ.getMass(2, tag)
         shift = math.dist(face.Center().toTuple(), gmsh.model.occ.getCenterOfMass(2, tag))
-        if abs(area - wanted) > _SAME * wanted or shift > _SAME * math.sqrt(wanted):
-            away = f"{area:.6g} mm^2, {shift:.3g} mm away"
-            raise MeshError("import", f"face {index} is not the face {index} of the solid: {away}", _LOST)
+        if abs(area - face.Area()) > _SAME * face.Area() or shift > _SAME * math.sqrt(face.Area()):
+            difference = f"{area:.6g} mm^2, {shift:.3g} mm away"
+            raise MeshError("import", f"face {index} is not the face {index} of the solid: {difference}", _LOST)
+    return tags
 
 
 def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
     field = gmsh.model.mesh.field
     with stage("size", "check the sizes"):
+        rule = repr(size.largest_mm)
         if size.faces:
+            outline = _curves_of(size.faces, tags) - _curves_of(size.cuts, tags)
             distance = field.add("Distance")
-            field.setNumbers(distance, "CurvesList", _outline(size, tags))
+            field.setNumbers(distance, "CurvesList", sorted(outline))
             field.setNumber(distance, "Sampling", 200)
             rule = f"Min({size.largest_mm!r}, {size.smallest_mm!r} + {size.growth!r} * F{distance})"
-        else:
-            rule = repr(size.largest_mm)
         formula = field.add("MathEval")
         field.setString(formula, "F", rule)
         field.setAsBackgroundMesh(formula)
 
 
-def _outline(size: SizeField, tags: dict[str, list[int]]) -> list[int]:
-    def curves(names: Sequence[str]) -> set[int]:
-        surfaces = [tag for name in names for tag in tags[name]]
-        return {curve for tag in surfaces for curve in gmsh.model.getAdjacencies(2, tag)[1]}
-
-    return sorted(curves(size.faces) - curves(size.cuts))
-
-
-def _arrays(tags: Sequence[int]) -> tuple[Floats, Ints, list[Ints]]:
-    """Return points (3, n), tets (4, m) and, per surface, triangles (3, k); nodes that no tet uses are dropped."""
-    tets = element_nodes("Tetrahedron")
-    nodes = used_nodes(tets)
-    triangles = [nodes.index[element_nodes("Triangle", entity=tag)] for tag in tags]
-    return nodes.places, np.ascontiguousarray(nodes.index[tets]), triangles
+def _curves_of(names: Sequence[str], tags: dict[str, list[int]]) -> set[int]:
+    """Return the curves that bound the named faces."""
+    surfaces = [tag for name in names for tag in tags[name]]
+    return {curve for tag in surfaces for curve in gmsh.model.getAdjacencies(2, tag)[1]}
 
 
 def _outer_facets(mesh: MeshTet1, triangles: Ints) -> Ints:

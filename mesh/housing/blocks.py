@@ -14,7 +14,7 @@ from cad.parts.housing import Arm, Housing
 Point = tuple[float, float]
 
 _FAN = 1.8  # half height of a fan's box over half the thickness of the leaf with its fillets
-_ROOM = 0.7  # share of the solid beside a fillet that a fan may take
+_ROOM = 0.7  # fraction of the solid beside a fillet that a fan may take
 _NECK_GROWTH = 1.5
 
 
@@ -103,7 +103,8 @@ def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
 def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     """Return the fans of both leaves in a solid beside their roots that reaches from bottom to top [mm]."""
     lower, upper = arm.levels
-    inside, half = 0.5 * arm.flexure.separation, 0.5 * arm.flexure.thickness + arm.flexure.fillet
+    inside = 0.5 * arm.flexure.separation
+    half = 0.5 * arm.flexure.thickness + arm.flexure.fillet
     rooms = (min(lower - bottom, inside), min(top - upper, inside))
     heights = [min(_FAN * half, half + _ROOM * (room - half)) for room in rooms]
     return tuple(Fan(*pair) for pair in zip(arm.levels, heights, strict=True))
@@ -112,7 +113,8 @@ def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
 def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
     """Return the fan at a root at x; its box reaches `depth` [mm] along x into the solid, with its sign."""
     lower, level, upper = fan.levels
-    half, start = 0.5 * arm.flexure.thickness, x - math.copysign(arm.flexure.fillet, depth)
+    half = 0.5 * arm.flexure.thickness
+    start = x - math.copysign(arm.flexure.fillet, depth)
     corners = [(x, lower), (x + depth, lower), (x + depth, level), (x + depth, upper), (x, upper)]
     far = tuple(Segment(start=a, end=b, count=count.sector) for a, b in pairwise(corners))
     leaf = Segment(start=(start, level - half), end=(start, level + half), count=4 * count.sector)
@@ -125,18 +127,23 @@ def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) 
     sign = math.copysign(1.0, edge[1] - level)
     leaf = level + sign * 0.5 * arm.flexure.thickness
     root = level + sign * (0.5 * arm.flexure.thickness + arm.flexure.fillet)
-    touch, centre = (edge[0], root), (start, root)
-    n, surface = count.along_fillet, f"{arm.name}_leaves"
-    return (
-        Segment(start=(start, leaf), end=touch, count=n, centre=centre, surface=surface),
-        Segment(start=touch, end=edge, count=count.beside_fillet),
+    touch = (edge[0], root)
+    fillet = Segment(
+        start=(start, leaf),
+        end=touch,
+        count=count.along_fillet,
+        centre=(start, root),
+        surface=f"{arm.name}_leaves",
     )
+    return fillet, Segment(start=touch, end=edge, count=count.beside_fillet)
 
 
 def leaves(arm: Arm, count: Counts) -> Iterator[Block]:
     """Yield the straight parts of the two leaves of an arm."""
-    r, half = arm.sign * arm.flexure.fillet, 0.5 * arm.flexure.thickness
-    start, end = arm.wall - r, arm.shuttle + r
+    fillet = arm.sign * arm.flexure.fillet
+    half = 0.5 * arm.flexure.thickness
+    start = arm.wall - fillet
+    end = arm.shuttle + fillet
     # Bending across the leaf fades within half its depth from a root: long leaves need their elements there.
     bump = min(1.0, arm.flexure.depth / abs(end - start))
     for level in arm.levels:
@@ -156,16 +163,20 @@ def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
 
 
 def rectangle(x: Point, z: Point, along: int, across: int) -> Block:
-    """Return the block between two places along x and two levels z [mm]."""
-    (x0, x1), (z0, z1) = x, z
-    return straight_block(((x0, z0), (x1, z0), (x1, z1), (x0, z1)), along, across)
+    """Return the block between two positions along x and two levels z [mm]."""
+    left, right = x
+    bottom, top = z
+    return straight_block(((left, bottom), (right, bottom), (right, top), (left, top)), along, across)
 
 
 def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
     """Yield the blocks of one shuttle with its neck and tip, two columns wide."""
     fans = fans_between(arm, housing.neck_level, arm.top_level)
-    width, half_tip = -arm.sign * housing.shuttle_width, -arm.sign * 0.5 * housing.tip_side
-    near, middle, far = arm.shuttle, arm.shuttle + 0.5 * width, arm.shuttle + width
+    width = -arm.sign * housing.shuttle_width
+    half_tip = -arm.sign * 0.5 * housing.tip_side
+    near = arm.shuttle
+    middle = arm.shuttle + 0.5 * width
+    far = arm.shuttle + width
     for fan in fans:
         yield fan_block(arm, near, fan, middle - near, count)
     for a, b in pairwise([housing.neck_level, *fans[0].levels, *fans[1].levels, arm.top_level]):
@@ -177,12 +188,13 @@ def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
 
 
 def _neck(housing: Housing, top: Point, bottom: Point, count: Counts) -> Iterator[Block]:
-    """Yield the block between two places along x at the top of a neck and two at its bottom, and the tip below."""
-    a, b = ((x, housing.tip_height) for x in bottom)
-    d, c = ((x, housing.neck_level) for x in top)
+    """Yield the block between two positions along x at the top of a neck and two at its bottom, and the tip below."""
+    a = (bottom[0], housing.tip_height)
+    b = (bottom[1], housing.tip_height)
+    c = (top[1], housing.neck_level)
+    d = (top[0], housing.neck_level)
     cell = straight_block((a, b, c, d), count.sector, count.neck)
-    right, left = (
-        Segment(start=start, end=end, count=count.neck, growth=_NECK_GROWTH) for start, end in ((b, c), (a, d))
-    )
+    right = Segment(start=b, end=c, count=count.neck, growth=_NECK_GROWTH)
+    left = Segment(start=a, end=d, count=count.neck, growth=_NECK_GROWTH)
     yield Block(sides=(cell.sides[0], (right,), cell.sides[2], (left,)))
     yield rectangle(bottom, (0.0, housing.tip_height), count.sector, count.sector)

@@ -14,7 +14,7 @@ from mesh.session import MeshError
 
 _RING = 1.3  # least distance of a ring's edge from the centre of its hole, over the radius
 _WIDE_RING = 1.7  # where a line is made for it
-_TO_HOLE = 0.65  # share of the distance between leaf root and hole that a fan may take
+_TO_HOLE = 0.65  # fraction of the distance between leaf root and hole that a fan may take
 
 
 def housing_blocks(housing: Housing, count: Counts) -> list[Block]:
@@ -34,14 +34,16 @@ def post_columns(housing: Housing, arm: Arm, count: Counts) -> tuple[float, floa
 
 
 class _Wall:
-    """One wall: beside the cavity fans and cells, behind them the holes in rings; levels z and places x [mm].
+    """One wall: beside the cavity fans and cells, behind them the holes in rings; levels z and positions x [mm].
 
     A wall that is wider than its post has plain cells in between.
     """
 
     def __init__(self, housing: Housing, arm: Arm, count: Counts) -> None:
         """Find the levels across the wall, those of the rings' edges among them."""
-        self.housing, self.arm, self.count = housing, arm, count
+        self.housing = housing
+        self.arm = arm
+        self.count = count
         self.radius = 0.5 * housing.hole_diameter
         ceiling = housing.cavity_level - arm.flexure.fillet
         self.fans = blocks.fans_between(arm, housing.protrusion, ceiling)
@@ -72,9 +74,8 @@ class _Wall:
                 yield self._cell(a, b)
         yield from self._before_post()
         yield from self._between_rings()
-        bottom, top = self.levels[0], self.levels[-1]
-        yield from self._ring(self.arm.holes[0], bottom, self.rings[0])
-        yield from self._ring(self.arm.holes[1], self.rings[1], top)
+        yield from self._ring(self.arm.holes[0], self.levels[0], self.rings[0])
+        yield from self._ring(self.arm.holes[1], self.rings[1], self.levels[-1])
 
     def _pieces(self, a: float, b: float) -> int:
         return blocks.pieces_between(a, b, self.fans, self.count)
@@ -94,7 +95,8 @@ class _Wall:
 
     def _cell(self, a: float, b: float) -> Block:
         """Return the block between two levels, the fans' inner edge and the cavity; a fillet bends the corner's."""
-        ceiling, wall = self.housing.cavity_level, self.arm.wall
+        ceiling = self.housing.cavity_level
+        wall = self.arm.wall
         knuckle = _knuckle(self.housing, self.arm)
         start = knuckle if a == ceiling else (wall, a)
         end = knuckle if b == ceiling else (wall, b)
@@ -122,14 +124,17 @@ class _Wall:
     def _ring(self, hole: Point, start: float, end: float) -> Iterator[Block]:
         """Yield the blocks between a hole and a frame around it that reaches from one level to another."""
         for a, b, number in self._frame(hole, start, end):
-            on_b, on_a = (_on_circle(hole, self.radius, point) for point in (b, a))
+            on_a = _on_circle(hole, self.radius, a)
+            on_b = _on_circle(hole, self.radius, b)
             sides = blocks.straight_block((a, b, on_b, on_a), number, self.count.ring).sides
             arc = Segment(start=on_a, end=on_b, count=number, centre=hole, surface="mounting_holes")
             yield Block(sides=(*sides[:2], (arc,), sides[3]))
 
     def _frame(self, hole: Point, start: float, end: float) -> Iterator[tuple[Point, Point, int]]:
         """Yield the edges of the frame around a hole with their numbers of elements."""
-        inner, middle, outer = self.ring_edge, hole[0], self.arm.outer
+        inner = self.ring_edge
+        middle = hole[0]
+        outer = self.arm.outer
         for a, b in pairwise(level for level in self.levels if start <= level <= end):
             yield (inner, a), (inner, b), self._pieces(a, b)
         far = [(outer, end), (outer, hole[1]), (outer, start)]
@@ -139,9 +144,10 @@ class _Wall:
 
 
 def _on_circle(centre: Point, radius: float, point: Point) -> Point:
-    """Return the place of a circle that is nearest to a point."""
-    away = math.dist(point, centre)
-    x, z = (c + radius * (p - c) / away for c, p in zip(centre, point, strict=True))
+    """Return the point of a circle that is nearest to a point."""
+    distance = math.dist(point, centre)
+    x = centre[0] + radius * (point[0] - centre[0]) / distance
+    z = centre[1] + radius * (point[1] - centre[1]) / distance
     return x, z
 
 
@@ -163,7 +169,8 @@ def _bar(housing: Housing, count: Counts) -> Iterator[Block]:
     ends = []
     for arm in housing.arms:
         x = arm.wall - arm.sign * arm.flexure.fillet
-        ceiling, top = (x, housing.cavity_level), (x, housing.top_level)
+        ceiling = (x, housing.cavity_level)
+        top = (x, housing.top_level)
         over_wall = (arm.wall, housing.top_level)
         corner = blocks.straight_block((_knuckle(housing, arm), ceiling, top, over_wall), count.sector, high)
         yield Block(sides=((_half_fillet(housing, arm, ceiling, count.sector),), *corner.sides[1:]))

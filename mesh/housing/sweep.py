@@ -44,7 +44,7 @@ def flexure_mesh(housing: Housing, scale: float = 1.0) -> MeshHex2:
     straight = _swept(profile, levels)
     quadratic = MeshHex2.from_mesh(straight)
     curved = _curved(quadratic, profile)
-    curved[1] *= _depth_share(housing, curved[0], curved[2])
+    curved[1] *= _depth_fraction(housing, curved[0], curved[2])
     mesh = dataclasses.replace(quadratic, doflocs=curved)
     mesh = mesh.with_boundaries(_boundaries(housing, profile, straight))
     check_jacobian(mesh)
@@ -56,19 +56,21 @@ def stretched(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | 
 
     None when a leaf changes so much that a fresh mesh is due. Raises MeshError when anything but lengths differs.
     """
-    pairs = zip(made_for.arms, wanted.arms, strict=True)
-    flexures = {old.name: dataclasses.replace(old.flexure, length=new.flexure.length) for old, new in pairs}
+    flexures = {}
+    for arm, wanted_arm in zip(made_for.arms, wanted.arms, strict=True):
+        flexures[arm.name] = dataclasses.replace(arm.flexure, length=wanted_arm.flexure.length)
     if made_for.with_flexures(flexures) != wanted:
         raise MeshError("stretch", "the housings differ in more than their leaf lengths", "make a fresh mesh")
-    old, new = _knots(made_for), _knots(wanted)
+    old = _knots(made_for)
+    new = _knots(wanted)
     if len(old) != len(new):
         return None
     ratios = np.diff(new) / np.diff(old)
     if ratios.min() < 1.0 / LONGEST_STRETCH or ratios.max() > LONGEST_STRETCH:
         return None
-    places = mesh.doflocs.copy()
-    places[0] = np.interp(places[0], old, new)
-    moved = dataclasses.replace(mesh, doflocs=places)
+    nodes = mesh.doflocs.copy()
+    nodes[0] = np.interp(nodes[0], old, new)
+    moved = dataclasses.replace(mesh, doflocs=nodes)
     check_jacobian(moved)
     return moved
 
@@ -109,49 +111,55 @@ def _layers(number: int) -> Floats:
     return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
 
 
-def _depth_share(housing: Housing, x: Floats, z: Floats) -> Floats:
-    """Return the share of the depth that is solid: less than 1 in necks and tips, not in the feet of the walls."""
+def _depth_fraction(housing: Housing, x: Floats, z: Floats) -> Floats:
+    """Return the fraction of the depth that is solid: less than 1 in necks and tips, not in the feet of the walls."""
     levels = (housing.tip_height, housing.neck_level)
-    share = np.interp(z, levels, [housing.depth_share(level) for level in levels])
+    fraction = np.interp(z, levels, [housing.depth_share(level) for level in levels])
     reach = 0.5 * (housing.spacing + housing.shuttle_width)
-    return np.where(np.abs(x) < reach + _NEAR, share, 1.0)
+    return np.where(np.abs(x) < reach + _NEAR, fraction, 1.0)
 
 
 def _swept(profile: Profile, levels: Floats) -> MeshHex1:
     """Return straight hexahedra between the levels in y; node k n + i stands over point i of n."""
-    n, layers = profile.points.shape[1], len(levels) - 1
-    points = np.vstack(
-        [
-            np.tile(profile.points[0], layers + 1),
-            np.repeat(levels, n),
-            np.tile(profile.points[1], layers + 1),
-        ]
-    )
-    corners = [(_CORNERS[int(r), int(s)], int(upper)) for r, s, upper in RefHex.p.T]
-    cells = [np.stack([profile.quads[corner] + n * (k + upper) for corner, upper in corners]) for k in range(layers)]
-    return MeshHex1(points, np.hstack(cells))
+    n = profile.points.shape[1]
+    x = np.tile(profile.points[0], len(levels))
+    y = np.repeat(levels, n)
+    z = np.tile(profile.points[1], len(levels))
+    layers = []
+    for layer in range(len(levels) - 1):
+        corners = []
+        for r, s, upper in RefHex.p.T.astype(int):
+            corner = _CORNERS[int(r), int(s)]
+            corners.append(profile.quads[corner] + n * (layer + upper))
+        layers.append(np.stack(corners))
+    return MeshHex1(np.vstack([x, y, z]), np.hstack(layers))
 
 
 def _curved(mesh: MeshHex2, profile: Profile) -> Floats:
     """Return the node places with the midpoints of edges moved onto the arcs, centres of quadrilaterals half as far."""
-    places = np.asarray(mesh.doflocs, dtype=np.float64).copy()
-    straight = profile.points[:, profile.arcs].mean(axis=1)
-    shift = profile.midpoints - straight
-    owner, edge = _quads_on(profile)
-    centres = profile.points[:, profile.quads[:, owner]].mean(axis=1)
+    nodes = np.asarray(mesh.doflocs, dtype=np.float64).copy()
+    edge_middles = profile.points[:, profile.arcs].mean(axis=1)
+    edge_shifts = profile.midpoints - edge_middles
+
+    # pairs of a quadrilateral and one of its edges that lies on an arc
+    owners = []
+    owned_edges = []
+    for side in range(4):
+        edge = index_by_nodes(profile.arcs, profile.quads[[side, (side + 1) % 4]])
+        owners.append(np.flatnonzero(edge >= 0))
+        owned_edges.append(edge[edge >= 0])
+    quads = np.concatenate(owners)
+    edges = np.concatenate(owned_edges)
+
     # A centre moves with each of its curved edges: it keeps the place that a 20-node element gives it.
-    moved = 0.5 * np.array([np.bincount(owner, one)[owner] for one in shift[:, edge]])
-    targets, shifts = np.hstack([straight, centres]), np.hstack([shift, moved])
-    distance, index = cKDTree(targets.T).query(places[[0, 2]].T)
-    places[[0, 2]] += np.where(distance < _NEAR, shifts[:, index], 0.0)
-    return places
+    centres = profile.points[:, profile.quads[:, quads]].mean(axis=1)
+    centre_shifts = 0.5 * np.array([np.bincount(quads, shift)[quads] for shift in edge_shifts[:, edges]])
 
-
-def _quads_on(profile: Profile) -> tuple[Ints, Ints]:
-    """Return pairs (quadrilateral, arc edge) of all quadrilaterals that have an edge on an arc."""
-    sides = [index_by_nodes(profile.arcs, profile.quads[[side, (side + 1) % 4]]) for side in range(4)]
-    quads = [np.flatnonzero(edges >= 0) for edges in sides]
-    return np.concatenate(quads), np.concatenate([edges[edges >= 0] for edges in sides])
+    straight = np.hstack([edge_middles, centres])
+    shifts = np.hstack([edge_shifts, centre_shifts])
+    distance, index = cKDTree(straight.T).query(nodes[[0, 2]].T)
+    nodes[[0, 2]] += np.where(distance < _NEAR, shifts[:, index], 0.0)
+    return nodes
 
 
 def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str, Ints]:
@@ -159,25 +167,25 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
     n = profile.points.shape[1]
     outside = mesh.boundary_facets()
     corners = mesh.facets[:, outside]
-    x, _, z = mesh.p[:, corners]
-    level = np.abs(z).max(axis=0) < _NEAR
-    nearest = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
-    named = {f"{arm.name}_tip": outside[level & (nearest == i)] for i, arm in enumerate(housing.arms)}
-    named["symmetry"] = outside[(corners < n).all(axis=0)]
-    named["side_faces"] = outside[_in_side_face(housing, mesh.p[:, corners])]
-    return {**named, **{name: _facets_over(outside, corners % n, edges) for name, edges in profile.surfaces.items()}}
+    x, y, z = mesh.p[:, corners]
 
+    boundaries = {}
+    at_tip_level = np.abs(z).max(axis=0) < _NEAR
+    nearest_arm = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
+    for index, arm in enumerate(housing.arms):
+        boundaries[f"{arm.name}_tip"] = outside[at_tip_level & (nearest_arm == index)]
+    boundaries["symmetry"] = outside[(corners < n).all(axis=0)]
 
-def _in_side_face(housing: Housing, places: Floats) -> Floats:
-    """Say which facets, of corners (3, 4, facets) [mm] as swept, lie in the side face: tapered necks do not."""
-    x, y, z = places
-    return np.asarray((np.abs(y * _depth_share(housing, x, z) - 0.5 * housing.depth) < _NEAR).all(axis=0))
+    # tapered necks are not in the side face: there the swept depth is not the solid's
+    depth = y * _depth_fraction(housing, x, z)
+    boundaries["side_faces"] = outside[(np.abs(depth - 0.5 * housing.depth) < _NEAR).all(axis=0)]
 
-
-def _facets_over(facets: Ints, below: Ints, edges: Ints) -> Ints:
-    """Return the facets that stand over edges of the profile; `below` (4, k) are the profile's points under a facet."""
+    # a facet that stands over an edge of the profile has two points of the profile below it
+    below = corners % n
     ends = np.stack([below.min(axis=0), below.max(axis=0)])
-    return np.asarray(facets[index_by_nodes(edges, ends) >= 0])
+    for name, edges in profile.surfaces.items():
+        boundaries[name] = outside[index_by_nodes(edges, ends) >= 0]
+    return boundaries
 
 
 def _knots(housing: Housing) -> list[float]:
