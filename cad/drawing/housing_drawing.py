@@ -1,211 +1,216 @@
-"""The drawing of a housing: section, view from the left, and every dimension once, on a sheet [mm]."""
+"""The drawing of a housing: section, view from the left, gauges, and every dimension once, on a sheet [mm]."""
 
+import itertools
 import math
-from collections.abc import Iterator, Sequence
 
 from cad.design.processes import Process
-from cad.drawing.gauge_views import gauge_views
-from cad.drawing.items import Box, Dimension, Item, Words, text_width, union, written
-from cad.drawing.left_view import from_the_left
-from cad.drawing.placing import TEXT_MM, Callout, Wanted, called_out, in_rows
-from cad.drawing.section import section
-from cad.drawing.sheet import Sheet, Title, on_sheet, rectangle
+from cad.drawing.canvas import MEASURED, Box, Canvas, format_length, text_width
+from cad.drawing.lengths import Length, draw_lengths
+from cad.drawing.section import draw_section, section
+from cad.drawing.sheet import BETWEEN_MM, Sheet, Title, on_sheet
 from cad.parts.housing import Arm, Housing, fillet_corners
 from cad.parts.part import NEAR_MM, Part
+from cad.theory.strain_gauge import GAUGES, FoilGauge, gauge_spans
 
-_BETWEEN_MM = 14.0  # on paper, between the dimensions of the section and the view from the left
-_LOOSE = "<>"
+_GAUGE_THICK = 0.25  # [mm] of a gauge seen from its edge, many times its thickness
+_ROOM_OF_ROWS_MM = 24.0  # on paper, for two rows of dimensions
 
 
 def housing_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
-    """Return the sheet of a housing: its section y = 0 seen along +y, and to the right the view from its left."""
-    profile = tuple(section(part.shape))
+    """Return the sheet of a housing: its section y = 0 seen along +y, and to the right the view from its left.
 
-    def views(scale: float) -> Sequence[Item]:
-        return tuple(_views(profile, housing, title.process, scale))
+    Raises InputError for a leaf without room for its gauges.
+    """
+    profile = section(part.shape)
 
-    return on_sheet(views, _notes(housing, title.process), title)
+    def draw_views(canvas: Canvas) -> None:
+        draw_section(canvas, profile)
+        view = Box(housing.left, 0.0, housing.right, housing.top_level)
+        draw_lengths(canvas, _lengths(housing, title.process), view)
+        for arm in housing.arms:
+            _draw_in_window(canvas, arm, title.process)
+            _draw_stop(canvas, housing, arm)
+        _draw_callouts(canvas, housing)
+        if housing.pin_side:
+            _draw_pins(canvas, housing)
+        front = canvas.extents()
+        _draw_from_the_left(canvas, housing, front.right + BETWEEN_MM / canvas.scale)
+        gauge = GAUGES[housing.gauges]
+        if gauge is not None:
+            draw_gauges(canvas, housing, gauge, front.top + BETWEEN_MM / canvas.scale)
 
-
-def _views(profile: Sequence[Item], housing: Housing, process: Process, scale: float) -> Iterator[Item]:
-    outline: Box = (housing.left, 0.0, housing.right, housing.top_level)
-    wanted = [*_frame(housing), *_heights(housing), *_springs(housing, process), *_tips(housing), *_plate(housing)]
-    dimensions = [*in_rows(wanted, outline, scale), *_within(housing, process, scale)]
-    front = [*profile, *dimensions, *_pins(housing, scale)]
-    yield from front
-    box = union([item.box for item in front])
-    yield from from_the_left(housing, box[2] + _BETWEEN_MM / scale, scale)
-    yield from gauge_views(housing, box[3] + _BETWEEN_MM / scale, scale)
-
-
-def _frame(housing: Housing) -> Iterator[Wanted]:
-    """Yield what places the outer sides, the holes and the top bar."""
-    left, right, top = housing.left, housing.right, housing.top_level
-    (x0, _), (x1, z1), low = housing.holes[0], housing.holes[-1], housing.arms[0]
-    yield Wanted(side="top", start=(left, top), end=(right, top))
-    yield Wanted(side="top", start=(x0, z1), end=(x1, z1))
-    yield Wanted(side="top", start=(left, top), end=(x0, z1))
-    yield Wanted(side="bottom", start=(low.outer, housing.protrusion), end=(low.wall, housing.protrusion))
-    yield Wanted(side="right", start=(housing.arms[-1].wall, housing.cavity_level), end=(right, top))
+    return on_sheet(draw_views, _notes(housing, title.process), title)
 
 
-def _heights(housing: Housing) -> Iterator[Wanted]:
-    """Yield what places the outer sides and the holes over the tips."""
-    left, bottom, low = housing.left, housing.protrusion, housing.arms[0]
-    (x0, z0), (_, z1) = housing.holes[0], housing.holes[-1]
-    yield Wanted(side="left", start=(left, bottom), end=(left, housing.top_level))
-    yield Wanted(side="left", start=(x0, z0), end=(x0, z1))
-    yield Wanted(side="left", start=(left, bottom), end=(x0, z0))
-    yield Wanted(side="left", start=(low.centre - 0.5 * housing.tip_side, 0.0), end=(left, bottom))
-
-
-def _springs(housing: Housing, process: Process) -> Iterator[Wanted]:
-    """Yield lengths and levels of the leaves."""
-    off, high = f"<> ±{process.accuracy_mm:g}", housing.arms[-1]
+def _lengths(housing: Housing, process: Process) -> list[Length]:
+    """Return the lengths around the section."""
+    left, right, bottom, top = housing.left, housing.right, housing.protrusion, housing.top_level
+    low, high = housing.arms
+    (x0, z0), (x1, z1) = housing.holes[0], housing.holes[-1]
+    half, wide, neck = 0.5 * housing.spacing, 0.5 * housing.shuttle_width, housing.neck_level
+    lower, upper = high.levels
+    frame = [
+        Length(side="top", start=(left, top), end=(right, top)),
+        Length(side="top", start=(x0, z1), end=(x1, z1)),
+        Length(side="top", start=(left, top), end=(x0, z1)),
+        Length(side="bottom", start=(low.outer, bottom), end=(low.wall, bottom)),
+        Length(side="right", start=(high.wall, housing.cavity_level), end=(right, top)),
+        Length(side="left", start=(left, bottom), end=(left, top)),
+        Length(side="left", start=(x0, z0), end=(x0, z1)),
+        Length(side="left", start=(left, bottom), end=(x0, z0)),
+        Length(side="left", start=(low.centre - 0.5 * housing.tip_side, 0.0), end=(left, bottom)),
+    ]
+    springs = [
+        Length(side="right", start=(high.centre, 0.0), end=(high.wall, lower)),
+        Length(side="right", start=(high.wall, lower), end=(high.wall, upper)),
+    ]
     for arm in housing.arms:
         under = arm.levels[0] - 0.5 * arm.flexure.thickness
-        a, b = arm.roots
-        yield Wanted(side="bottom", start=(a, under), end=(b, under), label=off)
-    lower, upper = high.levels
-    yield Wanted(side="right", start=(high.centre, 0.0), end=(high.wall, lower))
-    yield Wanted(side="right", start=(high.wall, lower), end=(high.wall, upper))
-
-
-def _tips(housing: Housing) -> Iterator[Wanted]:
-    """Yield the places and sizes of tips, necks and shuttles."""
-    half, wide, neck, side = 0.5 * housing.spacing, 0.5 * housing.shuttle_width, housing.neck_level, housing.tip_side
-    yield Wanted(side="bottom", start=(-half, 0.0), end=(half, 0.0))
-    yield Wanted(side="bottom", start=(-half - wide, neck), end=(-half + wide, neck), label="<> 2x")
+        start, end = ((x, under) for x in arm.roots)
+        springs.append(Length(side="bottom", start=start, end=end, label=f"<> ±{process.accuracy_mm:g}"))
+    tips = [
+        Length(side="bottom", start=(-half, 0.0), end=(half, 0.0)),
+        Length(side="bottom", start=(-half - wide, neck), end=(-half + wide, neck), label="<> 2x"),
+        Length(side="right", start=(half, 0.0), end=(half + wide, neck)),
+    ]
     if housing.tip_height < neck - NEAR_MM:
-        yield Wanted(side="right", start=(half, 0.0), end=(half + 0.5 * side, housing.tip_height))
-    yield Wanted(side="right", start=(half, 0.0), end=(half + wide, neck))
+        shoulder = (half + 0.5 * housing.tip_side, housing.tip_height)
+        tips.append(Length(side="right", start=(half, 0.0), end=shoulder))
+    dowels = []
+    if housing.dowels:
+        first, last = sorted(housing.dowels)
+        dowels = [
+            Length(side="top", start=first, end=last),
+            Length(side="left", start=(left, bottom), end=first),
+        ]
+    return [*frame, *springs, *tips, *dowels]
 
 
-def _plate(housing: Housing) -> Iterator[Wanted]:
-    """Yield the places of the dowels of a plate of a square; none of another housing."""
-    if not housing.dowels:
-        return
-    (x0, z0), (x1, z1) = sorted(housing.dowels)
-    yield Wanted(side="top", start=(x0, z0), end=(x1, z1))
-    yield Wanted(side="left", start=(housing.left, housing.protrusion), end=(x0, z0))
-
-
-def _within(housing: Housing, process: Process, scale: float) -> Iterator[Item]:
-    """Yield what is said inside the section or at its corners: thicknesses, names, stops, radii, diameters."""
-    for arm in housing.arms:
-        yield from _in_window(arm, process, scale)
-        yield _stop(housing, arm, scale)
-    for callout in (
-        *_fillet(housing, scale),
-        screw_holes(housing, scale),
-        *_dowels(housing, scale),
-        *_dome(housing, scale),
-    ):
-        yield called_out(callout, scale)
-
-
-def screw_holes(housing: Housing, scale: float) -> Callout:
-    """Return the diameter [mm] of the holes for screws, at the upper left one, its text beside that corner."""
-    beside, count = (housing.left, housing.top_level + 2.4 * TEXT_MM / scale), len(housing.holes)
-    return Callout(
-        kind="diameter",
-        centre=housing.holes[1],
-        radius=0.5 * housing.hole_diameter,
-        turn=135.0,
-        label=f"<> {count}x",
-        beside=beside,
-        side="left",
-    )
-
-
-def _dowels(housing: Housing, scale: float) -> Iterator[Callout]:
-    """Yield the diameter of the holes for dowels, where there are any."""
-    beside = (housing.right, housing.top_level + 2.4 * TEXT_MM / scale)
-    for place in housing.dowels[-1:]:
-        yield Callout(
-            kind="diameter",
-            centre=place,
-            radius=0.5 * housing.dowel_hole,
-            turn=45.0,
-            label="<> 2x, dowels",
-            beside=beside,
-            side="right",
-        )
-
-
-def _dome(housing: Housing, scale: float) -> Iterator[Callout]:
-    """Yield the radius of the domes, where tips are domes."""
-    radius, beside = housing.dome_radius, (housing.left, -6.0 * TEXT_MM / scale)
-    if radius:
-        off = math.degrees(0.25 * housing.tip_side / radius)
-        yield Callout(
-            kind="radius",
-            centre=(housing.arms[0].centre, radius),
-            radius=radius,
-            turn=270.0 - off,
-            label="<> 2x, domes",
-            beside=beside,
-            side="left",
-        )
-
-
-def _in_window(arm: Arm, process: Process, scale: float) -> Iterator[Item]:
-    """Yield the thickness of the leaves and the name of the spring, in the window between its leaves."""
-    height, (left, right) = TEXT_MM / scale, arm.roots
+def _draw_in_window(canvas: Canvas, arm: Arm, process: Process) -> None:
+    """Draw the thickness of the leaves and the name of the spring, in the window between its leaves."""
+    height = canvas.text_height
+    left, right = arm.roots
     upper, half = arm.levels[1], 0.5 * arm.flexure.thickness
     label = f"<> ±{process.accuracy_mm:g}"
-    width = text_width(f"{written(2.0 * half)} ±{process.accuracy_mm:g}", height)
-    place = left + max(0.6 * height, 0.1 * (right - left))
-    yield Dimension(
-        kind="z",
-        start=(place, upper - half),
-        end=(place, upper + half),
-        label=label,
-        text_at=(place + 0.6 * height + 0.5 * width, upper - half - 2.0 * height),
-        height=height,
-        level=place,
-    )
+    width = text_width(label.replace(MEASURED, format_length(2.0 * half)), height)
+    x = left + max(0.6 * height, 0.1 * (right - left))
+    text_at = (x + 0.6 * height + 0.5 * width, upper - half - 2.0 * height)
+    canvas.length("z", (x, upper - half), (x, upper + half), text_at, x, label)
     middle = (0.5 * (left + right), 0.5 * sum(arm.levels) + 0.3 * height)
-    yield Words(text=f"{arm.name.upper()} SPRING", at=middle, height=0.8 * height)
+    canvas.words(f"{arm.name.upper()} SPRING", middle, 0.8 * height)
 
 
-def _stop(housing: Housing, arm: Arm, scale: float) -> Dimension:
-    """Return the gap over a shuttle, its text in the top bar."""
-    height, gap = TEXT_MM / scale, (arm.top_level, housing.cavity_level)
-    width = text_width(written(gap[1] - gap[0]), height)
-    at = (arm.centre - 0.8 * height, gap[1] + height + 0.5 * width)
-    start, end = (arm.centre, gap[0]), (arm.centre, gap[1])
-    return Dimension(
-        kind="z", start=start, end=end, label=_LOOSE, text_at=at, height=height, level=arm.centre, turn=90.0
-    )
+def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm) -> None:
+    """Draw the gap over a shuttle, its text in the top bar."""
+    height = canvas.text_height
+    low, high = arm.top_level, housing.cavity_level
+    width = text_width(format_length(high - low), height)
+    text_at = (arm.centre - 0.8 * height, high + height + 0.5 * width)
+    canvas.length("z", (arm.centre, low), (arm.centre, high), text_at, arm.centre, text_rotation=90.0)
 
 
-def _fillet(housing: Housing, scale: float) -> Iterator[Callout]:
-    """Yield the radius of all fillets, at the lower leaf's root in the wall of the low spring."""
-    arm, height, radius = housing.arms[0], TEXT_MM / scale, housing.low.fillet
+def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
+    """Draw radii and diameters: of fillets, holes for screws, and where there are any of dowels and domes."""
+    height = canvas.text_height
+    arm, radius = housing.arms[0], housing.low.fillet
     x, z = arm.wall, arm.levels[0] + 0.5 * arm.flexure.thickness
-    yield Callout(
-        kind="radius",
-        centre=(x + radius, z + radius),
-        radius=radius,
-        turn=225.0,
-        label=f"<> {len(fillet_corners(housing))}x",
-        beside=(x, z + 1.4 * height),
-        side="right",
-    )
+    label = f"<> {len(fillet_corners(housing))}x"
+    beside = (x, z + 1.4 * height)
+    canvas.callout("radius", (x + radius, z + radius), radius, beside, "right", label, angle=225.0)
+    call_out_screw_holes(canvas, housing)
+    if housing.dowels:
+        beside = (housing.right, housing.top_level + 2.4 * height)
+        canvas.callout("diameter", housing.dowels[-1], housing.dowel_hole, beside, "right", "<> 2x, dowels")
+    if housing.dome_radius:
+        dome = housing.dome_radius
+        angle = 270.0 - math.degrees(0.25 * housing.tip_side / dome)
+        beside = (arm.centre - 2.5 * height, -8.0 * height)
+        canvas.callout("radius", (arm.centre, dome), dome, beside, "left", "<> 2x, domes", angle=angle)
 
 
-def _pins(housing: Housing, scale: float) -> Iterator[Item]:
-    """Yield the pins in their pockets and what they are; none where the tips are printed."""
-    if not housing.pin_side:
-        return
-    side, half, out, height = housing.pin_side, 0.5 * housing.pin_side, housing.pin_out, TEXT_MM / scale
+def call_out_screw_holes(canvas: Canvas, housing: Housing) -> None:
+    """Draw the diameter [mm] of the holes for screws, at the upper left one, its text beside that corner."""
+    beside = (housing.left, housing.top_level + 2.4 * canvas.text_height)
+    canvas.callout("diameter", housing.holes[1], housing.hole_diameter, beside, "left", f"<> {len(housing.holes)}x")
+
+
+def _draw_pins(canvas: Canvas, housing: Housing) -> None:
+    """Draw the pins in their pockets and say what they are."""
+    side, out, height = housing.pin_side, housing.pin_out, canvas.text_height
     for arm in housing.arms:
-        yield from rectangle((arm.centre - half, -out, arm.centre + half, housing.pocket_depth), "NOTES")
-    section_of_pin = f"Ø{side:g}" if housing.pin_round else f"{side:g} x {side:g}"
-    text = f"steel pin {section_of_pin} x {housing.pocket_depth + out:g} 2x, {out:g} out"
+        pin = Box(arm.centre - 0.5 * side, -out, arm.centre + 0.5 * side, housing.pocket_depth)
+        canvas.rectangle(pin, "NOTES")
+    cross_section = f"Ø{side:g}" if housing.pin_round else f"{side:g} x {side:g}"
+    text = f"steel pin {cross_section} x {housing.pocket_depth + out:g} 2x, {out:g} out"
     at = (housing.left - 2.0 * height - 0.5 * text_width(text, height), -6.0 * height)
-    yield Words(text=text, at=at, height=height)
+    canvas.words(text, at, height)
+
+
+def _draw_from_the_left(canvas: Canvas, housing: Housing, start: float) -> None:
+    """Draw the view from the left, from a place x [mm] of the sheet on: the front of the plate to its right."""
+    deep, tip, top, pad = 0.5 * housing.depth, 0.5 * housing.tip_side, housing.top_level, housing.pad_height
+    middle = start + pad + deep
+    plate = Box(middle - deep, housing.protrusion, middle + deep, top)
+    canvas.rectangle(plate)
+    for side in (-1.0, 1.0):
+        tip_edge, plate_edge = middle + side * tip, middle + side * deep
+        edge = [(tip_edge, 0.0), (tip_edge, housing.tip_height), (plate_edge, housing.neck_level)]
+        for a, b in itertools.pairwise(edge):
+            if math.dist(a, b) > NEAR_MM:
+                canvas.line(a, b)
+    canvas.line((middle - tip, 0.0), (middle + tip, 0.0))
+    lengths = [
+        Length(side="top", start=(plate.left, top), end=(plate.right, top)),
+        Length(side="bottom", start=(middle - tip, 0.0), end=(middle + tip, 0.0)),
+    ]
+    if pad:
+        foot = max(housing.cover_level, housing.protrusion)
+        canvas.rectangle(Box(plate.left - pad, foot, plate.left, top))
+        lengths += [
+            Length(side="top", start=(plate.left - pad, top), end=(plate.left, top)),
+            Length(side="left", start=(plate.left, plate.bottom), end=(plate.left - pad, foot)),
+        ]
+    draw_lengths(canvas, lengths, Box(plate.left - pad, 0.0, plate.right, top))
+
+
+def draw_gauges(canvas: Canvas, housing: Housing, gauge: FoilGauge, level: float) -> None:
+    """Draw the gauges on the section, and from a level of the sheet [mm] the upper leaves with them from above.
+
+    Raises InputError for a leaf without room for them.
+    """
+    for arm in housing.arms:
+        upper, half = arm.levels[1], 0.5 * arm.flexure.thickness
+        for spans in gauge_spans(arm.flexure, gauge):
+            left, right = sorted(arm.along(spans.backing))
+            canvas.rectangle(Box(left, upper + half, right, upper + half + _GAUGE_THICK), "NOTES")
+            canvas.rectangle(Box(left, upper - half - _GAUGE_THICK, right, upper - half), "NOTES")
+        _draw_leaf_from_above(canvas, arm, gauge, level + _ROOM_OF_ROWS_MM / canvas.scale)
+
+
+def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: float) -> None:
+    """Draw an upper leaf from above with the gauges at its roots, and their sizes and places."""
+    left, right = arm.roots
+    leaf = Box(left, base, right, base + arm.flexure.depth)
+    middle = base + 0.5 * arm.flexure.depth
+    canvas.rectangle(leaf)
+    for spans in gauge_spans(arm.flexure, gauge):
+        for span, width in ((spans.backing, gauge.backing_width_mm), (spans.grid, gauge.grid_width_mm)):
+            x0, x1 = sorted(arm.along(span))
+            canvas.rectangle(Box(x0, middle - 0.5 * width, x1, middle + 0.5 * width), "NOTES")
+
+    at_wall = gauge_spans(arm.flexure, gauge)[0]
+    edge = middle - 0.5 * gauge.backing_width_mm
+    lengths = []
+    for span in ((0.0, at_wall.backing[0]), at_wall.backing, at_wall.grid):
+        start, end = ((x, edge) for x in arm.along(span))
+        lengths.append(Length(side="bottom", start=start, end=end))
+    if arm.sign < 0.0:  # the widths are those of all gauges: they stand beside the first leaf alone
+        for width in (gauge.backing_width_mm, gauge.grid_width_mm):
+            start, end = (arm.wall, middle - 0.5 * width), (arm.wall, middle + 0.5 * width)
+            lengths.append(Length(side="left", start=start, end=end))
+    draw_lengths(canvas, lengths, leaf)
+    height = canvas.text_height
+    canvas.words(f"{arm.name.upper()} UPPER LEAF", (0.5 * (left + right), leaf.top + height), 0.7 * height)
 
 
 def _notes(housing: Housing, process: Process) -> list[str]:

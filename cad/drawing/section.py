@@ -1,34 +1,40 @@
 """Lines and arcs in which a plane across the depth cuts a solid."""
 
+from __future__ import annotations
+
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 
 import cadquery as cq
 
-from cad.drawing.items import FULL_DEG, Arc, Line
+from cad.drawing.canvas import Canvas
 
 _WIDE = 4e3  # [mm] of the cutting plane, far beyond any part
+_FULL_DEG = 360.0
 
 
-def section(shape: cq.Shape, y: float = 0.0) -> Iterator[Line | Arc]:
-    """Yield the lines and arcs in which a plane at y [mm] cuts a solid, x to the right and z up."""
+def section(shape: cq.Shape, y: float = 0.0) -> Sequence[cq.Edge]:
+    """Return the edges in which a plane at y [mm] cuts a solid."""
     plane = cq.Face.makePlane(_WIDE, _WIDE, cq.Vector(0.0, y, 0.0), cq.Vector(0.0, 1.0, 0.0))
-    for edge in plane.intersect(shape).Edges():
+    return plane.intersect(shape).Edges()
+
+
+def draw_section(canvas: Canvas, edges: Sequence[cq.Edge]) -> None:
+    """Draw the lines, arcs and circles of a section, x to the right and z up."""
+    for edge in edges:
+        start, end = edge.startPoint(), edge.endPoint()
         if edge.geomType() == "LINE":
-            start, end = edge.startPoint(), edge.endPoint()
-            yield Line(start=(start.x, start.z), end=(end.x, end.z))
-        else:
-            yield _arc(edge)
+            canvas.line((start.x, start.z), (end.x, end.z))
+            continue
+        centre = edge.arcCenter()
+        if edge.IsClosed():
+            canvas.circle((centre.x, centre.z), edge.radius())
+            continue
+        first, middle, last = (_angle(centre, point) for point in (start, edge.positionAt(0.5), end))
+        if (middle - first) % _FULL_DEG > (last - first) % _FULL_DEG:  # the edge runs clockwise
+            first, last = last, first
+        canvas.arc((centre.x, centre.z), edge.radius(), first, last)
 
 
-def _arc(edge: cq.Edge) -> Arc:
-    centre, middle = edge.arcCenter(), edge.positionAt(0.5)
-    if edge.IsClosed():
-        return Arc(centre=(centre.x, centre.z), radius=edge.radius(), start=0.0, end=FULL_DEG)
-    a, b, m = (
-        math.degrees(math.atan2(point.z - centre.z, point.x - centre.x)) % FULL_DEG
-        for point in (edge.startPoint(), edge.endPoint(), middle)
-    )
-    if (m - a) % FULL_DEG > (b - a) % FULL_DEG:
-        a, b = b, a
-    return Arc(centre=(centre.x, centre.z), radius=edge.radius(), start=a, end=a + (b - a) % FULL_DEG)
+def _angle(centre: cq.Vector, point: cq.Vector) -> float:
+    return math.degrees(math.atan2(point.z - centre.z, point.x - centre.x)) % _FULL_DEG

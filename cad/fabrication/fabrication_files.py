@@ -9,10 +9,8 @@ import cadquery as cq
 from cad.design.processes import Process
 from cad.drawing.coupon_drawing import coupon_drawing
 from cad.drawing.cover_drawing import cover_drawing
-from cad.drawing.dxf import write_dxf
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Sheet, Title
-from cad.drawing.svg import write_svg
 from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.bridges import Spring, bridges
 from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
@@ -44,9 +42,7 @@ def write_fabrication(sensor: Sensor, title: Title, springs: Sequence[Spring], f
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
     coupon, cover = coupon_part(coupon_of(sensor.housing)), cover_part(cover_of(sensor))
-    drawings = [
-        path for name, sheet in _sheets(sensor, title, coupon, cover) for path in _write_drawing(sheet, folder / name)
-    ]
+    drawings = [path for name, sheet in _sheets(sensor, title, coupon, cover) for path in sheet.write(folder / name)]
     of_coupon, _ = _write_solid(coupon.shape, folder / "coupon", _COUPON_COLOUR)
     of_cover, cover_read = _write_solid(cover.shape, folder / "cover", COVER_COLOUR)
     bracket = mount_solid(sensor)
@@ -81,14 +77,6 @@ def _sheets(sensor: Sensor, title: Title, coupon: Part, cover: Part) -> Iterator
     yield "drawing", housing_drawing(sensor.part, sensor.housing, title)
     yield "drawing-coupon", coupon_drawing(coupon, coupon_of(sensor.housing), replace(title, part="coupon"))
     yield "drawing-cover", cover_drawing(cover, cover_of(sensor), replace(title, part="cover, make two"))
-
-
-def _write_drawing(sheet: Sheet, path: Path) -> tuple[Path, Path]:
-    """Write a sheet as DXF and as SVG; return their paths."""
-    dxf, svg = path.with_suffix(".dxf"), path.with_suffix(".svg")
-    write_dxf(sheet.items, dxf)
-    write_svg(sheet.items, svg, f"{sheet.title.name}: {sheet.title.part}", sheet.window, sheet.factor)
-    return dxf, svg
 
 
 def _write_solid(solid: cq.Shape, path: Path, colour: Colour) -> tuple[tuple[Path, Path], cq.Shape]:

@@ -14,7 +14,6 @@ from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press, Tips
 from cad.drawing.housing_drawing import housing_drawing
-from cad.drawing.items import Words
 from cad.drawing.sheet import Title
 from cad.fabrication.bridges import Bridge
 from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
@@ -121,8 +120,8 @@ def test_files_hold_the_pockets_and_the_pins(pinned, tmp_path):
 
 def test_drawing_and_sheet_tell_of_the_pins(pinned, foot):
     title = Title(name="paper", process=PETG)
-    words = [item.text for item in housing_drawing(pinned.part, foot, title).items if isinstance(item, Words)]
-    assert "steel pin 1 x 1 x 4 2x, 1 out" in words
+    space = housing_drawing(pinned.part, foot, title).canvas.space
+    assert "steel pin 1 x 1 x 4 2x, 1 out" in [entity.dxf.text for entity in space.query("TEXT")]
     sheet = fabrication_sheet(pinned, title, SheetFacts(bill=(), bridges=(BRIDGE,)))
     assert "Two ground steel pins, 1 x 1 mm, 4 mm long" in sheet
     assert "Pockets are 1.1 mm wide and 3 mm deep" in sheet

@@ -1,0 +1,203 @@
+"""A drawing as a DXF document in millimetres of the part: lines, arcs, words, and dimensions that measure it."""
+
+import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from ezdxf import bbox, units
+from ezdxf._options import options
+from ezdxf.addons.drawing import layout
+from ezdxf.addons.drawing.config import BackgroundPolicy, ColorPolicy, Configuration
+from ezdxf.addons.drawing.frontend import Frontend
+from ezdxf.addons.drawing.properties import RenderContext
+from ezdxf.addons.drawing.svg import SVGBackend
+from ezdxf.document import Drawing
+from ezdxf.enums import TextEntityAlignment
+from ezdxf.filemanagement import new
+from ezdxf.math import BoundingBox2d
+
+LAYERS = {"PART": 7, "DIMENSIONS": 5, "NOTES": 3, "SHEET": 8}  # with the colour of each, by AutoCAD's index
+PENS = {"PART": 50, "DIMENSIONS": 18, "NOTES": 25, "SHEET": 35}  # [0.01 mm on paper]
+TEXT_MM = 2.5  # height of a capital on paper, ISO 3098
+LETTER = 0.83  # width of a monospaced letter over the height of a capital: DejaVu Sans Mono, 0.602 / 0.729
+DECIMALS = 3
+MEASURED = "<>"
+"""Stands in the text of a dimension for the measured length."""
+_FONT = "MONOSPACED"
+_STYLE = "WORKSHOP"
+_BY_LAYER = 256
+_LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # to a level text, no centre mark
+_CODES = {"Ø": "%%c", "±": "%%p"}  # that every text font of a DXF viewer knows
+
+Point = tuple[float, float]
+
+
+class Box(NamedTuple):
+    """A rectangle [mm]."""
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+
+def format_length(value: float) -> str:
+    """Return a length [mm] as a drawing shows it."""
+    return f"{value:.{DECIMALS}f}".rstrip("0").rstrip(".")
+
+
+def text_width(text: str, height: float) -> float:
+    """Return how long a line of text of a height is [mm]."""
+    return LETTER * height * len(text)
+
+
+class Canvas:
+    """What is drawn of a part [mm], for a sheet of the scale: millimetres of paper over those of the part."""
+
+    def __init__(self, scale: float) -> None:
+        self.scale = scale
+        self.text_height = TEXT_MM / scale
+        self.document = _new_document(self.text_height)
+        self.space = self.document.modelspace()
+
+    def extents(self) -> Box:
+        """Return the box around all that is drawn [mm]."""
+        corners = bbox.extents(self.space, fast=True)
+        return Box(corners.extmin.x, corners.extmin.y, corners.extmax.x, corners.extmax.y)
+
+    def line(self, start: Point, end: Point, layer: str = "PART") -> None:
+        """Draw a straight line."""
+        self.space.add_line(start, end, dxfattribs={"layer": layer})
+
+    def rectangle(self, box: Box, layer: str = "PART") -> None:
+        """Draw the four sides of a box."""
+        left, bottom, right, top = box
+        corners = [(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)]
+        for start, end in itertools.pairwise(corners):
+            self.line(start, end, layer)
+
+    def circle(self, centre: Point, radius: float, layer: str = "PART") -> None:
+        """Draw a circle."""
+        self.space.add_circle(centre, radius, dxfattribs={"layer": layer})
+
+    def arc(self, centre: Point, radius: float, start: float, end: float) -> None:
+        """Draw an arc of the part, counter-clockwise from one angle to another [deg]."""
+        self.space.add_arc(centre, radius, start, end, dxfattribs={"layer": "PART"})
+
+    def words(
+        self, text: str, at: Point, height: float, layer: str = "DIMENSIONS", *, from_the_left: bool = False
+    ) -> None:
+        """Write a line of text of a height [mm of the part] about its middle, or from its left end."""
+        entity = self.space.add_text(_coded(text), height=height, dxfattribs={"layer": layer, "style": _FONT})
+        align = TextEntityAlignment.MIDDLE_LEFT if from_the_left else TextEntityAlignment.MIDDLE_CENTER
+        entity.set_placement(at, align=align)
+
+    def length(
+        self,
+        axis: Literal["x", "z"],
+        start: Point,
+        end: Point,
+        text_at: Point,
+        level: float,
+        label: str = MEASURED,
+        text_rotation: float = 0.0,
+    ) -> None:
+        """Draw the dimension of a length along an axis, its line at a level across it, its text [deg] about a point."""
+        dimension = self.space.add_linear_dim(
+            base=(text_at[0], level) if axis == "x" else (level, text_at[1]),
+            p1=start,
+            p2=end,
+            location=text_at,
+            text=_coded(label),
+            angle=0.0 if axis == "x" else 90.0,
+            text_rotation=text_rotation,
+            dimstyle=_STYLE,
+            dxfattribs={"layer": "DIMENSIONS"},
+        )
+        dimension.render()
+
+    def callout(
+        self,
+        kind: Literal["radius", "diameter"],
+        centre: Point,
+        size: float,
+        beside: Point,
+        side: Literal["left", "right"],
+        label: str = MEASURED,
+        angle: float = 0.0,
+    ) -> None:
+        """Draw the dimension of a radius or a diameter [mm], its text on one side of a point with a gap.
+
+        The arrow of a radius meets the arc at the angle [deg].
+        """
+        gap = 2.0 * self.text_height
+        leader_end = (beside[0] + (gap if side == "right" else -gap), beside[1])
+        look: dict[str, Any] = {
+            "text": _coded(label),
+            "dimstyle": _STYLE,
+            "override": _LEADER,
+            "dxfattribs": {"layer": "DIMENSIONS"},
+        }
+        if kind == "radius":
+            dimension = self.space.add_radius_dim(centre, radius=size, angle=angle, **look)
+            dimension.set_location(leader_end, leader=True)
+        else:  # ezdxf lets the arrow of a diameter meet the circle on the side of its text
+            dimension = self.space.add_diameter_dim(centre, radius=0.5 * size, location=leader_end, **look)
+        dimension.render()
+
+    def write_dxf(self, path: Path) -> None:
+        """Write the drawing as DXF R2010; the same drawing gives the same bytes; raises OSError."""
+        for kind in sorted(self.document.entitydb.dxf_types_in_use()):
+            self.document.classes.add_class(kind)  # ezdxf itself takes them in the order of a set
+        with _fixed_meta_data():
+            self.document.saveas(path)
+
+    def write_svg(self, path: Path, window: Box) -> None:
+        """Write what lies in a window of the drawing [mm] as SVG that plots at its scale; raises OSError."""
+        backend = SVGBackend()
+        look = Configuration(background_policy=BackgroundPolicy.WHITE, color_policy=ColorPolicy.BLACK)
+        Frontend(RenderContext(self.document), backend, config=look).draw_layout(self.space)
+        page = layout.Page(self.scale * (window.right - window.left), self.scale * (window.top - window.bottom))
+        settings = layout.Settings(fit_page=False, scale=self.scale)
+        paper = BoundingBox2d([(window.left, window.bottom), (window.right, window.top)])
+        path.write_text(backend.get_string(page, settings=settings, render_box=paper), encoding="utf-8")
+
+
+@contextmanager
+def _fixed_meta_data() -> Iterator[None]:
+    """Let ezdxf write no time and no random id."""
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before
+
+
+def _new_document(text_height: float) -> Drawing:
+    """Return an empty document with our layers, and a style of dimensions: text over the line, as measured."""
+    with _fixed_meta_data():
+        document = new("R2010", setup=False)
+    document.units = units.MM
+    for layer, colour in LAYERS.items():
+        document.layers.add(layer, color=colour, lineweight=PENS[layer])
+    document.styles.add(_FONT, font="DejaVuSansMono.ttf")
+    style = document.dimstyles.add(_STYLE)
+    sizes = {"dimtxt": 1.0, "dimasz": 0.8, "dimexo": 0.4, "dimexe": 0.4, "dimgap": 0.3}  # in heights of the text
+    for name, heights in sizes.items():
+        style.dxf.set(name, heights * text_height)
+    for name in ("dimclrd", "dimclre", "dimclrt"):
+        style.dxf.set(name, _BY_LAYER)
+    for name, number in {"dimdec": DECIMALS, "dimzin": 8, "dimtad": 1, "dimtih": 0, "dimtoh": 0, "dimtix": 0}.items():
+        style.dxf.set(name, number)
+    style.dxf.set("dimdsep", ord("."))
+    style.dxf.set("dimtxsty", _FONT)
+    return document
+
+
+def _coded(text: str) -> str:
+    for letter, code in _CODES.items():
+        text = text.replace(letter, code)
+    return text
