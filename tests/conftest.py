@@ -77,7 +77,7 @@ def plant(tmp_path: Path) -> Callable[[Mapping[str, str]], Path]:
 @pytest.fixture
 def without_page(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let runs write no report.html; tests of pages have their own."""
-    monkeypatch.setattr(importlib.import_module("pipeline.run"), "page_of_run", lambda *_: None)
+    monkeypatch.setattr(importlib.import_module("pipeline.run"), "page_of", None)
 
 
 @pytest.fixture

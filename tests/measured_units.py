@@ -15,12 +15,10 @@ from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.pressed_sensor import pressed_sensor
 from pipeline.reading.readings import Readings
 from pipeline.reading.sensor_read_out import sensor_read_out
-from pipeline.report.readings import reading_mapping
-from pipeline.report.stored import StoredContact, StoredTip
-from pipeline.report.stored_records import StoredModulus, StoredReadOut
+from pipeline.report.mapping import stored_contact, stored_read_out, stored_reading, stored_tips
+from pipeline.report.stored import StoredContact, StoredModulus, StoredReadOut, StoredTip
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import scene_of
-from pipeline.storage.plain import from_plain
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 
@@ -60,21 +58,12 @@ class MeasuredDesign:
         level = self.forces([Pose(E=design.largest_E_MPa, travel=design.press.travel_mm)])
         press = SimpleNamespace(ahead=(), hardest=SimpleNamespace(F=level[None]))
         known = sensor_read_out(design, self.contact, SimpleNamespace(C=self.C), press, readings)
-        data = reading_mapping(design.tips, known, readings)
-        rows = [] if data["reading"] is None else data["reading"]["moduli"]
         self.report = ReportOfUnits(
             design=design,
-            tips=tuple(from_plain(StoredTip, tip) for tip in data["tips"]),
-            contact=StoredContact(
-                compliance_per_mm=tuple(map(tuple, self.contact.S.tolist())),
-                error_percent=100.0 * self.contact.error_pair,
-                s11_error_percent=100.0 * self.contact.error_own,
-            ),
-            read_out=from_plain(StoredReadOut, data["read_out"]),
-            moduli=tuple(
-                StoredModulus(**{key: row[key] for key in ("E_MPa", "E_bias_percent", "worst", "uncertainty_percent")})
-                for row in rows
-            ),
+            tips=stored_tips(design.tips),
+            contact=stored_contact(self.contact),
+            read_out=stored_read_out(known),
+            moduli=() if readings is None else stored_reading(readings).moduli,
         )
 
     def forces(self, poses, factors=1.0):

@@ -5,12 +5,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cad.design.design_file import design_as_toml
-from pipeline.report.mapping import report_mapping
+from pipeline.report.mapping import report_mapping, stored_report
 from pipeline.report.response_csv import response_csv
-from pipeline.report.stored import StoredReport, report_of
+from pipeline.report.stored import StoredFile, StoredReport
 from pipeline.result import SensorResult
 from pipeline.storage.belongings import REPORT, own_files
-from pipeline.storage.plain import Plain, to_plain
 from pipeline.storage.seal import KEY, file_digest
 
 PAGE = "report.html"
@@ -26,15 +25,15 @@ def write_outputs(result: SensorResult, folder: Path, page: Page | None = None) 
     (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
     if page is not None:
-        text = page(report_of(folder, _plain_report(result, folder)), result)
+        text = page(stored_report(result, _stored_files(folder)), result)
         (folder / PAGE).write_text(text, encoding="utf-8")
-    text = json.dumps(_plain_report(result, folder), indent=1, ensure_ascii=False, allow_nan=False)
+    report = report_mapping(result, _stored_files(folder))
+    text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(text + "\n", encoding="utf-8")
 
 
-def _plain_report(result: SensorResult, folder: Path) -> Plain:
-    report: Plain = to_plain(report_mapping(result, file_entries(folder)))
-    return report
+def _stored_files(folder: Path) -> list[StoredFile]:
+    return [StoredFile(**entry) for entry in file_entries(folder)]
 
 
 def written_report(result: SensorResult, folder: Path) -> bytes | None:
@@ -45,7 +44,7 @@ def written_report(result: SensorResult, folder: Path) -> bytes | None:
     except (OSError, ValueError):
         return None
     # what follows from the folder itself is left out: the other files, and the digest over them too
-    own = {**json.loads(json.dumps(to_plain(report_mapping(result)))), "files": None, KEY: None}
+    own = {**json.loads(json.dumps(report_mapping(result))), "files": None, KEY: None}
     return content if isinstance(found, dict) and {**found, "files": None, KEY: None} == own else None
 
 

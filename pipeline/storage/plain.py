@@ -15,22 +15,22 @@ T = TypeVar("T")
 ROUND_OFF = 1e-6
 Plain = dict[str, Any]
 
-_CONVERTER = cattrs.Converter(forbid_extra_keys=True, unstruct_collection_overrides={tuple: list})
-
 
 def to_plain(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
     """Return a record as nested objects and lists that JSON holds."""
     return _CONVERTER.unstructure(record)
 
 
-def from_plain(kind: type[T], data: object, name: str = "") -> T:
+def from_plain(kind: type[T], data: object, name: str = "", converter: cattrs.Converter | None = None) -> T:
     """Return the record of a type that plain data describe; errors call the data by the name, else by the type's.
+
+    A converter of `strict_converter` may be given that leaves unknown keys alone.
 
     Raises ValueError that names the place where the data do not fit: a missing or unknown key, a value of another kind.
     """
     try:
         _check_container(kind, data)
-        return _CONVERTER.structure(data, kind)
+        return (converter or _CONVERTER).structure(data, kind)
     except (cattrs.BaseValidationError, ValueError, TypeError) as error:
         reason = cattrs.transform_error(error, path=name or kind.__name__, format_exception=_reason)[0]
         msg = f"{reason}; it must be as it was written"
@@ -74,12 +74,19 @@ def _itself(value: object, kind: type) -> object:
     return value
 
 
-configure_union_passthrough(float | int | str | bool | None, _CONVERTER)
-_CONVERTER.register_structure_hook(float, _number)
-for _scalar in (str, int, bool):
-    _CONVERTER.register_structure_hook(_scalar, _itself)
-_CONVERTER.register_structure_hook_func(_is_array, lambda data, _: np.array(data, dtype=np.float64))
-_CONVERTER.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
+def strict_converter(*, forbid_extra_keys: bool) -> cattrs.Converter:
+    """Return a converter between records and JSON data that takes no value of another kind for a number or a text."""
+    converter = cattrs.Converter(forbid_extra_keys=forbid_extra_keys, unstruct_collection_overrides={tuple: list})
+    configure_union_passthrough(float | int | str | bool | None, converter)
+    converter.register_structure_hook(float, _number)
+    for scalar in (str, int, bool):
+        converter.register_structure_hook(scalar, _itself)
+    converter.register_structure_hook_func(_is_array, lambda data, _: np.array(data, dtype=np.float64))
+    converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
+    return converter
+
+
+_CONVERTER = strict_converter(forbid_extra_keys=True)
 
 
 def same_number(given: object, expected: object, least: float = 0.0) -> bool:

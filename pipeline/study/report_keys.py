@@ -5,7 +5,7 @@ from typing import Literal
 
 from cad.design.tips import Tips
 from cad.quantity import InputError, nearest
-from pipeline.report.contact_keys import SIZED_KEYS
+from pipeline.report.mapping import SIZED_KEYS
 from pipeline.storage.plain import Plain
 
 Stage = Literal["sizing", "level", "printable", "targets", "response", "reading", "flexures", "files"]

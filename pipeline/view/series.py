@@ -81,7 +81,7 @@ def _write_fruit(report: StoredReport, row: StoredResponse, folder: Path) -> Non
         info=SolveInfo(method="stored", dofs=0, seconds=0.0, status="read from report.json"),
     )
     # what one spring moves another is below the errors of both
-    spring_compliance = np.diag([1e3 / report.springs[tip.spring].K_N_per_m for tip in report.tips])
+    spring_compliance = np.diag([1e3 / report.flexures[tip.spring].K_N_per_m for tip in report.tips])
     for step, x in enumerate(row.x_mm):
         pressure = footprint_pressure(scene_of(report.design), contact, spring_compliance, row.E_MPa, x)
         mesh, fields = fruit_fields(report.design.fruit, pressure)

@@ -13,7 +13,7 @@ from stand_ins import result_of
 from cad.design.parameters import Design
 from cad.design.tips import Press
 from pipeline.cli import main
-from pipeline.report.readings import reading_mapping
+from pipeline.report.mapping import report_mapping
 
 PAGE = (Path(__file__).parents[2] / "docs" / "report-json.md").read_text(encoding="utf-8")
 WORDS = {
@@ -75,7 +75,7 @@ def read_report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
     """Return the report of a sensor that is judged by what it reads, its springs solved roughly."""
     folder = tmp_path_factory.mktemp("docs") / "mango"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(importlib.import_module("pipeline.run"), "page_of_run", lambda *_: None)
+        patch.setattr(importlib.import_module("pipeline.run"), "page_of", None)
         assert main(["run", "--design", "mango", "--tol", "0.02", "--out", os.fspath(folder)]) in (0, 1)
     data: dict[str, object] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     return data
@@ -85,7 +85,8 @@ def read_report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
 def deep_report() -> dict[str, object]:
     """Return what the report of a pair has beside the others' keys where its fruit is at large strain."""
     result = result_of(Design(press=Press(strain="large", travel_mm=0.05)))
-    return reading_mapping(result.design.tips, result.read_out, None)
+    data = report_mapping(result)
+    return {key: data[key] for key in ("tips", "read_out", "reading")}
 
 
 def test_every_key_is_explained(

@@ -9,10 +9,9 @@ import numpy as np
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.verdict import Verdict, equal, failed
+from pipeline.report.check.agreement_of_readings import other_readings
 from pipeline.report.check.recomputed import Recomputed, expected_verdicts, recomputed
-from pipeline.report.contact_keys import SIZED_KEYS
-from pipeline.report.mapping import FORCE_KEYS, STIFFNESS_VERDICTS
-from pipeline.report.readings import other_readings
+from pipeline.report.mapping import FORCE_KEYS, SIZED_KEYS, STIFFNESS_VERDICTS
 from pipeline.report.verdict_rule import outcome_of
 from pipeline.springs.fitted_spring import FittedSpring
 from pipeline.springs.fitted_springs import NAMES

@@ -140,7 +140,7 @@ def bar_of(verdict: Verdict) -> Bar | None:
 def dimensions(report: StoredReport) -> dict[str, str]:
     """Return the dimensions of leaves and housing [mm] by their names."""
     rows = {}
-    for name, spring in report.springs.items():
+    for name, spring in report.flexures.items():
         if spring.dimensions_mm is not None:
             for key, size in vars(spring.dimensions_mm).items():
                 rows[f"{name} spring, leaf {key}"] = f"{size:g}"

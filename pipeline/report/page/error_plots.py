@@ -126,14 +126,14 @@ def _tilt_plot(report: StoredReport, model: LiveModel) -> Picture:
 
 def speed_plot(report: StoredReport) -> Picture:
     """Return error [%] over wall time [s] of the solves of this run; raises ValueError where none has both."""
-    solves = [("contact", report.contact_solve.seconds, report.contact.error_percent)]
-    for name, spring in report.springs.items():
+    solves = [("contact", report.contact.seconds, report.contact.error_percent)]
+    for name, spring in report.flexures.items():
         solves.append((f"{name} spring", spring.seconds or 0.0, spring.error_percent or 0.0))
     solves = [solve for solve in solves if min(solve[1:]) > 0.0]
     if not solves:
         msg = "nothing was solved"
         raise ValueError(msg)
-    asked = 100.0 * report.tolerance
+    asked = 100.0 * report.accuracy.tolerance
     _, times, percents = zip(*solves, strict=True)
     x = Scale(start=0.4 * min(times), end=12.0 * max(times), logarithmic=True)
     y = Scale(start=0.3 * min(percents), end=4.0 * max(asked, *percents), logarithmic=True)
@@ -144,5 +144,5 @@ def speed_plot(report: StoredReport) -> Picture:
         labels.append((f"{name}: {percent:.2g} %", Words(right=9.0)))
     write_beside(panel, times, percents, labels)
     _draw_limit(panel, asked, "asked for (--tol)", BAD)
-    caption = f"What each solve of this run took for its error; {report.contact_solve.method} for the contact."
+    caption = f"What each solve of this run took for its error; {report.contact.method} for the contact."
     return plot_picture([panel], "speed", "Speed against error", caption)

@@ -60,7 +60,7 @@ def flexure_picture(report: StoredReport, result: SensorResult) -> Picture:
         panel.polygons(bent[faces[colour == index]], shade)
 
     foot = panel.box.top + panel.box.height
-    factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.springs.items() if s.safety_factor]
+    factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
     caption = (
         f"Middle plane at full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises "
         f"stress {float(fields.von_mises.max()):.3g} MPa, limit {limit:.3g} MPa (E of {process.name} times its strain "

@@ -99,7 +99,9 @@ def _compliance(report: StoredReport) -> FruitCompliance:
         S=np.array(report.contact.compliance_per_mm),
         error_pair=0.01 * report.contact.error_percent,
         error_own=0.01 * report.contact.s11_error_percent,
-        info=SolveInfo(**asdict(report.contact_solve)),
+        info=SolveInfo(
+            method=report.contact.method, dofs=report.contact.dofs, seconds=report.contact.seconds, status="stored"
+        ),
     )
 
 

@@ -1,13 +1,12 @@
 """A design whose springs are exactly as they were sized or given, or as a print has them: no solid and no fit."""
 
-from dataclasses import asdict
-
 import numpy as np
 
 from cad.design.parameters import Design
 from pipeline.evaluate import PARTS, Part, check_targets
 from pipeline.options import RunOptions
-from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, response_row, sizing_mapping
+from pipeline.report.mapping import stored_contact, stored_reading, stored_row, stored_sizing, stored_targets
+from pipeline.report.stored import StoredResponse, as_data
 from pipeline.response.scene_press import ScenePress, scene_of
 from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
@@ -32,14 +31,15 @@ def sized_report(
     springs = ideal_springs(design, drawn, sizing.springs)
     parts = tuple(part for part in PARTS if _is_needed(part, design, stages))
     checked = check_targets(design, contact=contact, sizing=sizing, springs=springs, parts=parts)
-    report: Plain = {"springs": sizing_mapping(sizing), "contact": contact_mapping(contact)}
+    report: Plain = {"springs": stored_sizing(sizing), "contact": stored_contact(contact)}
     if checked.press is not None:
         report["response"] = _rows(design, checked.press)
     if checked.readings is not None:
-        report["reading"] = assessed_mapping(checked.readings)
-    report["level"] = level_mapping(checked.reached)
-    report["verdicts"] = [asdict(verdict) for verdict in checked.verdicts]
-    return report
+        report["reading"] = stored_reading(checked.readings)
+    report["level"] = stored_targets(checked.reached)
+    report["verdicts"] = checked.verdicts
+    plain: Plain = as_data(report)
+    return plain
 
 
 def _is_needed(part: Part, design: Design, stages: frozenset[Stage]) -> bool:
@@ -51,6 +51,6 @@ def _is_needed(part: Part, design: Design, stages: frozenset[Stage]) -> bool:
     return "targets" in stages and not scene_of(design).linear
 
 
-def _rows(design: Design, press: ScenePress) -> list[Plain]:
+def _rows(design: Design, press: ScenePress) -> list[StoredResponse]:
     exact = np.zeros(len(design.tips.springs))  # springs exactly as sized have no error
-    return [response_row(press.table, i, design.tips, exact) for i in range(len(press.table.E))]
+    return [stored_row(press.table, i, design.tips, exact) for i in range(len(press.table.E))]

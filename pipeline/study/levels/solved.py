@@ -1,14 +1,21 @@
 """A design whose springs are fitted by finite elements, without its files or with all of them."""
 
-from dataclasses import asdict
 from pathlib import Path
 
 from cad.design.parameters import Design
 from pipeline import run
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
-from pipeline.report.contact_keys import assessed_mapping, contact_mapping, level_mapping, sizing_mapping
-from pipeline.report.mapping import report_mapping, response_mapping, spring_mapping
+from pipeline.report.mapping import (
+    report_mapping,
+    stored_contact,
+    stored_reading,
+    stored_response,
+    stored_sizing,
+    stored_spring,
+    stored_targets,
+)
+from pipeline.report.stored import as_data
 from pipeline.storage.plain import Plain
 
 
@@ -19,16 +26,19 @@ def fitted_report(design: Design, tolerance: float) -> Plain:
     """
     found = check_targets(design, RunOptions(tolerance=tolerance))
     springs = found.springs
-    return {
-        "springs": sizing_mapping(found.sizing),
-        "flexures": {spring.name: spring_mapping(spring, springs) for spring in springs.springs},
-        "deflections_mm": list(springs.deflections),
-        "contact": contact_mapping(found.contact),
-        "response": response_mapping(design.tips, found.contact, springs, found.solved_press.table),
-        "reading": None if found.readings is None else assessed_mapping(found.readings),
-        "level": level_mapping(found.reached),
-        "verdicts": [asdict(verdict) for verdict in found.verdicts],
-    }
+    report: Plain = as_data(
+        {
+            "springs": stored_sizing(found.sizing),
+            "flexures": {spring.name: stored_spring(spring, springs) for spring in springs.springs},
+            "deflections_mm": springs.deflections,
+            "contact": stored_contact(found.contact),
+            "response": stored_response(design.tips, found.contact, springs, found.solved_press.table),
+            "reading": None if found.readings is None else stored_reading(found.readings),
+            "level": stored_targets(found.reached),
+            "verdicts": found.verdicts,
+        }
+    )
+    return report
 
 
 def whole_report(design: Design, tolerance: float, out: Path | None) -> Plain:

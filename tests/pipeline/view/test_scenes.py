@@ -161,7 +161,7 @@ def test_ranges_of_a_run_are_the_numbers_of_its_report(run_with_fields):
     for scene, name, deflection, F in zip(
         sides, ("low", "high"), report.deflections_mm, report.response[-1].kind_forces, strict=True
     ):
-        spring = report.springs[name]
+        spring = report.flexures[name]
         _, strain = LARGEST_STRAIN.range_on(scene.mesh)
         assert strain == pytest.approx(spring.root_strain, rel=0.01 * spring.root_strain_error_percent)
         # the face of a tip also tilts, by less than a hundredth of the way

@@ -17,7 +17,7 @@ from pipeline.measure.unit.deep_reading import other_laws
 from pipeline.measure.unit.firmware import c_header
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import PairPress, single_reading
-from pipeline.report.stored_records import StoredDepth
+from pipeline.report.stored import StoredDepth
 from solve.contact.large_response import large_response
 from solve.contact.scene import Scene
 from solve.large_strain.force_curve import ForceCurve

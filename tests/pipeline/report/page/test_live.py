@@ -21,7 +21,7 @@ NAMES = ("low", "high")
 
 def inputs(rng, report, count):
     """Return random settings over the whole range of the sliders."""
-    K = [1e-3 * report.springs[name].K_N_per_m for name in NAMES]
+    K = [1e-3 * report.flexures[name].K_N_per_m for name in NAMES]
     rows = rng.uniform(size=(count, 5))
     return [
         {
@@ -107,7 +107,7 @@ def test_linear_forces_are_those_of_python(flat_page, open_page, rng):
 def test_level_settings_are_the_rows_of_the_report(flat_page, open_page):
     report = flat_page.report
     page = open_page(flat_page.address)
-    K = {name: 1e-3 * report.springs[name].K_N_per_m for name in NAMES}
+    K = {name: 1e-3 * report.flexures[name].K_N_per_m for name in NAMES}
     for row in report.response:
         settings = [{"E": row.E_MPa, "travel": x, "tilt": 0.0, "K": K} for x in row.x_mm]
         found = evaluated(page, settings)

@@ -66,9 +66,9 @@ def test_moduli_of_equal_P_are_named_apart_and_on_the_sheet(flat_page):
 def test_springs_of_equal_speed_and_error_are_named_apart(flat_page):
     report = flat_page.report
     springs = {
-        name: dataclasses.replace(spring, seconds=0.5, error_percent=0.05) for name, spring in report.springs.items()
+        name: dataclasses.replace(spring, seconds=0.5, error_percent=0.05) for name, spring in report.flexures.items()
     }
-    levels = levels_of(speed_plot(dataclasses.replace(report, springs=springs)), r"\w+ spring: 0.05 %")
+    levels = levels_of(speed_plot(dataclasses.replace(report, flexures=springs)), r"\w+ spring: 0.05 %")
     assert np.diff(levels) == pytest.approx([11.0], abs=0.011)
 
 

@@ -6,7 +6,7 @@ import pytest
 from square_stand_ins import square_design
 
 from cad.verdict import Verdict
-from pipeline.report.readings import other_readings
+from pipeline.report.check.agreement_of_readings import other_readings
 
 DESIGN = square_design(bias_limit=0.05, uncertainty_limit=0.1, tilt_deg=4.0)
 ROWS = [
