@@ -1,8 +1,11 @@
 """Whether a unit meets the targets of its design with its own springs."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from cad.quantity import COVERAGE
 from cad.theory.two_spring_law import (
@@ -22,9 +25,6 @@ P_TOLERANCE = 0.01
 """That of the verdict of a run, relative."""
 NL_TOLERANCE = 0.001
 _USUAL_UNCERTAINTY = 0.1
-
-Value = Callable[[MeasuringUnit, DeepPair | None], float]
-"""A number of a unit [1], with the curve of a tip where its flesh is at large strain."""
 
 
 def unit_verdicts(sensor: MeasuringUnit, rows: Sequence[UnitRow]) -> tuple[Verdict, ...]:
@@ -53,57 +53,43 @@ def _targets_met(sensor: MeasuringUnit) -> tuple[Verdict, ...]:
     deep = sensor.deep
     law = "two-spring law" if deep is None else "curve of a tip at large strain"
     reference = f"{law} with the stiffnesses of the unit"
+    values = _values(sensor, deep)
+    slopes = []
+    for tip in range(len(sensor.unit.tips)):
+        stiffer = sensor.with_stiffness(tip, 1.0 + STEP)
+        slopes.append((_values(stiffer, stiffer.deep) - values) / STEP)
+    by_springs = [error_by_springs(sensor, of_value) for of_value in np.transpose(slopes).tolist()]
+    by_curve = [0.0, 0.0]
+    if deep is not None:
+        # P_max is of one modulus: any curve within its bars. One curve serves every modulus of NL, which is checked, as
+        # in a run, with a curve that is off alike at every depth.
+        bent = math.fsum(times * abs(_values(sensor, curve)[0] - values[0]) for curve, times in deep.perturbed())
+        shifted = abs(_values(sensor, deep.at_upper_errors())[1] - values[1])
+        by_curve = [error_by_curve(bent), error_by_curve(float(shifted))]
     allowed = P_TOLERANCE * targets.P_max
-    P = equal("P_max", _P_max(sensor, deep), targets.P_max, allowed, unit="1", reference=reference)
-    NL = equal("NL", _NL(sensor, deep), targets.NL, NL_TOLERANCE, unit="1", reference=reference)
-    # One curve serves every modulus: NL is checked, as in a run, with a curve that is off alike at every depth.
-    bent = () if deep is None else deep.perturbed()
-    shifted = () if deep is None else [(deep.at_upper_errors(), 1.0)]
-    checked_P = _with_error(P, allowed, _error_by_springs(sensor, _P_max), _error_by_curve(sensor, _P_max, bent))
-    checked_NL = _with_error(NL, NL_TOLERANCE, _error_by_springs(sensor, _NL), _error_by_curve(sensor, _NL, shifted))
+    P = equal("P_max", float(values[0]), targets.P_max, allowed, unit="1", reference=reference)
+    NL = equal("NL", float(values[1]), targets.NL, NL_TOLERANCE, unit="1", reference=reference)
+    checked_P = _with_error(P, allowed, by_springs[0], by_curve[0])
+    checked_NL = _with_error(NL, NL_TOLERANCE, by_springs[1], by_curve[1])
     return replace(checked_P, tolerance=P_TOLERANCE, relative=True), checked_NL
 
 
-def _P_max(sensor: MeasuringUnit, deep: DeepPair | None) -> float:
-    E_max = sensor.design.fruit.E_max_MPa
-    if deep is not None:
-        return _deep_ratio(sensor, deep, E_max)
-    K_low, K_high = sensor.unit.stiffnesses
-    return force_ratio(Springs(K_l=K_low, K_h=K_high), E_max / (sensor.own_less_other or math.inf))
-
-
-def _NL(sensor: MeasuringUnit, deep: DeepPair | None) -> float:
+def _values(sensor: MeasuringUnit, deep: DeepPair | None) -> NDArray[np.float64]:
+    """Return P_max and NL of a pair [1], with the curve of a tip where its flesh is at large strain."""
     definition = sensor.design.nominal_targets.NL_definition
     E_max = sensor.design.fruit.E_max_MPa
     if deep is None:
         K_low, K_high = sensor.unit.stiffnesses
         springs = Springs(K_l=K_low, K_h=K_high)
-        return nonlinearity(springs, E_max / (sensor.own_less_other or math.inf), definition)
+        K_m = E_max / (sensor.own_less_other or math.inf)
+        return np.array([force_ratio(springs, K_m), nonlinearity(springs, K_m, definition)])
     steps = 2 if definition == "mid-range" else CURVE_STEPS  # mid-range is of both ends and the middle
     moduli = [E_max * fraction for fraction in curve_shares(steps)]
-    return curve_nonlinearity([_deep_ratio(sensor, deep, E) for E in moduli], moduli, definition)
-
-
-def _deep_ratio(sensor: MeasuringUnit, deep: DeepPair, E: float) -> float:
-    """Return P of a level pair at full travel and large strain on a fruit of modulus E [MPa]."""
-    low, high = deep.forces(E, sensor.design.press.travel_mm)
-    return high / low
-
-
-def _error_by_springs(sensor: MeasuringUnit, value: Value) -> float:
-    """Return the half width that holds 95 % of a value, by what calibration left of each spring."""
-    nominal = value(sensor, sensor.deep)
-    slopes = []
-    for tip in range(len(sensor.unit.tips)):
-        stiffer = sensor.with_stiffness(tip, 1.0 + STEP)
-        slopes.append((value(stiffer, stiffer.deep) - nominal) / STEP)
-    return error_by_springs(sensor, slopes)
-
-
-def _error_by_curve(sensor: MeasuringUnit, value: Value, curves: Iterable[tuple[DeepPair, float]]) -> float:
-    """Return the half width that holds 95 % of a value, by what other curves, each a number of times, do to it."""
-    nominal = value(sensor, sensor.deep)
-    return error_by_curve(math.fsum(times * abs(value(sensor, curve) - nominal) for curve, times in curves))
+    ratios = []
+    for E in moduli:
+        low, high = deep.forces(E, sensor.design.press.travel_mm)
+        ratios.append(high / low)
+    return np.array([ratios[-1], curve_nonlinearity(ratios, moduli, definition)])
 
 
 def _with_error(verdict: Verdict, allowed: float, by_springs: float, by_curve: float) -> Verdict:

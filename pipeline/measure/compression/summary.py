@@ -134,7 +134,7 @@ def print_results(
 ) -> None:
     """Print each specimen, each fruit as in the paper's Table I, and the range for the design file."""
     console = Console(width=None if sys.stdout.isatty() else _WIDTH)
-    names = _names(results)
+    names = [escape(f"{Path(result.specimen.file).name} {result.specimen.name}") for result in results]
     console.print(_specimen_table(results, names))
     console.print(_strain_table(results, names))
     if len(results) > 1:
@@ -147,17 +147,6 @@ def print_results(
     lines.append(f"for the design file:\n{escape(design.toml)}\nor: pipeline run {escape(design.flags)}")
     for line in lines:
         console.print(line, highlight=False)
-
-
-def _names(results: Sequence[CompressionResult]) -> list[str]:
-    """Return a name for each specimen, with the file's folder only where its name alone is not enough."""
-    files = {result.specimen.file for result in results}
-    short = len({Path(file).name for file in files}) == len(files)
-    names = []
-    for result in results:
-        file = result.specimen.file
-        names.append(escape(f"{Path(file).name if short else file} {result.specimen.name}"))
-    return names
 
 
 def _table(title: str, heads: Sequence[str]) -> Table:

@@ -18,6 +18,7 @@ from pipeline.measure.unit.deep_pair import TOO_DEEP, DeepPair, Samples, one_sam
 from pipeline.measure.unit.fruit_reading import (
     LEVEL,
     FruitReading,
+    Sensitivity,
     checked_reading,
     flags_of_forces,
     half_width,
@@ -45,7 +46,8 @@ def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Samples) -> Frui
         by_ratio = law.ratio_modulus(deepest)
     except ReadingError:  # a tilt may leave the ratio no modulus
         return _with_depth(law, replace(reading.flagged("read_outs_disagree"), others=others), deepest)
-    noise = math.hypot(line.error, _ratio_noise(sensor, law, deepest, by_ratio))
+    by_noise = _sensitivity(sensor, law, one_sample(deepest), by_ratio).by_noise(sensor, deepest)
+    noise = math.hypot(line.error, by_noise)
     allowed = curve_contribution(law, samples, E) + sensor.model_error + COVERAGE * noise
     if abs(by_ratio / E - 1.0) > allowed:
         reading = reading.flagged("read_outs_disagree")
@@ -64,7 +66,8 @@ def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[f
         return FruitReading(flags=("out_of_range",))
     samples = one_sample(forces)
     by_tilt = ratio_tilt_deviation(sensor, float(law.offset_slopes(forces, E).modulus))
-    deviation = math.hypot(_ratio_noise(sensor, law, forces, E), by_tilt)
+    by_noise = _sensitivity(sensor, law, samples, E).by_noise(sensor, forces)
+    deviation = math.hypot(by_noise, by_tilt)
     u = _half_width(sensor, law, samples, E, deviation, others)
     return _with_depth(law, replace(checked_reading(sensor, E, u, LEVEL, forces), others=others), forces)
 
@@ -77,7 +80,7 @@ def _half_width(
     return half_width(
         sensor,
         E,
-        [deviation, *_unit_contributions(sensor, law, samples, E)],
+        [deviation, *_sensitivity(sensor, law, samples, E).by_unit(sensor)],
         [curve_contribution(law, samples, E), by_law],
         curve_by_poisson=_by_poisson(sensor, law, samples, E),
     )
@@ -125,22 +128,17 @@ def _by_poisson(sensor: MeasuringUnit, law: DeepPair, samples: Samples, E: float
     return (shifts[1] - shifts[0]) / (highest - lowest)
 
 
-def _ratio_noise(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float], E: float) -> float:
-    """Return the standard deviation of a modulus by the force ratio of one reading by noise alone [1]."""
-    slopes = law.offset_slopes(forces, E)
-    return math.sqrt(float(slopes.variance(sensor.noises))) / abs(float(slopes.modulus))
-
-
-def _unit_contributions(sensor: MeasuringUnit, law: DeepPair, samples: Samples, E: float) -> list[float]:
-    """Return what each spring and each gain leaves open of E [1], one standard deviation."""
-    contributions = []
-    for tip, (K_percent, gain_percent) in enumerate(zip(sensor.unit.K_percent, sensor.unit.gain_percent, strict=True)):
+def _sensitivity(sensor: MeasuringUnit, law: DeepPair, samples: Samples, E: float) -> Sensitivity:
+    """Return the sensitivity of a modulus E [MPa] that is read of samples."""
+    springs = []
+    forces = []
+    for tip in range(2):
         stiffer = replace(law, C=sensor.with_stiffness(tip, 1.0 + _STEP).C)
         gains = np.ones(2)
         gains[tip] += _STEP
-        contributions.append(0.01 * K_percent * law.shift(samples, E, stiffer) / _STEP)
-        contributions.append(0.01 * gain_percent * law.shift(samples, E, law, gains) / _STEP)
-    return contributions
+        springs.append(law.shift(samples, E, stiffer) / _STEP)
+        forces.append(law.shift(samples, E, law, gains) / _STEP)
+    return Sensitivity(springs, forces)
 
 
 def _with_depth(law: DeepPair, reading: FruitReading, deepest: Sequence[float]) -> FruitReading:

@@ -142,6 +142,24 @@ def half_width(
     return COVERAGE * math.hypot(math.hypot(*deviations), by_poisson, *biases)
 
 
+class Sensitivity(NamedTuple):
+    """The relative change of a modulus [1] for a relative change of the spring of each tip, and of its force."""
+
+    springs: Sequence[float]
+    forces: Sequence[float]
+
+    def by_unit(self, sensor: MeasuringUnit) -> list[float]:
+        """Return what springs and gains leave open of the modulus [1], each one standard deviation."""
+        unit = sensor.unit
+        springs = [0.01 * slope * percent for slope, percent in zip(self.springs, unit.K_percent, strict=True)]
+        return springs + [0.01 * slope * percent for slope, percent in zip(self.forces, unit.gain_percent, strict=True)]
+
+    def by_noise(self, sensor: MeasuringUnit, forces: Sequence[float]) -> float:
+        """Return the standard deviation of the modulus [1] by noise on forces [N]."""
+        noises = [noise / force for noise, force in zip(sensor.noises, forces, strict=True)]
+        return math.hypot(*(slope * noise for slope, noise in zip(self.forces, noises, strict=True)))
+
+
 def pair_pose(sensor: MeasuringUnit, lead: float) -> SkinPose:
     """Return the tilt of a pair whose high tip stands before the low one by a lead [mm], and its direction."""
     tilt = math.degrees(math.atan(-lead / sensor.design.tips.spacing_mm))
@@ -167,25 +185,15 @@ def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Sequence[f
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
     E = sensor.corrected(read)
-    u = half_width(sensor, E, _contrast_deviations(sensor, law, forces, read))
+    slopes = contrast_slopes(law, forces, read)
+    by_force = [slope * force for slope, force in zip(slopes.forces, forces, strict=True)]
+    sensitivity = Sensitivity(slopes.springs, by_force)
+    by_heights = [slope * error for slope, error in zip(slopes.heights, sensor.unit.height_error_mm, strict=True)]
+    deviations = [sensitivity.by_noise(sensor, forces), *sensitivity.by_unit(sensor), *by_heights]
+    u = half_width(sensor, E, deviations)
     _, along, across = plane_through(sensor.places, lowered_tips(law, forces, read))
     # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
     rolling = 1.0 + (sensor.design.tips.dome_radius_mm or 0.0) / sensor.design.fruit.radii_mm[0]
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     direction = None if across is None else math.degrees(math.atan2(across, along))
     return checked_reading(sensor, E, u, SkinPose(tilt, direction), forces)
-
-
-def _contrast_deviations(sensor: MeasuringUnit, law: ContrastLaw, forces: Sequence[float], read: float) -> list[float]:
-    """Return the standard deviations of a contrast [1] by noise, springs, gains and heights of each tip."""
-    slopes = contrast_slopes(law, forces, read)
-    unit = sensor.unit
-    deviations = []
-    for tip, force in enumerate(forces):
-        deviations += [
-            slopes.forces[tip] * sensor.noises[tip],
-            0.01 * slopes.springs[tip] * unit.K_percent[tip],
-            0.01 * slopes.forces[tip] * force * unit.gain_percent[tip],
-            slopes.heights[tip] * unit.height_error_mm[tip],
-        ]
-    return deviations

@@ -19,6 +19,7 @@ from pipeline.measure.unit.deep_reading import deep_reading, deep_single_reading
 from pipeline.measure.unit.fruit_reading import (
     LEVEL,
     FruitReading,
+    Sensitivity,
     checked_reading,
     flags_of_forces,
     half_width,
@@ -108,13 +109,10 @@ def single_reading(sensor: MeasuringUnit, forces: Sequence[float]) -> FruitReadi
         E = sensor.ratio_modulus(forces)
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
-
-    def ratio(unit: MeasuringUnit, gains: Sequence[float]) -> float:
-        return unit.ratio_modulus([gain * force for gain, force in zip(gains, forces, strict=True)])
-
     yielded = sum((low - high) * force for low, high, force in zip(*sensor.C, forces, strict=True))
-    deviations = [_ratio_noise(sensor, forces), ratio_tilt_deviation(sensor, yielded)]
-    u = half_width(sensor, E, [*deviations, *_unit_contributions(sensor, ratio)])
+    sensitivity = _ratio_sensitivity(sensor, forces)
+    deviations = [sensitivity.by_noise(sensor, forces), ratio_tilt_deviation(sensor, yielded)]
+    u = half_width(sensor, E, [*deviations, *sensitivity.by_unit(sensor)])
     return checked_reading(sensor, E, u, LEVEL, forces)
 
 
@@ -129,11 +127,11 @@ def _line_reading(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> FruitRe
     def modulus(unit: MeasuringUnit, gains: Sequence[float]) -> float:
         return _line(unit, _with_gains(sums, *gains)).modulus
 
-    u = half_width(sensor, line.modulus, [line.error, *_unit_contributions(sensor, modulus)])
+    u = half_width(sensor, line.modulus, [line.error, *_sensitivity(sensor, modulus).by_unit(sensor)])
     reading = checked_reading(sensor, line.modulus, u, pair_pose(sensor, line.lead), deepest)
     try:
         by_ratio = sensor.ratio_modulus(deepest)
-        noise = _ratio_noise(sensor, deepest)
+        noise = _ratio_sensitivity(sensor, deepest).by_noise(sensor, deepest)
     except ReadingError:
         return reading.flagged("read_outs_disagree")
     reading = replace(reading, others={"force_ratio": by_ratio})
@@ -176,22 +174,27 @@ def _is_seated(sensor: MeasuringUnit, block: PressSums, line: PairLine) -> bool:
     return min(indentations) >= tips.side_mm * slope
 
 
-def _unit_contributions(sensor: MeasuringUnit, read: Callable[[MeasuringUnit, Sequence[float]], float]) -> list[float]:
-    """Return what each spring and each gain leaves open of E [1], one standard deviation.
-
-    `read` gives the modulus that a unit reads of forces that are larger by gains.
-    """
-    unit = sensor.unit
-    E = read(sensor, (1.0, 1.0))
-    contributions = []
-    for tip in range(len(unit.tips)):
-        gains = [1.0, 1.0]
+def _sensitivity(sensor: MeasuringUnit, read: Callable[[MeasuringUnit, Sequence[float]], float]) -> Sensitivity:
+    """Return the sensitivity of the modulus that `read` gives for a unit, of forces that are larger by gains."""
+    exact = (1.0, 1.0)
+    E = read(sensor, exact)
+    springs = []
+    forces = []
+    for tip in range(len(exact)):
+        gains = list(exact)
         gains[tip] += _STEP
-        stiffer = read(sensor.with_stiffness(tip, 1.0 + _STEP), (1.0, 1.0)) / E - 1.0
-        gained = read(sensor, gains) / E - 1.0
-        contributions.append(0.01 * unit.K_percent[tip] * stiffer / _STEP)
-        contributions.append(0.01 * unit.gain_percent[tip] * gained / _STEP)
-    return contributions
+        springs.append((read(sensor.with_stiffness(tip, 1.0 + _STEP), exact) / E - 1.0) / _STEP)
+        forces.append((read(sensor, gains) / E - 1.0) / _STEP)
+    return Sensitivity(springs, forces)
+
+
+def _ratio_sensitivity(sensor: MeasuringUnit, forces: Sequence[float]) -> Sensitivity:
+    """Return the sensitivity of the modulus that the force ratio of forces [N] tells; raises ReadingError."""
+
+    def modulus(unit: MeasuringUnit, gains: Sequence[float]) -> float:
+        return unit.ratio_modulus([gain * force for gain, force in zip(gains, forces, strict=True)])
+
+    return _sensitivity(sensor, modulus)
 
 
 def _with_gains(sums: PressSums, low: float, high: float) -> PressSums:
@@ -204,14 +207,3 @@ def _with_gains(sums: PressSums, low: float, high: float) -> PressSums:
         low * high * sums.soft_stiff,
         high * high * sums.stiff_stiff,
     )
-
-
-def _ratio_noise(sensor: MeasuringUnit, forces: Sequence[float]) -> float:
-    """Return the standard deviation of a modulus by the force ratio of one reading by noise alone [1]."""
-    E = sensor.ratio_modulus(forces)
-    deviations = []
-    for tip, noise in enumerate(sensor.noises):
-        larger = list(forces)
-        larger[tip] *= 1.0 + _STEP
-        deviations.append((sensor.ratio_modulus(larger) / E - 1.0) / (_STEP * forces[tip]) * noise)
-    return math.hypot(*deviations)
