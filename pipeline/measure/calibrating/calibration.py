@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from cad.parts.coupon import coupon_of, modulus_factor
 from cad.quantity import Estimate, validation_error
 from cad.verdict import Verdict
@@ -103,11 +105,9 @@ def modulus_of_coupon(source: Path | str, rows: Sequence[MeasuredRow], report: S
     weighed = {row.texts["coupon"] for row in rows}
     arms = [arm for arm in coupon.arms if arm.name in weighed] or list(coupon.arms)
     springs = weighed_springs(str(source), rows, "coupon", [arm.name for arm in arms])
-    weights = [1.0 / spring.relative**2 for spring in springs]
-    moduli = []
-    for arm, spring in zip(arms, springs, strict=True):
-        moduli.append(modulus_factor(arm.flexure, coupon.arm_beyond_leaf) * spring.value)
-    whole = math.fsum(weights)
-    E = math.fsum(weight * modulus for weight, modulus in zip(weights, moduli, strict=True)) / whole
-    apart = math.fsum(weight * (modulus / E - 1.0) ** 2 for weight, modulus in zip(weights, moduli, strict=True))
-    return Estimate(E, E * math.sqrt((apart + 1.0) / whole), "MPa")
+    factors = np.array([modulus_factor(arm.flexure, coupon.arm_beyond_leaf) for arm in arms])
+    moduli = factors * [spring.value for spring in springs]
+    weights = np.array([spring.relative for spring in springs]) ** -2.0
+    E = float(np.average(moduli, weights=weights))
+    apart = float(weights @ (moduli / E - 1.0) ** 2)
+    return Estimate(E, E * math.sqrt((apart + 1.0) / float(weights.sum())), "MPa")

@@ -109,8 +109,7 @@ def read_level(sensor: MeasuringUnit, forces: Sequence[float]) -> float:
 
 def error_by_springs(sensor: MeasuringUnit, slopes: Sequence[float]) -> float:
     """Return the half width that holds 95 % of a value [its unit] by its springs, of its slopes over their logs."""
-    errors = [slope * 0.01 * percent for slope, percent in zip(slopes, sensor.unit.K_percent, strict=True)]
-    return COVERAGE * math.hypot(*errors)
+    return COVERAGE * float(np.linalg.norm(np.multiply(slopes, sensor.unit.K_percent))) * 0.01
 
 
 def error_by_curve(bound: float) -> float:

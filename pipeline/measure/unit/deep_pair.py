@@ -58,7 +58,7 @@ class OffsetSlopes(NamedTuple):
     forces: Floats
     modulus: Floats
 
-    def variance(self, noises: Sequence[float]) -> Floats:
+    def variance(self, noises: ArrayLike) -> Floats:
         """Return the variance of the offset [mm^2] by noises [N] of both forces."""
         return np.asarray(((self.forces * np.array(noises)) ** 2).sum(axis=-1))
 
@@ -161,7 +161,7 @@ class DeepPair:
             raise ReadingError(OF_ANOTHER_SENSOR)
         return math.exp(brentq(offset, least, least + _WIDEST, xtol=_SETTLED))
 
-    def line(self, samples: Samples, noises: Sequence[float] = (0.0, 0.0)) -> PairLine:
+    def line(self, samples: Samples, noises: ArrayLike = (0.0, 0.0)) -> PairLine:
         """Return what the samples of a press tell; `noises` [N] are the standard deviations of both forces.
 
         Raises ReadingError for fewer than three samples, and where they tell no modulus.
@@ -170,7 +170,7 @@ class DeepPair:
             count = len(samples.counts)
             msg = f"samples with both tips on the fruit = {count}: must be at least {FEWEST}; press farther"
             raise ReadingError(msg)
-        E = math.exp(self._straightest(samples, noises if any(noises) else (1.0, 1.0)))
+        E = math.exp(self._straightest(samples, noises if np.any(noises) else (1.0, 1.0)))
         slopes = self.offset_slopes(samples.forces, E)
         deviations = slopes.modulus - np.average(slopes.modulus, weights=samples.counts)
         spread = samples.counts @ deviations**2
@@ -212,7 +212,7 @@ class DeepPair:
         deepest = BEYOND * self.side * self._linear_depths[-1]
         return math.log(float((self._compliance * forces).max()) / deepest)
 
-    def _straightest(self, samples: Samples, noises: Sequence[float]) -> float:
+    def _straightest(self, samples: Samples, noises: ArrayLike) -> float:
         """Return the log of the modulus [MPa] at which the offset scatters least; raises ReadingError at an end."""
         from scipy.optimize import minimize_scalar
 

@@ -138,7 +138,7 @@ def _sensitivity(sensor: MeasuringUnit, law: DeepPair, samples: Samples, E: floa
         gains[tip] += _STEP
         springs.append(law.shift(samples, E, stiffer) / _STEP)
         forces.append(law.shift(samples, E, law, gains) / _STEP)
-    return Sensitivity(springs, forces)
+    return Sensitivity(np.array(springs), np.array(forces))
 
 
 def _with_depth(law: DeepPair, reading: FruitReading, deepest: Sequence[float]) -> FruitReading:

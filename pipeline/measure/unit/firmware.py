@@ -37,8 +37,8 @@ def _rendered(template: str, sensor: MeasuringUnit, number: object) -> str:
         "method": sensor.unit.method,
         "tips": [tip.name for tip in sensor.report.tips],
         "gains": sensor.unit.gain,
-        "least_forces": sensor.least_forces,
-        "largest_forces": sensor.largest_forces,
+        "least_forces": sensor.least_forces.tolist(),
+        "largest_forces": sensor.largest_forces.tolist(),
         "least_E": least * (1.0 - AT_THE_EDGE),
         "largest_E": largest * (1.0 + AT_THE_EDGE),
         "reduced": sensor.reduced(1.0),
@@ -73,7 +73,7 @@ def _pair_constants(sensor: MeasuringUnit) -> dict[str, object]:
     """Return what the line over a press needs: compliances [mm/N], variances of its x [N^2] and y [mm^2]."""
     C = sensor.C
     relative = (C[0][0] - C[1][0], C[0][1] - C[1][1])
-    low, high = (noise * noise for noise in sensor.noises)
+    low, high = (sensor.noises**2).tolist()
     return {
         "pair": True,
         "give": relative,

@@ -5,6 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import (
     ContrastLaw,
@@ -16,6 +19,8 @@ from cad.theory.contrast_law import (
 )
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.storage.plain import Plain
+
+Floats = NDArray[np.float64]
 
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
 IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range")
@@ -87,10 +92,10 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
 def flags_of_forces(sensor: MeasuringUnit, forces: Sequence[float]) -> tuple[str, ...]:
     """Return what is wrong with forces [N] by themselves: no numbers, below zero or far too large, or tips off."""
     flags = []
-    limits = list(zip(forces, sensor.least_forces, sensor.largest_forces, strict=True))
-    if not all(-least <= force <= largest for force, least, largest in limits):
+    array = np.array(forces)
+    if not ((array >= -sensor.least_forces) & (array <= sensor.largest_forces)).all():
         flags.append("bad_force")
-    if not all(force > least for force, least, _ in limits):
+    if not (array > sensor.least_forces).all():
         flags.append("lift_off")
     return tuple(flags)
 
@@ -145,19 +150,18 @@ def half_width(
 class Sensitivity(NamedTuple):
     """The relative change of a modulus [1] for a relative change of the spring of each tip, and of its force."""
 
-    springs: Sequence[float]
-    forces: Sequence[float]
+    springs: Floats
+    forces: Floats
 
     def by_unit(self, sensor: MeasuringUnit) -> list[float]:
         """Return what springs and gains leave open of the modulus [1], each one standard deviation."""
-        unit = sensor.unit
-        springs = [0.01 * slope * percent for slope, percent in zip(self.springs, unit.K_percent, strict=True)]
-        return springs + [0.01 * slope * percent for slope, percent in zip(self.forces, unit.gain_percent, strict=True)]
+        springs = 0.01 * self.springs * sensor.unit.K_percent
+        gains = 0.01 * self.forces * sensor.unit.gain_percent
+        return [*springs, *gains]
 
     def by_noise(self, sensor: MeasuringUnit, forces: Sequence[float]) -> float:
         """Return the standard deviation of the modulus [1] by noise on forces [N]."""
-        noises = [noise / force for noise, force in zip(sensor.noises, forces, strict=True)]
-        return math.hypot(*(slope * noise for slope, noise in zip(self.forces, noises, strict=True)))
+        return float(np.linalg.norm(self.forces * sensor.noises / forces))
 
 
 def pair_pose(sensor: MeasuringUnit, lead: float) -> SkinPose:
@@ -186,9 +190,8 @@ def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Sequence[f
         return FruitReading(flags=("out_of_range",))
     E = sensor.corrected(read)
     slopes = contrast_slopes(law, forces, read)
-    by_force = [slope * force for slope, force in zip(slopes.forces, forces, strict=True)]
-    sensitivity = Sensitivity(slopes.springs, by_force)
-    by_heights = [slope * error for slope, error in zip(slopes.heights, sensor.unit.height_error_mm, strict=True)]
+    sensitivity = Sensitivity(np.array(slopes.springs), np.multiply(slopes.forces, forces))
+    by_heights = np.multiply(slopes.heights, sensor.unit.height_error_mm)
     deviations = [sensitivity.by_noise(sensor, forces), *sensitivity.by_unit(sensor), *by_heights]
     u = half_width(sensor, E, deviations)
     _, along, across = plane_through(sensor.places, lowered_tips(law, forces, read))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE, Reading
@@ -16,6 +17,8 @@ from pipeline.measure.unit.deep_pair import DeepPair
 from pipeline.measure.unit.printed_unit import PrintedUnit
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.report.stored import StoredReport
+
+Floats = NDArray[np.float64]
 
 SAME_DEPTH = "calibrate at the same depth on a body of known E"
 LAW_OF_FLESH = f"at large strain flesh is taken for log neo-Hooke, which no fruit promises: {SAME_DEPTH}"
@@ -55,8 +58,7 @@ class MeasuringUnit:
     def C(self) -> Matrix:
         """Return the compliance of the unit's springs [mm/N], coupled as the frame of the design couples them."""
         nominal = self.report.read_out.springs_mm_per_N
-        factors = [K * nominal[tip][tip] for tip, K in enumerate(self.unit.stiffnesses)]
-        return stiffened(nominal, factors)
+        return stiffened(nominal, np.multiply(self.unit.stiffnesses, np.diag(nominal)).tolist())
 
     @cached_property
     def law(self) -> ContrastLaw | None:
@@ -93,20 +95,20 @@ class MeasuringUnit:
         return 0.01 * self.report.read_out.model_error_percent
 
     @cached_property
-    def noises(self) -> tuple[float, ...]:
+    def noises(self) -> Floats:
         """Return the standard deviation of the noise of each channel [N]: the design's, or that of a usual bridge."""
         asked = self.design.reading or Reading()
-        return tuple(asked.force_noise(force) for force in self.report.read_out.full_scale_N)
+        return np.array([asked.force_noise(force) for force in self.report.read_out.full_scale_N])
 
     @cached_property
-    def least_forces(self) -> tuple[float, ...]:
+    def least_forces(self) -> Floats:
         """Return the force of each channel below which its tip counts as off the fruit [N]."""
-        return tuple(LEAST_OVER_NOISE * noise for noise in self.noises)
+        return LEAST_OVER_NOISE * self.noises
 
     @cached_property
-    def largest_forces(self) -> tuple[float, ...]:
+    def largest_forces(self) -> Floats:
         """Return the force of each channel above which it cannot be one of this sensor [N]."""
-        return tuple(_ALLOWED_OVER_SCALE * force for force in self.report.read_out.full_scale_N)
+        return _ALLOWED_OVER_SCALE * np.array(self.report.read_out.full_scale_N)
 
     @property
     def range_MPa(self) -> tuple[float, float]:
@@ -150,13 +152,13 @@ class MeasuringUnit:
         if not fruit.bruise_limits_MPa:
             return False
         limit = float(np.interp(E, fruit.E_MPa, fruit.bruise_limits_MPa))
-        shape = self.design.tips.tip_shape
-        areas = [shape.contact_area_mm2(force, self.reduced(E), fruit.radii_mm[0]) for force in forces]
-        return any(force > limit * area for force, area in zip(forces, areas, strict=True))
+        area = self.design.tips.tip_shape.contact_area_mm2
+        return any(force > limit * area(force, self.reduced(E), fruit.radii_mm[0]) for force in forces)
 
     def gained(self, channels: Sequence[float]) -> list[float]:
         """Return the forces [N] of readings of the channels [N]."""
-        return [gain * reading for gain, reading in zip(self.unit.gain, channels, strict=True)]
+        forces: list[float] = np.multiply(self.unit.gain, channels).tolist()
+        return forces
 
     def ratio_modulus(self, forces: Sequence[float]) -> float:
         """Return the modulus [MPa] that a level pair reads of forces [N] by their ratio; raises ReadingError."""

@@ -109,7 +109,7 @@ def single_reading(sensor: MeasuringUnit, forces: Sequence[float]) -> FruitReadi
         E = sensor.ratio_modulus(forces)
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
-    yielded = sum((low - high) * force for low, high, force in zip(*sensor.C, forces, strict=True))
+    yielded = float(np.subtract(sensor.C[0], sensor.C[1]) @ forces)  # farther by the low spring than by the high one
     sensitivity = _ratio_sensitivity(sensor, forces)
     deviations = [sensitivity.by_noise(sensor, forces), ratio_tilt_deviation(sensor, yielded)]
     u = half_width(sensor, E, [*deviations, *sensitivity.by_unit(sensor)])
@@ -140,7 +140,7 @@ def _line_reading(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> FruitRe
 
 
 def _line(sensor: MeasuringUnit, sums: PressSums) -> PairLine:
-    return line_of_sums(sensor.C, sensor.own_less_other, sums, sensor.noises)
+    return line_of_sums(sensor.C, sensor.own_less_other, sums, sensor.noises.tolist())
 
 
 def _last_third(blocks: Sequence[PressSums]) -> Sequence[PressSums]:
@@ -185,14 +185,14 @@ def _sensitivity(sensor: MeasuringUnit, read: Callable[[MeasuringUnit, Sequence[
         gains[tip] += _STEP
         springs.append((read(sensor.with_stiffness(tip, 1.0 + _STEP), exact) / E - 1.0) / _STEP)
         forces.append((read(sensor, gains) / E - 1.0) / _STEP)
-    return Sensitivity(springs, forces)
+    return Sensitivity(np.array(springs), np.array(forces))
 
 
 def _ratio_sensitivity(sensor: MeasuringUnit, forces: Sequence[float]) -> Sensitivity:
     """Return the sensitivity of the modulus that the force ratio of forces [N] tells; raises ReadingError."""
 
     def modulus(unit: MeasuringUnit, gains: Sequence[float]) -> float:
-        return unit.ratio_modulus([gain * force for gain, force in zip(gains, forces, strict=True)])
+        return unit.ratio_modulus(np.multiply(gains, forces).tolist())
 
     return _sensitivity(sensor, modulus)
 

@@ -30,7 +30,7 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
         for tip, force in enumerate(forces):
             if not _in_scale(sensor, tip, force):
                 raise signal.force_error(sample, tip, _scale_in_words(sensor, tip), _CHECK_CHANNEL)
-        if all(force > least for force, least in zip(forces, sensor.least_forces, strict=True)):
+        if (forces > sensor.least_forces).all():
             pressed = True
             press.add(sample, forces)
             if every_sample:
@@ -54,7 +54,7 @@ def refuse_bad_forces(sensor: MeasuringUnit, forces: Sequence[float]) -> None:
 
 
 def _in_scale(sensor: MeasuringUnit, tip: int, force: float) -> bool:
-    return -sensor.least_forces[tip] <= force <= sensor.largest_forces[tip]
+    return bool(-sensor.least_forces[tip] <= force <= sensor.largest_forces[tip])
 
 
 def _scale_in_words(sensor: MeasuringUnit, tip: int) -> str:
