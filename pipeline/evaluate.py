@@ -15,7 +15,7 @@ from pipeline.result import Evaluation, SensorResult
 from pipeline.springs.fitted_springs import FittedSprings, fit_springs, press_of_springs
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
-from pipeline.verdicts.errors.cause import assessed_sensor
+from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
 from solve.fruit.compliance import FruitCompliance
@@ -50,7 +50,7 @@ def evaluate(
     springs = checked.springs
     press = checked.solved_press
     with timed.stage("mounts"):
-        sensor = assessed_sensor(design, contact, checked.sizing, springs)
+        sensor = level_sensor(design, contact, checked.sizing, springs)
     with timed.stage("behaviour"):
         behaviour = solved_behaviour(springs, press)
     with timed.stage("reading"):

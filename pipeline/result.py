@@ -14,7 +14,7 @@ from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.stopwatch import Seconds
 from pipeline.verdicts.errors.sensor_errors import SensorErrors
-from pipeline.verdicts.scene_targets import SceneTargets
+from pipeline.verdicts.targets import SceneTargets
 from solve.fruit.compliance import FruitCompliance
 
 NOT_MADE = failed("geometry.made", "a housing", unit="1", reference="no housing was made, see printable.low and .high")

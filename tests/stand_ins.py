@@ -24,7 +24,7 @@ from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Seconds
-from pipeline.verdicts.errors.cause import assessed_sensor
+from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
 from solve.error_estimate import SolveInfo
@@ -121,7 +121,7 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
     geometry = (GOOD,) if made else ()
     reached = reached_targets(design, CONTACT, sizing, springs, press)
     verdicts = with_solids(sensor_verdicts(design, CONTACT, springs, press, None, reached), geometry)
-    sensor = assessed_sensor(design, CONTACT, sizing, springs, {})
+    sensor = level_sensor(design, CONTACT, sizing, springs, {})
     return SensorResult(
         design=design,
         options=options,

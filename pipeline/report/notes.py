@@ -13,7 +13,7 @@ from pipeline.reading.readings import Readings
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
-from pipeline.verdicts.characteristic import characteristic
+from pipeline.verdicts.targets import characteristic
 
 FIRST_TRAVEL = 0.1  # of the whole, from which the change of P over the travel is told
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from cad.design.tips import Tips
-from pipeline.verdicts.errors.reading_table import ReadingTable
+from pipeline.verdicts.errors.sensor_errors import ReadingTable
 
 COLUMNS = (
     "E_MPa",

@@ -1,15 +1,24 @@
 """Is it good enough: one rule for each kind of target, against its value with its error bar and its tolerance."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from cad.design.parameters import Targets
+from cad.design.parameters import Design, Targets
+from cad.design.reading import Reading
+from cad.design.tips import Tips
 from cad.quantity import Estimate
-from cad.verdict import Verdict
+from cad.theory.hertz import contact_reach, relative_curvature
+from cad.verdict import Verdict, failed
 from pipeline.options import TOLERANCES
+from pipeline.reading.assessment import ReadingAssessment
+from pipeline.reading.bruising import SkinPressure
+from pipeline.reading.readings import Readings
+from pipeline.response.scene_press import ScenePress
 from pipeline.springs.fitted_spring import FittedSpring
+from pipeline.storage.plain import first_largest
 from solve.contact.linear_response import SensorResponse
 
 P_MAX_TOLERANCE = 0.01  # of the target
@@ -17,10 +26,11 @@ NL_TOLERANCE = 0.001
 STIFFNESS_TOLERANCE = 0.001  # of the target, for springs of one piece
 FITTED_TOLERANCE = 0.005  # with gauges or pins glued on, where no mesh knows them to 0.1 %
 SPREAD_TOLERANCE = 0.01
-_PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
+PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
+UNDECIDED = "undecided by its error bar"
+READING_VERDICTS = ("reading.bias", "reading.uncertainty", "reading.lift")
 
 _ZERO = Estimate(0.0, 0.0)
-UNDECIDED = "undecided by its error bar"
 
 
 def target_verdict(
@@ -28,7 +38,7 @@ def target_verdict(
 ) -> Verdict:
     """Return the verdict that passes when a value lies within the tolerance of its limit [unit of the estimate].
 
-    The tolerance is a share of the limit where `relative` [1]. Undecided where the error bar is wider than the
+    The tolerance is a fraction of the limit where `relative` [1]. Undecided where the error bar is wider than the
     tolerance and the value not farther off than both together.
     """
     allowed = tolerance * limit if relative else tolerance
@@ -67,15 +77,20 @@ def margin_verdict(name: str, estimate: Estimate, limit: float, reference: str, 
     )
 
 
+def without_value(verdict: Verdict, reference: str, *, passed: bool | None = False) -> Verdict:
+    """Return a verdict that has no number, and why."""
+    return replace(verdict, value=None, error=None, passed=passed, reference=reference)
+
+
 def deciding_tolerance(asked: float, allowed: float, error: float) -> float | None:
     """Return the `--tol` [1], of one digit, that brings a relative error down to what is allowed; None where none does.
 
     An error beyond what all parts have at the tolerance asked for was met by no mesh: a smaller tolerance does not
     help.
     """
-    if not 0.0 < allowed < error <= _PARTS * asked:
+    if not 0.0 < allowed < error <= PARTS * asked:
         return None
-    wanted = allowed / _PARTS
+    wanted = allowed / PARTS
     digit = 10.0 ** math.floor(math.log10(wanted))
     rounded = round(math.floor(wanted / digit * (1.0 + 1e-9)) * digit, 12)
     return rounded if rounded < asked and TOLERANCES.hold(rounded) else None
@@ -83,7 +98,9 @@ def deciding_tolerance(asked: float, allowed: float, error: float) -> float | No
 
 def tolerance_remedy(verdict: Verdict, asked: float) -> str | None:
     """Return the `--tol` [1] that would decide a verdict that its error bar leaves undecided, None for any other."""
-    limit, tolerance, error = verdict.limit, verdict.tolerance, verdict.error
+    limit = verdict.limit
+    tolerance = verdict.tolerance
+    error = verdict.error
     if verdict.passed is not None or error is None or not isinstance(limit, float) or not isinstance(tolerance, float):
         return None
     scale = abs(limit) or 1.0
@@ -94,23 +111,7 @@ def tolerance_remedy(verdict: Verdict, asked: float) -> str | None:
     return f"{UNDECIDED}, no --tol would decide" if tighter is None else f"{UNDECIDED}, --tol {tighter:g} would decide"
 
 
-def printable_verdict(spring: FittedSpring) -> Verdict:
-    """Return the verdict on whether the process can make one spring: its value is the leaf length [mm]."""
-    printable, strain = spring.printable, spring.root_strain
-    reason, passed, limit = printable.reason, printable.passed, printable.strain_limit
-    if strain is not None and strain.value + strain.error > limit:
-        share = f"{strain.value:.3g} ± {strain.percent:.2g} %"
-        reason = f"{reason}; FE root strain {share} must be at most {limit:g}"
-        passed = False if strain.value > limit or passed is False else None
-    return Verdict(
-        name=printable.name,
-        value=printable.length_mm,
-        unit="mm",
-        limit=f"{printable.shortest_mm:g} to {printable.longest_mm:g}",
-        tolerance=None,
-        passed=passed,
-        reference=reason,
-    )
+# Force ratio
 
 
 def target_verdicts(
@@ -122,36 +123,16 @@ def target_verdicts(
     """
     P_words = f"force ratio at E_max {of_what}; tolerance relative to the target"
     NL_words = f"departure of P from its straight line, {targets.NL_definition}, {of_what}; tolerance absolute"
-    verdicts = (
-        target_verdict("P_max", P_max or _ZERO, targets.P_max, P_MAX_TOLERANCE, P_words, relative=True),
-        target_verdict("NL", NL or _ZERO, targets.NL, NL_TOLERANCE, NL_words),
-    )
-    found = tuple(
-        _lifted(verdict) if estimate is None else verdict
-        for verdict, estimate in zip(verdicts, (P_max, NL), strict=True)
-    )
-    return found if manufactured else tuple(replace(verdict, passed=None) for verdict in found)
-
-
-def _lifted(verdict: Verdict) -> Verdict:
-    """Return a verdict that fails without a value, because a tip is off the fruit."""
-    reference = "a tip is off the fruit at full travel, so that there is no force ratio"
-    return replace(verdict, value=None, error=None, passed=False, reference=reference)
-
-
-def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool = True) -> Verdict:
-    """Return the verdict on one spring [N/m]; undecided when it was not made.
-
-    One that is not of one piece, with gauges or pins glued on, may miss by more where it is not known to the tolerance.
-    """
-    limit, K = 1e3 * spring.target, spring.K
-    sharp = monolithic or K is None or K.error <= STIFFNESS_TOLERANCE * spring.target
-    tolerance = STIFFNESS_TOLERANCE if sharp else FITTED_TOLERANCE
-    if K is None:
-        verdict = target_verdict(name, Estimate(limit, 0.0, "N/m"), limit, tolerance, "", relative=True)
-        return replace(verdict, value=None, error=None, passed=None, reference="not made, so not solved")
-    words = "FE of the exported housing; tolerance relative"
-    return target_verdict(name, K.times(1e3, "N/m"), limit, tolerance, words, relative=True)
+    of_P = target_verdict("P_max", P_max or _ZERO, targets.P_max, P_MAX_TOLERANCE, P_words, relative=True)
+    of_NL = target_verdict("NL", NL or _ZERO, targets.NL, NL_TOLERANCE, NL_words)
+    lifted = "a tip is off the fruit at full travel, so that there is no force ratio"
+    if P_max is None:
+        of_P = without_value(of_P, lifted)
+    if NL is None:
+        of_NL = without_value(of_NL, lifted)
+    if not manufactured:
+        return replace(of_P, passed=None), replace(of_NL, passed=None)
+    return of_P, of_NL
 
 
 def displacement_verdict(table: SensorResponse, drift: str = "") -> Verdict:
@@ -161,21 +142,17 @@ def displacement_verdict(table: SensorResponse, drift: str = "") -> Verdict:
     one travel than at another; where P is one number it is exact.
     """
     name = "P_displacement_independent"
-    spreads = [_spread(P) for P in table.P]
-    measured = [spread for spread in spreads if spread is not None]
-    if len(measured) < len(spreads) or not measured:
-        lifted = "a tip is off the fruit for the whole travel, or for all but one step of it"
-        verdict = target_verdict(name, Estimate(0.0, 0.0), 0.0, SPREAD_TOLERANCE, lifted)
-        return replace(verdict, value=None, error=None, passed=False)
+    spreads = []
+    for P in table.P:
+        touching = P[np.isfinite(P)]
+        if touching.size <= 1:
+            lifted = "a tip is off the fruit for the whole travel, or for all but one step of it"
+            return without_value(target_verdict(name, _ZERO, 0.0, SPREAD_TOLERANCE, lifted), lifted)
+        spreads.append(float(np.ptp(touching) / touching.mean()))
     errors = table.P_error[np.isfinite(table.P_error)]
     error = 2.0 * float(errors.max()) if table.cells and errors.size else float(np.ptp(table.P_step, axis=1).max())
     words = "(max P - min P) / mean P over the travel, the worst of all E" + drift
-    return target_verdict(name, Estimate(max(measured), error), 0.0, SPREAD_TOLERANCE, words)
-
-
-def _spread(P: np.ndarray) -> float | None:
-    touching = P[np.isfinite(P)]
-    return float(np.ptp(touching) / touching.mean()) if len(touching) > 1 else None
+    return target_verdict(name, Estimate(max(spreads), error), 0.0, SPREAD_TOLERANCE, words)
 
 
 def monotonic_verdict(scan: SensorResponse) -> Verdict:
@@ -194,7 +171,164 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
     )
 
 
+# Springs
+
+
+def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool = True) -> Verdict:
+    """Return the verdict on one spring [N/m]; undecided when it was not made.
+
+    One that is not of one piece, with gauges or pins glued on, may miss by more where it is not known to the tolerance.
+    """
+    limit = 1e3 * spring.target
+    K = spring.K
+    is_known = monolithic or K is None or K.error <= STIFFNESS_TOLERANCE * spring.target
+    tolerance = STIFFNESS_TOLERANCE if is_known else FITTED_TOLERANCE
+    if K is None:
+        verdict = target_verdict(name, Estimate(limit, 0.0, "N/m"), limit, tolerance, "", relative=True)
+        return without_value(verdict, "not made, so not solved", passed=None)
+    words = "FE of the exported housing; tolerance relative"
+    return target_verdict(name, K.times(1e3, "N/m"), limit, tolerance, words, relative=True)
+
+
+def printable_verdict(spring: FittedSpring) -> Verdict:
+    """Return the verdict on whether the process can make one spring: its value is the leaf length [mm]."""
+    printable = spring.printable
+    strain = spring.root_strain
+    reason = printable.reason
+    passed = printable.passed
+    limit = printable.strain_limit
+    if strain is not None and strain.value + strain.error > limit:
+        value = f"{strain.value:.3g} ± {strain.percent:.2g} %"
+        reason = f"{reason}; FE root strain {value} must be at most {limit:g}"
+        passed = False if strain.value > limit or passed is False else None
+    return Verdict(
+        name=printable.name,
+        value=printable.length_mm,
+        unit="mm",
+        limit=f"{printable.shortest_mm:g} to {printable.longest_mm:g}",
+        tolerance=None,
+        passed=passed,
+        reference=reason,
+    )
+
+
+# Tips and skin
+
+
+def tip_shape_verdicts(design: Design, press: ScenePress) -> tuple[Verdict, ...]:
+    """Return geometry.tip_shape where the tips are not those of the housing, and geometry.tip_face [mm] of domes."""
+    if design.tips.tip_shape.obeys_hertz:
+        return (tip_face_verdict(design, press),)
+    return flat_shape_verdicts(design.tips)
+
+
+def flat_shape_verdicts(tips: Tips) -> tuple[Verdict, ...]:
+    """Return geometry.tip_shape where tips that are no domes are not those that a housing is printed with."""
+    if tips.socket == "pin" or tips.tip_shape.is_printed:
+        return ()
+    words = (
+        "the response is that of the tips asked for, the housing has sharp square ones; choose tips.socket = 'pin' for "
+        "ground pins of that shape"
+    )
+    verdict = failed("geometry.tip_shape", "cube without fillet", unit="1", reference=words)
+    return (replace(verdict, tolerance=None),)
+
+
+def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
+    """Return how far from the axis of its dome a tip is touched at most [mm], which half its face must hold.
+
+    A printed dome ends in a square, whose sides the contact must keep; that of a pin in a circle.
+    """
+    tips = design.tips
+    curvature = relative_curvature(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
+    slopes = [_slope_under(design, x, y) for x, y in tips.places_mm]
+    reaches = [0.0]
+    for E, forces in zip(press.table.E, press.table.F[:, -1], strict=True):
+        for force, slope in zip(forces, slopes, strict=True):
+            if np.isfinite(force):
+                reaches.append(contact_reach(force, E, design.fruit.poisson, curvature, slope))
+    steepest = math.degrees(math.atan(max(slopes)))
+    towards = "across the sides of" if tips.socket == "none" else "under"
+    half_face = 0.5 * tips.side_mm
+    words = (
+        f"farthest contact from the axis of a dome, Hertz, at full travel and every E; the fruit is up to "
+        f"{steepest:.2g} deg steep {towards} a tip; must be at most half of tips.side_mm"
+    )
+    return margin_verdict("geometry.tip_face", Estimate(max(reaches), 0.0, "mm"), half_face, words, at_most=True)
+
+
+def _slope_under(design: Design, x: float, y: float) -> float:
+    """Return the slope [1] of the fruit against the face of a tip at x, y [mm], tilt and roll of the press added.
+
+    It is the steepest one, or for a printed tip that towards a side of its square.
+    """
+    radius, radius_across = design.fruit.radii_mm
+    along = abs(x) / radius + abs(math.tan(math.radians(design.press.tilt_deg)))
+    across = abs(y) / radius_across + abs(math.tan(math.radians(design.press.roll_deg)))
+    return max(along, across) if design.tips.socket == "none" else math.hypot(along, across)
+
+
 def bruise_verdict(pressure: Estimate, limit: float) -> Verdict:
     """Return the verdict on the mean pressure under a tip [MPa] against the fruit's limit."""
     words = "largest force over the face of a tip, at the largest E and full travel; must be at most the limit"
     return margin_verdict("bruise", pressure, limit, words, at_most=True)
+
+
+def skin_verdict(pressures: Sequence[SkinPressure]) -> Verdict:
+    """Return the verdict on the mean pressure under the worst tip [MPa], at the modulus nearest to its limit."""
+    worst = pressures[first_largest(pressure.share for pressure in pressures)]
+    words = f"mean pressure over what a tip touches, at {worst.E:.3g} MPa, {worst.placed}; must be at most the limit"
+    return margin_verdict("bruise", worst.pressure, worst.limit, words, at_most=True)
+
+
+# Readings
+
+
+def reading_verdicts(design: Design, readings: Readings | None) -> tuple[Verdict, ...]:
+    """Return the verdicts on bias, uncertainty, lift and bruising; none for a design that is checked by its ratio."""
+    if design.reading is None or readings is None:
+        return ()
+    bruise = (skin_verdict(readings.pressures),) if readings.pressures else ()
+    return *assessed_verdicts(readings.assessed, design.reading), *bruise
+
+
+def assessed_verdicts(assessed: ReadingAssessment, reading: Reading) -> tuple[Verdict, ...]:
+    """Return the verdicts reading.bias and reading.uncertainty [1], and reading.lift [deg].
+
+    A pose that occurs and has no reading fails the first two, whose values are those of the other poses.
+    """
+    words = "tilt at which the first tip leaves the fruit, the worst direction and modulus; at least the limit"
+    lift = margin_verdict("reading.lift", assessed.lift, reading.tilt_deg, words)
+    bias = bias_verdict(assessed, reading.bias_limit)
+    uncertainty = uncertainty_verdict(assessed, reading.uncertainty_limit)
+    if assessed.refused is not None:
+        bias = _refused(bias, assessed.refused)
+        uncertainty = _refused(uncertainty, assessed.refused)
+    return bias, uncertainty, lift
+
+
+def bias_verdict(assessed: ReadingAssessment, limit: float) -> Verdict:
+    """Return the verdict on the largest bias of all poses [1]; failed where a level press has no reading."""
+    words = "largest |E read / E - 1| without noise"
+    if assessed.bias is None:
+        return failed("reading.bias", limit, unit="1", reference=words)
+    worst = assessed.worst_bias
+    words = f"{words}: at {worst.E:.3g} MPa, {worst.worst}"
+    return margin_verdict("reading.bias", assessed.bias, limit, words, at_most=True)
+
+
+def uncertainty_verdict(assessed: ReadingAssessment, limit: float) -> Verdict:
+    """Return the verdict on the standard deviation of a level reading [1]; failed where there is no reading."""
+    words = "standard deviation of E read / E, level and in the middle"
+    if assessed.uncertainty is None:
+        return failed("reading.uncertainty", limit, unit="1", reference=words)
+    widest = assessed.worst_uncertainty
+    sources = widest.sources.shares
+    largest = list(sources)[first_largest(sources.values())]
+    words = f"{words}, at {widest.E:.3g} MPa; largest source: {largest}"
+    return margin_verdict("reading.uncertainty", assessed.uncertainty, limit, words, at_most=True)
+
+
+def _refused(verdict: Verdict, reason: str) -> Verdict:
+    rest = "" if verdict.value is None else "of the others: "
+    return replace(verdict, passed=False, reference=f"{reason}; {rest}{verdict.reference}")

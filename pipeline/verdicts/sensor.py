@@ -2,26 +2,32 @@
 
 from cad.design.parameters import PAPER_TARGETS, Design
 from cad.quantity import Estimate
-from cad.theory.two_spring_law import PAPER_SPRINGS, Springs
+from cad.theory.rounded_edge import edge_loss
+from cad.theory.two_spring_law import PAPER_SPRINGS, Springs, series_ratio, spring_give
 from cad.verdict import Verdict
 from pipeline.reading.readings import Readings
-from pipeline.response.scene_press import ScenePress, mean_pressure_estimate, press_scene, scene_of, spring_shares
+from pipeline.response.scene_press import (
+    TRAVELS,
+    ScenePress,
+    mean_pressure_estimate,
+    press_scene,
+    scene_of,
+    spring_shares,
+)
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.sizing import SpringSizing
-from pipeline.verdicts.characteristic import characteristic
-from pipeline.verdicts.edge_drift import edge_drift
-from pipeline.verdicts.reading_rules import reading_verdicts
 from pipeline.verdicts.rules import (
     bruise_verdict,
     displacement_verdict,
     monotonic_verdict,
     printable_verdict,
+    reading_verdicts,
     stiffness_verdict,
     target_verdicts,
+    tip_shape_verdicts,
 )
-from pipeline.verdicts.scene_targets import SceneTargets, scene_targets
-from pipeline.verdicts.tip_shape import tip_shape_verdicts
-from solve.contact.linear_response import spring_compliance
+from pipeline.verdicts.targets import SceneTargets, characteristic, scene_targets
+from solve.contact.linear_response import spring_compliance, travels
 from solve.fruit.compliance import FruitCompliance
 
 _STIFFNESS_NAMES = ("K_l", "K_h")
@@ -115,6 +121,26 @@ def _drift(design: Design, contact: FruitCompliance, springs: FittedSprings) -> 
     radius = springs.edge_radius(design.tips)
     drift = edge_drift(design, contact, springs.stiffnesses, radius)
     return f"; edges rounded by {radius:g} mm, as the process makes them, let P drift by {100.0 * drift:.2g} %"
+
+
+def edge_drift(design: Design, contact: FruitCompliance, springs: Springs, radius: float) -> float:
+    """Return (max P - min P) / mean P over the travel of tips with an edge radius [mm], the worst of all E [1].
+
+    A rounded edge touches less far out at a small depth: it lowers the fruit's stiffness under each tip the more, the
+    less deep the tip stands.
+    """
+    worst = 0.0
+    for E in design.fruit.E_MPa:
+        K_m = (E * contact.K_m_over_E(0), E * contact.K_m_over_E(-1))
+        ratios = []
+        for travel in travels(design.press.travel_mm, TRAVELS).tolist():
+            softer = []
+            for K, fruit in zip(springs.stiffnesses, K_m, strict=True):
+                depth = travel - spring_give(K, fruit, travel)
+                softer.append(fruit * (1.0 - edge_loss(depth, design.tips.side_mm, radius)))
+            ratios.append(series_ratio(*springs.stiffnesses, *softer))
+        worst = max(worst, (max(ratios) - min(ratios)) * len(ratios) / sum(ratios))
+    return worst
 
 
 def paper_verdicts(design: Design, contact: FruitCompliance, sizing: SpringSizing) -> tuple[Verdict, ...] | None:

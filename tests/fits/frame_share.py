@@ -1,4 +1,4 @@
-"""FRAME_SHARES: what the frame adds to 1/K, times E w / K, from a housing whose frame is rigid against the real one.
+"""FRAME_FRACTIONS: what the frame adds to 1/K, times E w / K, from a housing whose frame is rigid against the real one.
 
 `python tests/fits/frame_share.py` (2 minutes). Rigid is what may carry marks: the bar above the cavity, and the walls
 from 2.5 mm behind the leaf roots on, where the letters L and H begin.
@@ -16,7 +16,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from fits.comparison import Comparison, covering  # noqa: E402
 from fits.springs import PETG, STEEL, Case, mesh, stiffness  # noqa: E402
 
-from pipeline.verdicts.errors.spring_causes import FRAME_SHARES  # noqa: E402
+from pipeline.verdicts.errors.effects import FRAME_FRACTIONS  # noqa: E402
 from solve.housing.stiffness import tip_compliance  # noqa: E402
 
 BEHIND = 2.5  # [mm]
@@ -39,8 +39,8 @@ def shares(case: Case) -> np.ndarray:
 def compared(cases: Sequence[Case] = (PAPER,)) -> list[Comparison]:
     scaled = [shares(case) * case.process.E_MPa * case.housing.depth / stiffness(case, SCALE) for case in cases]
     return [
-        covering(f"FRAME_SHARES of the {name} spring, {', '.join(map(str, cases))}", constant, seen)
-        for name, constant, seen in zip(("low", "high"), FRAME_SHARES, np.transpose(scaled), strict=True)
+        covering(f"FRAME_FRACTIONS of the {name} spring, {', '.join(map(str, cases))}", constant, seen)
+        for name, constant, seen in zip(("low", "high"), FRAME_FRACTIONS, np.transpose(scaled), strict=True)
     ]
 
 

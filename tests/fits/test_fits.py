@@ -66,8 +66,8 @@ def test_factors_of_large_strain_are_what_their_script_recomputes(law, poisson):
 @pytest.mark.study
 @pytest.mark.parametrize("times", [0.25, 4.0])
 def test_wrong_constant_is_caught(times, monkeypatch):
-    wrong = tuple(times * share for share in frame_share.FRAME_SHARES)
-    monkeypatch.setattr(frame_share, "FRAME_SHARES", wrong)
+    wrong = tuple(times * share for share in frame_share.FRAME_FRACTIONS)
+    monkeypatch.setattr(frame_share, "FRAME_FRACTIONS", wrong)
     assert not all(row.holds for row in frame_share.compared())
 
 

@@ -17,7 +17,7 @@ from pipeline.springs.fitted_spring import FittedSpring
 from pipeline.springs.fitted_springs import NAMES
 from pipeline.storage.plain import ROUND_OFF, Plain, from_plain, number_at, same_number, value_at
 from pipeline.storage.seal import KEY, content_digest
-from pipeline.verdicts.reading_rules import READING_VERDICTS
+from pipeline.verdicts.rules import READING_VERDICTS
 from pipeline.verdicts.sensor import paper_verdicts
 from solve.arrays import Floats
 from solve.contact.linear_response import linear_response

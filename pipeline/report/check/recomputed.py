@@ -18,8 +18,8 @@ from pipeline.springs.fitted_spring import FittedSpring
 from pipeline.springs.fitted_springs import NAMES, FittedSprings
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.plain import Plain, number_at, value_at
-from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.rules import monotonic_verdict, printable_verdict, stiffness_verdict, target_verdicts
+from pipeline.verdicts.targets import characteristic
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 

@@ -1,35 +1,30 @@
 """What each error bar is made of: the numerical error, what the model leaves out, what is not known of the inputs.
 
-The three shares are those of ASME V&V 20. A verdict asks whether the design meets its targets in the model, so it uses
-the numerical error alone, which a finer mesh decides. No mesh takes away the model's share or the scatter of a process:
+The three parts are those of ASME V&V 20. A verdict asks whether the design meets its targets in the model, so it uses
+the numerical error alone, which a finer mesh decides. No mesh takes away the model's part or the scatter of a process:
 calibrating the printed unit does.
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from cad.quantity import Estimate
+from cad.theory.two_spring_law import curve_nonlinearity
 from pipeline.response.scene_press import ScenePress
-from pipeline.verdicts.errors.cause import Cause, Sensor
-from pipeline.verdicts.errors.causes import Causes, causes_of
-from pipeline.verdicts.errors.force_ratio import (
-    LIFTED,
-    NO_CAUSE,
-    Pressed,
-    change_of_nonlinearity,
-    change_of_ratio,
-    moved_ratio,
-)
-from pipeline.verdicts.scene_targets import SceneTargets
-from solve.contact.linear_response import SensorResponse
+from pipeline.verdicts.errors.effects import NO_EFFECT, Effect, LevelSensor, effects_on
+from pipeline.verdicts.targets import SceneTargets
 
-Change = Callable[[Cause, float], float]
+LEAST_CHANGE = 1e-6  # a smaller change is scaled up to this, its result down again: round-off would drown it
+LIFTED = 1.0  # relative change that counts for an effect which takes a tip off the fruit
+
+Change = Callable[[Effect, float], float]
+"""The relative change of a number by an effect times a sign [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Contribution:
-    """One share of an error: what acts, by how much of the number it moves it [1], and why by this much."""
+    """What acts, by how much of the number it moves it [1], and why by this much."""
 
     effect: str
     size: float
@@ -47,7 +42,7 @@ class Contribution:
 
 @dataclass(frozen=True, kw_only=True)
 class UncertaintyBudget:
-    """The error of one number by its sources, every share relative to the number [1]."""
+    """The error of one number by its sources, each relative to the number [1]."""
 
     numerical: float
     model: tuple[Contribution, ...]
@@ -64,13 +59,13 @@ class UncertaintyBudget:
 
     @property
     def model_total(self) -> float:
-        """Return the model's share [1]: its effects act together, so their sizes add."""
-        return sum(abs(one.size) for one in self.model)
+        """Return the error of the model [1]: its effects act together, so their sizes add."""
+        return sum(abs(contribution.size) for contribution in self.model)
 
     @property
     def input_total(self) -> float:
-        """Return the inputs' share [1], two sigma: they scatter apart, so their squares add."""
-        return math.hypot(*(one.size for one in self.input))
+        """Return the error of the inputs [1], two sigma: they scatter apart, so their squares add."""
+        return math.hypot(*(contribution.size for contribution in self.input))
 
     @property
     def total(self) -> float:
@@ -94,132 +89,160 @@ class Budgets:
 
     @property
     def widest_spring(self) -> float:
-        """Return the larger share by which the inputs leave a spring unknown [1], two sigma; 0 where none is made."""
-        return max((one.input_total for one in (self.K_l, self.K_h) if one is not None), default=0.0)
+        """Return the largest error of a spring by the inputs [1], two sigma; 0 where none is made."""
+        springs = [budget for budget in (self.K_l, self.K_h) if budget is not None]
+        return max((budget.input_total for budget in springs), default=0.0)
 
 
-def uncertainty_budgets(sensor: Sensor, reached: SceneTargets, press: ScenePress) -> Budgets:
+@dataclass(frozen=True, kw_only=True)
+class Pressed:
+    """A modulus of the fruit [MPa] and a travel of the sensor [mm]."""
+
+    E: float
+    travel: float
+
+
+def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: ScenePress) -> Budgets:
     """Return the budget of every number; raises ValueError where a size is not a number.
 
-    Shares of P_max and NL are those of a level sensor; that of the pose is the scene's own where cells are solved.
+    Contributions to P_max and NL are those of a level sensor; that of the pose is the scene's own where tilted presses
+    are solved.
     """
-    reads = sensor.design.reading is not None
-    of_P = None if reads or reached.P_max is None else _largest_ratio_budget(sensor, reached.P_max)
-    of_NL = None if reads or reached.NL is None else _nonlinearity_budget(sensor, reached.NL)
-    if press.tilted:
-        of_P, of_NL = _with_scene_pose(of_P, of_NL, reached, press)
+    travel = sensor.design.press.travel_mm
+    at_most = effects_on(sensor, travel, sensor.largest_deflections)
+    rigid = effects_on(sensor, travel, (0.0, 0.0))
+    P_max = None
+    NL = None
+    if sensor.design.reading is None:
+        if reached.P_max is not None:
+            full = Pressed(E=sensor.design.fruit.E_max_MPa, travel=travel)
+            P_max = ratio_budget(sensor, full, reached.P_max.relative, effects_at(sensor, full))
+            P_max = _with_pose(P_max, reached.P_max, [float(tilted.P[-1, -1]) for tilted in press.tilted])
+        if reached.NL is not None:
+            NL = _nonlinearity_budget(sensor, reached.NL)
+            moduli = (0.0, 0.5, 1.0)
+            bent = [curve_nonlinearity(tilted.P[:, -1].tolist(), moduli, "mid-range") for tilted in press.tilted]
+            NL = _with_pose(NL, reached.NL, bent)
     return Budgets(
-        K_l=_spring_budget(sensor, 0),
-        K_h=_spring_budget(sensor, 1),
-        P_max=of_P,
-        NL=of_NL,
-        contact=None if sensor.design.tips.tip_shape.obeys_hertz else _contact_budget(sensor),
+        K_l=_spring_budget(sensor, 0, at_most),
+        K_h=_spring_budget(sensor, 1, at_most),
+        P_max=P_max,
+        NL=NL,
+        contact=None if sensor.design.tips.tip_shape.obeys_hertz else _contact_budget(sensor, rigid),
     )
 
 
-def ratio_budget(sensor: Sensor, at: Pressed, numerical: float, causes: Causes) -> UncertaintyBudget:
-    """Return the budget of P at a modulus and a travel by causes that act there."""
-    still = moved_ratio(sensor, at, NO_CAUSE, 0.0)
-
-    def change(cause: Cause, sign: float) -> float:
-        return change_of_ratio(sensor, at, still, cause, sign)
-
-    return _budget(numerical, causes, change)
-
-
-def causes_at(sensor: Sensor, at: Pressed) -> Causes:
+def effects_at(sensor: LevelSensor, at: Pressed) -> tuple[Effect, ...]:
     """Return what moves the force ratio of a level sensor at a modulus and a travel."""
-    return causes_of(sensor, at.travel, sensor.gives(at.E * sensor.contact.K_m_over_E(), at.travel))
+    K_m = at.E * sensor.contact.K_m_over_E()
+    return effects_on(sensor, at.travel, sensor.deflections(K_m, at.travel))
 
 
-def _largest_ratio_budget(sensor: Sensor, P_max: Estimate) -> UncertaintyBudget:
-    full = _full(sensor)
-    return ratio_budget(sensor, full, P_max.relative, causes_at(sensor, full))
+def ratio_budget(sensor: LevelSensor, at: Pressed, numerical: float, effects: Sequence[Effect]) -> UncertaintyBudget:
+    """Return the budget of P at a modulus and a travel by effects that act there."""
+    P = ratio_with(sensor, at, NO_EFFECT, 0.0)
+
+    def change(effect: Effect, sign: float) -> float:
+        factor = _magnified(effect, at.travel)
+        moved = ratio_with(sensor, at, effect, sign * factor)
+        return (moved / P - 1.0) / factor if math.isfinite(moved) else sign * LIFTED
+
+    return _budget(numerical, effects, change)
 
 
-def _full(sensor: Sensor) -> Pressed:
-    return Pressed(E=sensor.design.fruit.E_max_MPa, travel=sensor.design.press.travel_mm)
+def ratio_with(sensor: LevelSensor, at: Pressed, effect: Effect, times: float) -> float:
+    """Return P [1] with a multiple of an effect; nan where that takes a tip off the fruit.
+
+    From (C + S / E) F = travel + height offset, times E: the fruit under each tip has the stiffness
+    1 / (s_ii - crosstalk).
+    """
+    crosstalk = sensor.contact.crosstalk
+    diagonal = []
+    for i, K in enumerate(sensor.characteristic.springs.stiffnesses):
+        of_spring = at.E / (K * (1.0 + times * effect.springs[i]))
+        of_fruit = (float(sensor.contact.S[i, i]) - crosstalk) / (1.0 + times * effect.fruit[i])
+        diagonal.append(of_spring + of_fruit + crosstalk)
+    travel = [at.travel + times * offset for offset in effect.height_offsets]
+    F_l = diagonal[1] * travel[0] - crosstalk * travel[1]
+    F_h = diagonal[0] * travel[1] - crosstalk * travel[0]
+    return F_h / F_l if min(F_l, F_h) > 0.0 else math.nan
 
 
-def _nonlinearity_budget(sensor: Sensor, NL: Estimate) -> UncertaintyBudget:
-    """Return the budget of NL, whose causes act at its own place and at that of P_max."""
-    own, full = sensor.own, _full(sensor)
-    K_m = own.K_m_of_NL(sensor.design.nominal_targets)
-    at = Pressed(E=full.E * K_m / own.K_m_max, travel=full.travel), full
-    there, top = (causes_of(sensor, full.travel, sensor.gives(each, full.travel)) for each in (K_m, own.K_m_max))
-    middle = {cause.effect: cause for cause in (*there.model, *there.input)}
+def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget:
+    """Return the budget of NL: of the fraction of its rise that P has made at the fruit stiffness of NL, (7).
+
+    An effect may be of another size there than at P_max. The softest fruit leaves P as it is but for height offsets.
+    """
+    travel = sensor.design.press.travel_mm
+    E_max = sensor.design.fruit.E_max_MPa
+    K_m_max = sensor.characteristic.K_m_max
+    K_m = sensor.characteristic.K_m_of_NL(sensor.design.nominal_targets)
+    softest = Pressed(E=0.0, travel=travel)
+    middle = Pressed(E=E_max * K_m / K_m_max, travel=travel)
+    top = Pressed(E=E_max, travel=travel)
+    effects = effects_on(sensor, travel, sensor.deflections(K_m_max, travel))
+    in_middle = {effect.name: effect for effect in effects_on(sensor, travel, sensor.deflections(K_m, travel))}
     scale = abs(NL.value) or 1.0
 
-    def change(cause: Cause, sign: float) -> float:
-        return change_of_nonlinearity(sensor, at, (middle[cause.effect], cause), sign) / scale
+    def rise(effect: Effect, times: float) -> float:
+        P_softest = ratio_with(sensor, softest, effect, times)
+        P_middle = ratio_with(sensor, middle, in_middle[effect.name], times)
+        P_top = ratio_with(sensor, top, effect, times)
+        return (P_middle - P_softest) / (P_top - P_softest)
 
-    return _budget(NL.relative, top, change)
+    def change(effect: Effect, sign: float) -> float:
+        factor = max(_magnified(in_middle[effect.name], travel), _magnified(effect, travel))
+        moved = (rise(effect, sign * factor) - rise(effect, 0.0)) / factor
+        return (moved if math.isfinite(moved) else sign * LIFTED) / scale
+
+    return _budget(NL.relative, effects, change)
 
 
-def _spring_budget(sensor: Sensor, spring: int) -> UncertaintyBudget | None:
+def _magnified(effect: Effect, travel: float) -> float:
+    """Return the factor that brings the largest change of an effect up to one that round-off does not drown."""
+    offsets = (offset / travel for offset in effect.height_offsets)
+    largest = max(map(abs, (*effect.springs, *effect.fruit, *offsets)))
+    return max(1.0, LEAST_CHANGE / largest) if largest > 0.0 else 1.0
+
+
+def _spring_budget(sensor: LevelSensor, spring: int, effects: Sequence[Effect]) -> UncertaintyBudget | None:
+    """Return the budget of the stiffness of a spring; None where it is not made."""
     K = sensor.springs.springs[spring].K
     if K is None:
         return None
-
-    def change(cause: Cause, sign: float) -> float:
-        return sign * cause.springs[spring]
-
-    causes = causes_of(sensor, sensor.design.press.travel_mm, sensor.largest_gives)
-    return _budget(K.relative, causes.that_move("springs"), change)
+    return _budget(K.relative, effects, lambda effect, sign: sign * effect.springs[spring])
 
 
-def _contact_budget(sensor: Sensor) -> UncertaintyBudget:
+def _contact_budget(sensor: LevelSensor, effects: Sequence[Effect]) -> UncertaintyBudget:
     """Return the budget of s11 - s12, the reciprocal of the fruit's stiffness, at full travel between rigid springs."""
-
-    def change(cause: Cause, sign: float) -> float:
-        return 1.0 / (1.0 + sign * cause.fruit[0]) - 1.0
-
-    causes = causes_of(sensor, sensor.design.press.travel_mm, (0.0, 0.0))
-    return _budget(sensor.contact.error_pair, causes.that_move("fruit"), change)
+    return _budget(sensor.contact.error_pair, effects, lambda effect, sign: 1.0 / (1.0 + sign * effect.fruit[0]) - 1.0)
 
 
-def _budget(numerical: float, causes: Causes, change: Change) -> UncertaintyBudget:
-    """Return the budget of a number from its relative change by each cause with a sign; inputs go either way."""
-
-    def spread(cause: Cause) -> float:
-        up, down = change(cause, 1.0), change(cause, -1.0)
-        # A lead of one tip acts far more to one side than to the other: the larger side counts.
-        return max(abs(up), abs(down)) if any(cause.lead) else 0.5 * abs(up - down)
-
-    left_out = [(cause, change(cause, 1.0)) for cause in causes.model]
-    unknown = [(cause, spread(cause)) for cause in causes.input]
-    return UncertaintyBudget(
-        numerical=numerical, model=tuple(_contributions(left_out)), input=tuple(_contributions(unknown))
-    )
-
-
-def _contributions(sizes: Sequence[tuple[Cause, float]]) -> Iterator[Contribution]:
-    """Yield the contribution of each cause that moves the number."""
-    for cause, size in sizes:
+def _budget(numerical: float, effects: Sequence[Effect], change: Change) -> UncertaintyBudget:
+    """Return the budget of a number from its relative change by each effect; inputs go either way."""
+    model: list[Contribution] = []
+    inputs: list[Contribution] = []
+    for effect in effects:
+        size = change(effect, 1.0)
+        if effect.scatters:
+            down = change(effect, -1.0)
+            # A height offset acts far more to one side than to the other: the larger side counts.
+            one_sided = any(effect.height_offsets)
+            size = max(abs(size), abs(down)) if one_sided else 0.5 * abs(size - down)
         if size != 0.0:
-            yield Contribution(effect=cause.effect, size=size, reason=cause.reason)
+            contribution = Contribution(effect=effect.name, size=size, reason=effect.reason)
+            (inputs if effect.scatters else model).append(contribution)
+    return UncertaintyBudget(numerical=numerical, model=tuple(model), input=tuple(inputs))
 
 
-def _with_scene_pose(
-    of_P: UncertaintyBudget | None, of_NL: UncertaintyBudget | None, reached: SceneTargets, press: ScenePress
-) -> tuple[UncertaintyBudget | None, UncertaintyBudget | None]:
-    """Return the budgets with what the tilt's spread does in this scene, where a level sensor's share stood."""
-    scene = reached.P_max, reached.NL
-    numbers = [(float(one.P[-1, -1]), _middle_share(one)) for one in press.tilted]
-    budgets = []
-    for place, budget in enumerate((of_P, of_NL)):
-        value = scene[place]
-        if budget is None or value is None:
-            budgets.append(budget)
-            continue
-        moves = [abs(number[place] / value.value - 1.0) for number in numbers]
-        size = max(move if math.isfinite(move) else LIFTED for move in moves)
-        share = [replace(one, size=size) if one.effect == "pose" else one for one in budget.input]
-        budgets.append(replace(budget, input=tuple(share)))
-    return budgets[0], budgets[1]
+def _with_pose(budget: UncertaintyBudget, number: Estimate, tilted: Sequence[float]) -> UncertaintyBudget:
+    """Return a budget with what the tilt's spread does in this scene in the place of a level sensor's pose.
 
-
-def _middle_share(response: SensorResponse) -> float:
-    """Return the departure of P in the middle of the range from its straight line [1]; nan where a tip is off."""
-    softest, middle, top = (float(P) for P in response.P[:, -1])
-    return (middle - softest) / (top - softest) - 0.5
+    `tilted` are the number with the tilt off to either side, nan where a tip is off; none leave the budget as it is.
+    """
+    if not tilted:
+        return budget
+    moves = [abs(value / number.value - 1.0) for value in tilted]
+    size = max(move if math.isfinite(move) else LIFTED for move in moves)
+    inputs = [replace(one, size=size) if one.effect == "pose" else one for one in budget.input]
+    return replace(budget, input=tuple(inputs))

@@ -5,7 +5,7 @@ one offset, E by one factor. The stiffnesses follow a surrogate in ln t that fin
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,8 +23,8 @@ from pipeline.springs.mesh_pairs import COARSE
 from pipeline.springs.mounts import attached_to
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
-from pipeline.verdicts.characteristic import Characteristic, characteristic
-from pipeline.verdicts.errors.causes import CALIBRATED
+from pipeline.verdicts.errors.effects import CALIBRATED
+from pipeline.verdicts.targets import Characteristic, characteristic
 from solve.error_estimate import propagated
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import tip_compliance
@@ -87,15 +87,16 @@ def print_scatter(
         lambda: fit_surrogate(housing, process.accuracy_mm, coarse),
         StiffnessSurrogate,
     )
-    own = characteristic(contact, sizing, springs.stiffnesses)
-    return scatter_bands(housing, process, own, design.nominal_targets, surrogate)
+    law = characteristic(contact, sizing, springs.stiffnesses)
+    return scatter_bands(housing, process, law, design.nominal_targets, surrogate)
 
 
-def thickened(housing: Housing, offsets: Mapping[str, float]) -> Housing:
-    """Return the housing with the thickness of the leaves of the named springs changed by offsets [mm]."""
-    flexures = {arm.name: arm.flexure for arm in housing.arms}
-    changed = {name: replace(flexures[name], thickness=flexures[name].thickness + d) for name, d in offsets.items()}
-    return housing.with_flexures(changed)
+def thickened(housing: Housing, offsets: Sequence[float]) -> Housing:
+    """Return the housing with the thickness of the leaves of each spring changed by an offset [mm]."""
+    flexures = {}
+    for arm, offset in zip(housing.arms, offsets, strict=True):
+        flexures[arm.name] = replace(arm.flexure, thickness=arm.flexure.thickness + offset)
+    return housing.with_flexures(flexures)
 
 
 def fit_surrogate(housing: Housing, offset: float, stiffnesses: Stiffnesses) -> StiffnessSurrogate:
@@ -103,78 +104,80 @@ def fit_surrogate(housing: Housing, offset: float, stiffnesses: Stiffnesses) -> 
 
     Its error is taken where it was not fitted: one spring thicker, the next one thinner.
     """
-    names = [arm.name for arm in housing.arms]
+    count = len(housing.arms)
     nominal = np.array(stiffnesses(housing))
-    shifts, changes = [], []
-    for d in (-offset, offset):
-        shifts.append(_shifts(housing, [d] * len(names)))
-        changes.append(np.log(stiffnesses(thickened(housing, dict.fromkeys(names, d))) / nominal))
-    fits = [
-        np.linalg.solve(np.stack([s, s * s], axis=1), y)
-        for s, y in zip(np.array(shifts).T, np.array(changes).T, strict=True)
-    ]
-    slopes, curves = (tuple(float(fit[power]) for fit in fits) for power in (0, 1))
-    surrogate = StiffnessSurrogate(slopes=slopes, curves=curves, corner_error=0.0)
-    misses = []
+
+    def solved(offsets: Sequence[float]) -> Floats:
+        ratios: Floats = np.array(stiffnesses(thickened(housing, offsets))) / nominal
+        return ratios
+
+    thinner = [-offset] * count
+    thicker = [offset] * count
+    shifts = np.array([_shifts(housing, thinner), _shifts(housing, thicker)])
+    changes = np.log([solved(thinner), solved(thicker)])
+    slopes = []
+    curves = []
+    for s, change in zip(shifts.T, changes.T, strict=True):
+        slope, curve = np.linalg.solve(np.stack([s, s * s], axis=1), change).tolist()
+        slopes.append(slope)
+        curves.append(curve)
+    surrogate = StiffnessSurrogate(slopes=tuple(slopes), curves=tuple(curves), corner_error=0.0)
+    errors = []
     for sign in (-1.0, 1.0):
-        mixed = [sign * offset * (-1.0) ** place for place in range(len(names))]
-        solved = np.array(stiffnesses(thickened(housing, dict(zip(names, mixed, strict=True))))) / nominal
-        misses.append(_miss(surrogate.factors(_shifts(housing, mixed)), solved))
-    return replace(surrogate, corner_error=max(misses))
+        mixed = [sign * offset * (-1.0) ** spring for spring in range(count)]
+        errors.append(np.abs(surrogate.factors(_shifts(housing, mixed)) / solved(mixed) - 1.0).max())
+    return replace(surrogate, corner_error=float(max(errors)))
 
 
-def _miss(guessed: Floats, solved: Floats) -> float:
-    return float(np.abs(guessed / solved - 1.0).max())
-
-
-def _shifts(housing: Housing, offsets: list[float]) -> Floats:
+def _shifts(housing: Housing, offsets: Sequence[float]) -> Floats:
     """Return ln t / t_nominal of the leaves of each spring whose thickness is off [mm], shape (springs,)."""
     pairs = zip(housing.arms, offsets, strict=True)
     return np.array([math.log1p(offset / arm.flexure.thickness) for arm, offset in pairs])
 
 
 def scatter_bands(
-    housing: Housing, process: Process, own: Characteristic, targets: Targets, surrogate: StiffnessSurrogate
+    housing: Housing, process: Process, law: Characteristic, targets: Targets, surrogate: StiffnessSurrogate
 ) -> ScatterBands:
     """Return the bands over a Sobol sample of thickness offset and modulus, both normal."""
     from scipy.stats import qmc  # a tenth of all imports, and only fabrication needs it
 
-    nominal, K_m_max, ratio = own.springs, own.K_m_max, own.stiffness_ratio
+    K_m_max = law.K_m_max
     points = qmc.Sobol(2, seed=1).random(SAMPLES)
-    offset, scatter = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9)).T
-    offset = offset * process.accuracy_mm / COVERAGE
+    normal = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))
+    offset = normal[:, 0] * process.accuracy_mm / COVERAGE
     shifts = np.stack([np.log1p(offset / arm.flexure.thickness) for arm in housing.arms])
-    factors = (1.0 + process.E_scatter * scatter) * surrogate.factors(shifts)
-    prints = [Springs(K_l=nominal.K_l * soft, K_h=nominal.K_h * stiff) for soft, stiff in factors.T.tolist()]
-    P_max = [force_ratio(springs, K_m_max, ratio) for springs in prints]
+    factors = (1.0 + process.E_scatter * normal[:, 1]) * surrogate.factors(shifts)
+    prints = [law.springs.scaled(pair) for pair in factors.T.tolist()]
+    P_max = [force_ratio(springs, K_m_max, law.stiffness_ratio) for springs in prints]
+    NL = [nonlinearity(springs, K_m_max, targets.NL_definition, law.stiffness_ratio) for springs in prints]
     return ScatterBands(
         K_l_N_per_m=_band([1e3 * springs.K_l for springs in prints]),
         K_h_N_per_m=_band([1e3 * springs.K_h for springs in prints]),
         P_max=_band(P_max),
-        NL=_band([nonlinearity(springs, K_m_max, targets.NL_definition, ratio) for springs in prints]),
-        modulus_error=_band([own.fruit_stiffness(P) / K_m_max - 1.0 for P in P_max]),
-        calibrated_modulus_error=calibrated_error(own),
+        NL=_band(NL),
+        modulus_error=_band([law.fruit_stiffness(P) / K_m_max - 1.0 for P in P_max]),
+        calibrated_modulus_error=calibrated_error(law),
         surrogate_error=surrogate.corner_error,
     )
 
 
-def calibrated_error(own: Characteristic) -> float | None:
+def calibrated_error(law: Characteristic) -> float | None:
     """Return the error of the fruit stiffness read from P when both stiffnesses are known to 1 % [1].
 
     None where some such springs show no such P.
     """
-    P = force_ratio(own.springs, own.K_m_max, own.stiffness_ratio)
+    P = force_ratio(law.springs, law.K_m_max, law.stiffness_ratio)
 
     def read(K_l: float, K_h: float) -> float:
-        return replace(own, springs=Springs(K_l=K_l, K_h=K_h)).fruit_stiffness(P)
+        return replace(law, springs=Springs(K_l=K_l, K_h=K_h)).fruit_stiffness(P)
 
-    K = own.springs.stiffnesses
-    error = propagated(read, K, [CALIBRATED * stiffness for stiffness in K]) / own.K_m_max
+    K = law.springs.stiffnesses
+    error = propagated(read, K, [CALIBRATED * stiffness for stiffness in K]) / law.K_m_max
     return error if math.isfinite(error) else None
 
 
 def _band(values: list[float]) -> Interval:
     """Return the ends of the middle 95 %; None for one that lies beyond all numbers."""
     ends = np.quantile(values, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], method="inverted_cdf")
-    least, most = (float(end) if math.isfinite(end) else None for end in ends)
-    return least, most
+    low, high = (float(end) if math.isfinite(end) else None for end in ends)
+    return low, high

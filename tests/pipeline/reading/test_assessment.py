@@ -17,7 +17,7 @@ from pipeline.reading import lift, pressed_sensor
 from pipeline.reading.assessment import reading_assessment
 from pipeline.reading.bruising import skin_pressures
 from pipeline.reading.placed import Placed, occurring, radii, read_moduli
-from pipeline.verdicts.reading_rules import assessed_verdicts, skin_verdict
+from pipeline.verdicts.rules import assessed_verdicts, skin_verdict
 
 pytestmark = pytest.mark.usefixtures("linear_world")
 

@@ -11,8 +11,8 @@ from stand_ins import CONTACT, K_M_OVER_E, result_of, sizing_of
 from cad.design.parameters import Design
 from cad.theory.two_spring_law import Springs, force_ratio, fruit_stiffness
 from pipeline.report.response_csv import COLUMNS, response_csv
-from pipeline.verdicts.errors.cause import assessed_sensor
-from pipeline.verdicts.errors.reading_table import reading_table
+from pipeline.verdicts.errors.effects import level_sensor
+from pipeline.verdicts.errors.sensor_errors import reading_table
 
 RESULT = result_of()
 SPRINGS = sizing_of(Design()).springs
@@ -74,7 +74,7 @@ def test_travel_at_which_a_tip_is_off_some_fruit_has_no_bands():
     curve = RESULT.press.curve
     P = curve.P.copy()
     P[:5, 0] = np.nan
-    sensor = assessed_sensor(RESULT.design, CONTACT, RESULT.sizing, RESULT.springs, {})
+    sensor = level_sensor(RESULT.design, CONTACT, RESULT.sizing, RESULT.springs, {})
     table = reading_table(sensor, replace(RESULT.press, curve=replace(curve, P=P)))
     assert np.isnan(table.printed[:, 0]).all()
     np.testing.assert_array_equal(table.printed[:, 1:], RESULT.errors.reading.printed[:, 1:])

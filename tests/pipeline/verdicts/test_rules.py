@@ -11,7 +11,6 @@ from cad.quantity import Estimate
 from cad.theory.two_spring_law import Springs, size_springs
 from cad.verdict import Verdict, all_passed
 from pipeline.springs.fitted_spring import FittedSpring
-from pipeline.verdicts.characteristic import Characteristic
 from pipeline.verdicts.rules import (
     FITTED_TOLERANCE,
     STIFFNESS_TOLERANCE,
@@ -25,6 +24,7 @@ from pipeline.verdicts.rules import (
     target_verdicts,
     tolerance_remedy,
 )
+from pipeline.verdicts.targets import Characteristic
 from solve.contact.linear_response import linear_response, spring_compliance, travels
 
 K_M = 3.5 * K_M_OVER_E

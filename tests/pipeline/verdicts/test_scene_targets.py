@@ -13,9 +13,8 @@ from cad.design.tips import Press, Tips
 from cad.theory.two_spring_law import fruit_stiffness
 from cad.verdict import Verdict
 from pipeline.response.scene_press import ScenePress, press_scene
-from pipeline.verdicts.edge_drift import edge_drift
-from pipeline.verdicts.scene_targets import SceneTargets
-from pipeline.verdicts.sensor import reached_targets, sensor_verdicts
+from pipeline.verdicts.sensor import edge_drift, reached_targets, sensor_verdicts
+from pipeline.verdicts.targets import SceneTargets
 
 SPRINGS = sizing_of(Design()).springs
 C = np.diag([1.0 / K for K in SPRINGS.stiffnesses])

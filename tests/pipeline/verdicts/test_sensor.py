@@ -9,8 +9,8 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Targets
 from cad.design.tips import Tips
 from pipeline.response.scene_press import press_scene
-from pipeline.verdicts.characteristic import characteristic
 from pipeline.verdicts.sensor import paper_verdicts, tip_pressure
+from pipeline.verdicts.targets import characteristic
 
 ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high"]
 

@@ -12,7 +12,7 @@ from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
 from cad.theory.hertz import contact_radius, contact_reach, relative_curvature
 from pipeline.response.scene_press import press_scene
-from pipeline.verdicts.tip_shape import tip_face_verdict, tip_shape_verdicts
+from pipeline.verdicts.rules import tip_face_verdict, tip_shape_verdicts
 
 HIGH_FORCE = 1.98  # [N] on a high tip of the gentle square at E 3.5 MPa
 

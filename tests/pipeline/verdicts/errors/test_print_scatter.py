@@ -9,7 +9,6 @@ from stand_ins import K_M_OVER_E, PETG, default_housing, result_of, springs_of
 from cad.design.parameters import Design, Targets
 from cad.theory.leaf_spring import pair_stiffness
 from cad.theory.two_spring_law import Springs, force_ratio, size_springs
-from pipeline.verdicts.characteristic import Characteristic
 from pipeline.verdicts.errors.print_scatter import (
     CALIBRATED,
     StiffnessSurrogate,
@@ -19,6 +18,7 @@ from pipeline.verdicts.errors.print_scatter import (
     scatter_bands,
     thickened,
 )
+from pipeline.verdicts.targets import Characteristic
 
 HOUSING = default_housing()
 THICKNESSES = (0.8, 1.2)
@@ -61,7 +61,7 @@ def test_springs_that_disturb_each_other_show_at_the_corners():
 
 
 def test_thicker_leaves_by_their_offsets():
-    changed = flexures(thickened(HOUSING, {"low": 0.05, "high": -0.02}))
+    changed = flexures(thickened(HOUSING, (0.05, -0.02)))
     assert [leaf.thickness for leaf in changed] == pytest.approx([0.85, 1.18])
     assert [leaf.length for leaf in changed] == [leaf.length for leaf in flexures(HOUSING)]
 

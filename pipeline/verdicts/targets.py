@@ -1,0 +1,143 @@
+"""P_max and NL of a sensor: by the two-spring law where it is exact, else at full travel in the scene asked for."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cad.design.parameters import Targets
+from cad.quantity import Estimate
+from cad.theory.two_spring_law import (
+    Springs,
+    curve_nonlinearity,
+    force_ratio,
+    fruit_stiffness,
+    nonlinearity,
+    stiffness_at_largest_nonlinearity,
+)
+from pipeline.response.scene_press import ScenePress, spring_shares
+from pipeline.springs.sizing import SpringSizing
+from solve.arrays import Floats
+from solve.contact.linear_response import SensorResponse
+from solve.contact.response import SAFETY
+from solve.error_estimate import propagated
+from solve.fruit.compliance import FruitCompliance
+
+Law = Callable[[Springs, float, float], float]
+"""A number of springs at a fruit stiffness [N/mm] and its ratio under the two tips [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Characteristic:
+    """P over the fruit's stiffness: the springs and the largest fruit stiffness they meet [N/mm], each with its error.
+
+    `stiffness_ratio` [1] is the fruit's stiffness under the high tip over that under the low one.
+    """
+
+    springs: Springs
+    K_m_max: float
+    spring_errors: tuple[float, ...] = (0.0, 0.0)
+    K_m_error: float = 0.0
+    stiffness_ratio: float = 1.0
+
+    def P_max(self) -> Estimate:
+        """Return the largest force ratio [1]."""
+        return self._estimate(force_ratio)
+
+    def NL(self, targets: Targets) -> Estimate:
+        """Return the nonlinearity [1] by the definition of the targets."""
+        return self._estimate(lambda springs, K_m, ratio: nonlinearity(springs, K_m, targets.NL_definition, ratio))
+
+    def K_m_of_NL(self, targets: Targets) -> float:
+        """Return the fruit stiffness at which the definition of the targets takes the nonlinearity [N/mm]."""
+        if targets.NL_definition == "mid-range":
+            return 0.5 * self.K_m_max
+        return stiffness_at_largest_nonlinearity(self.springs.K_h / self.stiffness_ratio, self.K_m_max)
+
+    def fruit_stiffness(self, P: float) -> float:
+        """Return the fruit stiffness at which P is shown [N/mm], (4); 0 below all, infinite beyond the springs."""
+        if self.stiffness_ratio >= P:
+            return 0.0
+        if self.springs.K_h / self.springs.K_l <= P:
+            return math.inf
+        return fruit_stiffness(self.springs, P, self.stiffness_ratio)
+
+    def _estimate(self, law: Law) -> Estimate:
+        # In the middle of the fruit both tips meet the same stiffness, and no error of a solve parts them.
+        ratio_error = 0.0 if self.stiffness_ratio == 1.0 else self.K_m_error / self.K_m_max
+        values = (*self.springs.stiffnesses, self.K_m_max, self.stiffness_ratio)
+        errors = (*self.spring_errors, self.K_m_error, ratio_error * self.stiffness_ratio)
+
+        def number(K_l: float, K_h: float, K_m: float, ratio: float) -> float:
+            return law(Springs(K_l=K_l, K_h=K_h), K_m, ratio)
+
+        return Estimate(number(*values), propagated(number, values, errors))
+
+
+def characteristic(
+    contact: FruitCompliance, sizing: SpringSizing, springs: Springs, errors: tuple[float, ...] = (0.0, 0.0)
+) -> Characteristic:
+    """Return springs with their errors [N/mm] against the stiffest fruit under the true contact."""
+    K_m = sizing.K_m_max_contact
+    return Characteristic(
+        springs=springs,
+        K_m_max=K_m,
+        spring_errors=errors,
+        K_m_error=contact.error_pair * K_m,
+        stiffness_ratio=sizing.stiffness_ratio,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneTargets:
+    """The largest force ratio and the nonlinearity of the scene [1], None where a tip is off the fruit.
+
+    `level` are those of a level sensor with flat sharp tips on the middle of a flat fruit, by the two-spring law.
+    """
+
+    P_max: Estimate | None
+    NL: Estimate | None
+    level: tuple[Estimate, Estimate]
+
+
+def scene_targets(
+    law: Characteristic, targets: Targets, contact: FruitCompliance, C: Floats, press: ScenePress | None
+) -> SceneTargets:
+    """Return P_max and NL of the scene, with their errors; C (tips, tips) [mm/N] is the compliance of the springs.
+
+    The two-spring law gives them where it is exact, and where the scene was not pressed.
+    """
+    level = (law.P_max(), law.NL(targets))
+    if press is None or press.level:
+        return SceneTargets(P_max=level[0], NL=level[1], level=level)
+    return SceneTargets(
+        P_max=_scene_P_max(law, contact, C, press.curve), NL=_scene_NL(law, targets, press.curve), level=level
+    )
+
+
+def _scene_P_max(law: Characteristic, contact: FruitCompliance, C: Floats, curve: SensorResponse) -> Estimate | None:
+    """Return P at E_max and full travel, with the errors of cells and compliance and that of the springs [1]."""
+    P = float(curve.P[-1, -1])
+    if not math.isfinite(P):
+        return None
+    spring_errors = np.divide(law.spring_errors, law.springs.stiffnesses)
+    of_springs = float(spring_shares(contact, C, float(curve.E[-1])) @ spring_errors)
+    return Estimate(P, P * (float(curve.P_error[-1, -1]) + of_springs))
+
+
+def _scene_NL(law: Characteristic, targets: Targets, curve: SensorResponse) -> Estimate | None:
+    """Return NL at full travel [1].
+
+    The errors of springs and compliance move it as they move that of the level sensor. To them comes the larger step
+    from coarser cells of the last two travels: at one of them the step may be 0 by accident.
+    """
+    E = curve.E.tolist()
+    coarse_P = curve.P * (1.0 - curve.P_step)
+    steps = []
+    for travel in (-2, -1):
+        NL = curve_nonlinearity(curve.P[:, travel].tolist(), E, targets.NL_definition)
+        coarse_NL = curve_nonlinearity(coarse_P[:, travel].tolist(), E, targets.NL_definition)
+        steps.append(abs(NL - coarse_NL))
+    step = max(steps)
+    return Estimate(NL, SAFETY * step + law.NL(targets).error) if math.isfinite(step) else None
