@@ -6,9 +6,8 @@ from typing import Literal
 from cad.design.parameters import Design
 from cad.design.tip_mount import plate_depth
 from pipeline.options import RunOptions
-from pipeline.reading.placed import refuse_unsolvable_presses
-from pipeline.reading.sensor_read_out import sensor_read_out
-from pipeline.reading.sensor_readings import assess_readings
+from pipeline.reading.analysis import analyse_readings, sensor_model
+from pipeline.reading.poses import refuse_unsolvable_poses
 from pipeline.response.characteristics import solved_behaviour
 from pipeline.response.contact import fruit_compliance
 from pipeline.result import Evaluation, SensorResult
@@ -26,7 +25,7 @@ PARTS: tuple[Part, ...] = ("response", "reading")
 
 def refuse_unsolvable(design: Design) -> None:
     """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate; solves nothing."""
-    refuse_unsolvable_presses(design)
+    refuse_unsolvable_poses(design)
     plate_depth(design, design.process)
 
 
@@ -54,7 +53,7 @@ def evaluate(
     with timed.stage("behaviour"):
         behaviour = solved_behaviour(springs, press)
     with timed.stage("reading"):
-        read_out = sensor_read_out(design, contact, springs, press, checked.readings)
+        read_out = sensor_model(design, contact, springs, press, checked.readings)
     with timed.stage("errors"):
         errors = sensor_errors(sensor, checked.reached, press, checked.options, checked.readings)
     with timed.stage("verdicts"):
@@ -104,7 +103,7 @@ def check_targets(
     readings = None
     if "reading" in parts:
         with timed.stage("reading"):
-            readings = assess_readings(design, contact, springs)
+            readings = analyse_readings(design, contact, springs)
     with timed.stage("verdicts"):
         reached = reached_targets(design, contact, sizing, springs, press)
         verdicts = sensor_verdicts(design, contact, springs, press, readings, reached)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from cad.design.parameters import Design
 from cad.verdict import Verdict, all_passed, failed
 from pipeline.options import RunOptions
-from pipeline.reading.readings import Readings
-from pipeline.reading.sensor_read_out import SensorReadOut
+from pipeline.reading.analysis import Readings, SensorModel
 from pipeline.response.characteristics import SpringBehaviour
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.fitted_springs import FittedSprings
@@ -64,7 +63,7 @@ class SensorResult(Evaluation):
     press: ScenePress
     paper: tuple[Verdict, ...] | None
     behaviour: SpringBehaviour | None
-    read_out: SensorReadOut
+    read_out: SensorModel
     errors: SensorErrors
     left_out: str | None = None
     seconds: Seconds

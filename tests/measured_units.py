@@ -11,10 +11,8 @@ from cad.parts.housing import Housing
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.options import RunOptions, load_design
-from pipeline.reading.assessment import reading_assessment
-from pipeline.reading.pressed_sensor import pressed_sensor
-from pipeline.reading.readings import Readings
-from pipeline.reading.sensor_read_out import sensor_read_out
+from pipeline.reading.analysis import Readings, error_analysis, sensor_model
+from pipeline.reading.measurement import pressed_sensor
 from pipeline.report.mapping import stored_contact, stored_read_out, stored_reading, stored_tips
 from pipeline.report.stored import StoredContact, StoredModulus, StoredReadOut, StoredTip
 from pipeline.response.contact import fruit_compliance
@@ -53,11 +51,11 @@ class MeasuredDesign:
         self.K = np.array(design.tips.each(*(1e-3 * K for K in kinds)))
         self.C = spring_compliance(*self.K)
         sensor = pressed_sensor(design, self.contact, self.C)
-        found = reading_assessment(sensor, design.reading) if assessed and design.reading else None
-        readings = None if found is None else Readings(assessed=found, pressures=())
+        found = error_analysis(sensor, design.reading) if assessed and design.reading else None
+        readings = None if found is None else Readings(analysis=found, pressures=())
         level = self.forces([Pose(E=design.largest_E_MPa, travel=design.press.travel_mm)])
-        press = SimpleNamespace(ahead=(), hardest=SimpleNamespace(F=level[None]))
-        known = sensor_read_out(design, self.contact, SimpleNamespace(C=self.C), press, readings)
+        press = SimpleNamespace(height_offsets=(), at_largest_E=SimpleNamespace(F=level[None]))
+        known = sensor_model(design, self.contact, SimpleNamespace(C=self.C), press, readings)
         self.report = ReportOfUnits(
             design=design,
             tips=stored_tips(design.tips),

@@ -13,7 +13,7 @@ from cad.parts.layout import housing_for
 from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
-from pipeline.reading.sensor_read_out import sensor_read_out
+from pipeline.reading.analysis import sensor_model
 from pipeline.report.answer.answer import next_steps, print_answer
 from pipeline.report.tables import run_answer
 from pipeline.response.characteristics import spring_behaviour
@@ -133,7 +133,7 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
         reached=reached,
         paper=paper_verdicts(design, CONTACT, sizing),
         readings=None,
-        read_out=sensor_read_out(design, CONTACT, springs, press, None),
+        read_out=sensor_model(design, CONTACT, springs, press, None),
         verdicts=verdicts,
         errors=sensor_errors(sensor, reached, press, RunOptions()),
         left_out=None,

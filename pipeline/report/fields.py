@@ -43,7 +43,7 @@ def write_fields(
     _write_flexure(springs, folder)
     if design.press.strain == "large":
         return "fruit.vtu is left out: its fields are those of small strain; take press.strain = 'linear' for them"
-    scene, E = scene_of(design, press.ahead), float(press.hardest.E[-1])
+    scene, E = scene_of(design, press.height_offsets), float(press.at_largest_E.E[-1])
     try:
         pressure = footprint_pressure(scene, contact, springs.C, E, design.press.travel_mm)
     except InputError as error:

@@ -10,9 +10,8 @@ import numpy as np
 from cad.design.tips import Tips
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from cad.verdict import Verdict
-from pipeline.reading.read_out import LineReadOut
-from pipeline.reading.readings import Readings
-from pipeline.reading.sensor_read_out import SensorReadOut
+from pipeline.reading.analysis import Readings, SensorModel
+from pipeline.reading.measurement import LineModel
 from pipeline.report.notes import notes
 from pipeline.report.stored import (
     Matrix,
@@ -52,8 +51,8 @@ from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.plain import Plain
 from pipeline.storage.seal import sealed_mapping
 from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
-from pipeline.verdicts.errors.reading_table import ReadingTable
-from pipeline.verdicts.scene_targets import SceneTargets
+from pipeline.verdicts.errors.sensor_errors import ReadingTable
+from pipeline.verdicts.targets import SceneTargets
 from solve.arrays import Floats
 from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
@@ -223,22 +222,22 @@ def stored_tips(tips: Tips) -> tuple[StoredTip, ...]:
     return tuple(StoredTip(name=name, x_mm=x, y_mm=y, spring=spring) for name, (x, y), spring in rows)
 
 
-def stored_read_out(sensor: SensorReadOut) -> StoredReadOut:
+def stored_read_out(sensor: SensorModel) -> StoredReadOut:
     """Return the numbers that turn forces into a modulus: those of the contrast, or of the line through a press."""
-    read_out = sensor.read_out
+    read_out = sensor.model
     depths = []
     for row in sensor.deep:
         depths.append(StoredDepth(depth_sides=row.depth, factor=row.factor, error_percent=100.0 * row.error))
     by_line = StoredReadOut(
         method=read_out.method,
-        springs_mm_per_N=_matrix(read_out.C if isinstance(read_out, LineReadOut) else read_out.law.C),
+        springs_mm_per_N=_matrix(read_out.C if isinstance(read_out, LineModel) else read_out.law.C),
         full_scale_N=tuple(sensor.full_scale),
         model_error_percent=100.0 * sensor.model_error,
         level=tuple(StoredLevel(E_MPa=row.E, read_MPa=row.read) for row in sensor.level),
-        own_less_other_per_mm=read_out.own_less_other if isinstance(read_out, LineReadOut) else None,
+        own_less_other_per_mm=read_out.own_less_other if isinstance(read_out, LineModel) else None,
         large_strain=tuple(depths),
     )
-    if isinstance(read_out, LineReadOut):
+    if isinstance(read_out, LineModel):
         return by_line
     law = read_out.law
     return replace(
@@ -248,7 +247,7 @@ def stored_read_out(sensor: SensorReadOut) -> StoredReadOut:
 
 def stored_reading(readings: Readings) -> StoredReading:
     """Return how good readings are, in per cent of the modulus, and how hard the tips press the skin."""
-    assessed = readings.assessed
+    assessed = readings.analysis
     bias = assessed.bias
     uncertainty = assessed.uncertainty
     moduli = []
@@ -258,20 +257,20 @@ def stored_reading(readings: Readings) -> StoredReading:
             E_bias_percent=100.0 * row.bias,
             worst=str(row.worst),
             uncertainty_percent=100.0 * row.sources.total,
-            sources=_percent(row.sources.shares),
+            sources=_percent(row.sources.contributions),
         )
         moduli.append(modulus)
     pressures = []
     for skin in readings.pressures:
         pressure = StoredPressure(
-            E_MPa=skin.E, pressure_MPa=skin.pressure.value, limit_MPa=skin.limit, worst=str(skin.placed)
+            E_MPa=skin.E, pressure_MPa=skin.pressure.value, limit_MPa=skin.limit, worst=str(skin.placement)
         )
         pressures.append(pressure)
     return StoredReading(
         E_bias_percent=None if bias is None else 100.0 * bias.value,
         E_bias_error_percent=None if bias is None else 100.0 * bias.error,
         uncertainty_percent=None if uncertainty is None else 100.0 * uncertainty.value,
-        sources={} if uncertainty is None else _percent(assessed.worst_uncertainty.sources.shares),
+        sources={} if uncertainty is None else _percent(assessed.worst_uncertainty.sources.contributions),
         method=assessed.method,
         lift_deg=assessed.lift.value,
         plates_before_zeroing_percent=100.0 * readings.plates,

@@ -9,7 +9,7 @@ from cad.theory.deep_press import DeepPress
 from cad.theory.free_fruit import roll, table_share
 from cad.theory.soft_tissue import FLESH_LAWS, deepest_solved
 from cad.theory.two_spring_law import PAPER_SPRINGS
-from pipeline.reading.readings import Readings
+from pipeline.reading.analysis import Readings
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
@@ -78,7 +78,7 @@ def _large_strain(result: SensorResult) -> str:
 
 def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:
     """Return the force ratio as a fact, the noise that the reading stands, and what it takes for known."""
-    found, P_max = readings.assessed, result.reached.P_max
+    found, P_max = readings.analysis, result.reached.P_max
     fruit = result.design.fruit
     ratio = "a tip is off" if P_max is None else f"{P_max.value:.4g}"
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
@@ -141,7 +141,7 @@ def _free_fruit(result: SensorResult) -> list[str]:
     fruit, travel = result.design.fruit, result.design.press.travel_mm
     if fruit.radius_mm is None or not fruit.whole or fruit.depth_mm <= fruit.radius_mm:
         return []
-    hardest = result.press.hardest
+    hardest = result.press.at_largest_E
     forces, E = hardest.F[-1, -1], float(hardest.E[-1])
     share = table_share(float(forces.sum()), travel, E, fruit.poisson, fruit.radius_mm)
     own = np.diag(result.springs.C) + (np.diag(result.contact.S) - result.contact.crosstalk) / E

@@ -1,4 +1,4 @@
-"""What the sensor reads in the scene that was asked for, solved once for everything that judges or draws it."""
+"""What the sensor reads in the scene that was asked for, solved once for everything that evaluates or draws it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,48 +7,50 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
-from cad.quantity import Estimate, InputError
+from cad.quantity import Estimate, InputError, validation_error
 from cad.theory.two_spring_law import CURVE_STEPS, curve_shares
-from pipeline.response.tip_curve import refuse_large_strain, tip_curve
-from solve.contact.large_response import large_response
+from pipeline.storage.cache import cached
+from solve.contact.large_response import check_large_strain, large_response, round_tip
 from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene, check_scene
 from solve.contact.scene_cells import scene_footprints
 from solve.fruit.compliance import FruitCompliance
+from solve.large_strain.force_curve import ForceCurve, force_curve
 
 Floats = NDArray[np.float64]
 
 TRAVELS = 12
-_SCAN = 20  # moduli, from the least asked for to E_max, at which P must rise
 CURVE_TRAVELS = 6
 LINEAR_MODULI = 72  # of the curve; an even number, so that half of E_max is one of them
+REACHED = 1.0 - 1e-9
+_SCAN = 20  # moduli, from the least asked for to E_max, at which P must rise
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScenePress:
     """The presses of one set of springs on the fruit of a design.
 
-    `table` is over travel at each modulus shown, `scan` over 20 moduli up to E_max at full travel, `hardest` at the
-    largest modulus of all and full travel. `curve` is over equal steps of the modulus up to E_max at six travels; its
-    first modulus stands for the softest fruit there may be. `tilted` are the presses at full travel of the curve's
+    `table` is over travel at each modulus shown, `scan` over 20 moduli up to E_max at full travel, `at_largest_E` at
+    the largest modulus of all and full travel. `curve` is over equal steps of the modulus up to E_max at six travels;
+    its first modulus stands for the softest fruit there may be. `tilted` are the presses at full travel of the curve's
     first, middle and last modulus with the tilt off by its spread to either side, where contact is solved on cells.
-    `ahead` is how far each tip stands before the foremost one [mm], none where all are level. `level` says that flat
-    sharp tips touch a flat fruit all at once, so that P is one number over the travel.
+    `height_offsets` is how far each tip stands before the foremost one [mm], none where all are level. `level` says
+    that flat sharp tips touch a flat fruit all at once, so that P is one number over the travel.
     """
 
     table: SensorResponse
     scan: SensorResponse
-    hardest: SensorResponse
+    at_largest_E: SensorResponse
     curve: SensorResponse
     tilted: tuple[SensorResponse, ...]
-    ahead: tuple[float, ...]
+    height_offsets: tuple[float, ...]
     level: bool
 
 
-def scene_of(design: Design, ahead: Sequence[float] = ()) -> Scene:
-    """Return the scene of contact of a design; `ahead` is how far each tip stands before the others [mm]."""
-    return Scene(fruit=design.fruit, tips=design.tips, press=design.press, height_offset_mm=tuple(ahead))
+def scene_of(design: Design, height_offsets: Sequence[float] = ()) -> Scene:
+    """Return the scene of contact of a design; height offsets [mm] are those of the tips before the foremost one."""
+    return Scene(fruit=design.fruit, tips=design.tips, press=design.press, height_offset_mm=tuple(height_offsets))
 
 
 def refuse_unsolvable(design: Design) -> None:
@@ -56,50 +58,59 @@ def refuse_unsolvable(design: Design) -> None:
     scene = scene_of(design)
     check_scene(scene)
     if scene.press.strain == "large":
-        refuse_large_strain(design)
+        if design.reading is not None:
+            bound = "'linear' beside [reading], whose poses are tilted"
+            raise validation_error("press.strain", "large", "", bound, "drop one of them")
+        check_large_strain(scene)
     elif not scene.linear and not scene.tips.tip_shape.obeys_hertz:
         scene_footprints(scene, design.press.travel_mm)
 
 
-def press_scene(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> ScenePress:
+def press_scene(
+    design: Design, contact: FruitCompliance, C: Floats, height_offsets: Sequence[float] = ()
+) -> ScenePress:
     """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `pressed_at`.
 
-    `ahead` is how far each tip stands before the others [mm], none where all are level.
+    Height offsets [mm] are those of the tips before the foremost one, none where all are level.
     """
-    scene = scene_of(design, ahead)
+    scene = scene_of(design, height_offsets)
     moduli = curve_moduli(scene)
+    ends_and_middle = moduli[[0, len(moduli) // 2, -1]]
     return ScenePress(
         table=pressed_at(scene, contact, C, design.fruit.E_MPa, TRAVELS),
-        scan=press_scan(design, contact, C, ahead),
-        hardest=pressed_at(scene, contact, C, [design.largest_E_MPa], 1),
+        scan=press_scan(design, contact, C, height_offsets),
+        at_largest_E=pressed_at(scene, contact, C, [design.largest_E_MPa], 1),
         curve=pressed_at(scene, contact, C, moduli, CURVE_TRAVELS),
-        tilted=()
-        if scene.linear or scene.press.strain == "large"
-        else _tilted(scene, contact, C, moduli[[0, len(moduli) // 2, -1]]),
-        ahead=scene.height_offset_mm,
+        tilted=_tilted_presses(scene, contact, C, ends_and_middle),
+        height_offsets=scene.height_offset_mm,
         level=scene.linear and not any(scene.height_offset_mm),
     )
 
 
 def curve_moduli(scene: Scene) -> Floats:
     """Return the moduli of the curve of a scene [MPa]: next to none, and equal steps up to E_max."""
-    shares = curve_shares(LINEAR_MODULI if scene.linear else CURVE_STEPS)
-    return scene.fruit.E_max_MPa * np.array(shares)
+    fractions = curve_shares(LINEAR_MODULI if scene.linear else CURVE_STEPS)
+    return scene.fruit.E_max_MPa * np.array(fractions)
 
 
-def press_scan(design: Design, contact: FruitCompliance, C: Floats, ahead: Sequence[float] = ()) -> SensorResponse:
+def press_scan(
+    design: Design, contact: FruitCompliance, C: Floats, height_offsets: Sequence[float] = ()
+) -> SensorResponse:
     """Return the response at full travel over 20 moduli up to E_max; C (tips, tips) [mm/N]."""
     fruit = design.fruit
     least = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
     moduli = np.linspace(least, fruit.E_max_MPa, _SCAN)
-    return pressed_at(scene_of(design, ahead), contact, C, moduli, 1)
+    return pressed_at(scene_of(design, height_offsets), contact, C, moduli, 1)
 
 
-def _tilted(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
-    """Return the presses with the tilt off by its spread to either side; none where that leaves the domain."""
+def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:
+    """Return the presses with the tilt off by its spread to either side, where contact is solved on cells.
+
+    None where that leaves the domain of contact.
+    """
     press = scene.press
     spread = press.tilt_spread_deg
-    if spread == 0.0:
+    if scene.linear or press.strain == "large" or spread == 0.0:
         return ()
     try:
         presses = [replace(press, tilt_deg=press.tilt_deg + side * spread) for side in (-1.0, 1.0)]
@@ -111,28 +122,54 @@ def _tilted(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -
 def pressed_at(
     scene: Scene, contact: FruitCompliance, C: Floats, moduli: Sequence[float] | Floats, count: int
 ) -> SensorResponse:
-    """Press; raises InputError where the scene is too steep or outside the domain of contact, SolveError."""
+    """Return the response at moduli [MPa] and a number of travels, the last the full one.
+
+    Raises InputError where the scene is too steep or outside the domain of contact, SolveError.
+    """
     x = travels(scene.press.travel_mm, count)
     if scene.press.strain == "large":
         return large_response(scene, contact, C, tip_curve(scene), (moduli, x))
     return scene_response(scene, contact, C, moduli, x)
 
 
+def tip_curve(scene: Scene) -> ForceCurve:
+    """Return the force of one tip at large strain down to the travel, on a spring that does not deflect, kept.
+
+    Raises InputError for a scene that large strain is not solved for, or where no equilibrium was found so deep.
+    """
+    law = check_large_strain(scene)
+    tip = round_tip(scene)
+    travel = scene.press.travel_mm
+    side = scene.tips.side_mm
+    deepest = travel / side
+    inputs = {"tip": tip, "law": law, "deepest": deepest}
+    curve = cached("large-strain", inputs, lambda: force_curve(tip, law, deepest), ForceCurve)
+    if curve.reached < REACHED * deepest:
+        bound = (
+            f"at most {curve.reached * side:.3g} mm = {curve.reached:.3g} tip sides for press.strain = 'large', the "
+            "deepest equilibrium that was found"
+        )
+        remedy = "press less deep, take wider tips or press.strain = 'linear'"
+        raise validation_error("press.travel_mm", travel, "mm", bound, remedy)
+    return curve
+
+
 def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:
-    """Return by how much of a relative error of its spring the force of each tip is off at modulus E [MPa], (tips,)."""
-    own = np.diag(C)
-    shares: Floats = own / (own + (np.diag(contact.S) - contact.crosstalk) / E)
-    return shares
+    """Return by which part of a relative error of its spring the force of each tip is off at E [MPa], (tips,)."""
+    of_springs = np.diag(C)
+    of_fruit = (np.diag(contact.S) - contact.crosstalk) / E
+    fractions: Floats = of_springs / (of_springs + of_fruit)
+    return fractions
 
 
 def mean_tip_pressure(design: Design, press: ScenePress) -> float:
     """Return the largest force over the face of its tip at the largest modulus and full travel [MPa]."""
-    return float(press.hardest.F[-1, -1].max()) / design.tips.face_mm2
+    return float(press.at_largest_E.F[-1, -1].max()) / design.tips.face_mm2
 
 
 def mean_pressure_estimate(design: Design, press: ScenePress, of_springs: float = 0.0) -> Estimate:
     """Return `mean_tip_pressure` with its error [MPa]: that of the contact, and the relative one of the springs [1]."""
-    of_contact = float(press.hardest.F_error[-1, -1])
+    of_contact = float(press.at_largest_E.F_error[-1, -1])
     relative = of_springs + (of_contact if of_contact > 0.0 else 0.0)  # nan where no tip is on the fruit
     pressure = mean_tip_pressure(design, press)
     return Estimate(pressure, relative * pressure, "MPa")

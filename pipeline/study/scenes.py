@@ -13,7 +13,7 @@ from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.quantity import InputError
 from pipeline.options import CONTACT_SHARE
-from pipeline.response.level_contact import level_compliance
+from pipeline.response.contact import contact_compliance
 from pipeline.storage.plain import Plain
 from solve.fruit.compliance import FruitCompliance
 
@@ -81,10 +81,4 @@ def scene_compliance(scene: UnitScene, tolerance: float, method: str = "auto") -
 
 @functools.lru_cache(maxsize=_SCENES_KEPT)
 def _unit_compliance(scene: UnitScene, tolerance: float, method: str) -> FruitCompliance:
-    return level_compliance(scene.fruit, scene.tips, method, tolerance, _direct_contact)
-
-
-def _direct_contact(fruit: Fruit, tips: Tips) -> FruitCompliance:
-    from pipeline.response.contact import direct_contact  # imports the mesher, which only these few scenes need
-
-    return direct_contact(fruit, tips)
+    return contact_compliance(scene.fruit, scene.tips, method, tolerance)

@@ -13,9 +13,7 @@ from cad.quantity import Estimate
 from cad.theory.hertz import contact_reach, relative_curvature
 from cad.verdict import Verdict, failed
 from pipeline.options import TOLERANCES
-from pipeline.reading.assessment import ReadingAssessment
-from pipeline.reading.bruising import SkinPressure
-from pipeline.reading.readings import Readings
+from pipeline.reading.analysis import ErrorAnalysis, Readings, SkinPressure
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.fitted_spring import FittedSpring
 from pipeline.storage.plain import first_largest
@@ -276,8 +274,8 @@ def bruise_verdict(pressure: Estimate, limit: float) -> Verdict:
 
 def skin_verdict(pressures: Sequence[SkinPressure]) -> Verdict:
     """Return the verdict on the mean pressure under the worst tip [MPa], at the modulus nearest to its limit."""
-    worst = pressures[first_largest(pressure.share for pressure in pressures)]
-    words = f"mean pressure over what a tip touches, at {worst.E:.3g} MPa, {worst.placed}; must be at most the limit"
+    worst = pressures[first_largest(pressure.over_limit for pressure in pressures)]
+    words = f"mean pressure over what a tip touches, at {worst.E:.3g} MPa, {worst.placement}; must be at most the limit"
     return margin_verdict("bruise", worst.pressure, worst.limit, words, at_most=True)
 
 
@@ -289,44 +287,44 @@ def reading_verdicts(design: Design, readings: Readings | None) -> tuple[Verdict
     if design.reading is None or readings is None:
         return ()
     bruise = (skin_verdict(readings.pressures),) if readings.pressures else ()
-    return *assessed_verdicts(readings.assessed, design.reading), *bruise
+    return *analysis_verdicts(readings.analysis, design.reading), *bruise
 
 
-def assessed_verdicts(assessed: ReadingAssessment, reading: Reading) -> tuple[Verdict, ...]:
+def analysis_verdicts(analysis: ErrorAnalysis, reading: Reading) -> tuple[Verdict, ...]:
     """Return the verdicts reading.bias and reading.uncertainty [1], and reading.lift [deg].
 
     A pose that occurs and has no reading fails the first two, whose values are those of the other poses.
     """
     words = "tilt at which the first tip leaves the fruit, the worst direction and modulus; at least the limit"
-    lift = margin_verdict("reading.lift", assessed.lift, reading.tilt_deg, words)
-    bias = bias_verdict(assessed, reading.bias_limit)
-    uncertainty = uncertainty_verdict(assessed, reading.uncertainty_limit)
-    if assessed.refused is not None:
-        bias = _refused(bias, assessed.refused)
-        uncertainty = _refused(uncertainty, assessed.refused)
+    lift = margin_verdict("reading.lift", analysis.lift, reading.tilt_deg, words)
+    bias = bias_verdict(analysis, reading.bias_limit)
+    uncertainty = uncertainty_verdict(analysis, reading.uncertainty_limit)
+    if analysis.refused is not None:
+        bias = _refused(bias, analysis.refused)
+        uncertainty = _refused(uncertainty, analysis.refused)
     return bias, uncertainty, lift
 
 
-def bias_verdict(assessed: ReadingAssessment, limit: float) -> Verdict:
+def bias_verdict(analysis: ErrorAnalysis, limit: float) -> Verdict:
     """Return the verdict on the largest bias of all poses [1]; failed where a level press has no reading."""
     words = "largest |E read / E - 1| without noise"
-    if assessed.bias is None:
+    if analysis.bias is None:
         return failed("reading.bias", limit, unit="1", reference=words)
-    worst = assessed.worst_bias
+    worst = analysis.worst_bias
     words = f"{words}: at {worst.E:.3g} MPa, {worst.worst}"
-    return margin_verdict("reading.bias", assessed.bias, limit, words, at_most=True)
+    return margin_verdict("reading.bias", analysis.bias, limit, words, at_most=True)
 
 
-def uncertainty_verdict(assessed: ReadingAssessment, limit: float) -> Verdict:
+def uncertainty_verdict(analysis: ErrorAnalysis, limit: float) -> Verdict:
     """Return the verdict on the standard deviation of a level reading [1]; failed where there is no reading."""
     words = "standard deviation of E read / E, level and in the middle"
-    if assessed.uncertainty is None:
+    if analysis.uncertainty is None:
         return failed("reading.uncertainty", limit, unit="1", reference=words)
-    widest = assessed.worst_uncertainty
-    sources = widest.sources.shares
+    widest = analysis.worst_uncertainty
+    sources = widest.sources.contributions
     largest = list(sources)[first_largest(sources.values())]
     words = f"{words}, at {widest.E:.3g} MPa; largest source: {largest}"
-    return margin_verdict("reading.uncertainty", assessed.uncertainty, limit, words, at_most=True)
+    return margin_verdict("reading.uncertainty", analysis.uncertainty, limit, words, at_most=True)
 
 
 def _refused(verdict: Verdict, reason: str) -> Verdict:

@@ -5,7 +5,7 @@ from cad.quantity import Estimate
 from cad.theory.rounded_edge import edge_loss
 from cad.theory.two_spring_law import PAPER_SPRINGS, Springs, series_ratio, spring_give
 from cad.verdict import Verdict
-from pipeline.reading.readings import Readings
+from pipeline.reading.analysis import Readings
 from pipeline.response.scene_press import (
     TRAVELS,
     ScenePress,
@@ -89,7 +89,7 @@ def bruise_verdicts(
 
 def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress) -> Estimate:
     """Return the largest mean pressure under a tip at the largest modulus and full travel, with its error [MPa]."""
-    shares = spring_shares(contact, springs.C, float(press.hardest.E[-1]))
+    shares = spring_shares(contact, springs.C, float(press.at_largest_E.E[-1]))
     of_springs = max(
         share * spring.error / spring.stiffness for share, spring in zip(shares, springs.springs, strict=True)
     )

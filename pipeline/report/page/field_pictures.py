@@ -154,8 +154,8 @@ def contact_picture(report: StoredReport, result: SensorResult) -> Picture:
 def flat_tip_pressure(result: SensorResult, tip: int, force: float) -> TipPressure:
     """Return the pressure under the middle line of a flat tip that carries a force [N]; raises InputError."""
     design = result.design
-    scene = scene_of(design, result.press.ahead)
-    E = float(result.press.hardest.E[-1])
+    scene = scene_of(design, result.press.height_offsets)
+    E = float(result.press.at_largest_E.E[-1])
     contact = footprint_pressure(scene, result.contact, result.springs.C, E, design.press.travel_mm)
     sizes = np.diff(contact.edges)
     middle = len(sizes) // 2

@@ -13,9 +13,8 @@ from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.quantity import InputError
 from pipeline.options import CONTACT_SHARE
-from pipeline.response.level_contact import level_compliance
+from pipeline.response.contact import contact_compliance
 from pipeline.storage.plain import Plain
-from pipeline.study.levels.direct_solve import direct_solve
 from solve.fruit.compliance import FruitCompliance
 
 _DIGITS = 12  # of a ratio: scenes that differ by round-off are one
@@ -76,4 +75,4 @@ def scene_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
 
 @functools.lru_cache(maxsize=_SCENES_KEPT)
 def _unit_compliance(scene: UnitScene, tolerance: float) -> FruitCompliance:
-    return level_compliance(scene.fruit, scene.tips, "auto", tolerance, direct_solve)
+    return contact_compliance(scene.fruit, scene.tips, "auto", tolerance)

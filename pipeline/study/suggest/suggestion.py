@@ -171,7 +171,7 @@ class Search:
         contact = self._contact(design)
         sizing = spring_sizing(design, contact, RunOptions())
         sags = design.press.attitude != "side" and design.tips.layout == self.design.tips.layout
-        offsets = self._base.press.ahead if sags else ()
+        offsets = self._base.press.height_offsets if sags else ()
         springs = replace(ideal_springs(design, sizing), ideal_offsets_mm=offsets)
         if _on_cells(design):
             moduli = sorted({min(design.fruit.E_MPa), design.fruit.E_max_MPa})

@@ -103,7 +103,7 @@ def level_sensor(
 
     A pair stands for more tips than two. Raises SolveError.
     """
-    contact = contact.of_kinds(*design.tips.kinds)
+    contact = contact.per_spring(*design.tips.kinds)
     springs = springs.as_pair
     return LevelSensor(
         design=design.as_pair,

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.options import RunOptions
-from pipeline.reading.assessment import ModulusReading
-from pipeline.reading.readings import Readings
+from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.response.scene_press import ScenePress, spring_shares
 from pipeline.verdicts.errors.budget import Budgets, Pressed, effects_at, ratio_budget, uncertainty_budgets
 from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
@@ -127,7 +126,7 @@ def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budget
 
     As printed its springs are known as well as the print is, after calibrating as the design's reading says.
     """
-    rows = readings.assessed.moduli
+    rows = readings.analysis.moduli
     return ReadingTable(
         response=curve,
         printed=_bands(curve, rows, budgets.widest_spring),

@@ -13,26 +13,25 @@ from square_stand_ins import (
     square_springs,
 )
 
-from pipeline.reading import lift, pressed_sensor
-from pipeline.reading.assessment import reading_assessment
-from pipeline.reading.bruising import skin_pressures
-from pipeline.reading.placed import Placed, occurring, radii, read_moduli
-from pipeline.verdicts.rules import assessed_verdicts, skin_verdict
+from pipeline.reading import measurement
+from pipeline.reading.analysis import error_analysis, lift_tilt, skin_pressures
+from pipeline.reading.poses import Placement, occurring, radii, read_moduli
+from pipeline.verdicts.rules import analysis_verdicts, skin_verdict
 
 pytestmark = pytest.mark.usefixtures("linear_world")
 
 
 def assessed(design=None):
     design = design or square_design()
-    return reading_assessment(sensor_of(design), design.reading)
+    return error_analysis(sensor_of(design), design.reading)
 
 
 def sensor_of(design):
-    return pressed_sensor.pressed_sensor(design, square_contact(), square_springs())
+    return measurement.pressed_sensor(design, square_contact(), square_springs())
 
 
 def outcomes(found, design):
-    return {verdict.name: verdict.passed for verdict in assessed_verdicts(found, design.reading)}
+    return {verdict.name: verdict.passed for verdict in analysis_verdicts(found, design.reading)}
 
 
 def test_no_pose_biases_a_square_of_whole_faces():
@@ -67,18 +66,18 @@ def judged_with_round_off(design, monkeypatch, seed):
         )
         return dataclasses.replace(made, F=made.F * factors, mean_pressure=made.mean_pressure * factors)
 
-    monkeypatch.setattr(pressed_sensor, "pose_forces", leaning)
+    monkeypatch.setattr(measurement, "pose_forces", leaning)
     sensor = sensor_of(design)
-    found, pressures = reading_assessment(sensor, design.reading), skin_pressures(sensor)
-    bias, uncertainty, _ = assessed_verdicts(found, design.reading)
-    worst = [row.worst for row in found.moduli] + [row.placed for row in pressures]
+    found, pressures = error_analysis(sensor, design.reading), skin_pressures(sensor)
+    bias, uncertainty, _ = analysis_verdicts(found, design.reading)
+    worst = [row.worst for row in found.moduli] + [row.placement for row in pressures]
     return worst, [verdict.reference for verdict in (bias, uncertainty, skin_verdict(pressures))]
 
 
 def test_worst_pose_of_ties_is_the_first_for_any_round_off(monkeypatch):
     design = square_design(tilt_deg=2.0)
     (worst, sentences), *others = [judged_with_round_off(design, monkeypatch, seed) for seed in range(5)]
-    assert worst == [Placed(tilt_deg=(2.0, 0.0))] * 8
+    assert worst == [Placement(tilt_deg=(2.0, 0.0))] * 8
     assert all(other == (worst, sentences) for other in others)
 
 
@@ -89,7 +88,7 @@ def test_planted_misread_spring_fails_the_bias(monkeypatch):
     def stiffer(scene, contact, C, poses):
         return linear_pose_forces(scene, contact, np.asarray(C) * np.array([1.0, 0.9, 1.0, 0.9])[:, None], poses)
 
-    monkeypatch.setattr(pressed_sensor, "pose_forces", stiffer)
+    monkeypatch.setattr(measurement, "pose_forces", stiffer)
     found = assessed(design)
     assert found.bias.value > 0.02
     assert outcomes(found, design)["reading.bias"] is False
@@ -109,7 +108,7 @@ def test_tilt_that_lifts_a_tip_is_refused_and_fails_the_lift():
     assert re.match(r"\d+ of \d+ poses have no reading, as at 0.5 MPa, tilted 8 deg", found.refused)
     assert "is off the fruit" in found.refused
     assert set(outcomes(found, design).values()) == {False}
-    bias, *_ = assessed_verdicts(found, design.reading)
+    bias, *_ = analysis_verdicts(found, design.reading)
     assert bias.reference.startswith(f"{found.refused}; of the others: largest |E read / E - 1|")
 
 
@@ -126,7 +125,7 @@ def test_lift_is_where_the_force_of_the_first_tip_ends():
 
     tilts = np.linspace(1.0, 15.0, 5601)
     expected = min(next(tilt for tilt in tilts if least(tilt, E) <= 0.0) for E in read_moduli(design.fruit))
-    found = lift.lift_tilt(sensor_of(design), design.reading)
+    found = lift_tilt(sensor_of(design), design.reading)
     assert found.value <= expected * (1.0 + 2e-3)
     assert found.value + found.error >= expected * (1.0 - 2e-3)
 
@@ -142,8 +141,8 @@ def test_poses_are_at_least_those_that_the_issue_asks_for():
 
 
 def test_place_is_said_in_words():
-    placed = Placed(tilt_deg=(0.0, 4.0), off_centre_mm=(1.0, 0.0), radius_mm=28.0)
+    placed = Placement(tilt_deg=(0.0, 4.0), off_centre_mm=(1.0, 0.0), radius_mm=28.0)
     assert str(placed) == "tilted 4 deg down towards +y, 1 mm off the apex towards +x, on a radius of 28 mm"
-    assert str(Placed()) == "level"
-    aslant = Placed(tilt_deg=(-1.0, -1.0), off_centre_mm=(-0.5, 0.0))
+    assert str(Placement()) == "level"
+    aslant = Placement(tilt_deg=(-1.0, -1.0), off_centre_mm=(-0.5, 0.0))
     assert str(aslant) == "tilted 1.4 deg down towards -135 deg from +x, 0.5 mm off the apex towards -x"

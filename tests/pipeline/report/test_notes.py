@@ -91,7 +91,7 @@ def test_weight_is_said_with_its_attitude():
 
 def test_whole_fruit_on_a_table_is_told_to_be_held():
     ball = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
-    forces = result_of().press.hardest.F[-1, -1]
+    forces = result_of().press.at_largest_E.F[-1, -1]
     friction = 4.0 * (forces[1] - forces[0]) / (2.0 * 35.0 * forces.sum())
     result = dataclasses.replace(result_of(), design=dataclasses.replace(Design(), fruit=ball))
     line = note(result, "a whole fruit is solved as held")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT, K_M_OVER_E
 
-import pipeline.response.level_contact
+import pipeline.response.contact
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
@@ -89,9 +89,7 @@ def test_a_curved_fruit_is_its_block_and_what_its_shape_changes():
 )
 def test_a_curved_fruit_out_of_bounds_is_refused_before_its_block_is_solved(fruit, tips, message, monkeypatch):
     """The plan that is given may be larger than the fruit: tips then stand beside it."""
-    monkeypatch.setattr(
-        pipeline.response.level_contact, "split_compliance", lambda *_: pytest.fail("the block was solved")
-    )
+    monkeypatch.setattr(pipeline.response.contact, "split_compliance", lambda *_: pytest.fail("the block was solved"))
     with pytest.raises(InputError, match=message):
         contact_compliance(Fruit(shape="sphere", thickness_mm=4.0, **fruit), Tips(**tips))
 
@@ -154,8 +152,7 @@ def test_layouts_that_only_the_split_knows(tips, method, message):
 
 def test_auto_turns_to_direct_outside_the_domain_and_says_why(monkeypatch):
     direct = contact_compliance(BLOCK, TIPS)
-    monkeypatch.setattr(pipeline.response.contact, "direct_compliance", lambda *_: direct)
-    monkeypatch.setattr(pipeline.response.contact, "fruit_meshes", lambda *_: ())
+    monkeypatch.setattr(pipeline.response.contact, "direct_contact", lambda *_: direct)
     found = contact_compliance(BLOCK, Tips(offset_mm=4.5))
     assert found.info.status.endswith("so solved by direct finite elements")
     assert "gap from tip to side face = 1 mm: must be at least 1.5 sides = 1.5 mm" in found.info.status

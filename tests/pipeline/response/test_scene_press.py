@@ -106,7 +106,7 @@ def test_presses_end_where_the_design_says():
     curve = press.curve
     assert (curve.E[-1], curve.x[-1], curve.P.shape) == (3.5, design.press.travel_mm, (73, 6))
     assert curve.E[36] == 0.5 * 3.5
-    assert (press.hardest.E.tolist(), press.hardest.x.tolist()) == ([10.0], [design.press.travel_mm])
+    assert (press.at_largest_E.E.tolist(), press.at_largest_E.x.tolist()) == ([10.0], [design.press.travel_mm])
 
 
 def test_share_of_a_spring_is_its_share_of_the_compliance():

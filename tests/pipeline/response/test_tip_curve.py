@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from stand_ins import CONTACT
 
-import pipeline.response.tip_curve
+import pipeline.response.scene_press
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Targets
 from cad.design.reading import Reading
@@ -15,8 +15,7 @@ from cad.quantity import InputError
 from cad.theory.deep_press import DeepPress
 from cad.theory.two_spring_law import Springs
 from pipeline.options import RunOptions
-from pipeline.response.scene_press import press_scene, refuse_unsolvable, scene_of
-from pipeline.response.tip_curve import tip_curve
+from pipeline.response.scene_press import press_scene, refuse_unsolvable, scene_of, tip_curve
 from pipeline.springs.sizing import spring_sizing
 from solve.contact.linear_response import spring_compliance
 from solve.large_strain.force_curve import force_curve
@@ -76,7 +75,7 @@ def test_curve_is_solved_once_and_kept(monkeypatch, tmp_path):
         return force_curve(*args, **kwargs)
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(pipeline.response.tip_curve, "force_curve", counted)
+    monkeypatch.setattr(pipeline.response.scene_press, "force_curve", counted)
     shallow = scene_of(Design(press=Press(strain="large", travel_mm=0.1)))
     first, again = tip_curve(shallow), tip_curve(shallow)
     assert first == again
@@ -91,7 +90,7 @@ def test_press_beyond_equilibrium_is_refused_with_the_depth_that_was_reached(mon
         return dataclasses.replace(curve, asked=deepest)
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(pipeline.response.tip_curve, "force_curve", ending)
+    monkeypatch.setattr(pipeline.response.scene_press, "force_curve", ending)
     with pytest.raises(InputError, match=r"press\.travel_mm = 0\.6 mm: must be at most 0\.1 mm = 0\.1 tip sides"):
         tip_curve(scene_of(Design(press=Press(strain="large"))))
 
@@ -106,6 +105,6 @@ def test_press_beyond_equilibrium_is_refused_with_the_depth_that_was_reached(mon
     ],
 )
 def test_scene_that_large_strain_is_not_solved_for_is_refused_before_anything_is_solved(change, monkeypatch):
-    monkeypatch.setattr(pipeline.response.tip_curve, "force_curve", None)
+    monkeypatch.setattr(pipeline.response.scene_press, "force_curve", None)
     with pytest.raises(InputError, match=r"press\.strain = 'large': must be 'linear'"):
         refuse_unsolvable(dataclasses.replace(Design(press=Press(strain="large")), **change))

@@ -54,8 +54,10 @@ def test_error_of_the_pressure_is_that_of_the_worst_spring_and_of_the_contact(so
     """A spring's relative error moves its force by the spring's share (1/K) / (1/K + 1/K_m) of the compliance."""
     design, springs = Design(), springs_of(Design())
     press = press_scene(design, CONTACT, springs.C)
-    hardest = press.hardest
-    known = dataclasses.replace(press, hardest=dataclasses.replace(hardest, F_error=hardest.F_error * 0.0 + solved))
+    hardest = press.at_largest_E
+    known = dataclasses.replace(
+        press, at_largest_E=dataclasses.replace(hardest, F_error=hardest.F_error * 0.0 + solved)
+    )
     pressure = tip_pressure(design, CONTACT, springs, known)
     K_m = 3.5 * CONTACT.K_m_over_E()
     shares = [K_m / (K_m + spring.stiffness) * spring.K.relative for spring in springs.springs]

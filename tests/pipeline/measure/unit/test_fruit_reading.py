@@ -92,7 +92,7 @@ def test_reading_that_is_hardly_known_says_so(mango):
 
 
 def test_mango_is_within_its_bias_limit_in_every_pose_of_its_reading(mango):
-    from pipeline.reading.placed import occurring, read_moduli
+    from pipeline.reading.poses import occurring, read_moduli
 
     design, sensor = mango.design, mango.measuring()
     for E in read_moduli(design.fruit):

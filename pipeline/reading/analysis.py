@@ -1,0 +1,345 @@
+"""The error analysis of readings over the poses that occur: bias, uncertainty, lift, and the pressure on the skin."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.design.parameters import Design
+from cad.design.reading import LEAST_OVER_NOISE, Reading
+from cad.parts.housing import mounting_error
+from cad.quantity import Estimate
+from cad.theory.contrast_law import ReadingError
+from pipeline.reading.measurement import LineModel, MeasurementModel, PressedSensor, Presses, pressed_sensor
+from pipeline.reading.poses import Placement, directed, occurring, press_of, read_moduli
+from pipeline.reading.uncertainty import UncertaintySources, force_noises, noise_to_reach, uncertainty_sources
+from pipeline.response.scene_press import ScenePress, scene_of, tip_curve
+from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
+from pipeline.storage.plain import first_largest
+from solve.contact.large_response import flesh_error
+from solve.contact.poses import Pose
+from solve.contact.scene import STEEPEST_DEG, Scene
+from solve.fruit.compliance import FruitCompliance
+
+Floats = NDArray[np.float64]
+
+NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stated
+LARGEST_TILT_DEG = 15.0  # up to which a lift is looked for
+LEVEL_MODULI = 9
+DEPTHS_BETWEEN = 4  # rows of the curve at large strain to each step of its solved depths
+_STEP = 1e-3  # of the modulus, by which forces are moved to weigh their errors
+_WITHIN_DEG = 0.1  # of the steepest scene that contact is solved for
+_RESOLVED_DEG = 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModulusReading:
+    """What is read at one modulus [MPa]: the largest error over all poses [1], where it is, and its spread."""
+
+    E: float
+    bias: float
+    worst: Placement
+    sources: UncertaintySources
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorAnalysis:
+    """How good readings are: at each modulus, the worst bias and uncertainty [1], the tilt of first lift [deg].
+
+    `refused` says in how many poses there is no reading, and why, None where there always is: bias and uncertainty are
+    those of the others, None where a level press has no reading.
+    `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
+    `full_scale` is the largest force of each channel over all poses [N], (tips,).
+    """
+
+    method: str
+    lift: Estimate
+    moduli: tuple[ModulusReading, ...] = ()
+    bias: Estimate | None = None
+    uncertainty: Estimate | None = None
+    noise_percent: float | None = None
+    refused: str | None = None
+    full_scale: tuple[float, ...] | None = None
+
+    @property
+    def worst_bias(self) -> ModulusReading:
+        """Return the reading at the modulus of the largest bias."""
+        return self.moduli[_largest_bias([row.bias for row in self.moduli])]
+
+    @property
+    def worst_uncertainty(self) -> ModulusReading:
+        """Return the reading at the modulus of the largest uncertainty."""
+        return self.moduli[first_largest(row.sources.total for row in self.moduli)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkinPressure:
+    """The largest mean pressure under a tip at one modulus, with its error, and the limit of the fruit [MPa]."""
+
+    E: float
+    placement: Placement
+    pressure: Estimate
+    limit: float
+
+    @property
+    def over_limit(self) -> float:
+        """Return the pressure over its limit [1]."""
+        return self.pressure.value / self.limit
+
+
+@dataclass(frozen=True, kw_only=True)
+class Readings:
+    """The error analysis of a design's readings, and the pressure on the skin at each modulus.
+
+    `plates` is by how much E moves where the two plates of a square are mounted as far off as their holes allow, before
+    the tips are zeroed on a hard plate [1]; 0 for one plate.
+    """
+
+    analysis: ErrorAnalysis
+    pressures: tuple[SkinPressure, ...]
+    plates: float = 0.0
+
+
+def analyse_readings(design: Design, contact: FruitCompliance, springs: FittedSprings) -> Readings | None:
+    """Return how good the readings of a design are, None where it does not ask.
+
+    Raises InputError where a pose is outside the domain of contact, SolveError when a solve is not exact.
+    """
+    if design.reading is None:
+        return None
+    sensor = pressed_sensor(design, contact, springs.C, tip_height_offsets(springs, design.press.attitude))
+    analysis = error_analysis(sensor, design.reading)
+    contrast_slope = max((row.sources.contrast_slope for row in analysis.moduli), default=0.0)
+    contrast_mm = 0.0  # how far the high tips may stand out before the low ones by the mounting of two plates
+    if springs.housing is not None:
+        contrast_mm = mounting_error(springs.housing, springs.process.accuracy_mm).contrast_mm
+    return Readings(analysis=analysis, pressures=skin_pressures(sensor), plates=contrast_mm * contrast_slope)
+
+
+def error_analysis(sensor: PressedSensor, reading: Reading) -> ErrorAnalysis:
+    """Return how good the readings of a sensor are.
+
+    Raises InputError where the poses are outside the domain of contact or a contact runs off the face of a dome,
+    SolveError when a solve is not exact.
+    """
+    model = sensor.model
+    lift = lift_tilt(sensor, reading)
+    presses = sensor.presses(read_moduli(sensor.design.fruit), tuple(occurring(sensor.design, reading)))
+    least_forces = LEAST_OVER_NOISE * force_noises(reading, presses.full_scale)
+    biases, refused = _biases(model, presses, least_forces)
+    level_has_no_reading = np.isnan(biases[:, 0]).any()
+    if level_has_no_reading or np.isnan(biases).all(axis=1).any():
+        return ErrorAnalysis(method=model.method, lift=lift, refused=refused)
+
+    level = presses.F[:, 0]
+    errors = _modulus_errors(sensor, presses.moduli, level, presses.error[:, 0])
+    poses = _pose_contributions(biases, presses.placements)
+    sources = uncertainty_sources(model, reading, level, presses.full_scale, poses)
+    rows = []
+    for E, at_modulus, of_modulus in zip(presses.moduli, biases, sources, strict=True):
+        worst = _largest_bias(at_modulus.tolist())
+        bias = float(at_modulus[worst])
+        rows.append(ModulusReading(E=E, bias=bias, worst=presses.placements[worst], sources=of_modulus))
+    widest = first_largest(row.sources.total for row in rows)
+    largest = _largest_bias([row.bias for row in rows])
+    uncertainty = sources[widest].total
+    return ErrorAnalysis(
+        method=model.method,
+        lift=lift,
+        moduli=tuple(rows),
+        bias=Estimate(max(abs(row.bias) for row in rows), float(errors[largest])),
+        uncertainty=Estimate(uncertainty, float(errors[widest]) * uncertainty),
+        noise_percent=noise_to_reach(NOISE_LIMIT, sources[widest], reading),
+        refused=refused,
+        full_scale=tuple(presses.full_scale.tolist()),
+    )
+
+
+def _biases(model: MeasurementModel, presses: Presses, least: Floats) -> tuple[Floats, str | None]:
+    """Return E read / E - 1 (moduli, placements), nan where there is no reading, and in words where there is none.
+
+    A force that is not over the `least` (tips,) [N] counts as none.
+    """
+    biases = np.full(presses.F.shape[:2], np.nan)
+    forces = np.where(least < presses.F, presses.F, 0.0)
+    first_reason = ""
+    for i, E in enumerate(presses.moduli):
+        for j, placement in enumerate(presses.placements):
+            try:
+                biases[i, j] = model.modulus(forces[i, j]) / E - 1.0
+            except ReadingError as refused:
+                first_reason = first_reason or f"as at {E:.3g} MPa, {placement}: {refused}"
+    count = int(np.isnan(biases).sum())
+    return biases, f"{count} of {biases.size} poses have no reading, {first_reason}" if count else None
+
+
+def _largest_bias(biases: Sequence[float]) -> int:
+    """Return the index of the first of the largest biases [1]: less one, they keep the round-off of E read / E."""
+    return first_largest(map(abs, biases), least=1.0)
+
+
+def _modulus_errors(sensor: PressedSensor, moduli: Sequence[float], forces: Floats, errors: Floats) -> Floats:
+    """Return by how much a modulus must move to move the forces at full travel as their errors may [1], (moduli,)."""
+    moved = sensor.presses([E * (1.0 + _STEP) for E in moduli], [Placement()]).F
+    change = np.abs(moved[:, 0, -1] / forces[:, -1] - 1.0).max(axis=1)
+    return np.asarray(_STEP * errors[:, -1] / change)
+
+
+def _pose_contributions(biases: Floats, placements: Sequence[Placement]) -> list[dict[str, float]]:
+    """Return the root mean square of the bias [1] over tilts, over positions and over radii, for each modulus."""
+    tilted = [placement.only_tilted for placement in placements]
+    off_centre = [placement.only_off_centre for placement in placements]
+    other_radius = [placement.only_other_radius for placement in placements]
+    return [
+        {
+            "tilt": _root_mean_square(row[tilted]),
+            "off_centre": _root_mean_square(row[off_centre]),
+            "radius": _root_mean_square(row[other_radius]),
+        }
+        for row in biases
+    ]
+
+
+def _root_mean_square(values: Floats) -> float:
+    """Return the root mean square of numbers, those that are nan left out; 0 for none."""
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else 0.0
+
+
+def lift_tilt(sensor: PressedSensor, reading: Reading) -> Estimate:
+    """Return the least tilt, of all directions and moduli, at which a tip is off the fruit at full travel [deg].
+
+    The sensor stands in the middle of the design's fruit. Where no tip lifts before, 15 deg or the steepest press that
+    contact is solved for. Raises as `pose_forces`.
+    """
+    design = sensor.design
+    steepest = min(LARGEST_TILT_DEG, STEEPEST_DEG - scene_of(design).steepest_deg - _WITHIN_DEG)
+
+    def all_touch(tilt: float) -> bool:
+        poses = []
+        for E in read_moduli(design.fruit):
+            for direction in directed(tilt):
+                poses.append(Placement(tilt_deg=direction).pressed(E, design.press.travel_mm))
+        return bool(sensor.in_poses(poses).touching.all())
+
+    touching = 0.0
+    lifted = steepest
+    for tilt in (min(reading.tilt_deg, steepest), steepest):
+        if not all_touch(tilt):
+            lifted = tilt
+            break
+        touching = tilt
+    while lifted - touching > _RESOLVED_DEG:
+        middle = 0.5 * (touching + lifted)
+        if all_touch(middle):
+            touching = middle
+        else:
+            lifted = middle
+    return Estimate(touching, lifted - touching, "deg")
+
+
+def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
+    """Return the largest pressure at each modulus shown, at full travel; none where the fruit has no limit.
+
+    Where a reading allows for tilt, the sensor also stands tilted as far as it may be. Raises as `pose_forces`.
+    """
+    design = sensor.design
+    limits = design.fruit.bruise_limits_MPa
+    if not limits:
+        return ()
+    placements = [Placement(tilt_deg=(design.press.tilt_deg, design.press.roll_deg))]
+    if design.reading is not None:
+        placements += [Placement(tilt_deg=tilt) for tilt in directed(design.reading.tilt_deg)]
+    poses: list[Pose] = []
+    for E in design.fruit.E_MPa:
+        poses += [placement.pressed(E, design.press.travel_mm) for placement in placements]
+    forces = sensor.in_poses(poses)
+    shape = (len(limits), len(placements))
+    largest = np.nan_to_num(forces.mean_pressure).max(axis=1).reshape(shape)
+    errors = np.nan_to_num(forces.error).reshape(shape)
+    pressures = []
+    for i, E in enumerate(design.fruit.E_MPa):
+        worst = first_largest(largest[i].tolist())
+        pressure = Estimate(float(largest[i, worst]), float((largest * errors)[i, worst]), "MPa")
+        pressures.append(SkinPressure(E=E, placement=placements[worst], pressure=pressure, limit=limits[i]))
+    return tuple(pressures)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelReading:
+    """What is read [MPa] of a fruit of modulus E [MPa] by a level sensor in its middle: the shape of the fruit."""
+
+    E: float
+    read: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class DepthFactor:
+    """The force of a tip over the linear one [1] at a depth [tip sides], and its relative error [1]."""
+
+    depth: float
+    factor: float
+    error: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorModel:
+    """The measurement model of a finished sensor, the largest force of each channel [N] (tips,), its error in E [1].
+
+    `level` are readings over the range of E which a contrast is corrected by; the line of a pair needs none. `deep` is
+    the curve of a tip at large strain, none where the flesh is linear.
+    """
+
+    model: MeasurementModel
+    full_scale: tuple[float, ...]
+    model_error: float
+    level: tuple[LevelReading, ...] = ()
+    deep: tuple[DepthFactor, ...] = ()
+
+
+def sensor_model(
+    design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress, readings: Readings | None
+) -> SensorModel:
+    """Return what a sensor is read by; raises SolveError when a solve is not exact."""
+    sensor = pressed_sensor(design, contact, springs.C, press.height_offsets)
+    error = max(contact.error_own, contact.error_pair)
+    full_scale = press.at_largest_E.F[-1, -1]
+    if readings is not None:
+        if readings.analysis.full_scale is not None:
+            full_scale = np.array(readings.analysis.full_scale)
+        if readings.analysis.bias is not None:
+            error = max(error, readings.analysis.bias.error)
+    return SensorModel(
+        model=sensor.model,
+        full_scale=tuple(np.maximum(full_scale, 0.0).tolist()),
+        model_error=error,
+        level=() if isinstance(sensor.model, LineModel) else _level_readings(sensor),
+        deep=_depth_factors(scene_of(design)) if design.press.strain == "large" else (),
+    )
+
+
+def _level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
+    """Return the readings of a level sensor at moduli where all tips touch, each contact on the face of its dome."""
+    fruit = sensor.design.fruit
+    samples = sensor.model.samples
+    moduli = np.geomspace(min(fruit.E_MPa), sensor.design.largest_E_MPa, LEVEL_MODULI).tolist()
+    poses: list[Pose] = []
+    for E in moduli:
+        poses += press_of(Placement(), E, sensor.design, samples)
+    forces = sensor.in_poses(poses).F.reshape(len(moduli), samples, -1)
+    rows = []
+    for E, press in zip(moduli, forces, strict=True):
+        if np.nanmin(press[-1]) > 0.0 and np.isfinite(press).all():
+            rows.append(LevelReading(E=E, read=sensor.model.modulus(press)))
+    return tuple(rows)
+
+
+def _depth_factors(scene: Scene) -> tuple[DepthFactor, ...]:
+    """Return the curve of a tip, with depths between those that were solved: straight lines will do between them."""
+    curve = tip_curve(scene)
+    solved = len(curve.depths)
+    positions = np.arange(DEPTHS_BETWEEN * (solved - 1) + 1) / DEPTHS_BETWEEN
+    depths = np.interp(positions, np.arange(solved), curve.depths)
+    rows = zip(depths.tolist(), curve.factor(depths).tolist(), flesh_error(scene, curve, depths).tolist(), strict=True)
+    return tuple(DepthFactor(depth=depth, factor=factor, error=error) for depth, factor, error in rows)

@@ -1,0 +1,200 @@
+"""The measurement model: how forces of the tips become a modulus, and the sensor that is pressed to find its errors."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.design.parameters import Design
+from cad.quantity import validation_error
+from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, stiffened
+from cad.theory.pair_line import line_over_press
+from pipeline.reading.poses import Placement, press_of
+from pipeline.response.scene_press import scene_of
+from pipeline.storage.plain import first_largest
+from solve.contact.domes.law import dome_contrast
+from solve.contact.poses import Pose, PoseForces, pose_forces
+from solve.fruit.compliance import FruitCompliance
+
+Floats = NDArray[np.float64]
+
+PRESS_TRAVELS = 8  # samples of a press from which a line is read
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContrastModel:
+    """Reads the last sample of a press by the contrast of its tips."""
+
+    law: ContrastLaw
+    method: str = "contrast of one reading"
+    samples: int = 1
+
+    def modulus(self, press: Floats) -> float:
+        """Return the modulus [MPa] of forces [N], shape (samples, tips); raises ReadingError."""
+        return read_modulus(self.law, press[-1].tolist())
+
+    def with_springs(self, factors: Floats) -> "ContrastModel":
+        """Return the model that takes each spring for stiffer by a factor [1], shape (tips,)."""
+        return replace(self, law=replace(self.law, C=stiffened(self.law.C, factors.tolist())))
+
+    @property
+    def deflection_per_force(self) -> Floats:
+        """Return the deflection of each spring per force [mm/N], (tips,): by it a hard plate gives heights."""
+        return np.diag(self.law.C)
+
+    def with_heights(self, heights: Floats) -> "ContrastModel":
+        """Return the model that takes each tip for longer by a height [mm], shape (tips,)."""
+        gaps = tuple(gap - height for gap, height in zip(self.law.gaps, heights.tolist(), strict=True))
+        return replace(self, law=replace(self.law, gaps=gaps))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LineModel:
+    """Reads a whole press by the straight line through its samples; how the tips are off level drops out."""
+
+    C: tuple[tuple[float, ...], ...]
+    own_less_other: float
+    method: str = "straight line through the samples of a press"
+    samples: int = PRESS_TRAVELS
+
+    def modulus(self, press: Floats) -> float:
+        """Return the modulus [MPa] of forces [N], shape (samples, tips); raises ReadingError."""
+        return line_over_press(self.C, self.own_less_other, press.tolist()).modulus
+
+    def with_springs(self, factors: Floats) -> "LineModel":
+        """Return the model that takes each spring for stiffer by a factor [1], shape (tips,)."""
+        return replace(self, C=stiffened(self.C, factors.tolist()))
+
+    @property
+    def deflection_per_force(self) -> Floats:
+        """Return the deflection of each spring per force [mm/N], (tips,): by it a hard plate gives heights."""
+        return np.diag(self.C)
+
+    def with_heights(self, _heights: Floats) -> "LineModel":
+        """Return the same model: heights move the intercept of the line alone."""
+        return self
+
+
+MeasurementModel = ContrastModel | LineModel
+
+
+def measurement_model(
+    design: Design, contact: FruitCompliance, C: Floats, height_offsets: Sequence[float] = ()
+) -> MeasurementModel:
+    """Return the measurement model of a design on its fruit; C (tips, tips) [mm/N] is the compliance of the springs.
+
+    `height_offsets` is how far each tip stands before the foremost one by its weight [mm], known by zeroing.
+    """
+    tips = design.tips
+    if tips.layout == "pair":
+        return LineModel(C=_rows(C), own_less_other=1.0 / contact.K_m_over_E())
+    weights = contrast_weights(tips.places_mm, tips.springs)
+    if tips.dome_radius_mm is None:
+        fall = [design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
+        gaps = tuple(np.subtract(fall, tips.height_offset_mm).tolist())
+        law = ContrastLaw(weights=weights, gaps=gaps, C=_rows(C), S=_rows(contact.S))
+    else:
+        law = _dome_law(design, contact, C, weights)
+    model = ContrastModel(law=law)
+    return model.with_heights(np.array(height_offsets)) if height_offsets else model
+
+
+def _dome_law(design: Design, contact: FruitCompliance, C: Floats, weights: tuple[float, ...]) -> ContrastLaw:
+    """Return the contrast of domes that stand level in the middle of the fruit, in the middle of the range of E."""
+    tips = design.tips
+    middle = math.sqrt(min(design.fruit.E_MPa) * design.fruit.E_max_MPa)
+    contrast = dome_contrast(scene_of(design), contact, C, middle)
+    reach = (tips.dome_radius_mm or 0.0) + np.array(design.fruit.radii_mm)
+    fall = 0.5 * (np.square(tips.places_mm) / reach).sum(axis=1)
+    return ContrastLaw(
+        weights=weights,
+        gaps=tuple((fall - tips.height_offset_mm).tolist()),
+        C=_rows(C),
+        S=_rows(contrast.S),
+        hertz=contrast.hertz,
+    )
+
+
+def _rows(matrix: Floats) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in np.asarray(matrix, dtype=np.float64).tolist())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Presses:
+    """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
+
+    `error` [1], (moduli, placements, samples), is the largest relative error of a force.
+    """
+
+    moduli: tuple[float, ...]
+    placements: tuple[Placement, ...]
+    F: Floats
+    error: Floats
+
+    @property
+    def full_scale(self) -> Floats:
+        """Return the largest force of each channel [N], (tips,)."""
+        return np.asarray(np.nanmax(self.F, axis=(0, 1, 2)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PressedSensor:
+    """A design on its fruit with its springs: what every press of an error analysis needs.
+
+    C (tips, tips) [mm/N] is their compliance, `height_offsets` how far each tip stands before the foremost one [mm],
+    none where all are level.
+    """
+
+    design: Design
+    contact: FruitCompliance
+    C: Floats
+    model: MeasurementModel
+    height_offsets: Sequence[float] = ()
+
+    def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> Presses:
+        """Return the presses at moduli [MPa] in placements.
+
+        Raises InputError where a contact runs off the face of a dome.
+        """
+        samples = self.model.samples
+        poses: list[Pose] = []
+        for E in moduli:
+            for placement in placements:
+                poses += press_of(placement, E, self.design, samples)
+        forces = self.in_poses(poses)
+        self._check_faces(forces.face_mm, poses)
+        shape = (len(moduli), len(placements), samples)
+        return Presses(
+            moduli=tuple(moduli),
+            placements=tuple(placements),
+            F=forces.F.reshape(*shape, -1),
+            error=forces.error.reshape(shape),
+        )
+
+    def in_poses(self, poses: Sequence[Pose]) -> PoseForces:
+        """Return the forces of the tips in poses; raises as `pose_forces`."""
+        return pose_forces(scene_of(self.design, self.height_offsets), self.contact, self.C, poses)
+
+    def _check_faces(self, widths: Floats, poses: Sequence[Pose]) -> None:
+        side = self.design.tips.side_mm
+        widest = first_largest(widths.tolist())
+        if widths[widest] > side:
+            pose = poses[widest]
+            bound = (
+                f"at least {widths[widest]:.3g} mm, which the contact needs at {pose.E:.3g} MPa, {Placement.of(pose)}"
+            )
+            remedy = "take wider or rounder domes, or press less far"
+            raise validation_error("tips.side_mm", side, "mm", bound, remedy)
+
+
+def pressed_sensor(
+    design: Design, contact: FruitCompliance, C: Floats, height_offsets: Sequence[float] = ()
+) -> PressedSensor:
+    """Return the sensor of a design with its measurement model; C (tips, tips) [mm/N] is the compliance of the springs.
+
+    `height_offsets` is how far each tip stands before the foremost one by its weight [mm], none where all are level.
+    """
+    model = measurement_model(design, contact, C, height_offsets)
+    return PressedSensor(design=design, contact=contact, C=C, model=model, height_offsets=height_offsets)

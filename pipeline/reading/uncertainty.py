@@ -1,0 +1,108 @@
+"""What the standard deviation of a reading is made of, each source by itself."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.design.reading import Reading
+from pipeline.reading.measurement import MeasurementModel
+
+Floats = NDArray[np.float64]
+
+_PLATE_READINGS = 100  # on a hard plate nothing moves: the mean of as many readings is taken
+_STEP = 1e-4  # of a force, a stiffness or a tip's height of 1 mm, for slopes of the modulus
+
+
+@dataclass(frozen=True, kw_only=True)
+class UncertaintySources:
+    """The relative standard deviation of the modulus by each source [1].
+
+    `stiffness_slope` is that per relative error of each spring, apart from the others [1]; `noise_slope` that per cent
+    of noise in forces, and in the heights that they give [1/%]; `contrast_slope` that per mm by which high tips stand
+    out before low ones, 0 where no height matters [1/mm].
+    """
+
+    contributions: Mapping[str, float]
+    stiffness_slope: float
+    noise_slope: float
+    contrast_slope: float
+
+    @property
+    def total(self) -> float:
+        """Return the standard deviation of all sources together [1]: they scatter apart, so their squares add."""
+        return math.hypot(*self.contributions.values())
+
+
+def uncertainty_sources(
+    model: MeasurementModel, reading: Reading, forces: Floats, full_scale: Floats, poses: Sequence[Mapping[str, float]]
+) -> list[UncertaintySources]:
+    """Return the sources at each modulus of a level sensor in the middle of its fruit.
+
+    `forces` (moduli, samples, tips) [N] are those of its presses; `poses` are the contributions of tilt, position and
+    radius [1]. `full_scale` (tips,) [N] is the largest force of each channel. The heights of the tips are those that
+    the mean of a hundred readings on a flat hard plate gives: its noise is what is left. Raises ReadingError.
+    """
+    return [_sources(model, reading, press, full_scale, pose) for press, pose in zip(forces, poses, strict=True)]
+
+
+def force_noises(reading: Reading, full_scale: Floats) -> Floats:
+    """Return the standard deviation of the noise of each channel [N] from its full scale [N], (tips,)."""
+    return np.array([reading.force_noise(force) for force in full_scale.tolist()])
+
+
+def noise_to_reach(limit: float, sources: UncertaintySources, reading: Reading) -> float | None:
+    """Return the noise [% of full scale] at which a standard deviation [1] is reached; None where it is without."""
+    rest = sources.total**2 - (sources.noise_slope * reading.noise_percent) ** 2
+    if rest >= limit**2:
+        return None
+    return math.sqrt(limit**2 - rest) / sources.noise_slope
+
+
+def _sources(
+    model: MeasurementModel, reading: Reading, press: Floats, full_scale: Floats, poses: Mapping[str, float]
+) -> UncertaintySources:
+    """Return the sources at one modulus: noise, springs, gains and heights beside those of the poses."""
+    E = model.modulus(press)
+    tips = press.shape[1]
+
+    def slopes(modulus_at: Callable[[Floats], float]) -> Floats:
+        """Return the relative change of the modulus per unit of what is moved at each tip, (tips,)."""
+        moves = [modulus_at(step) - modulus_at(-step) for step in _STEP * np.eye(tips)]
+        return np.array(moves) / (2.0 * _STEP * E)
+
+    of_samples = []  # per force on each tip in each sample [1/N]
+    for sample in np.eye(len(press))[:, :, None]:
+
+        def with_noise(step: Floats, sample: Floats = sample) -> float:
+            return model.modulus(press + sample * step * press[-1])
+
+        of_samples.append(slopes(with_noise) / press[-1])
+    noise = np.linalg.norm(np.array(of_samples), axis=0)
+    springs = slopes(lambda step: model.with_springs(1.0 + step).modulus(press))
+    gains = slopes(lambda step: model.modulus(press * (1.0 + step)))
+    heights = np.abs(slopes(lambda step: model.with_heights(step).modulus(press)))
+    zeroed = heights * model.deflection_per_force / math.sqrt(_PLATE_READINGS)  # per noise in forces [1/N]
+
+    by_percent = 0.01 * reading.noise_percent * full_scale
+    by_force = np.full(tips, reading.noise_N)
+    contributions = {
+        "noise_percent": _norm(noise * by_percent),
+        "noise_N": _norm(noise * by_force),
+        "stiffness": 0.01 * reading.stiffness_percent * _norm(springs),
+        "gain": 0.01 * reading.gain_percent * _norm(gains),
+        "tip_height": math.hypot(_norm(zeroed * by_percent), _norm(zeroed * by_force)),
+    }
+    return UncertaintySources(
+        contributions={**contributions, **poses},
+        stiffness_slope=_norm(springs),
+        noise_slope=0.01 * math.hypot(_norm(noise * full_scale), _norm(zeroed * full_scale)),
+        # The weights of the high tips add up to one, as those of the low ones do.
+        contrast_slope=0.5 * float(heights.sum()),
+    )
+
+
+def _norm(values: Floats) -> float:
+    return float(np.linalg.norm(values))
