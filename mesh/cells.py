@@ -1,25 +1,27 @@
-"""Shape functions at points of the unit cell, evaluated once for all meshes, and where cells of a mesh carry them.
+"""Shape functions, their gradients and facets of hexahedra and tetrahedra, for all cells of a mesh at once.
 
 scikit-fem's own mapping evaluates them anew for each component, each mesh and each call.
 """
 
-import functools
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from skfem import Element, Mesh
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefHex, RefQuad
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer[Any]]
 
 _SPACE = 3
 _SHARED = 2  # axes of points that all cells share
+_AREA_ORDER = 5
 
 
-@dataclass(frozen=True, eq=False)
-class ShapeTable:
+class ShapeTable(NamedTuple):
     """Values [1] (nodes, q) and slopes [1] (nodes, dim, q) of shape functions at q points of the unit cell.
 
     At other points in each of e cells the shapes are (nodes, e, q) and (nodes, dim, e, q).
@@ -30,71 +32,59 @@ class ShapeTable:
 
 
 def shape_table(element: Element, points: Floats) -> ShapeTable:
-    """Return the shape functions of a scalar element at points (dim, q), which are kept, or (dim, e, q)."""
-    if points.ndim > _SHARED:
-        return _evaluated(element, points)
-    places = np.ascontiguousarray(points, dtype=np.float64).tobytes()
-    return _kept(type(element), points.shape, places)  # type: ignore[arg-type]
-
-
-@functools.lru_cache(maxsize=64)
-def _kept(kind: type[Element], shape: tuple[int, ...], places: bytes) -> ShapeTable:
-    table = _evaluated(kind(), np.frombuffer(places).reshape(shape))
-    for array in (table.values, table.slopes):
-        array.setflags(write=False)
-    return table
-
-
-def _evaluated(element: Element, points: Floats) -> ShapeTable:
-    pairs = [element.lbasis(points, node) for node in range(len(element.doflocs))]
-    values = [np.broadcast_to(value, points.shape[1:]) for value, _ in pairs]
-    slopes = [np.broadcast_to(slope, points.shape) for _, slope in pairs]
+    """Return the shape functions of a scalar element at points (dim, q), or (dim, e, q)."""
+    values = []
+    slopes = []
+    for node in range(len(element.doflocs)):
+        value, slope = element.lbasis(points, node)
+        values.append(np.broadcast_to(value, points.shape[1:]))
+        slopes.append(np.broadcast_to(slope, points.shape))
     return ShapeTable(np.stack(values), np.stack(slopes))
 
 
-def cell_places(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
-    """Return the places [mm] of points of the unit cell, (dim, q) or (dim, e, q), in e cells, shape (dim, e, q)."""
+def cell_points(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
+    """Return where points of the unit cell, (dim, q) or (dim, e, q), lie in e cells [mm], shape (dim, e, q)."""
     values = shape_table(mesh.elem(), points).values
-    nodes = _nodes_at(mesh, cells)
+    nodes = _nodes(mesh, cells)
     if points.ndim > _SHARED:
         return np.asarray(np.einsum("neq,ien->ieq", values, nodes))
     return np.asarray(nodes @ values)
 
 
-def cell_slopes(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
-    """Return d place / d point [mm] at points of the unit cell, (dim, q) or (dim, e, q), shape (dim, dim, e, q)."""
+def cell_jacobian(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
+    """Return d x_i / d X_j [mm] at points X of the unit cell, (dim, q) or (dim, e, q), shape (dim, dim, e, q)."""
     slopes = shape_table(mesh.elem(), points).slopes
-    nodes = _nodes_at(mesh, cells)
+    nodes = _nodes(mesh, cells)
     if points.ndim > _SHARED:
         return np.asarray(np.einsum("njeq,ien->ijeq", slopes, nodes))
     return np.asarray(np.stack([nodes @ slopes[:, axis] for axis in range(slopes.shape[1])], axis=1))
 
 
-def _nodes_at(mesh: Mesh, cells: Ints | None) -> Floats:
+def _nodes(mesh: Mesh, cells: Ints | None) -> Floats:
     """Return where the nodes of cells lie [mm], shape (dim, cells, nodes)."""
     numbers = mesh.dofs.element_dofs if cells is None else mesh.dofs.element_dofs[:, cells]
     return np.asarray(mesh.doflocs[:, numbers.T], dtype=np.float64)
 
 
-def gradients(table: ShapeTable, slopes: Floats) -> Floats:
-    """Return the gradients [1/mm] of shape functions in e cells of given slopes [mm], shape (nodes, dim, e, q)."""
-    rule = "nkq,kjeq->njeq" if table.slopes.ndim == slopes.ndim - 1 else "nkeq,kjeq->njeq"
-    return np.asarray(np.einsum(rule, table.slopes, inverse(slopes)))
+def gradients(table: ShapeTable, jacobian: Floats) -> Floats:
+    """Return the gradients [1/mm] of shape functions in e cells of a given Jacobian [mm], shape (nodes, dim, e, q)."""
+    rule = "nkq,kjeq->njeq" if table.slopes.ndim == jacobian.ndim - 1 else "nkeq,kjeq->njeq"
+    return np.asarray(np.einsum(rule, table.slopes, inverse(jacobian)))
 
 
-def determinant(slopes: Floats) -> Floats:
-    """Return det of the slopes of a map, (dim, dim, ...) [mm], shape (...) [mm^dim]."""
-    if len(slopes) != _SPACE:
-        return np.asarray(np.linalg.det(np.moveaxis(slopes, (0, 1), (-2, -1))))
-    first, second, third = slopes.swapaxes(0, 1)
+def determinant(jacobian: Floats) -> Floats:
+    """Return det of a Jacobian (dim, dim, ...) [mm], shape (...) [mm^dim]."""
+    if len(jacobian) != _SPACE:
+        return np.asarray(np.linalg.det(np.moveaxis(jacobian, (0, 1), (-2, -1))))
+    first, second, third = jacobian.swapaxes(0, 1)
     return np.asarray((first * _cross(second, third)).sum(axis=0))
 
 
-def inverse(slopes: Floats) -> Floats:
-    """Return the inverse of the slopes of a map, (dim, dim, ...) [mm], same shape [1/mm]."""
-    if len(slopes) != _SPACE:
-        return np.asarray(np.moveaxis(np.linalg.inv(np.moveaxis(slopes, (0, 1), (-2, -1))), (-2, -1), (0, 1)))
-    first, second, third = slopes.swapaxes(0, 1)
+def inverse(jacobian: Floats) -> Floats:
+    """Return the inverse of a Jacobian (dim, dim, ...) [mm], same shape [1/mm]."""
+    if len(jacobian) != _SPACE:
+        return np.asarray(np.moveaxis(np.linalg.inv(np.moveaxis(jacobian, (0, 1), (-2, -1))), (-2, -1), (0, 1)))
+    first, second, third = jacobian.swapaxes(0, 1)
     rows = np.stack([_cross(second, third), _cross(third, first), _cross(first, second)])
     return np.asarray(rows / (first * rows[0]).sum(axis=0))
 
@@ -102,3 +92,43 @@ def inverse(slopes: Floats) -> Floats:
 def _cross(a: Floats, b: Floats) -> Floats:
     """Return the cross products of vectors (3, ...); numpy's own moves the axes about."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceFacet:
+    """The elements that have the same one of their six facets on a surface: its corner and two edges from it, (3,)."""
+
+    elements: Ints
+    corner: Floats
+    along: Floats
+    across: Floats
+
+    def inside(self, points: Floats) -> Floats:
+        """Return points (2, q) of a unit square as points of the unit cube (3, q) [1]."""
+        return np.asarray(self.corner[:, None] + np.stack([self.along, self.across], axis=1) @ points)
+
+    def normals(self, mesh: Mesh, points: Floats) -> Floats:
+        """Return the normals at points (2, q) of a unit square, as long as its area there [mm^2], (3, elements, q)."""
+        jacobian = cell_jacobian(mesh, self.inside(points), self.elements)
+        along = np.einsum("ijeq,j->ieq", jacobian, self.along)
+        across = np.einsum("ijeq,j->ieq", jacobian, self.across)
+        return np.asarray(np.cross(along, across, axis=0))
+
+
+def reference_facets(mesh: Mesh, facets: Ints) -> Iterator[ReferenceFacet]:
+    """Yield the elements that facets (n,) of a mesh belong to, grouped by the facet of the unit cube [1] they are."""
+    owners = mesh.f2t[0, facets]
+    for local, corners in enumerate(RefHex.facets):
+        elements = owners[mesh.t2f[local, owners] == facets]
+        if len(elements):
+            p, q, _, s = RefHex.p[:, corners].T
+            yield ReferenceFacet(elements, p, q - p, s - p)
+
+
+def facets_area(mesh: Mesh, facets: Ints) -> float:
+    """Return the area [mm^2] of facets (n,) of a mesh of hexahedra, curved as their elements are."""
+    points, weights = get_quadrature(RefQuad, _AREA_ORDER)
+    area = 0.0
+    for facet in reference_facets(mesh, facets):
+        area += float((np.linalg.norm(facet.normals(mesh, points), axis=0) * weights).sum())
+    return area

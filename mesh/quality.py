@@ -3,8 +3,7 @@
 import numpy as np
 from skfem import Mesh
 
-from mesh.gmsh_arrays import Floats, Ints
-from mesh.session import MeshError
+from mesh.session import Floats, Ints, MeshError
 
 _CORNERS = ((0, 1, 2, 3), (1, 2, 0, 3), (2, 0, 1, 3), (3, 0, 2, 1))
 
@@ -18,11 +17,10 @@ def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
     corners = points[:, tets]  # (3, 4, m)
     edges = corners[:, 1:] - corners[:, :1]
     jacobian = np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])
-    products = [
-        np.prod([np.linalg.norm(corners[:, other] - corners[:, here], axis=0) for other in others], axis=0)
-        for here, *others in _CORNERS
-    ]
-    largest = np.maximum(np.max(products, axis=0), np.abs(jacobian))
+    largest = np.abs(jacobian)
+    for here, *neighbours in _CORNERS:
+        lengths = [np.linalg.norm(corners[:, neighbour] - corners[:, here], axis=0) for neighbour in neighbours]
+        largest = np.maximum(largest, np.prod(lengths, axis=0))
     return np.asarray(np.sqrt(2.0) * jacobian / np.where(largest > 0.0, largest, 1.0))
 
 
@@ -44,13 +42,12 @@ def named_facets(mesh: Mesh, name: str) -> Ints:
     """Return the facets of a named face, shape (facets,); raises MeshError when it has none."""
     boundaries = mesh.boundaries or {}
     if name not in boundaries or not len(boundaries[name]):
-        raise MeshError("compare", f"face {name!r} has no facets", f"known names: {', '.join(boundaries) or 'none'}")
+        raise MeshError("compare", f"face {name!r} has no facets", f"its names: {', '.join(boundaries) or 'none'}")
     return np.asarray(boundaries[name])
 
 
-def compare(measure: tuple[str, str], found: float, expected: float, tolerance: float, remedy: str) -> None:
-    """Raise MeshError unless a measure (name, unit) of a mesh is the solid's within the relative tolerance."""
-    what, unit = measure
-    if not abs(found - expected) <= tolerance * abs(expected):
-        reason = f"{what} = {found:.9g} {unit}: must be {expected:.9g} {unit} of the solid within {tolerance:g}"
-        raise MeshError("compare", reason, remedy)
+def compare(what: str, measured: float, expected: float, tolerance: float, hint: str) -> None:
+    """Raise MeshError unless a measure of a mesh is the solid's within the relative tolerance [mm^2 or mm^3]."""
+    if not abs(measured - expected) <= tolerance * abs(expected):
+        reason = f"{what} = {measured:.9g}: must be {expected:.9g} of the solid within {tolerance:g}"
+        raise MeshError("compare", reason, hint)

@@ -1,11 +1,17 @@
-"""The one gmsh session of a process: opened with explicit options, always closed, its errors in one form."""
+"""The one gmsh session of a process: opened with explicit options, always closed, its errors and arrays in one form."""
 
 import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import gmsh
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 OPTIONS = {
     "General.Terminal": 0.0,
@@ -26,16 +32,16 @@ OPTIONS = {
 class MeshError(RuntimeError):
     """A mesh that cannot be made or must not be used: the stage that failed, why, and what to do."""
 
-    def __init__(self, stage: str, reason: str, remedy: str) -> None:
+    def __init__(self, stage: str, reason: str, hint: str) -> None:
         """Compose the one line of the message."""
-        super().__init__(f"mesh, stage {stage!r}: {reason}; {remedy}")
+        super().__init__(f"mesh, stage {stage!r}: {reason}; {hint}")
         self.stage = stage
         self.reason = reason
-        self.remedy = remedy
+        self.hint = hint
 
     def __reduce__(self) -> tuple[type["MeshError"], tuple[str, str, str], dict[str, object]]:
         """Say how the error is rebuilt in another process."""
-        return type(self), (self.stage, self.reason, self.remedy), vars(self)
+        return type(self), (self.stage, self.reason, self.hint), vars(self)
 
 
 @contextmanager
@@ -67,12 +73,51 @@ def _signals_kept() -> Iterator[None]:
 
 
 @contextmanager
-def stage(name: str, remedy: str) -> Iterator[None]:
-    """Turn an error of gmsh inside the block into a MeshError with this stage and remedy; others pass unchanged."""
+def stage(name: str, hint: str) -> Iterator[None]:
+    """Turn an error of gmsh inside the block into a MeshError with this stage and hint; others pass unchanged."""
     try:
         yield
     except Exception as error:
         # gmsh raises the bare class Exception and nothing else; every subclass is somebody else's.
         if type(error) is not Exception:
             raise
-        raise MeshError(name, f"gmsh says {str(error).strip() or 'nothing'!r}", remedy) from error
+        raise MeshError(name, f"gmsh says {str(error).strip() or 'nothing'!r}", hint) from error
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Points of nodes (3, n) [mm], and the index of each tag of gmsh among them, -1 for a tag that is not used."""
+
+    points: Floats
+    index: Ints
+
+
+def element_nodes(kind: str, order: int = 1, entity: int = -1) -> Ints:
+    """Return gmsh's tags of the nodes of all elements of a kind, or of those on one entity, shape (nodes, elements)."""
+    number = gmsh.model.mesh.getElementType(kind, order)
+    count = gmsh.model.mesh.getElementProperties(number)[3]
+    nodes = gmsh.model.mesh.getElementsByType(number, entity)[1]
+    return np.asarray(nodes, dtype=np.int64).reshape(-1, count).T
+
+
+def used_nodes(elements: Ints) -> Nodes:
+    """Return the nodes that elements use, of shape (nodes, elements), in the order of their tags."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    used = np.unique(elements)
+    index = np.full(int(np.max(tags)) + 1, -1, dtype=np.int64)
+    index[used] = np.arange(len(used))
+    order = np.empty_like(index)
+    order[np.asarray(tags, dtype=np.int64)] = np.arange(len(tags))
+    return Nodes(np.ascontiguousarray(np.reshape(coordinates, (-1, 3))[order[used]].T), index)
+
+
+def index_by_nodes(facets: Ints, wanted: Ints) -> Ints:
+    """Return the column of `facets` that has the nodes of each column of `wanted`, shape (k,), -1 where none has.
+
+    Facets or edges by their nodes, (nodes, n) and (nodes, k), which may stand in any order.
+    """
+    nodes = np.sort(np.concatenate([facets, wanted], axis=1), axis=0)
+    _, label = np.unique(nodes, axis=1, return_inverse=True)
+    column = np.full(nodes.shape[1], -1, dtype=np.int64)
+    column[label[: facets.shape[1]]] = np.arange(facets.shape[1])
+    return np.asarray(column[label[facets.shape[1] :]])

@@ -13,9 +13,8 @@ import gmsh
 import numpy as np
 from skfem import MeshTet1
 
-from mesh.gmsh_arrays import Ints, element_nodes, index_by_nodes, used_nodes
 from mesh.quality import check_quality, compare, named_facets
-from mesh.session import MeshError, gmsh_session, stage
+from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
 
 if TYPE_CHECKING:
     from cad.parts.part import Part
@@ -55,22 +54,32 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
     `tolerance` is the relative difference of volume and of each named area from the solid's; faceted curved faces
     need more than the default. Raises MeshError with the stage that failed.
     """
-    _check_names(part, size)
+    for name in (*size.faces, *size.cuts):
+        if name not in part.faces:
+            names = ", ".join(part.faces) or "none"
+            raise MeshError("names", f"face {name!r} is unknown on part {part.name!r}", f"its faces: {names}")
     with gmsh_session():
         tags = _imported(part)
         _set_size(size, {name: [tags[i] for i in indices] for name, indices in part.faces.items()})
         with stage("generate", "take smaller elements, or check the solid"):
             gmsh.model.mesh.generate(3)
         with stage("read", "check the solid"):
-            cells = element_nodes("Tetrahedron")
-            nodes = used_nodes(cells)
-            tets = np.ascontiguousarray(nodes.index[cells])
+            tets = element_nodes("Tetrahedron")
+            nodes = used_nodes(tets)  # what no tetrahedron uses is dropped
             triangles = [nodes.index[element_nodes("Triangle", entity=tag)] for tag in tags]
-    check_quality(nodes.points, tets, least_quality)
-    mesh = MeshTet1(nodes.points, tets)
+    points = nodes.points
+    tets = np.ascontiguousarray(nodes.index[tets])
+    check_quality(points, tets, least_quality)
+    mesh = MeshTet1(points, tets)
+
+    # The facets of the mesh that the triangles of each named face are.
+    outside = mesh.boundary_facets()
     boundaries = {}
     for name, indices in part.faces.items():
-        boundaries[name] = _outer_facets(mesh, np.hstack([triangles[i] for i in indices]))
+        index = index_by_nodes(mesh.facets[:, outside], np.hstack([triangles[i] for i in indices]))
+        if (index < 0).any():
+            raise MeshError("read", "a triangle of a face is no outer facet of the mesh", "check the solid")
+        boundaries[name] = np.asarray(outside[index])
     mesh = mesh.with_boundaries(boundaries)
     check_against_part(mesh, part, tolerance)
     return mesh
@@ -81,37 +90,16 @@ def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
     corners = mesh.p[:, mesh.t]
     edges = corners[:, 1:] - corners[:, :1]
     volume = np.abs(np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])).sum() / 6.0
-    compare(("volume", "mm^3"), float(volume), float(part.shape.Volume()), tolerance, _FINER)
+    compare("volume", float(volume), float(part.shape.Volume()), tolerance, _FINER)
     for name in part.faces:
         facets = named_facets(mesh, name)
-        compare((f"area of face {name!r}", "mm^2"), _area(mesh, facets), part.face_area(name), tolerance, _FINER)
+        compare(f"area of face {name!r}", _area(mesh, facets), part.face_area(name), tolerance, _FINER)
 
 
 def _area(mesh: MeshTet1, facets: Ints) -> float:
     corners = mesh.p[:, mesh.facets[:, facets]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
     return 0.5 * float(np.linalg.norm(normal, axis=0).sum())
-
-
-def _check_names(part: Part, size: SizeField) -> None:
-    known = ", ".join(part.faces) or "none"
-    for name in (*size.faces, *size.cuts):
-        if name not in part.faces:
-            raise MeshError("names", f"face {name!r} is unknown on part {part.name!r}", f"known faces: {known}")
-    owner: dict[int, str] = {}
-    count = len(part.shape.Faces())
-    for name, indices in part.faces.items():
-        if not indices:
-            raise MeshError("names", f"face name {name!r} of part {part.name!r} tags no face", f"known faces: {known}")
-        for index in indices:
-            if not 0 <= index < count:
-                raise MeshError("names", f"face {index} does not exist", f"part {part.name!r} has {count} faces")
-            if index in owner:
-                reason = f"face {index} of part {part.name!r} is tagged twice, {owner[index]!r} and {name!r}"
-                raise MeshError("names", reason, "let each face carry one name")
-            owner[index] = name
-    if not owner:
-        raise MeshError("names", f"part {part.name!r} has no named face", "name the faces that carry loads or clamps")
 
 
 def _imported(part: Part) -> list[int]:
@@ -123,25 +111,32 @@ def _imported(part: Part) -> list[int]:
         gmsh.model.occ.importShapes(str(path), format="brep")
         gmsh.model.occ.synchronize()
         tags = [tag for _, tag in gmsh.model.getEntities(2)]
+    _check_faces(part, tags)
+    return tags
+
+
+def _check_faces(part: Part, tags: Sequence[int]) -> None:
+    """Raise MeshError unless gmsh's surfaces are the part's faces, in their order."""
     faces = part.shape.Faces()
     if len(tags) != len(faces):
         reason = f"gmsh has {len(tags)} faces, the solid {len(faces)}"
         raise MeshError("import", reason, "check that the solid is valid")
     for index, (face, tag) in enumerate(zip(faces, tags, strict=True)):
         area = gmsh.model.occ.getMass(2, tag)
+        wanted = face.Area()
         shift = math.dist(face.Center().toTuple(), gmsh.model.occ.getCenterOfMass(2, tag))
-        if abs(area - face.Area()) > _SAME * face.Area() or shift > _SAME * math.sqrt(face.Area()):
-            difference = f"{area:.6g} mm^2, {shift:.3g} mm away"
-            raise MeshError("import", f"face {index} is not the face {index} of the solid: {difference}", _LOST)
-    return tags
+        if abs(area - wanted) > _SAME * wanted or shift > _SAME * math.sqrt(wanted):
+            away = f"{area:.6g} mm^2, {shift:.3g} mm away"
+            raise MeshError("import", f"face {index} is not the face {index} of the solid: {away}", _LOST)
 
 
 def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
+    """Set the size field of gmsh; `tags` are the surfaces of each named face."""
     field = gmsh.model.mesh.field
     with stage("size", "check the sizes"):
         rule = repr(size.largest_mm)
         if size.faces:
-            outline = _curves_of(size.faces, tags) - _curves_of(size.cuts, tags)
+            outline = _curves(size.faces, tags) - _curves(size.cuts, tags)
             distance = field.add("Distance")
             field.setNumbers(distance, "CurvesList", sorted(outline))
             field.setNumber(distance, "Sampling", 200)
@@ -151,16 +146,10 @@ def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
         field.setAsBackgroundMesh(formula)
 
 
-def _curves_of(names: Sequence[str], tags: dict[str, list[int]]) -> set[int]:
-    """Return the curves that bound the named faces."""
-    surfaces = [tag for name in names for tag in tags[name]]
-    return {curve for tag in surfaces for curve in gmsh.model.getAdjacencies(2, tag)[1]}
-
-
-def _outer_facets(mesh: MeshTet1, triangles: Ints) -> Ints:
-    """Return the facets of the mesh that triangles (3, k) of the solid's surface are."""
-    outside = mesh.boundary_facets()
-    index = index_by_nodes(mesh.facets[:, outside], triangles)
-    if (index < 0).any():
-        raise MeshError("read", "a triangle of a face is no outer facet of the mesh", "check the solid")
-    return np.asarray(outside[index])
+def _curves(names: Sequence[str], tags: dict[str, list[int]]) -> set[int]:
+    """Return the curves of named faces."""
+    curves: set[int] = set()
+    for name in names:
+        for tag in tags[name]:
+            curves.update(int(curve) for curve in gmsh.model.getAdjacencies(2, tag)[1])
+    return curves

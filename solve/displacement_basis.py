@@ -6,7 +6,7 @@ import numpy as np
 from skfem import CellBasis, Element, ElementVector, Mesh
 from skfem.element import DiscreteField
 
-from mesh.cells import cell_places, cell_slopes, determinant, gradients, shape_table
+from mesh.cells import cell_jacobian, cell_points, determinant, gradients, shape_table
 from solve.arrays import Floats
 
 
@@ -14,29 +14,30 @@ class DisplacementBasis(CellBasis):  # type: ignore[misc]
     """The basis of displacements with a scalar element; `order` is the polynomial degree integrated exactly."""
 
     def __init__(self, mesh: Mesh, element: Element, order: int) -> None:
-        """Give the dofs their numbers; fields, weights and places of dofs are formed when they are first asked for."""
+        """Give the dofs their numbers; fields, weights and points of dofs are formed when they are first asked for."""
         # Past the constructor of CellBasis, which forms the fields of every vector component one after the other.
         super(CellBasis, self).__init__(
             mesh, ElementVector(element), intorder=order, refdom=mesh.refdom, disable_doflocs=True
         )
-        self.tind, self.nelems = None, mesh.nelements
+        self.tind = None
+        self.nelems = mesh.nelements
 
     @functools.cached_property
     def basis(self) -> list[tuple[DiscreteField, ...]]:
         """Return scikit-fem's fields of each shape function at the points of quadrature."""
-        return [self.elem.gbasis(self.mapping, self.X, place) for place in range(self.Nbfun)]
+        return [self.elem.gbasis(self.mapping, self.X, i) for i in range(self.Nbfun)]
 
     @functools.cached_property
     def dx(self) -> Floats:
         """Return the weights of the quadrature [mm^3], shape (elements, points)."""
-        return np.asarray(np.abs(determinant(cell_slopes(self.mesh, self.X))) * self.W)
+        return np.asarray(np.abs(determinant(cell_jacobian(self.mesh, self.X))) * self.W)
 
     @functools.cached_property
     def doflocs(self) -> Floats:
-        """Return the places of the dofs [mm], shape (dim, dofs)."""
-        places = np.empty((self.mesh.dim(), self.N))
-        places[:, self.element_dofs.T] = cell_places(self.mesh, self.elem.doflocs.T)
-        return places
+        """Return the points of the dofs [mm], shape (dim, dofs)."""
+        points = np.empty((self.mesh.dim(), self.N))
+        points[:, self.element_dofs.T] = cell_points(self.mesh, self.elem.doflocs.T)
+        return points
 
     def with_element(self, elem: Element) -> CellBasis:
         """Return scikit-fem's basis of another element with the same quadrature."""
@@ -51,4 +52,4 @@ def scalar_shapes(basis: CellBasis) -> Floats:
 def scalar_gradients(basis: CellBasis) -> Floats:
     """Return their gradients there [1/mm], shape (nodes, dim, elements, points)."""
     points = basis.quadrature[0]
-    return gradients(shape_table(basis.elem.elem, points), cell_slopes(basis.mesh, points, basis.tind))
+    return gradients(shape_table(basis.elem.elem, points), cell_jacobian(basis.mesh, points, basis.tind))

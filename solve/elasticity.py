@@ -1,5 +1,7 @@
 """Small-strain isotropic elasticity on any scikit-fem mesh: the stiffness matrix, and fields from a solution."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, Element, Mesh
@@ -72,5 +74,26 @@ def _projected_dilatation(G: Floats, basis: CellBasis) -> Floats:
 def scattered(blocks: Floats, dofs: Ints, size: int) -> csc_matrix:
     """Return the sum of element matrices (elements, n, n) at their dofs (elements, n), shape (size, size)."""
     n = dofs.shape[1]
-    rows, columns = np.repeat(dofs, n, axis=1).ravel(), np.tile(dofs, (1, n)).ravel()
+    rows = np.repeat(dofs, n, axis=1).ravel()
+    columns = np.tile(dofs, (1, n)).ravel()
     return csc_matrix((blocks.ravel(), (rows, columns)), shape=(size, size))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NodalFields:
+    """Displacement [mm], shape (nodes, 3), stress [MPa] and strain [1], both (3, 3, nodes)."""
+
+    displacement: Floats
+    stress: Floats
+    strain: Floats
+
+    @property
+    def von_mises(self) -> Floats:
+        """Return the equivalent stress [MPa], shape (nodes,)."""
+        return von_mises(self.stress)
+
+    @property
+    def largest_principal_strain(self) -> Floats:
+        """Return the principal strain that is largest in size, without its sign [1], shape (nodes,)."""
+        principal = np.linalg.eigvalsh(self.strain.transpose(2, 0, 1))
+        return np.asarray(np.abs(principal).max(axis=1))

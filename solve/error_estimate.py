@@ -1,4 +1,4 @@
-"""How far a computed number is from its limit, judged from the same number on coarser meshes."""
+"""How far a computed number is from its limit, estimated from the same number on coarser meshes."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -47,40 +47,32 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
     """
     _check(values, sizes, expected_rate)
     steps = [fine - coarse for coarse, fine in pairwise(values)]
-    fine, step = values[-1], steps[-1]
-    correction = step / (_ratio(sizes[-2:], expected_rate) - 1.0)
-    if max(map(abs, steps)) <= _SAME * max(map(abs, values)):
+    largest_step = max(abs(step) for step in steps)
+    fine = values[-1]
+    correction = steps[-1] / (_ratio(sizes[-2:], expected_rate) - 1.0)
+    limit = fine + correction
+    if largest_step <= _SAME * max(abs(value) for value in values):
         return Extrapolated(value=fine, error=_SAME * abs(fine), rate=None, status="the meshes agree to round-off")
     if len(steps) == 1:
         status = f"extrapolated from two meshes at the assumed rate {expected_rate:g}; the rate was not observed"
-        return Extrapolated(value=fine + correction, error=abs(correction), rate=None, status=status)
-    if steps[0] * step <= 0.0:
-        error = _WIDE * max(map(abs, steps))
+        return Extrapolated(value=limit, error=abs(correction), rate=None, status=status)
+    if steps[0] * steps[1] <= 0.0:
         status = "not extrapolated: the three values are not monotone; the bar is 3 times their largest difference"
-        return Extrapolated(value=fine, error=error, rate=None, status=status)
-    return _three_meshes(fine, steps, sizes, expected_rate)
+        return Extrapolated(value=fine, error=_WIDE * largest_step, rate=None, status=status)
 
-
-def _three_meshes(fine: float, steps: Sequence[float], sizes: Sequence[float], expected_rate: float) -> Extrapolated:
-    step = steps[-1]
-    correction = step / (_ratio(sizes[1:], expected_rate) - 1.0)
-    rate = _observed_rate(steps[0] / step, sizes, expected_rate)
-    spread = 0.0 if rate is None else abs(step / (_ratio(sizes[1:], rate) - 1.0) - correction)
-    if rate is not None and RATE_BAND[0] <= rate / expected_rate <= RATE_BAND[1]:
+    rate = _observed_rate(steps[0] / steps[1], sizes, expected_rate)
+    # how far the limit at the observed rate lies from that at the expected one
+    spread = 0.0 if rate is None else abs(steps[1] / (_ratio(sizes[1:], rate) - 1.0) - correction)
+    low = RATE_BAND[0] * expected_rate
+    high = RATE_BAND[1] * expected_rate
+    if rate is not None and low <= rate <= high:
         # The scatter of unstructured meshes moves the limit at the observed rate several times as far as the other one.
-        error = max(spread, _LEAST * abs(correction))
         status = f"extrapolated from three meshes at rate {expected_rate:g} (observed {rate:.2f})"
-    else:
-        error = max(spread, _WIDE * max(abs(correction), *map(abs, steps)))
-        seen = _insane(rate, expected_rate)
-        status = f"extrapolated at rate {expected_rate:g}, but {seen}; the bar is at least 3 times the largest step"
-    return Extrapolated(value=fine + correction, error=error, rate=rate, status=status)
-
-
-def _insane(rate: float | None, expected_rate: float) -> str:
-    least, most = (expected_rate * factor for factor in RATE_BAND)
-    outside = f"lies outside {least:g} to {most:g}"
-    return "no rate was observed" if rate is None else f"the observed rate {rate:.2f} {outside}"
+        return Extrapolated(value=limit, error=max(spread, _LEAST * abs(correction)), rate=rate, status=status)
+    observed = "no rate was observed" if rate is None else f"the observed rate {rate:.2f} is not {low:g} to {high:g}"
+    status = f"extrapolated at rate {expected_rate:g}, but {observed}; the bar is at least 3 times the largest step"
+    error = max(spread, _WIDE * max(abs(correction), largest_step))
+    return Extrapolated(value=limit, error=error, rate=rate, status=status)
 
 
 def _observed_rate(quotient: float, sizes: Sequence[float], expected_rate: float) -> float | None:
@@ -89,8 +81,9 @@ def _observed_rate(quotient: float, sizes: Sequence[float], expected_rate: float
     def excess(rate: float) -> float:
         return (_ratio(sizes[:2], rate) - 1.0) / (1.0 - 1.0 / _ratio(sizes[1:], rate)) - quotient
 
-    least, most = (expected_rate * factor for factor in _SEARCH)
-    return None if excess(least) * excess(most) > 0.0 else float(brentq(excess, least, most))
+    low = expected_rate * _SEARCH[0]
+    high = expected_rate * _SEARCH[1]
+    return None if excess(low) * excess(high) > 0.0 else float(brentq(excess, low, high))
 
 
 def _ratio(sizes: Sequence[float], rate: float) -> float:
@@ -104,7 +97,7 @@ def _check(values: Sequence[float], sizes: Sequence[float], expected_rate: float
     if not all(coarse > fine > 0.0 for coarse, fine in pairwise(sizes)):
         msg = f"sizes = {tuple(sizes)}: must be positive and fall; give the meshes coarse to fine"
         raise ValueError(msg)
-    if not all(math.isfinite(one) for one in values):
+    if not all(math.isfinite(value) for value in values):
         msg = f"values = {tuple(values)}: must be finite; check the solves"
         raise ValueError(msg)
     if not expected_rate > 0.0:
@@ -118,9 +111,10 @@ def propagated(function: Callable[..., float], values: Sequence[float], errors: 
     Linear in the errors: the sum over the arguments of half the change from value - error to value + error.
     """
     total = 0.0
-    for place, error in enumerate(errors):
-        up, down = list(values), list(values)
-        up[place] += error
-        down[place] -= error
-        total += 0.5 * abs(function(*up) - function(*down))
+    for i, error in enumerate(errors):
+        high = list(values)
+        low = list(values)
+        high[i] += error
+        low[i] -= error
+        total += 0.5 * abs(function(*high) - function(*low))
     return total

@@ -5,6 +5,7 @@ SciPy's SuperLU serves everywhere; where pypardiso is installed (the extra `fast
 
 import functools
 import importlib.util
+import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,12 +16,14 @@ from scipy.sparse import csc_matrix, csr_matrix, triu
 from scipy.sparse.linalg import splu
 
 from solve.arrays import Floats, Ints
-from solve.memory import factor_bytes, free_bytes
 
 RESIDUAL_LIMIT = 1e-9
 DIGITS = 1e-4  # of the largest displacement: what round-off may leave unknown of a solution
 CONDITION_LIMIT = DIGITS / float(np.finfo(np.float64).eps)
 MOST_BYTES = 4.0 * 2**30  # for one factor: what takes more takes minutes
+# 14 bytes for each nonzero of a factor, of which there are about 31 n^(4/3): bricks of a housing at 1e5 unknowns.
+# Tetrahedra of a fruit have 19 at 2e5 and 50 at 3e4, where it does not matter.
+FACTOR_BYTES = 14.0 * 31.0
 # Columns of the bottom of the elimination tree that SuperLU joins: none, by measurement. docs/linear-solvers.md
 _RELAXED = 1
 _SMALL = 8000  # free dofs under which SuperLU is done before pardiso has started
@@ -50,22 +53,18 @@ class Factor:
         if prescribed is not None:
             u[self.fixed] = prescribed
             right = right - (self.matrix @ u)[self.free]
-        found = self.back_substitute(right)
-        found = found + self.back_substitute(right - self.block @ found)
-        _check_residual(self.block, found, right)
-        u[self.free] = found
+        solution = self.back_substitute(right)
+        solution = solution + self.back_substitute(right - self.block @ solution)  # one step of refinement
+        residual = float(np.abs(self.block @ solution - right).max(initial=0.0))
+        scale = float((abs(self.block) @ np.abs(solution)).max(initial=0.0)) or 1.0
+        if not residual <= RESIDUAL_LIMIT * scale:
+            msg = (
+                f"linear solve: relative residual {residual / scale:.1e} must be at most {RESIDUAL_LIMIT:.0e}; "
+                "check the clamp and the mesh"
+            )
+            raise SolveError(msg)
+        u[self.free] = solution
         return u
-
-
-def _check_residual(block: csc_matrix, found: Floats, right: Floats) -> None:
-    residual = float(np.abs(block @ found - right).max(initial=0.0))
-    scale = float((abs(block) @ np.abs(found)).max(initial=0.0)) or 1.0
-    if not residual <= RESIDUAL_LIMIT * scale:
-        msg = (
-            f"linear solve: relative residual {residual / scale:.1e} must be at most {RESIDUAL_LIMIT:.0e}; "
-            "check the clamp and the mesh"
-        )
-        raise SolveError(msg)
 
 
 def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
@@ -94,24 +93,29 @@ def solver_in_words() -> str:
     return f"pypardiso, SuperLU of SciPy up to {_SMALL} dofs" if _has_pardiso() else "SuperLU of SciPy"
 
 
+def factor_bytes(unknowns: int) -> float:
+    """Return about how much memory a factorised matrix takes [byte], by its unknowns [1]."""
+    return FACTOR_BYTES * math.pow(unknowns, 4.0 / 3.0)
+
+
 def check_cost(unknowns: int) -> None:
-    """Raise SolveError for a number of unknowns [1] whose factor takes more than 4 GiB, or than this process may."""
-    needed, free = factor_bytes(unknowns), free_bytes()
-    if needed > min(MOST_BYTES, free):
-        least = "that a solve may take" if free > MOST_BYTES else "that are free"
+    """Raise SolveError for a number of unknowns [1] whose factor takes more than 4 GiB, or than the machine has."""
+    machine = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    most = min(MOST_BYTES, machine)
+    if factor_bytes(unknowns) > most:
         msg = (
-            f"linear solve: memory for {unknowns} unknowns = {needed / 2**30:.3g} GiB: must be at most the "
-            f"{min(MOST_BYTES, free) / 2**30:.3g} GiB {least}; take a smaller fruit, shorter leaves or a larger --tol"
+            f"linear solve: memory for {unknowns} unknowns = {factor_bytes(unknowns) / 2**30:.3g} GiB: must be at most "
+            f"{most / 2**30:.3g} GiB; take a smaller fruit, shorter leaves or a larger --tol"
         )
         raise SolveError(msg)
 
 
 def _check_condition(block: csc_matrix, back_substitute: Callable[[Floats], Floats]) -> None:
-    """Refuse a matrix that answers a load of size one with a displacement beyond what round-off leaves known."""
+    """Refuse a matrix that a load of size one displaces beyond what round-off leaves known."""
     probe = np.cos(np.arange(block.shape[0], dtype=np.float64))
-    answer = float(np.abs(back_substitute(probe)).max()) * float(abs(block).sum(axis=0).max())
-    if not answer <= CONDITION_LIMIT:
-        raise SolveError(_singular(f"condition number {answer:.0e} must be at most {CONDITION_LIMIT:.0e}"))
+    condition = float(np.abs(back_substitute(probe)).max()) * float(abs(block).sum(axis=0).max())
+    if not condition <= CONDITION_LIMIT:
+        raise SolveError(_singular(f"condition number {condition:.0e} must be at most {CONDITION_LIMIT:.0e}"))
 
 
 def _superlu(block: csc_matrix) -> Callable[[Floats], Floats]:
@@ -139,8 +143,7 @@ class _PardisoFactor:
             raise SolveError(_singular(error)) from error
 
     def __call__(self, right: Floats) -> Floats:
-        found: Floats = self._solver.solve(self._upper, right)
-        return found
+        return np.asarray(self._solver.solve(self._upper, right))
 
     def __del__(self) -> None:
         if hasattr(self, "_solver"):
@@ -151,11 +154,11 @@ class _PardisoFactor:
 def _name_library() -> None:
     """Tell pypardiso where its library is: it would search the whole environment for each solver, half a second."""
     try:
-        found = [path.locate() for path in files("mkl") or () if path.name.startswith("libmkl_rt.")]
+        libraries = [path.locate() for path in files("mkl") or () if path.name.startswith("libmkl_rt.")]
     except PackageNotFoundError:
         return
-    if found:
-        os.environ.setdefault("PYPARDISO_MKL_RT", str(found[0]))
+    if libraries:
+        os.environ.setdefault("PYPARDISO_MKL_RT", str(libraries[0]))
 
 
 def _singular(error: Exception | str) -> str:

@@ -1,6 +1,6 @@
 """Quadrature on the named surfaces of hexahedra, by the elements' own shape functions on one of their facets.
 
-The facet basis of scikit-fem finds a place in its element by Newton steps with an absolute tolerance, which fail in
+The facet basis of scikit-fem finds a point in its element by Newton steps with an absolute tolerance, which fail in
 long elements and in thin layers.
 """
 
@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import CellBasis
 
-from mesh.cell_facets import ReferenceFacet, reference_facets
-from mesh.cells import cell_places, cell_slopes, gradients, shape_table
+from mesh.cells import ReferenceFacet, cell_jacobian, cell_points, gradients, reference_facets, shape_table
 from solve.arrays import Floats, Ints
 
 
@@ -44,11 +43,11 @@ def patch_inside(basis: CellBasis, elements: Ints, inside: Floats, weights: Floa
     table = shape_table(basis.elem.elem, inside)
     values = table.values.reshape(len(table.values), -1, weights.shape[1])
     return SurfacePatch(
-        points=cell_places(basis.mesh, inside, elements),
+        points=cell_points(basis.mesh, inside, elements),
         weights=weights,
         dofs=nodal_dofs(basis, elements),
         shapes=np.broadcast_to(values, (len(values), *weights.shape)),
-        gradients=gradients(table, cell_slopes(basis.mesh, inside, elements)),
+        gradients=gradients(table, cell_jacobian(basis.mesh, inside, elements)),
     )
 
 

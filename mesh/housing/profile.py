@@ -1,15 +1,13 @@
 """The profile of the housing in quadrilaterals, made by gmsh from four-sided blocks."""
 
-from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import gmsh
 import numpy as np
 
-from mesh.gmsh_arrays import Floats, Ints, element_nodes, used_nodes
 from mesh.housing.blocks import Block, Point, Segment
-from mesh.session import MeshError, gmsh_session, stage
+from mesh.session import Floats, Ints, MeshError, element_nodes, gmsh_session, stage, used_nodes
 
 _SMOOTHING = 10
 _DIGITS = 9  # points closer than 1e-9 mm are one point
@@ -48,11 +46,9 @@ class _Curves:
         key = frozenset((_rounded(segment.start), _rounded(segment.end)))
         if key not in self.curves:
             self.curves[key] = (self._add(segment), segment)
-        tag, neighbour = self.curves[key]
-        if neighbour.count != segment.count:
-            reason = (
-                f"the side from {segment.start} to {segment.end} has {neighbour.count} and {segment.count} elements"
-            )
+        tag, earlier = self.curves[key]
+        if earlier.count != segment.count:
+            reason = f"the side from {segment.start} to {segment.end} has {earlier.count} and {segment.count} elements"
             raise MeshError("blocks", reason, "check the dimensions of the housing")
         return tag
 
@@ -64,91 +60,82 @@ class _Curves:
             tag = geo.addLine(start, end)
         else:
             tag = geo.addCircleArc(start, self.point(segment.centre), end)
-        if segment.bump == 1.0:
-            geo.mesh.setTransfiniteCurve(tag, segment.count + 1, "Progression", segment.growth)
-        else:
-            geo.mesh.setTransfiniteCurve(tag, segment.count + 1, "Bump", segment.bump)
+        rule = ("Progression", segment.growth) if segment.bump == 1.0 else ("Bump", segment.bump)
+        geo.mesh.setTransfiniteCurve(tag, segment.count + 1, *rule)
         return int(tag)
 
 
 def _rounded(point: Point) -> Point:
-    """Return the key by which points are the same; adding 0 turns -0.0 into 0.0."""
     return round(point[0], _DIGITS) + 0.0, round(point[1], _DIGITS) + 0.0
 
 
 def meshed_profile(blocks: Iterable[Block]) -> Profile:
     """Return the quadrilaterals of the blocks [mm]; raises MeshError with the stage that failed."""
+    hint = "check the dimensions of the housing"
     with gmsh_session():
-        with stage("blocks", "check the dimensions of the housing"):
+        with stage("blocks", hint):
             curves = _Curves()
             for block in blocks:
-                _add_block(block, curves)
+                _add_surface(block, curves)
             gmsh.model.geo.synchronize()
-        with stage("generate", "check the dimensions of the housing"):
+        with stage("generate", hint):
             gmsh.model.mesh.generate(2)
-        with stage("read", "check the dimensions of the housing"):
-            return _profile_of(list(curves.curves.values()))
+        with stage("read", hint):
+            return _read(curves.curves.values())
 
 
-def _add_block(block: Block, curves: _Curves) -> None:
+def _add_surface(block: Block, curves: _Curves) -> None:
+    """Add the four-sided surface of a block, divided as its sides are."""
     geo = gmsh.model.geo
-    boundary = [curves.curve(segment) for side in block.sides for segment in side]
-    surface = geo.addPlaneSurface([geo.addCurveLoop(boundary, reorient=True)])
-    corners = [curves.point(corner) for corner in _corners(block.sides)]
+    tags = [curves.curve(segment) for side in block.sides for segment in side]
+    surface = geo.addPlaneSurface([geo.addCurveLoop(tags, reorient=True)])
+
+    # A corner is the point that a side shares with the one before it.
+    ends = []
+    for side in block.sides:
+        points = {_rounded(segment.start) for segment in side} | {_rounded(segment.end) for segment in side}
+        ends.append(points)
+    corners = []
+    for i, points in enumerate(ends):
+        (corner, *_) = ends[i - 1] & points
+        corners.append(curves.point(corner))
     geo.mesh.setTransfiniteSurface(surface, cornerTags=corners)
     geo.mesh.setRecombine(2, surface)
     if block.smooth:
         geo.mesh.setSmoothing(2, surface, _SMOOTHING)
 
 
-def _corners(sides: Sequence[Sequence[Segment]]) -> list[Point]:
-    """Return the point that each side shares with the one before it."""
-    ends = []
-    for side in sides:
-        points = {_rounded(segment.start) for segment in side}
-        ends.append(points | {_rounded(segment.end) for segment in side})
-    return [next(iter(ends[i - 1] & ends[i])) for i in range(len(sides))]
-
-
-def _profile_of(curves: Sequence[tuple[int, Segment]]) -> Profile:
-    """Return the mesh that gmsh holds, with the edges of the curves, given by their tags."""
+def _read(curves: Iterable[tuple[int, Segment]]) -> Profile:
+    """Return the mesh that gmsh has made."""
     if list(gmsh.model.mesh.getElementTypes(2)) != [gmsh.model.mesh.getElementType("Quadrangle", 1)]:
         raise MeshError("read", "the profile has elements other than quadrilaterals", "check the blocks")
     quads = element_nodes("Quadrangle")
     nodes = used_nodes(quads)
     points = np.ascontiguousarray(nodes.points[[0, 2]])
 
+    quads = nodes.index[quads]
+    (x0, x1, x2, x3), (z0, z1, z2, z3) = points[:, quads]
+    clockwise = (x2 - x0) * (z3 - z1) - (x3 - x1) * (z2 - z0) < 0.0
+    quads = np.where(clockwise, quads[::-1], quads)
+
     arcs = []
     midpoints = []
-    surfaces: dict[str, list[Ints]] = defaultdict(list)
+    surfaces: dict[str, list[Ints]] = {}
     for tag, segment in curves:
         edges = nodes.index[element_nodes("Line", entity=tag)]
         if segment.centre is not None:
+            # the middle of each piece of the arc, as far from its centre as its start
+            centre = np.array(segment.centre).reshape(2, 1)
+            from_centre = points[:, edges].mean(axis=1) - centre
+            radius = np.linalg.norm(np.array(segment.start) - centre[:, 0])
             arcs.append(edges)
-            midpoints.append(_arc_midpoints(points[:, edges], segment))
+            midpoints.append(np.asarray(centre + radius * from_centre / np.linalg.norm(from_centre, axis=0)))
         if segment.surface:
-            surfaces[segment.surface].append(edges)
-
+            surfaces.setdefault(segment.surface, []).append(edges)
     return Profile(
         points=points,
-        quads=_counterclockwise(points, nodes.index[quads]),
+        quads=quads,
         arcs=np.hstack(arcs),
         midpoints=np.hstack(midpoints),
         surfaces={name: np.hstack(surfaces[name]) for name in sorted(surfaces)},
     )
-
-
-def _arc_midpoints(ends: Floats, arc: Segment) -> Floats:
-    """Return the middle of each piece of an arc, shape (2, k), from its ends (2, 2, k)."""
-    centre = np.array(arc.centre).reshape(2, 1)
-    chord = ends.mean(axis=1) - centre
-    radius = np.linalg.norm(np.array(arc.start) - centre[:, 0])
-    return np.asarray(centre + radius * chord / np.linalg.norm(chord, axis=0))
-
-
-def _counterclockwise(points: Floats, quads: Ints) -> Ints:
-    corners = points[:, quads]
-    first_diagonal = corners[:, 2] - corners[:, 0]
-    second_diagonal = corners[:, 3] - corners[:, 1]
-    clockwise = first_diagonal[0] * second_diagonal[1] - second_diagonal[0] * first_diagonal[1] < 0.0
-    return np.where(clockwise, quads[::-1], quads)

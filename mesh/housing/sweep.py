@@ -13,14 +13,12 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
 from cad.parts.housing import Housing, PartSize
-from mesh.cell_facets import facets_area
-from mesh.cells import cell_slopes, determinant
-from mesh.gmsh_arrays import Floats, Ints, index_by_nodes
+from mesh.cells import cell_jacobian, determinant, facets_area
 from mesh.housing.blocks import counts
 from mesh.housing.frame import housing_blocks, post_columns
 from mesh.housing.profile import Profile, meshed_profile
 from mesh.quality import compare, named_facets
-from mesh.session import MeshError
+from mesh.session import Floats, Ints, MeshError, index_by_nodes
 
 FlexureMesh = MeshHex2
 
@@ -57,8 +55,8 @@ def stretched(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | 
     None when a leaf changes so much that a fresh mesh is due. Raises MeshError when anything but lengths differs.
     """
     flexures = {}
-    for arm, wanted_arm in zip(made_for.arms, wanted.arms, strict=True):
-        flexures[arm.name] = dataclasses.replace(arm.flexure, length=wanted_arm.flexure.length)
+    for old_arm, new_arm in zip(made_for.arms, wanted.arms, strict=True):
+        flexures[old_arm.name] = dataclasses.replace(old_arm.flexure, length=new_arm.flexure.length)
     if made_for.with_flexures(flexures) != wanted:
         raise MeshError("stretch", "the housings differ in more than their leaf lengths", "make a fresh mesh")
     old = _knots(made_for)
@@ -68,9 +66,9 @@ def stretched(mesh: MeshHex2, made_for: Housing, wanted: Housing) -> MeshHex2 | 
     ratios = np.diff(new) / np.diff(old)
     if ratios.min() < 1.0 / LONGEST_STRETCH or ratios.max() > LONGEST_STRETCH:
         return None
-    nodes = mesh.doflocs.copy()
-    nodes[0] = np.interp(nodes[0], old, new)
-    moved = dataclasses.replace(mesh, doflocs=nodes)
+    points = mesh.doflocs.copy()
+    points[0] = np.interp(points[0], old, new)
+    moved = dataclasses.replace(mesh, doflocs=points)
     check_jacobian(moved)
     return moved
 
@@ -81,13 +79,13 @@ def check_flexure_mesh(mesh: MeshHex2, solid: PartSize) -> None:
     The surface tells a mesh whose neighbours do not share their facets.
     """
     points, weights = get_quadrature(RefHex, 5)
-    volume = 2.0 * float((np.abs(determinant(cell_slopes(mesh, points))) * weights).sum())
-    compare(("volume", "mm^3"), volume, solid.volume, _VOLUME_TOLERANCE, _VERY)
+    volume = 2.0 * float((np.abs(determinant(cell_jacobian(mesh, points))) * weights).sum())
+    compare("volume", volume, solid.volume, _VOLUME_TOLERANCE, _VERY)
     skin = np.setdiff1d(mesh.boundary_facets(), (mesh.boundaries or {}).get("symmetry", []))
-    compare(("surface", "mm^2"), 2.0 * facets_area(mesh, skin), solid.surface, _AREA_TOLERANCE, _VERY)
+    compare("surface", 2.0 * facets_area(mesh, skin), solid.surface, _AREA_TOLERANCE, _VERY)
     for name, expected in solid.areas.items():
         area = 2.0 * facets_area(mesh, named_facets(mesh, name))
-        compare((f"area of face {name!r}", "mm^2"), area, expected, _AREA_TOLERANCE, _VERY)
+        compare(f"area of face {name!r}", area, expected, _AREA_TOLERANCE, _VERY)
 
 
 def check_jacobian(mesh: MeshHex2) -> None:
@@ -95,8 +93,8 @@ def check_jacobian(mesh: MeshHex2) -> None:
 
     The measure is det J over the product of the lengths of its columns: 1 for a brick, 0 when flat.
     """
-    slopes = cell_slopes(mesh, np.hstack([RefHex.p, get_quadrature(RefHex, 3)[0]]))
-    quality = determinant(slopes) / np.linalg.norm(slopes, axis=0).prod(axis=0)
+    jacobian = cell_jacobian(mesh, np.hstack([RefHex.p, get_quadrature(RefHex, 3)[0]]))
+    quality = determinant(jacobian) / np.linalg.norm(jacobian, axis=0).prod(axis=0)
     quality = (quality * np.sign(quality[:, :1])).min(axis=1)
     worst = int(np.argmin(quality))
     if not quality[worst] >= LEAST_JACOBIAN:
@@ -122,44 +120,41 @@ def _depth_fraction(housing: Housing, x: Floats, z: Floats) -> Floats:
 def _swept(profile: Profile, levels: Floats) -> MeshHex1:
     """Return straight hexahedra between the levels in y; node k n + i stands over point i of n."""
     n = profile.points.shape[1]
-    x = np.tile(profile.points[0], len(levels))
-    y = np.repeat(levels, n)
-    z = np.tile(profile.points[1], len(levels))
-    layers = []
-    for layer in range(len(levels) - 1):
+    layers = len(levels) - 1
+    x, z = profile.points
+    points = np.vstack([np.tile(x, layers + 1), np.repeat(levels, n), np.tile(z, layers + 1)])
+    cells = []
+    for layer in range(layers):
         corners = []
-        for r, s, upper in RefHex.p.T.astype(int):
-            corner = _CORNERS[int(r), int(s)]
-            corners.append(profile.quads[corner] + n * (layer + upper))
-        layers.append(np.stack(corners))
-    return MeshHex1(np.vstack([x, y, z]), np.hstack(layers))
+        for r, s, upper in RefHex.p.T.astype(int).tolist():
+            corners.append(profile.quads[_CORNERS[r, s]] + n * (layer + upper))
+        cells.append(np.stack(corners))
+    return MeshHex1(points, np.hstack(cells))
 
 
 def _curved(mesh: MeshHex2, profile: Profile) -> Floats:
-    """Return the node places with the midpoints of edges moved onto the arcs, centres of quadrilaterals half as far."""
-    nodes = np.asarray(mesh.doflocs, dtype=np.float64).copy()
-    edge_middles = profile.points[:, profile.arcs].mean(axis=1)
-    edge_shifts = profile.midpoints - edge_middles
+    """Return the nodes with the midpoints of edges moved onto the arcs, centres of quadrilaterals half as far."""
+    points = np.asarray(mesh.doflocs, dtype=np.float64).copy()
+    straight = profile.points[:, profile.arcs].mean(axis=1)
+    shift = profile.midpoints - straight
 
-    # pairs of a quadrilateral and one of its edges that lies on an arc
+    # Pairs (quadrilateral, arc edge) of all quadrilaterals that have an edge on an arc.
     owners = []
-    owned_edges = []
+    edges = []
     for side in range(4):
         edge = index_by_nodes(profile.arcs, profile.quads[[side, (side + 1) % 4]])
         owners.append(np.flatnonzero(edge >= 0))
-        owned_edges.append(edge[edge >= 0])
-    quads = np.concatenate(owners)
-    edges = np.concatenate(owned_edges)
+        edges.append(edge[edge >= 0])
+    owner = np.concatenate(owners)
+    centres = profile.points[:, profile.quads[:, owner]].mean(axis=1)
+    # A centre moves with each of its curved edges: it keeps the point that a 20-node element gives it.
+    moved = 0.5 * np.array([np.bincount(owner, each)[owner] for each in shift[:, np.concatenate(edges)]])
 
-    # A centre moves with each of its curved edges: it keeps the place that a 20-node element gives it.
-    centres = profile.points[:, profile.quads[:, quads]].mean(axis=1)
-    centre_shifts = 0.5 * np.array([np.bincount(quads, shift)[quads] for shift in edge_shifts[:, edges]])
-
-    straight = np.hstack([edge_middles, centres])
-    shifts = np.hstack([edge_shifts, centre_shifts])
-    distance, index = cKDTree(straight.T).query(nodes[[0, 2]].T)
-    nodes[[0, 2]] += np.where(distance < _NEAR, shifts[:, index], 0.0)
-    return nodes
+    targets = np.hstack([straight, centres])
+    shifts = np.hstack([shift, moved])
+    distance, index = cKDTree(targets.T).query(points[[0, 2]].T)
+    points[[0, 2]] += np.where(distance < _NEAR, shifts[:, index], 0.0)
+    return points
 
 
 def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str, Ints]:
@@ -167,21 +162,17 @@ def _boundaries(housing: Housing, profile: Profile, mesh: MeshHex1) -> dict[str,
     n = profile.points.shape[1]
     outside = mesh.boundary_facets()
     corners = mesh.facets[:, outside]
-    x, y, z = mesh.p[:, corners]
-
+    x, y, z = mesh.p[:, corners]  # (corners, facets)
+    on_base = np.abs(z).max(axis=0) < _NEAR
+    nearest = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
     boundaries = {}
-    at_tip_level = np.abs(z).max(axis=0) < _NEAR
-    nearest_arm = np.argmin([np.abs(x.mean(axis=0) - arm.centre) for arm in housing.arms], axis=0)
-    for index, arm in enumerate(housing.arms):
-        boundaries[f"{arm.name}_tip"] = outside[at_tip_level & (nearest_arm == index)]
+    for i, arm in enumerate(housing.arms):
+        boundaries[f"{arm.name}_tip"] = outside[on_base & (nearest == i)]
     boundaries["symmetry"] = outside[(corners < n).all(axis=0)]
-
-    # tapered necks are not in the side face: there the swept depth is not the solid's
-    depth = y * _depth_fraction(housing, x, z)
-    boundaries["side_faces"] = outside[(np.abs(depth - 0.5 * housing.depth) < _NEAR).all(axis=0)]
-
-    # a facet that stands over an edge of the profile has two points of the profile below it
-    below = corners % n
+    # in the side face as solid: tapered necks are not
+    y_solid = y * _depth_fraction(housing, x, z)
+    boundaries["side_faces"] = outside[(np.abs(y_solid - 0.5 * housing.depth) < _NEAR).all(axis=0)]
+    below = corners % n  # points of the profile under each facet
     ends = np.stack([below.min(axis=0), below.max(axis=0)])
     for name, edges in profile.surfaces.items():
         boundaries[name] = outside[index_by_nodes(edges, ends) >= 0]

@@ -15,10 +15,10 @@ from pipeline.springs.mounts import attached_to
 from pipeline.storage.vtu import write_vtu
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
+from solve.elasticity import NodalFields
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.fields import flexure_fields, most_strained_node
 from solve.housing.stiffness import leaf_faces
-from solve.nodal_fields import NodalFields
 
 
 def write_fields(

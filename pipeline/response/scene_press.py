@@ -128,7 +128,7 @@ def pressed_at(
     """
     x = travels(scene.press.travel_mm, count)
     if scene.press.strain == "large":
-        return large_response(scene, contact, C, tip_curve(scene), (moduli, x))
+        return large_response(scene, contact, C, tip_curve(scene), moduli, x)
     return scene_response(scene, contact, C, moduli, x)
 
 

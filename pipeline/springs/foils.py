@@ -53,7 +53,7 @@ def _layers(place: _Place, gauge: FoilGauge) -> Iterator[BondedFoil]:
     bare = BondedFoil(
         name=place.leaves,
         z=place.z,
-        place=(place.backing, _across(gauge.backing_width_mm)),
+        outline=(place.backing, _across(gauge.backing_width_mm)),
         stiffness=gauge.backing_stiffness,
         poisson=gauge.backing_poisson,
         tip=place.tip,
@@ -62,7 +62,7 @@ def _layers(place: _Place, gauge: FoilGauge) -> Iterator[BondedFoil]:
     yield bare
     yield replace(
         bare,
-        place=(place.metal, _across(gauge.metal_width_mm)),
+        outline=(place.metal, _across(gauge.metal_width_mm)),
         stiffness=gauge.foil_stiffness,
         poisson=gauge.foil_poisson,
         grid=(place.grid, _across(gauge.grid_width_mm)),

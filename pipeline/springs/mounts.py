@@ -10,7 +10,7 @@ from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.pin import STEEL_MPA
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.foils import bonded_foils
-from solve.housing.clamped_half import HOLES, SIDES, Attached, HeldHalf, clamped_half, with_layers
+from solve.housing.clamped_half import HOLES, SIDES, Attached, ClampedHalf, clamped_half, with_layers
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
 from solve.housing.stiffness import stiffness_of
 
@@ -60,7 +60,7 @@ def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...
 
 
 @functools.lru_cache(maxsize=1)
-def coarse_half(housing: Housing, E: float, poisson: float) -> HeldHalf:
+def coarse_half(housing: Housing, E: float, poisson: float) -> ClampedHalf:
     """Return half the housing in its own mount on a coarse mesh [E in MPa]; the last one is kept.
 
     Stiffness in other mounts and modes both start from it. Raises SolveError.

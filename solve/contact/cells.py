@@ -4,6 +4,7 @@ Near by, the Galerkin influence of the half-space on each footprint; from tip to
 size, the smooth rest through the nodal polynomials of the punch tables. One matrix serves all E, travels and gaps.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -20,7 +21,7 @@ from solve.fruit.footprints import (
     nodes_between,
     nodes_within,
 )
-from solve.halfspace.punch import influence, square_punch
+from solve.halfspace.punch import influence, lagrange, square_punch
 
 GRADING = Grading(0.7, (0.7, 0.21, 0.09))
 FEWEST_NODES = 3
@@ -29,13 +30,13 @@ GAUSS = 4
 
 @dataclass(frozen=True, eq=False)
 class ContactCells:
-    """Cells on all footprints: places on the fruit (cells, 2) [mm], areas [mm^2], tip of each cell.
+    """Cells on all footprints: points on the fruit (cells, 2) [mm], areas [mm^2], tip of each cell.
 
     `centres` (tips, 2) [mm] are those of the footprints. `compliance` (cells, cells) is the mean displacement of a cell
     per force on a cell, times E [1/mm].
     """
 
-    places: Floats
+    points: Floats
     areas: Floats
     owner: Ints
     centres: Floats
@@ -43,8 +44,8 @@ class ContactCells:
 
     @property
     def local(self) -> Floats:
-        """Return the places of the cells from the centre of their own tip [mm], shape (cells, 2)."""
-        return self.places - self.centres[self.owner]
+        """Return the points of the cells from the centre of their own tip [mm], shape (cells, 2)."""
+        return self.points - self.centres[self.owner]
 
     @property
     def tips(self) -> Floats:
@@ -57,16 +58,33 @@ def contact_cells(
 ) -> ContactCells:
     """Return the cells between `edges`, lines on (-1/2, 1/2) of each footprint's side [1], and their compliance.
 
-    The footprints are squares that hold every place where a tip may touch. `smooth` is their `smooth_compliance`,
-    where it is known. Raises SolveError when a solve is not exact.
+    The footprints are squares that hold every point where a tip may touch. `smooth` is their `smooth_compliance`, if
+    it was computed before. Raises SolveError when a solve is not exact.
     """
-    smooth = smooth_compliance(fruit, footprints) if smooth is None else smooth
-    unit, area = _unit_compliance(edges)
-    centres, sides = np.array([(one.x, one.y) for one in footprints]), np.array([one.side for one in footprints])
-    own = block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, unit))
-    compliance = own + _averaged(smooth, edges, footprints)
+    if smooth is None:
+        smooth = smooth_compliance(fruit, footprints)
+    centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
+    sides = np.array([footprint.side for footprint in footprints])
+    middle = 0.5 * (edges[1:] + edges[:-1])
+
+    # Under each tip the half-space itself: mean displacement of a cell per force on another, for E* = 1 and side 1.
+    area = np.outer(np.diff(edges), np.diff(edges)).ravel()
+    pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
+    half_space = pairs / np.outer(area, area)
+    within_tips = block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space))
+
+    # The rest is smooth: known between nodes, averaged over cells through the nodal polynomials.
+    point, weight = np.polynomial.legendre.leggauss(GAUSS)
+    gauss_points = middle[:, None] + 0.5 * np.diff(edges)[:, None] * point
+    nodes = square_punch(_nodes_between(footprints)).x
+    polynomials = lagrange(nodes, gauss_points.ravel()).reshape(*gauss_points.shape, -1)
+    means = np.einsum("cgk,g->ck", polynomials, 0.5 * weight)
+    to_cells = block_diag(*[np.kron(means, means)] * len(footprints))
+    compliance = within_tips + np.asarray(to_cells @ smooth @ to_cells.T)
+
+    cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
     return ContactCells(
-        places=(sides[:, None, None] * cell_centres(edges) + centres[:, None]).reshape(-1, 2),
+        points=(sides[:, None, None] * cell_centres + centres[:, None]).reshape(-1, 2),
         areas=np.multiply.outer(sides**2, area).ravel(),
         owner=np.repeat(np.arange(len(sides)), len(area)),
         centres=centres,
@@ -81,12 +99,12 @@ def folded(cells: ContactCells) -> ContactCells:
     their order.
     """
     across = round((len(cells.owner) / len(cells.centres)) ** 0.5)
-    kept = cells.places[:, 1] > 0.0
+    kept = cells.points[:, 1] > 0.0
     mirrored = np.arange(len(kept)).reshape(-1, across)[:, ::-1].ravel()
     pairs = 0.5 * (cells.compliance + cells.compliance[:, mirrored])
     return replace(
         cells,
-        places=cells.places[kept],
+        points=cells.points[kept],
         areas=2.0 * cells.areas[kept],
         owner=cells.owner[kept],
         compliance=pairs[np.ix_(kept, kept)],
@@ -98,39 +116,18 @@ def smooth_compliance(fruit: Fruit, footprints: Sequence[Footprint]) -> Floats:
 
     Shape (nodes, nodes). Raises SolveError when a solve is not exact.
     """
-    between, within = _between(footprints), max(FEWEST_NODES, nodes_within(fruit, footprints))
-    mirrored = all(one.x == 0.0 for one in footprints), all(one.y == 0.0 for one in footprints)
-    places = np.concatenate([footprint.nodes(within) for footprint in footprints])
-    lines = block_lines(fruit, places, mirrored, GRADING)
-    at_x, at_y = ((1, -1) if plane else (0,) for plane in mirrored)
-    parities = [(x, y) for x in at_x for y in at_y]
+    between = _nodes_between(footprints)
+    within = max(FEWEST_NODES, nodes_within(fruit, footprints))
+    mirror_x = all(footprint.x == 0.0 for footprint in footprints)
+    mirror_y = all(footprint.y == 0.0 for footprint in footprints)
+    nodes = np.concatenate([footprint.nodes(within) for footprint in footprints])
+    lines = block_lines(fruit, nodes, (mirror_x, mirror_y), GRADING)
+    signs_x = (1, -1) if mirror_x else (0,)
+    signs_y = (1, -1) if mirror_y else (0,)
+    parities = list(itertools.product(signs_x, signs_y))
     remainder, _ = node_remainder(fruit, footprints, lines, parities, within, between)
     return remainder + half_space_between(footprints, fruit.poisson, between)
 
 
-def _between(footprints: Sequence[Footprint]) -> int:
+def _nodes_between(footprints: Sequence[Footprint]) -> int:
     return max(FEWEST_NODES, nodes_between(footprints))
-
-
-def _unit_compliance(edges: Floats) -> tuple[Floats, Floats]:
-    """Return the compliance (cells, cells) of a half-space, E* = 1, and the areas of cells on a unit square."""
-    area = np.outer(np.diff(edges), np.diff(edges)).ravel()
-    pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
-    return pairs / np.outer(area, area), area
-
-
-def cell_centres(edges: Floats) -> Floats:
-    """Return the centres of the cells between lines, shape (cells, 2) [unit of the lines]."""
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    return np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
-
-
-def _averaged(smooth: Floats, edges: Floats, footprints: Sequence[Footprint]) -> Floats:
-    """Return the means over cells of what is known between nodes, shape (cells, cells)."""
-    point, weight = np.polynomial.legendre.leggauss(GAUSS)
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    places = middle[:, None] + 0.5 * np.diff(edges)[:, None] * point
-    polynomials = square_punch(_between(footprints)).along(0, places.ravel()).reshape(*places.shape, -1)
-    means = np.einsum("cgk,g->ck", polynomials, 0.5 * weight)
-    every = block_diag(*[np.kron(means, means)] * len(footprints))
-    return np.asarray(every @ smooth @ every.T)

@@ -13,7 +13,7 @@ import numpy as np
 
 from cad.quantity import validation_error
 from solve.arrays import Floats
-from solve.contact.linear_response import SensorResponse, TipKinds, response_of_forces
+from solve.contact.linear_response import SensorResponse, SpringGroups, response_of_forces
 from solve.contact.scene import Scene
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
@@ -22,11 +22,14 @@ from solve.large_strain.force_curve import ForceCurve
 from solve.large_strain.tip_profile import FlatTip
 from solve.linear import SolveError
 
-# Shares of a force, not recomputed here: 3-D finite elements of a square tip, sharp or with a fillet, against the
+# Fractions of a force, not recomputed here: 3-D finite elements of a square tip, sharp or with a fillet, against the
 # circle of equal area, and of two tips against linear crosstalk.
-SQUARE_SHARP, SQUARE_ROUNDED, CROSSTALK = 2e-3, 5e-3, 1.1e-3
-# A body twice as wide and high, log neo-Hooke: sharp, and more by the share of the radius that is rounded.
-FINITE_BODY, OF_ROUNDED = 1e-3, 1.6e-2
+SQUARE_SHARP = 2e-3
+SQUARE_ROUNDED = 5e-3
+CROSSTALK = 1.1e-3
+# A body twice as wide and high, log neo-Hooke: sharp, and more by the fraction of the radius that is rounded.
+FINITE_BODY = 1e-3
+OF_ROUNDED = 1.6e-2
 MOST_ITERATIONS = 30
 RESIDUAL_LIMIT = 1e-12  # of the travel
 
@@ -48,104 +51,80 @@ def check_large_strain(scene: Scene) -> FleshLaw:
 
 
 def large_response(
-    scene: Scene,
-    compliance: FruitCompliance,
-    C: Floats,
-    curve: ForceCurve,
-    over: tuple[Sequence[float] | Floats, Floats],
+    scene: Scene, compliance: FruitCompliance, C: Floats, curve: ForceCurve, E: Sequence[float] | Floats, x: Floats
 ) -> SensorResponse:
     """Return forces, P and slope ratio over moduli [MPa] and travels [mm]; C (tips, tips) [mm/N] is the springs'.
 
     Raises InputError where a tip goes deeper than the curve, SolveError where forces and travel do not agree.
     """
     start = time.perf_counter()
-    moduli, x = (np.asarray(values, dtype=np.float64) for values in over)
-    state = _pressed(scene, compliance, C, curve, (moduli, x))
-    own = flesh_error(scene, curve, state.depth)
+    moduli = np.asarray(E, dtype=np.float64)
+    x = np.asarray(x, dtype=np.float64)
+    balance = _Balance(
+        curve=curve,
+        side=scene.tips.side_mm,
+        travel=x[:, None] + np.asarray(scene.height_offsets_mm),
+        stiffness=(moduli[:, None] / np.diag(compliance.S))[:, None],
+        beside=(C + (compliance.S - np.diag(np.diag(compliance.S))) / moduli[:, None, None])[:, None],
+    )
+    depth = balance.depths()
+    F, slope = balance.force(depth)
+    rates = slope * np.linalg.solve(balance.tangent(slope), np.ones_like(depth)[..., None])[..., 0]
     info = SolveInfo(
         method="large strain",
         dofs=0,
         seconds=time.perf_counter() - start,
         status=f"log neo-Hooke without slip, {curve.info.status}; the grip at first touch counts as none",
     )
-    response = response_of_forces(moduli, x, state.F, state.rates, TipKinds(*scene.tips.kinds), info)
-    shares = state.fruit_share * own
-    known = compliance.error_pair
-    soft, stiff = (shares[..., list(kind)].max(axis=2) for kind in scene.tips.kinds)
+    groups = SpringGroups(*scene.tips.kinds)
+    response = response_of_forces(moduli, x, F, rates, groups, info)
+
+    # d ln F / d ln g: a stiff spring passes all of the flesh's error on to its force, a soft one little.
+    of_flesh = 1.0 / (1.0 + np.einsum("...ii->...i", balance.beside) * slope)
+    errors = of_flesh * flesh_error(scene, curve, np.maximum(depth / balance.side, 0.0))
+    low = errors[..., list(groups.low)].max(axis=2)
+    high = errors[..., list(groups.high)].max(axis=2)
     return replace(
         response,
-        F_error=response.F_error + shares.max(axis=2) + known,
-        P_error=response.P_error + soft + stiff + known,
-        # One curve serves all tips: where it is off, P moves by what the stiff ones answer more than the soft ones.
-        P_step=stiff - soft,
-    )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Pressed:
-    """Depths [tip sides], forces [N], their slopes over the travel [N/mm], d ln F / d ln g: (moduli, travels, tips)."""
-
-    depth: Floats
-    F: Floats
-    rates: Floats
-    fruit_share: Floats
-
-
-def _pressed(
-    scene: Scene, compliance: FruitCompliance, C: Floats, curve: ForceCurve, over: tuple[Floats, Floats]
-) -> _Pressed:
-    """Return the equilibrium of springs and flesh, by Newton's method on the depths of the tips."""
-    moduli, x = over
-    own = np.diag(compliance.S)
-    others = (C + (compliance.S - np.diag(own)) / moduli[:, None, None])[:, None]
-    balance = _Balance(
-        curve=curve,
-        side=scene.tips.side_mm,
-        reach=x[:, None] + np.asarray(scene.ahead),
-        stiffness=(moduli[:, None] / own)[:, None],
-        others=others,
-    )
-    depths = balance.depths()
-    force, slope = balance.force(depths)
-    rates = slope * np.linalg.solve(balance.tangent(slope), np.ones_like(depths)[..., None])[..., 0]
-    springs = np.einsum("...ii->...i", others) * slope
-    return _Pressed(
-        depth=np.maximum(depths / balance.side, 0.0), F=force, rates=rates, fruit_share=1.0 / (1.0 + springs)
+        F_error=response.F_error + errors.max(axis=2) + compliance.error_pair,
+        P_error=response.P_error + low + high + compliance.error_pair,
+        # One curve serves all tips: where it is off, P moves by how much more the high springs' forces do.
+        P_step=high - low,
     )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Balance:
-    """Depth + others F(depth) = reach: what spring and other tips, `others`, leave of the travel of each tip.
+    """Depth + beside F(depth) = travel: what springs and other tips, `beside`, leave of the travel of each tip.
 
-    `reach` (travels, tips) [mm], `stiffness` of the flesh at first touch (moduli, 1, tips) [N/mm], `others` (moduli, 1,
-    tips, tips) [mm/N].
+    `travel` (travels, tips) [mm], `stiffness` of the flesh at first touch (moduli, 1, tips) [N/mm], `beside` (moduli,
+    1, tips, tips) [mm/N].
     """
 
     curve: ForceCurve
     side: float
-    reach: Floats
+    travel: Floats
     stiffness: Floats
-    others: Floats
+    beside: Floats
 
     def force(self, depths: Floats) -> tuple[Floats, Floats]:
         """Return forces [N] and their slopes over the depth [N/mm] at depths [mm], all (moduli, travels, tips)."""
-        share, slope = self.curve.force(depths / self.side)
-        return np.asarray(self.side * self.stiffness * share), np.asarray(self.stiffness * slope)
+        force, slope = self.curve.force(depths / self.side)
+        return np.asarray(self.side * self.stiffness * force), np.asarray(self.stiffness * slope)
 
     def tangent(self, slope: Floats) -> Floats:
         """Return the derivative of the balance (moduli, travels, tips, tips) [1]."""
-        return np.asarray(np.eye(slope.shape[-1]) + self.others * slope[..., None, :])
+        return np.asarray(np.eye(slope.shape[-1]) + self.beside * slope[..., None, :])
 
     def depths(self) -> Floats:
-        """Return the depths [mm]; raises SolveError, and InputError where one is beyond the curve."""
-        at_once = np.broadcast_to(self.reach, (len(self.stiffness), *self.reach.shape))
-        slope = np.broadcast_to(self.stiffness, at_once.shape)
-        depths: Floats = np.linalg.solve(self.tangent(slope), at_once[..., None])[..., 0].astype(np.float64)
+        """Return the depths [mm] by Newton's method; raises SolveError, and InputError beyond the curve."""
+        linear = np.broadcast_to(self.travel, (len(self.stiffness), *self.travel.shape))
+        slope = np.broadcast_to(self.stiffness, linear.shape)
+        depths: Floats = np.linalg.solve(self.tangent(slope), linear[..., None])[..., 0].astype(np.float64)
         for _ in range(MOST_ITERATIONS):
             force, slope = self.force(depths)
-            residual = depths + (self.others @ force[..., None])[..., 0] - self.reach
-            if np.abs(residual).max() <= RESIDUAL_LIMIT * np.abs(self.reach).max():
+            residual = depths + (self.beside @ force[..., None])[..., 0] - self.travel
+            if np.abs(residual).max() <= RESIDUAL_LIMIT * np.abs(self.travel).max():
                 self.curve.factor(np.maximum(depths / self.side, 0.0))  # refuses what is beyond the curve
                 return depths
             depths = np.asarray(depths - np.linalg.solve(self.tangent(slope), residual[..., None])[..., 0])

@@ -11,29 +11,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.design.fruit import Fruit
-from solve.arrays import Flags, Floats, Ints
+from solve.arrays import Flags, Floats
 from solve.contact.domes.law import domes_on
-from solve.contact.scene import Place, Scene, check_scene
-from solve.contact.scene_cells import CELLS, SceneCells, interference, posed, scene_cells
+from solve.contact.scene import Point, Scene, check_scene
+from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, posed, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 
 # Order 1.5 of the cells' error in their number: what is left of the coarse grid's, over the step to the fine one.
-LEFT = 1.0 / (1.0 - (CELLS["rolled"][0] / CELLS["rolled"][1]) ** 1.5)
+LEFT = 1.0 / (1.0 - (WHOLE_CELLS[0] / WHOLE_CELLS[1]) ** 1.5)
 COMPARED = 8  # poses that are pressed on both grids
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pose:
-    """One press: modulus E [MPa], travel [mm], tilt along and across [deg], place off centre along and across [mm].
+    """One press: modulus E [MPa], travel [mm], tilt along and across [deg], shift off centre along and across [mm].
 
     `radius_mm` is the radius of the fruit along the tips, whose radius across goes with it; None for that of the scene.
     """
 
     E: float
     travel: float
-    tilt_deg: Place = (0.0, 0.0)
-    off_centre_mm: Place = (0.0, 0.0)
+    tilt_deg: Point = (0.0, 0.0)
+    off_centre_mm: Point = (0.0, 0.0)
     radius_mm: float | None = None
 
 
@@ -64,49 +64,48 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
     C has shape (tips, tips). A fruit of another radius keeps the block of the scene's. Raises InputError where a pose
     is too steep or outside the domain of contact, SolveError when a solve is not exact.
     """
-    scenes = _scenes(scene, poses)
-    for each in dict.fromkeys(scenes):
-        check_scene(each)
-    C = np.asarray(C, dtype=np.float64)
-    if scene.tips.tip_shape.obeys_hertz:
-        return _of_domes(scene, compliance, C, poses, scenes)
-    return _on_cells(scene, compliance, C, poses, scenes)
-
-
-def _scenes(scene: Scene, poses: Sequence[Pose]) -> list[Scene]:
-    known: dict[tuple[Place, Place, float | None], Scene] = {}
+    # Many poses share a scene: each is made, and its first touch found, once.
+    made: dict[tuple[Point, Point, float | None], Scene] = {}
     scenes = []
     for pose in poses:
-        key = pose.tilt_deg, pose.off_centre_mm, pose.radius_mm
-        if key not in known:
-            known[key] = posed_scene(scene, pose)
-        scenes.append(known[key])
-    return scenes
+        key = (pose.tilt_deg, pose.off_centre_mm, pose.radius_mm)
+        if key not in made:
+            made[key] = posed_scene(scene, pose)
+            check_scene(made[key])
+        scenes.append(made[key])
+    C = np.asarray(C, dtype=np.float64)
+    if scene.tips.tip_shape.obeys_hertz:
+        return _dome_forces(scene, compliance, C, poses, scenes)
+    return _cell_forces(scene, compliance, C, poses, scenes)
 
 
 def posed_scene(scene: Scene, pose: Pose) -> Scene:
     """Return the scene in a pose: its press turned, the sensor moved, the fruit of another radius."""
     tilt, roll = pose.tilt_deg
-    along, across = (a + b for a, b in zip(scene.off_centre_mm, pose.off_centre_mm, strict=True))
     press = dataclasses.replace(scene.press, tilt_deg=tilt, roll_deg=roll)
     fruit = scene.fruit
     if pose.radius_mm is not None and fruit.radius_mm is not None:
-        wide = fruit.radius_across_mm and fruit.radius_across_mm * pose.radius_mm / fruit.radius_mm
-        fruit = _of_radius(fruit, pose.radius_mm, wide)
-    return dataclasses.replace(scene, fruit=fruit, press=press, off_centre_mm=(along, across))
+        across = fruit.radius_across_mm and fruit.radius_across_mm * pose.radius_mm / fruit.radius_mm
+        fruit = _of_radius(fruit, pose.radius_mm, across)
+    off_centre = (scene.off_centre_mm[0] + pose.off_centre_mm[0], scene.off_centre_mm[1] + pose.off_centre_mm[1])
+    return dataclasses.replace(scene, fruit=fruit, press=press, off_centre_mm=off_centre)
 
 
 def _of_radius(fruit: Fruit, radius: float, across: float | None) -> Fruit:
     if not fruit.whole:
         return dataclasses.replace(fruit, radius_mm=radius, radius_across_mm=across)
-    given = dataclasses.asdict(fruit) | {"radius_mm": radius, "radius_across_mm": across}
-    return Fruit(**{name: value for name, value in given.items() if name not in ("length_mm", "width_mm")})
+    # the plan of a whole fruit follows from its radii
+    fields = dataclasses.asdict(fruit) | {"radius_mm": radius, "radius_across_mm": across}
+    del fields["length_mm"]
+    del fields["width_mm"]
+    return Fruit(**fields)
 
 
-def _of_domes(
+def _dome_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
-    E, travel = (np.array([getattr(pose, name) for pose in poses]) for name in ("E", "travel"))
+    E = np.array([pose.E for pose in poses])
+    travel = np.array([pose.travel for pose in poses])
     domes = domes_on(scene, compliance, C, scenes, E, travel)
     face = domes.face.max(axis=1)
     off_face = face > scene.tips.side_mm
@@ -122,17 +121,22 @@ def _of_domes(
     )
 
 
-def _on_cells(
+def _cell_forces(
     scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> PoseForces:
     farthest = max(pose.travel for pose in poses)
-    steepest = max(scenes, key=_steepness)
+    steepness = [float(np.hypot(*each.turn)) for each in scenes]
+    steepest = scenes[steepness.index(max(steepness))]
     turned = dataclasses.replace(scene, press=steepest.press)
     coarse, fine = scene_cells(turned, compliance, farthest, all(each.mirrored for each in scenes))
-    F, area = _pressed(turned, coarse, C, poses, scenes)
-    chosen = _spread(scenes)
-    finer, _ = _pressed(turned, fine, C, [poses[i] for i in chosen], [scenes[i] for i in chosen])
-    error = LEFT * _largest_step(F[chosen], finer) + compliance.error_pair
+    F, area = _grid_forces(turned, coarse, C, poses, scenes)
+
+    # Some of the poses, from the most to the least tilted one, on the finer grid too: the largest step counts.
+    order = np.argsort(steepness)[::-1]
+    chosen = order[:: max(1, len(order) // COMPARED)]
+    finer, _ = _grid_forces(turned, fine, C, [poses[i] for i in chosen], [scenes[i] for i in chosen])
+    steps = np.divide(np.abs(finer - F[chosen]), finer, out=np.zeros_like(finer), where=finer > 0.0)
+    error = LEFT * float(steps.max(initial=0.0)) + compliance.error_pair
     return PoseForces(
         F=F,
         F_error=error * F,
@@ -145,32 +149,18 @@ def _on_cells(
     )
 
 
-def _spread(scenes: Sequence[Scene]) -> Ints:
-    """Return some of the poses, from the most to the least tilted one."""
-    order = np.argsort([_steepness(each) for each in scenes])[::-1]
-    return order[:: max(1, len(order) // COMPARED)]
-
-
-def _largest_step(coarse: Floats, fine: Floats) -> float:
-    """Return the largest relative step of a force above 0 from a coarse to a fine grid [1]."""
-    steps = np.divide(np.abs(fine - coarse), fine, out=np.zeros_like(fine), where=fine > 0.0)
-    return float(steps.max(initial=0.0))
-
-
-def _steepness(scene: Scene) -> float:
-    return float(np.hypot(*scene.turn))
-
-
-def _pressed(
+def _grid_forces(
     built: Scene, grid: SceneCells, C: Floats, poses: Sequence[Pose], scenes: Sequence[Scene]
 ) -> tuple[Floats, Floats]:
     """Return the forces [N] and the areas that touch [mm^2] on the cells of `built`, both (poses, tips)."""
-    contact, cells = UnilateralContact(grid.cells), grid.cells
-    moved = {each: posed(grid, built, each) for each in dict.fromkeys(scenes)}
-    F, area = (np.zeros((len(poses), len(cells.centres))) for _ in range(2))
-    for number, (pose, each) in enumerate(zip(poses, scenes, strict=True)):
-        entered = interference(each, moved[each], pose.travel)
-        state = contact.solve(entered, pose.E * C + grid.compliance_correction)
-        F[number] = pose.E * state.F
-        area[number] = cells.tips.T @ (cells.areas * (state.pressure > 0.0))
+    cells = grid.cells
+    contact = UnilateralContact(cells)
+    grids = {scene: posed(grid, built, scene) for scene in dict.fromkeys(scenes)}
+    F = np.zeros((len(poses), len(cells.centres)))
+    area = np.zeros_like(F)
+    for i, (pose, scene) in enumerate(zip(poses, scenes, strict=True)):
+        interference = grids[scene].interference(scene, pose.travel)
+        state = contact.solve(interference, pose.E * C + grid.compliance_correction)
+        F[i] = pose.E * state.F
+        area[i] = cells.tips.T @ (cells.areas * (state.pressure > 0.0))
     return F, area

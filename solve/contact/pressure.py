@@ -7,7 +7,7 @@ import numpy as np
 from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.contact.scene import Scene
-from solve.contact.scene_cells import interference, scene_cells
+from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 
@@ -38,11 +38,14 @@ def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: 
     """
     if not E > 0.0:
         raise validation_error("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
-    _, grid = scene_cells(scene, compliance, x)
-    springs = E * np.asarray(C, dtype=np.float64)
-    state = UnilateralContact(grid.cells).solve(interference(scene, grid, x), springs + grid.compliance_correction)
+    _, grid = scene_cells(scene, compliance, x)  # the fine one
+    interference = grid.interference(scene, x)
+    springs = E * np.asarray(C, dtype=np.float64) + grid.compliance_correction
+    contact = UnilateralContact(grid.cells).solve(interference, springs)
+
     across = len(grid.edges) - 1
-    forces = E * (state.pressure * grid.cells.areas).reshape(len(state.F), across, -1)
-    if forces.shape[2] < across:
+    forces = E * (contact.pressure * grid.cells.areas)  # [N]
+    forces = forces.reshape(len(contact.F), across, -1)  # (tips, along, across)
+    if grid.is_half:  # only y > 0 was solved, with doubled areas: the scene is symmetric about y = 0
         forces = 0.5 * np.concatenate([forces[..., ::-1], forces], axis=2)
     return FootprintPressure(E=E, centres=grid.cells.centres, edges=grid.edges, cell_forces=forces)

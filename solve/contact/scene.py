@@ -16,7 +16,7 @@ from solve.arrays import Floats
 from solve.contact.gap import tip_gap
 from solve.fruit.curved_shape import cap_gap, cap_slope
 
-Place = tuple[float, float]
+Point = tuple[float, float]  # along the tips, across
 
 # Beyond, gaps along the press and forces across the tips are no longer a matter of small slopes: 1 / cos - 1 = 6 %.
 STEEPEST_DEG = 20.0
@@ -26,7 +26,7 @@ STEEPEST_DEG = 20.0
 class Scene:
     """The fruit, the tips on it and how they are pressed.
 
-    `height_offset_mm` is how far springs that hang through let each tip stand before the level plane of the sensor, at
+    `height_offset_mm` is how far springs that sag let each tip stand before the level plane of the sensor, at
     most 0: the foremost tip touches first; no entries stand for tips that are level. What tips stand out by design is
     in `tips`, and travel counts from where such tips touch. `off_centre_mm` is where the sensor was set down, along and
     across, from where it belongs on the fruit.
@@ -36,7 +36,7 @@ class Scene:
     tips: Tips
     press: Press
     height_offset_mm: tuple[float, ...] = ()
-    off_centre_mm: Place = (0.0, 0.0)
+    off_centre_mm: Point = (0.0, 0.0)
 
     @property
     def linear(self) -> bool:
@@ -50,13 +50,13 @@ class Scene:
         return self.press.roll_deg == 0.0 and all(y == 0.0 for _, y in self.centres)
 
     @property
-    def centres(self) -> tuple[Place, ...]:
+    def centres(self) -> tuple[Point, ...]:
         """Return x and y of the tips from the apex [mm]."""
         along, across = self.off_centre_mm
         return tuple((x + along, y + across) for x, y in self.tips.places_mm)
 
     @property
-    def ahead(self) -> tuple[float, ...]:
+    def height_offsets_mm(self) -> tuple[float, ...]:
         """Return how far each tip stands before the level plane of the sensor, by design and by its spring [mm]."""
         springs = self.height_offset_mm or (0.0,) * len(self.tips.height_offset_mm)
         return tuple(built + spring for built, spring in zip(self.tips.height_offset_mm, springs, strict=True))
@@ -82,60 +82,55 @@ class Scene:
         """Say whether the fruit's skin is curved."""
         return self.fruit.radius_mm is not None
 
-    def _fruit_slope(self, place: Place) -> Place:
-        return cap_slope(*place, *self.fruit.radii_mm) if self.curved else (0.0, 0.0)
+    def _fruit_slope(self, point: Point) -> Point:
+        return cap_slope(*point, *self.fruit.radii_mm) if self.curved else (0.0, 0.0)
 
     def fruit_gap(self, x: Floats, y: Floats) -> Floats:
         """Return how far the fruit falls away from the plane at its apex [mm]; infinity beyond it."""
         return cap_gap(x, y, *self.fruit.radii_mm) if self.curved else np.zeros_like(x)
 
     def tip_gap(self, x: Floats, y: Floats) -> Floats:
-        """Return the gap of a tip's own shape [mm] at places from its centre [mm]; infinity where it has no face."""
+        """Return the gap of a tip's own shape [mm] at points from its centre [mm]; infinity where it has no face."""
         return tip_gap(self.tips.tip_shape, x, y)
 
-    def gap_under(self, centre: Place, x: Floats, y: Floats) -> Floats:
-        """Return the gap [mm] between the plane at the apex and fruit plus tip, at places from a tip's centre [mm]."""
+    def gap_under(self, centre: Point, x: Floats, y: Floats) -> Floats:
+        """Return the gap [mm] between the plane at the apex and fruit plus tip, at points from a tip's centre [mm]."""
         return self.fruit_gap(centre[0] + x, centre[1] + y) + self.tip_gap(x, y)
 
     @property
     def first_touch_mm(self) -> float:
         """Return the gap at which a level sensor first touches, from the plane at the apex [mm]."""
-        gaps = zip(self.centres, self.tips.height_offset_mm, strict=True)
-        least = self._dome_gap if self._on_sphere else self._least_gap
-        return min(least(centre) - ahead for centre, ahead in gaps)
+        gaps = []
+        for centre, height_offset in zip(self.centres, self.tips.height_offset_mm, strict=True):
+            gaps.append(self._least_gap(centre) - height_offset)
+        return min(gaps)
 
-    @property
-    def _on_sphere(self) -> bool:
-        """Say whether domes stand on a sphere, or on a plane, and touch it with their caps when level."""
-        dome, (radius, across) = self.tips.dome_radius_mm, self.fruit.radii_mm
-        farthest = max(math.hypot(*centre) for centre in self.centres)
-        return dome is not None and radius == across and dome * farthest < 0.5 * self.tips.side_mm * (radius + dome)
-
-    def _dome_gap(self, centre: Place) -> float:
-        """Return the least gap under a dome on a sphere [mm]."""
-        both, distance = (self.tips.dome_radius_mm or 0.0) + self.fruit.radii_mm[0], math.hypot(*centre)
-        return 0.0 if math.isinf(both) else both - math.sqrt(both**2 - distance**2)
-
-    def _least_gap(self, centre: Place) -> float:
+    def _least_gap(self, centre: Point) -> float:
         """Return the least gap under a tip [mm], a convex function over its face."""
         side = self.tips.side_mm
+        dome = self.tips.dome_radius_mm
+        radius, across = self.fruit.radii_mm
+        farthest = max(math.hypot(*point) for point in self.centres)
+        if dome is not None and radius == across and dome * farthest < 0.5 * side * (radius + dome):
+            # Domes on a sphere, or on a plane, that touch it with their caps when level: two spheres.
+            both = dome + radius
+            return 0.0 if math.isinf(both) else both - math.sqrt(both**2 - math.hypot(*centre) ** 2)
 
-        def gap(place: Floats) -> float:
-            inside = np.clip(place, -0.5, 0.5)
+        def gap(point: Floats) -> float:
+            inside = np.clip(point, -0.5, 0.5)
             if self.tips.tip_shape.is_round:
-                inside = place / max(1.0, 2.0 * float(np.hypot(*place)))
+                inside = point / max(1.0, 2.0 * float(np.hypot(*point)))
             return float(self.gap_under(centre, *(side * inside))) / side
 
         towards_apex = -0.1 * np.sign(centre)
         simplex = np.array([towards_apex, *(towards_apex + 0.2 * np.eye(2))])
-        return side * float(
-            minimize(
-                gap,
-                towards_apex,
-                method="Nelder-Mead",
-                options={"initial_simplex": simplex, "xatol": 1e-9, "fatol": 1e-14},
-            ).fun
+        least = minimize(
+            gap,
+            towards_apex,
+            method="Nelder-Mead",
+            options={"initial_simplex": simplex, "xatol": 1e-9, "fatol": 1e-14},
         )
+        return side * float(least.fun)
 
 
 def check_scene(scene: Scene) -> None:
@@ -145,8 +140,8 @@ def check_scene(scene: Scene) -> None:
             f"such that no tip meets the fruit at more than {STEEPEST_DEG:g} deg, here {scene.steepest_deg:.3g} deg "
             f"with slopes of the fruit of {joined(scene.slopes_deg)} deg"
         )
-        remedy = "press more level, or nearer to the apex"
-        raise validation_error("press.tilt_deg", scene.press.tilt_deg, "deg", bound, remedy)
+        hint = "press more level, or nearer to the apex"
+        raise validation_error("press.tilt_deg", scene.press.tilt_deg, "deg", bound, hint)
 
 
 def joined(values: tuple[float, ...]) -> str:

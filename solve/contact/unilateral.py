@@ -39,7 +39,7 @@ class ContactState:
 
 @dataclass(frozen=True, eq=False)
 class _Factor:
-    """Cholesky factor of the touching cells and their answer to a unit rigid indentation of each tip."""
+    """Cholesky factor of the touching cells and their forces under a unit rigid indentation of each tip."""
 
     active: Flags
     cholesky: tuple[Floats, bool]
@@ -64,9 +64,10 @@ class UnilateralContact:
         faces = np.isfinite(interference)
         b = np.where(faces, interference, -1.0)
         f = self._active_set(faces, b, compliance)
-        f = self._least_squares(faces, b, compliance) if f is None else f
+        if f is None:
+            f = self._least_squares(faces, b, compliance)
         gap = self._gap(f, b, compliance)
-        self._check(f, np.where(faces, gap, 0.0), b)
+        _check_complementarity(f, np.where(faces, gap, 0.0), b)
         return ContactState(
             F=self._tips.T @ f,
             slope=self._tips.T @ self._forces(f > 0.0, np.ones(len(f)), compliance),
@@ -82,10 +83,10 @@ class UnilateralContact:
         for _ in range(MOST_STEPS):
             f = self._forces(active, b, compliance)
             gap = self._gap(f, b, compliance)
-            following = faces & np.where(active, f > 0.0, gap < -COMPLEMENTARITY * np.abs(b))
-            if np.array_equal(following, active):
+            touching = faces & np.where(active, f > 0.0, gap < -COMPLEMENTARITY * np.abs(b))
+            if np.array_equal(touching, active):
                 return f
-            active = following
+            active = touching
         return None
 
     def _forces(self, active: Flags, b: Floats, compliance: Floats) -> Floats:
@@ -108,8 +109,7 @@ class UnilateralContact:
         return self._factor
 
     def _gap(self, f: Floats, b: Floats, compliance: Floats) -> Floats:
-        gap: Floats = self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b
-        return gap
+        return np.asarray(self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b)
 
     def _least_squares(self, faces: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return argmin f.M f / 2 - b.f over f >= 0 as the least-squares problem |L^T f - L^-1 b|, M = L L^T."""
@@ -120,28 +120,18 @@ class UnilateralContact:
         f[faces] = nnls(lower.T, solve_triangular(lower, b[faces], lower=True), maxiter=50 * len(matrix))[0]
         return f
 
-    def _check(self, f: Floats, gap: Floats, b: Floats) -> None:
-        length = float(np.abs(b).max()) or 1.0
-        force = float(np.abs(f).max()) or 1.0
-        worst = max(
-            -float(f.min()) / force, -float(gap.min()) / length, float(np.abs(f * gap).max()) / (force * length)
+
+def _check_complementarity(f: Floats, gap: Floats, b: Floats) -> None:
+    """Raise SolveError where a force or a gap is negative, or both are above 0, by more than 1e-8 of the largest."""
+    length = float(np.abs(b).max()) or 1.0
+    force = float(np.abs(f).max()) or 1.0
+    pulling = -float(f.min()) / force
+    entered = -float(gap.min()) / length
+    both = float(np.abs(f * gap).max()) / (force * length)
+    worst = max(pulling, entered, both)
+    if not worst <= COMPLEMENTARITY:
+        msg = (
+            f"unilateral contact: complementarity {worst:.1e} must be at most {COMPLEMENTARITY:.0e}; "
+            "take more cells or a smaller travel"
         )
-        if not worst <= COMPLEMENTARITY:
-            msg = (
-                f"unilateral contact: complementarity {worst:.1e} must be at most {COMPLEMENTARITY:.0e}; "
-                "take more cells or a smaller travel"
-            )
-            raise SolveError(msg)
-
-
-def housing_travel(
-    cells: ContactCells, x: float, tilt_deg: float = 0.0, roll_deg: float = 0.0, middle: Floats | None = None
-) -> Floats:
-    """Return the travel of a rigid housing over every cell [mm], x that of its middle.
-
-    `middle` (2,) [mm] is the mean of the tips' centres, where it is not that of the footprints. Positive tilt lowers
-    the tips at +x, positive roll those at +y.
-    """
-    along, across = (cells.places - (cells.centres.mean(axis=0) if middle is None else middle)).T
-    lowered: Floats = x + along * np.tan(np.radians(tilt_deg)) + across * np.tan(np.radians(roll_deg))
-    return lowered
+        raise SolveError(msg)

@@ -20,7 +20,7 @@ from skfem import CellBasis, ElementHex2, MeshHex2
 from cad.design.fruit import Fruit
 from cad.quantity import validation_error
 from cad.theory.sloped_skin import log_coefficient, slope_factor, stretch_factor
-from mesh.cells import cell_slopes, determinant
+from mesh.cells import cell_jacobian, determinant
 from solve.arrays import Floats
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.error_estimate import SolveInfo
@@ -189,7 +189,7 @@ def curvature_correction(
     bent = replace(flat, doflocs=shape.bent(flat.doflocs))
     block = vector_basis(flat, ElementHex2(), VOLUME_ORDER)
     body = vector_basis(bent, ElementHex2(), VOLUME_ORDER)
-    volumes = determinant(cell_slopes(bent, body.quadrature[0]))
+    volumes = determinant(cell_jacobian(bent, body.quadrature[0]))
     smallest = float((volumes / np.median(volumes)).min())
     if not smallest > 0.0:
         msg = f"curved fruit: volume of a bent element = {smallest:.1g} of the median: must be above 0"

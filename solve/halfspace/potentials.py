@@ -64,7 +64,8 @@ def stress(f: Potentials, poisson: float) -> Floats:
     xy = -f.z * f.psi_xy - kappa * f.phi_xy
     xz = -f.z * f.psi_xz
     yz = -f.z * f.psi_yz
-    return np.stack([np.stack([xx, xy, xz]), np.stack([xy, yy, yz]), np.stack([xz, yz, zz])]) / (2.0 * np.pi)
+    rows = [np.stack([xx, xy, xz]), np.stack([xy, yy, yz]), np.stack([xz, yz, zz])]
+    return np.stack(rows) / (2.0 * np.pi)
 
 
 def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
@@ -75,7 +76,7 @@ def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
     R = np.sqrt(x * x + y * y + z * z)
     S = R + z
     flat = 1.0 / (R * S)
-    cube = flat * S / R**2
+    cube = flat * S / R**2  # 1 / R^3
     bend = (R + S) * cube / S**2
     fifth = 3.0 / R**5
     return Potentials(
@@ -96,39 +97,44 @@ def point_load(x: Floats, y: Floats, z: Floats) -> Potentials:
     )
 
 
-def rectangle_load(x: Floats, y: Floats, z: Floats, sides: tuple[float, float]) -> Potentials:
+def rectangle_load(x: Floats, y: Floats, z: Floats, length: float, width: float) -> Potentials:
     """Return the potentials of unit pressure on a rectangle centred at the origin (Love), at points of one shape [mm].
 
-    `sides` are its lengths along x and y [mm]. Second derivatives are infinite on the rectangle's own edges.
+    `length` is along x, `width` along y [mm]. Second derivatives are infinite on the rectangle's own edges.
     """
-    left, right = x + 0.5 * sides[0], x - 0.5 * sides[0]
-    front, back = y + 0.5 * sides[1], y - 0.5 * sides[1]
-    corners = (_corner(left, front, z), _corner(right, front, z), _corner(left, back, z), _corner(right, back, z))
-    return Potentials(z, *(a - b - c + d for a, b, c, d in zip(*corners, strict=True)))
+    right = _corner(x + 0.5 * length, y + 0.5 * width, z)
+    left = _corner(x - 0.5 * length, y + 0.5 * width, z)
+    right_back = _corner(x + 0.5 * length, y - 0.5 * width, z)
+    left_back = _corner(x - 0.5 * length, y - 0.5 * width, z)
+    return Potentials(z, *(a - b - c + d for a, b, c, d in zip(right, left, right_back, left_back, strict=True)))
 
 
 def _corner(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
     """Return F with F,XY = f for every derivative f of `Potentials`, less what depends on X or on Y alone."""
-    R = np.sqrt(X**2 + Y**2 + z**2)
     # SURFACE keeps the line X = z = 0 finite; there each term tends to zero or drops out of the corner sum.
-    log_x = np.arcsinh(Y / np.sqrt(X**2 + z**2 + SURFACE))
-    log_y = np.arcsinh(X / np.sqrt(Y**2 + z**2 + SURFACE))
+    R = np.sqrt(X**2 + Y**2 + z**2)
+    over_R = 1.0 / (R + SURFACE)
+    xz = X**2 + z**2 + SURFACE
+    yz = Y**2 + z**2 + SURFACE
+    log_x = np.arcsinh(Y / np.sqrt(xz))
+    log_y = np.arcsinh(X / np.sqrt(yz))
     log_z = np.log(R + z + SURFACE)
-    phi_xx, phi_yy = _angle(X, Y, z, R), _angle(Y, X, z, R)
+    phi_xx = np.arctan2(X * Y * (R - z), X * X * R + z * Y * Y)
+    phi_yy = np.arctan2(Y * X * (R - z), Y * Y * R + z * X * X)
+    log_x_z = -Y * over_R / xz  # d log_x / dX over X, and d log_x / dz over z
+    log_y_z = -X * over_R / yz
     return [
-        Y * log_z + z * log_x + X * phi_xx,
-        X * log_z + z * log_y + Y * phi_yy,
-        X * log_x + Y * log_y - z * (phi_xx + phi_yy),
-        *(phi_xx, log_z, phi_yy, log_x, log_y),
-        *_bends(X, Y, z, 1.0 / (R + SURFACE)),
+        Y * log_z + z * log_x + X * phi_xx,  # phi,x
+        X * log_z + z * log_y + Y * phi_yy,  # phi,y
+        X * log_x + Y * log_y - z * (phi_xx + phi_yy),  # psi
+        phi_xx,
+        log_z,  # phi,xy
+        phi_yy,
+        log_x,  # psi,x
+        log_y,  # psi,y
+        X * log_x_z,  # psi,xx
+        over_R,  # psi,xy
+        Y * log_y_z,  # psi,yy
+        z * log_x_z,  # psi,xz
+        z * log_y_z,  # psi,yz
     ]
-
-
-def _bends(X: Floats, Y: Floats, z: Floats, over: Floats) -> list[Floats]:
-    """Return F for psi,xx psi,xy psi,yy psi,xz psi,yz, given 1 / R."""
-    over_x, over_y = -Y * over / (X**2 + z**2 + SURFACE), -X * over / (Y**2 + z**2 + SURFACE)
-    return [X * over_x, over, Y * over_y, z * over_x, z * over_y]
-
-
-def _angle(X: Floats, Y: Floats, z: Floats, R: Floats) -> Floats:
-    return np.arctan2(X * Y * (R - z), X * X * R + z * Y * Y)

@@ -25,20 +25,21 @@ ORDER = 3.0
 
 @dataclass(frozen=True)
 class Punch:
-    """A punch table: nodes (n, 2) [side], Y (n, n) [E* side], relative error of Y, line of nodes along each axis."""
+    """A punch table: Y (n, n) [E* side], its relative error, and the nodes along x and along y [side]."""
 
-    nodes: Floats
     stiffness: Floats
     error: float
-    lines: tuple[Floats, Floats]
+    x: Floats
+    y: Floats
+
+    @property
+    def nodes(self) -> Floats:
+        """Return the nodes, shape (n, 2) [side]."""
+        return np.stack(np.meshgrid(self.x, self.y, indexing="ij"), axis=-1).reshape(-1, 2)
 
     def interpolate(self, points: Floats) -> Floats:
         """Return the nodal polynomials at points (m, 2) [side], shape (m, n)."""
-        return _products(*(self.along(axis, points[:, axis]) for axis in (0, 1)))
-
-    def along(self, axis: int, x: Floats) -> Floats:
-        """Return the nodal polynomials of one axis at coordinates x (m,) [side], shape (m, nodes along the axis)."""
-        return _lagrange(self.lines[axis], x)
+        return _products(lagrange(self.x, points[:, 0]), lagrange(self.y, points[:, 1]))
 
     @property
     def flat_stiffness(self) -> float:
@@ -51,9 +52,10 @@ def _products(along_x: Floats, along_y: Floats) -> Floats:
     return (along_x[:, :, None] * along_y[:, None, :]).reshape(len(along_x), -1)
 
 
-def _lagrange(line: Floats, x: Floats) -> Floats:
-    degree = len(line) - 1
-    values = np.linalg.solve(legendre.legvander(2.0 * line, degree).T, legendre.legvander(2.0 * x, degree).T)
+def lagrange(nodes: Floats, x: Floats) -> Floats:
+    """Return the polynomials of nodes (n,) on (-1/2, 1/2), each 1 at its own, at coordinates x (m,), shape (m, n)."""
+    degree = len(nodes) - 1
+    values = np.linalg.solve(legendre.legvander(2.0 * nodes, degree).T, legendre.legvander(2.0 * x, degree).T)
     return np.asarray(values.T, dtype=np.float64)
 
 
@@ -68,8 +70,10 @@ def rectangle_punch(aspect: float, nodes_per_side: int) -> Punch:
     coarse, _ = _rectangle_moments(CELLS[0], aspect, nodes_per_side)
     fine, flat = _rectangle_moments(CELLS[1], aspect, nodes_per_side)
     step = (fine - coarse) / ((CELLS[1] / CELLS[0]) ** ORDER - 1.0)
-    lines = _gauss_points(flat.sum(axis=1), nodes_per_side), _gauss_points(flat.sum(axis=0), nodes_per_side)
-    return _table(fine + step, lines, aspect, 0.1 * abs(step[0, 0] / fine[0, 0]))
+    along_x = _gauss_points(flat.sum(axis=1), nodes_per_side)
+    along_y = _gauss_points(flat.sum(axis=0), nodes_per_side)
+    stiffness = _nodal_stiffness(fine + step, along_x, along_y)
+    return Punch(stiffness, 0.1 * abs(step[0, 0] / fine[0, 0]), along_x, aspect * along_y)
 
 
 def square_punch(nodes_per_side: int) -> Punch:
@@ -85,50 +89,46 @@ def circle_punch(nodes_per_side: int) -> Punch:
     disc with density / sqrt(1 - r^2); eigenvalues from Boersma and Danicki, SIAM J. Appl. Math. 53 (1993) 925.
     """
     n = nodes_per_side
-    points, weights = _disc_quadrature(2 * n)
-    polynomials = _products(_legendre(points[0], n), _legendre(points[1], n))
+    # Quadrature over the half-sphere above the disc: Gauss points in height, even angles.
+    cosine, weight = legendre.leggauss(2 * n)
+    radius = np.sqrt(1.0 - 0.25 * (cosine + 1.0) ** 2)
+    phi = np.pi / (2 * n) * np.arange(4 * n)
+    x = np.outer(radius, np.cos(phi)).ravel()
+    y = np.outer(radius, np.sin(phi)).ravel()
+    weights = np.repeat(0.5 * np.pi / (2 * n) * weight, 4 * n)
+
+    along_x = np.asarray(legendre.legvander(x, n - 1), dtype=np.float64)
+    along_y = np.asarray(legendre.legvander(y, n - 1), dtype=np.float64)
+    polynomials = _products(along_x, along_y)
     moments = np.zeros((n * n, n * n))
-    for harmonic, eigenvalue in _harmonics(2 * n - 1, points):
+    for harmonic, eigenvalue in _harmonics(2 * n - 1, np.stack([x, y])):
         moment = polynomials.T @ (weights * harmonic)
         moments += np.outer(moment, moment) / eigenvalue / (weights @ harmonic**2)
-    line = 0.5 * legendre.leggauss(n)[0]
-    return _table(0.5 * np.pi * moments, (line, line), 1.0, 1e-12)
-
-
-def _disc_quadrature(n: int) -> tuple[Floats, Floats]:
-    """Return places (2, q) on a disc of radius 1 and weights (q,) that integrate over the half-sphere above it."""
-    cosine, weight = legendre.leggauss(n)
-    radius = np.sqrt(1.0 - 0.25 * (cosine + 1.0) ** 2)
-    phi = np.pi / n * np.arange(2 * n)
-    points = np.stack([np.outer(radius, np.cos(phi)).ravel(), np.outer(radius, np.sin(phi)).ravel()])
-    return points, np.repeat(0.5 * np.pi / n * weight, 2 * n)
-
-
-def _legendre(x: Floats, n: int) -> Floats:
-    return np.asarray(legendre.legvander(x, n - 1), dtype=np.float64)
+    nodes = 0.5 * legendre.leggauss(n)[0]
+    return Punch(_nodal_stiffness(0.5 * np.pi * moments, nodes, nodes), 1e-12, nodes, nodes)
 
 
 def _harmonics(degrees: int, points: Floats) -> Iterator[tuple[Floats, float]]:
     """Yield the harmonics at points of the disc, shape (q,), each with its eigenvalue."""
-    cosine, phi = np.sqrt(1.0 - (points**2).sum(axis=0)), np.arctan2(points[1], points[0])
+    cosine = np.sqrt(1.0 - (points**2).sum(axis=0))
+    phi = np.arctan2(points[1], points[0])
     for degree in range(degrees):
         for m in range(degree % 2, degree + 1, 2):
             eigenvalue = np.pi * gamma((degree + m + 1) / 2) * gamma((degree - m + 1) / 2)
             eigenvalue /= gamma((degree + m + 2) / 2) * gamma((degree - m + 2) / 2)
             radial = lpmv(m, degree, cosine)
-            for angular in (np.cos, np.sin) if m else (np.cos,):
-                yield radial * angular(m * phi), float(eigenvalue)
+            yield radial * np.cos(m * phi), float(eigenvalue)
+            if m > 0:
+                yield radial * np.sin(m * phi), float(eigenvalue)
 
 
-def _table(moments: Floats, lines: tuple[Floats, Floats], aspect: float, error: float) -> Punch:
-    """Turn moments of Legendre polynomials over the footprint into nodal forces."""
-    degree = len(lines[0]) - 1
-    values = np.kron(legendre.legvander(2.0 * lines[0], degree), legendre.legvander(2.0 * lines[1], degree))
+def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Floats:
+    """Turn moments of products of Legendre polynomials over the footprint into nodal forces, symmetric."""
+    degree = len(along_x) - 1
+    values = np.kron(legendre.legvander(2.0 * along_x, degree), legendre.legvander(2.0 * along_y, degree))
     inverse = np.linalg.inv(values)
     stiffness = inverse.T @ moments @ inverse
-    lines = (lines[0], aspect * lines[1])
-    nodes = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
-    return Punch(nodes, 0.5 * (stiffness + stiffness.T), error, lines)
+    return np.asarray(0.5 * (stiffness + stiffness.T))
 
 
 def graded_edges(cells: int, grading: float = GRADING) -> Floats:
@@ -143,7 +143,12 @@ def _rectangle_moments(cells: int, aspect: float, n: int) -> tuple[Floats, Float
 
     A is the influence of uniform pressures on the cells.
     """
-    along = _legendre_integrals(graded_edges(cells), n)
+    # Integrals of P_0(2 x) ... P_n-1(2 x) over each cell, by the recurrence of their antiderivatives
+    powers = legendre.legvander(2.0 * graded_edges(cells), n).T
+    antiderivatives = [powers[1]]
+    for k in range(1, n):
+        antiderivatives.append((powers[k + 1] - powers[k - 1]) / (2 * k + 1))
+    along = 0.5 * np.diff(np.stack(antiderivatives), axis=1)
     loads = np.einsum("ai,bj->ijab", along, aspect * along).reshape(cells**2, n * n)
     pressure = lu_solve(_influence_factor(cells, aspect), loads)
     return loads.T @ pressure, (pressure[:, 0] * loads[:, 0]).reshape(cells, cells)
@@ -161,40 +166,34 @@ def _influence_factor(cells: int, aspect: float) -> tuple[Floats, Ints]:
 
 
 def influence(x: Floats, y: Floats) -> Floats:
-    """Return int int 1 / (pi r) over all pairs of cells, shape (cells x, cells x, cells y, cells y)."""
-    total = _four_fold(np.abs(x[:, None] - x)[:, :, None, None], np.abs(y[:, None] - y)[None, None])
-    for axis in range(4):
-        total = np.diff(total, axis=axis)
-    return total / np.pi
+    """Return int int 1 / (pi r) over all pairs of cells between edges, shape (cells x, cells x, cells y, cells y).
 
-
-def _four_fold(x: Floats, y: Floats) -> Floats:
-    """Return G with G,xxyy = 1 / r: the potential between two rectangles is its fourth difference."""
-    r = np.hypot(x, y)
+    The potential between two rectangles is the fourth difference of G with G,xxyy = 1 / r.
+    """
+    dx = np.abs(x[:, None] - x)[:, :, None, None]
+    dy = np.abs(y[:, None] - y)[None, None]
+    r = np.hypot(dx, dy)
     with np.errstate(divide="ignore"):
-        log_x = np.where(x > 0.0, np.arcsinh(y / np.where(x > 0.0, x, 1.0)), 0.0)
-        log_y = np.where(y > 0.0, np.arcsinh(x / np.where(y > 0.0, y, 1.0)), 0.0)
-    return 0.5 * x * y * (x * log_x + y * log_y) - r**3 / 6.0
-
-
-def _legendre_integrals(edges: Floats, n: int) -> Floats:
-    """Return the integrals of P_0(2 x) ... P_n-1(2 x) over each cell, shape (n, cells)."""
-    powers = legendre.legvander(2.0 * edges, n).T
-    rows = [powers[1]] + [(powers[k + 1] - powers[k - 1]) / (2 * k + 1) for k in range(1, n)]
-    return 0.5 * np.diff(np.stack(rows), axis=1)
+        log_x = np.where(dx > 0.0, np.arcsinh(dy / np.where(dx > 0.0, dx, 1.0)), 0.0)
+        log_y = np.where(dy > 0.0, np.arcsinh(dx / np.where(dy > 0.0, dy, 1.0)), 0.0)
+    G = 0.5 * dx * dy * (dx * log_x + dy * log_y) - r**3 / 6.0
+    for axis in range(4):
+        G = np.diff(G, axis=axis)
+    return np.asarray(G / np.pi)
 
 
 def _gauss_points(weight: Floats, n: int) -> Floats:
     """Return the n Gauss points of a symmetric measure, given on graded cells, by the Lanczos recurrence."""
     edges = graded_edges(len(weight))
-    points, root = 0.5 * (edges[1:] + edges[:-1]), np.sqrt(weight)
+    points = 0.5 * (edges[1:] + edges[:-1])
+    root = np.sqrt(weight)
     basis = [root / np.linalg.norm(root)]
-    off: list[float] = []
+    off_diagonal: list[float] = []
     for _ in range(n - 1):
-        following = points * basis[-1]
+        vector = points * basis[-1]
         for earlier in basis:
-            following = following - (earlier @ following) * earlier
-        off.append(float(np.linalg.norm(following)))
-        basis.append(following / off[-1])
-    nodes = np.linalg.eigvalsh(np.diag(off, 1) + np.diag(off, -1))
+            vector = vector - (earlier @ vector) * earlier
+        off_diagonal.append(float(np.linalg.norm(vector)))
+        basis.append(vector / off_diagonal[-1])
+    nodes = np.linalg.eigvalsh(np.diag(off_diagonal, 1) + np.diag(off_diagonal, -1))
     return 0.5 * (nodes - nodes[::-1])

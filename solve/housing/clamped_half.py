@@ -17,12 +17,14 @@ from solve.surface import surface_patches
 
 Attached = BondedFoil | ElasticLayer
 
-HOLES, SIDES = "mounting_holes", "side_faces"
+HOLES = "mounting_holes"
+SIDES = "side_faces"
 BALANCE_LIMIT = 1e-5  # round-off grows with the slenderness of the leaves: 4e-7 at L/t 150
 REDUCED = 3  # polynomial degree: 2^3 Gauss points
 VERTICAL = 2  # the axis of the press
 _GAUSS = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])
-POINTS, WEIGHTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)]), np.full(4, 0.25)
+POINTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)])
+WEIGHTS = np.full(4, 0.25)
 
 
 @dataclass(frozen=True)
@@ -33,11 +35,12 @@ class Direction:
     held: tuple[str, ...]
 
 
-PRESS, ACROSS = Direction(VERTICAL, ("u^2",)), Direction(1, ("u^1", "u^3"))
+PRESS = Direction(VERTICAL, ("u^2",))
+ACROSS = Direction(1, ("u^1", "u^3"))
 
 
 @dataclass(frozen=True, eq=False)
-class HeldHalf:
+class ClampedHalf:
     """The half y >= 0 of a housing: its matrix [N/mm] with all that is attached, `ground` what the layers add to it.
 
     `clamped` are the dofs of its mounting holes, held where there is no layer.
@@ -51,53 +54,62 @@ class HeldHalf:
 
     def support(self, u: Floats) -> Floats:
         """Return the vertical force of holes or layers on the half [N], shape (loads,), for u (dofs, loads) [mm]."""
-        vertical = self.basis.nodal_dofs[VERTICAL], self.basis.edge_dofs[VERTICAL]
+        vertical = np.concatenate([self.basis.nodal_dofs[VERTICAL], self.basis.edge_dofs[VERTICAL]])
         if self.ground is not None:
-            return -np.asarray((self.ground @ u)[np.concatenate(vertical)].sum(axis=0))
-        held = np.intersect1d(self.clamped, np.concatenate(vertical))
+            return -np.asarray((self.ground @ u)[vertical].sum(axis=0))
+        held = np.intersect1d(self.clamped, vertical)
         return np.asarray((self.matrix @ u)[held].sum(axis=0))
 
 
 def foils_of(attached: Sequence[Attached]) -> tuple[BondedFoil, ...]:
     """Return the foils among what is attached to a housing."""
-    return tuple(one for one in attached if isinstance(one, BondedFoil))
+    return tuple(each for each in attached if isinstance(each, BondedFoil))
 
 
 def clamped_half(
     mesh: Mesh, E: float, poisson: float, attached: Sequence[Attached] = (), direction: Direction = PRESS
-) -> HeldHalf:
+) -> ClampedHalf:
     """Return the half [N/mm from MPa, mm] held by the layers attached to it, or by its holes where there is none.
 
     Raises SolveError where nothing holds it or a boundary is missing.
     """
-    layers = [one for one in attached if isinstance(one, ElasticLayer)]
+    layers = [each for each in attached if isinstance(each, ElasticLayer)]
     foils = foils_of(attached)
     check_names(mesh, [HOLES, "symmetry", *(layer.name for layer in layers)])
     basis = vector_basis(mesh, ElementHexS2(), order=REDUCED)
     matrix = stiffness_matrix(basis, E, poisson)
-    matrix = matrix + membrane_matrix(basis, foils) if foils else matrix
-    ground = layer_matrix(basis, layers, E, poisson) if layers else None
-    matrix = matrix if ground is None else csc_matrix(matrix + ground)
-    clamped = basis.get_dofs(HOLES).all() if ground is None else np.zeros(0, dtype=np.int64)
+    if foils:
+        matrix = matrix + membrane_matrix(basis, foils)
+    if layers:
+        ground = layer_matrix(basis, layers, E, poisson)
+        matrix = csc_matrix(matrix + ground)
+        clamped = np.zeros(0, dtype=np.int64)
+    else:
+        ground = None
+        clamped = basis.get_dofs(HOLES).all()
+    factor = factorised(matrix, np.union1d(clamped, _symmetry_dofs(basis, direction)))
+    return ClampedHalf(basis, matrix, ground, clamped, factor)
+
+
+def _symmetry_dofs(basis: CellBasis, direction: Direction) -> Ints:
+    """Return the dofs that the plane y = 0 holds under a load of a direction."""
     plane = basis.get_dofs("symmetry")
-    factor = factorised(matrix, np.concatenate([clamped, *(plane.all(component) for component in direction.held)]))
-    return HeldHalf(basis, matrix, ground, clamped, factor)
+    return np.concatenate([plane.all(component) for component in direction.held])
 
 
-def with_layers(half: HeldHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> HeldHalf:
+def with_layers(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> ClampedHalf:
     """Return the same half in another mount, for a load along the press [N/mm from MPa, mm]."""
     bare = half.matrix if half.ground is None else half.matrix - half.ground
     ground = layer_matrix(half.basis, layers, E, poisson)
     matrix = csc_matrix(bare + ground)
-    factor = factorised(matrix, half.basis.get_dofs("symmetry").all(PRESS.held[0]))
-    return HeldHalf(half.basis, matrix, ground, np.zeros(0, dtype=np.int64), factor)
+    factor = factorised(matrix, _symmetry_dofs(half.basis, PRESS))
+    return ClampedHalf(half.basis, matrix, ground, np.zeros(0, dtype=np.int64), factor)
 
 
-def with_symmetry(half: HeldHalf, direction: Direction) -> HeldHalf:
+def with_symmetry(half: ClampedHalf, direction: Direction) -> ClampedHalf:
     """Return the same half with the components held on the plane y = 0 that a load of another direction asks for."""
-    plane = half.basis.get_dofs("symmetry")
-    held = [half.clamped, *(plane.all(component) for component in direction.held)]
-    return replace(half, factor=factorised(half.matrix, np.concatenate(held)))
+    held = np.union1d(half.clamped, _symmetry_dofs(half.basis, direction))
+    return replace(half, factor=factorised(half.matrix, held))
 
 
 def face_mean(basis: CellBasis, name: str, axis: int, *, turn: bool = False) -> Floats:
@@ -108,7 +120,8 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, turn: bool = False) -> 
     patches = list(surface_patches(basis, name, POINTS, WEIGHTS))
     area = sum(float(patch.weights.sum()) for patch in patches)
     centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
-    vector, total = np.zeros(basis.N), 0.0
+    vector = np.zeros(basis.N)
+    total = 0.0
     for patch in patches:
         arm = patch.points[0] - centre if turn else np.ones_like(patch.weights)
         np.add.at(vector, patch.dofs[:, axis], (patch.shapes * arm * patch.weights).sum(axis=2))
@@ -125,10 +138,12 @@ def weight_load(basis: CellBasis, axis: int) -> Floats:
 
 def check_names(mesh: Mesh, names: Sequence[str]) -> None:
     """Raise SolveError for a boundary that the mesh does not have."""
-    known = mesh.boundaries or {}
+    boundaries = mesh.boundaries or {}
     for name in names:
-        if name not in known:
-            msg = f"flexure: boundary {name!r} is unknown on the mesh; known boundaries: {', '.join(known) or 'none'}"
+        if name not in boundaries:
+            msg = (
+                f"flexure: boundary {name!r} is unknown on the mesh; its boundaries: {', '.join(boundaries) or 'none'}"
+            )
             raise SolveError(msg)
 
 
@@ -144,10 +159,10 @@ def check_tips(work: Floats, support: Floats | None) -> None:
             "places: must be equal; check that the matrix is symmetric"
         )
         raise SolveError(msg)
-    rest = 0.0 if support is None else float(np.abs(support + 0.5).max())
-    if not rest <= BALANCE_LIMIT:
+    missing = 0.0 if support is None else float(np.abs(support + 0.5).max())
+    if not missing <= BALANCE_LIMIT:
         msg = (
-            f"flexure: the mount misses {rest:.1e} N of the half newton on a tip: must be at most "
+            f"flexure: the mount misses {missing:.1e} N of the half newton on a tip: must be at most "
             f"{BALANCE_LIMIT:.0e} N; check what holds the housing"
         )
         raise SolveError(msg)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis
 
-from mesh.cells import cell_places, shape_table
+from mesh.cells import cell_points, shape_table
 from solve.arrays import Floats, Ints
 from solve.elasticity import lame_parameters, scattered
 from solve.surface import nodal_dofs, surface_facets
@@ -19,9 +19,10 @@ Rectangle = tuple[tuple[float, float], tuple[float, float]]  # ends in x and in 
 Disc = tuple[float, float, float]  # centre x, z and radius [mm]
 
 _ACROSS = 1  # the axis y, along which the layer is thin
-# An edge of a layer may cut through a facet: this many points along both of its sides find the share inside.
+# An edge of a layer may cut through a facet: this many points along both of its sides find the fraction inside.
 _SIDE = (np.arange(8) + 0.5) / 8
-_POINTS, _WEIGHTS = np.array([np.repeat(_SIDE, 8), np.tile(_SIDE, 8)]), np.full(64, 1.0 / 64)
+_POINTS = np.array([np.repeat(_SIDE, 8), np.tile(_SIDE, 8)])
+_WEIGHT = 1.0 / 64
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,9 +46,10 @@ class ElasticLayer:
             raise ValueError(msg)
 
     def covers(self, x: Floats, z: Floats) -> Floats:
-        """Say of places [mm] whether they lie under the layer, 1 or 0, of their shape."""
-        inside = [(x0 <= x) & (x <= x1) & (z0 <= z) & (z <= z1) for (x0, x1), (z0, z1) in self.rectangles]
-        covered = np.any(inside, axis=0) if inside else np.ones(x.shape, dtype=bool)
+        """Say of points [mm] whether they lie under the layer, 1 or 0, of their shape."""
+        covered = np.full(x.shape, not self.rectangles)
+        for (x0, x1), (z0, z1) in self.rectangles:
+            covered |= (x0 <= x) & (x <= x1) & (z0 <= z) & (z <= z1)
         if self.discs:
             covered &= np.any([_in_disc(x, z, disc) for disc in self.discs], axis=0)
         for hole in self.holes:
@@ -86,6 +88,6 @@ def _pressed(basis: CellBasis, layer: ElasticLayer) -> Iterator[tuple[Ints, Floa
     for facet in surface_facets(basis, layer.name):
         inside = facet.inside(_POINTS)
         area = np.linalg.norm(facet.normals(basis.mesh, _POINTS), axis=0)
-        x, _, z = cell_places(basis.mesh, inside, facet.elements)
+        x, _, z = cell_points(basis.mesh, inside, facet.elements)
         shapes = shape_table(basis.elem.elem, inside).values
-        yield nodal_dofs(basis, facet.elements), area * _WEIGHTS * layer.covers(x, z), shapes
+        yield nodal_dofs(basis, facet.elements), area * _WEIGHT * layer.covers(x, z), shapes

@@ -1,18 +1,24 @@
-"""Fields of the loaded housing for viewing, at the nodes of its 20-node hexahedra."""
+"""Fields of the loaded housing for viewing, at the nodes of its 20-node hexahedra.
+
+Strain is extrapolated from the points where it is most accurate, the 2^3 Gauss points of a cell and, on a free surface,
+the 2^2 of a facet: Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243, doi:10.1002/nme.1620100202. From there it is
+continued linearly along the axes of the cell or facet, and at a node the neighbours are averaged.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
-from skfem import ElementHexS2, Mesh
+from skfem import CellBasis, ElementHexS2, Mesh
 
 from solve.arrays import Floats, Ints
-from solve.elasticity import stress, vector_basis
-from solve.housing.clamped_half import REDUCED, Attached
-from solve.housing.nodal_strain import nodal_strain
+from solve.displacement_basis import scalar_gradients
+from solve.elasticity import NodalFields, stress, vector_basis
+from solve.housing.clamped_half import POINTS, REDUCED, Attached
 from solve.housing.stiffness import SPRINGS, displacements, leaf_faces
-from solve.nodal_fields import NodalFields
+from solve.surface import nodal_dofs, patch_inside, surface_facets
 
 _FREE = "free"
+_NEAR = 1e-9  # of the side of a cell
 
 
 def flexure_fields(
@@ -31,22 +37,88 @@ def fields_of(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:
     The nodes are the first of `mesh.doflocs`: corners, then the middles of edges. Named boundaries other than leaves
     carry a load or a support; the surface of the rest is taken to carry none, where foils are glued on too.
     """
-    basis = vector_basis(mesh.with_boundaries({_FREE: _free_facets(mesh)}), ElementHexS2(), order=REDUCED)
+    leaves = [leaf_faces(spring) for spring in SPRINGS]
+    loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
+    free = np.setdiff1d(mesh.boundary_facets(), np.concatenate(loaded))
+    basis = vector_basis(mesh.with_boundaries({_FREE: free}), ElementHexS2(), order=REDUCED)
     strain = nodal_strain(basis, u, poisson, _FREE)
     displacement = u[np.hstack([basis.nodal_dofs, basis.edge_dofs]).T]
     # `stress` takes a gradient; of a strain, its own symmetric part, it is the same
     return NodalFields(displacement=displacement, stress=stress(strain, E, poisson), strain=strain)
 
 
-def _free_facets(mesh: Mesh) -> Ints:
-    leaves = [leaf_faces(spring) for spring in SPRINGS]
-    loaded = [facets for name, facets in (mesh.boundaries or {}).items() if name not in leaves]
-    found: Ints = np.setdiff1d(mesh.boundary_facets(), np.concatenate(loaded))
-    return found
-
-
 def most_strained_node(mesh: Mesh, surface: str, fields: NodalFields) -> int:
     """Return the node on a named surface at which the principal strain is largest in size."""
     dofs = mesh.dofs.get_facet_dofs((mesh.boundaries or {})[surface])
-    nodes: Ints = np.unique(np.concatenate([dofs.nodal["u"], dofs.edge["u"]]))
+    nodes = np.unique(np.concatenate([dofs.nodal["u"], dofs.edge["u"]]))
     return int(nodes[fields.largest_principal_strain[nodes].argmax()])
+
+
+def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floats:
+    """Return the strain [1] of displacements u, shape (dofs,), at the nodes, shape (3, 3, nodes).
+
+    `basis` is that of 20-node cells with 2^3 Gauss points. At nodes on the boundary `free`, which carries no load, only
+    its facets count: over the thickness of a leaf strain is curved at a fillet, and a line through two points of a cell
+    misses its peak.
+    """
+    corners = basis.elem.elem.doflocs  # nodes of the unit cube
+    nodes = np.asarray(basis.mesh.dofs.element_dofs[: len(corners)])  # (20, cells), the first of the mesh's 27
+    count = 1 + int(nodes.max())
+    weights = np.asarray(1.0 / basis.dx.sum(axis=1))  # what is extrapolated over a small cell is off by less
+
+    cells = np.arange(basis.mesh.nelements)
+    gradient = np.einsum("nic,njcq->ijcq", u[nodal_dofs(basis, cells)], scalar_gradients(basis))
+    strain = 0.5 * (gradient + gradient.swapaxes(0, 1))
+    matrix = _extrapolation(corners.T, basis.quadrature[0])
+    total = np.zeros((count, 3, 3))
+    weight = np.zeros(count)
+    _add_weighted(total, weight, nodes, np.einsum("nq,ijcq->ncij", matrix, strain), weights)
+
+    surface_total = np.zeros((count, 3, 3))
+    surface_weight = np.zeros(count)
+    for facet in surface_facets(basis, free):
+        inside = facet.inside(POINTS)
+        patch = patch_inside(basis, facet.elements, inside, np.ones((len(facet.elements), POINTS.shape[1])))
+        gradient = np.einsum("nic,njcq->ijcq", u[patch.dofs], patch.gradients)
+        strain = _without_load(gradient, facet.normals(basis.mesh, POINTS), poisson)
+        from_corner = corners - facet.corner
+        on_facet = np.flatnonzero(np.abs(from_corner @ np.cross(facet.along, facet.across)) < _NEAR)
+        in_facet = np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
+        at_nodes = np.einsum("nq,ijcq->ncij", _extrapolation(in_facet, POINTS), strain)
+        of_facet = nodes[on_facet][:, facet.elements]
+        _add_weighted(surface_total, surface_weight, of_facet, at_nodes, weights[facet.elements])
+
+    on_surface = surface_weight > 0.0
+    total[on_surface] = surface_total[on_surface]
+    weight[on_surface] = surface_weight[on_surface]
+    return np.asarray((total / weight[:, None, None]).transpose(1, 2, 0))
+
+
+def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, weights: Floats) -> None:
+    """Add strains (n, cells, 3, 3) at nodes (n, cells) to their weighted sums, and the weights of the cells."""
+    np.add.at(total, nodes, strain * weights[:, None, None])
+    np.add.at(weight, nodes, np.broadcast_to(weights, nodes.shape))
+
+
+def _without_load(gradient: Floats, normal: Floats, poisson: float) -> Floats:
+    """Return the strain of a displacement gradient on a surface that carries no load, as a strain gauge is read.
+
+    Its part in the surface is kept; the stress on the surface is zero, so the strain across it is
+    -nu / (1 - nu) (e_1 + e_2) and its shear is zero. Shapes (3, 3, ...) and, of any length, `normal` (3, ...).
+    """
+    n = normal / np.linalg.norm(normal, axis=0)
+    across = np.einsum("i...,j...->ij...", n, n)
+    tangent = np.eye(3).reshape(3, 3, *([1] * (n.ndim - 1))) - across
+    within = np.einsum("ik...,kl...,lj...->ij...", tangent, 0.5 * (gradient + gradient.swapaxes(0, 1)), tangent)
+    return np.asarray(within - poisson / (1.0 - poisson) * np.trace(within) * across)
+
+
+def _extrapolation(nodes: Floats, gauss: Floats) -> Floats:
+    """Return the matrix (n, q) from values at 2^d Gauss points (d, q) of the unit cube to those at nodes (d, n).
+
+    Along one axis the function that is 1 at one Gauss point and 0 at the other is (1 + 3 X X') / 2, with X of the node
+    and X' = -+ 1 / sqrt(3) of the point, both from -1 to 1.
+    """
+    X = 2.0 * nodes - 1.0
+    X_gauss = 2.0 * gauss - 1.0
+    return np.asarray((0.5 + 1.5 * X[:, :, None] * X_gauss[:, None, :]).prod(axis=0))

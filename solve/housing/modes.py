@@ -14,7 +14,7 @@ from skfem import CellBasis, Mesh
 from solve.arrays import Floats
 from solve.displacement_basis import scalar_shapes
 from solve.elasticity import scattered
-from solve.housing.clamped_half import ACROSS, PRESS, Attached, HeldHalf, clamped_half, with_symmetry
+from solve.housing.clamped_half import ACROSS, PRESS, Attached, ClampedHalf, clamped_half, with_symmetry
 from solve.housing.stiffness import SPRINGS, PerTip, stiffness_of, tip_face
 from solve.linear import DIGITS, SolveError
 
@@ -23,12 +23,13 @@ COUNT = 3
 # frequency is off by half of it at most, a sixtieth of the floor below.
 RESIDUAL_LIMIT = DIGITS
 # Of what the finer meshes' stiffness moves a mode along the press, and of every mode: tests/solve/housing/test_modes.py
-ERROR_SHARE, FLOOR = 0.75, 0.003
+ERROR_SHARE = 0.75
+FLOOR = 0.003
 _KRYLOV_VECTORS = 3 * COUNT + 1
 _TOLERANCE = 1e-8  # of an eigenvalue as the iteration bounds it: well within what the residual is asked to be
 _TONNES = 1e-9  # per mm^3, of 1 g/cm^3: with N and mm the unit of mass
-_ALONG, _OUT, _PRESS = "along the tips", "out of the plane of the plate", "along the press"
-_WAYS = (_ALONG, _OUT, _PRESS)
+_PRESS = "along the press"
+_DIRECTIONS = ("along the tips", "out of the plane of the plate", _PRESS)  # x, y, z
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,19 +68,19 @@ def housing_modes(
     return modes_of(clamped_half(mesh, solid.E, solid.poisson, attached, PRESS), solid, stiffness, springs)
 
 
-def modes_of(half: HeldHalf, solid: Solid, stiffness: PerTip, springs: Sequence[str] = SPRINGS) -> Modes:
-    """Return the three lowest modes of a held half of that solid, as `housing_modes` does."""
+def modes_of(half: ClampedHalf, solid: Solid, stiffness: PerTip, springs: Sequence[str] = SPRINGS) -> Modes:
+    """Return the three lowest modes of a clamped half of that solid, as `housing_modes` does."""
     mass = mass_matrix(half.basis, _TONNES * solid.density)
-    known = {
-        f"{spring} spring {_PRESS}": (fine / here) ** 0.5
-        for spring, fine, here in zip(springs, stiffness, stiffness_of(half, springs), strict=True)
-    }
-    found = []
+    # Frequencies along the press go with the root of the stiffness, which finer meshes know better.
+    corrections = {}
+    for spring, fine, coarse in zip(springs, stiffness, stiffness_of(half, springs), strict=True):
+        corrections[f"{spring} spring {_PRESS}"] = (fine / coarse) ** 0.5
+    modes = []
     for part in (half, with_symmetry(half, ACROSS)):
         for frequency, shape in _lowest(part, mass, springs):
-            factor = known.get(shape, 1.0)
-            found.append((factor * frequency, ERROR_SHARE * abs(factor - 1.0) + FLOOR, shape))
-    frequencies, errors, shapes = zip(*sorted(found)[:COUNT], strict=True)
+            factor = corrections.get(shape, 1.0)
+            modes.append((factor * frequency, ERROR_SHARE * abs(factor - 1.0) + FLOOR, shape))
+    frequencies, errors, shapes = zip(*sorted(modes)[:COUNT], strict=True)
     return Modes(frequencies_Hz=frequencies, errors=errors, shapes=shapes)
 
 
@@ -94,7 +95,7 @@ def mass_matrix(basis: CellBasis, density: float) -> csc_matrix:
     return csc_matrix(total)
 
 
-def _lowest(half: HeldHalf, mass: csc_matrix, springs: Sequence[str]) -> Iterator[tuple[float, str]]:
+def _lowest(half: ClampedHalf, mass: csc_matrix, springs: Sequence[str]) -> Iterator[tuple[float, str]]:
     """Yield frequency [Hz] and shape of the lowest modes of one symmetry; raises SolveError."""
     factor = half.factor
     block = mass[factor.free][:, factor.free]
@@ -107,29 +108,24 @@ def _lowest(half: HeldHalf, mass: csc_matrix, springs: Sequence[str]) -> Iterato
     except ArpackNoConvergence as error:
         msg = f"modes: {error}; check the mesh and what holds the housing"
         raise SolveError(msg) from error
-    _check_modes(values, vectors, block, inverse)
-    for value, vector in zip(values, vectors.T, strict=True):
-        u = np.zeros(half.basis.N)
-        u[factor.free] = vector
-        yield float(np.sqrt(value)) / (2.0 * np.pi), _shape(half.basis, u, springs)
-
-
-def _check_modes(values: Floats, vectors: Floats, mass: csc_matrix, inverse: LinearOperator) -> None:
-    """Raise SolveError unless each mode answers its own inertia: lambda K^-1 M x = x."""
-    for value, vector in zip(values, vectors.T, strict=True):
-        rest = value * inverse.matvec(mass @ vector) - vector
-        residual = float(np.sqrt((rest @ (mass @ rest)) / (vector @ (mass @ vector))))
+    for value, x in zip(values, vectors.T, strict=True):
+        # each mode carries its own inertia: lambda K^-1 M x = x
+        difference = value * inverse.matvec(block @ x) - x
+        residual = float(np.sqrt((difference @ (block @ difference)) / (x @ (block @ x))))
         if not (value > 0.0 and residual <= RESIDUAL_LIMIT):
             msg = f"modes: residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the mesh"
             raise SolveError(msg)
+        u = np.zeros(half.basis.N)
+        u[factor.free] = x
+        yield float(np.sqrt(value)) / (2.0 * np.pi), _shape(half.basis, u, springs)
 
 
 def _shape(basis: CellBasis, u: Floats, springs: Sequence[str]) -> str:
-    """Return in words which tip moves most in a mode u (dofs,), and which way."""
-    moved = np.array([[_mean_of_nodes(basis, u, spring, axis) for axis in range(3)] for spring in springs])
-    tip, axis = divmod(int(np.argmax(np.abs(moved))), len(_WAYS))
-    return f"{springs[tip]} spring {_WAYS[axis]}"
-
-
-def _mean_of_nodes(basis: CellBasis, u: Floats, spring: str, axis: int) -> float:
-    return float(u[basis.get_dofs(tip_face(spring)).all(f"u^{axis + 1}")].mean())
+    """Return in words which tip moves most in a mode u (dofs,), and in which direction."""
+    moved = np.empty((len(springs), 3))
+    for tip, spring in enumerate(springs):
+        face = basis.get_dofs(tip_face(spring))
+        for axis in range(3):
+            moved[tip, axis] = u[face.all(f"u^{axis + 1}")].mean()
+    tip, axis = divmod(int(np.argmax(np.abs(moved))), 3)
+    return f"{springs[tip]} spring {_DIRECTIONS[axis]}"

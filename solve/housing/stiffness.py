@@ -18,10 +18,12 @@ from solve.error_estimate import SolveInfo
 from solve.housing.bonded_foil import bridge_strains
 from solve.housing.clamped_half import (
     ACROSS,
+    POINTS,
     PRESS,
+    WEIGHTS,
     Attached,
+    ClampedHalf,
     Direction,
-    HeldHalf,
     check_names,
     check_tips,
     clamped_half,
@@ -29,7 +31,7 @@ from solve.housing.clamped_half import (
     foils_of,
     weight_load,
 )
-from solve.housing.root_strain import largest_strain
+from solve.surface import surface_patches
 
 PerTip = tuple[float, ...]
 
@@ -42,11 +44,13 @@ LENGTHWISE = 0  # the axis from tip to tip
 ERROR_SHARE = 0.2
 # At the edges of a foil on plastic the stress is singular: both meshes are too stiff alike. Of the step from the coarse
 # mesh 0.24 (steel) to 1.17 (plastic) is still to come, and 0.3 to 2.1 for the strain under a grid, against meshes of
-# eight times the elements along the leaves: (share taken, share left open). tests/fits/gauge_edges.py
+# eight times the elements along the leaves: (fraction added, fraction left open). tests/fits/gauge_edges.py
 EDGE_STIFFNESS = (0.7, 0.5)
 EDGE_STRAIN = (1.1, 1.0)
 # Of what continuing the strain to the edges of the elements adds; seen at most 1.1, 0.85 by tests/fits/root_strain.py
 STRAIN_ERROR_SHARE = 1.5
+# Values at two Gauss points of an edge, continued in a straight line to its ends.
+_EXTRAPOLATION = 0.5 * np.array([[1.0 + np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [1.0 - np.sqrt(3.0), 1.0 + np.sqrt(3.0)]])
 
 
 def tip_face(spring: str) -> str:
@@ -121,12 +125,12 @@ def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStif
     result = HousingStiffness(
         C=fine.C,
         K=fine.K,
-        error=_difference(fine.K, coarse.K, ERROR_SHARE),
+        error=_differences(fine.K, coarse.K, ERROR_SHARE),
         strain_per_N=fine.strain_per_N,
-        strain_error=_difference(fine.strain_per_N, fine.strain_inside_per_N, STRAIN_ERROR_SHARE),
+        strain_error=_differences(fine.strain_per_N, fine.strain_inside_per_N, STRAIN_ERROR_SHARE),
         tilt_per_N=fine.tilt_per_N,
         weight_sag=fine.weight_sag,
-        weight_sag_error=_difference(fine.weight_sag, coarse.weight_sag, 1.0),
+        weight_sag_error=_differences(fine.weight_sag, coarse.weight_sag, 1.0),
         weight_sag_lengthwise=fine.weight_sag_lengthwise,
         info=SolveInfo(
             method="20-node hexahedra",
@@ -135,29 +139,28 @@ def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStif
             status=f"20-node hexahedra; error from meshes of {coarse.dofs} and {fine.dofs} dofs",
         ),
     )
-    strain, coarse_strain = fine.gauge_strain_per_N, coarse.gauge_strain_per_N
-    return result if strain is None or coarse_strain is None else _extrapolated(result, coarse, strain, coarse_strain)
+    strain = fine.gauge_strain_per_N
+    coarse_strain = coarse.gauge_strain_per_N
+    if strain is None or coarse_strain is None:
+        return result
 
-
-def _extrapolated(
-    result: HousingStiffness, coarse: TipCompliance, strain: PerTip, coarse_strain: PerTip
-) -> HousingStiffness:
-    """Return the fine mesh's result carried on by a share of the step from the coarse mesh, as gauges need it."""
-    C = result.C + EDGE_STIFFNESS[0] * (result.C - coarse.C)
+    # With gauges, a fraction of the step from the coarse mesh is added: their edges are singular.
+    C = fine.C + EDGE_STIFFNESS[0] * (fine.C - coarse.C)
+    gauge_strain = np.array(strain) + EDGE_STRAIN[0] * (np.array(strain) - np.array(coarse_strain))
     return dataclasses.replace(
         result,
         C=C,
         K=tip_stiffnesses(C),
-        error=_difference(result.K, coarse.K, EDGE_STIFFNESS[1]),
-        info=dataclasses.replace(result.info, status=f"{result.info.status}; carried on to the edges of the gauges"),
-        gauge_strain_per_N=tuple(a + EDGE_STRAIN[0] * (a - b) for a, b in zip(strain, coarse_strain, strict=True)),
-        gauge_error=_difference(strain, coarse_strain, EDGE_STRAIN[1]),
+        error=_differences(fine.K, coarse.K, EDGE_STIFFNESS[1]),
+        info=dataclasses.replace(result.info, status=f"{result.info.status}; extrapolated to the edges of the gauges"),
+        gauge_strain_per_N=tuple(gauge_strain.tolist()),
+        gauge_error=_differences(strain, coarse_strain, EDGE_STRAIN[1]),
     )
 
 
-def _difference(fine: PerTip, coarse: PerTip, share: float) -> PerTip:
-    """Return a share of the relative difference of each value on two meshes."""
-    return tuple(share * abs(b / a - 1.0) for a, b in zip(fine, coarse, strict=True))
+def _differences(fine: PerTip, coarse: PerTip, fraction: float) -> PerTip:
+    """Return a fraction of the relative difference of each value on two meshes [1]."""
+    return tuple(fraction * abs(b / a - 1.0) for a, b in zip(fine, coarse, strict=True))
 
 
 def tip_compliance(
@@ -171,35 +174,50 @@ def tip_compliance(
     """
     start = time.perf_counter()
     half, mean = _half_and_means(mesh, E, poisson, PRESS, attached, springs)
-    weights = [weight_load(half.basis, axis) for axis in (PRESS.axis, LENGTHWISE)]
-    moved = half.factor.solve(np.column_stack([0.5 * mean, *weights]))
-    u, fallen = np.split(moved, [len(springs)], axis=1)
+    basis = half.basis
+    weights = [weight_load(basis, axis) for axis in (PRESS.axis, LENGTHWISE)]
+    solution = half.factor.solve(np.column_stack([0.5 * mean, *weights]))
+    u = solution[:, : len(springs)]
+    sag, lengthwise_sag = solution[:, len(springs) :].T @ mean
     _check_loads(half, mean, u)
-    found = _answers(half.basis, mean, u, attached, springs)
-    sag, lengthwise = (tuple(one) for one in (fallen.T @ mean).tolist())
-    seconds = time.perf_counter() - start
-    return dataclasses.replace(found, weight_sag=sag, weight_sag_lengthwise=lengthwise, seconds=seconds)
 
-
-def _answers(
-    basis: CellBasis, mean: Floats, u: Floats, attached: Sequence[Attached], springs: Sequence[str]
-) -> TipCompliance:
-    """Return what the displacements u (dofs, tips) [mm] under 1 N on each tip tell; weights are not among the loads."""
+    tilt = []
+    strain = []
+    strain_inside = []
+    for j, spring in enumerate(springs):
+        tilt.append(float(face_mean(basis, tip_face(spring), PRESS.axis, turn=True) @ u[:, j]))
+        at_corners, inside = largest_strain(basis, leaf_faces(spring), u[:, j])
+        strain.append(at_corners)
+        strain_inside.append(inside)
     C = mean.T @ u
-    tilts = [face_mean(basis, tip_face(spring), PRESS.axis, turn=True) @ u[:, j] for j, spring in enumerate(springs)]
-    strains = [largest_strain(basis, leaf_faces(spring), u[:, j]) for j, spring in enumerate(springs)]
     foils = foils_of(attached)
     return TipCompliance(
         C=0.5 * (C + C.T),
-        strain_per_N=tuple(corners for corners, _ in strains),
-        strain_inside_per_N=tuple(inside for _, inside in strains),
-        tilt_per_N=tuple(map(float, tilts)),
-        weight_sag=(),
-        weight_sag_lengthwise=(),
+        strain_per_N=tuple(strain),
+        strain_inside_per_N=tuple(strain_inside),
+        tilt_per_N=tuple(tilt),
+        weight_sag=tuple(sag.tolist()),
+        weight_sag_lengthwise=tuple(lengthwise_sag.tolist()),
         dofs=int(basis.N),
-        seconds=0.0,
+        seconds=time.perf_counter() - start,
         gauge_strain_per_N=bridge_strains(basis, foils, u) if foils else None,
     )
+
+
+def largest_strain(basis: CellBasis, name: str, u: Floats) -> tuple[float, float]:
+    """Return the largest principal strain [1] in size on a surface: extrapolated to its facets' corners, and inside.
+
+    Strain is best at the Gauss points; its peak lies between them, so it is continued bilinearly.
+    """
+    at_corners = 0.0
+    at_points = 0.0
+    for patch in surface_patches(basis, name, POINTS, WEIGHTS):
+        gradient = np.einsum("nie,njep->epij", u[patch.dofs], patch.gradients)
+        strain = 0.5 * (gradient + gradient.swapaxes(2, 3))
+        corners = np.einsum("qp,epij->eqij", np.kron(_EXTRAPOLATION, _EXTRAPOLATION), strain)
+        at_corners = max(at_corners, float(np.abs(np.linalg.eigvalsh(corners)).max()))
+        at_points = max(at_points, float(np.abs(np.linalg.eigvalsh(strain)).max()))
+    return at_corners, at_points
 
 
 def sideways_stiffness(
@@ -225,8 +243,8 @@ def displacements(
     return u
 
 
-def stiffness_of(half: HeldHalf, springs: Sequence[str] = SPRINGS) -> PerTip:
-    """Return the stiffness of each tip of a held half along the press [N/mm]; raises SolveError."""
+def stiffness_of(half: ClampedHalf, springs: Sequence[str] = SPRINGS) -> PerTip:
+    """Return the stiffness of each tip of a clamped half along the press [N/mm]; raises SolveError."""
     mean = _means(half.basis, springs, PRESS)
     u = half.factor.solve(0.5 * mean)
     _check_loads(half, mean, u)
@@ -235,7 +253,7 @@ def stiffness_of(half: HeldHalf, springs: Sequence[str] = SPRINGS) -> PerTip:
 
 def _half_and_means(
     mesh: Mesh, E: float, poisson: float, direction: Direction, attached: Sequence[Attached], springs: Sequence[str]
-) -> tuple[HeldHalf, Floats]:
+) -> tuple[ClampedHalf, Floats]:
     """Return the half in its mount, and the means over the tips' faces (dofs, tips); 0.5 of one is 1 N on the whole."""
     check_names(mesh, [*map(tip_face, springs), *map(leaf_faces, springs)])
     half = clamped_half(mesh, E, poisson, attached, direction)
@@ -246,5 +264,5 @@ def _means(basis: CellBasis, springs: Sequence[str], direction: Direction) -> Fl
     return np.column_stack([face_mean(basis, tip_face(spring), direction.axis) for spring in springs])
 
 
-def _check_loads(half: HeldHalf, mean: Floats, u: Floats) -> None:
+def _check_loads(half: ClampedHalf, mean: Floats, u: Floats) -> None:
     check_tips(0.5 * mean.T @ u, half.support(u))

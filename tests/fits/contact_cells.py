@@ -20,7 +20,7 @@ from fits.comparison import Comparison, covering, fitted  # noqa: E402
 from cad.design.parameters import Fruit, Press, Tips  # noqa: E402
 from solve.contact import response  # noqa: E402
 from solve.contact.scene import Scene  # noqa: E402
-from solve.contact.scene_cells import CELLS  # noqa: E402
+from solve.contact.scene_cells import HALF_CELLS  # noqa: E402
 from solve.fruit.split import split_compliance  # noqa: E402
 
 FRUIT = Fruit()
@@ -53,7 +53,7 @@ def pressed(scene: Scene) -> response.SensorResponse:
 def errors(scene: Scene) -> np.ndarray:
     """Return the largest relative error of a force [1], shape (moduli, travels)."""
     F = product(scene).F
-    with patch.dict(CELLS, {"mirrored": FINER}):
+    with patch("solve.contact.scene_cells.HALF_CELLS", FINER):
         truth = pressed(scene).F
     touching = (F > 0.0) & (truth > 0.0)
     return np.abs(np.divide(F, truth, out=np.ones_like(F), where=touching) - 1.0).max(axis=2)
@@ -74,7 +74,7 @@ def of_rim(scene: Scene) -> float:
 
 
 def compared(partly: Sequence[Scene] = PARTLY, spheres: Sequence[Scene] = SPHERES) -> list[Comparison]:
-    left = 1.0 / ((CELLS["mirrored"][1] / CELLS["mirrored"][0]) ** ORDER - 1.0)
+    left = 1.0 / ((HALF_CELLS[1] / HALF_CELLS[0]) ** ORDER - 1.0)
     return [
         fitted(f"SAFETY, what order {ORDER:g} leaves of the step", response.SAFETY, left, 0.2),
         covering("bar of tilted and rounded tips", 1.0, [of_bar(scene) for scene in partly], SPARE),

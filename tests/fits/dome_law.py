@@ -23,7 +23,7 @@ from cad.design.tips import Press, Tips  # noqa: E402
 from solve.contact.domes.law import domes_on  # noqa: E402
 from solve.contact.linear_response import spring_compliance  # noqa: E402
 from solve.contact.scene import Scene  # noqa: E402
-from solve.contact.scene_cells import CELLS, interference, scene_cells  # noqa: E402
+from solve.contact.scene_cells import scene_cells  # noqa: E402
 from solve.contact.unilateral import UnilateralContact  # noqa: E402
 from solve.fruit.compliance import FruitCompliance  # noqa: E402
 from solve.fruit.split import block_compliance, contact_footprints  # noqa: E402
@@ -93,10 +93,10 @@ def of_bar(square: Square) -> float:
 def on_cells(scene: Scene, known: FruitCompliance, C: np.ndarray, E: float) -> np.ndarray:
     """Return the forces [N] on cells, extrapolated from two grids."""
     x = scene.press.travel_mm
-    with patch.dict(CELLS, {"rolled": FINER}):
+    with patch("solve.contact.scene_cells.WHOLE_CELLS", FINER):
         grids = scene_cells(scene, known, x)
     coarse, fine = (
-        E * UnilateralContact(grid.cells).solve(interference(scene, grid, x), E * C + grid.compliance_correction).F
+        E * UnilateralContact(grid.cells).solve(grid.interference(scene, x), E * C + grid.compliance_correction).F
         for grid in grids
     )
     return fine + (fine - coarse) / ((FINER[1] / FINER[0]) ** ORDER - 1.0)

@@ -19,7 +19,7 @@ from solve.contact.cells import ContactCells, contact_cells, folded
 from solve.contact.linear_response import spring_compliance
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
-from solve.contact.unilateral import housing_travel
+from solve.contact.scene_cells import housing_travel
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
 from solve.halfspace.punch import graded_edges
@@ -111,7 +111,7 @@ def _cells(scene: Scene, count: int) -> tuple[ContactCells, Floats]:
     footprints = tuple(Footprint(x, y, scene.tips.side_mm) for x, y in scene.centres)
     cells = contact_cells(scene.fruit.equivalent_block, footprints, graded_edges(count, GRADING))
     cells = folded(cells) if scene.press.roll_deg == 0.0 else cells
-    gap = scene.fruit_gap(*cells.places.T) + scene.tip_gap(*cells.local.T) - scene.first_touch_mm
+    gap = scene.fruit_gap(*cells.points.T) + scene.tip_gap(*cells.local.T) - scene.first_touch_mm
     travel = housing_travel(cells, scene.press.travel_mm, scene.press.tilt_deg, scene.press.roll_deg)
     return cells, np.asarray(travel - gap)
 

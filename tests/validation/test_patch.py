@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from skfem import ElementHex2, ElementHexS2, ElementTetP2, MeshHex, MeshHex2, MeshTet, MeshTet2
+from skfem import ElementHex2, ElementHexS2, ElementTetP2, MeshHex, MeshHex2, MeshTet
 
 from solve.elasticity import lame_parameters, stiffness_matrix, vector_basis
 from solve.linear import factorised
@@ -90,15 +90,6 @@ def show(case, found):
     print(f"\nMacNeal-Harder patch, {case:45s} fault in displacement {found[0]:.1e}, in stress {found[1]:.1e}", end="")
 
 
-@pytest.mark.parametrize("make", [seven_bricks, split_bricks])
-def test_mesh_is_the_unit_cube_without_folds(make):
-    mesh = make()
-    basis = vector_basis(mesh, mesh.elem(), FULL)
-    assert basis.dx.sum() == pytest.approx(1.0, rel=1e-12)
-    if make is seven_bricks:  # tetrahedra are turned at will; one sign for all bricks is no fold
-        assert len(np.unique(np.sign(basis.mapping.detDF(basis.X)))) == 1
-
-
 @pytest.mark.parametrize(("element", "order"), [(ElementHexS2, FULL), (ElementHexS2, REDUCED), (ElementHex2, FULL)])
 def test_straight_bricks(element, order):
     """Straight edges with centred mid-side nodes: 20 and 27 nodes pass, and 2^3 points are enough for 20."""
@@ -133,27 +124,12 @@ def test_bent_bricks_pass_where_the_map_is_that_of_the_displacement(serendipity,
         assert max(found) <= EXACT
 
 
-def test_bent_tetrahedra(rng):
-    basis = vector_basis(bent(MeshTet2.from_mesh(split_bricks()), 0.004, rng), ElementTetP2(), 4)
-    found = faults(basis, stiffness_matrix(basis, E, POISSON))
-    show("ElementTetP2, bent", found)
-    assert max(found) <= EXACT
-
-
 def test_planted_face_nodes_off_the_20_node_map_fail(rng):
     """A face node left where the 27-node map wants it makes a 20-node displacement miss uniform strain."""
     mesh = bent(MeshHex2.from_mesh(seven_bricks()), 0.01, rng)
     basis = vector_basis(mesh, ElementHexS2(), FULL)
     found = faults(basis, stiffness_matrix(basis, E, POISSON))
     show("planted face nodes", found)
-    assert min(found) > 1e3 * EXACT
-
-
-def test_planted_reduced_rule_on_bent_bricks_fails(serendipity, rng):
-    mesh = serendipity(bent(MeshHex2.from_mesh(seven_bricks()), 0.01, rng))
-    basis = vector_basis(mesh, ElementHexS2(), REDUCED)
-    found = faults(basis, stiffness_matrix(basis, E, POISSON))
-    show("planted 2^3 points on bent bricks", found)
     assert min(found) > 1e3 * EXACT
 
 

@@ -16,7 +16,7 @@ from pipeline.report.stored import StoredReport
 from pipeline.response.scene_press import LINEAR_MODULI, TRAVELS, scene_of
 from pipeline.storage.plain import Plain
 from solve.arrays import Floats
-from solve.contact.linear_response import TipKinds, linear_response
+from solve.contact.linear_response import SpringGroups, linear_response
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
@@ -36,7 +36,7 @@ class LiveModel:
     linear: bool
     S: Floats
     C: Floats
-    kinds: TipKinds
+    groups: SpringGroups
     along: Floats
     ahead: tuple[float, ...]
     K_m_over_E: float
@@ -46,7 +46,7 @@ class LiveModel:
     @property
     def springs(self) -> Springs:
         """Return the soft and the stiff spring [N/mm]."""
-        own = [1.0 / float(self.C[kind[0], kind[0]]) for kind in (self.kinds.soft, self.kinds.stiff)]
+        own = [1.0 / float(self.C[kind[0], kind[0]]) for kind in (self.groups.low, self.groups.high)]
         return Springs(**{field.name: K for field, K in zip(fields(Springs), own, strict=True)})
 
     @property
@@ -57,7 +57,7 @@ class LiveModel:
     def forces(self, E: float, travel: float, tilt_deg: float) -> Floats:
         """Return the force of each tip [N], shape (tips,), at modulus E [MPa], travel [mm] and tilt [deg]."""
         ahead = np.array(self.ahead) + self.along * math.tan(math.radians(tilt_deg))
-        found = linear_response(self.S, self.C, [E], [travel], ahead.tolist(), kinds=self.kinds)
+        found = linear_response(self.S, self.C, [E], [travel], ahead.tolist(), groups=self.groups)
         return np.asarray(found.F[0, 0])
 
     def modulus_read(self, E: float, travel: float, tilt_deg: float) -> float:
@@ -68,7 +68,7 @@ class LiveModel:
                 return read_modulus(self.contrast, F.tolist())
             if not (F > 0.0).all():
                 return math.nan
-            ratio = float(F[list(self.kinds.stiff)].mean() / F[list(self.kinds.soft)].mean())
+            ratio = float(F[list(self.groups.high)].mean() / F[list(self.groups.low)].mean())
             return fruit_stiffness(self.springs, ratio, self.stiffness_ratio) / self.K_m_over_E
         except (ReadingError, ValueError):
             return math.nan
@@ -84,7 +84,7 @@ def live_model(report: StoredReport) -> LiveModel:
         linear=scene_of(design).linear and level_by_weight,
         S=contact.S,
         C=np.array(report.read_out.springs_mm_per_N),
-        kinds=TipKinds(*tips.kinds),
+        groups=SpringGroups(*tips.kinds),
         along=x - x.mean(),
         ahead=tips.height_offset_mm,
         K_m_over_E=pair.K_m_over_E(),
@@ -114,8 +114,8 @@ def live_data(report: StoredReport, model: LiveModel) -> Plain:
         "C": model.C.tolist(),
         "springs": list(tips.springs),
         "names": [tip.name for tip in report.tips],
-        "soft": list(model.kinds.soft),
-        "stiff": list(model.kinds.stiff),
+        "soft": list(model.groups.low),
+        "stiff": list(model.groups.high),
         "along": model.along.tolist(),
         "ahead": list(model.ahead),
         "K_m_over_E": model.K_m_over_E,

@@ -33,14 +33,15 @@ def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
 
     What the shape of the fruit changes goes with its curvature; half of what that differs by is in the bound.
     """
-    block, footprints = scene.fruit.equivalent_block, contact_footprints(scene.fruit, scene.tips)
+    block = scene.fruit.equivalent_block
+    footprints = contact_footprints(scene.fruit, scene.tips)
     half_space = level_compliance(footprints, block.poisson, np.zeros(()), nodes_between(footprints))
     curvature = scene.fruit.radii_mm[0] / radii if scene.curved else np.ones(len(radii))
-    other = np.multiply.outer(curvature - 1.0, compliance.shape_change)
+    change = np.multiply.outer(curvature - 1.0, compliance.shape_change)
     error = max(compliance.error_pair, compliance.error_own)
     return Body(
         poisson=block.poisson,
-        remainder=compliance.S - half_space + other,
-        bound=error * np.abs(compliance.S) + OTHER_RADIUS * np.abs(other),
-        size=min(block.height_mm, *(one.room(block) for one in footprints)),
+        remainder=compliance.S - half_space + change,
+        bound=error * np.abs(compliance.S) + OTHER_RADIUS * np.abs(change),
+        size=min(block.height_mm, *(footprint.room(block) for footprint in footprints)),
     )

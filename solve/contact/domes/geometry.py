@@ -1,7 +1,7 @@
 """Where domes meet the fruit: spheres on an ellipsoid, a sphere or a plane, exact for any tilt. Lengths in mm.
 
 The apex of the fruit is the origin, z points up. A dome that has come nearer to the fruit's surface than its radius
-would enter it; its springs let it give way along the axis of the sensor.
+would enter it; its springs let it move along the axis of the sensor.
 """
 
 import math
@@ -18,17 +18,18 @@ FOOT_STEPS = 8  # Newton steps: one is exact on a sphere, four on an ellipsoid o
 
 @dataclass(frozen=True, eq=False)
 class DomeApproach:
-    """How domes stand to the undeformed fruit, each (poses, tips) but for the places and normals (poses, tips, 3).
+    """How domes stand to the undeformed fruit, each (poses, tips) but for the feet and normals (poses, tips, 3).
 
     `interference` [mm] is how far a dome would enter along the normal, negative where it is off; `cosine` [1] that of
-    the normal to the sensor's axis; `place` [mm] the nearest point of the fruit; `radius` [mm] that of relative
-    curvature, the geometric mean of both directions, and `eased` [1] by what share of it an elliptic contact gives way,
-    1 - ln(ratio of both)^2 / 72: Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up to 3 : 1.
+    the normal to the sensor's axis; `foot` [mm] the nearest point of the fruit; `radius` [mm] that of relative
+    curvature, the geometric mean of both directions, and `eased` [1] the depth of an elliptic contact over that of a
+    round one, 1 - ln(ratio of both)^2 / 72: Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up
+    to 3 : 1.
     """
 
     interference: Floats
     cosine: Floats
-    place: Floats
+    foot: Floats
     normal: Floats
     radius: Floats
     eased: Floats
@@ -52,16 +53,18 @@ class DomePoses:
     axis: Floats
     semi_axes: Floats
 
-    def approach(self, give: Floats) -> DomeApproach:
-        """Return how the domes stand when the springs give way by `give` (poses, tips) [mm]."""
-        centres = self.centres + give[..., None] * self.axis[:, None]
-        place, normal = self._feet(centres)
-        distance = ((centres - place) * normal).sum(axis=-1)
-        least, most = (1.0 / self.dome_radius + curvature for curvature in self._curvatures(place))
+    def approach(self, deflection: Floats) -> DomeApproach:
+        """Return how the domes stand when the springs are deflected by `deflection` (poses, tips) [mm]."""
+        centres = self.centres + deflection[..., None] * self.axis[:, None]
+        foot, normal = self._feet(centres)
+        distance = ((centres - foot) * normal).sum(axis=-1)
+        least, most = self._curvatures(foot)
+        least = 1.0 / self.dome_radius + least
+        most = 1.0 / self.dome_radius + most
         return DomeApproach(
             interference=self.dome_radius - distance,
             cosine=np.einsum("pik,pk->pi", normal, self.axis),
-            place=place,
+            foot=foot,
             normal=normal,
             radius=1.0 / np.sqrt(least * most),
             eased=1.0 - np.log(most / least) ** 2 / 72.0,
@@ -78,63 +81,60 @@ class DomePoses:
         normal = foot / squares
         return middle + foot, normal / np.linalg.norm(normal, axis=-1, keepdims=True)
 
-    def _curvatures(self, place: Floats) -> tuple[Floats, Floats]:
+    def _curvatures(self, foot: Floats) -> tuple[Floats, Floats]:
         """Return the least and the largest principal curvature of the fruit [1/mm], both (poses, tips)."""
         if np.isinf(self.semi_axes).any():
-            flat = np.zeros(place.shape[:2])
+            flat = np.zeros(foot.shape[:2])
             return flat, flat
         axes = self.semi_axes[:, None]
-        seen = place + np.concatenate([np.zeros_like(axes[..., :2]), axes[..., 2:]], axis=-1)
-        normal = (seen**2 / axes**4).sum(axis=-1)
+        from_centre = foot + np.concatenate([np.zeros_like(axes[..., :2]), axes[..., 2:]], axis=-1)
+        normal = (from_centre**2 / axes**4).sum(axis=-1)
         volume = axes.prod(axis=-1) ** 2
-        mean = ((axes**2).sum(axis=-1) - (seen**2).sum(axis=-1)) / (2.0 * volume * normal**1.5)
+        mean = ((axes**2).sum(axis=-1) - (from_centre**2).sum(axis=-1)) / (2.0 * volume * normal**1.5)
         spread = np.sqrt(np.maximum(mean**2 - 1.0 / (volume * normal**2), 0.0))
         return mean - spread, mean + spread
 
 
-def _nearest(seen: Floats, squares: Floats) -> Floats:
+def _nearest(point: Floats, squares: Floats) -> Floats:
     """Return the nearest points of ellipsoids to points outside, both (..., 3) [mm] from the centre.
 
     `squares` (..., 3) [mm^2] are those of the semi-axes. (a_k s_k / (t + a_k^2))^2 adds up to 1 at the nearest point
     a_k^2 s_k / (t + a_k^2); the inverse root of the sum is near to linear in t.
     """
-    stretch = np.zeros(seen.shape[:-1])
+    stretch = np.zeros(point.shape[:-1])
     for _ in range(FOOT_STEPS):
         along = stretch[..., None] + squares
-        q = np.sqrt(squares) * seen / along
+        q = np.sqrt(squares) * point / along
         size = np.linalg.norm(q, axis=-1)
         slope = (q**2 / along).sum(axis=-1) / size**3
         stretch = stretch - (1.0 / size - 1.0) / slope
-    return np.asarray(squares * seen / (stretch[..., None] + squares))
+    return np.asarray(squares * point / (stretch[..., None] + squares))
 
 
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     """Return the domes of scenes of one sensor, each at its own travel [mm] of the mean of its centres, (poses,)."""
     radius = float(scenes[0].tips.dome_radius_mm or 0.0)
-    known = {scene: scene.first_touch_mm for scene in scenes}
-    places = np.array([scene.centres for scene in scenes])
+    first_touch = {scene: scene.first_touch_mm for scene in scenes}
+    centres = np.array([scene.centres for scene in scenes])
     axis = np.array([[*scene.turn, 1.0] for scene in scenes])
     axis = axis / np.linalg.norm(axis, axis=1, keepdims=True)
-    middle = places.mean(axis=1)
-    turned = _turned(places - middle[:, None], axis)
-    lowered = travel + np.array([known[scene] for scene in scenes])
+    middle = centres.mean(axis=1)
+    lowered = travel + np.array([first_touch[scene] for scene in scenes])
     origin = np.column_stack([middle, -lowered])
-    stand = radius - np.array([scene.ahead for scene in scenes])
+    stand = radius - np.array([scene.height_offsets_mm for scene in scenes])
+
+    # Level vectors from the middle to the tips, turned as the vertical is to the axis, the shortest way.
+    level = np.concatenate([centres - middle[:, None], np.zeros((*centres.shape[:2], 1))], axis=2)
+    between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
+    turned = level - np.einsum("pik,pk->pi", level, axis)[..., None] * between[:, None]
+
+    semi_axes = []
+    for scene in scenes:
+        along, across = scene.fruit.radii_mm
+        semi_axes.append((along, math.sqrt(along * across), along))
     return DomePoses(
         dome_radius=radius,
         centres=origin[:, None] + turned + stand[..., None] * axis[:, None],
         axis=axis,
-        semi_axes=np.array([_semi_axes(scene) for scene in scenes]),
+        semi_axes=np.array(semi_axes),
     )
-
-
-def _turned(lever: Floats, axis: Floats) -> Floats:
-    """Return level vectors (poses, tips, 2) turned as the vertical is to the axis, the shortest way, as (..., 3)."""
-    flat = np.concatenate([lever, np.zeros((*lever.shape[:2], 1))], axis=2)
-    between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
-    return np.asarray(flat - np.einsum("pik,pk->pi", flat, axis)[..., None] * between[:, None])
-
-
-def _semi_axes(scene: Scene) -> tuple[float, float, float]:
-    along, across = scene.fruit.radii_mm
-    return along, math.sqrt(along * across), along

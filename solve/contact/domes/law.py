@@ -32,12 +32,15 @@ from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
 
 # Half the mean of x^2 less that of y^2 / 2 under the flat punch and under Hertz's pressure [contact radii^2].
-FELT, ACTING = 1.0 / 6.0, 1.0 / 10.0
+FELT = 1.0 / 6.0
+ACTING = 1.0 / 10.0
 MOST_STEPS = 60
 HALVINGS = 12
-# Shares of terms that are left out or not known better: the body's answer changes over a contact by (a / size)^2,
-# crosstalk by the next power of its moments; the rest is a share of the depth. tests/fits/dome_law.py
-OVER_CONTACT, NEXT_MOMENT, OF_DEPTH = 0.25, 0.5, 7e-4
+# Fractions of terms that are left out or not known better: the body's deflection changes over a contact by
+# (a / size)^2, crosstalk by the next power of its moments; the rest is a fraction of the depth. tests/fits/dome_law.py
+OVER_CONTACT = 0.25
+NEXT_MOMENT = 0.5
+OF_DEPTH = 7e-4
 RESIDUAL_LIMIT = 1e-11  # of the largest interference: round-off of coordinates a hundred times as large
 
 
@@ -78,14 +81,14 @@ class _State:
 
 
 def domes_on(
-    known: Scene, compliance: FruitCompliance, C: Floats, scenes: Sequence[Scene], E: Floats, travel: Floats
+    solved: Scene, compliance: FruitCompliance, C: Floats, scenes: Sequence[Scene], E: Floats, travel: Floats
 ) -> DomeForces:
     """Return the forces of one sensor in scenes at moduli E [MPa] and travels [mm], both (poses,).
 
-    The compliance is that of the fruit in the scene `known`. C (tips, tips) [mm/N]. Raises as `dome_forces`.
+    The compliance is that of the fruit in the scene `solved`. C (tips, tips) [mm/N]. Raises as `dome_forces`.
     """
     radii = np.array([scene.fruit.radii_mm[0] for scene in scenes])
-    return dome_forces(dome_poses(scenes, travel), E, C, dome_body(known, compliance, radii))
+    return dome_forces(dome_poses(scenes, travel), E, C, dome_body(solved, compliance, radii))
 
 
 def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForces:
@@ -94,8 +97,9 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
     Raises SolveError where the forces do not settle.
     """
     law = _Law(poses, E, C, body)
-    state = law.at(law.solved())
-    cosine, touching = state.approach.cosine, state.N > 0.0
+    state = law.state(law.solved())
+    cosine = state.approach.cosine
+    touching = state.N > 0.0
     # what the forces along the springs gain per interference of each dome
     gain = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
     profile = np.einsum("pij,pj->pi", np.abs(gain), law.profile(state))
@@ -132,12 +136,12 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     body = dome_body(scene, compliance, radii)
     law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, body)
     q = law.solved()
-    state = law.at(q)
+    state = law.state(q)
     cosine = state.approach.cosine[0]
-    own = q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
+    hertz = q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
     return DomeContrast(
         S=(body.remainder + state.action)[0] / np.outer(cosine, cosine),
-        hertz=float(np.mean(own)),
+        hertz=float(np.mean(hertz)),
     )
 
 
@@ -145,7 +149,9 @@ class _Law:
     """The equations of the domes for the depths q (poses, tips) [mm], negative where a dome is off."""
 
     def __init__(self, poses: DomePoses, E: Floats, C: Floats, body: Body) -> None:
-        self._poses, self._C, self._body = poses, C, body
+        self._poses = poses
+        self._C = C
+        self._body = body
         self._E = E[:, None]
         self._normal = (1.0 - body.poisson**2) / np.pi
         self._level = poses.approach(np.zeros(poses.centres.shape[:2]))
@@ -153,36 +159,41 @@ class _Law:
     def solved(self) -> Floats:
         """Return the depths; raises SolveError where Newton's method with halved steps does not settle."""
         q = self._level.interference.copy()
-        state = self.at(q)
+        state = self.state(q)
         allowed = RESIDUAL_LIMIT * np.abs(self._poses.centres).max()
         for _ in range(MOST_STEPS):
             if np.abs(state.residual).max(initial=0.0) <= allowed:
                 return q
-            q, state = self._stepped(q, state, allowed)
+            worst = np.maximum(np.abs(state.residual).max(axis=1), allowed)
+            step = np.linalg.solve(self.jacobian(state), state.residual[..., None])[..., 0]
+            trial = self.state(q + step)
+            for _ in range(HALVINGS):  # in poses where the residual would grow
+                grown = np.abs(trial.residual).max(axis=1) > worst
+                if not grown.any():
+                    break
+                step[grown] *= 0.5
+                trial = self.state(q + step)
+            q = q + step
+            state = trial
         msg = f"domes: residual {np.abs(state.residual).max():.1e} mm must be at most {allowed:.0e} mm; press less deep"
         raise SolveError(msg)
 
-    def _stepped(self, q: Floats, state: _State, allowed: float) -> tuple[Floats, _State]:
-        """Return the depths one step of Newton on, halved in poses where the residual [mm] would grow."""
-        worst = np.maximum(np.abs(state.residual).max(axis=1), allowed)
-        step = np.linalg.solve(self.jacobian(state), state.residual[..., None])[..., 0]
-        trial = self.at(q + step)
-        for _ in range(HALVINGS):
-            grown = np.abs(trial.residual).max(axis=1) > worst
-            if not grown.any():
-                break
-            step[grown] *= 0.5
-            trial = self.at(q + step)
-        return q + step, trial
-
-    def at(self, q: Floats) -> _State:
+    def state(self, q: Floats) -> _State:
         """Return the domes at trial depths q (poses, tips) [mm]."""
         N, _, _ = self._hertz(q, self._level)
         approach = self._poses.approach((self._level.cosine * N) @ self._C.T)
         N, stiffness, radius = self._hertz(q, approach)
-        action, moved = self._action(approach, N, radius)
+
+        # The slope that the others make under a dome moves its contact by its radius times that slope.
+        between, distance = _between(approach.foot)
+        slope = self._normal * np.einsum("pij,pijk,pj->pik", distance**-3, between, N) / self._E[..., None]
+        moved = approach.radius[..., None] * slope
+        _, distance = _between(approach.foot + moved)
+        action = self._normal / distance * (1.0 + _moments(radius, FELT, ACTING) / distance**2)  # k_ij
+
         sunk = np.einsum("pij,pj->pi", action + self._body.remainder, N) / self._E
-        residual = approach.interference - 0.5 * moved / approach.radius - sunk - q
+        by_slope = 0.5 * (moved**2).sum(axis=2) / approach.radius
+        residual = approach.interference - by_slope - sunk - q
         return _State(approach, N, stiffness, radius, action, residual)
 
     def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats]:
@@ -192,26 +203,18 @@ class _Law:
         stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact
         return stiffness * depth / 1.5, stiffness / approach.eased, contact
 
-    def _action(self, approach: DomeApproach, N: Floats, radius: Floats) -> tuple[Floats, Floats]:
-        """Return k_ij (poses, tips, tips) [1/mm], and the squares of how far the contacts are moved [mm^2]."""
-        between, distance = _between(approach.place)
-        slope = self._normal * np.einsum("pij,pijk,pj->pik", distance**-3, between, N) / self._E[..., None]
-        moved = approach.radius[..., None] * slope
-        _, distance = _between(approach.place + moved)
-        action = self._normal / distance * (1.0 + _moments(radius, FELT, ACTING) / distance**2)
-        return action, (moved**2).sum(axis=2)
-
     def jacobian(self, state: _State) -> Floats:
         """Return minus the slope of the residual over the depths [1], (poses, tips, tips), but for its small parts."""
         cosine = state.approach.cosine
         springs = cosine[:, :, None] * self._C * cosine[:, None, :]
-        given = springs + (state.action + self._body.remainder) / self._E[..., None]
-        return np.asarray(np.eye(len(self._C)) + given * state.stiffness[:, None, :])
+        compliance = springs + (state.action + self._body.remainder) / self._E[..., None]
+        return np.asarray(np.eye(len(self._C)) + compliance * state.stiffness[:, None, :])
 
     def bound(self, state: _State) -> Floats:
         """Return how far the interference that belongs to the forces may be off [mm], (poses, tips)."""
-        _, distance = _between(state.approach.place)
-        radius, body = state.contact_radius, self._body
+        _, distance = _between(state.approach.foot)
+        radius = state.contact_radius
+        body = self._body
         over = OVER_CONTACT * np.abs(body.remainder) * (radius[:, None] / body.size) ** 2
         next_moment = NEXT_MOMENT * self._normal / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
         sunk = np.einsum("pij,pj->pi", body.bound + over + next_moment, state.N) / self._E
@@ -220,24 +223,24 @@ class _Law:
     def rim(self, state: _State) -> Floats:
         """Return the contact radii that spheres with their own profile have at the same depths [mm], (poses, tips)."""
         depth = state.contact_radius**2 / state.approach.radius
-        return sphere_contact_radius(depth, self._poses.dome_radius, self._beside(state))
-
-    def _beside(self, state: _State) -> Floats:
-        """Return the curvature of the fruit under the domes [1/mm], (poses, tips)."""
-        return np.asarray(1.0 / state.approach.radius - 1.0 / self._poses.dome_radius)
+        return sphere_contact_radius(depth, self._poses.dome_radius, self._fruit_curvature(state))
 
     def profile(self, state: _State) -> Floats:
         """Return by how much a sphere sinks deeper than a paraboloid of its radius [mm], (poses, tips)."""
         contact = self.rim(state)
         hertz = paraboloid_force(state.contact_radius, state.approach.radius)
-        missing = hertz - sphere_force(contact, self._poses.dome_radius, self._beside(state))
+        missing = hertz - sphere_force(contact, self._poses.dome_radius, self._fruit_curvature(state))
         touching = contact > 0.0
         return np.where(touching, missing / np.where(touching, 2.0 * contact, 1.0), 0.0)
 
+    def _fruit_curvature(self, state: _State) -> Floats:
+        """Return the curvature of the fruit under the domes [1/mm], (poses, tips)."""
+        return np.asarray(1.0 / state.approach.radius - 1.0 / self._poses.dome_radius)
 
-def _between(place: Floats) -> tuple[Floats, Floats]:
+
+def _between(feet: Floats) -> tuple[Floats, Floats]:
     """Return the vectors from contact j to contact i [mm] and their lengths, infinite from one to itself."""
-    between = place[:, :, None] - place[:, None]
+    between = feet[:, :, None] - feet[:, None]
     distance = np.linalg.norm(between, axis=-1)
     return between, distance + np.where(np.eye(distance.shape[1]) > 0.0, np.inf, 0.0)
 

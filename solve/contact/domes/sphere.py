@@ -20,7 +20,7 @@ TERMS = 9
 def sphere_contact_radius(depth: Floats, sphere: float, curvature: Floats) -> Floats:
     """Return the contact radius [mm] at a depth of at least 0 [mm]; `curvature` is that of the surface [1/mm]."""
     sunk = depth / sphere
-    beside = sphere * curvature
+    beside = sphere * curvature  # curvature of the surface over that of the sphere
     # Both are upper bounds: the paraboloid's radius, and artanh(x) <= 1.25 sunk where x is above 0.8.
     x = np.minimum(np.sqrt(sunk / (1.0 + beside)), np.maximum(0.8, np.tanh(1.25 * sunk)))
     for _ in range(STEPS):

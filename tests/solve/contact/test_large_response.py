@@ -28,7 +28,7 @@ FALLING = ForceCurve(
 
 
 def response(curve=FALLING, scene=SCENE, contact=CONTACT):
-    return large_response(scene, contact, C, curve, (MODULI, TRAVELS))
+    return large_response(scene, contact, C, curve, MODULI, TRAVELS)
 
 
 def test_forces_balance_springs_flesh_and_crosstalk():
@@ -46,8 +46,7 @@ def test_forces_balance_springs_flesh_and_crosstalk():
 
 def test_rates_are_slopes_of_the_forces():
     step = 1e-6
-    curve = (MODULI, np.array([0.35 - step, 0.35, 0.35 + step]))
-    found = large_response(SCENE, CONTACT, C, FALLING, curve)
+    found = large_response(SCENE, CONTACT, C, FALLING, MODULI, np.array([0.35 - step, 0.35, 0.35 + step]))
     slopes = (found.F[:, 2] - found.F[:, 0]) / (2.0 * step)
     np.testing.assert_allclose(found.slope_ratio[:, 1], slopes[:, 1] / slopes[:, 0], rtol=1e-6)
 
@@ -79,8 +78,9 @@ def test_tip_that_stands_back_carries_nothing_until_it_touches():
 
 def test_depth_beyond_the_curve_is_refused():
     short = replace(FALLING, depths=(0.01, 0.1, 0.2, 0.3))
-    with pytest.raises(InputError, match=r"must be at most 0\.3 tip sides, the deepest equilibrium"):
+    with pytest.raises(InputError) as refused:
         response(short)
+    assert refused.value.field == "depth"
 
 
 def test_square_counts_as_the_circle_of_equal_area():
@@ -91,14 +91,15 @@ def test_square_counts_as_the_circle_of_equal_area():
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("change", "field"),
     [
-        ({"press": Press(strain="large", tilt_deg=1.0)}, "level cubes or cylinders on a block"),
-        ({"tips": Tips(shape="sphere")}, "level cubes or cylinders on a block"),
-        ({"fruit": Fruit(shape="sphere", radius_mm=35.0)}, "level cubes or cylinders on a block"),
-        ({"fruit": Fruit(poisson=0.495)}, r"fruit\.poisson = 0\.495: must be from 0 to 0\.49"),
+        ({"press": Press(strain="large", tilt_deg=1.0)}, "press.strain"),
+        ({"tips": Tips(shape="sphere")}, "press.strain"),
+        ({"fruit": Fruit(shape="sphere", radius_mm=35.0)}, "press.strain"),
+        ({"fruit": Fruit(poisson=0.495)}, "fruit.poisson"),
     ],
 )
-def test_scene_that_is_not_solved_is_refused(change, message):
-    with pytest.raises(InputError, match=message):
+def test_scene_that_is_not_solved_is_refused(change, field):
+    with pytest.raises(InputError) as refused:
         check_large_strain(replace(SCENE, **change))
+    assert refused.value.field == field

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cad.theory.two_spring_law import Springs, force_ratio
-from solve.contact.linear_response import TipKinds, linear_response, spring_compliance, travels
+from solve.contact.linear_response import SpringGroups, linear_response, spring_compliance, travels
 
 S = np.array([[0.766603, 0.010526], [0.010526, 0.766603]])
 K_M_OVER_E = 1.0 / (S[0, 0] - S[0, 1])
@@ -28,13 +28,13 @@ def test_paper_springs_under_the_true_contact(E, P):
 
 
 def test_forces_close_the_travel():
-    found = linear_response(S, PAPER, [2.0], X, ahead=(-0.01, 0.01))
+    found = linear_response(S, PAPER, [2.0], X, height_offsets=(-0.01, 0.01))
     F = found.F[0].T
     assert np.allclose(PAPER @ F + S @ F / 2.0, [X - 0.01, X + 0.01], rtol=1e-12, atol=0.0)
 
 
 def test_slope_ratio_is_the_ratio_of_differences():
-    found = linear_response(S, PAPER, [3.5], X, ahead=(-0.02, 0.02))
+    found = linear_response(S, PAPER, [3.5], X, height_offsets=(-0.02, 0.02))
     ratio = np.diff(found.F[0, :, 1]) / np.diff(found.F[0, :, 0])
     assert found.slope_ratio[0, 1:] == pytest.approx(ratio, rel=1e-9)
 
@@ -42,13 +42,15 @@ def test_slope_ratio_is_the_ratio_of_differences():
 def test_tilt_of_one_degree_moves_P_by_tens_of_percent():
     """The shared table says +27 % and -21 % at 0.6 mm of travel for one degree."""
     step = 4.0 * np.tan(np.radians(1.0))
-    level, low, high = (linear_response(S, PAPER, [3.5], X, ahead=(-a, a)).P[0, -1] for a in (0.0, -step, step))
+    level, low, high = (
+        linear_response(S, PAPER, [3.5], X, height_offsets=(-a, a)).P[0, -1] for a in (0.0, -step, step)
+    )
     assert high / level - 1.0 == pytest.approx(0.27, abs=0.02)
     assert low / level - 1.0 == pytest.approx(-0.21, abs=0.02)
 
 
 def test_tip_that_does_not_reach_the_fruit_carries_nothing():
-    found = linear_response(S, PAPER, [1.0], X, ahead=(-0.3, 0.3))
+    found = linear_response(S, PAPER, [1.0], X, height_offsets=(-0.3, 0.3))
     off = X <= 0.3
     assert (found.F[0, off, 0] == 0.0).all()
     assert np.isnan(found.P[0, off]).all()
@@ -59,7 +61,7 @@ def test_tip_that_does_not_reach_the_fruit_carries_nothing():
 def test_no_force_is_negative_and_no_tip_off_the_fruit_is_under_its_surface():
     """Complementarity: a force of zero goes with a gap of at least zero."""
     for ahead in np.linspace(-0.7, 0.7, 29):
-        found = linear_response(S, PAPER, [1.0], X, ahead=(-ahead, ahead))
+        found = linear_response(S, PAPER, [1.0], X, height_offsets=(-ahead, ahead))
         F = found.F[0].T
         gap = S @ F + PAPER @ F - np.stack([X - ahead, X + ahead])
         assert F.min() >= 0.0
@@ -74,7 +76,7 @@ def test_four_tips_touch_where_force_and_gap_allow():
         coupling = rng.uniform(-0.1, 0.1, (4, 4))
         compliance = np.diag(rng.uniform(0.5, 1.0, 4)) + coupling @ coupling.T
         springs, ahead = np.diag(rng.uniform(0.1, 2.0, 4)), rng.uniform(-0.6, 0.3, 4)
-        found = linear_response(compliance, springs, [2.0], X, ahead, TipKinds(soft=(0, 2), stiff=(1, 3)))
+        found = linear_response(compliance, springs, [2.0], X, ahead, SpringGroups(low=(0, 2), high=(1, 3)))
         F = found.F[0]
         gap = F @ (compliance / 2.0 + springs) - (X[:, None] + ahead)
         assert F.min() >= 0.0

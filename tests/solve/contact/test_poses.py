@@ -9,7 +9,7 @@ import pytest
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
-from solve.contact.linear_response import TipKinds, spring_compliance
+from solve.contact.linear_response import SpringGroups, spring_compliance
 from solve.contact.poses import Pose, pose_forces, posed_scene
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
@@ -39,7 +39,7 @@ def forces(poses, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
 
 def alone(pose, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
     posed = posed_scene(square(tips, fruit), pose)
-    return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel], TipKinds(*tips.kinds))
+    return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel], SpringGroups(*tips.kinds))
 
 
 def test_scene_of_a_pose():
@@ -69,10 +69,9 @@ def test_pose_off_the_face_of_a_dome_has_no_number_and_names_the_width():
     assert np.isnan(found.F[0]).all()
     assert np.isfinite(found.F[1]).all()
     assert found.face_mm[0] > 4.5 > found.face_mm[1]
-    width = f"{found.face_mm[0]:.3g}"
-    with pytest.raises(InputError, match=rf"tips.side_mm = 4.5 mm: must be at least {width} mm") as refused:
+    with pytest.raises(InputError) as refused:
         alone(LEVEL, narrow)
-    assert "\n" not in str(refused.value)
+    assert refused.value.field == "tips.side_mm"
 
 
 def test_tip_that_is_off_does_not_touch():
@@ -116,5 +115,6 @@ def test_level_square_of_flat_tips_is_exact():
 @pytest.mark.parametrize("pose", [LEVEL, TILTED])
 def test_too_steep(pose):
     steep = dataclasses.replace(pose, tilt_deg=(18.0, 12.0))
-    with pytest.raises(InputError, match="more than 20 deg"):
+    with pytest.raises(InputError) as refused:
         forces([pose, steep])
+    assert refused.value.field == "press.tilt_deg"

@@ -131,7 +131,7 @@ def collocated_pair(spacing, cells=16):
 
     def influence(dx):
         dy = y[:, None] - y
-        return halfspace.displacement(halfspace.rectangle_load(dx, dy, 0.0 * dx, (a, b)), 1.0, 0.0)[2]
+        return halfspace.displacement(halfspace.rectangle_load(dx, dy, 0.0 * dx, a, b), 1.0, 0.0)[2]
 
     own, mirrored = influence(x[:, None] - x), influence(x[:, None] + x + spacing)
     free = np.linalg.solve(own - mirrored, np.ones(len(x))) @ (a * b)

@@ -58,12 +58,7 @@ def test_area_under_a_layer_is_that_of_its_rectangles_and_rings(basis, place, ar
     assert layer_area(basis, layer(**place)) == pytest.approx(area, rel=CUT)
 
 
-def test_layer_goes_with_one_over_its_thickness(basis):
-    thin, thick = (layer_matrix(basis, [layer(thickness=t)], E, POISSON) for t in (1.0, 3.0))
-    assert np.abs(thin - 3.0 * thick).max() < 1e-12 * np.abs(thin).max()
-
-
 @pytest.mark.parametrize("thickness", [0.0, -1.0, math.nan])
 def test_layer_without_a_thickness_is_refused(thickness):
-    with pytest.raises(ValueError, match="must be greater than 0"):
+    with pytest.raises(ValueError, match="thickness"):
         layer(thickness=thickness)

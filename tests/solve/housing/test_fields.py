@@ -39,13 +39,6 @@ def test_tips_move_as_the_compliance_says(mesh, found):
         assert found.displacement[nodes, 2].mean() == pytest.approx(moved, rel=1e-2)
 
 
-def test_clamped_nodes_stay_and_the_plane_of_symmetry_stays_a_plane(mesh, found):
-    holes = np.unique(mesh.facets[:, mesh.boundaries["mounting_holes"]])
-    plane = np.unique(mesh.facets[:, mesh.boundaries["symmetry"]])
-    assert np.abs(found.displacement[holes]).max() == 0.0
-    assert np.abs(found.displacement[plane, 1]).max() == 0.0
-
-
 @pytest.mark.parametrize(("side", "index"), [("low", 0), ("high", 1)])
 def test_leaves_carry_the_peak_that_the_strain_tells(mesh, found, side, index):
     """Both forces act, so the other spring's has its small part in the strain."""
@@ -54,12 +47,6 @@ def test_leaves_carry_the_peak_that_the_strain_tells(mesh, found, side, index):
     node = most_strained_node(mesh, f"{side}_leaves", found)
     largest = found.largest_principal_strain[node]
     assert abs(largest - ends) < STRAIN_ERROR_SHARE * (ends - inside)
-
-
-def test_fields_are_linear_in_the_forces(mesh, found):
-    twice = flexure_fields(mesh, *PETG, (2.0 * FORCES[0], 2.0 * FORCES[1]))
-    np.testing.assert_allclose(twice.von_mises, 2.0 * found.von_mises, rtol=1e-9)
-    np.testing.assert_allclose(twice.displacement, 2.0 * found.displacement, rtol=1e-9, atol=1e-12)
 
 
 BENDING = 1e-3  # curvature [1/mm]
@@ -101,14 +88,6 @@ def test_stress_of_pure_bending_is_exact_at_every_node(poisson):
     np.testing.assert_allclose(found.largest_principal_strain, BENDING * np.abs(z), atol=round_off / E)
     middle = stress(np.asarray(basis.interpolate(u).grad).mean(axis=3), E, poisson)
     assert np.abs(middle).max() < round_off
-
-
-def test_displacement_stands_at_its_node():
-    mesh, _, u = bent_bar(0.3)
-    found = fields_of(mesh, 2000.0, 0.3, u)
-    x, y, z = mesh.doflocs[:, : len(found.displacement)]
-    expected = BENDING * np.stack([x * z, -0.3 * y * z, 0.5 * (0.3 * (y * y - z * z) - x * x)], axis=1)
-    np.testing.assert_allclose(found.displacement, expected, atol=1e-15)
 
 
 def test_free_surface_carries_no_load_and_a_loaded_one_what_it_has():

@@ -48,7 +48,7 @@ class DeepDesign(MeasuredDesign):
     def press(self, E, lead=0.0, curve=CURVE, travels=TRAVELS):
         """Return forces [N] over travels, (travels, tips); the low tip stands back by a lead [mm]."""
         scene = replace(self.scene, height_offset_mm=(-lead, 0.0) if lead else ())
-        return large_response(scene, self.contact, self.C, curve, ([E], travels)).F[0]
+        return large_response(scene, self.contact, self.C, curve, [E], travels).F[0]
 
     def with_bars(self, percent):
         """Return a unit whose curve has these error bars [%]; with None its flesh is linear."""
