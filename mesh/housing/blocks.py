@@ -6,7 +6,7 @@ Units: mm; points are (x, z).
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from cad.parts.housing import Arm, Housing
@@ -69,7 +69,7 @@ class Fan:
 
 
 def counts(housing: Housing, scale: float) -> Counts:
-    """Return the numbers of elements at a relative size [1]: 1 to solve on, 2 to judge that by, 0.5 a reference."""
+    """Return the numbers of elements at a relative size [1]: 1 to solve on, 2 for its error, 0.5 a reference."""
 
     def scaled(number: int) -> int:
         return max(1, round(number / scale))
@@ -105,9 +105,11 @@ def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
     lower, upper = arm.levels
     inside = 0.5 * arm.flexure.separation
     half = 0.5 * arm.flexure.thickness + arm.flexure.fillet
-    rooms = (min(lower - bottom, inside), min(top - upper, inside))
-    heights = [min(_FAN * half, half + _ROOM * (room - half)) for room in rooms]
-    return tuple(Fan(*pair) for pair in zip(arm.levels, heights, strict=True))
+    fans = []
+    for level, outside in ((lower, lower - bottom), (upper, top - upper)):
+        room = min(outside, inside)
+        fans.append(Fan(level, min(_FAN * half, half + _ROOM * (room - half))))
+    return tuple(fans)
 
 
 def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Block:
@@ -118,8 +120,9 @@ def fan_block(arm: Arm, x: float, fan: Fan, depth: float, count: Counts) -> Bloc
     corners = [(x, lower), (x + depth, lower), (x + depth, level), (x + depth, upper), (x, upper)]
     far = tuple(Segment(start=a, end=b, count=count.sector) for a, b in pairwise(corners))
     leaf = Segment(start=(start, level - half), end=(start, level + half), count=4 * count.sector)
-    sides = [_fan_side(arm, (x, edge), start, level, count) for edge in (upper, lower)]
-    return Block(sides=((leaf,), sides[0], far, sides[1]), smooth=True)
+    above = _fan_side(arm, (x, upper), start, level, count)
+    below = _fan_side(arm, (x, lower), start, level, count)
+    return Block(sides=((leaf,), above, far, below), smooth=True)
 
 
 def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) -> tuple[Segment, Segment]:
@@ -140,33 +143,42 @@ def _fan_side(arm: Arm, edge: Point, start: float, level: float, count: Counts) 
 
 def leaves(arm: Arm, count: Counts) -> Iterator[Block]:
     """Yield the straight parts of the two leaves of an arm."""
-    fillet = arm.sign * arm.flexure.fillet
     half = 0.5 * arm.flexure.thickness
-    start = arm.wall - fillet
-    end = arm.shuttle + fillet
+    start = arm.wall - arm.sign * arm.flexure.fillet
+    end = arm.shuttle + arm.sign * arm.flexure.fillet
     # Bending across the leaf fades within half its depth from a root: long leaves need their elements there.
     bump = min(1.0, arm.flexure.depth / abs(end - start))
     for level in arm.levels:
-        rows = [
-            Segment(start=(start, z), end=(end, z), count=count.along_leaf, bump=bump, surface=f"{arm.name}_leaves")
-            for z in (level - half, level + half)
-        ]
-        ends = [Segment(start=(x, level - half), end=(x, level + half), count=4 * count.sector) for x in (end, start)]
-        yield Block(sides=((rows[0],), (ends[0],), (rows[1],), (ends[1],)))
+        low = Segment(
+            start=(start, level - half),
+            end=(end, level - half),
+            count=count.along_leaf,
+            bump=bump,
+            surface=f"{arm.name}_leaves",
+        )
+        high = replace(low, start=(start, level + half), end=(end, level + half))
+        at_start = Segment(start=(start, level - half), end=(start, level + half), count=4 * count.sector)
+        at_end = replace(at_start, start=(end, level - half), end=(end, level + half))
+        yield Block(sides=((low,), (at_end,), (high,), (at_start,)))
 
 
 def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
     """Return a straight-sided block with `along` elements on sides 0 and 2 and `across` on sides 1 and 3."""
-    pairs = pairwise([*corners, corners[0]])
-    numbers = (along, across, along, across)
-    return Block(sides=tuple((Segment(start=a, end=b, count=n),) for (a, b), n in zip(pairs, numbers, strict=True)))
+    a, b, c, d = corners
+    return Block(
+        sides=(
+            (Segment(start=a, end=b, count=along),),
+            (Segment(start=b, end=c, count=across),),
+            (Segment(start=c, end=d, count=along),),
+            (Segment(start=d, end=a, count=across),),
+        )
+    )
 
 
 def rectangle(x: Point, z: Point, along: int, across: int) -> Block:
-    """Return the block between two positions along x and two levels z [mm]."""
-    left, right = x
-    bottom, top = z
-    return straight_block(((left, bottom), (right, bottom), (right, top), (left, top)), along, across)
+    """Return the block between two x and two levels z [mm]."""
+    (x0, x1), (z0, z1) = x, z
+    return straight_block(((x0, z0), (x1, z0), (x1, z1), (x0, z1)), along, across)
 
 
 def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
@@ -188,7 +200,7 @@ def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
 
 
 def _neck(housing: Housing, top: Point, bottom: Point, count: Counts) -> Iterator[Block]:
-    """Yield the block between two positions along x at the top of a neck and two at its bottom, and the tip below."""
+    """Yield the block between two x at the top of a neck and two at its bottom, and the tip below."""
     a = (bottom[0], housing.tip_height)
     b = (bottom[1], housing.tip_height)
     c = (top[1], housing.neck_level)

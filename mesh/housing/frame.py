@@ -19,7 +19,7 @@ _TO_HOLE = 0.65  # fraction of the distance between leaf root and hole that a fa
 
 def housing_blocks(housing: Housing, count: Counts) -> list[Block]:
     """Return the blocks of the profile; raises MeshError where two holes leave no wall between them."""
-    profile = [*_bar(housing, count)]
+    profile = _bar(housing, count)
     for arm in housing.arms:
         profile += _Wall(housing, arm, count).blocks()
         profile += blocks.shuttle(housing, arm, count)
@@ -34,7 +34,7 @@ def post_columns(housing: Housing, arm: Arm, count: Counts) -> tuple[float, floa
 
 
 class _Wall:
-    """One wall: beside the cavity fans and cells, behind them the holes in rings; levels z and positions x [mm].
+    """One wall: beside the cavity fans and cells, behind them the holes in rings; levels z and columns x [mm].
 
     A wall that is wider than its post has plain cells in between.
     """
@@ -47,19 +47,17 @@ class _Wall:
         self.radius = 0.5 * housing.hole_diameter
         ceiling = housing.cavity_level - arm.flexure.fillet
         self.fans = blocks.fans_between(arm, housing.protrusion, ceiling)
-        ends = (ceiling, housing.cavity_level, housing.top_level)
-        levels = [housing.protrusion, *self.fans[0].levels, *self.fans[1].levels, *ends]
+        levels = [housing.protrusion, *self.fans[0].levels, *self.fans[1].levels]
+        levels += [ceiling, housing.cavity_level, housing.top_level]
         lower, upper = arm.holes
         self.rings = self._ring_edge(lower, 1.0, levels), self._ring_edge(upper, -1.0, levels)
         self.levels = sorted({*levels, *self.rings})
-        self.inner, self.ring_edge = self._columns()
 
-    def _columns(self) -> tuple[float, float]:
-        """Return x where the fans end, and where the rings begin: the same, but in a wall wider than its post."""
-        arm = self.arm
+        # x where the fans end, and where the rings begin: the same, but in a wall wider than its post
         to_hole = _TO_HOLE * (abs(arm.holes[0][0] - arm.post) - self.radius)
         reach = arm.sign * min(max(fan.height for fan in self.fans), to_hole)
-        return arm.wall + reach, arm.post + reach
+        self.inner = arm.wall + reach
+        self.ring_edge = arm.post + reach
 
     def blocks(self) -> Iterator[Block]:
         """Yield the blocks; raises MeshError where two holes leave no wall between them."""
@@ -72,10 +70,20 @@ class _Wall:
         for a, b in pairwise(self.levels):
             if not blocks.in_fan(a, b, self.fans):
                 yield self._cell(a, b)
-        yield from self._before_post()
-        yield from self._between_rings()
+        before_post = abs(self.ring_edge - self.inner)
+        if before_post > 0.0:
+            columns = blocks.pieces(before_post, self.count)
+            for a, b in pairwise(self.levels):
+                yield blocks.rectangle((self.inner, self.ring_edge), (a, b), columns, self._pieces(a, b))
+        middle = self.arm.holes[0][0]
+        for a, b in pairwise(self._levels_within(*self.rings)):
+            for x in ((self.ring_edge, middle), (middle, self.arm.outer)):
+                yield blocks.rectangle(x, (a, b), self.count.sector, self._pieces(a, b))
         yield from self._ring(self.arm.holes[0], self.levels[0], self.rings[0])
         yield from self._ring(self.arm.holes[1], self.rings[1], self.levels[-1])
+
+    def _levels_within(self, start: float, end: float) -> list[float]:
+        return [level for level in self.levels if start <= level <= end]
 
     def _pieces(self, a: float, b: float) -> int:
         return blocks.pieces_between(a, b, self.fans, self.count)
@@ -107,20 +115,6 @@ class _Wall:
         fillet = _half_fillet(self.housing, self.arm, (wall, a), number)
         return Block(sides=(cell.sides[0], (fillet,), *cell.sides[2:]))
 
-    def _before_post(self) -> Iterator[Block]:
-        width = abs(self.ring_edge - self.inner)
-        if width == 0.0:
-            return
-        for a, b in pairwise(self.levels):
-            columns = blocks.pieces(width, self.count)
-            yield blocks.rectangle((self.inner, self.ring_edge), (a, b), columns, self._pieces(a, b))
-
-    def _between_rings(self) -> Iterator[Block]:
-        for a, b in pairwise(level for level in self.levels if self.rings[0] <= level <= self.rings[1]):
-            middle = self.arm.holes[0][0]
-            for x in ((self.ring_edge, middle), (middle, self.arm.outer)):
-                yield blocks.rectangle(x, (a, b), self.count.sector, self._pieces(a, b))
-
     def _ring(self, hole: Point, start: float, end: float) -> Iterator[Block]:
         """Yield the blocks between a hole and a frame around it that reaches from one level to another."""
         for a, b, number in self._frame(hole, start, end):
@@ -135,7 +129,7 @@ class _Wall:
         inner = self.ring_edge
         middle = hole[0]
         outer = self.arm.outer
-        for a, b in pairwise(level for level in self.levels if start <= level <= end):
+        for a, b in pairwise(self._levels_within(start, end)):
             yield (inner, a), (inner, b), self._pieces(a, b)
         far = [(outer, end), (outer, hole[1]), (outer, start)]
         corners = [(inner, end), (middle, end), *far, (middle, start), (inner, start)]
@@ -163,9 +157,10 @@ def _half_fillet(housing: Housing, arm: Arm, start: Point, number: int) -> Segme
     return Segment(start=start, end=_knuckle(housing, arm), count=number, centre=centre)
 
 
-def _bar(housing: Housing, count: Counts) -> Iterator[Block]:
-    """Yield the blocks of the top bar between the walls."""
+def _bar(housing: Housing, count: Counts) -> list[Block]:
+    """Return the blocks of the top bar between the walls."""
     high = blocks.pieces(housing.top_level - housing.cavity_level, count)
+    bar = []
     ends = []
     for arm in housing.arms:
         x = arm.wall - arm.sign * arm.flexure.fillet
@@ -173,7 +168,8 @@ def _bar(housing: Housing, count: Counts) -> Iterator[Block]:
         top = (x, housing.top_level)
         over_wall = (arm.wall, housing.top_level)
         corner = blocks.straight_block((_knuckle(housing, arm), ceiling, top, over_wall), count.sector, high)
-        yield Block(sides=((_half_fillet(housing, arm, ceiling, count.sector),), *corner.sides[1:]))
+        bar.append(Block(sides=((_half_fillet(housing, arm, ceiling, count.sector),), *corner.sides[1:])))
         ends.append((ceiling, top))
     (a, d), (b, c) = ends
-    yield blocks.straight_block((a, b, c, d), blocks.pieces(b[0] - a[0], count), high)
+    bar.append(blocks.straight_block((a, b, c, d), blocks.pieces(b[0] - a[0], count), high))
+    return bar

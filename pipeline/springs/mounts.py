@@ -14,9 +14,10 @@ from solve.housing.clamped_half import HOLES, SIDES, Attached, ClampedHalf, clam
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
 from solve.housing.stiffness import stiffness_of
 
-# The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher. tests/reference/test_mounts.py
+# The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher.
 SKIN_MM = 0.02
-# Of the plate of a cover, which gives less than a strip as narrow as its rim. tests/reference/test_mounts.py
+# Of the plate of a cover, which gives less than a strip as narrow as its rim: CalculiX on
+# tetrahedra of housing and cover.
 PLATE_SHARE = 0.75
 SCREW_CORE_MM = 2.387  # core diameter of M3, ISO 724
 SPREAD = 0.5  # tangent of the cone in which the pressure of a screw spreads, VDI 2230
@@ -51,8 +52,8 @@ def mount_layers(housing: Housing) -> tuple[ElasticLayer, ...]:
 def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...]:
     """Return the layers of a plate held on its front as given, on its back by its twin through the pads of both.
 
-    The solve has both sides alike: each layer is there on both, half as stiff. That is 0.02 % of K_h too stiff
-    (tests/reference/test_plates.py), less than the meshes leave open; what the twin's own load moves is less still.
+    The solve has both sides alike: each layer is there on both, half as stiff. That is 0.02 % of K_h too stiff,
+    less than the meshes leave open; what the twin's own load moves is less still.
     """
     twin = 2.0 * housing.pad_height + housing.depth + front.thickness
     back = ElasticLayer(name=SIDES, thickness=2.0 * twin, rectangles=rim(housing), holes=front.holes)

@@ -9,7 +9,7 @@ from scipy.optimize import fsolve
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
-from solve.contact.large_response import CROSSTALK, FINITE_BODY, check_large_strain, large_response, round_tip
+from solve.contact.large_response import CROSSTALK, FINITE_BODY, check_large_strain, large_response
 from solve.contact.linear_response import linear_response, spring_compliance
 from solve.contact.scene import Scene
 from solve.error_estimate import SolveInfo
@@ -81,13 +81,6 @@ def test_depth_beyond_the_curve_is_refused():
     with pytest.raises(InputError) as refused:
         response(short)
     assert refused.value.field == "depth"
-
-
-def test_square_counts_as_the_circle_of_equal_area():
-    square = round_tip(replace(SCENE, tips=Tips(side_mm=2.0, fillet_mm=0.2)))
-    assert np.pi * square.radius**2 == pytest.approx(1.0)
-    assert square.edge == pytest.approx(0.1 * 2.0 / np.sqrt(np.pi))
-    assert round_tip(replace(SCENE, tips=Tips(shape="cylinder", side_mm=2.0))).radius == 0.5
 
 
 @pytest.mark.parametrize(

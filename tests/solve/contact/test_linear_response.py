@@ -49,15 +49,6 @@ def test_tilt_of_one_degree_moves_P_by_tens_of_percent():
     assert low / level - 1.0 == pytest.approx(-0.21, abs=0.02)
 
 
-def test_tip_that_does_not_reach_the_fruit_carries_nothing():
-    found = linear_response(S, PAPER, [1.0], X, height_offsets=(-0.3, 0.3))
-    off = X <= 0.3
-    assert (found.F[0, off, 0] == 0.0).all()
-    assert np.isnan(found.P[0, off]).all()
-    assert found.F[0, off, 1] == pytest.approx((X[off] + 0.3) / (1 / 17.3 + S[0, 0]), rel=1e-12)
-    assert (found.F[0, X > 0.32, 0] > 0.0).all()
-
-
 def test_no_force_is_negative_and_no_tip_off_the_fruit_is_under_its_surface():
     """Complementarity: a force of zero goes with a gap of at least zero."""
     for ahead in np.linspace(-0.7, 0.7, 29):

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from scipy.optimize import nnls
 
 from cad.design.fruit import Fruit
 from cad.tips.flat import Cube
@@ -11,7 +10,6 @@ from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact
 from solve.fruit.curved_shape import cap_gap
 from solve.fruit.footprints import Footprint
 from solve.fruit.split import LEVELS, footprint_compliance
-from solve.halfspace import potentials as halfspace
 from solve.halfspace.punch import graded_edges, influence, square_punch
 from solve.linear import SolveError
 
@@ -83,13 +81,6 @@ def test_tilted_contact_is_complementary(footprints, tilt, roll, x):
     assert np.all(area(footprints, touch) <= 1.0 + 1e-12)
 
 
-@pytest.mark.parametrize("x", [0.0, -0.1])
-def test_nothing_touches_before_first_touch(footprints, x):
-    touch = pressed(footprints, x)
-    np.testing.assert_array_equal(touch.F, 0.0)
-    np.testing.assert_array_equal(area(footprints, touch), 0.0)
-
-
 def test_slope_is_the_rate_of_the_force(footprints):
     contact = UnilateralContact(footprints)
     step = 1e-6
@@ -127,47 +118,6 @@ def test_a_state_that_is_not_complementary_is_refused(footprints, monkeypatch):
     monkeypatch.setattr("solve.contact.unilateral.MOST_STEPS", 1)
     with pytest.raises(SolveError, match="complementarity"):
         on_a_cap(footprints)
-
-
-def independent(feet, approach, slack, cells=14):
-    """Return F / E of two tips on a half-space: collocation on uniform cells with Love's formula, solved by nnls."""
-    edges = np.linspace(-0.5, 0.5, cells + 1)
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    unit = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
-    places = np.concatenate([foot.side * unit + np.array([foot.x, 0.0]) for foot in feet])
-    dx, dy = (places[:, None, axis] - places[:, axis] for axis in (0, 1))
-    width = feet[0].side / cells
-    loads = halfspace.rectangle_load(dx, dy, 0.0 * dx, width, width)
-    A = halfspace.displacement(loads, 1.0, BLOCK.poisson)[2] / width**2
-    tips = np.eye(2)[np.repeat([0, 1], cells**2)]
-    M, b = A + (tips * np.asarray(slack)) @ tips.T, approach(places)
-    L = np.linalg.cholesky(0.5 * (M + M.T))
-    return tips.T @ nnls(L.T, np.linalg.solve(L, b), maxiter=20000)[0]
-
-
-@pytest.mark.parametrize("scene", ["tilt of 5 degrees", "sphere of radius 35", "one tip off"])
-def test_partial_contact_against_another_discretisation_and_solver(scene):
-    """A block of 1000 mm stands for the half-space (it differs by 1.5e-3).
-
-    Uniform collocation with 14 cells a side is stiffer or softer by its edge cells: 3 % of the force.
-    """
-    block = Fruit(length_mm=1000.0, width_mm=1000.0, height_mm=1000.0, poisson=0.3)
-    footprints = contact_cells(block, FEET, graded_edges(12))
-    slack = 2.0 / K
-
-    def approach(places):
-        x, y = places.T
-        if scene == "sphere of radius 35":
-            return 0.35 - cap_gap(x, y, 35.0, 35.0)
-        if scene == "tilt of 5 degrees":
-            return 0.5 + x * np.tan(np.radians(5.0))
-        return 0.1 + x * np.tan(np.radians(2.0))
-
-    touch = UnilateralContact(footprints).solve(approach(footprints.points), np.diag(slack))
-    expected = independent(FEET, approach, slack)
-    np.testing.assert_allclose(touch.F, expected, rtol=3e-2, atol=1e-6)
-    assert area(footprints, touch).min() < 1.0
-    assert (touch.F[0] == 0.0) == (scene == "one tip off")
 
 
 def test_fillet_softens_the_first_touch(footprints):

@@ -1,7 +1,6 @@
 import dataclasses
 
 import numpy as np
-import pytest
 
 from cad.design.fruit import Fruit
 from solve.fruit.box import Grading, block_lines, box_mesh, graded_line
@@ -17,21 +16,6 @@ def test_graded_line_keeps_its_ends_and_follows_the_size():
     steps, middle = np.diff(line), 0.5 * (line[1:] + line[:-1])
     assert np.all(steps <= 1.1 * (0.1 + 0.2 * np.abs(middle)))
     assert len(graded_line(-1.0, 3.0, lambda s: 0.1 + 0.2 * np.abs(s), 0.75)) < len(line)
-
-
-def test_lines_of_a_mirrored_scene_are_mirrored():
-    lines = block_lines(BLOCK, POINTS, (False, False), GRADING)
-    turned = block_lines(BLOCK, -POINTS, (False, False), GRADING)
-    for axis in (0, 1):
-        np.testing.assert_allclose(turned[axis], -lines[axis][::-1], atol=1e-12)
-    np.testing.assert_allclose(turned[2], lines[2], atol=1e-12)
-
-
-def test_coarser_partner_has_fewer_steps_along_every_line():
-    fine = block_lines(BLOCK, POINTS, (False, True), GRADING)
-    coarse = block_lines(BLOCK, POINTS, (False, True), GRADING.coarser())
-    assert all(len(few) < len(many) for few, many in zip(coarse, fine, strict=True))
-    assert sum(GRADING.coarser().layer) == pytest.approx(1.0)
 
 
 def test_far_sides_of_a_low_block_have_no_layer():

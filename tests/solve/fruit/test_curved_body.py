@@ -83,13 +83,6 @@ def test_a_fruit_of_large_radius_is_its_block():
     assert (relative_changes(found.change, S) < 0.1 * relative_changes(pair_change(PIECE).change, S)).all()
 
 
-def test_change_scales_with_one_over_length():
-    lengths = ("radius_mm", "length_mm", "width_mm", "thickness_mm", "height_mm")
-    large = dataclasses.replace(PIECE, **{name: 3.0 * getattr(PIECE, name) for name in lengths})
-    scaled = shape_change(large, tip_footprints(Tips(side_mm=3.0, spacing_mm=24.0)))
-    np.testing.assert_allclose(3.0 * scaled.change, pair_change(PIECE).change, rtol=1e-6)
-
-
 def test_compliance_carries_the_change_and_says_how_much():
     block = split_compliance(PIECE.equivalent_block, Tips())
     found = curved_compliance(block, PIECE, PAIR)

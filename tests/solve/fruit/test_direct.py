@@ -4,7 +4,7 @@ from skfem import ElementTetP1, ElementTetP2, MeshTet
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.parts.fruit import fruit_block, fruit_half, fruit_quarter
+from cad.parts.fruit import fruit_block, fruit_quarter
 from mesh.fruit import fruit_mesh, fruit_meshes
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.fruit.direct import (
@@ -61,12 +61,6 @@ def test_every_mesh_is_too_stiff_and_finer_ones_less_so(coarse_and_fine):
         assert modes == sorted(modes)
 
 
-def test_error_of_one_mesh_halves_with_the_size_at_the_edge(coarse_and_fine):
-    s11 = REFERENCE[0.3][0]
-    coarse, fine = (1.0 - S[0, 0] / s11 for S in coarse_and_fine)
-    assert np.log2(coarse / fine) == pytest.approx(1.0, abs=0.15)  # unstructured meshes scatter by some per cent
-
-
 @pytest.fixture(scope="module")
 def off_centre():
     tips = Tips(side_mm=1.0, spacing_mm=8.0, offset_mm=4.0)
@@ -79,15 +73,6 @@ def test_crosstalk_is_reciprocal_for_two_separate_loads_off_the_centre(off_centr
     assert (
         S[1, 1] > 1.02 * S[0, 0]
     )  # the high tip stands 1.5 sides from the edge of the block, the low one in the middle
-
-
-def test_half_and_whole_block_agree():
-    tips = Tips(spacing_mm=8.0, offset_mm=1.5)
-    half, whole = (
-        mesh_compliance(fruit_mesh(make(BLOCK, tips), BLOCK, tips, 2.0), 0.3).S for make in (fruit_half, fruit_block)
-    )
-    # Each mesh is 7 to 8 % too stiff at this size; two unstructured meshes differ by a quarter of that.
-    assert half == pytest.approx(whole, rel=2e-2)
 
 
 def column() -> MeshTet:
@@ -136,11 +121,3 @@ def test_size_of_the_outline_leaves_out_the_cut():
     mesh = column()
     # Of the 2 x 3 mm footprint the sides x = 2 and y = 3 remain: 5 mm in two edges of 1 mm and two of 1.5 mm.
     assert outline_size(mesh) == pytest.approx(5.0 / 4.0)
-
-
-def test_two_meshes_give_a_wider_bar_and_say_so():
-    part = fruit_quarter(BLOCK, TIPS)
-    found = direct_compliance([fruit_mesh(part, BLOCK, TIPS, scale) for scale in (4.0, 2.0)], 0.3)
-    s11, _ = REFERENCE[0.3]
-    assert abs(found.S[0][0] - s11) <= found.error_own * found.S[0][0]
-    assert "two meshes" in found.info.status

@@ -5,17 +5,12 @@ import pytest
 
 from cad.design.fruit import Fruit
 from solve.fruit.footprints import Footprint, closest_spacing, level_parities, mirror_images
-from solve.fruit.split import LEVELS, SplitDomainError, block_compliance, check_domain, footprint_compliance
+from solve.fruit.split import LEVELS, SplitDomainError, check_domain, footprint_compliance
 
 BLOCK = Fruit(length_mm=20.0, width_mm=20.0, height_mm=12.0, poisson=0.3)
 SQUARE = tuple(Footprint(x, y, 1.0) for x, y in ((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)))
 QUICK = LEVELS[0].coarser()
 SYMMETRY = 1e-9
-
-
-def turned(footprint):
-    """Return the footprint mirrored at x = y."""
-    return Footprint(footprint.y, footprint.x, footprint.side)
 
 
 def test_square_of_four_has_the_symmetries_of_the_square():
@@ -54,27 +49,6 @@ def test_tips_without_force_only_resist_the_slope_under_them(i, j):
     np.testing.assert_allclose(pair - whole[np.ix_([i, j], [i, j])], held, rtol=0.0, atol=3e-5)
     assert held.min() >= 0.0
     assert held.max() > 1e-4
-
-
-def test_layout_off_both_axes_turns_with_its_block():
-    block = Fruit(length_mm=20.0, width_mm=16.0, height_mm=12.0, poisson=0.45)
-    across = Fruit(length_mm=16.0, width_mm=20.0, height_mm=12.0, poisson=0.45)
-    footprints = (Footprint(-3.0, 1.0, 1.0), Footprint(4.0, -0.5, 1.3), Footprint(1.0, 3.0, 1.0))
-    S = footprint_compliance(block, footprints, QUICK).S
-    np.testing.assert_allclose(footprint_compliance(across, [*map(turned, footprints)], QUICK).S, S, rtol=SYMMETRY)
-    np.testing.assert_allclose(footprint_compliance(block, footprints[::-1], QUICK).S, S[::-1, ::-1], rtol=SYMMETRY)
-
-
-def test_compliance_of_four_tips_carries_their_names_and_errors():
-    names = ("a", "b", "c", "d")
-    found = block_compliance(BLOCK, SQUARE, 0.02, names)
-    finer = footprint_compliance(BLOCK, SQUARE, LEVELS[0]).S
-    assert found.tips == names
-    assert abs(found.S[0, 0] / finer[0, 0] - 1.0) < found.error_own
-    pair, finer_pair = found.S[0, 0] - found.S[0, 2], finer[0, 0] - finer[0, 2]
-    assert abs(pair / finer_pair - 1.0) < found.error_pair <= 0.02
-    others = (finer.sum() - np.trace(finer)) / 12.0
-    assert found.K_m_over_E() == pytest.approx(1.0 / (finer[0, 0] - others), rel=found.error_pair)
 
 
 def test_spacing_and_domain_count_both_axes():

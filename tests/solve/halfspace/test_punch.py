@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 import solve.halfspace.punch
-from solve.halfspace.potentials import displacement, rectangle_load
 from solve.halfspace.punch import circle_punch, graded_edges, rectangle_punch, square_punch
 
 PUNCHES = {"square": square_punch, "circle": circle_punch, "rectangle": lambda n: rectangle_punch(1.7, n)}
@@ -58,22 +57,6 @@ def test_graded_edges_are_their_own_mirror_image_to_the_last_bit():
         np.testing.assert_array_equal(edges, -edges[::-1])
         pairs = solve.halfspace.punch.influence(edges, edges)
         np.testing.assert_array_equal(pairs, pairs[::-1, ::-1])
-
-
-@pytest.mark.parametrize(("aspect", "tolerance"), [(1.0, 2e-3), (2.0, 2e-3)])
-def test_rectangle_agrees_with_collocation_on_loves_formula(aspect, tolerance):
-    """Another method with another kernel: u_z = 1 at the centres of cells with Love's displacement, E* = 1.
-
-    Collocation with 20 graded cells a side is first order and leaves about 1e-3.
-    """
-    x = graded_edges(20)
-    centre, width = 0.5 * (x[1:] + x[:-1]), np.diff(x)
-    X, Y = (c.ravel() for c in np.meshgrid(centre, aspect * centre, indexing="ij"))
-    A, B = (c.ravel() for c in np.meshgrid(width, aspect * width, indexing="ij"))
-    dx, dy = X[:, None] - X, Y[:, None] - Y
-    influence = displacement(rectangle_load(dx, dy, 0.0 * dx, A, B), 1.0, 0.0)[2]
-    pressure = np.linalg.solve(influence, np.ones(len(X)))
-    np.testing.assert_allclose((pressure * A * B).sum(), rectangle_punch(aspect, 1).flat_stiffness, rtol=tolerance)
 
 
 def test_boundary_elements_converge_at_order_three(monkeypatch):

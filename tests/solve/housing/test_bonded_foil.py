@@ -99,15 +99,6 @@ def test_beam_check_catches_a_foil_of_half_the_stiffness(mesh, plain):
     assert abs((found - 1.0) / (beam - 1.0) - 1.0) > 0.4
 
 
-def test_strain_of_a_gauge_that_hardly_stiffens_lies_between_a_narrow_beam_and_a_wide_one(gauged):
-    """Bending moment (L - 2 s) / 4 for 1 N on two leaves, over E w t^2 / 6; a wide leaf strains by 1 - nu^2 of it."""
-    E, nu = TITANIUM
-    for i, one in enumerate((HOUSING.low, HOUSING.high)):
-        middle = one.fillet + FOIL.margin_mm + 0.5 * FOIL.grid_length_mm
-        beam = 1.5 * (one.length - 2.0 * middle) / (E * one.depth * one.thickness**2)
-        assert (1.0 - nu**2) * beam < gauged[TITANIUM].gauge_strain_per_N[i] < beam
-
-
 def test_stiffness_is_carried_on_by_its_share_of_the_step_between_the_meshes(gauged):
     coarse = gauged[PETG]
     fine = dataclasses.replace(coarse, C=coarse.C / 0.99, dofs=coarse.dofs + 1)

@@ -95,18 +95,6 @@ def test_other_laws_are_too(name, poisson):
     np.testing.assert_array_less(np.abs(curve.factor(depths) - expected), curve.error(depths) + STATED)
 
 
-def test_flesh_that_folds_through_the_tip_is_softer():
-    """What programs without contact at the side wall show: an artefact beyond both errors, and only at depth."""
-    depths = (0.02, 0.1, 0.2, 0.3)
-    with_wall, without = (
-        pressed(TipPress(tip=FlatTip(radius=RADIUS, wall=wall), law=FleshLaw(poisson=0.3)), depths)
-        for wall in (True, False)
-    )
-    lost = 1.0 - without.forces / with_wall.forces
-    assert lost[0] == 0.0
-    assert lost[-1] > 0.01
-
-
 @pytest.mark.parametrize(("ratio", "published"), [(0.2, 1.207), (0.4, 1.473), (1.0, 2.484)])
 def test_small_strain_is_that_of_a_punch_on_a_bonded_layer(ratio, published, monkeypatch):
     """F = kappa 2 r E d / (1 - nu^2) with kappa of W. C. Hayes et al., 1972, at nu = 0.3; known to 0.002."""
