@@ -11,7 +11,6 @@ import numpy as np
 from solve.arrays import Floats
 from solve.large_strain.grid import fillet_elements
 from solve.large_strain.press import TipPress
-from solve.large_strain.tip_profile import Dome
 
 PENALTY = 2e-4  # against a penalty ten times as stiff
 FAR_ELEMENTS = 1.1e-3  # against elements that grow by half as much from one to the next, on fillets
@@ -28,9 +27,9 @@ def unseen_error(press: TipPress, grip: float, depths: Floats) -> Floats:
     """
     tip = press.tip
     error = np.full_like(depths, PENALTY + FAR_ELEMENTS)
-    if isinstance(tip, Dome) or tip.edge == 0.0:
+    if tip.edge == 0.0:
         return error
-    of_grip = 0.0 if press.slides else GRIP_OF_STEPS * (grip - 1.0) * tip.edge / tip.radius
+    of_grip = GRIP_OF_STEPS * (grip - 1.0) * tip.edge / tip.radius
     return np.asarray(error + (STEPS + of_grip))
 
 
@@ -41,7 +40,7 @@ def rim_error(press: TipPress, depths: Floats) -> Floats:
     quarter of an element, until the next node touches: 3/2 (half an element / covered) of the depth.
     """
     tip = press.tip
-    if isinstance(tip, Dome) or tip.edge == 0.0:
+    if tip.edge == 0.0:
         return np.zeros_like(depths)
     element = tip.edge / fillet_elements(tip.edge, press.refinement)
     change = np.minimum(0.75 * element / fillet_covered(tip.radius, tip.edge, depths), 1.0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solve.arrays import Floats, Ints
-from solve.large_strain.tip_profile import Dome, TipProfile
+from solve.large_strain.tip_profile import FlatTip
 
 # The paper's block seen from its tip: 20 x 20 tip sides as a circle of equal area, 12 high. The force over the linear
 # one is that of any larger body within 0.1 %.
@@ -13,7 +13,6 @@ BODY_RADIUS = 11.284
 BODY_HEIGHT = 12.0
 SHARP_SIZE = 0.025  # of the elements at a sharp edge [tip sides]
 FILLET_ELEMENTS = 6  # at least, times the refinement
-DOME_ELEMENTS = 12  # at least, times the refinement
 GROWTH = 1.8
 
 
@@ -51,12 +50,9 @@ class Grid:
         return (2 * len(self.z) - 1) * np.arange(2 * len(self.r) - 1)
 
 
-def press_grid(tip: TipProfile, refinement: int = 1) -> Grid:
+def press_grid(tip: FlatTip, refinement: int = 1) -> Grid:
     """Return the grid for a tip; twice the refinement halves the elements where the tip's edge bites."""
-    if isinstance(tip, Dome):
-        under_tip = np.linspace(0.0, tip.radius, DOME_ELEMENTS * refinement + 1)
-        size = float(under_tip[1])
-    elif tip.edge > 0.0:
+    if tip.edge > 0.0:
         count = fillet_elements(tip.edge, refinement)
         size = tip.edge / count
         fillet = np.linspace(tip.seat, tip.radius, count + 1)

@@ -10,7 +10,7 @@ from solve.large_strain.body import RoundBody
 from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.grid import press_grid
 from solve.large_strain.newton import Equilibrium, NoEquilibriumError, PressedBody
-from solve.large_strain.tip_profile import FlatTip, TipProfile
+from solve.large_strain.tip_profile import FlatTip
 
 LARGEST_STEP = 0.05  # of the depth [tip sides]
 LEAST_STEP = 1e-2  # of the deepest depth: below, the press ends
@@ -20,11 +20,10 @@ _FEW_ITERATIONS = 5
 
 @dataclass(frozen=True, kw_only=True)
 class TipPress:
-    """One press to be solved: tip and flesh, whether the tip slides on the skin or grips it, and the refinement."""
+    """One press to be solved: a tip that grips the skin, its flesh, and the refinement of the mesh."""
 
-    tip: TipProfile
+    tip: FlatTip
     law: FleshLaw
-    slides: bool = False
     refinement: int = 1
 
 
@@ -32,8 +31,8 @@ class TipPress:
 class PressedForces:
     """Forces [E times tip side^2] at the depths asked for that were reached [tip sides], and what they cost.
 
-    `sharp` is the stiffness [E times tip side] of the sharp tip of this radius at small strain with the same grip,
-    `sliding` that of the one that slides.
+    `sharp` is the stiffness [E times tip side] of the sharp tip of this radius at small strain, `sliding` that of one
+    that slides instead of gripping.
     """
 
     depths: Floats
@@ -56,7 +55,7 @@ def pressed(press: TipPress, depths: Sequence[float]) -> PressedForces:
     return PressedForces(
         depths=np.asarray(depths[: len(forces)], dtype=np.float64),
         forces=np.array(forces, dtype=np.float64),
-        sharp=march.sharp_stiffness(slides=press.slides),
+        sharp=march.sharp_stiffness(slides=False),
         sliding=march.sharp_stiffness(slides=True),
         dofs=2 * march.body.body.count,
         iterations=march.iterations,
@@ -73,10 +72,7 @@ class _DepthMarch:
         self.iterations = 0
         self._step = LARGEST_STEP
 
-        # A flat face holds the flesh under it from the start; with a fillet that slides, contact finds it node by node.
-        tip = press.tip
-        seated = isinstance(tip, FlatTip) and (tip.seat == tip.radius or not press.slides)
-        self._held = self._held_dofs(tip.seat if seated else -1.0, slides=press.slides)
+        self._held = self._held_dofs(press.tip.seat, slides=False)
         self._first_slope, _ = self.body.linear_step(self._held, self._lowered(self._held))
         rest = np.zeros_like(self._first_slope)
         self._equilibria = [Equilibrium(depth=0.0, u=rest, force=0.0, iterations=0)]
@@ -124,17 +120,16 @@ class _DepthMarch:
         return self.body.equilibrium(best, depth, self._held)
 
     def _append(self, equilibrium: Equilibrium) -> None:
-        """Keep an equilibrium, lengthen the step if it was easy, and hold what a tip that grips now touches."""
+        """Keep an equilibrium, lengthen the step if it was easy, and hold what the tip now touches."""
         self._equilibria = [*self._equilibria[1 - _PREDICTED_FROM :], equilibrium]
         self.iterations += equilibrium.iterations
         if equilibrium.iterations <= _FEW_ITERATIONS:
             self._step = min(LARGEST_STEP, 1.5 * self._step)
-        if not self.press.slides:
-            distance = self.body.distance(equilibrium.u, equilibrium.depth)
-            gripped = self.body.grid.top[(distance.value < 0.0) & distance.face]
-            held = self._held.reshape(-1, 2).copy()
-            held[gripped] = True
-            self._held = held.ravel()
+        distance = self.body.distance(equilibrium.u, equilibrium.depth)
+        gripped = self.body.grid.top[(distance.value < 0.0) & distance.face]
+        held = self._held.reshape(-1, 2).copy()
+        held[gripped] = True
+        self._held = held.ravel()
 
     def _held_dofs(self, seat: float, *, slides: bool) -> Flags:
         """Return which dofs are held: the base, the axis across, and the top up to a radius [tip sides]."""

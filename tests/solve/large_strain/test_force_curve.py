@@ -18,7 +18,7 @@ from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.force_curve import force_curve
 from solve.large_strain.newton import NoEquilibriumError
 from solve.large_strain.press import TipPress, pressed
-from solve.large_strain.tip_profile import Dome, FlatTip
+from solve.large_strain.tip_profile import FlatTip
 
 RADIUS = 1.0 / math.sqrt(math.pi)  # of the circle with the area of a square tip
 DEPTHS = np.array([0.002, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
@@ -117,12 +117,6 @@ def test_grip_at_small_strain_is_that_of_spence(poisson):
     assert found.sharp / found.sliding - 1.0 == pytest.approx(no_slip(poisson), rel=0.06)
 
 
-def test_dome_starts_as_that_of_hertz_and_stays_within_its_error():
-    curve = force_curve(Dome(radius=0.2), FleshLaw(poisson=0.45), 0.03, slides=True)
-    assert abs(curve.factors[0] - 1.0) < curve.errors[0]
-    assert curve.reached == pytest.approx(0.03, rel=0.02)
-
-
 def test_depth_beyond_equilibrium_is_refused_with_the_depth_that_was_reached(monkeypatch):
     whole = press.pressed
 
@@ -194,16 +188,7 @@ def test_residual_of_every_force_is_checked(monkeypatch):
         march.advance(0.1, least_step=0.05)
 
 
-@pytest.mark.parametrize(
-    ("tip", "slides", "deepest", "field"),
-    [
-        (FlatTip(radius=0.5), True, 0.3, "edge"),
-        (Dome(radius=0.2), False, 0.01, "slides"),
-        (Dome(radius=0.2), True, 0.0325, "deepest"),
-        (FlatTip(radius=0.5), False, 0.0, "deepest"),
-    ],
-)
-def test_what_is_not_resolved_is_refused(tip, slides, deepest, field):
+def test_depth_of_nothing_is_refused():
     with pytest.raises(InputError) as refused:
-        force_curve(tip, FleshLaw(), deepest, slides=slides)
-    assert refused.value.field == field
+        force_curve(FlatTip(radius=0.5), FleshLaw(), 0.0)
+    assert refused.value.field == "deepest"

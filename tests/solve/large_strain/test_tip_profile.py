@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from solve.large_strain.tip_profile import Dome, FlatTip
+from solve.large_strain.tip_profile import FlatTip
 
-TIPS = {"sharp": FlatTip(radius=0.5), "rounded": FlatTip(radius=0.5, edge=0.1), "dome": Dome(radius=0.4)}
+TIPS = {"sharp": FlatTip(radius=0.5), "rounded": FlatTip(radius=0.5, edge=0.1)}
 
 
 @pytest.mark.parametrize("tip", TIPS.values(), ids=TIPS)
@@ -30,10 +30,3 @@ def test_points_know_whether_wall_or_face_is_nearest():
     distance = tip.distance(r, z)
     np.testing.assert_allclose(distance.value, [-0.01, -0.01, np.hypot(0.07, 0.07) - 0.1, 0.2], atol=1e-15)
     assert distance.face.tolist() == [True, False, True, False]
-
-
-def test_without_its_wall_a_tip_presses_with_its_face_only():
-    tip = FlatTip(radius=0.5, wall=False)
-    value = tip.distance(np.array([0.1, 0.49]), np.array([0.01, 0.3])).value
-    assert value[0] == pytest.approx(-0.01)
-    assert value[1] == np.inf
