@@ -2,32 +2,15 @@
 
 import sys
 from importlib import import_module
-from importlib.util import find_spec
-from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
+
+from pipeline.options import RunOptions, load_design
 
 if TYPE_CHECKING:
     from pipeline.run import run as run
 
 __all__ = ["RunOptions", "load_design", "run"]
-
-_OURS = Path(__file__).resolve().parents[1]
-
-
-def _refuse_shadows() -> None:
-    """Raise ImportError, in one line, where another file of the name stands before a package of ours."""
-    for name in ("cad", "mesh", "solve"):
-        spec = find_spec(name)
-        place = None if spec is None or spec.origin is None else Path(spec.origin).resolve()
-        if place != _OURS / name / "__init__.py":
-            msg = f"{place or name} hides the package {name!r} of twintip; rename that file or start in another folder"
-            raise ImportError(msg)
-
-
-_refuse_shadows()
-
-from pipeline.options import RunOptions, load_design  # noqa: E402 - it imports cad, which must be ours
 
 
 class _Package(ModuleType):

@@ -1,18 +1,16 @@
 """The command line: which command, what is wrong in one line, and the exit code. Each command has its own file."""
 
 import argparse
-import errno
+import io
 import os
 import signal
 import sys
-import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor
-from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
-from cad.quantity import InputError, nearest, validation_error
+from cad.quantity import InputError, nearest
 from pipeline.commands import check, design, doctor, explain, run, suggest, view
 from pipeline.commands.console import (
     EXIT_CODES,
@@ -22,15 +20,9 @@ from pipeline.commands.console import (
     WRONG_INPUT,
     drop_output,
     print_error,
-    setup_stdio,
 )
 from pipeline.commands.measuring import calibrate, modulus, read
 from pipeline.commands.studying import optimise, study
-from pipeline.limits import LEAST_MEMORY_GIB, refuse_small_memory
-from pipeline.storage.interruption import Interrupted
-
-_NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.ENOMEM}
-_REFUSED = {errno.EACCES, errno.EPERM, errno.EMFILE, errno.ENFILE, errno.EIO, errno.ELOOP, errno.ENAMETOOLONG}
 
 COMMANDS: dict[str, Any] = {
     "run": run, "design": design, "suggest": suggest, "explain": explain, "check": check, "view": view,
@@ -43,70 +35,44 @@ COMMANDS: dict[str, Any] = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; without words take those of the process, and make it fit to run."""
     if argv is None:
-        setup_stdio()
-        os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the order of sums, and the last digits, follow the number of threads
-        warnings.simplefilter("ignore")  # those of libraries are for us, not for who calls a command
+        _prepare_process()
     try:
-        with _leaving_at_once():
-            code = _execute(sys.argv[1:] if argv is None else list(argv))
+        code = _execute(sys.argv[1:] if argv is None else list(argv))
         sys.stdout.flush()
     except InputError as error:
-        return _refuse(str(error))
+        message = str(error)
     except BrokenPipeError:
         drop_output()
         return FAILED
     except OSError as error:
-        reason = _machine_s_fault(error)
-        if reason is None:
-            raise
-        with suppress(OSError, ValueError):
-            drop_output()
-        return _refuse(reason)
+        message = str(error)
+        if error.errno is not None:
+            name = error.filename or "output"
+            message = f"{name}: {error.strerror}; must be usable and have room; free some, or choose another"
     except MemoryError:
-        return _refuse(f"memory: too little; must be about {LEAST_MEMORY_GIB:g} GiB; free some, or lift its limit")
+        message = "memory: too little; must be about 2 GiB; free some, or lift its limit"
     except BrokenExecutor:
-        return _refuse(
-            "worker process: ended before it answered; must live until then; free some memory, then run again"
-        )
-    except KeyboardInterrupt as error:
+        message = "worker process: ended before it answered; must live until then; free some memory, then run again"
+    except KeyboardInterrupt:
         print_error("interrupted")
-        return error.exit_code if isinstance(error, Interrupted) else INTERRUPTED
-    return code
-
-
-@contextmanager
-def _leaving_at_once() -> Iterator[None]:
-    """Let Ctrl-C end the process while nothing is written: inside an import it would come out as another error.
-
-    `interruptible` puts its own handling in this one's place for as long as there is something to clear away.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.getsignal(signal.SIGINT)
-    if before is signal.default_int_handler:
-        signal.signal(signal.SIGINT, lambda *_: os._exit(INTERRUPTED))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def _machine_s_fault(error: OSError) -> str | None:
-    """Return in one line what the machine lacks; None for an error that is rather one of the program."""
-    if error.errno is None:
-        return str(error)  # one of our own messages
-    place = error.filename or "output"
-    if error.errno in _NO_ROOM:
-        return f"{place}: {error.strerror}; must have room; free some space"
-    if error.errno in _REFUSED:
-        return f"{place}: {error.strerror}; must be what this user may read and write; change that, or choose another"
-    return None
-
-
-def _refuse(message: str) -> int:
+        return INTERRUPTED
+    else:
+        return code
     print_error(message)
     return WRONG_INPUT
+
+
+def _prepare_process() -> None:
+    """Make the process fit to run: threads, warnings, letters that a terminal lacks, its end by a signal."""
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the order of sums, and the last digits, follow the number of threads
+    warnings.simplefilter("ignore")  # those of libraries are for us, not for who calls a command
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by the shell: the next file that is opened would take its number
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), "w", encoding="utf-8"))
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # what is unfinished is cleared away
 
 
 def _execute(words: list[str]) -> int:
@@ -134,7 +100,6 @@ def _execute(words: list[str]) -> int:
             msg = f"{rest[0]!r}: must be a flag or its value; remove it, or see {chosen.prog} -h"
             raise InputError(msg)
         raise _unknown("flag", rest[0], chosen.flags)
-    _refuse_unfit_machine(words[0])
     code: int = COMMANDS[words[0]].execute(arguments)
     return code
 
@@ -146,18 +111,6 @@ def _chosen(word: str, parsers: dict[str, "_Parser"]) -> "_Parser":
     kind = "flag" if word.startswith("-") else "command"
     known = ("--help", "--version", "--print-completion") if kind == "flag" else tuple(parsers)
     raise _unknown(kind, word, known)
-
-
-def _refuse_unfit_machine(command: str) -> None:
-    """Raise InputError where the current folder was removed, which libraries need, or memory is limited too much."""
-    if command != "doctor":
-        refuse_small_memory()
-    try:
-        os.getcwd()  # noqa: PTH109 - asked for its error only
-    except OSError as error:
-        raise validation_error(
-            "current folder", error.strerror, "", "one that exists", "change into another folder"
-        ) from error
 
 
 def _unknown(kind: str, word: str, known: Sequence[str]) -> InputError:
@@ -190,8 +143,7 @@ def command_parsers() -> tuple[_Parser, dict[str, _Parser]]:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="store_true", help="print the version")
-    words = "print the completion of a shell: bash, zsh or tcsh"
-    parser.add_argument("--print-completion", metavar="SHELL", help=words)
+    parser.add_argument("--print-completion", metavar="SHELL", help="print the completion of bash, zsh or tcsh")
     adder = parser.add_subparsers(metavar="COMMAND", parser_class=_Parser)
     parsers = {}
     for name, command in COMMANDS.items():

@@ -15,19 +15,22 @@ from pipeline.result import SensorResult, with_solids
 from pipeline.springs.fitted_springs import fit_springs
 from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.folder import output_folder
-from pipeline.storage.stopwatch import Stopwatch
+from pipeline.storage.stopwatch import Progress, Stopwatch, silent
 from pipeline.storage.workers import cad_worker
 from pipeline.verdicts.hints import with_hints
 
 
-def run(design: Design, options: RunOptions | None = None, *, beside: bool = True) -> SensorResult:
+def run(
+    design: Design, options: RunOptions | None = None, *, beside: bool = True, progress: Progress = silent
+) -> SensorResult:
     """Return the result of every stage; with `options.out` its files too, which appear whole or not at all.
 
     With files and `beside`, solids are made in a process of their own beside the solves. Raises InputError
     for a scene or a folder that cannot be used, MeshError or SolveError where a solve is not to be believed.
+    `progress` is told what is worked on.
     """
     options = options or RunOptions()
-    timed = Stopwatch()
+    timed = Stopwatch(progress)
     refuse_unsolvable(design)
     with (
         output_folder(options.out, force=options.force) as folder,

@@ -1,7 +1,10 @@
 """Results of solves as the tests of the pipeline take them: reference numbers in the place of a solve."""
 
 import functools
+import json
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,8 +17,9 @@ from cad.quantity import Estimate
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import sensor_model
-from pipeline.report.answer.answer import next_steps, print_answer
-from pipeline.report.tables import run_answer
+from pipeline.report.answer import everything, summary
+from pipeline.report.mapping import report_mapping
+from pipeline.report.verdict_table import print_parts
 from pipeline.response.characteristics import spring_behaviour
 from pipeline.response.scene_press import press_scene
 from pipeline.result import SensorResult, with_solids
@@ -144,12 +148,16 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
 _kept_result = functools.cache(fresh_result)
 
 
+def stored_report(result: SensorResult) -> dict[str, Any]:
+    """Return the report of a result as it is read back."""
+    return json.loads(json.dumps(report_mapping(result)))
+
+
 def print_summary(result: SensorResult) -> None:
     """Print a result on one screen, as the command does."""
-    folder = result.options.out
-    print_answer((*run_answer(result).summary, *([] if folder is None else [next_steps(folder)])))
+    print_parts(summary(stored_report(result), result.options.out or Path("outputs")))
 
 
 def print_everything(result: SensorResult) -> None:
     """Print every table of a result, as the command does."""
-    print_answer(run_answer(result).everything)
+    print_parts(everything(stored_report(result)))

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from cad.design.processes import PROCESSES
 from cad.quantity import nearest, validation_error
-from cad.verdict import Verdict, all_passed
-from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
-from pipeline.commands.progress_line import showing_progress
+from cad.verdict import all_passed
+from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json, showing_progress
 
 PURPOSE = "judge the geometry of files, own or foreign"
 EXAMPLE = "pipeline check outputs/paper"
@@ -26,42 +25,35 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Judge a folder or a file and print the verdicts; return 0 when all pass, else 1."""
-    from pipeline.report.check.limited_check import verdicts_apart
+    from pipeline.report.check import check_path
+    from pipeline.report.verdict_table import print_verdicts
 
     path: Path = arguments.path
-    if path.is_dir():
-        if arguments.process is not None:
-            raise validation_error(
-                "--process", arguments.process, "", "left out for a folder", "its design names the process"
-            )
-        process = None
-    elif path.is_file():
-        process = _process(arguments.process or DEFAULT_PROCESS)
-        if path.suffix.lower() not in FILE_KINDS:
-            kinds = ", ".join(FILE_KINDS)
-            raise validation_error("PATH", path.name, "", f"a file of kind {kinds}", "export the part as one of these")
-    else:
-        remedy = "name an output folder, or a STEP, STL or 3MF file"
-        raise validation_error("PATH", str(path), "", "an existing file or folder", remedy)
+    process = _process(path, arguments.process)
     with showing_progress(f"reads and judges {path.name}", quiet=arguments.json):
-        verdicts = verdicts_apart(path.absolute(), process)
+        verdicts = check_path(path.absolute(), process)
     with answering():
-        _print(str(path), verdicts, as_json=arguments.json)
+        if arguments.json:
+            print_json([asdict(verdict) for verdict in verdicts])
+        else:
+            print_verdicts(str(path), verdicts)
     return PASSED if all_passed(verdicts) else FAILED
 
 
-def _process(name: str) -> str:
+def _process(path: Path, name: str | None) -> str | None:
+    """Return the process whose rules a file is judged by, None for a folder; raises InputError."""
+    if path.is_dir():
+        if name is not None:
+            raise validation_error("--process", name, "", "left out for a folder", "its design names the process")
+        return None
+    if not path.is_file():
+        hint = "name an output folder, or a STEP, STL or 3MF file"
+        raise validation_error("PATH", str(path), "", "an existing file or folder", hint)
+    if path.suffix.lower() not in FILE_KINDS:
+        kinds = ", ".join(FILE_KINDS)
+        raise validation_error("PATH", path.name, "", f"a file of kind {kinds}", "export the part as one of these")
+    name = name or DEFAULT_PROCESS
     if name not in PROCESSES:
-        raise validation_error(
-            "--process", name, "", f"one of {', '.join(PROCESSES)}", f"did you mean {nearest(name, [*PROCESSES])}?"
-        )
+        bound = f"one of {', '.join(PROCESSES)}"
+        raise validation_error("--process", name, "", bound, f"did you mean {nearest(name, [*PROCESSES])}?")
     return name
-
-
-def _print(title: str, verdicts: tuple[Verdict, ...], *, as_json: bool) -> None:
-    from pipeline.report.verdict_table import print_verdicts
-
-    if as_json:
-        print_json([asdict(verdict) for verdict in verdicts])
-        return
-    print_verdicts(title, verdicts)

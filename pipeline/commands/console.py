@@ -1,13 +1,11 @@
-"""How every command speaks: exit codes, JSON, and what happens when the reader has left."""
+"""How every command speaks: exit codes, JSON, progress, and what happens when the reader has left."""
 
-import io
 import json
 import os
 import sys
 from argparse import ArgumentParser
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TextIO
 
 PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 EXIT_CODES = "exit code: 0 all verdicts pass, 1 a verdict failed or is undecided, 2 the input or environment is wrong"
@@ -25,13 +23,8 @@ def add_force_flag(parser: ArgumentParser) -> None:
 
 
 def print_json(data: object) -> None:
-    """Print data as JSON, in ASCII where the output takes no more; raises ValueError when a number is not finite."""
-    text = json.dumps(data, indent=2, allow_nan=False, ensure_ascii=False)
-    try:
-        text.encode(sys.stdout.encoding or "ascii")
-    except UnicodeEncodeError:
-        text = json.dumps(data, indent=2, allow_nan=False)
-    print(text)
+    """Print data as JSON; raises ValueError when a number is not finite."""
+    print(json.dumps(data, indent=2, allow_nan=False, ensure_ascii=sys.stdout.encoding != "utf-8"))
 
 
 @contextmanager
@@ -48,32 +41,24 @@ def answering() -> Iterator[None]:
 
 
 def print_error(message: str) -> None:
-    """Print one line to stderr, if it takes any; what it does not take is not tried again at exit."""
-    try:
+    """Print one line to stderr, if it takes any."""
+    with suppress(OSError):
         print("pipeline: " + " ".join(message.split()), file=sys.stderr, flush=True)
-    except (OSError, ValueError):
-        with suppress(OSError, ValueError):
-            drop_output(sys.stderr)
 
 
-def drop_output(stream: TextIO | None = None) -> None:
-    """Point a stream, stdout if none, nowhere: Python's own flush at exit does not fail again on what it holds."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), (stream or sys.stdout).fileno())
+def drop_output() -> None:
+    """Point stdout nowhere, so that Python's own flush at exit does not fail again on what it holds."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def setup_stdio() -> None:
-    """Give a process streams that can be written: where the shell closed one, it leads nowhere from here on.
+@contextmanager
+def showing_progress(work: str, *, quiet: bool = False) -> Iterator[Callable[[str], None]]:
+    """Give what is told of progress, shown on stderr where that is a terminal and not `quiet`."""
+    from rich.console import Console
 
-    Else the first output file would get its number, and what is printed. A letter that a stream does not have is
-    replaced.
-    """
-    for number in range(3):
-        try:
-            os.fstat(number)
-        except OSError:
-            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # noqa: FBT003 - it takes it in place
-    sys.stdout = sys.stdout or os.fdopen(1, "w", closefd=False)
-    sys.stderr = sys.stderr or os.fdopen(2, "w", closefd=False)
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda _: None
+        return
+    with console.status(work) as status:
+        yield status.update

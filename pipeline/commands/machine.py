@@ -14,9 +14,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from pipeline.limits import LEAST_MEMORY_GIB
 from pipeline.storage.cache import cache_folder
-from pipeline.storage.packages import declared_packages, installed_version
+from pipeline.storage.versions import declared_packages, installed_version
 
 Status = Literal["ok", "note", "wrong"]
 
@@ -29,6 +28,7 @@ OPTIONAL_PROGRAMS = {
     "prusa-slicer": "PrusaSlicer, slices the parts in the tests",
 }
 _IMPORT_SECONDS = 120
+LEAST_MEMORY_GIB = 2.0  # resident; a run needs half of it
 _PIN = re.compile(r"(?P<name>[A-Za-z0-9._-]+)==(?P<version>[^\s;]+)")
 
 

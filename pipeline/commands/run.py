@@ -3,13 +3,19 @@
 import json
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cad.design.parameters import Design
 from cad.files.file_date import file_date
 from cad.quantity import InputError, validation_error
-from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
-from pipeline.commands.progress_line import showing_progress
+from pipeline.commands.console import (
+    FAILED,
+    PASSED,
+    add_force_flag,
+    add_json_flag,
+    answering,
+    print_json,
+    showing_progress,
+)
 from pipeline.options import (
     CONTACT_METHODS,
     DEFAULT_DESIGN,
@@ -19,12 +25,8 @@ from pipeline.options import (
     RunOptions,
     load_design,
 )
-from pipeline.storage.folder import refuse_unusable
-from pipeline.storage.interruption import interruptible
-
-if TYPE_CHECKING:
-    from pipeline.report.answer.answer import RunAnswer
-    from pipeline.storage.plain import Plain
+from pipeline.storage.digests import REPORT, Json
+from pipeline.storage.folder import refuse_unusable, whole_report
 
 PURPOSE = "size, shape, mesh, solve and judge a sensor"
 EXAMPLE = "pipeline run --nl 0.05 --out outputs/mine"
@@ -38,13 +40,8 @@ def add_design_flags(parser: ArgumentParser) -> None:
     add("--p-max", metavar="P", help="target force ratio at the largest modulus [1], greater than 1 and at most 100")
     add("--design", metavar="NAME|FILE.toml", default=DEFAULT_DESIGN, help=f"preset or file (default {DEFAULT_DESIGN})")
     add("--process", metavar="NAME", help="print process, see pipeline design --list-processes")
-    add(
-        "--set",
-        metavar="TABLE.KEY=VALUE",
-        action="append",
-        default=[],
-        help="any key of the design file, unset where VALUE is left out; repeatable",
-    )
+    words = "any key of the design file, unset where VALUE is left out; repeatable"
+    add("--set", metavar="TABLE.KEY=VALUE", action="append", default=[], help=words)
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -52,8 +49,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add_design_flags(parser)
     add("--out", metavar="DIR", type=Path, help="the output folder itself (default outputs/NAME)")
-    stiffnesses, methods = "|".join(FRUIT_STIFFNESSES), "|".join(CONTACT_METHODS)
     add_force_flag(parser)
+    stiffnesses = "|".join(FRUIT_STIFFNESSES)
+    methods = "|".join(CONTACT_METHODS)
     add("--fruit-stiffness", metavar=stiffnesses, default="contact", help="true contact, or the paper's (6)")
     add("--contact-method", metavar=methods, default="auto", help="how the contact is solved (default auto)")
     add("--tol", metavar="TOL", help=f"relative error allowed to both stiffnesses (default {DEFAULT_TOLERANCE:g})")
@@ -70,104 +68,88 @@ def execute(arguments: Namespace) -> int:
 def asked(arguments: Namespace) -> tuple[Design, RunOptions]:
     """Return the design and the options that flags ask for; raises InputError."""
     design = load_design(arguments.design, settings_of(arguments))
+    try:
+        tolerance = DEFAULT_TOLERANCE if arguments.tol is None else float(arguments.tol)
+    except ValueError as error:
+        raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "0.001 is 0.1 %") from error
     options = RunOptions(
-        out=_folder(arguments, design),
+        out=arguments.out or Path("outputs") / design.name,
         fruit_stiffness=arguments.fruit_stiffness,
         contact_method=arguments.contact_method,
         fields=arguments.fields,
-        tolerance=_tolerance(arguments.tol),
+        tolerance=tolerance,
         force=arguments.force,
     )
     return design, options
 
 
-def _folder(arguments: Namespace, design: Design) -> Path:
-    return arguments.out or Path("outputs") / design.name
-
-
 def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> int:
     """Run, print the answer, return the exit code; a scene that cannot be solved is wrong input.
 
-    Where the folder holds just what this run would write, its answer is printed again and nothing is solved.
+    Where the folder holds just what this run would write, it is answered from its report and nothing is solved.
     """
-    folder = _folder(arguments, design)
-    refuse_unusable(folder, force=options.force)
-    file_date()
-    from pipeline.report.answer.answer import next_steps, print_answer
-    from pipeline.report.answer.kept_answer import kept_answer
+    folder = options.out or Path("outputs") / design.name
+    file_date()  # refuses a date that no file can have
+    report = _kept_report(design, options, folder)
+    if report is None:
+        _run(design, options, quiet=arguments.json)
+        report = json.loads((folder / REPORT).read_bytes())
+    from pipeline.report.answer import everything, report_passed, summary
+    from pipeline.report.verdict_table import print_parts
 
-    with interruptible():
-        kept = kept_answer(design, options, folder)
-    answer, report = kept or _new_answer(design, options, folder, quiet=arguments.json)
     with answering():
         if arguments.json:
-            print_json(_own_report(report, folder))
-        elif arguments.verbose:
-            print_answer(answer.everything)
+            print_json(report)
         else:
-            print_answer((*answer.summary, next_steps(folder)))
-    return PASSED if answer.passed else FAILED
+            print_parts(everything(report) if arguments.verbose else summary(report, folder))
+    return PASSED if report_passed(report) else FAILED
 
 
-def _own_report(report: bytes | None, folder: Path) -> "Plain":
-    """Return report.json as data; raises InputError where another run has taken the folder since."""
-    if report is None:
-        bound = "a folder that no other run writes, and its report.json is not that of this run any longer"
-        raise validation_error("--out", str(folder), "", bound, "run again, or name another folder with --out")
-    data: Plain = json.loads(report)
-    return data
+def _kept_report(design: Design, options: RunOptions, folder: Path) -> Json | None:
+    """Return the report of a folder that a run with the same key left just as it is, None for any other.
 
-
-def _new_answer(design: Design, options: RunOptions, folder: Path, *, quiet: bool) -> "tuple[RunAnswer, bytes | None]":
-    """Run and keep the answer; return it with report.json, None where another run has taken the folder since.
-
-    Raises InputError for a scene that cannot be solved.
+    Raises OutputError where the folder cannot be used.
     """
+    from pipeline.report.run_key import run_key
+
+    content = whole_report(folder)
+    if content is None:
+        refuse_unusable(folder, force=options.force)
+        return None
+    report: Json = json.loads(content)
+    return report if report.get("key") == run_key(design, options) else None
+
+
+def _run(design: Design, options: RunOptions, *, quiet: bool) -> None:
     from cad.files.export_error import ExportError
     from mesh.session import MeshError
     from pipeline import run
-    from pipeline.report.answer.kept_answer import keep_answer
-    from pipeline.report.outputs import written_report
-    from pipeline.report.tables import run_answer
     from solve.fruit.split import SplitDomainError
     from solve.linear import SolveError
 
     try:
-        with interruptible(), showing_progress("start", quiet=quiet):
-            result = run(design, options)
-            answer, report = run_answer(result), written_report(result, folder)
-            if report is not None:
-                keep_answer(answer, design, options, report)
+        with showing_progress("start", quiet=quiet) as progress:
+            run(design, options, progress=progress)
     except (ExportError, MeshError, SolveError, SplitDomainError) as error:
         raise InputError(str(error)) from error
-    return answer, report
 
 
 def settings_of(arguments: Namespace) -> dict[str, str]:
     """Return the design keys that flags set; raises InputError for one that is set twice."""
-    settings: dict[str, str] = {}
-    # an empty flag is an empty text, not a key that --set leaves unset
-    given = [
-        (key, '""' if getattr(arguments, flag) == "" else getattr(arguments, flag)) for flag, key in _SETTING_OF.items()
-    ]
+    given = []
+    for flag, key in _SETTING_OF.items():
+        value = getattr(arguments, flag)
+        if value is not None:
+            given.append((key, value or '""'))  # an empty flag is an empty text, not a key that --set leaves unset
     for text in arguments.set:
         key, equals, value = text.partition("=")
         if not equals:
-            msg = f"--set = {text!r}: must be TABLE.KEY=VALUE; write for instance --set tips.side_mm=1.5"
-            raise InputError(msg)
+            raise validation_error("--set", text, "", "TABLE.KEY=VALUE", "write for instance --set tips.side_mm=1.5")
         given.append((key.strip(), value.strip()))
+    settings: dict[str, str] = {}
     for key, value in given:
-        if value is None:
-            continue
         if key in settings:
-            msg = f"{key} = {value!r}: must be given once, and it is {settings[key]!r} already; keep one of the two"
-            raise InputError(msg)
+            bound = f"given once, and it is {settings[key]!r} already"
+            raise validation_error(key, value, "", bound, "keep one of the two")
         settings[key] = value
     return settings
-
-
-def _tolerance(text: str | None) -> float:
-    try:
-        return DEFAULT_TOLERANCE if text is None else float(text)
-    except ValueError as error:
-        raise validation_error("--tol", text, "", f"a number {TOLERANCES}", "0.001 is 0.1 %") from error

@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING
 
 from cad.design.design_file import design_as_mapping, design_as_toml, every_key
 from cad.quantity import InputError, nearest, validation_error
-from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json
-from pipeline.commands.progress_line import showing_progress
+from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json, showing_progress
 from pipeline.commands.run import add_design_flags, settings_of
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
-from pipeline.storage.interruption import interruptible
 from pipeline.storage.new_file import refuse_unwritable, write_new
 
 if TYPE_CHECKING:
@@ -50,8 +48,8 @@ def execute(arguments: Namespace) -> int:
     from solve.linear import SolveError
 
     try:
-        with interruptible(), showing_progress("start", quiet=arguments.json):
-            found = suggestion(design, RunOptions(), keep)
+        with showing_progress("start", quiet=arguments.json) as progress:
+            found = suggestion(design, RunOptions(), keep, progress)
     except (ExportError, MeshError, SolveError) as error:
         raise InputError(str(error)) from error
     command = command_of(arguments.design, settings, found)

@@ -4,7 +4,6 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from pipeline.commands.console import add_force_flag
-from pipeline.storage.interruption import interruptible
 
 PURPOSE = "show the parts, fields and response"
 EXAMPLE = "pipeline view outputs/paper --png pictures"
@@ -28,8 +27,7 @@ def execute(arguments: Namespace) -> int:
 
         show_pictures(pictures(arguments.folder), arguments.folder.name)
         return 0
-    with interruptible():
-        paths = _write(arguments)
+    paths = _write(arguments)
     for path in paths:
         print(path)
     return 0

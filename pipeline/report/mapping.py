@@ -13,6 +13,7 @@ from cad.verdict import Verdict
 from pipeline.reading.analysis import Readings, SensorModel
 from pipeline.reading.measurement import LineModel
 from pipeline.report.notes import notes
+from pipeline.report.run_key import run_key
 from pipeline.report.stored import (
     Matrix,
     Numbers,
@@ -48,8 +49,8 @@ from pipeline.result import SensorResult
 from pipeline.springs.fitted_spring import FittedSpring
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.sizing import SpringSizing
+from pipeline.storage.digests import with_digest
 from pipeline.storage.plain import Plain
-from pipeline.storage.seal import sealed_mapping
 from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.errors.sensor_errors import ReadingTable
 from pipeline.verdicts.targets import SceneTargets
@@ -68,7 +69,8 @@ def report_mapping(result: SensorResult, files: Iterable[StoredFile] = ()) -> Pl
     data: Plain = as_data(stored_report(result, files))
     if not result.options.fabrication:
         del data["tolerance"]
-    return sealed_mapping(data)
+    data["key"] = run_key(result.design, result.options)
+    return with_digest(data)
 
 
 def stored_report(result: SensorResult, files: Iterable[StoredFile] = ()) -> StoredReport:

@@ -9,8 +9,7 @@ from pipeline.report.mapping import report_mapping, stored_report
 from pipeline.report.response_csv import response_csv
 from pipeline.report.stored import StoredFile, StoredReport
 from pipeline.result import SensorResult
-from pipeline.storage.belongings import REPORT, own_files
-from pipeline.storage.seal import KEY, file_digest
+from pipeline.storage.digests import REPORT, file_digest
 
 PAGE = "report.html"
 Page = Callable[[StoredReport, SensorResult], str]
@@ -36,18 +35,6 @@ def _stored_files(folder: Path) -> list[StoredFile]:
     return [StoredFile(**entry) for entry in file_entries(folder)]
 
 
-def written_report(result: SensorResult, folder: Path) -> bytes | None:
-    """Return the report.json that a run has left in a folder; None where it is gone or is that of another run."""
-    try:
-        content = (folder / REPORT).read_bytes()
-        found = json.loads(content)
-    except (OSError, ValueError):
-        return None
-    # what follows from the folder itself is left out: the other files, and the digest over them too
-    own = {**json.loads(json.dumps(report_mapping(result))), "files": None, KEY: None}
-    return content if isinstance(found, dict) and {**found, "files": None, KEY: None} == own else None
-
-
 def reproducing(result: SensorResult) -> str:
     """Return the design file with the command that repeats the run as its first line."""
     options = result.options
@@ -56,12 +43,6 @@ def reproducing(result: SensorResult) -> str:
         f"--tol {options.tolerance:g}"
     )
     return f"# pipeline run --design design.toml {flags}\n{design_as_toml(result.design)}"
-
-
-def written_entries(folder: Path) -> list[dict[str, str]]:
-    """Return path and sha256 of the files that the last run wrote into an output folder, its report.json left out."""
-    own = own_files(folder)
-    return [entry for entry in file_entries(folder) if entry["path"] in own]
 
 
 def file_entries(folder: Path) -> list[dict[str, str]]:

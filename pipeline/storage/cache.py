@@ -3,24 +3,18 @@
 An entry is a JSON file named by the digest of stage, inputs, code and library versions, in $XDG_CACHE_HOME/twintip.
 """
 
-import functools
 import hashlib
 import json
 import os
-import platform
+import stat
 from collections.abc import Callable
-from importlib.metadata import version
 from pathlib import Path
 from typing import TypeVar
 
-from pipeline.storage.packages import installed_version
 from pipeline.storage.plain import from_plain, to_plain
+from pipeline.storage.versions import code_digest
 
 T = TypeVar("T")
-
-_SOURCES = ("cad", "mesh", "solve", "pipeline")
-_LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
-_OPTIONAL = ("mkl", "pypardiso")  # another direct solver where they are installed
 
 
 def cache_folder() -> Path | None:
@@ -33,35 +27,6 @@ def cache_folder() -> Path | None:
     except RuntimeError:
         return None
     return home / ".cache" / "twintip" if home.is_absolute() else None
-
-
-@functools.cache
-def code_digest() -> str:
-    """Return the digest of every source file of the project and of the versions of what it computes with."""
-    digest = hashlib.sha256()
-    for name, number in computing_versions().items():
-        digest.update(f"{name}=={number}\n".encode())
-    digest.update(sources_digest(Path(__file__).parents[2]).encode())
-    return digest.hexdigest()
-
-
-def computing_versions() -> dict[str, str | None]:
-    """Return the version of Python and of each package that numbers come from; None for an optional one not there."""
-    found: dict[str, str | None] = {"python": platform.python_version()}
-    found |= {name: version(name) for name in _LIBRARIES}
-    found |= {name: installed_version(name) for name in _OPTIONAL}
-    return found
-
-
-def sources_digest(root: Path) -> str:
-    """Return the digest of every file of the four packages below a folder, at any depth, caches of Python left out."""
-    digest = hashlib.sha256()
-    for package in _SOURCES:
-        for path in sorted((root / package).rglob("*")):
-            if path.is_file() and "__pycache__" not in path.parts:
-                digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_size}\n".encode())
-                digest.update(path.read_bytes())
-    return digest.hexdigest()
 
 
 def cached(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) -> T:
@@ -108,10 +73,10 @@ def _body(result: object) -> str:
 
 
 def _read(path: Path | None) -> str | None:
-    """Return the text of an entry; None where it is missing or damaged."""
-    if path is None:
-        return None
+    """Return the text of an entry; None where it is missing, damaged or no regular file."""
     try:
+        if path is None or not stat.S_ISREG(path.lstat().st_mode):
+            return None
         digest, _, body = path.read_text(encoding="utf-8").partition("\n")
     except (OSError, ValueError):
         return None
@@ -119,11 +84,13 @@ def _read(path: Path | None) -> str | None:
 
 
 def _write(path: Path | None, body: str) -> None:
-    """Write an entry in its place; one that is only half there, after a kill or beside another run, is damaged."""
+    """Write an entry aside and rename it; a cache that cannot be written is no error."""
     if path is None:
         return
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}", encoding="utf-8")
+        part.write_text(f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}", encoding="utf-8")
+        part.replace(path)
     except OSError:
         return

@@ -1,7 +1,10 @@
-"""Outputs appear whole: written into a hidden folder beside their place, moved there at the end, or not at all."""
+"""The output folder: written aside and renamed whole, one run at a time; a file that no run wrote is never touched.
 
-import errno
-import fcntl
+What a run needs beside the folder NAME is in the hidden folder .NAME.twintip: the lock, the new outputs, and for
+the moment between two renames the old ones. A run that was killed leaves it behind, and the next run clears it.
+"""
+
+import json
 import os
 import shutil
 import stat
@@ -11,14 +14,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from cad.quantity import InputError, validation_error
-from pipeline.storage.belongings import REPORT, foreign_files, is_whole, keep_aside, own_files
-from pipeline.storage.interruption import hold
+from pipeline.storage.digests import KEY, REPORT, content_digest, has_digest, is_regular, keep_aside
 
-_OF_THE_DISK = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO}
+_LOCK, _OLD, _NEW = "lock", "old", "new-"
 
 
 class OutputError(InputError):
-    """An output folder that cannot be used; the message is one line: folder, bound, remedy."""
+    """An output folder that cannot be used; the message is one line."""
 
 
 @contextmanager
@@ -30,78 +32,101 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     anything else; with `force` that is kept as NAME.bak instead.
     """
     if path is None:
-        with tempfile.TemporaryDirectory(prefix="twintip-") as name, _named(Path(name)):
+        with tempfile.TemporaryDirectory(prefix="twintip-") as name:
             yield Path(name)
         return
     target = _usable(path)
-    with _parents_of(target), _locked(target):
-        _recover(target)
-        if not force:
-            refuse_foreign(target)
-        new = _beside(target, "new")
-        try:
-            _make(new)
-            with _named(target):
-                yield new
-            _refuse_unlisted(new)
-            hold()
-            _publish(new, target, force=force)
-        finally:
-            hold()
-            shutil.rmtree(new, ignore_errors=True)
-
-
-@contextmanager
-def _named(folder: Path) -> Iterator[None]:
-    """Give an error of a full or broken disk the folder's name: `write` has none, unlike `open`."""
+    missing = [folder for folder in target.parents if not folder.exists()]
     try:
-        yield
-    except OSError as error:
-        if error.errno in _OF_THE_DISK and error.filename is None:
-            error.filename = str(folder)
-        raise
+        with _in_use(target) as aside:
+            if not force:
+                refuse_unmanaged(target)
+            new = aside / f"{_NEW}{os.getpid()}"  # no worker of a killed run writes there
+            new.mkdir()
+            yield new
+            _refuse_unlisted(new)
+            _publish(new, target, aside / _OLD, force=force)
+    finally:
+        with suppress(OSError):  # not empty: the outputs stand in it
+            for folder in missing:
+                folder.rmdir()
 
 
 def refuse_unusable(path: Path, *, force: bool = False) -> None:
-    """Raise OutputError when `output_folder` would refuse this place; makes nothing and takes no lock."""
+    """Raise OutputError where `output_folder` would refuse this place; makes nothing and takes no lock."""
     target = _usable(path)
     if not force:
-        refuse_foreign(target)
+        refuse_unmanaged(target)
 
 
 def whole_report(path: Path) -> bytes | None:
-    """Return the report.json of an output folder that is as its last run left it; None for any other.
+    """Return the report.json of an output folder that is just as its last run left it; None for any other.
 
     Raises OutputError where the place cannot be used or is in use by a run.
     """
     target = _usable(path)
     if not target.parent.is_dir():
         return None
-    with _locked(target):
-        _recover(target)
-        return (target / REPORT).read_bytes() if target.is_dir() and is_whole(target) else None
+    with _in_use(target):
+        listed = _listed_digests(target)
+        if listed is None or unmanaged_files(target) or not set(listed) <= {entry.name for entry in target.iterdir()}:
+            return None
+        return (target / REPORT).read_bytes()
 
 
-def refuse_foreign(folder: Path) -> None:
-    """Raise OutputError when a folder holds anything but the files of its report.json as they were written."""
-    foreign = foreign_files(folder) if folder.exists() else []
-    if foreign:
-        more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
-        bound = f"a new or empty folder, or one with the unchanged files of its last run, and it holds {foreign[0]!r}"
-        remedy = "name another folder with --out, move these files away, or keep them as NAME.bak with --force"
-        raise _refused(folder, f"{bound}{more}", remedy)
+def managed_files(folder: Path) -> list[str]:
+    """Return the names of the files in a folder that are as the last run wrote them, report.json last.
+
+    None are where the report is missing or was changed.
+    """
+    listed = _listed_digests(folder)
+    if listed is None:
+        return []
+    return [*(name for name, digest in sorted(listed.items()) if has_digest(folder / name, digest)), REPORT]
 
 
-def _refuse_unlisted(folder: Path) -> None:
-    """Raise ValueError when the new folder holds a file that the next run would take for somebody else's."""
-    unlisted = foreign_files(folder)
+def unmanaged_files(folder: Path) -> list[str]:
+    """Return the sorted names of what is in a folder and not as the last run wrote it, links, pipes and folders too."""
+    if not folder.exists():
+        return []
+    managed = set(managed_files(folder))
+    names = [path.name for path in folder.iterdir() if path.name not in managed]
+    return sorted(names, key=lambda name: (name != REPORT, name))
+
+
+def refuse_unmanaged(folder: Path) -> None:
+    """Raise OutputError where a folder holds anything but the files of its report.json as they were written."""
+    names = unmanaged_files(folder)
+    if names:
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        bound = f"a new or empty folder, or one with the unchanged files of its last run, and it holds {names[0]!r}"
+        hint = "name another folder with --out, move these files away, or keep them as NAME.bak with --force"
+        raise _refused(folder, f"{bound}{more}", hint)
+
+
+def _listed_digests(folder: Path) -> dict[str, str] | None:
+    """Return sha256 by name of the files that report.json lists; None where it is not as a run wrote it."""
+    path = folder / REPORT
+    try:
+        report = json.loads(path.read_bytes()) if is_regular(path) else None
+        if not isinstance(report, dict) or report.get(KEY) != content_digest(report):
+            return None
+        return {entry["path"]: entry["sha256"] for entry in report["files"]}
+    except (OSError, ValueError, RecursionError, KeyError, TypeError):
+        return None
+
+
+def _refuse_unlisted(new: Path) -> None:
+    """Raise ValueError where the new folder holds a file that the next run would take for somebody else's."""
+    unlisted = unmanaged_files(new)
     if unlisted:
         msg = f"output {unlisted[0]!r}: must be listed in report.json; write it before the report"
         raise ValueError(msg)
 
 
-def _refused(folder: Path, bound: str, remedy: str) -> OutputError:
-    return OutputError(str(validation_error("--out", str(folder), "", bound, remedy)))
+def _refused(folder: Path, bound: str, hint: str) -> OutputError:
+    line = str(validation_error("--out", str(folder), "", bound, hint))
+    return OutputError(line, field="--out", value=str(folder), bound=bound)
 
 
 def _usable(path: Path) -> Path:
@@ -109,14 +134,11 @@ def _usable(path: Path) -> Path:
     try:
         target = path.resolve()
         here = Path.cwd()
-        existing = target
-        while not existing.exists():
-            existing = existing.parent
+        existing = next(folder for folder in (target, *target.parents) if folder.exists())
     except (OSError, RuntimeError) as error:
         raise _refused(path, f"a path that leads somewhere ({error})", "name another folder with --out") from error
     if not existing.is_dir():
-        bound = f"a folder, and {str(existing)!r} is a file"
-        raise _refused(path, bound, "name another folder with --out")
+        raise _refused(path, f"a folder, and {str(existing)!r} is a file", "name another folder with --out")
     if target == here or target in here.parents or target.is_mount():
         bound = "a folder that can be replaced, not the current one, one above it or a mounted one"
         raise _refused(path, bound, "name a folder inside it")
@@ -127,106 +149,67 @@ def _usable(path: Path) -> Path:
     return target
 
 
-def _beside(target: Path, purpose: str) -> Path:
-    return target.with_name(f".{target.name}.twintip-{purpose}")
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir()
-    except OSError as error:
-        raise _not_writable(folder, error) from error
-
-
-def _not_writable(folder: Path, error: OSError) -> OutputError:
-    bound = f"in a folder that can be written ({error.strerror})"
-    return _refused(folder, bound, "name another folder with --out, or change its permissions")
-
-
 @contextmanager
-def _parents_of(target: Path) -> Iterator[None]:
-    """Make the missing folders above a target; take them away again when nothing came to stand in them."""
-    missing = [folder for folder in target.parents if not folder.exists()]
+def _in_use(target: Path) -> Iterator[Path]:
+    """Hold the lock of a target, give the folder beside it, and clear both; a kill frees the lock.
+
+    Raises OutputError where another run holds it, or where somebody else's folder has that name.
+    """
+    from filelock import FileLock, Timeout
+
+    aside = target.with_name(f".{target.name}.twintip")
     try:
-        for folder in reversed(missing):
-            try:
-                folder.mkdir(exist_ok=True)
-            except OSError as error:
-                raise _not_writable(target, error) from error
-        yield
-    finally:
-        with suppress(OSError):  # not empty: something stands in it, here or from another run
-            for folder in missing:
-                folder.rmdir()
-
-
-@contextmanager
-def _locked(target: Path) -> Iterator[None]:
-    """Hold the lock of a target; the kernel frees it when a run is killed, so no stale lock refuses the next one."""
-    path = _beside(target, "lock")
-    handle = _lock(path, target)
-    try:
-        yield
-    finally:
-        path.unlink(missing_ok=True)
-        os.close(handle)
-
-
-def _lock(path: Path, target: Path) -> int:
-    while True:
-        try:
-            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o644)
-        except OSError as error:
-            raise _not_writable(target, error) from error
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            os.close(handle)
-            bound = "a folder that no other run is writing"
-            raise _refused(target, bound, "wait for that run, or name another folder with --out") from error
-        if os.fstat(handle).st_size:
-            os.close(handle)
-            raise _refused(target, f"one whose lock {path.name!r} is empty, as ours are", "move that file away")
-        if path.exists() and os.path.samestat(os.fstat(handle), path.stat()):
-            return handle
-        os.close(handle)  # its last owner removed this file between the two calls
-
-
-def _recover(target: Path) -> None:
-    """Clear what a killed run left: its unfinished folder goes, a result that it had moved aside comes back."""
-    new, old = _beside(target, "new"), _beside(target, "old")
-    shutil.rmtree(new, ignore_errors=True)
-    if old.exists():
-        if target.exists():
-            _drop(old, target)
-        else:
-            old.rename(target)
-
-
-def _publish(new: Path, target: Path, *, force: bool) -> None:
-    """Move the folder before it aside, look at it once more where nobody writes any longer, and take its place."""
-    old = _beside(target, "old")
-    try:
-        if target.exists():
-            new.chmod(stat.S_IMODE(target.stat().st_mode))
-            target.rename(old)
-            if not force and foreign_files(old):
-                old.rename(target)
-                refuse_foreign(target)
-        new.rename(target)
+        aside.mkdir(parents=True, exist_ok=True)
+        names = {path.name for path in aside.iterdir()}
+        if names and (_LOCK not in names or not all(_is_of_a_run(name) for name in names)):
+            bound = f"a folder beside which no other {aside.name!r} stands"
+            raise _refused(target, bound, "move that folder away")
+        lock = FileLock(aside / _LOCK, blocking=False)
+        lock.acquire()
+    except Timeout as error:
+        bound = "a folder that no other run is writing"
+        raise _refused(target, bound, "wait for that run, or name another folder with --out") from error
     except OSError as error:
-        if old.exists() and not target.exists():
+        bound = f"in a folder that can be written ({error.strerror})"
+        raise _refused(target, bound, "name another folder with --out, or change its permissions") from error
+    try:
+        _clear(aside, target)
+        yield aside
+    finally:
+        _clear(aside, target)
+        (aside / _LOCK).unlink(missing_ok=True)
+        with suppress(OSError):  # files of a person that could not be given back stay
+            aside.rmdir()
+        lock.release()
+
+
+def _is_of_a_run(name: str) -> bool:
+    return name in (_LOCK, _OLD) or name.startswith(_NEW)
+
+
+def _clear(aside: Path, target: Path) -> None:
+    """Remove unfinished outputs; give back, or drop, the old ones that were moved aside."""
+    for new in aside.glob(f"{_NEW}*"):
+        shutil.rmtree(new, ignore_errors=True)
+    old = aside / _OLD
+    if not old.exists():
+        return
+    if not target.exists():
+        old.rename(target)
+        return
+    for name in managed_files(old):
+        (old / name).unlink()
+    for left in sorted(old.iterdir()):
+        keep_aside(left, target)
+    old.rmdir()
+
+
+def _publish(new: Path, target: Path, old: Path, *, force: bool) -> None:
+    """Move the folder before aside, look at it once more where nobody writes any longer, and take its place."""
+    if target.exists():
+        new.chmod(stat.S_IMODE(target.stat().st_mode))
+        target.rename(old)
+        if not force and unmanaged_files(old):
             old.rename(target)
-        raise _not_writable(target, error) from error
-    if old.exists():
-        _drop(old, target)
-
-
-def _drop(old: Path, target: Path) -> None:
-    """Remove what a run had written into a folder that was moved aside; what else it holds goes to the target."""
-    with suppress(OSError):  # what stays is found by the next run
-        for name in own_files(old):
-            (old / name).unlink()
-        for left in sorted(old.iterdir()):
-            keep_aside(left, target)
-        old.rmdir()
+            refuse_unmanaged(target)
+    new.rename(target)

@@ -1,12 +1,12 @@
-"""What each stage of a run costs: wall and processor seconds."""
+"""What each stage of a run costs, wall and processor seconds; who listens is told which one begins."""
 
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import ParamSpec, TypeVar
 
-from pipeline.storage.announcement import announce
+Progress = Callable[[str], None]
+"""Is told what is worked on from here on."""
 
 WORK = {
     "contact": "how the fruit gives under the tips, meshed and solved",
@@ -24,9 +24,6 @@ WORK = {
 }
 """What a stage of a run does, in words."""
 
-P = ParamSpec("P")
-T = TypeVar("T")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Seconds:
@@ -36,48 +33,38 @@ class Seconds:
     cpu: dict[str, float]
 
 
+def silent(_: str) -> None:
+    """Hear progress and say nothing."""
+
+
 class Stopwatch:
     """Adds up the seconds of named stages; a stage may be entered more than once."""
 
-    def __init__(self) -> None:
-        """Start the total."""
-        self._started = (time.perf_counter(), time.process_time())
+    def __init__(self, progress: Progress = silent) -> None:
+        """Start the total; `progress` is told of each stage."""
+        self._progress = progress
+        self._wall_start = time.perf_counter()
+        self._cpu_start = time.process_time()
         self._wall: dict[str, float] = {}
         self._cpu: dict[str, float] = {}
-
-    def __call__(self, stage: str, work: Callable[P, T], *arguments: P.args, **keywords: P.kwargs) -> T:
-        """Return what a piece of work returns, its seconds counted to a stage."""
-        _tell(stage)
-        wall, cpu = time.perf_counter(), time.process_time()
-        try:
-            return work(*arguments, **keywords)
-        finally:
-            self._add(stage, time.perf_counter() - wall, time.process_time() - cpu)
 
     @contextmanager
     def stage(self, stage: str) -> Iterator[None]:
         """Count the seconds of a block to a stage."""
-        _tell(stage)
-        wall, cpu = time.perf_counter(), time.process_time()
+        self._progress(f"{stage}: {WORK[stage]}" if stage in WORK else stage)
+        wall = time.perf_counter()
+        cpu = time.process_time()
         try:
             yield
         finally:
-            self._add(stage, time.perf_counter() - wall, time.process_time() - cpu)
-
-    def _add(self, stage: str, wall: float, cpu: float) -> None:
-        self._wall[stage] = self._wall.get(stage, 0.0) + wall
-        self._cpu[stage] = self._cpu.get(stage, 0.0) + cpu
+            self._wall[stage] = self._wall.get(stage, 0.0) + time.perf_counter() - wall
+            self._cpu[stage] = self._cpu.get(stage, 0.0) + time.process_time() - cpu
 
     def seconds(self) -> Seconds:
         """Return the seconds of every stage so far, to the millisecond, and of the whole since the start."""
-        wall = {**self._wall, "total": time.perf_counter() - self._started[0]}
-        cpu = {**self._cpu, "total": time.process_time() - self._started[1]}
-        return Seconds(wall=_rounded(wall), cpu=_rounded(cpu))
-
-
-def _tell(stage: str) -> None:
-    announce(f"{stage}: {WORK[stage]}" if stage in WORK else stage)
-
-
-def _rounded(seconds: dict[str, float]) -> dict[str, float]:
-    return {name: round(value, 3) for name, value in seconds.items()}
+        wall = {**self._wall, "total": time.perf_counter() - self._wall_start}
+        cpu = {**self._cpu, "total": time.process_time() - self._cpu_start}
+        return Seconds(
+            wall={name: round(value, 3) for name, value in wall.items()},
+            cpu={name: round(value, 3) for name, value in cpu.items()},
+        )

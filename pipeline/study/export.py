@@ -10,9 +10,8 @@ from itertools import islice
 from pathlib import Path
 
 from cad.quantity import InputError, validation_error
-from pipeline.storage.belongings import keep_aside
+from pipeline.storage.digests import file_digest, is_regular, keep_aside
 from pipeline.storage.plain import Plain
-from pipeline.storage.seal import file_digest, is_regular
 from pipeline.study.store import STORE, StudyStore, stored_study
 from pipeline.study.study_file import Study
 

@@ -7,8 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from cad.quantity import InputError
-from pipeline.storage.cache import code_digest
 from pipeline.storage.plain import Plain, to_plain
+from pipeline.storage.versions import code_digest
 from pipeline.study.study_file import Study
 
 _PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from cad.quantity import InputError, validation_error
-from pipeline.storage.cache import code_digest
+from pipeline.storage.versions import code_digest
 from pipeline.storage.workers import available_cores, close_workers, open_workers
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ import pyvista as pv
 
 from cad.quantity import validation_error
 from pipeline.report.stored import StoredReport, read_report
-from pipeline.storage.placed_files import place_files, refuse_taken
+from pipeline.storage.files import place_files, refuse_taken
 from pipeline.view.scene import Vector, draw_cells, draw_part, draw_scene
 from pipeline.view.scenes import (
     FLEXURE,

@@ -11,7 +11,7 @@ from pipeline.report.fields import field_arrays
 from pipeline.report.stored import StoredReport, StoredResponse, read_report
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.mounts import attached_to
-from pipeline.storage.placed_files import place_files, refuse_taken
+from pipeline.storage.files import place_files, refuse_taken
 from pipeline.storage.vtu import write_vtu
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure

@@ -23,7 +23,7 @@ from trame_vtk.tools.vtksz2html import HTML_VIEWER_PATH
 
 from cad.quantity import validation_error
 from pipeline.report.stored import StoredReport, read_report
-from pipeline.storage.placed_files import place_file, refuse_taken
+from pipeline.storage.files import place_file, refuse_taken
 from pipeline.view.pictures import draw_without_display
 from pipeline.view.scene import PALETTE, draw_field, look_at
 from pipeline.view.scenes import ASSEMBLY_DIRECTION, assembly, draw_bodies, field_scenes

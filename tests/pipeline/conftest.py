@@ -34,8 +34,8 @@ def default_run(tmp_path_factory: pytest.TempPathFactory) -> DefaultRun:
     results: list[SensorResult] = []
     work = pipeline.run
 
-    def kept(design: Design, options: RunOptions) -> SensorResult:
-        results.append(work(design, options))
+    def kept(design: Design, options: RunOptions, **named: object) -> SensorResult:
+        results.append(work(design, options, **named))
         return results[-1]
 
     printed = io.StringIO()
@@ -60,7 +60,7 @@ class StandInRun:
         """Return the designs that were run."""
         return [design for design, _ in self.asked]
 
-    def __call__(self, design: Design, options: RunOptions) -> SensorResult:
+    def __call__(self, design: Design, options: RunOptions, **_: object) -> SensorResult:
         """Run nothing, or raise inside the output folder."""
         verdicts = tuple(replace(verdict, passed=self.passed) for verdict in self.result.verdicts)
         result = replace(self.result, design=design, options=options, verdicts=verdicts)

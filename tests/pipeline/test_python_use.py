@@ -1,6 +1,5 @@
 """The run as a function: nothing is written, printed or switched, and its name stays a function."""
 
-import importlib
 import json
 import os
 import subprocess
@@ -73,10 +72,8 @@ def test_run_works_in_a_thread():
 def test_what_the_package_gives_is_there():
     assert set(pipeline.__all__) == {"RunOptions", "load_design", "run"}
     assert all(hasattr(pipeline, name) for name in pipeline.__all__)
-    with pytest.raises(AttributeError, match=r"^module 'pipeline' has no attribute 'rnu'$"):
+    with pytest.raises(AttributeError, match="rnu"):
         _ = pipeline.rnu
-    with pytest.raises(ImportError, match="cannot import name 'rnu' from 'pipeline'"):
-        exec("from pipeline import rnu")
 
 
 @pytest.mark.parametrize(
@@ -98,44 +95,3 @@ def test_run_is_the_function_whatever_was_imported_before(lines, monkeypatch):
     assert isfunction(names["run"])
     assert isfunction(pipeline.run)
     assert isinstance(sys.modules["pipeline.run"], ModuleType)
-
-
-def test_name_of_the_module_would_hide_the_function(monkeypatch):
-    """A package of the plain kind binds the module that was imported last."""
-    monkeypatch.delitem(sys.modules, "pipeline.run")
-    monkeypatch.setattr(pipeline, "__class__", ModuleType)
-    importlib.import_module("pipeline.run")
-    assert not isfunction(pipeline.run)
-    monkeypatch.undo()
-    vars(pipeline).pop("run")
-    assert isfunction(pipeline.run)
-
-
-@pytest.mark.parametrize("name", ["cad", "mesh", "solve"])
-@pytest.mark.parametrize("place", ["{}.py", "{}/__init__.py"])
-@pytest.mark.parametrize("words", [("script.py",), ("-m", "pipeline", "--version")], ids=["script", "module"])
-def test_foreign_file_of_the_name_of_a_package_is_one_clear_line(name, place, words, tmp_path):
-    foreign = tmp_path / place.format(name)
-    foreign.parent.mkdir(exist_ok=True)
-    foreign.write_text("print('executed')\n", encoding="utf-8")
-    (tmp_path / "script.py").write_text("from pipeline import load_design\n", encoding="utf-8")
-    done = python(tmp_path, *words)
-    assert (done.returncode, done.stdout) == (1, "")
-    remedy = "rename that file or start in another folder"
-    assert done.stderr.splitlines()[-1] == f"ImportError: {foreign} hides the package {name!r} of twintip; {remedy}"
-
-
-def test_script_that_is_itself_called_mesh_is_told_so(tmp_path):
-    (tmp_path / "mesh.py").write_text("from pipeline import load_design\n", encoding="utf-8")
-    done = python(tmp_path, "mesh.py")
-    assert done.stderr.splitlines()[-1].startswith(f"ImportError: {tmp_path / 'mesh.py'} hides the package 'mesh'")
-
-
-def test_folder_without_code_hides_nothing(tmp_path):
-    """`cad/` with drawings in it is no package."""
-    (tmp_path / "cad").mkdir()
-    (tmp_path / "script.py").write_text(
-        "from pipeline import load_design\nprint(load_design('paper').name)\n", encoding="utf-8"
-    )
-    done = python(tmp_path, "script.py")
-    assert (done.returncode, done.stdout, done.stderr) == (0, "paper\n", "")

@@ -61,7 +61,7 @@ def execute(arguments: Namespace) -> int:
             results.append(measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative))
     if arguments.plot is not None:
         from pipeline.measure.compression.plot import plotted
-        from pipeline.storage.placed_files import place_file
+        from pipeline.storage.files import place_file
 
         path: Path = arguments.plot
         content = plotted(results, PLOT_KINDS[path.suffix.lower()])

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from cad.quantity import validation_error
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 from pipeline.commands.studying.study import add_engine_flags, refuse_two_engines
-from pipeline.storage.interruption import interruptible
 
 if TYPE_CHECKING:
     from pipeline.study.search.optimum import Candidate
@@ -44,13 +43,12 @@ def execute(arguments: Namespace) -> int:
     refuse_two_engines(arguments)
     folder, force = arguments.out or Path("outputs") / study.name, arguments.force
     refuse_occupied(folder, force=force)
-    with interruptible():
-        with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
-            candidates = search(study, folder, engine, progress)
-        write_pareto(study, candidates, folder, force=force)
-        proof = prove(study, candidates, folder, force=force)
-        with stored_study(folder) as store:
-            messages = store.messages()
+    with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
+        candidates = search(study, folder, engine, progress)
+    write_pareto(study, candidates, folder, force=force)
+    proof = prove(study, candidates, folder, force=force)
+    with stored_study(folder) as store:
+        messages = store.messages()
     with answering():
         _print(folder, candidates, proof, messages, as_json=arguments.json)
     return PASSED if proof is not None and proof.passed else FAILED

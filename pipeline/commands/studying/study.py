@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from cad.quantity import validation_error
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
-from pipeline.storage.interruption import interruptible
 
 if TYPE_CHECKING:
     from pipeline.study.answers.sensitivity import Sensitivity
@@ -58,13 +57,12 @@ def execute(arguments: Namespace) -> int:
     folder = arguments.out or Path("outputs") / study.name
     page = folder / "study.html" if arguments.html == Path() else arguments.html
     _refuse_outputs(arguments.export, page, folder, force=arguments.force)
-    with interruptible():
-        with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
-            summary = run_study(study, folder, engine, progress)
-        with stored_study(folder) as store:
-            _write(store, study, arguments.export, page, force=arguments.force)
-            refusals = store.messages()
-            shares = sensitivities(store, study) if study.how == "sensitivity" else ()
+    with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
+        summary = run_study(study, folder, engine, progress)
+    with stored_study(folder) as store:
+        _write(store, study, arguments.export, page, force=arguments.force)
+        refusals = store.messages()
+        shares = sensitivities(store, study) if study.how == "sensitivity" else ()
     with answering():
         _print(summary, refusals, shares, as_json=arguments.json)
     return FAILED if summary.failed or not summary.done else PASSED

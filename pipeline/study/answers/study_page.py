@@ -7,7 +7,7 @@ from jinja2 import Environment, FileSystemLoader
 
 from cad.design.design_file import design_as_toml
 from cad.quantity import validation_error
-from pipeline.storage.placed_files import place_files, refuse_taken
+from pipeline.storage.files import place_files, refuse_taken
 from pipeline.study.answers.point_columns import PointColumns, point_columns
 from pipeline.study.answers.study_plots import MOST_DOTS, MOST_LINES, constants, drawings
 from pipeline.study.levels.printed import PRINTED_KEYS

@@ -9,7 +9,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.storage.placed_files import place_files
+from pipeline.storage.files import place_files
 from pipeline.study.search.optimum import Candidate
 from pipeline.study.study_file import Study
 

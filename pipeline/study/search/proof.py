@@ -7,9 +7,8 @@ from pathlib import Path
 from cad.design.design_file import design_as_toml
 from pipeline import run
 from pipeline.options import RunOptions
+from pipeline.storage.files import is_ours, place_files, refuse_taken
 from pipeline.storage.folder import refuse_unusable
-from pipeline.storage.placed_files import place_files, refuse_taken
-from pipeline.storage.seal import has_seal
 from pipeline.study.search.optimum import Candidate, design_of_candidate
 from pipeline.study.search.pareto import PLOT
 from pipeline.study.study_file import Study
@@ -49,6 +48,6 @@ def prove(study: Study, candidates: Sequence[Candidate], folder: Path, *, force:
         if passed:
             (path,) = place_files(folder, {DESIGN: design_as_toml(design).encode()}, "--out", force=force)
             return replace(proof, design=path)
-    if has_seal(folder / DESIGN):  # that of a shorter search, and `best` no longer holds its run
+    if is_ours(folder / DESIGN):  # that of a shorter search, and `best` no longer holds its run
         (folder / DESIGN).unlink()
     return proof

@@ -18,7 +18,7 @@ from pipeline.response.scene_press import TRAVELS, pressed_at, scene_of
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
-from pipeline.storage.announcement import announce
+from pipeline.storage.stopwatch import Progress, silent
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.suggest.changes import Changes, Sweep, changed, in_words, size, sweeps, value_of
 from pipeline.verdicts.hints import rounded, shorter_travel
@@ -225,12 +225,14 @@ def _cost(design: Design) -> float:
     return 8.0 if design.reading is None else 30.0
 
 
-def suggestion(design: Design, options: RunOptions, fixed: frozenset[str] = frozenset()) -> Suggestion:
+def suggestion(
+    design: Design, options: RunOptions, fixed: frozenset[str] = frozenset(), progress: Progress = silent
+) -> Suggestion:
     """Return the nearest design that a run shows to pass, without changing the keys that are `fixed`.
 
     Raises as `run` where the design itself cannot be run.
     """
-    announce("runs the design as it is")
+    progress("runs the design as it is")
     options = replace(options, out=None)
     result = run(design, options)
     if result.passed:
@@ -240,10 +242,10 @@ def suggestion(design: Design, options: RunOptions, fixed: frozenset[str] = froz
         finer = [tolerance_remedy(verdict, options.tolerance) for verdict in wrong]
         if all(finer):
             return Suggestion(design=design, changes=None, verdicts=result.verdicts, reason=str(finer[0]))
-    announce("tries changes with ideal springs")
+    progress("tries changes with ideal springs")
     search = Search(result, fixed)
     passing = search.passing(wrong)
-    return _proved(result, search, passing, [*_travels(result, fixed)], options)
+    return _proved(result, search, passing, [*_travels(result, fixed)], options, progress)
 
 
 def _travels(result: SensorResult, fixed: frozenset[str]) -> Iterator[Changes]:
@@ -258,7 +260,12 @@ def _travels(result: SensorResult, fixed: frozenset[str]) -> Iterator[Changes]:
 
 
 def _proved(
-    result: SensorResult, search: Search, passing: Sequence[Candidate], first: Sequence[Changes], options: RunOptions
+    result: SensorResult,
+    search: Search,
+    passing: Sequence[Candidate],
+    first: Sequence[Changes],
+    options: RunOptions,
+    progress: Progress,
 ) -> Suggestion:
     """Return the first candidate that a run shows to pass; one that its own solve refutes is tried with less travel."""
     design = result.design
@@ -266,7 +273,7 @@ def _proved(
     waiting = [*first, *(candidate.changes for candidate in passing)]
     while waiting and runs <= MOST_RUNS:
         changes = waiting.pop(0)
-        announce(f"runs the candidate with {in_words(changes)}")
+        progress(f"runs the candidate with {in_words(changes)}")
         runs += 1
         try:
             proof = run(changed(design, changes), options)

@@ -13,7 +13,7 @@ from cad.design.tips import Press, Tips
 from pipeline.options import RunOptions
 from pipeline.report.mapping import report_mapping
 from pipeline.report.outputs import write_outputs
-from pipeline.storage.seal import content_digest
+from pipeline.storage.digests import content_digest
 
 
 def test_report_has_its_digest():

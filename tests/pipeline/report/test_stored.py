@@ -14,7 +14,7 @@ from cad.quantity import InputError
 from pipeline.report.mapping import stored_report
 from pipeline.report.outputs import file_entries, write_outputs
 from pipeline.report.stored import StoredFile, StoredResponse, read_report, report_of
-from pipeline.storage.seal import file_digest
+from pipeline.storage.digests import file_digest
 
 GONE = "(left out)"
 KIWI = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)), tips=Tips(socket="pin"), press=Press(travel_mm=0.4))

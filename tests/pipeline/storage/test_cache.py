@@ -1,5 +1,6 @@
 """The cache gives back what was stored for the same inputs and code, and never anything else."""
 
+import os
 import stat
 import sys
 from pathlib import Path
@@ -7,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from cad.design import parameters
-from pipeline.storage import cache
-from pipeline.storage.cache import cache_folder, cached, code_digest, computing_versions, sources_digest
+from pipeline.storage import cache, versions
+from pipeline.storage.cache import cache_folder, cached
+from pipeline.storage.versions import code_digest, computing_versions, sources_digest
 
 
 @pytest.fixture(autouse=True)
@@ -87,13 +89,13 @@ def test_another_python_or_direct_solver_is_another_code(monkeypatch):
     assert own["python"] == ".".join(map(str, sys.version_info[:3]))
     digests = {code_digest()}
     for name in ("python", "pypardiso", "mkl"):
-        monkeypatch.setattr(cache, "computing_versions", lambda name=name: {**own, name: "0.0.1"})
+        monkeypatch.setattr(versions, "computing_versions", lambda name=name: {**own, name: "0.0.1"})
         digests.add(code_digest.__wrapped__())
     assert len(digests) == 4
 
 
 def test_absent_optional_package_has_no_version(monkeypatch):
-    monkeypatch.setattr(cache, "_OPTIONAL", ("no-such-package",))
+    monkeypatch.setattr(versions, "_OPTIONAL", ("no-such-package",))
     assert computing_versions()["no-such-package"] is None
 
 
@@ -121,8 +123,8 @@ def test_every_source_file_counts_in_sub_folders_too(plant):
 
 
 def test_every_file_of_the_project_is_below_a_package_that_counts():
-    root = Path(cache.__file__).parents[2]
-    counted = {path for package in cache._SOURCES for path in (root / package).rglob("*.py")}
+    root = Path(versions.__file__).parents[2]
+    counted = {path for package in versions._SOURCES for path in (root / package).rglob("*.py")}
     assert {Path(module.__file__) for module in (cache, parameters)} <= counted
 
 
@@ -131,3 +133,12 @@ def test_entry_leaves_no_other_file(folder):
     entries = list(folder.iterdir())
     assert len(entries) == 1
     assert stat.S_ISREG(entries[0].stat().st_mode)
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, Path.mkdir, lambda path: path.symlink_to("/dev/zero")])
+def test_entry_that_is_no_file_is_not_read(folder, make):
+    remembered("contact", {}, Counted(1))
+    (entry,) = folder.glob("contact-*.json")
+    entry.unlink()
+    make(entry)
+    assert remembered("contact", {}, Counted(2)) == {"value": 2}

@@ -13,7 +13,7 @@ from pipeline.report.outputs import PAGE, write_outputs
 from pipeline.report.page.answer import answer_of, bar_of, limit_text, scene_in_words
 from pipeline.report.page.page import page_of
 from pipeline.report.stored import read_report
-from pipeline.storage.seal import file_digest
+from pipeline.storage.digests import file_digest
 
 MOST_BYTES = 3_000_000
 VOID = {"meta", "input", "br", "link", "img", "hr"}

@@ -1,0 +1,164 @@
+"""What a run answers on the terminal, drawn from its report.json: one screen, or every table."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from rich.console import RenderableType
+from rich.markup import escape
+from rich.table import Table
+
+from cad.verdict import Verdict, all_passed
+from pipeline.report.verdict_table import OUTCOME, formatted, reasons, verdict_table
+from pipeline.storage.digests import Json
+
+_TARGETS = (
+    *("reading.bias", "reading.uncertainty", "reading.lift", "bruise"),
+    *("P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic"),
+)
+_REASONS = 3  # lines of what did not pass before the rest is counted
+
+
+def report_passed(report: Json) -> bool | None:
+    """Say whether every verdict of a report passed; None when one is undecided and none failed."""
+    return all_passed(_verdicts(report))
+
+
+def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
+    """Yield the answer on one screen: outcome, targets against values, springs, what did not pass, where files are."""
+    verdicts = _verdicts(report)
+    rest = [verdict for verdict in verdicts if verdict.name not in _TARGETS]
+    passed = sum(verdict.passed is True for verdict in rest)
+    table = verdict_table("", [verdict for verdict in verdicts if verdict.name in _TARGETS])
+    table.add_row(f"{len(rest)} on geometry and print", "", "", "", "", f"{passed} passed")
+    yield _headline(report, verdicts)
+    yield table
+    for name, spring in report["flexures"].items():
+        yield escape(_spring_line(name, spring, report["material"]["process"]))
+    wrong = [verdict for verdict in verdicts if verdict.passed is not True]
+    wrong.sort(key=lambda verdict: verdict.passed is None)
+    yield from reasons(wrong[:_REASONS])
+    if len(wrong) > _REASONS:
+        yield f"and {len(wrong) - _REASONS} more: --verbose lists them all"
+    out = escape(str(folder))
+    yield f"files in {out}: response.csv is the table P -> E, report.json has every number"
+    yield f"look at it: open {escape(str(folder / 'report.html'))} in a browser, or pipeline view {out}"
+    yield "all verdicts, errors and notes: --verbose"
+
+
+def everything(report: Json) -> Iterator[RenderableType]:
+    """Yield every verdict, the springs, the make-up of errors, the response, the paper's springs, notes and costs."""
+    verdicts = _verdicts(report)
+    yield _headline(report, verdicts)
+    yield verdict_table(f"twintip · {escape(report['design']['name'])}", verdicts)
+    yield from reasons(verdict for verdict in verdicts if verdict.passed is not True)
+    yield _spring_table(report)
+    yield _error_table(report)
+    yield _response_table(report)
+    paper = report["paper"]
+    if paper is not None:
+        springs = f"{paper['K_l_N_per_m']:g} and {paper['K_h_N_per_m']:g} N/m"
+        yield verdict_table(f"the paper's springs, {springs}, under the same contact", _verdicts(paper))
+    for line in (*_method_lines(report), *report["notes"], *_scatter_lines(report), _cost_line(report)):
+        yield escape(line)
+
+
+def _verdicts(data: Json) -> list[Verdict]:
+    return [Verdict(**entry) for entry in data["verdicts"]]
+
+
+def _headline(report: Json, verdicts: list[Verdict]) -> str:
+    passed = all_passed(verdicts)
+    outcomes = [verdict.passed for verdict in verdicts]
+    words = f"all {len(verdicts)} verdicts passed"
+    if not passed:
+        counts = {"failed": outcomes.count(False), "undecided": outcomes.count(None)}
+        listed = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+        words = f"of {len(verdicts)} verdicts {listed}"
+    return f"{OUTCOME[passed]}  twintip · {escape(report['design']['name'])}: {words}"
+
+
+def _leaf(spring: Json) -> str:
+    leaf = spring["dimensions_mm"]
+    return "" if leaf is None else f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g}"
+
+
+def _spring_line(name: str, spring: Json, process: str) -> str:
+    K = spring["stiffness_N_per_m"]
+    strain = spring["root_strain"]
+    if K is None or strain is None:
+        return f"{name} spring: {spring['target_N_per_m']:.6g} N/m, not made"
+    stiffness = f"{K:.5g} N/m ± {spring['error_percent']:.2g} % by FE"
+    line = f"{name} spring: {stiffness}, leaves {_leaf(spring)} mm in {process}, strain {strain:.2g} at full travel"
+    safety = spring["safety_factor"]
+    return line if safety is None else f"{line}, limit {safety * strain:.2g}"
+
+
+def _spring_table(report: Json) -> Table:
+    table = Table("spring", "target N/m", "FE N/m", "± %", "leaf L x t x w mm", "strain", "safety", "dofs", "s")
+    for name, spring in report["flexures"].items():
+        numbers = [spring[key] for key in ("stiffness_N_per_m", "error_percent")]
+        bent = [spring[key] for key in ("root_strain", "safety_factor")]
+        dofs = spring["dofs"]
+        table.add_row(
+            name,
+            f"{spring['target_N_per_m']:.6g}",
+            *map(formatted, numbers),
+            _leaf(spring),
+            *map(formatted, bent),
+            "" if dofs is None else str(dofs),
+            formatted(spring["seconds"]),
+        )
+    return table
+
+
+def _error_table(report: Json) -> Table:
+    """Return what each error is made of; verdicts use the first column, calibration of a print settles the last."""
+    table = Table("error of", "mesh ± %", "left out of the model %", "scatter of the print ± %", "largest shares")
+    for name, budget in report["errors"].items():
+        if budget is None:
+            continue
+        contributions = sorted((*budget["model"], *budget["inputs"]), key=lambda one: -abs(one["size_percent"]))
+        largest = ", ".join(f"{one['effect']} {one['size_percent']:+.2g}" for one in contributions[:2])
+        totals = [budget[key] for key in ("discretisation_percent", "model_percent", "inputs_percent")]
+        table.add_row(name, *(f"{total:.2g}" for total in totals), largest)
+    return table
+
+
+def _response_table(report: Json) -> Table:
+    tips = [tip["name"] for tip in report["tips"]]
+    table = Table("E MPa", "P first", "P last", *(f"F_{tip} N" for tip in tips), "slope ratio")
+    for row in report["response"]:
+        forces = row.get("F_N") or [row["F_l_N"], row["F_h_N"]]
+        numbers = [row["P"][0], row["P"][-1], *(force[-1] for force in forces), row["slope_ratio"][-1]]
+        table.add_row(f"{row['E_MPa']:g}", *("off" if number is None else f"{number:.5g}" for number in numbers))
+    return table
+
+
+def _method_lines(report: Json) -> Iterator[str]:
+    contact = report["contact"]
+    stiffness = f"K_m/E = {contact['K_m_over_E_mm']:.6g} mm ± {contact['error_percent']:.2g} %"
+    yield f"contact: {stiffness}, {contact['method']}, {contact['dofs']} dofs; {contact['status']}"
+    accuracy = report["accuracy"]
+    if accuracy["springs"] is not None:
+        yield f"springs, --tol {accuracy['tolerance']:g}: {accuracy['springs']['choice']}"
+
+
+def _scatter_lines(report: Json) -> Iterator[str]:
+    scatter = report.get("tolerance")
+    if scatter is None:
+        return
+    bands = []
+    for name, band in scatter.items():
+        if isinstance(band, list):
+            low, high = ("no limit" if end is None else f"{end:.4g}" for end in band)
+            bands.append(f"{name} {low} to {high}")
+    yield f"before calibration 95 % of prints have: {', '.join(bands)}"
+    error = scatter["calibrated_modulus_error"]
+    known = "not known" if error is None else f"known to {100.0 * error:.1f} %"
+    yield f"with both stiffnesses of a unit known to 1 %, the modulus it reads is {known}"
+
+
+def _cost_line(report: Json) -> str:
+    cpu = report["cpu_seconds"]
+    stages = [f"{name} {wall:.2f}/{cpu[name]:.2f}" for name, wall in report["seconds"].items()]
+    return f"seconds (wall/processor): {', '.join(stages)}"

@@ -1,0 +1,64 @@
+"""Digests tell a file as a run wrote it from one that a person changed or made."""
+
+import hashlib
+import json
+import os
+import re
+import stat
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+REPORT = "report.json"
+KEY = "digest"
+Json = dict[str, Any]
+"""An object of JSON that was read back."""
+_BACKUP = re.compile(r"\.bak(\.[0-9]+)?$")
+_LONGEST_NAME = 240  # bytes of a name that gets an ending; file systems take 255
+
+
+def file_digest(path: Path) -> str:
+    """Return the sha256 of a file; raises OSError."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def is_regular(path: Path) -> bool:
+    """Say whether a path is a file itself: no link, no folder, no pipe, nothing."""
+    try:
+        return stat.S_ISREG(path.lstat().st_mode)
+    except (OSError, ValueError):
+        return False
+
+
+def has_digest(path: Path, sha256: object) -> bool:
+    """Say whether a path is a file with a digest."""
+    try:
+        return is_regular(path) and file_digest(path) == sha256
+    except OSError:
+        return False
+
+
+def content_digest(data: Mapping[str, Any]) -> str:
+    """Return the sha256 of a JSON object without its own digest: keys sorted, no spaces, UTF-8."""
+    content = {key: value for key, value in data.items() if key != KEY}
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return hashlib.sha256(text.encode("utf-8", errors="surrogatepass")).hexdigest()
+
+
+def with_digest(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a JSON object with its digest as the last key."""
+    return {**{key: value for key, value in data.items() if key != KEY}, KEY: content_digest(data)}
+
+
+def keep_aside(path: Path, folder: Path) -> None:
+    """Move a file or folder into a folder as NAME.bak, or NAME.bak.1 and so on; one kept before keeps its name."""
+    name = path.name
+    if not _BACKUP.search(name):
+        name = os.fsdecode(os.fsencode(name)[:_LONGEST_NAME]) + ".bak"
+    first = re.sub(r"\.[0-9]+$", "", name)
+    count = 0
+    while os.path.lexists(folder / name):
+        count += 1
+        name = f"{first}.{count}"
+    path.rename(folder / name)

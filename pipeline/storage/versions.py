@@ -1,0 +1,60 @@
+"""What a result follows from beside its inputs: the source of the program, and the versions of its packages."""
+
+import functools
+import hashlib
+import platform
+import re
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+
+_SOURCES = ("cad", "mesh", "solve", "pipeline")
+_LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
+_OPTIONAL = ("mkl", "pypardiso")  # another direct solver where they are installed
+_NAME = re.compile(r"[A-Za-z0-9._-]+")
+
+
+@functools.cache
+def code_digest() -> str:
+    """Return the digest of every source file of the project and of the versions of what it computes with."""
+    digest = hashlib.sha256()
+    for name, number in computing_versions().items():
+        digest.update(f"{name}=={number}\n".encode())
+    digest.update(sources_digest(Path(__file__).parents[2]).encode())
+    return digest.hexdigest()
+
+
+def computing_versions() -> dict[str, str | None]:
+    """Return the version of Python and of each package that numbers come from; None for an optional one not there."""
+    found: dict[str, str | None] = {"python": platform.python_version()}
+    found |= {name: version(name) for name in _LIBRARIES}
+    found |= {name: installed_version(name) for name in _OPTIONAL}
+    return found
+
+
+def sources_digest(root: Path) -> str:
+    """Return the digest of every file of the four packages below a folder, at any depth, caches of Python left out."""
+    digest = hashlib.sha256()
+    for package in _SOURCES:
+        for path in sorted((root / package).rglob("*")):
+            if path.is_file() and "__pycache__" not in path.parts:
+                digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_size}\n".encode())
+                digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def declared_packages() -> tuple[str, ...]:
+    """Return the names of the packages that every run needs; none where the program itself is not installed."""
+    try:
+        texts = requires("twintip") or []
+    except PackageNotFoundError:
+        return ()
+    matches = (_NAME.match(text) for text in texts if "extra ==" not in text)
+    return tuple(match[0] for match in matches if match)
+
+
+def installed_version(name: str) -> str | None:
+    """Return the version of a package, None where it is not installed."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None

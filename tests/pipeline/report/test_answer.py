@@ -1,0 +1,181 @@
+"""The answer of a run is drawn from report.json: one screen, or every table; an unchanged folder answers the same."""
+
+import dataclasses
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from stand_ins import GOOD, print_everything, print_summary, result_of
+
+import pipeline
+from cad.design.parameters import Design, GivenSprings
+from cad.verdict import Verdict
+from pipeline.cli import main
+from pipeline.options import RunOptions
+from pipeline.report import run_key
+from pipeline.report.outputs import write_outputs
+from pipeline.report.verdict_table import WIDTH, print_verdicts
+from pipeline.storage.folder import output_folder
+
+ROOT = Path(__file__).parents[3]
+UNNEEDED = {"numpy", "scipy", "cadquery", "gmsh", "skfem", "matplotlib", "vtkmodules", "trimesh", "cattrs", "loky"}
+MOST_LINES = 24  # of a terminal as it opens
+RESULT = result_of()
+
+
+@pytest.fixture
+def runs(tmp_path, monkeypatch):
+    """Return the list of designs that were run, in an empty current folder."""
+    designs = []
+
+    def run(design, options, **_):
+        designs.append(design)
+        result = dataclasses.replace(RESULT, design=design, options=options)
+        with output_folder(options.out, force=options.force) as folder:
+            (folder / "part.step").write_text(f"part {len(designs)}")
+            write_outputs(result, folder)
+        return result
+
+    monkeypatch.setattr(pipeline, "run", run)
+    monkeypatch.chdir(tmp_path)
+    return designs
+
+
+def test_unchanged_run_answers_the_same_and_imports_nothing_that_solves(default_run):
+    before = {path.name: path.read_bytes() for path in default_run.folder.iterdir()}
+    program = f"""if True:
+        import sys
+        from pipeline.cli import main
+        code = main(["run", "--nl", "0.05", "--out", {str(default_run.folder)!r}])
+        print(*sorted({UNNEEDED!r} & set(sys.modules)), file=sys.stderr)
+        sys.exit(code)
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        env=dict(os.environ),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, done.stderr, done.stdout) == (default_run.code, "\n", default_run.printed)
+    assert {path.name: path.read_bytes() for path in default_run.folder.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("words", "count"),
+    [
+        ([], 1),
+        (["--json"], 1),
+        (["--verbose"], 1),
+        (["--force"], 1),
+        (["--nl", "0.06"], 2),
+        (["--tol", "0.01"], 2),
+        (["--fields"], 2),
+    ],
+    ids=str,
+)
+def test_only_another_design_or_option_runs_again(words, count, runs, capsys):
+    main(["run", "--out", "out"])
+    capsys.readouterr()
+    main(["run", "--out", "out", *words])
+    assert len(runs) == count
+    if words == ["--json"]:
+        assert json.loads(capsys.readouterr().out) == json.loads(Path("out/report.json").read_bytes())
+
+
+def test_another_command_program_date_or_a_changed_folder_runs_again(runs, monkeypatch):
+    main(["run", "--out", "out"])
+    Path("out").rename("moved")
+    main(["run", "--out", "moved"])
+    assert len(runs) == 1
+    main(["design", "--out", "moved"])
+    assert len(runs) == 2
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1600000000")
+    main(["design", "--out", "moved"])
+    assert len(runs) == 3
+    monkeypatch.setattr(run_key, "code_digest", lambda: "another program")
+    main(["design", "--out", "moved"])
+    assert len(runs) == 4
+    Path("moved/part.step").unlink()
+    main(["design", "--out", "moved"])
+    assert len(runs) == 5
+
+
+def with_verdicts(result, *verdicts):
+    return dataclasses.replace(result, verdicts=(*result.verdicts, *verdicts))
+
+
+def failed(name):
+    return dataclasses.replace(GOOD, name=name, passed=False, reference="why")
+
+
+@pytest.mark.parametrize(
+    "result",
+    [
+        RESULT,
+        result_of(Design(springs=GivenSprings(K_l_N_per_m=753.0, K_h_N_per_m=17300.0))),
+        result_of(made=False),
+        with_verdicts(RESULT, *(failed(f"geometry.wall_{n}") for n in range(40))),
+    ],
+    ids=["passed", "paper's springs", "not made", "forty failed"],
+)
+def test_answer_fits_one_screen_whatever_failed(result, capsys):
+    result = dataclasses.replace(result, options=RunOptions(out=Path("outputs/paper")))
+    print_summary(result)
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) <= MOST_LINES
+    assert max(map(len, lines)) <= WIDTH
+
+
+def test_answer_has_targets_values_springs_and_where_files_are(capsys):
+    print_summary(dataclasses.replace(RESULT, options=RunOptions(out=Path("outputs/paper"))))
+    text = capsys.readouterr().out
+    for verdict in RESULT.verdicts:
+        if verdict.name in ("P_max", "NL", "K_l", "K_h"):
+            row = next(line for line in text.splitlines() if line.startswith(f"│ {verdict.name} "))
+            assert f"{verdict.value:.5g}" in row
+            assert f"{verdict.error:.5g}" in row
+    assert "905.7" in text.partition("low spring:")[2]
+    assert "14.76 x 1.2 x 10 mm" in text.partition("high spring:")[2]
+    assert "outputs/paper/report.html" in text
+
+
+def test_everything_has_every_verdict_note_and_force(capsys):
+    print_everything(RESULT)
+    text = " ".join(capsys.readouterr().out.split())
+    for verdict in (*RESULT.verdicts, *RESULT.paper):
+        assert f" {verdict.name} " in text
+        assert verdict.value is None or f"{verdict.value:.5g}" in text
+    for E, forces in zip(RESULT.press.table.E, RESULT.press.table.F[:, -1], strict=True):
+        assert f"│ {E:g} │" in text.replace("  ", " ")
+        assert all(f"{force:.5g}" in text for force in forces)
+
+
+@pytest.mark.parametrize("columns", [60, 132])
+def test_no_name_and_no_number_is_cut(columns, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    print_summary(RESULT)
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) <= columns
+    assert "…" not in out
+
+
+@pytest.mark.parametrize(
+    ("passed", "value", "unread"), [(False, 0.02, True), (False, 0.06, False), (True, 0.02, False)]
+)
+def test_reading_that_fails_within_its_limit_has_a_reason(passed, value, unread, capsys):
+    given = {"unit": "1", "limit": 0.05, "tolerance": 0.0, "reference": "3 of 68 poses have no reading"}
+    print_verdicts("", [Verdict(name="reading.bias", value=value, passed=passed, **given)])
+    row = next(line for line in capsys.readouterr().out.splitlines() if "≤ 0.05" in line)
+    assert ("failed: " in row) is unread
+
+
+def test_hint_is_given_once(capsys):
+    wrong = dataclasses.replace(failed("P_max"), remedy="passes with [x]")
+    print_verdicts("", [wrong, dataclasses.replace(wrong, name="NL")])
+    assert capsys.readouterr().out.count("passes with [x]") == 1

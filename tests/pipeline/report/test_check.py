@@ -1,0 +1,180 @@
+"""`pipeline check`: an output folder as it was written passes, and every kind of damage to it fails by name."""
+
+import dataclasses
+import hashlib
+import json
+import os
+import shutil
+import signal
+from pathlib import Path
+
+import pytest
+from stand_ins import result_of
+
+from cad.checks.triangle_checks import library_mesh
+from cad.design.processes import PROCESSES
+from cad.files.sensor_files import write_sensor
+from cad.files.step import write_step
+from cad.files.stl import read_stl
+from cad.parts.assembly import sensor_of
+from cad.parts.cover_solid import cover_of, cover_part
+from cad.parts.sensor import Body
+from pipeline.cli import main
+from pipeline.report import check
+from pipeline.report.check import check_path, folder_geometry, unchanged_verdicts
+from pipeline.report.outputs import write_outputs
+
+
+def failed(folder):
+    verdicts = (*unchanged_verdicts(folder), *folder_geometry(folder))
+    return [verdict.name for verdict in verdicts if verdict.passed is not True]
+
+
+@pytest.fixture
+def folder(default_run, tmp_path):
+    """Return a copy of the default run's folder that a test may damage."""
+    return shutil.copytree(default_run.folder, tmp_path / "paper")
+
+
+@pytest.fixture
+def sensor(default_run):
+    return sensor_of(default_run.result.design, default_run.result.springs.housing)
+
+
+def test_folder_as_it_was_written_passes_and_is_not_changed(default_run, capsys):
+    before = {path.name: path.read_bytes() for path in default_run.folder.iterdir()}
+    assert main(["check", str(default_run.folder), "--json"]) == 0
+    names = {verdict["name"] for verdict in json.loads(capsys.readouterr().out)}
+    assert {"geometry.valid", "geometry.watertight", "geometry.leaf_thickness_low", "files.unchanged"} <= names
+    assert {path.name: path.read_bytes() for path in default_run.folder.iterdir()} == before
+
+
+def append(path):
+    with path.open("a", encoding="utf-8") as file:
+        file.write("\n")
+
+
+def pipe(path):
+    path.unlink()
+    os.mkfifo(path)
+
+
+def loop(path):
+    path.unlink()
+    path.symlink_to(path.name)
+
+
+@pytest.mark.parametrize("name", ["assembly.step", "response.csv"])
+@pytest.mark.parametrize("change", [append, pipe, loop, Path.unlink], ids=lambda change: change.__name__)
+def test_file_that_is_not_as_it_was_written_fails(change, name, folder):
+    change(folder / name)
+    (verdict,) = (each for each in unchanged_verdicts(folder) if each.passed is not True)
+    assert (verdict.name, verdict.value) == ("files.unchanged", 1.0)
+    assert name in verdict.reference
+
+
+@pytest.mark.parametrize("name", ["housing.step", "housing.stl", "housing.3mf"])
+def test_missing_or_unreadable_housing_fails(name, folder):
+    (folder / name).write_text("rubbish", encoding="utf-8")
+    assert {"files.unchanged", "geometry.readable"} <= set(failed(folder))
+    (folder / name).unlink()
+    assert failed(folder) == ["files.unchanged", "geometry.readable"]
+
+
+def test_step_of_another_housing_fails_by_the_leaf_that_differs(folder, sensor, tmp_path):
+    """The leaves have each other's thickness."""
+    arms = sensor.housing.arms
+    swapped = zip(arms, reversed(arms), strict=True)
+    changed = {arm.name: dataclasses.replace(arm.flexure, thickness=other.flexure.thickness) for arm, other in swapped}
+    (tmp_path / "other").mkdir()
+    write_sensor(sensor_of(result_of().design, sensor.housing.with_flexures(changed)), tmp_path / "other")
+    shutil.copy(tmp_path / "other" / "housing.step", folder / "housing.step")
+    expected = {"files.unchanged", "geometry.leaf_thickness_low", "geometry.leaf_thickness_high"}
+    assert expected <= set(failed(folder))
+
+
+def test_open_or_turned_stl_fails_watertight(folder):
+    path = folder / "housing.stl"
+    data = path.read_bytes()
+    count = int.from_bytes(data[80:84], "little")
+    path.write_bytes(data[:80] + (count - 1).to_bytes(4, "little") + data[84:-50])
+    assert "geometry.watertight" in failed(folder)
+    path.write_bytes(data)
+    mesh = library_mesh(read_stl(path))
+    mesh.invert()
+    mesh.export(path)
+    assert "geometry.watertight" in failed(folder)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("recess", "names"), [(1.0, []), (0.1, ["geometry.cover_clearance"])])
+def test_cover_that_touches_what_moves_fails(folder, sensor, recess, names):
+    cover = dataclasses.replace(cover_of(sensor), recess=recess)
+    write_step((Body(name="cover", shape=cover_part(cover).shape, colour=(0.5, 0.5, 0.5)),), folder / "cover.step", "c")
+    assert failed(folder) == names
+    (folder / "cover.step").write_text("rubbish", encoding="utf-8")
+    assert failed(folder) == ["geometry.readable"]
+
+
+@pytest.mark.slow
+def test_folder_without_a_housing_fails_by_that(tmp_path, capsys):
+    write_outputs(result_of(made=False), tmp_path)
+    assert main(["check", str(tmp_path), "--json"]) == 1
+    verdicts = json.loads(capsys.readouterr().out)
+    assert [verdict["name"] for verdict in verdicts if not verdict["passed"]] == ["geometry.made"]
+
+
+def test_edited_report_fails_its_digest_and_one_that_is_not_ours_is_refused(folder, capsys):
+    path = folder / "report.json"
+    report = json.loads(path.read_text(encoding="utf-8"))
+    outside = folder.parent / "secret"
+    outside.write_bytes(b"x")
+    listed = [{"path": "../secret", "sha256": hashlib.sha256(b"x").hexdigest()}]
+    path.write_text(json.dumps({**report, "files": listed}), encoding="utf-8")
+    assert [each.name for each in unchanged_verdicts(folder) if not each.passed] == ["files.unchanged", "report.digest"]
+    for text in (json.dumps({**report, "housing": {"a": 1}}), "[" * 10**5, "{}"):
+        path.write_text(text, encoding="utf-8")
+        assert main(["check", str(folder)]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("process", ["fdm-petg", "dmls-17-4ph"])
+def test_one_file_is_judged_by_the_rules_of_its_process(process, default_run):
+    verdicts = {verdict.name: verdict for verdict in check.file_geometry(default_run.folder / "housing.stl", process)}
+    assert verdicts["geometry.min_wall"].limit == PROCESSES[process].min_wall_mm
+
+
+def end_the_kernel(*_):
+    """End the process, as a kernel does that reads a bad file."""
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def test_file_that_ends_the_kernel_or_never_ends_is_one_failed_verdict(tmp_path, monkeypatch):
+    path = tmp_path / "bad.step"
+    path.touch()
+    monkeypatch.setattr(check, "file_geometry", end_the_kernel)
+    (verdict,) = check_path(path, "fdm-petg")
+    assert (verdict.name, verdict.passed) == ("geometry.readable", False)
+    monkeypatch.setattr(check, "SECONDS", 0.0)
+    (verdict,) = check_path(path, "fdm-petg")
+    assert (verdict.name, verdict.passed) == ("geometry.readable", False)
+
+
+@pytest.mark.parametrize(
+    ("words", "field"),
+    [
+        (["nothing"], "PATH"),
+        (["a.txt"], "PATH"),
+        (["."], "PATH"),
+        ([".", "--process", "fdm-pla"], "--process"),
+        (["a.stl", "--process", "fdm-abs"], "--process"),
+    ],
+)
+def test_path_or_process_that_cannot_be_judged_is_one_line(words, field, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.txt", "a.stl"):
+        Path(name).touch()
+    assert main(["check", *words]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert error.startswith(f"pipeline: {field} = ")
