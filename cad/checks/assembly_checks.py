@@ -1,6 +1,6 @@
 """Verdicts on what is put together: a cover, made or read from a file, on its housing; the plates of a square."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import cadquery as cq
 import numpy as np
@@ -16,7 +16,7 @@ from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, at_least, equal, failed
 
 PLATES_GAP_MM = 0.3  # plates that bow towards each other by half of it each, as thin prints do, still move freely
-_STEPS = (0.0, 0.5, 1.0)  # shares of the way to the stops
+_TO_THE_STOP = (0.0, 0.5, 1.0)  # fractions of the way
 
 
 def cover_verdicts(sensor: Sensor, cover: cq.Shape, process: Process) -> tuple[Verdict, ...]:
@@ -25,46 +25,53 @@ def cover_verdicts(sensor: Sensor, cover: cq.Shape, process: Process) -> tuple[V
     Clearance is that of shuttles, necks and leaves at rest, half way and at their stops. A plate of a square has a
     cover on its front alone.
     """
-    sides = {} if sensor.housing.back_to_back else {"back": cover}
-    sides["front"] = turned(cover, sensor.housing)
+    covers = {} if sensor.housing.back_to_back else {"back": cover}
+    covers["front"] = turned(cover, sensor.housing)
+    clearance, pose, side = min(
+        (float(shape.distance(arm)), pose, side) for pose, arm in _arm_poses(sensor) for side, shape in covers.items()
+    )
     return (
-        _clearance(sensor, sides, process),
-        _holes(sensor, sides),
-        fruit_clearance_verdict("geometry.cover_over_fruit", sensor, cq.Compound.makeCompound(list(sides.values()))),
+        at_least(
+            "geometry.cover_clearance",
+            clearance,
+            process.min_gap_mm,
+            PLACE_TOLERANCE_MM,
+            unit="mm",
+            reference=f"least distance of what moves from a cover: {side}, {pose}; {process.name}",
+        ),
+        _cover_holes(sensor, covers),
+        fruit_clearance_verdict("geometry.cover_over_fruit", sensor, cq.Compound.makeCompound(list(covers.values()))),
     )
 
 
-def _clearance(sensor: Sensor, sides: dict[str, cq.Shape], process: Process) -> Verdict:
-    poses = list(_poses(sensor))
-    distances = [(float(shape.distance(arm)), side, pose) for pose, arm in poses for side, shape in sides.items()]
-    distance, side, pose = min(distances)
-    name, limit = "geometry.cover_clearance", process.min_gap_mm
-    reference = f"least distance of what moves from a cover: {side}, {pose}; {process.name}"
-    return at_least(name, distance, limit, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
-
-
-def _poses(sensor: Sensor) -> Iterator[tuple[str, cq.Shape]]:
-    """Yield the arms moved as a whole towards their stops, which is farther than any leaf of them goes."""
+def _arm_poses(sensor: Sensor) -> list[tuple[str, cq.Shape]]:
+    """Return the arms moved as a whole towards their stops, which is farther than any leaf of them goes."""
+    poses = []
     for arm in sensor.housing.arms:
-        shape, stop = moving_part(sensor, arm), sensor.housing.cavity_level - arm.top_level
-        for share in _STEPS:
-            yield f"{100.0 * share:g} % of the way to the stop", shape.translate(cq.Vector(0.0, 0.0, share * stop))
+        shape = moving_part(sensor, arm)
+        stop = sensor.housing.cavity_level - arm.top_level
+        for fraction in _TO_THE_STOP:
+            moved = shape.translate(cq.Vector(0.0, 0.0, fraction * stop))
+            poses.append((f"{100.0 * fraction:g} % of the way to the stop", moved))
+    return poses
 
 
-def _holes(sensor: Sensor, sides: dict[str, cq.Shape]) -> Verdict:
+def _cover_holes(sensor: Sensor, covers: dict[str, cq.Shape]) -> Verdict:
     """Return how far a hole of a cover is off that of the housing: its axis, or its radius."""
-    name, limit, off = "geometry.cover_holes", len(sensor.housing.holes), 0.0
-    every = sensor.part.shape.Faces()
-    declared = _cylinders(every[index] for index in sensor.part.faces["mounting_holes"])
-    for side, shape in sides.items():
-        drilled = _cylinders(face for face in shape.Faces() if face.geomType() == "CYLINDER")
-        if not len(drilled) == len(declared) == limit:
+    name = "geometry.cover_holes"
+    count = len(sensor.housing.holes)
+    faces = sensor.part.shape.Faces()
+    declared = hole_axes(faces[index] for index in sensor.part.faces["mounting_holes"])
+    off = 0.0
+    for side, shape in covers.items():
+        drilled = hole_axes(face for face in shape.Faces() if face.geomType() == "CYLINDER")
+        if not len(drilled) == len(declared) == count:
             reference = (
-                f"{len(drilled)} holes in the {side} cover, {len(declared)} in the housing: must be {limit} each"
+                f"{len(drilled)} holes in the {side} cover, {len(declared)} in the housing: must be {count} each"
             )
             return failed(name, 0.0, unit="mm", reference=reference)
         off = max(off, float(np.abs(np.subtract(drilled, declared)).max()))
-    reference = f"axes and radii of {limit} holes in each cover against the housing's"
+    reference = f"axes and radii of {count} holes in each cover against the housing's"
     return equal(name, off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
 
 
@@ -76,12 +83,13 @@ def plate_verdicts(sensor: Sensor) -> tuple[Verdict, ...]:
     """
     if not sensor.housing.back_to_back:
         return ()
-    plate = in_place(sensor.part.shape, sensor.housing)
-    return _plates(sensor, plate, turned_twin(plate)), _plate_holes(sensor)
+    return _plates(sensor), _plate_holes(sensor)
 
 
-def _plates(sensor: Sensor, plate: cq.Shape, twin: cq.Shape) -> Verdict:
+def _plates(sensor: Sensor) -> Verdict:
     name = "geometry.plates"
+    plate = in_place(sensor.part.shape, sensor.housing)
+    twin = turned_twin(plate)
     shared = sum(solid.Volume() for solid in plate.intersect(twin).Solids())
     if shared > 0.0:
         reference = f"the plates run into each other, {shared:.3g} mm^3 of them in the same place"
@@ -90,8 +98,7 @@ def _plates(sensor: Sensor, plate: cq.Shape, twin: cq.Shape) -> Verdict:
     if apart > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not meet: screws would bend the plates by {apart:.3g} mm"
         return failed(name, PLATES_GAP_MM, unit="mm", reference=reference)
-    distances = [(float(in_place(arm, sensor.housing).distance(twin)), pose) for pose, arm in _poses(sensor)]
-    least, pose = min(distances)
+    least, pose = min((float(in_place(arm, sensor.housing).distance(twin)), pose) for pose, arm in _arm_poses(sensor))
     reference = f"plates meet at their pads; least distance of what moves in one from the other, {pose}"
     return at_least(name, least, PLATES_GAP_MM, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
 
@@ -99,19 +106,26 @@ def _plates(sensor: Sensor, plate: cq.Shape, twin: cq.Shape) -> Verdict:
 def _plate_holes(sensor: Sensor) -> Verdict:
     """Return how far a hole for a screw or a dowel is off that of the turned plate: its axis, or its radius."""
     name, housing = "geometry.plate_holes", sensor.housing
-    sizes = (housing.hole_diameter, housing.dowel_hole)
-    drilled = _cylinders(face for face in sensor.part.shape.Faces() if any(is_hole(face, size) for size in sizes))
+    drilled = hole_axes(
+        face
+        for face in sensor.part.shape.Faces()
+        if is_hole(face, housing.hole_diameter) or is_hole(face, housing.dowel_hole)
+    )
     expected = len(housing.holes) + len(housing.dowels)
     if len(drilled) != expected:
         reference = f"{len(drilled)} holes for screws and dowels in a plate: must be {expected}"
         return failed(name, 0.0, unit="mm", reference=reference)
-    other = sorted((-x, z, radius) for x, z, radius in drilled)
-    off = float(np.abs(np.subtract(drilled, other)).max())
+    of_twin = sorted((-x, z, radius) for x, z, radius in drilled)
+    off = float(np.abs(np.subtract(drilled, of_twin)).max())
     reference = f"axes and radii of {expected} holes for screws and dowels in one plate against the turned one's"
     return equal(name, off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
 
 
-def _cylinders(faces: Iterable[cq.Face]) -> list[tuple[float, float, float]]:
-    """Return x and z of the axis and the radius of upright holes [mm], in order of their places."""
-    boxes = (face.BoundingBox() for face in faces)
-    return sorted((round(box.center.x, 6), round(box.center.z, 6), round(0.5 * box.xlen, 6)) for box in boxes)
+def hole_axes(faces: Iterable[cq.Face], second_axis: str = "z") -> list[tuple[float, float, float]]:
+    """Return x and z, or another second coordinate, of the axis and the radius of round holes [mm], in order."""
+    axes = []
+    for face in faces:
+        box = face.BoundingBox()
+        second = getattr(box.center, second_axis)
+        axes.append((round(box.center.x, 6), round(second, 6), round(0.5 * box.xlen, 6)))
+    return sorted(axes)

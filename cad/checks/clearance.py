@@ -101,46 +101,39 @@ def _arm_stop_verdicts(lines: SolidLines, housing: Housing, arm: Arm, deflection
     stops = f"geometry.stops_{arm.name}"
     gap = f"geometry.deflected_gap_{arm.name}"
     limit = STOP_SAFETY * deflection
-    stop = _shuttle_stop(lines, housing, arm)
-    leaf = _leaf_stops(lines, arm)
-    blocked = "shuttle" if math.isinf(stop) else "leaf" if math.isinf(max(leaf.values())) else ""
-    if blocked:
-        none = f"no stop: the {blocked} touches it already, or nothing is above"
-        return failed(stops, limit, unit="mm", reference=none), failed(gap, LEAF_GAP_MM, unit="mm", reference=none)
-    touch = min(leaf.values())
-    first = "shuttle" if stop <= touch else "leaf"
+    shuttle_stop = min(
+        _gap_above(lines, (arm.shuttle - arm.sign * fraction * housing.shuttle_width, 0.0, housing.neck_level))
+        for fraction in _ON_SHUTTLE
+    )
+    # The deflection at which each point of the upper leaf touches, by what it moves of the shuttle's deflection.
+    leaf_stops = {}
+    for fraction in _ON_LEAF:
+        moved = 3.0 * fraction**2 - 2.0 * fraction**3  # the shape of a guided leaf
+        x = arm.wall + fraction * (arm.shuttle - arm.wall)
+        leaf_stops[moved] = _gap_above(lines, (x, 0.0, arm.levels[1])) / moved
+
+    for blocked, stop in (("shuttle", shuttle_stop), ("leaf", max(leaf_stops.values()))):
+        if math.isinf(stop):
+            none = f"no stop: the {blocked} touches it already, or nothing is above"
+            return (
+                failed(stops, limit, unit="mm", reference=none),
+                failed(gap, LEAF_GAP_MM, unit="mm", reference=none),
+            )
+    leaf_stop = min(leaf_stops.values())
+    first = "shuttle" if shuttle_stop <= leaf_stop else "leaf"
     least = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
     stopped = f"lines from shuttle and leaf to the frame; limit is {least}; the {first} touches first"
-    left = min((way - stop) * moved for moved, way in leaf.items())
-    free = f"least distance between leaf and frame with the shuttle at its stop, {stop:.4g} mm up"
+    left = min((stop - shuttle_stop) * moved for moved, stop in leaf_stops.items())
+    free = f"least distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
     return (
-        at_least(stops, min(stop, touch), limit, 0.0, unit="mm", reference=stopped),
+        at_least(stops, min(shuttle_stop, leaf_stop), limit, 0.0, unit="mm", reference=stopped),
         at_least(gap, left, LEAF_GAP_MM, 0.0, unit="mm", reference=free),
     )
 
 
-def _shuttle_stop(lines: SolidLines, housing: Housing, arm: Arm) -> float:
-    """Return the deflection [mm] at which a place of the shuttle touches what is above."""
-    places = [arm.shuttle - arm.sign * share * housing.shuttle_width for share in _ON_SHUTTLE]
-    return min(_gap_above(lines, (x, 0.0, housing.neck_level)) for x in places)
-
-
-def _leaf_stops(lines: SolidLines, arm: Arm) -> dict[float, float]:
-    """Return the deflections [mm] at which places of the upper leaf touch what is above.
-
-    They are held by the share of the deflection that the place moves, the shape of a guided leaf.
-    """
-    stops = {}
-    for share in _ON_LEAF:
-        moved = 3.0 * share**2 - 2.0 * share**3
-        place = (arm.wall + share * (arm.shuttle - arm.wall), 0.0, arm.levels[1])
-        stops[moved] = _gap_above(lines, place) / moved
-    return stops
-
-
-def _gap_above(lines: SolidLines, place: Vector) -> float:
+def _gap_above(lines: SolidLines, point: Vector) -> float:
     """Return the first open distance above the material around a point [mm]; 0 where there is no such material."""
-    spans = lines.spans(place, _UP)
+    spans = lines.spans(point, _UP)
     for i, (start, end) in enumerate(spans):
         if start <= 0.0 <= end:
             return spans[i + 1][0] - end if i + 1 < len(spans) else math.inf

@@ -1,16 +1,15 @@
 """What a maker needs beside the part: drawings, coupon, cover, bracket, bill of materials and sheet."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cadquery as cq
 
-from cad.design.processes import Process
 from cad.drawing.coupon_drawing import coupon_drawing
 from cad.drawing.cover_drawing import cover_drawing
 from cad.drawing.housing_drawing import housing_drawing
-from cad.drawing.sheet import Sheet, Title
+from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.bridges import Spring, bridges
 from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
@@ -20,9 +19,8 @@ from cad.parts.assembly import COVER_COLOUR
 from cad.parts.coupon import coupon_of
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_of, cover_part
-from cad.parts.part import Part
 from cad.parts.pose import print_pose
-from cad.parts.sensor import STEEL_COLOUR, Body, Colour, Sensor
+from cad.parts.sensor import STEEL_COLOUR, Body, Sensor
 
 _COUPON_COLOUR = (0.45, 0.62, 0.35)
 
@@ -41,47 +39,39 @@ def write_fabrication(sensor: Sensor, title: Title, springs: Sequence[Spring], f
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
-    coupon, cover = coupon_part(coupon_of(sensor.housing)), cover_part(cover_of(sensor))
-    drawings = [path for name, sheet in _sheets(sensor, title, coupon, cover) for path in sheet.write(folder / name)]
-    of_coupon, _ = _write_solid(coupon.shape, folder / "coupon", _COUPON_COLOUR)
-    of_cover, cover_read = _write_solid(cover.shape, folder / "cover", COVER_COLOUR)
-    bracket = mount_solid(sensor)
-    of_mount, mount_read = _write_solid(bracket, folder / "mount", STEEL_COLOUR)
-    shapes = {"housing": sensor.part.shape, "cover": cover.shape, "coupon": coupon.shape, "mount": bracket}
-    facts = _facts(sensor, title, springs, _masses(shapes, title.process))
-    sheet = fabrication_sheet(sensor, title, facts)
-    texts = _write_texts({"bom.csv": bill_csv(facts.bill), "fabrication.md": sheet}, folder)
-    return MakerFiles(paths=(*drawings, *of_coupon, *of_cover, *of_mount, *texts), cover=cover_read, mount=mount_read)
+    housing, process = sensor.housing, title.process
+    coupon, cover = coupon_of(housing), cover_of(sensor)
+    coupon_solid, cover_solid = coupon_part(coupon), cover_part(cover)
+    sheets = {
+        "drawing": housing_drawing(sensor.part, housing, title),
+        "drawing-coupon": coupon_drawing(coupon_solid, coupon, replace(title, part="coupon")),
+        "drawing-cover": cover_drawing(cover_solid, cover, replace(title, part="cover, make two")),
+    }
+    bodies = [
+        Body(name="coupon", shape=coupon_solid.shape, colour=_COUPON_COLOUR),
+        Body(name="cover", shape=cover_solid.shape, colour=COVER_COLOUR),
+        Body(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR),
+    ]
+    paths: list[Path] = []
+    for name, sheet in sheets.items():
+        paths += sheet.write(folder / name)
 
+    read_back = {}
+    for body in bodies:
+        step, stl = folder / f"{body.name}.step", folder / f"{body.name}.stl"
+        read_back[body.name] = export_step([body], step)
+        export_stl(print_pose(body.shape), stl)
+        paths += [step, stl]
 
-def _facts(sensor: Sensor, title: Title, springs: Sequence[Spring], masses: dict[str, float]) -> SheetFacts:
-    """Return bill and read-out for parts of these masses [g]."""
-    wired = bridges(springs, sensor.housing, title.process)
-    bill = bill_of_materials(sensor, title.process, wired, masses)
-    return SheetFacts(bill=bill, bridges=wired)
-
-
-def _masses(shapes: Mapping[str, cq.Shape], process: Process) -> dict[str, float]:
-    """Return by name the mass of solid parts [g]."""
-    return {name: 1e-3 * shape.Volume() * process.density_g_per_cm3 for name, shape in shapes.items()}
-
-
-def _write_texts(texts: Mapping[str, str], folder: Path) -> tuple[Path, ...]:
+    solids = [sensor.housing_body(), *bodies]
+    masses = {body.name: 1e-3 * body.shape.Volume() * process.density_g_per_cm3 for body in solids}
+    wired = bridges(springs, housing, process)
+    bill = bill_of_materials(sensor, process, wired, masses)
+    texts = {
+        "bom.csv": bill_csv(bill),
+        "fabrication.md": fabrication_sheet(sensor, title, SheetFacts(bill=bill, bridges=wired)),
+    }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
-    return tuple(folder / name for name in texts)
-
-
-def _sheets(sensor: Sensor, title: Title, coupon: Part, cover: Part) -> Iterator[tuple[str, Sheet]]:
-    """Yield the drawings by the names of their files."""
-    yield "drawing", housing_drawing(sensor.part, sensor.housing, title)
-    yield "drawing-coupon", coupon_drawing(coupon, coupon_of(sensor.housing), replace(title, part="coupon"))
-    yield "drawing-cover", cover_drawing(cover, cover_of(sensor), replace(title, part="cover, make two"))
-
-
-def _write_solid(solid: cq.Shape, path: Path, colour: Colour) -> tuple[tuple[Path, Path], cq.Shape]:
-    """Write a solid [mm] as STEP, and as STL in print pose; return their paths and what the STEP file holds."""
-    step, stl = path.with_suffix(".step"), path.with_suffix(".stl")
-    made = export_step((Body(name=path.name, shape=solid, colour=colour),), step)
-    export_stl(print_pose(solid), stl)
-    return (step, stl), made
+        paths.append(folder / name)
+    return MakerFiles(paths=tuple(paths), cover=read_back["cover"], mount=read_back["mount"])

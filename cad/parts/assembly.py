@@ -8,7 +8,7 @@ at y = 0. Sensor frame, mm.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from dataclasses import replace
 
 import cadquery as cq
 
@@ -20,7 +20,7 @@ from cad.parts.housing_solid import domed, housing_part, named_housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import socketed
 from cad.parts.pose import in_place
-from cad.parts.sensor import HOUSING_COLOUR, STEEL_COLOUR, Body, Colour, Sensor
+from cad.parts.sensor import STEEL_COLOUR, Body, Colour, Sensor
 
 COVER_COLOUR: Colour = (0.60, 0.60, 0.62)
 SCREW_MM, HEAD_MM, HEAD_HEIGHT_MM = 3.0, 5.5, 3.0  # M3, ISO 4762
@@ -29,7 +29,6 @@ WASHER_THICKNESS_MM, WASHER_HOLE_MM = 0.5, 3.2  # of M3, ISO 7089
 SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # of M3, ISO 4762
 DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # of 3 mm, ISO 8734
 _REACH = 1.0  # of a tool beyond what it cuts
-_BACK = (0.0, 1.0, 0.0)
 
 
 def finished_part(housing: Housing) -> Part:
@@ -47,27 +46,29 @@ def sensor_of(design: Design, housing: Housing) -> Sensor:
 
 
 def _with_pads(plate: cq.Shape, housing: Housing) -> cq.Shape:
-    """Return a plate with a pad on the posts and the bar of its back, and with holes for screws and dowels in it."""
+    """Return a plate with a pad on the posts and the bar of its back, and with holes for screws and dowels in it.
+
+    The pad lies where the rim of a cover lies on the frame, set back from what moves; it is open towards the tips.
+    """
     back, height = 0.5 * housing.depth, housing.pad_height
     if height > 0.0:
-        plate = plate.fuse(_pad(housing))
+        foot = max(housing.cover_level, housing.protrusion)
+        width = housing.right - housing.left
+        post = housing.wall_width - SETBACK_MM
+        pad = cq.Solid.makeBox(width, height, housing.top_level - foot, cq.Vector(housing.left, back, foot))
+        opening = cq.Solid.makeBox(
+            width - 2.0 * post,
+            height + 2.0 * _REACH,
+            housing.cavity_level + SETBACK_MM - foot + _REACH,
+            cq.Vector(housing.left + post, back - _REACH, foot - _REACH),
+        )
+        plate = plate.fuse(pad.cut(opening))
     drill = cq.Workplane("XZ", origin=(0.0, back + height + _REACH, 0.0))
     through = housing.depth + height + 2.0 * _REACH
-    for places, diameter in ((housing.holes, housing.hole_diameter), (housing.dowels, housing.dowel_hole)):
-        plate = plate.cut(drill.pushPoints(list(places)).circle(0.5 * diameter).extrude(through).findSolid())
+    for points, diameter in ((housing.holes, housing.hole_diameter), (housing.dowels, housing.dowel_hole)):
+        plate = plate.cut(drill.pushPoints(list(points)).circle(0.5 * diameter).extrude(through).findSolid())
     plate = plate.clean()  # a hole through plate and pad is one face
     return plate.Solids()[0] if len(plate.Solids()) == 1 else plate
-
-
-def _pad(housing: Housing) -> cq.Shape:
-    """Return the pad: where the rim of a cover lies on the frame, set back from what moves; open towards the tips."""
-    back, foot, bar = 0.5 * housing.depth, max(housing.cover_level, housing.protrusion), housing.cavity_level
-    wall, height = housing.wall_width - SETBACK_MM, housing.pad_height
-    width, size = housing.right - housing.left, (housing.top_level - foot)
-    plate = cq.Solid.makeBox(width, height, size, cq.Vector(housing.left, back, foot))
-    inside = cq.Vector(housing.left + wall, back - _REACH, foot - _REACH)
-    opening = (width - 2.0 * wall, height + 2.0 * _REACH, bar + SETBACK_MM - foot + _REACH)
-    return plate.cut(cq.Solid.makeBox(*opening, inside))
 
 
 def turned_twin(shape: cq.Shape) -> cq.Shape:
@@ -77,33 +78,23 @@ def turned_twin(shape: cq.Shape) -> cq.Shape:
 
 def assembly_bodies(sensor: Sensor) -> tuple[Body, ...]:
     """Return every body of a sensor before the press: housing or both plates, covers, screws, dowels, pins, fruit."""
-    steel = {**_pins(sensor), **fasteners(sensor)}
-    return (
-        *_printed(sensor),
-        *(Body(name=name, shape=shape, colour=COVER_COLOUR) for name, shape in cover_pair(sensor).items()),
-        *(Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in steel.items()),
-        sensor.fruit_body(),
-    )
+    printed = [sensor.housing_body()]
+    pins = list(sensor.pin_bodies())
+    if sensor.housing.back_to_back:
+        printed = _twins(replace(printed[0], name="plate"), sensor.housing)
+        pins = [body for pin in pins for body in _twins(pin, sensor.housing)]
+    covers = [Body(name=name, shape=shape, colour=COVER_COLOUR) for name, shape in cover_pair(sensor).items()]
+    bought = [Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in fasteners(sensor).items()]
+    return (*printed, *covers, *pins, *bought, sensor.fruit_body())
 
 
-def _printed(sensor: Sensor) -> tuple[Body, ...]:
-    """Return the housing, or the two plates of a square in their places."""
-    if not sensor.housing.back_to_back:
-        return (sensor.housing_body(),)
-    plate = in_place(sensor.part.shape, sensor.housing)
-    plates = {"plate 1": plate, "plate 2": turned_twin(plate)}
-    return tuple(Body(name=name, shape=shape, colour=HOUSING_COLOUR) for name, shape in plates.items())
-
-
-def _pins(sensor: Sensor) -> dict[str, cq.Shape]:
-    """Return by name the pins of the housing, or of both plates [mm]; none where the tips are printed."""
-    if not sensor.housing.back_to_back:
-        return {body.name: body.shape for body in sensor.pin_bodies()}
-    found: dict[str, cq.Shape] = {}
-    for body in sensor.pin_bodies():
-        pin = in_place(body.shape, sensor.housing)
-        found |= {f"{body.name} 1": pin, f"{body.name} 2": turned_twin(pin)}
-    return found
+def _twins(body: Body, housing: Housing) -> list[Body]:
+    """Return a body of a plate of a square, numbered, in its place in both plates."""
+    shape = in_place(body.shape, housing)
+    return [
+        replace(body, name=f"{body.name} 1", shape=shape),
+        replace(body, name=f"{body.name} 2", shape=turned_twin(shape)),
+    ]
 
 
 def cover_pair(sensor: Sensor) -> dict[str, cq.Shape]:
@@ -135,30 +126,34 @@ def dowel_length(housing: Housing) -> int | None:
 
 def fasteners(sensor: Sensor) -> dict[str, cq.Shape]:
     """Return by name screws, nuts, washers and dowels [mm], the heads of the screws on the side -y."""
-    housing, half = sensor.housing, 0.5 * grip(sensor)
-    length = screw_length(2.0 * half) or math.ceil(2.0 * half + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
-    dowel = dowel_length(housing) or housing.stack
-    found: dict[str, cq.Shape] = {}
+    housing = sensor.housing
+    half_grip = 0.5 * grip(sensor)
+    length = screw_length(2.0 * half_grip) or math.ceil(2.0 * half_grip + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
+    dowel = float(dowel_length(housing) or housing.stack)
+    back = cq.Vector(0.0, 1.0, 0.0)
+    shapes: dict[str, cq.Shape] = {}
     for number, (x, z) in enumerate(housing.holes, start=1):
-        found |= {f"{name} {number}": shape for name, shape in _screw_set(x, z, half, float(length))}
+        for name, shape in _screw_set(x, z, half_grip, float(length)).items():
+            shapes[f"{name} {number}"] = shape
     for number, (x, z) in enumerate(housing.dowels, start=1):
         start = cq.Vector(x, -0.5 * dowel, z)
-        found[f"dowel {number}"] = cq.Solid.makeCylinder(0.5 * DOWEL_MM, float(dowel), start, cq.Vector(*_BACK))
-    return found
+        shapes[f"dowel {number}"] = cq.Solid.makeCylinder(0.5 * DOWEL_MM, dowel, start, back)
+    return shapes
 
 
-def _screw_set(x: float, z: float, half: float, length: float) -> Iterator[tuple[str, cq.Shape]]:
-    """Yield screw, nut and washers in one hole; `half` is that of the grip."""
-    head = half + WASHER_THICKNESS_MM
-    shank = cq.Solid.makeCylinder(0.5 * SCREW_MM, length, cq.Vector(x, -head, z), cq.Vector(*_BACK))
-    top = cq.Solid.makeCylinder(
-        0.5 * HEAD_MM, HEAD_HEIGHT_MM, cq.Vector(x, -head - HEAD_HEIGHT_MM, z), cq.Vector(*_BACK)
-    )
-    yield "screw", shank.fuse(top).Solids()[0]
+def _screw_set(x: float, z: float, half_grip: float, length: float) -> dict[str, cq.Shape]:
+    """Return screw, nut and washers in one hole."""
+    back = cq.Vector(0.0, 1.0, 0.0)
+    under_head = -half_grip - WASHER_THICKNESS_MM
+    shank = cq.Solid.makeCylinder(0.5 * SCREW_MM, length, cq.Vector(x, under_head, z), back)
+    head_start = cq.Vector(x, under_head - HEAD_HEIGHT_MM, z)
+    head = cq.Solid.makeCylinder(0.5 * HEAD_MM, HEAD_HEIGHT_MM, head_start, back)
+
     # A workplane XZ looks along -y: what it extrudes grows that way.
-    behind = cq.Workplane("XZ", origin=(x, head + NUT_MM, z))
-    corners = NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)
-    yield "nut", behind.polygon(6, corners).circle(0.5 * SCREW_MM).extrude(NUT_MM).findSolid()
-    for name, end in (("front washer", -half), ("back washer", head)):
+    nut_plane = cq.Workplane("XZ", origin=(x, half_grip + WASHER_THICKNESS_MM + NUT_MM, z))
+    nut = nut_plane.polygon(6, NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)).circle(0.5 * SCREW_MM).extrude(NUT_MM)
+    shapes: dict[str, cq.Shape] = {"screw": shank.fuse(head).Solids()[0], "nut": nut.findSolid()}
+    for name, end in (("front washer", -half_grip), ("back washer", half_grip + WASHER_THICKNESS_MM)):
         ring = cq.Workplane("XZ", origin=(x, end, z)).circle(0.5 * WASHER_MM).circle(0.5 * WASHER_HOLE_MM)
-        yield name, ring.extrude(WASHER_THICKNESS_MM).findSolid()
+        shapes[name] = ring.extrude(WASHER_THICKNESS_MM).findSolid()
+    return shapes

@@ -6,86 +6,82 @@ the pads of its back. Letters are made of straight strokes at 0, 45 or 90 degree
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import cadquery as cq
 import shapely
-from shapely.ops import unary_union
 
-from cad.parts.housing import ENGRAVED_MM, SETBACK_MM, Housing
-from cad.parts.part import NEAR_MM, Part, named_part, on_plane, same_as
+from cad.parts.housing import ENGRAVED_MM, SETBACK_MM, Housing, Point
+from cad.parts.housing_solid import named_housing
+from cad.parts.part import Part
 
 PEN_MM = 0.5  # the widest of the least gaps of the processes
 TALLEST_MM, SMALLEST_MM = 4.0, 3.0  # smaller letters would leave walls under 0.8 mm between their strokes
 _EDGE_MM = 1.0  # left free around a text
 _PAD_EDGE_MM = 0.95  # the same on the bar of a pad: the widest of the least walls, and the corners of oblique strokes
-_MARKED = "side_faces"  # of the housing, which the marks lie on
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Panel:
+    """A rectangle on the frame for one text: its middle (x, z), width and height [mm]."""
+
+    x: float
+    z: float
+    width: float
+    height: float
 
 
 def marked(part: Part, housing: Housing, name: str) -> Part:
     """Return the housing with L, H and a name (letters, digits, - and _) engraved 0.3 mm deep; named faces stay.
 
-    A name that is too long is cut short; a place that is too small for letters of 3 mm stays blank.
+    A name that is too long is cut short; a panel that is too small for letters of 3 mm stays blank.
     """
-    wall = 0.5 * housing.wall_width
+    half_wall = 0.5 * housing.wall_width
     middle = 0.5 * (housing.protrusion + housing.top_level)
-    bar, room = _bar(housing)
-    beside = (housing.wall_width, housing.top_level - housing.protrusion - 4.0 * housing.hole_inset)
-    tools = [
-        *_tools(name, bar, room, housing),
-        *_tools("L", (housing.left + wall, middle), beside, housing),
-        *_tools("H", (housing.right - wall, middle), beside, housing),
-    ]
+    between_holes = housing.top_level - housing.protrusion - 4.0 * housing.hole_inset
+    left = _Panel(x=housing.left + half_wall, z=middle, width=housing.wall_width, height=between_holes)
+    right = _Panel(x=housing.right - half_wall, z=middle, width=housing.wall_width, height=between_holes)
+    tools: list[cq.Solid] = []
+    for text, panel in ((name, _bar(housing)), ("L", left), ("H", right)):
+        height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
+        if height >= SMALLEST_MM:
+            fitting = letters_that_fit(text, height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
+            tools += [_tool(area, panel, housing) for area in outlines(fitting, height, PEN_MM)]
     if not tools:
         return part
-    return _renamed(part, part.shape.cut(*tools), 0.5 * housing.depth)
+    shape = part.shape.cut(*tools)
+    return named_housing(shape.Solids()[0] if len(shape.Solids()) == 1 else shape, housing)
 
 
-def _bar(housing: Housing) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the middle (x, z) of the bar, or of the pad on it between the dowels, and its width and height [mm]."""
+def _bar(housing: Housing) -> _Panel:
+    """Return the bar over the springs, or the pad on it between the dowels."""
     foot = housing.cavity_level
-    width, height = housing.right - housing.left - 2.0 * housing.wall_width, housing.top_level - foot
+    width = housing.right - housing.left - 2.0 * housing.wall_width
+    height = housing.top_level - foot
     if housing.back_to_back:
-        width, height = width - 4.0 * housing.dowel_hole, height - SETBACK_MM + 2.0 * (_EDGE_MM - _PAD_EDGE_MM)
-        foot = foot + SETBACK_MM
-    return (0.5 * (housing.left + housing.right), 0.5 * (foot + housing.top_level)), (width, height)
+        width -= 4.0 * housing.dowel_hole
+        height = height - SETBACK_MM + 2.0 * (_EDGE_MM - _PAD_EDGE_MM)
+        foot += SETBACK_MM
+    x = 0.5 * (housing.left + housing.right)
+    return _Panel(x=x, z=0.5 * (foot + housing.top_level), width=width, height=height)
 
 
-def _tools(text: str, centre: tuple[float, float], room: tuple[float, float], housing: Housing) -> list[cq.Solid]:
-    """Return what is cut away for a text at a place (x, z), in a room of that width and height [mm]."""
-    height = min(TALLEST_MM, room[1] - PEN_MM - 2.0 * _EDGE_MM)
-    if height < SMALLEST_MM:
-        return []
-    fitting = letters_that_fit(text, height, room[0] - PEN_MM - 2.0 * _EDGE_MM)
-    areas = outlines(fitting, height, PEN_MM) if fitting else ()
+def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
+    """Return what an area takes away; on the back of a plate of a square it is mirrored, to be read from there."""
+    sign, face = 1.0, -0.5 * housing.depth
     if housing.back_to_back:
-        return [_tool(area, centre, 0.5 * housing.depth + housing.pad_height, -1.0) for area in areas]
-    return [_tool(area, centre, -0.5 * housing.depth, 1.0) for area in areas]
-
-
-def _tool(area: shapely.Polygon, centre: tuple[float, float], face: float, sign: float) -> cq.Solid:
-    """Return what an area takes away at a face; the sign -1 mirrors it, to be read from the side +y."""
+        sign, face = -1.0, 0.5 * housing.depth + housing.pad_height
 
     def wire(ring: shapely.LinearRing) -> cq.Wire:
-        points = [cq.Vector(centre[0] + sign * x, face - ENGRAVED_MM, centre[1] + z) for x, z in ring.coords[:-1]]
+        points = [cq.Vector(panel.x + sign * x, face - ENGRAVED_MM, panel.z + z) for x, z in ring.coords[:-1]]
         return cq.Wire.makePolygon(points, close=True)
 
-    outer, inner = wire(area.exterior), [wire(ring) for ring in area.interiors]
-    return cq.Solid.extrudeLinear(outer, inner, cq.Vector(0.0, 2.0 * ENGRAVED_MM, 0.0))
+    holes = [wire(ring) for ring in area.interiors]
+    return cq.Solid.extrudeLinear(wire(area.exterior), holes, cq.Vector(0.0, 2.0 * ENGRAVED_MM, 0.0))
 
 
-def _renamed(part: Part, shape: cq.Shape, half_depth: float) -> Part:
-    """Return the part with another shape whose named faces are those at the same places with the same areas.
-
-    The sides of the plate, at the half depth [mm], lose what the marks take away.
-    """
-    every = part.shape.Faces()
-    tests = {name: same_as([every[i] for i in indices], NEAR_MM) for name, indices in part.faces.items()}
-    if _MARKED in tests:
-        front, back = (on_plane(1, side * half_depth) for side in (-1.0, 1.0))
-        tests[_MARKED] = lambda face: front(face) or back(face)
-    return named_part(part.name, shape.Solids()[0] if len(shape.Solids()) == 1 else shape, tests)
-
-
-Stroke = tuple[tuple[float, float], ...]
+Stroke = tuple[Point, ...]
 _TALL, _STEP, _GAP = 6, 7, 3  # grid units from foot to top; a letter is 4 wide
 
 # Each stroke is a row of two-digit points, x then y, on a grid 4 wide and 6 tall.
@@ -105,28 +101,27 @@ _STROKES = {
 }  # fmt: skip
 
 
-def strokes(text: str, height: float) -> tuple[Stroke, ...]:
+def strokes(text: str, height: float) -> Sequence[Stroke]:
     """Return the strokes [mm] of a text whose letters are so high [mm], the whole centred on the origin.
 
     Capitals stand for all letters. Raises KeyError for a sign that has no strokes.
     """
     unit = height / _TALL
     left = -0.5 * unit * (_STEP * len(text) - _GAP)
-    found = []
-    for place, letter in enumerate(text.upper()):
-        start = left + place * _STEP * unit
+    drawn = []
+    for index, letter in enumerate(text.upper()):
+        start = left + index * _STEP * unit
         for stroke in _STROKES[letter].split(", "):
             points = [(int(point[0]), int(point[1])) for point in stroke.split(" ")]
-            found.append(tuple((start + unit * x, unit * y - 0.5 * height) for x, y in points))
-    return tuple(found)
+            drawn.append(tuple((start + unit * x, unit * y - 0.5 * height) for x, y in points))
+    return drawn
 
 
-def outlines(text: str, height: float, width: float) -> tuple[shapely.Polygon, ...]:
+def outlines(text: str, height: float, width: float) -> Sequence[shapely.Polygon]:
     """Return the areas [mm] that a pen of the given width covers, from left to right."""
     lines = [shapely.LineString(stroke) for stroke in strokes(text, height)]
-    inked = unary_union([line.buffer(0.5 * width, cap_style="square", join_style="mitre") for line in lines])
-    pieces = [inked] if isinstance(inked, shapely.Polygon) else list(inked.geoms)
-    return tuple(sorted(pieces, key=lambda piece: piece.bounds))
+    inked = shapely.union_all([line.buffer(0.5 * width, cap_style="square", join_style="mitre") for line in lines])
+    return sorted(shapely.get_parts(inked), key=lambda piece: piece.bounds)
 
 
 def letters_that_fit(text: str, height: float, room: float) -> str:

@@ -9,18 +9,10 @@ import cadquery as cq
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips, check_tips_on_fruit
-from cad.parts.part import (
-    NEAR_MM,
-    FaceTest,
-    Part,
-    named_part,
-    on_plane,
-    same_as,
-)
+from cad.parts.part import NEAR_MM, FaceTest, Part, named_part, on_plane
 from cad.quantity import validation_error
 
 _NEAR_BOX_MM = 1e-3  # the box about a curved face is wider than it
-_CURVED = 1e-4  # relative: areas of curved faces are sums
 _MIRROR_PLANES = {"symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
 
 
@@ -29,7 +21,7 @@ def fruit_block(fruit: Fruit, tips: Tips) -> Part:
 
     Raises InputError when a tip stands beyond the fruit.
     """
-    return _imprinted("fruit block", fruit, tips, ())
+    return _imprinted_block("fruit block", fruit, tips, ())
 
 
 def solved_block(fruit: Fruit, tips: Tips) -> Part:
@@ -42,7 +34,7 @@ def fruit_half(fruit: Fruit, tips: Tips) -> Part:
 
     Raises InputError when a tip stands beyond the fruit.
     """
-    return _imprinted("fruit half", fruit, tips, ("symmetry_y",))
+    return _imprinted_block("fruit half", fruit, tips, ("symmetry_y",))
 
 
 def fruit_quarter(fruit: Fruit, tips: Tips) -> Part:
@@ -54,7 +46,7 @@ def fruit_quarter(fruit: Fruit, tips: Tips) -> Part:
         raise validation_error(
             "tips.offset_mm", tips.offset_mm, "mm", "0 for a quarter of the fruit", "take fruit_half"
         )
-    return _imprinted("fruit quarter", fruit, tips, ("symmetry_x", "symmetry_y"))
+    return _imprinted_block("fruit quarter", fruit, tips, ("symmetry_x", "symmetry_y"))
 
 
 def tip_centres(tips: Tips) -> dict[str, float]:
@@ -62,42 +54,46 @@ def tip_centres(tips: Tips) -> dict[str, float]:
     return dict(zip(("low_tip", "high_tip"), tips.centres_mm, strict=True))
 
 
-def _imprinted(name: str, fruit: Fruit, tips: Tips, symmetry: tuple[str, ...]) -> Part:
+def _imprinted_block(name: str, fruit: Fruit, tips: Tips, symmetry: tuple[str, ...]) -> Part:
     check_tips_on_fruit(fruit, tips)
     x = 0.0 if "symmetry_x" in symmetry else -0.5 * fruit.length_mm
     y = 0.0 if "symmetry_y" in symmetry else -0.5 * fruit.width_mm
     corner = cq.Vector(x, y, -fruit.height_mm)
     block = cq.Solid.makeBox(0.5 * fruit.length_mm - x, 0.5 * fruit.width_mm - y, fruit.height_mm, corner)
     centres = {face: centre for face, centre in tip_centres(tips).items() if centre > x}
-    planes = {"base": on_plane(2, -fruit.height_mm), **{plane: _MIRROR_PLANES[plane] for plane in symmetry}}
-    footprints = [_footprint(tips, centre) for centre in centres.values()]
-    return named_part(name, block.split(*footprints).Solids()[0], {**planes, **_top_faces(tips, centres)})
+    imprinted = block.split(*(_footprint(tips, centre) for centre in centres.values())).Solids()[0]
+    planes = {plane: _MIRROR_PLANES[plane] for plane in symmetry}
+    faces = _top_faces(tips, centres, on_plane(2, 0.0), NEAR_MM)
+    return named_part(name, imprinted, {"base": on_plane(2, -fruit.height_mm), **planes, **faces})
 
 
 def _footprint(tips: Tips, centre: float) -> cq.Face:
     """Return the outline of a tip: a square, or a circle of four arcs, so that a mesh has its extreme points."""
-    side = tips.side_mm
+    middle, up = cq.Vector(centre, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0)
     if not tips.tip_shape.is_round:
-        return cq.Face.makePlane(side, side, cq.Vector(centre, 0.0, 0.0))
-    plane, up = cq.Vector(centre, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0)
-    arcs = [cq.Edge.makeCircle(0.5 * side, plane, up, start, start + 90.0) for start in (0.0, 90.0, 180.0, 270.0)]
+        return cq.Face.makePlane(tips.side_mm, tips.side_mm, middle)
+    radius = 0.5 * tips.side_mm
+    arcs = [cq.Edge.makeCircle(radius, middle, up, start, start + 90.0) for start in (0.0, 90.0, 180.0, 270.0)]
     return cq.Face.makeFromWires(cq.Wire.assembleEdges(arcs))
 
 
-def _top_faces(tips: Tips, centres: dict[str, float]) -> dict[str, FaceTest]:
-    """Pick each footprint by its place, and as the top what is left of it."""
-    on_top, reach = on_plane(2, 0.0), tips.side_mm + NEAR_MM
+def _top_faces(tips: Tips, centres: dict[str, float], on_top: FaceTest, near: float) -> dict[str, FaceTest]:
+    """Return the tests that pick on the top each face in the plan of a tip, and as `top` what is left of it."""
+    reach = 0.5 * tips.side_mm + near
 
-    def footprint(centre: float) -> FaceTest:
-        def belongs(face: cq.Face) -> bool:
+    def under_tip(centre: float) -> FaceTest:
+        def is_under(face: cq.Face) -> bool:
             box = face.BoundingBox()
-            inside = abs(box.center.x - centre) < NEAR_MM and max(box.xlen, 2.0 * box.ymax) < reach
-            return inside and on_top(face)
+            return on_top(face) and max(centre - box.xmin, box.xmax - centre, box.ymax) < reach
 
-        return belongs
+        return is_under
 
-    tests = {name: footprint(centre) for name, centre in centres.items()}
-    return {"top": lambda face: on_top(face) and not any(test(face) for test in tests.values()), **tests}
+    footprints = {name: under_tip(centre) for name, centre in centres.items()}
+    return {"top": lambda face: on_top(face) and not any(test(face) for test in footprints.values()), **footprints}
+
+
+def _is_curved(face: cq.Face) -> bool:
+    return face.geomType() != "PLANE"
 
 
 def curved_fruit(fruit: Fruit, tips: Tips | None = None) -> Part:
@@ -108,15 +104,12 @@ def curved_fruit(fruit: Fruit, tips: Tips | None = None) -> Part:
     if fruit.radius_mm is None:
         raise validation_error("fruit.shape", fruit.shape, "", "sphere or ellipsoid", "take fruit_block")
     piece = _curved_piece(fruit, fruit.radius_mm)
-    outlines = {} if tips is None else {name: _outline(piece, tips, x) for name, x in tip_centres(tips).items()}
-    if outlines:
-        piece = piece.split(*outlines.values()).Solids()[0]
-    tests = {name: same_as([face], _CURVED) for name, face in outlines.items()}
-
-    def top(face: cq.Face) -> bool:
-        return face.geomType() != "PLANE" and not any(test(face) for test in tests.values())
-
-    return named_part(f"fruit {fruit.shape}", piece, {"base": on_plane(2, -fruit.depth_mm), "top": top, **tests})
+    faces: dict[str, FaceTest] = {"top": _is_curved}
+    if tips is not None:
+        centres = tip_centres(tips)
+        piece = piece.split(*(_outline(piece, tips, centre) for centre in centres.values())).Solids()[0]
+        faces = _top_faces(tips, centres, _is_curved, _NEAR_BOX_MM)
+    return named_part(f"fruit {fruit.shape}", piece, {"base": on_plane(2, -fruit.depth_mm), **faces})
 
 
 def curved_half(fruit: Fruit, tips: Tips) -> Part:
@@ -127,24 +120,9 @@ def curved_half(fruit: Fruit, tips: Tips) -> Part:
     whole = curved_fruit(fruit, tips).shape
     far = whole.BoundingBox().DiagonalLength
     half = whole.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far))).Solids()[0]
-    under = {name: _under(tips, centre) for name, centre in tip_centres(tips).items()}
-
-    def top(face: cq.Face) -> bool:
-        return face.geomType() != "PLANE" and not any(test(face) for test in under.values())
-
     planes = {"base": on_plane(2, -fruit.depth_mm), "symmetry_y": _MIRROR_PLANES["symmetry_y"]}
-    return named_part(f"half of a fruit {fruit.shape}", half, {**planes, **under, "top": top})
-
-
-def _under(tips: Tips, centre: float) -> FaceTest:
-    """Pick the curved face that lies in the plan of a tip."""
-    reach = 0.5 * tips.side_mm + _NEAR_BOX_MM
-
-    def belongs(face: cq.Face) -> bool:
-        box = face.BoundingBox()
-        return face.geomType() != "PLANE" and max(centre - box.xmin, box.xmax - centre, box.ymax) < reach
-
-    return belongs
+    faces = _top_faces(tips, tip_centres(tips), _is_curved, _NEAR_BOX_MM)
+    return named_part(f"half of a fruit {fruit.shape}", half, {**planes, **faces})
 
 
 def bare_fruit(fruit: Fruit) -> cq.Shape:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -75,20 +75,6 @@ def on_plane(axis: int, place: float) -> FaceTest:
         box = face.BoundingBox()
         start, end = ((box.xmin, box.xmax), (box.ymin, box.ymax), (box.zmin, box.zmax))[axis]
         return abs(start - place) < NEAR_MM and abs(end - place) < NEAR_MM
-
-    return belongs
-
-
-def same_as(faces: Iterable[cq.Face], tolerance: float) -> FaceTest:
-    """Return the test that picks faces with the middle and the area of one of these, within a share [1] of them."""
-    known = [(face.Center(), face.Area()) for face in faces]
-
-    def belongs(face: cq.Face) -> bool:
-        centre, area = face.Center(), face.Area()
-        return any(
-            (centre - other).Length < tolerance * size**0.5 and abs(area - size) < tolerance * size
-            for other, size in known
-        )
 
     return belongs
 

@@ -133,7 +133,7 @@ def test_file_that_cannot_be_read_fails_and_a_missing_one_is_named(sensor, folde
     (tmp_path / name).write_bytes(b"hello")
     assert failures(check_sensor(sensor, DEFLECTIONS, tmp_path)) == {"geometry.readable"}
     (tmp_path / name).unlink()
-    with pytest.raises(FileNotFoundError, match=rf"{name}: there is no such file"):
+    with pytest.raises(FileNotFoundError, match=name):
         check_sensor(sensor, DEFLECTIONS, tmp_path)
 
 

@@ -1,12 +1,13 @@
 import dataclasses
 import functools
 import math
+import re
 from typing import Any
 
 import cadquery as cq
 import pytest
 
-from cad.parts.housing import Housing, fillet_corners
+from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from cad.quantity import InputError
 from cad.theory.leaf_spring import Flexure
@@ -78,11 +79,6 @@ def test_solid_is_one_valid_piece_with_the_volume_of_the_formula(housing):
     assert shape.isValid()
     assert shape.ShapeType() == "Solid"
     assert shape.Volume() == pytest.approx(_volume(housing), rel=1e-8)  # the kernel integrates cylinders numerically
-
-
-def test_volume_formula_tells_a_leaf_a_hundredth_thicker():
-    thicker = _changed({"thickness": 0.81})
-    assert housing_part(thicker).shape.Volume() != pytest.approx(_volume(HOUSING), rel=1e-6)
 
 
 @each_housing
@@ -161,44 +157,23 @@ def test_depth_share_is_that_of_the_solid(housing):
         assert inside == pytest.approx(housing.depth_share(z) * housing.depth, abs=1e-6)
 
 
-@each_housing
-def test_profile_is_the_section_of_the_plate(housing):
-    section = housing_part(housing).shape.intersect(cq.Face.makePlane(400.0, 400.0, dir=cq.Vector(0.0, 1.0, 0.0)))
-    h = housing
-    necks = 2.0 * (0.5 * (h.tip_side + h.shuttle_width) * (h.neck_level - h.tip_height) + h.tip_side * h.tip_height)
-    solid = 2.0 * (
-        h.tip_side**2 * h.tip_height
-        + _prismatoid((h.tip_side, h.tip_side), (h.shuttle_width, h.depth), h.neck_level - h.tip_height)
-    )
-    area = (_volume(h) - solid) / h.depth + necks
-    assert sum(face.Area() for face in section.Faces()) == pytest.approx(area, rel=1e-8)
-    assert len(section.Faces()) == 1
-    assert len(fillet_corners(h)) == 18
-
-
 @pytest.mark.parametrize(
-    ("sizes", "message"),
+    ("sizes", "field", "bounds"),
     [
-        ({"tip_side": 6.5}, "housing.tip_side = 6.5 mm: must be greater than 0 mm and at most 6 mm; choose"),
-        ({"tip_side": 0.0}, "housing.tip_side = 0 mm: must be greater than 0 mm and at most 6 mm; choose"),
-        ({"tip_side": math.nan}, "housing.tip_side = nan mm: must be greater than 0 mm and at most 6 mm; choose"),
-        ({"shuttle_width": 8.0}, "housing.shuttle_width = 8 mm: must be greater than 0 mm and less than 8 mm; choose"),
-        ({"tip_height": 5.5}, "housing.tip_height = 5.5 mm: must be greater than 0 mm and less than 5.5 mm; choose"),
-        ({"neck_level": 6.6}, "housing.neck_level = 6.6 mm: must be greater than 1 mm and less than 6.5 mm; choose"),
-        ({"protrusion": 6.5}, "housing.protrusion = 6.5 mm: must be greater than 0 mm and less than 6.5 mm; choose"),
-        ({"low_top_level": 22.7}, "housing.low_top_level = 22.7 mm: must be greater than 22.7 mm and less than 24.75"),
-        ({"high_top_level": 24.75}, "housing.high_top_level = 24.75 mm: must be greater than 22.7 mm and less than"),
-        ({"cavity_level": 31.0}, "housing.cavity_level = 31 mm: must be greater than 23.2 mm and less than 30.75 mm"),
-        ({"hole_diameter": 9.0}, "housing.hole_diameter = 9 mm: must be greater than 0 mm and less than 8 mm; choose"),
-        ({"low": {"depth": 9.0}}, "housing.high.depth = 10 mm: must be that of the low flexure, 9 mm; choose"),
-        ({"low": {"fillet": 0.4}}, "housing.high.fillet = 0.5 mm: must be that of the low flexure, 0.4 mm; choose"),
+        ({"tip_side": 6.5}, "tip_side", (0, 6)), ({"tip_side": 0.0}, "tip_side", (0, 6)),
+        ({"tip_side": math.nan}, "tip_side", (0, 6)), ({"shuttle_width": 8.0}, "shuttle_width", (0, 8)),
+        ({"tip_height": 5.5}, "tip_height", (0, 5.5)), ({"neck_level": 6.6}, "neck_level", (1, 6.5)),
+        ({"protrusion": 6.5}, "protrusion", (0, 6.5)), ({"low_top_level": 22.7}, "low_top_level", (22.7, 24.75)),
+        ({"high_top_level": 24.75}, "high_top_level", (22.7, 24.75)),
+        ({"cavity_level": 31.0}, "cavity_level", (23.2, 30.75)), ({"hole_diameter": 9.0}, "hole_diameter", (0, 8)),
+        ({"low": {"depth": 9.0}}, "high.depth", (9,)), ({"low": {"fillet": 0.4}}, "high.fillet", (0.4,)),
     ],
-)
-def test_dimensions_that_make_no_plate_are_refused(sizes: dict[str, Any], message: str):
-    with pytest.raises(InputError) as caught:
+)  # fmt: skip
+def test_dimensions_that_make_no_plate_are_refused(sizes: dict[str, Any], field: str, bounds: tuple[float, ...]):
+    with pytest.raises(InputError) as refused:
         _changed(**sizes)
-    assert str(caught.value).startswith(message)
-    assert len(str(caught.value).splitlines()) == 1
+    assert refused.value.field == f"housing.{field}"
+    assert [float(number) for number in re.findall(r"[\d.]+", refused.value.bound)] == list(bounds)
 
 
 def test_mounting_holes_lie_in_the_walls():
@@ -206,8 +181,3 @@ def test_mounting_holes_lie_in_the_walls():
     for x, z in HOUSING.holes:
         assert min(abs(x - HOUSING.left), abs(x - HOUSING.right)) == pytest.approx(0.5 * HOUSING.wall_width)
         assert HOUSING.protrusion < z < HOUSING.top_level
-
-
-def test_housing_is_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'tip_side'"):
-        HOUSING.tip_side = 2.0

@@ -159,31 +159,24 @@ def test_glue_is_what_gives_in_a_foot_of_metal(foot):
     assert found.compliance == pytest.approx(0.05 / (1100.0 * 9.0) + 1.0 / STEEL_MPA, rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"pocket_side": 0.9}, "pocket_side"), ({"pocket_side": 2.0}, "pocket_side"),
+        ({"pocket_depth": 9.0}, "pocket_depth"), ({"pin_out": 0.0}, "pin_out"),
+    ],
+)  # fmt: skip
+def test_pocket_that_cannot_be_is_refused(foot, change, field):
+    with pytest.raises(InputError) as refused:
+        replace(foot, **change)
+    assert refused.value.field == f"housing.{field}"
+
+
 def test_feet_that_would_touch_are_refused():
     close = Design(tips=Tips(socket="pin", spacing_mm=4.0))
-    with pytest.raises(
-        InputError, match=r"tips\.spacing_mm = 4 mm: must be at least 4\.1 mm, for feet of 3\.8 mm with"
-    ):
+    with pytest.raises(InputError) as refused:
         housing_for(close, PETG, (20.0, 12.0), (0.5, 0.11))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"pocket_side": 0.9}, r"housing\.pocket_side = 0\.9 mm: must be greater than 1 mm and less than 1\.9 mm"),
-        ({"pocket_side": 2.0}, r"housing\.pocket_side = 2 mm: must be greater than 1 mm and less than 1\.9 mm"),
-        ({"pocket_depth": 9.0}, r"housing\.pocket_depth = 9 mm: must be greater than 0 mm and less than 4\.1 mm"),
-        ({"pin_out": 0.0}, r"housing\.pin_out = 0 mm: must be greater than 0 mm"),
-    ],
-)
-def test_pocket_that_cannot_be_is_refused(foot, change, message):
-    with pytest.raises(InputError, match=message):
-        replace(foot, **change)
-
-
-def test_unknown_socket_is_refused_with_the_nearest():
-    with pytest.raises(InputError, match=r"tips\.socket = 'pins': must be one of none, pin; .* did you mean pin\?"):
-        Tips(socket="pins")
+    assert (refused.value.field, refused.value.value) == ("tips.spacing_mm", 4.0)
 
 
 def test_round_pin_gives_more_than_a_square_one():
