@@ -76,7 +76,7 @@ def _pair_constants(sensor: MeasuringUnit) -> dict[str, object]:
     low, high = (sensor.noises**2).tolist()
     return {
         "pair": True,
-        "give": relative,
+        "relative": relative,
         "noise_xx": low + high,
         "noise_xy": relative[1] * high - relative[0] * low,
         "noise_yy": relative[0] ** 2 * low + relative[1] ** 2 * high,

@@ -12,7 +12,7 @@ from cad.quantity import InputError
 from cad.theory.leaf_spring import pair_length, pair_stiffness
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from pipeline.measure.calibrating.calibration import calibrated, measured_rows, modulus_of_coupon
-from pipeline.measure.calibrating.unit_table import level_forces
+from pipeline.measure.calibrating.unit_table import level_forces, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import weighed_springs
 from pipeline.measure.unit.measuring import MeasuringUnit
@@ -106,31 +106,26 @@ def test_verdict_is_undecided_where_its_springs_are_uncertain(paper):
 def test_verdict_of_a_square_is_what_its_springs_leave_of_a_reading(mango):
     """One standard deviation of the worst row against the limit of the design."""
     sensor = mango.measuring(percent=1.0)
-    rows = [replace(row, u=u) for row, u in zip(unit_rows(sensor), (0.1, 0.3), strict=False)]
+    rows = [replace(row, u=u) for row, u in zip(unit_table(sensor, sensor), (0.1, 0.3), strict=False)]
     (verdict,) = unit_verdicts(sensor, rows)
     assert (verdict.value, verdict.limit) == (0.15, mango.design.reading.uncertainty_limit)
     assert verdict.passed == (verdict.value <= verdict.limit)
 
 
-def unit_rows(sensor):
-    from pipeline.measure.calibrating.unit_table import unit_table
-
-    return unit_table(sensor, sensor)
-
-
-def test_table_of_a_unit_is_that_of_its_springs(mango):
-    """The error is the contrast's slope over each spring, 1 % each; P is of the means of high and low tips."""
-    sensor = mango.measuring(percent=1.0)
-    row = unit_rows(sensor)[0]
-    assert pytest.approx(0.5) == row.E
-    assert row.with_design == pytest.approx(0.0, abs=5e-3)
-    low, high = ([row.forces[tip] for tip in kind] for kind in mango.design.tips.kinds)
+@pytest.mark.parametrize("name", ["paper", "mango"])
+def test_table_of_a_unit_is_that_of_its_springs(name, request):
+    """The error is that of reading with each spring 1 % off; P is of the means of high and low tips."""
+    measured = request.getfixturevalue(name)
+    sensor = measured.measuring(percent=1.0)
+    row = unit_table(sensor, sensor)[0]
+    assert (row.E, row.with_design) == (pytest.approx(0.5), pytest.approx(0.0, abs=5e-3))
+    low, high = ([row.forces[tip] for tip in kind] for kind in measured.design.tips.kinds)
     assert pytest.approx(np.mean(high) / np.mean(low)) == row.P
     moved = []
-    for tip in range(4):
-        factors = np.ones(4)
+    for tip in range(len(row.forces)):
+        factors = np.ones(len(row.forces))
         factors[tip] = 1.001
-        E = reading_of(mango.measuring(factors), row.forces).E
+        E = reading_of(measured.measuring(factors), row.forces).E
         moved.append(10.0 * (E / reading_of(sensor, row.forces).E - 1.0))
     assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.01)
 

@@ -1,8 +1,11 @@
 """A press of a pair: the line reads through any tilt, the force ratio does not and is told apart."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from cad.design.reading import Reading
 from pipeline.measure.unit.pair_press import MOST_BLOCKS, PairPress
 from pipeline.measure.unit.presses import reading_of, readings_of
 from pipeline.measure.unit.signals import Signal
@@ -86,3 +89,16 @@ def test_each_press_of_a_signal_is_one_reading(paper):
 def test_signal_without_a_press_is_told(paper):
     (reading,) = readings_of(paper.measuring(), signal([(0.0, (0.0, 0.0)), (1.0, (0.0, 0.001))]))
     assert (reading.E, reading.flags) == (None, ("lift_off",))
+
+
+def test_tilt_that_a_design_allows_is_in_the_uncertainty_of_one_reading(paper):
+    """A tilt anywhere up to a bound has the bound over the root of three as deviation; its slope by the solver."""
+    forces = press(paper, 1.0)[-1].tolist()
+    level, tilted = (reading_of(paper.measuring(), row).E for row in (forces, press(paper, 1.0, 0.01)[-1].tolist()))
+    per_degree = abs(tilted / level - 1.0) / 0.01
+    u = []
+    for tilt in (1.0, 2.0):
+        asked = Reading(tilt_deg=tilt, off_centre_mm=0.0, radius_spread=0.0)
+        report = replace(paper.report, design=replace(paper.design, reading=asked))
+        u.append(reading_of(replace(paper.measuring(), report=report), forces).u)
+    assert np.sqrt(u[1] ** 2 - u[0] ** 2) == pytest.approx(2.0 * per_degree, rel=0.02)  # 4 - 1 degrees^2 over 3
