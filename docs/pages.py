@@ -1,6 +1,6 @@
-"""Write design-file.md and processes.md from the parameters and the processes that the program reads.
+"""Write design-file.md, processes.md and words.md from what the program itself reads.
 
-`python docs/pages.py` writes both pages whole. A key without a meaning here, or a meaning without a key, is an error.
+`python docs/pages.py` writes the pages whole. A key without a meaning here, or a meaning without a key, is an error.
 """
 
 import dataclasses
@@ -14,6 +14,7 @@ sys.path.insert(0, str(DOCS.parent))
 
 from cad.design.design_file import TABLE_TYPES  # noqa: E402
 from cad.design.processes import PROCESSES, Process  # noqa: E402
+from pipeline.report.explain.entries import entries  # noqa: E402
 
 MEANINGS = {
     "targets.P_max": "force ratio P that the sensor shall show on the stiffest fruit, `fruit.E_max_MPa`",
@@ -175,6 +176,13 @@ A file with several processes needs `process = "NAME"` beside it. The process it
 `pipeline design --list-processes` shows it too where the design is named.
 """
 
+WORDS_HEAD = """\
+# Verdicts, words and symbols
+
+*Written by `docs/pages.py` from the table that `pipeline explain NAME` reads*, which has a source for each and, with
+`--out DIR`, the number of a run. Units are mm, N and MPa; a key or a label that uses another one says so.
+"""
+
 Rows = Iterable[Sequence[str]]
 
 
@@ -249,7 +257,20 @@ def process_page() -> str:
     return "\n".join([*parts, PROCESS_TAIL])
 
 
-PAGES = {"design-file.md": design_page, "processes.md": process_page}
+def words_page() -> str:
+    """Return the page on verdicts, words and symbols."""
+    parts = [WORDS_HEAD]
+    for title, is_verdict in (("Verdicts", True), ("Words and symbols", False)):
+        rows = []
+        for entry in entries():
+            if entry.is_verdict is is_verdict:
+                names = ", ".join(f"`{name}`" for name in entry.each or (entry.name, *entry.aliases))
+                rows.append((names, entry.meaning, entry.formula.replace("|", "\\|")))
+        parts.append(f"## {title}\n\n{table(('name', 'meaning', 'formula'), rows)}\n")
+    return "\n".join(parts)
+
+
+PAGES = {"design-file.md": design_page, "processes.md": process_page, "words.md": words_page}
 
 
 def main() -> None:

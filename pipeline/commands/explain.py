@@ -29,7 +29,6 @@ def execute(arguments: Namespace) -> int:
 
     Raises InputError for an unknown name, a folder without a name, two folders.
     """
-    from pipeline.report.explain.closed_form import default_numbers
     from pipeline.report.explain.entries import entry_of
 
     _refuse_unread_folder(arguments)
@@ -40,12 +39,15 @@ def execute(arguments: Namespace) -> int:
     entry = entry_of(arguments.name)
     folder = arguments.out or arguments.folder
     if folder is None:
-        of_default = default_numbers().get(entry.name)
-        number, whose = of_default, "the default design"
-    else:
-        from pipeline.report.explain.number import number_in
+        from pipeline.report.explain.numbers import default_numbers
 
-        number, whose = number_in(folder, entry, arguments.name), str(folder)
+        number = default_numbers().get(entry.name)
+        whose = "the default design"
+    else:
+        from pipeline.report.explain.numbers import number_in
+
+        number = number_in(folder, entry, arguments.name)
+        whose = str(folder)
     with answering():
         if arguments.json:
             print_json({**asdict(entry), "number": number})

@@ -1,4 +1,4 @@
-"""Every command that the README and the documents show is known to the command line, and is run: here or elsewhere."""
+"""Every command that the README and the documents show is known to the command line; those of RUN_HERE are run."""
 
 import re
 import shutil
@@ -46,53 +46,6 @@ RUN_HERE = {
 }
 """What is run below in one folder, in this order, with its exit code."""
 
-ELSEWHERE = {
-    "make run": ("Makefile", "$(BIN)/pipeline run --nl 0.05"),
-    "make setup": ("Makefile", "lint: setup"),
-    "make test": (".ci/run", "make test"),
-    "make bench-peers": ("tests/benchmarks/test_benchmarks.py", "peer_says"),
-    "pipeline run --fruit-stiffness hayes": ("tests/pipeline/test_run.py", '"--fruit-stiffness", "hayes"'),
-    "pipeline run --json": ("tests/pipeline/test_bad_input.py", '"tips.spacing_mm=6", "--json"'),
-    "pipeline run --tol 0.02": ("tests/pipeline/test_run.py", '"--tol", "0.02"'),
-    **{
-        command: ("tests/docs/test_read_a_fruit.py", command)
-        for command in (
-            "pipeline calibrate outputs/paper weights.csv --out unit.toml --classes ripe:0.8,turning:1.6,unripe",
-            "pipeline calibrate outputs/paper rubbers.csv",
-            "pipeline calibrate outputs/paper coupon.csv",
-            "pipeline read outputs/paper press.csv --unit unit.toml --json",
-            "pipeline read outputs/paper --unit unit.toml --forces 0.411,1.076",
-            "pipeline read outputs/paper --unit unit.toml --c-header unit.h",
-            "pipeline read outputs/paper --unit unit.toml --micropython unit.py",
-        )
-    },
-    "pipeline study springs.toml --export springs.csv --processes 8": (
-        "tests/pipeline/study/test_execute.py",
-        '"--export", str(csv)',
-    ),
-    "pipeline study springs.toml --scheduler tcp://10.0.0.5:8786": (
-        "tests/pipeline/study/workers/test_engines.py",
-        '"--scheduler", address',
-    ),
-    "pipeline optimise sharper.toml": ("tests/pipeline/study/test_optimum.py", 'main(["optimise", str(written(text))'),
-    "pipeline run --design docs/examples/my-fruit.toml": ("tests/docs/test_tutorial.py", '"from-test-to-firmware.md"'),
-    "pipeline calibrate outputs/my-fruit docs/examples/weights.csv --out unit.toml "
-    "--classes ripe:1.1,turning:2.3,unripe": ("tests/docs/test_tutorial.py", '"from-test-to-firmware.md"'),
-    "pipeline read outputs/my-fruit docs/examples/press.csv --unit unit.toml": (
-        "tests/docs/test_tutorial.py",
-        '"from-test-to-firmware.md"',
-    ),
-    "pipeline read outputs/my-fruit --forces 0.04857,0.46945,0.08482,0.48648 --unit unit.toml --json": (
-        "tests/docs/test_tutorial.py",
-        '"from-test-to-firmware.md"',
-    ),
-    "pipeline read outputs/my-fruit --unit unit.toml --c-header sensor.h --micropython sensor.py": (
-        "tests/docs/test_tutorial.py",
-        '"from-test-to-firmware.md"',
-    ),
-}
-"""The file that runs a command, and words by which one finds the place."""
-
 
 def commands(text: str) -> set[str]:
     """Return the commands that a text shows in indented lines, in shell blocks and in its sentences."""
@@ -103,13 +56,6 @@ def commands(text: str) -> set[str]:
 
 def shown() -> list[str]:
     return sorted(set().union(*(commands(page.read_text(encoding="utf-8")) for page in PAGES)))
-
-
-def is_run(command: str) -> bool:
-    """Say whether a command is run, or is part of one that is."""
-    words = command.split()
-    wholes = (whole.split() for whole in (*RUN_HERE, *ELSEWHERE))
-    return any(words[:2] == whole[:2] and set(words) <= set(whole) for whole in wholes)
 
 
 def test_commands_are_found() -> None:
@@ -128,22 +74,6 @@ def test_shown_command_is_known(command: str, capsys: pytest.CaptureFixture[str]
     assert main([name, "-h"]) == 0
     text = capsys.readouterr().out
     assert [word for word in words if word.startswith("-") and not re.search(rf"{word}\b", text)] == []
-
-
-@pytest.mark.parametrize("command", shown())
-def test_shown_command_is_run(command: str) -> None:
-    assert is_run(command)
-
-
-def test_command_that_nobody_runs_is_seen() -> None:
-    assert not is_run("pipeline run --design nobody")
-    assert is_run("pipeline run --nl 0.03")
-
-
-@pytest.mark.parametrize("command", ELSEWHERE)
-def test_place_that_runs_a_command_exists(command: str) -> None:
-    path, words = ELSEWHERE[command]
-    assert words in (ROOT / path).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

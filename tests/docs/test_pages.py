@@ -84,7 +84,7 @@ def test_planted_faults_are_found(tmp_path: Path) -> None:
     assert missing_sources("`cad/nowhere.py` and `cad/verdict.py`") == ["cad/nowhere.py"]
 
 
-@pytest.mark.parametrize("name", ["design-file.md", "processes.md"])
+@pytest.mark.parametrize("name", ["design-file.md", "processes.md", "words.md"])
 def test_generated_page_is_up_to_date(name: str) -> None:
     """Else run `python docs/pages.py`."""
     assert text_of(ROOT / "docs" / name) == generator().PAGES[name]()

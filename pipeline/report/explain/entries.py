@@ -1,10 +1,10 @@
-"""What each verdict and symbol means: the entries of verdicts.toml and symbols.toml; the standard library only."""
+"""What each verdict and symbol means: the one table that `explain`, the page and docs/words.md take it from."""
 
 import difflib
 import tomllib
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
 
 from cad.quantity import InputError
 
@@ -13,8 +13,8 @@ from cad.quantity import InputError
 class Entry:
     """What a name means: a paragraph, its formula and its source.
 
-    A verdict's number is found by its name; that of a symbol by `key` in report.json, parts of lists by their place,
-    with the error in per cent at `error_percent`; `unit` says of which place it is. A name that ends in `*` stands for
+    A verdict's number is found by its name; that of a symbol by `key` in report.json, parts of lists by their index,
+    with the error in per cent at `error_percent`; `unit` says of which part it is. A name that ends in `*` stands for
     the names in `each`.
     """
 
@@ -30,17 +30,17 @@ class Entry:
     unit: str = "1"
 
 
+@cache
 def entries() -> tuple[Entry, ...]:
     """Return every entry, verdicts first."""
-    folder = Path(__file__).parent
-    found = []
+    loaded = []
     for kind in ("verdicts", "symbols"):
-        for name, table in tomllib.loads((folder / f"{kind}.toml").read_text(encoding="utf-8")).items():
-            texts: dict[str, Any] = {
-                key: tuple(value) if isinstance(value, list) else value for key, value in table.items()
-            }
-            found.append(Entry(name=name, is_verdict=kind == "verdicts", **texts))
-    return tuple(found)
+        text = (Path(__file__).parent / f"{kind}.toml").read_text(encoding="utf-8")
+        for name, table in tomllib.loads(text).items():
+            aliases = tuple(table.pop("aliases", ()))
+            each = tuple(table.pop("each", ()))
+            loaded.append(Entry(name=name, is_verdict=kind == "verdicts", aliases=aliases, each=each, **table))
+    return tuple(loaded)
 
 
 def entry_names() -> tuple[str, ...]:
@@ -50,13 +50,14 @@ def entry_names() -> tuple[str, ...]:
 
 def entry_of(name: str) -> Entry:
     """Return the entry of a name; raises InputError for a name that nothing explains, with one that is near it."""
-    every = entries()
-    for entry in every:
-        if name in (entry.name, *entry.aliases, *entry.each):
-            return entry
-    known = [*entry_names(), *(alias for entry in every for alias in entry.aliases)]
-    folded = {one.lower(): one for one in known}
-    near = [folded[name.lower()]] if name.lower() in folded else difflib.get_close_matches(name, known, n=1)
+    by_name: dict[str, Entry] = {}
+    for entry in entries():
+        by_name |= dict.fromkeys((entry.name, *entry.each, *entry.aliases), entry)
+    if name in by_name:
+        return by_name[name]
+    in_lower_case = {each.lower(): each for each in by_name}
+    near = [in_lower_case[match] for match in difflib.get_close_matches(name.lower(), in_lower_case, n=1)]
     hint = f"did you mean {near[0]}? " if near else ""
-    msg = f"NAME = {name!r}: must be a verdict or a symbol; {hint}`pipeline explain` lists them all"
-    raise InputError(msg)
+    bound = "a verdict or a symbol"
+    msg = f"NAME = {name!r}: must be {bound}; {hint}`pipeline explain` lists them all"
+    raise InputError(msg, field="NAME", value=name, bound=bound)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from pipeline.report.explain.entries import entries
 from pipeline.report.page import answer
 from pipeline.report.page.drawing.picture import Picture
 from pipeline.report.page.error_plots import budget_plot, pose_plot, speed_plot
@@ -67,6 +68,7 @@ def page_of(report: StoredReport, result: SensorResult) -> str:
         limit_text=answer.limit_text,
         tolerance_text=answer.tolerance_text,
         bar_of=answer.bar_of,
+        meanings={name: entry.meaning for entry in entries() for name in entry.each or (entry.name,)},
         unread=UNREAD,
         fails_unread=fails_unread,
         style=(_HERE / "page.css").read_text(encoding="utf-8"),

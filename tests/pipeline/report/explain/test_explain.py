@@ -1,0 +1,83 @@
+"""Every verdict that the program can give is explained, with a source that exists and the number of the report."""
+
+import re
+from pathlib import Path
+
+import pytest
+from stand_ins import result_of
+
+from cad.quantity import InputError
+from pipeline.report.explain.entries import entries, entry_names, entry_of
+from pipeline.report.explain.numbers import default_numbers, number_in
+from pipeline.report.outputs import write_outputs
+from pipeline.report.stored import read_report
+
+ROOT = Path(__file__).parents[4]
+NAMED = re.compile(r"\"((?:geometry|printable|sideways|files|report)\.[a-z0-9_]+)\"")
+NO_VERDICTS = {"report.json", "report.html"}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_outputs(result_of(), tmp_path)
+    return tmp_path
+
+
+def test_every_verdict_in_the_code_and_in_a_report_has_an_entry(folder):
+    sources = [path.read_text(encoding="utf-8") for room in ("cad", "pipeline") for path in (ROOT / room).rglob("*.py")]
+    named = {name for text in sources for name in NAMED.findall(text)} - NO_VERDICTS
+    named |= {verdict.name for verdict in read_report(folder).verdicts}
+    assert {"P_max", "printable.low", "geometry.tip_face"} <= named
+    assert [name for name in named if not entry_of(name).is_verdict] == []
+
+
+@pytest.mark.parametrize("entry", entries(), ids=lambda entry: entry.name)
+def test_source_is_a_page_with_its_heading(entry):
+    page, heading = re.match(r"(docs/[\w-]+\.md)(?:#([\w-]+))?", entry.source).groups()
+    titles = re.findall(r"^#+ (.+)$", (ROOT / page).read_text(encoding="utf-8"), flags=re.MULTILINE)
+    anchors = [re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles]
+    assert heading is None or heading in anchors
+    assert entry.meaning.endswith((".", "?"))
+
+
+def test_names_are_unique():
+    names = entry_names()
+    assert len(set(names)) == len(names)
+    assert {"printable.low", "printable.high", "NL"} <= set(names)
+
+
+@pytest.mark.parametrize(
+    ("word", "near"), [("prntable.low", "printable.low"), ("nl", "NL"), ("safety", "safety_factor")]
+)
+def test_unknown_name_is_answered_with_the_nearest(word, near):
+    with pytest.raises(InputError) as caught:
+        entry_of(word)
+    assert (caught.value.field, caught.value.value) == ("NAME", word)
+    assert f" {near}?" in str(caught.value)
+
+
+def test_numbers_of_the_default_design_are_those_of_the_paper():
+    """K_m of (6) at 3.5 MPa is 3846 N/m; the springs of (10), (12) are 752.5 and 17308 N/m."""
+    numbers = default_numbers()
+    given = [float(numbers[name].split()[0]) for name in ("K_m", "K_l", "K_h", "P_max")]
+    assert given == pytest.approx([3846.0, 752.5, 17308.0, 5.0], rel=1e-3)
+    assert {entry_of(name).name for name in numbers} == numbers.keys()
+
+
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [
+        ("S", "0.7666 +- 7.7e-05 1/mm, s11"),  # the compliance of the stand-in is 0.766603 with 0.01 %
+        ("noise_for_10_percent", "no number in this report"),
+        ("reading.bias", "no verdict in this design"),
+    ],
+)
+def test_symbol_has_the_number_of_the_report(name, number, folder):
+    assert number_in(folder, entry_of(name), name) == number
+
+
+def test_verdict_has_value_error_limit_and_outcome(folder):
+    (verdict,) = (verdict for verdict in read_report(folder).verdicts if verdict.name == "P_max")
+    expected = f"P_max {verdict.value:.5g} +- {verdict.error:.2g}, limit 5: passed"
+    assert number_in(folder, entry_of("P_max"), "P_max") == expected
+    assert number_in(folder, entry_of("printable.*"), "printable.*").count("printable.") == 2
