@@ -17,8 +17,7 @@ from cad.parts.housing_solid import housing_half
 from cad.theory.leaf_spring import Flexure, pair_stiffness
 from mesh.housing.sweep import flexure_mesh
 from mesh.volume import SizeField, volume_mesh
-from pipeline.springs.leaf_lengths import solve_on
-from pipeline.springs.mesh_pairs import MESH_PAIRS
+from pipeline.springs.leaf_lengths import MESH_PAIRS, solve_on
 
 OURS = "ours: hex 20, reduced, curved"
 BENCH = Bench(

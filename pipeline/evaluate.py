@@ -1,21 +1,23 @@
 """From a design to every number, verdict and error of its sensor: the one place where they are put together."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Literal
 
 from cad.design.parameters import Design
 from cad.design.tip_mount import plate_depth
+from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import analyse_readings, sensor_model
 from pipeline.reading.poses import refuse_unsolvable_poses
-from pipeline.response.characteristics import solved_behaviour
 from pipeline.response.contact import fruit_compliance
-from pipeline.result import Evaluation, SensorResult
+from pipeline.result import Evaluation, SensorResult, with_solids
+from pipeline.springs.behaviour import solved_behaviour
 from pipeline.springs.fitted_springs import FittedSprings, fit_springs, press_of_springs
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
+from pipeline.verdicts.hints import with_hints
 from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
 from solve.fruit.compliance import FruitCompliance
 
@@ -118,3 +120,11 @@ def check_targets(
         reached=reached,
         verdicts=verdicts,
     )
+
+
+def with_file_verdicts(
+    result: SensorResult, geometry: Sequence[Verdict], making: Sequence[Verdict]
+) -> tuple[Verdict, ...]:
+    """Return the verdicts of a result with those on its solids and its fabrication; what did not pass has a hint."""
+    verdicts = (*with_solids(result.verdicts, geometry), *making)
+    return with_hints(verdicts, result.design, result.springs, result.options)

@@ -7,8 +7,8 @@ from cad.design.parameters import Design
 from cad.verdict import Verdict, all_passed, failed
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings, SensorModel
-from pipeline.response.characteristics import SpringBehaviour
 from pipeline.response.scene_press import ScenePress
+from pipeline.springs.behaviour import SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.stopwatch import Seconds

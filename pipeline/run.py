@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from cad.design.parameters import Design
-from pipeline.evaluate import evaluate, refuse_unsolvable
+from pipeline.evaluate import evaluate, refuse_unsolvable, with_file_verdicts
 from pipeline.options import RunOptions
 from pipeline.report.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.report.fields import write_fields
@@ -11,13 +11,12 @@ from pipeline.report.outputs import write_outputs
 from pipeline.report.page.page import page_of
 from pipeline.report.solids import begin_solids
 from pipeline.response.contact import fruit_compliance
-from pipeline.result import SensorResult, with_solids
+from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import fit_springs
 from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.folder import output_folder
 from pipeline.storage.stopwatch import Progress, Stopwatch, silent
 from pipeline.storage.workers import cad_worker
-from pipeline.verdicts.hints import with_hints
 
 
 def run(
@@ -55,10 +54,10 @@ def run(
         with timed.stage("fabrication"):
             sideways = sideways_verdicts(springs, options)
         with timed.stage("solids"):
-            verdicts = with_solids(result.verdicts, solids.result())
+            geometry = solids.result()
         with timed.stage("fabrication"):
             making = (*fabrication.result(), *sideways)
-        verdicts = with_hints((*verdicts, *making), design, springs, options)
+        verdicts = with_file_verdicts(result, geometry, making)
         result = replace(result, verdicts=verdicts, left_out=left_out, seconds=timed.seconds())
         write_outputs(result, folder, None if options.out is None else page_of)
     return result

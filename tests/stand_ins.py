@@ -20,11 +20,10 @@ from pipeline.reading.analysis import sensor_model
 from pipeline.report.answer import everything, summary
 from pipeline.report.mapping import report_mapping
 from pipeline.report.verdict_table import print_parts
-from pipeline.response.characteristics import spring_behaviour
 from pipeline.response.scene_press import press_scene
 from pipeline.result import SensorResult, with_solids
-from pipeline.springs.fitted_spring import FittedSpring
-from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.behaviour import spring_behaviour
+from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Seconds

@@ -12,9 +12,8 @@ from cad.verdict import Verdict
 from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
 from pipeline.report.cad_tasks import write_fabrication_files
-from pipeline.springs.fitted_spring import FittedSpring
-from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.springs.mesh_pairs import COARSE
+from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
+from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import attached_to
 from pipeline.storage.cache import cached
 from pipeline.storage.kept_files import Verdicts, kept_files

@@ -43,11 +43,10 @@ from pipeline.report.stored import (
     StoredTip,
     as_data,
 )
-from pipeline.response.characteristics import GAUGE_FACTOR, GRID_MM, ArmBehaviour, SpringBehaviour
 from pipeline.response.scene_press import spring_shares
 from pipeline.result import SensorResult
-from pipeline.springs.fitted_spring import FittedSpring
-from pipeline.springs.fitted_springs import FittedSprings
+from pipeline.springs.behaviour import GAUGE_FACTOR, GRID_MM, ArmBehaviour, SpringBehaviour
+from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.digests import with_digest
 from pipeline.storage.plain import Plain

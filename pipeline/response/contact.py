@@ -1,6 +1,7 @@
 """The fruit's compliance under the tips by the method that fits the scene: the split in its domain, else direct FE."""
 
 import dataclasses
+from functools import partial
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
@@ -18,12 +19,8 @@ _FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest m
 
 def fruit_compliance(design: Design, options: RunOptions) -> FruitCompliance:
     """Return the compliance of the fruit under all tips [1/mm], kept by what it depends on; raises as below."""
-    return cached(
-        "contact",
-        contact_inputs(design, options),
-        lambda: contact_compliance(design.fruit, design.tips, options.contact_method, options.contact_tolerance),
-        FruitCompliance,
-    )
+    solve = partial(contact_compliance, design.fruit, design.tips, options.contact_method, options.contact_tolerance)
+    return cached("contact", contact_inputs(design, options), solve, FruitCompliance)
 
 
 def contact_compliance(

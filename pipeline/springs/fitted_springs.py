@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +16,14 @@ from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.parts.pin import pin_mass
 from cad.quantity import Estimate, InputError
+from cad.theory.leaf_spring import Flexure
 from cad.theory.two_spring_law import Springs
 from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.response.scene_press import ScenePress, press_scene
-from pipeline.springs.fitted_spring import FittedSpring, springs_as_sized
+from pipeline.springs.leaf_lengths import FittedHousing, fit_lengths
 from pipeline.springs.mounts import mount_changes
-from pipeline.springs.pins import fit_with_pins
 from pipeline.springs.sizing import SpringSizing
-from pipeline.springs.solve_memo import FittedHousing
 from pipeline.storage.cache import cached
 from solve.contact.linear_response import spring_compliance
 from solve.fruit.compliance import FruitCompliance
@@ -34,6 +34,48 @@ Floats = NDArray[np.float64]
 NAMES = ("low", "high")
 GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
 GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedSpring:
+    """One spring: its target stiffness [N/mm], whether it can be printed, and where it is made what FE gives.
+
+    K [N/mm] is its stiffness; `root_strain` [1] is that at the root of its leaves at full travel.
+    """
+
+    name: str
+    target: float
+    printable: Printable
+    flexure: Flexure | None = None
+    K: Estimate | None = None
+    root_strain: Estimate | None = None
+
+    @property
+    def stiffness(self) -> float:
+        """Return the stiffness by FE, the target where it is not made [N/mm]."""
+        return self.target if self.K is None else self.K.value
+
+    @property
+    def error(self) -> float:
+        """Return the error of the stiffness [N/mm]; 0 for a target."""
+        return 0.0 if self.K is None else self.K.error
+
+    @property
+    def safety_factor(self) -> float | None:
+        """Return the strain limit over the root strain [1]; None where it is not made or not bent."""
+        strain = self.root_strain
+        return self.printable.strain_limit / strain.value if strain is not None and strain.value > 0.0 else None
+
+
+def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring, ...]:
+    """Return springs just as stiff as they were sized or given [N/mm], low then high, none of them made.
+
+    The beam law gives the length of their leaves, and says whether the process can print these.
+    """
+    process, ratio = design.process, sizing.sizing_stiffness_ratio
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
+    rows = zip(design.tips.as_pair.names, sizing.springs.stiffnesses, printable, strict=True)
+    return tuple(FittedSpring(name=name, target=K, printable=leaves) for name, K, leaves in rows)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,26 +155,52 @@ def fit_springs(
     two springs stand for all tips of their kinds: those of a square are in two equal plates, a line has no housing.
     A worker makes the solid that the mesh of the fit is compared with.
     """
-    process, targets = design.process, sizing.springs.stiffnesses
+    process = design.process
+    targets = sizing.springs.stiffnesses
     deflections = sizing.deflections(design.full_travels_mm)
-    springs, fitted = springs_as_sized(design, sizing), None
+    springs = springs_as_sized(design, sizing)
+    fitted = None
     if design.tips.layout != "line" and all(spring.printable.passed is not False for spring in springs):
         lengths = tuple(spring.printable.length_mm for spring in springs)
         try:
             guess = housing_for(design, process, lengths, deflections)
-            fitted = _fitted(guess, targets, process, options.tolerance, executor)
+            E = process.E_MPa
+            poisson = process.poisson
+            tolerance = options.tolerance
+            inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson, "tolerance": tolerance}
+            fit = partial(fit_lengths, guess, targets, E, poisson, tolerance, executor)
+            fitted = cached("flexures", inputs, fit, FittedHousing)
         except (InputError, MeshError, SolveError) as error:
-            springs = tuple(_undecided(spring, str(error)) for spring in springs)
+            reason = str(error)
+            springs = tuple(
+                replace(spring, printable=replace(spring.printable, passed=None, reason=reason)) for spring in springs
+            )
         else:
-            springs = _made(targets, _judged_again(design, sizing, fitted.housing), fitted, deflections)
+            springs = _springs_as_fitted(design, sizing, fitted, deflections)
     return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
 
 
-def _judged_again(design: Design, sizing: SpringSizing, housing: Housing) -> tuple[Printable, ...]:
-    """Return whether each spring can be printed with its leaves as long as they were solved."""
-    process, lengths = design.process, tuple(arm.flexure.length for arm in housing.arms)
+def _springs_as_fitted(
+    design: Design, sizing: SpringSizing, fitted: FittedHousing, deflections: Sequence[float]
+) -> tuple[FittedSpring, ...]:
+    """Return the springs with the stiffness and the root strain of their solve, checked at their solved lengths."""
+    solution = fitted.stiffness
+    lengths = tuple(arm.flexure.length for arm in fitted.housing.arms)
     ratio = sizing.sizing_stiffness_ratio
-    return check_printable(design, sizing.springs, sizing.K_m_max, process, lengths, ratio)
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, design.process, lengths, ratio)
+    springs = []
+    for i, arm in enumerate(fitted.housing.arms):
+        strain = solution.K[i] * deflections[i] * solution.strain_per_N[i]
+        spring = FittedSpring(
+            name=arm.name,
+            target=sizing.springs.stiffnesses[i],
+            printable=printable[i],
+            flexure=arm.flexure,
+            K=Estimate(solution.K[i], solution.error[i] * solution.K[i], "N/mm"),
+            root_strain=Estimate(strain, solution.strain_error[i] * strain),
+        )
+        springs.append(spring)
+    return tuple(springs)
 
 
 def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:
@@ -142,18 +210,21 @@ def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ..
     across the press: along the plate it moves a tip by at most the error, either way; out of the plate not at all, by
     symmetry.
     """
-    fitted, density = springs.fitted, springs.process.density_g_per_cm3
+    fitted = springs.fitted
     if fitted is None:
         return ()
+    density = springs.process.density_g_per_cm3
     weight = GRAVITY * density  # [N/mm^3]
-    result = fitted.stiffness
-    pins = GRAVITY * pin_mass(fitted.housing, density)
+    solution = fitted.stiffness
     if attitude == "side":
-        return tuple(Estimate(0.0, weight * abs(sag), "mm") for sag in result.weight_sag_lengthwise)
+        return tuple(Estimate(0.0, weight * abs(sag), "mm") for sag in solution.weight_sag_lengthwise)
+    of_pin = GRAVITY * pin_mass(fitted.housing, density)
     sign = 1.0 if attitude == "down" else -1.0
-    sags = [weight * sag + pins / K for sag, K in zip(result.weight_sag, result.K, strict=True)]
-    rows = zip(sags, result.weight_sag_error, strict=True)
-    return tuple(Estimate(sign * sag, error * sag, "mm") for sag, error in rows)
+    sags = []
+    for per_weight, K, error in zip(solution.weight_sag, solution.K, solution.weight_sag_error, strict=True):
+        sag = weight * per_weight + of_pin / K
+        sags.append(Estimate(sign * sag, error * sag, "mm"))
+    return tuple(sags)
 
 
 def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[float, ...]:
@@ -184,9 +255,9 @@ def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:
     if springs.fitted is None:
         stiffness = {spring.name: spring.stiffness for spring in springs.springs}
         return spring_compliance(*(stiffness[kind] for kind in tips.springs))
-    own = springs.fitted.stiffness.C
-    plates = len(tips.springs) // len(own)
-    return np.asarray(np.kron(np.eye(plates), own))
+    of_plate = springs.fitted.stiffness.C
+    plates = len(tips.springs) // len(of_plate)
+    return np.asarray(np.kron(np.eye(plates), of_plate))
 
 
 def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:
@@ -197,37 +268,3 @@ def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:
     E, poisson = process.E_MPa, process.poisson
     inputs = {"housing": asdict(housing), "E": E, "poisson": poisson}
     return cached("mounts", inputs, lambda: mount_changes(housing, E, poisson), dict[str, tuple[float, ...]])
-
-
-def _fitted(
-    guess: Housing, targets: tuple[float, ...], process: Process, tolerance: float, executor: Executor | None
-) -> FittedHousing:
-    """Return the housing fitted to the targets [N/mm], kept by what it depends on."""
-    E, poisson = process.E_MPa, process.poisson
-    inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson, "tolerance": tolerance}
-    return cached(
-        "flexures", inputs, lambda: fit_with_pins(guess, targets, E, poisson, tolerance, executor), FittedHousing
-    )
-
-
-def _undecided(spring: FittedSpring, reason: str) -> FittedSpring:
-    return replace(spring, printable=replace(spring.printable, passed=None, reason=reason))
-
-
-def _made(
-    targets: Sequence[float], printable: Sequence[Printable], fitted: FittedHousing, deflections: Sequence[float]
-) -> tuple[FittedSpring, ...]:
-    result = fitted.stiffness
-    springs = []
-    for i, arm in enumerate(fitted.housing.arms):
-        strain = result.K[i] * deflections[i] * result.strain_per_N[i]
-        spring = FittedSpring(
-            name=arm.name,
-            target=targets[i],
-            printable=printable[i],
-            flexure=arm.flexure,
-            K=Estimate(result.K[i], result.error[i] * result.K[i], "N/mm"),
-            root_strain=Estimate(strain, result.strain_error[i] * strain),
-        )
-        springs.append(spring)
-    return tuple(springs)

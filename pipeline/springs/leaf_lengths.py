@@ -2,18 +2,21 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+import time
+from collections.abc import Sequence
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 
 import numpy as np
 
-from cad.parts.housing import Housing
+from cad.parts.housing import Housing, PartSize
+from cad.parts.pin import pin_compliance
 from cad.quantity import validation_error
 from cad.theory.leaf_spring import Flexure
-from pipeline.springs.mesh_pairs import COARSE, MeshPair, mesh_pairs_for
-from pipeline.springs.solve_memo import FittedHousing, SolveMemo
-from solve.housing.stiffness import TipCompliance
+from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretched
+from pipeline.springs.mounts import attached_to
+from pipeline.springs.solid_size import solid_size
+from solve.housing.stiffness import ERROR_SHARE, HousingStiffness, TipCompliance, housing_stiffness, tip_compliance
 from solve.linear import SolveError
 
 TOLERANCE = 1e-3  # of the stiffnesses, and of their targets on the mesh that is solved
@@ -23,6 +26,152 @@ _MOST_COARSE_SOLVES = 10
 _DIGITS = 3  # lengths are drawn to 0.001 mm
 _LONGEST_STEP = 1.6  # of a length, either way
 _SHORTEST_STEP = 2e-3  # of a length, to learn the slope from: a shorter one would measure the scatter of the meshes
+COARSE = 2.0  # scale of the mesh that finds the lengths
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshPair:
+    """Scales of the mesh that is solved and of the coarser one that judges it, and the error bar made of the two.
+
+    The bar is a share of the difference between both meshes plus a floor [1]; the pair is tried for tolerances from
+    `least_tolerance` [1] on.
+    """
+
+    fine: float
+    coarse: float
+    share: float
+    floor: float
+    least_tolerance: float
+
+    def errors(self, housing: Housing, estimated: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the relative error [1] of each spring's stiffness from those of `housing_stiffness`.
+
+        Those of a housing with gauges stand: the edges of the foils make most of them.
+        """
+        if housing.gauges != "none":
+            return estimated
+        share = self.share / ERROR_SHARE
+        return tuple(
+            odd_shape_factor(arm.flexure) * share * error + self.floor
+            for arm, error in zip(housing.arms, estimated, strict=True)
+        )
+
+
+DEFAULT = MeshPair(fine=1.0, coarse=2.0, share=ERROR_SHARE, floor=1e-4, least_tolerance=1e-3)
+# Seen of the difference: 0.27 on the first, against 112 thousand dofs and 30 random designs; 0.024 on the last, against
+# one arm of five designs with 2.7 times the dofs, which is 0.026 against four times. tests/fits/mesh_pairs.py
+MESH_PAIRS = (
+    MeshPair(fine=2.0, coarse=4.0, share=0.3, floor=2e-4, least_tolerance=1e-2),
+    DEFAULT,
+    MeshPair(fine=0.5, coarse=2.0, share=0.03, floor=1e-5, least_tolerance=0.0),
+)
+
+
+def mesh_pairs_for(housing: Housing, tolerance: float) -> tuple[MeshPair, ...]:
+    """Return the pairs to try for a relative tolerance [1], cheapest first; gauges are extrapolated from one pair."""
+    if housing.gauges != "none":
+        return (DEFAULT,)
+    return tuple(pair for pair in MESH_PAIRS if pair.least_tolerance <= tolerance)
+
+
+def odd_shape_factor(flexure: Flexure) -> float:
+    """Return by how much the difference of two meshes is a worse guide for a leaf of an odd shape [1].
+
+    All meshes have like fans at the roots, whose error shows where a leaf is not much deeper than thick, and few
+    layers for the bending across a leaf that is deeper than long. Of the 2.5 for a leaf as thick as deep 2 was seen.
+    """
+    shallow = min(1.0, flexure.thickness / flexure.depth)
+    short = max(0.0, 1.0 - flexure.length / (0.8 * flexure.depth))
+    return 1.0 + 1.5 * shallow + 2.0 * short
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedHousing:
+    """A housing [mm] with its stiffness; `solves` counts those on its own mesh and all others, `seconds` by step."""
+
+    housing: Housing
+    stiffness: HousingStiffness
+    solves: tuple[int, int]
+    seconds: dict[str, float]
+
+
+class HousingSolver:
+    """Solves housings of one material on meshes of several scales, no step twice, and counts what that costs."""
+
+    def __init__(self, E: float, poisson: float, executor: Executor | None = None) -> None:
+        """Take a material [MPa], and a worker that makes the solids with which meshes are compared."""
+        self._E = E
+        self._poisson = poisson
+        self._executor = executor
+        self._counts: dict[float, int] = {}
+        self._seconds = {"mesh": 0.0, "solve": 0.0, "compare": 0.0}
+        self._meshes: dict[float, tuple[Housing, FlexureMesh]] = {}
+        self._solutions: dict[float, tuple[Housing, TipCompliance]] = {}
+        self._solid: tuple[Housing, Future[PartSize]] | None = None
+
+    def solve(self, housing: Housing, scale: float, *, stretch: bool = False) -> TipCompliance:
+        """Return the compliance [mm/N] on a mesh of a scale; with `stretch` on the last one, if it stretches."""
+        if scale in self._solutions and self._solutions[scale][0] == housing:
+            return self._solutions[scale][1]
+        start = time.perf_counter()
+        mesh = None
+        if stretch and scale in self._meshes:
+            before, last = self._meshes[scale]
+            mesh = stretched(last, before, housing)
+        if mesh is None:
+            mesh = flexure_mesh(housing, scale)
+        meshed = time.perf_counter()
+        compliance = tip_compliance(mesh, self._E, self._poisson, attached_to(housing))
+        self._meshes[scale] = (housing, mesh)
+        self._solutions[scale] = (housing, compliance)
+        self._counts[scale] = self._counts.get(scale, 0) + 1
+        self._seconds["mesh"] += meshed - start
+        self._seconds["solve"] += time.perf_counter() - meshed
+        return compliance
+
+    def last_solution(self, scale: float) -> TipCompliance:
+        """Return the last compliance on a mesh of a scale [mm/N]."""
+        return self._solutions[scale][1]
+
+    def begin_solid(self, housing: Housing) -> None:
+        """Let a worker, if there is one, make the solid beside the solves that come."""
+        if self._executor is not None and (self._solid is None or self._solid[0] != housing):
+            self._solid = (housing, self._executor.submit(solid_size, housing))
+
+    def stiffness(self, housing: Housing, pair: MeshPair, coarse: TipCompliance | None = None) -> HousingStiffness:
+        """Return the stiffness [N/mm] with its error bars; the coarse mesh is solved unless its result is given."""
+        self.begin_solid(housing)
+        fine = self.solve(housing, pair.fine)
+        stiffness = housing_stiffness(fine, coarse or self.solve(housing, pair.coarse))
+        stiffness = dataclasses.replace(stiffness, error=pair.errors(housing, stiffness.error))
+        status = f"mesh of scale {pair.fine:g} judged by scale {pair.coarse:g} ({stiffness.info.status})"
+        return _with_status(stiffness, status)
+
+    def fitted(self, housing: Housing, pair: MeshPair, coarse: TipCompliance | None = None) -> FittedHousing:
+        """Return the housing with its stiffness [N/mm], its mesh compared with its solid; raises MeshError."""
+        stiffness = self.stiffness(housing, pair, coarse)
+        start = time.perf_counter()
+        self.begin_solid(housing)
+        size = solid_size(housing) if self._solid is None else self._solid[1].result()
+        check_flexure_mesh(self._meshes[pair.fine][1], size)
+        self._seconds["compare"] += time.perf_counter() - start
+        fine = self._counts[pair.fine]
+        info = dataclasses.replace(stiffness.info, seconds=sum(self._seconds.values()))
+        return FittedHousing(
+            housing=housing,
+            stiffness=dataclasses.replace(stiffness, info=info),
+            solves=(fine, sum(self._counts.values()) - fine),
+            seconds=dict(self._seconds),
+        )
+
+
+def _with_status(stiffness: HousingStiffness, status: str) -> HousingStiffness:
+    return dataclasses.replace(stiffness, info=dataclasses.replace(stiffness.info, status=status))
+
+
+def solve_on(pair: MeshPair, housing: Housing, E: float, poisson: float) -> FittedHousing:
+    """Return the stiffness of a housing [N/mm from mm, E in MPa] on one pair of meshes; raises as `solve_housing`."""
+    return HousingSolver(E, poisson).fitted(housing, pair)
 
 
 def solve_housing(housing: Housing, E: float, poisson: float, tolerance: float = TOLERANCE) -> FittedHousing:
@@ -30,13 +179,12 @@ def solve_housing(housing: Housing, E: float, poisson: float, tolerance: float =
 
     Raises MeshError or SolveError.
     """
-    memo = SolveMemo(E=E, poisson=poisson)
-    return _cheapest(mesh_pairs_for(housing, tolerance), tolerance, lambda pair: memo.fitted(housing, pair))
-
-
-def solve_on(pair: MeshPair, housing: Housing, E: float, poisson: float) -> FittedHousing:
-    """Return the stiffness of a housing [N/mm from mm, E in MPa] on one pair of meshes; raises as `solve_housing`."""
-    return SolveMemo(E=E, poisson=poisson).fitted(housing, pair)
+    solver = HousingSolver(E, poisson)
+    for pair in mesh_pairs_for(housing, tolerance):
+        solution = solver.fitted(housing, pair)
+        if max(solution.stiffness.error) <= tolerance:
+            break
+    return _checked(solution, tolerance)
 
 
 def fit_lengths(
@@ -51,28 +199,30 @@ def fit_lengths(
 
     A coarse mesh, stretched from step to step, finds the lengths; finer ones say by how much it lies high. The error
     bars are within the relative tolerance where a mesh has it; a tolerance beyond 0.1 % holds for the targets too, up
-    to 0.5 %. Raises InputError when a target leaves no leaf, SolveError when 4 fine solves do not meet the targets.
+    to 0.5 %. Pins glued into the feet are in series with the springs. Raises InputError when a target leaves no leaf,
+    SolveError when 4 fine solves do not meet the targets.
     """
-    memo = SolveMemo(E=E, poisson=poisson, executor=executor)
-    memo.begin_solid(housing)  # a worker imports the CAD kernel for it while lengths are looked for
-    fit = _Fit(memo, housing, tuple(targets))
+    of_feet = targets_without_pins(housing, targets, E, poisson)
+    solver = HousingSolver(E, poisson, executor)
+    solver.begin_solid(housing)  # a worker imports the CAD kernel for it while lengths are looked for
+    fit = _LengthFit(solver, housing, of_feet, E)
     allowed_miss = min(max(tolerance, TOLERANCE), _LOOSEST)
-    return _cheapest(mesh_pairs_for(housing, tolerance), tolerance, lambda pair: fit.on(pair, allowed_miss))
-
-
-def _cheapest(pairs: Sequence[MeshPair], tolerance: float, work: Callable[[MeshPair], FittedHousing]) -> FittedHousing:
-    """Return the result of the first pair whose bars meet the tolerance, else of the last; its status says which."""
-    for pair in pairs:
-        fitted = work(pair)
-        errors = fitted.stiffness.error
-        if max(errors) <= tolerance:
+    for pair in mesh_pairs_for(housing, tolerance):
+        fitted = fit.on(pair, allowed_miss)
+        if max(fitted.stiffness.error) <= tolerance:
             break
+    fitted = _checked(fitted, tolerance)
+    stiffness = add_pin_compliance(fitted.stiffness, fitted.housing, E, poisson)
+    return dataclasses.replace(fitted, stiffness=stiffness)
+
+
+def _checked(fitted: FittedHousing, tolerance: float) -> FittedHousing:
+    """Return a result whose status says whether its error bars meet the tolerance."""
+    errors = fitted.stiffness.error
     outcome = "meet" if max(errors) <= tolerance else "are the least there is, but miss"
     bars = " and ".join(f"{100.0 * error:.2g}" for error in errors)
-    info = fitted.stiffness.info
-    status = f"{info.status}: bars of {bars} % {outcome} {100.0 * tolerance:g} %"
-    stiffness = dataclasses.replace(fitted.stiffness, info=dataclasses.replace(info, status=status))
-    return dataclasses.replace(fitted, stiffness=stiffness)
+    status = f"{fitted.stiffness.info.status}: bars of {bars} % {outcome} {100.0 * tolerance:g} %"
+    return dataclasses.replace(fitted, stiffness=_with_status(fitted.stiffness, status))
 
 
 @dataclass
@@ -112,58 +262,59 @@ def _with_length(name: str, flexure: Flexure, length: float, K: float) -> Flexur
     return dataclasses.replace(flexure, length=length)
 
 
-class _Fit:
+class _LengthFit:
     """All leaf lengths at once: what the coarse mesh says of them, and by how much it lies above a finer one."""
 
-    def __init__(self, memo: SolveMemo, housing: Housing, targets: tuple[float, ...]) -> None:
+    def __init__(self, solver: HousingSolver, housing: Housing, targets: tuple[float, ...], E: float) -> None:
         """Start from the beam law."""
-        self._memo, self._housing, self._targets = memo, housing, targets
+        self._solver = solver
+        self._housing = housing
+        self._targets = targets
         self._near = False
         self._models = [
-            SecantModel(slope=arm.flexure.thickness * math.cbrt(2.0 * memo.E * arm.flexure.depth))
-            for arm in housing.arms
+            SecantModel(slope=arm.flexure.thickness * math.cbrt(2.0 * E * arm.flexure.depth)) for arm in housing.arms
         ]
 
     def on(self, pair: MeshPair, allowed_miss: float) -> FittedHousing:
-        """Return the housing that meets the targets within a share of them on the fine mesh of a pair."""
-        found_by_itself = pair.fine == COARSE
-        aims = self._targets if found_by_itself else self._raised([_lift(arm.flexure) for arm in self._housing.arms])
-        if not self._near:
-            self._approach(aims)
-        for attempt in range(MOST_FINE_SOLVES):
-            if attempt or not found_by_itself:
-                self._move(aims)
-            coarse = self._coarse_here() if pair.coarse == COARSE else None
-            K = self._memo.stiffness(self._housing, pair, coarse).K
-            if _miss(K, self._targets) <= allowed_miss:
-                return self._memo.fitted(self._housing, pair, coarse)
-            aims = self._raised([a / b for a, b in zip(self._coarse_K(), K, strict=True)])
-        shown, wanted = (", ".join(f"{value:.6g}" for value in values) for values in (K, self._targets))
-        msg = (
-            f"flexures: K = {shown} N/mm after {MOST_FINE_SOLVES} fine solves: must be {wanted} N/mm within "
-            f"{allowed_miss:g}; start from other lengths"
-        )
-        raise SolveError(msg)
-
-    def _approach(self, aims: Sequence[float]) -> None:
-        """Move the lengths until the coarse mesh is near its aims."""
-        self._near = True
-        for _ in range(_MOST_COARSE_SOLVES):
-            K = self._memo.solve(self._housing, COARSE, stretch=True).K
+        """Return the housing that meets the targets within a relative miss on the fine mesh of a pair."""
+        coarse_is_fine = pair.fine == COARSE
+        aims = self._targets
+        if not coarse_is_fine:
+            aims = self._scaled_targets([_lift(arm.flexure) for arm in self._housing.arms])
+        for _ in range(0 if self._near else _MOST_COARSE_SOLVES):
+            K = self._solver.solve(self._housing, COARSE, stretch=True).K
             for model, arm, stiffness in zip(self._models, self._housing.arms, K, strict=True):
                 model.learn(arm.flexure.length, stiffness)
             if _miss(K, aims) <= _LOOSEST:
                 break
             self._move(aims)
+        self._near = True
+        for attempt in range(MOST_FINE_SOLVES):
+            if attempt or not coarse_is_fine:
+                self._move(aims)
+            coarse = self._coarse_here() if pair.coarse == COARSE else None
+            K = self._solver.stiffness(self._housing, pair, coarse).K
+            if _miss(K, self._targets) <= allowed_miss:
+                return self._solver.fitted(self._housing, pair, coarse)
+            aims = self._scaled_targets(
+                [coarse_K / fine_K for coarse_K, fine_K in zip(self._coarse_K(), K, strict=True)]
+            )
+        stiffnesses = ", ".join(f"{value:.6g}" for value in K)
+        wanted = ", ".join(f"{value:.6g}" for value in self._targets)
+        msg = (
+            f"flexures: K = {stiffnesses} N/mm after {MOST_FINE_SOLVES} fine solves: must be {wanted} N/mm within "
+            f"{allowed_miss:g}; start from other lengths"
+        )
+        raise SolveError(msg)
 
     def _move(self, aims: Sequence[float]) -> None:
-        moved = {
-            arm.name: _with_length(arm.name, arm.flexure, model.length_for(K), K)
-            for arm, model, K in zip(self._housing.arms, self._models, aims, strict=True)
-        }
-        self._housing = self._housing.with_flexures(moved)
+        """Give each spring the length at which the coarse mesh has its aim [N/mm]."""
+        flexures = {}
+        for arm, model, K in zip(self._housing.arms, self._models, aims, strict=True):
+            flexures[arm.name] = _with_length(arm.name, arm.flexure, model.length_for(K), K)
+        self._housing = self._housing.with_flexures(flexures)
 
-    def _raised(self, factors: Sequence[float]) -> tuple[float, ...]:
+    def _scaled_targets(self, factors: Sequence[float]) -> tuple[float, ...]:
         return tuple(factor * target for factor, target in zip(factors, self._targets, strict=True))
 
     def _coarse_K(self) -> tuple[float, ...]:
@@ -172,13 +323,13 @@ class _Fit:
         return tuple(model.stiffness(arm.flexure.length) for model, arm in pairs)
 
     def _coarse_here(self) -> TipCompliance | None:
-        """Return the coarse mesh's last result, carried to these lengths; None with gauges, which need their own."""
-        last = self._memo.solutions[COARSE][1]
+        """Return the coarse mesh's last result, scaled to these lengths; None with gauges, which need their own."""
+        last = self._solver.last_solution(COARSE)
         if last.gauge_strain_per_N is not None:
             return None
-        share = np.sqrt(np.array(last.K) / np.array(self._coarse_K()))
-        sag = tuple((share**2 * np.array(last.weight_sag)).tolist())
-        return dataclasses.replace(last, C=last.C * np.outer(share, share), weight_sag=sag)
+        scale = np.sqrt(np.array(last.K) / np.array(self._coarse_K()))
+        sag = tuple((scale**2 * np.array(last.weight_sag)).tolist())
+        return dataclasses.replace(last, C=last.C * np.outer(scale, scale), weight_sag=sag)
 
 
 def _lift(flexure: Flexure) -> float:
@@ -191,3 +342,31 @@ def _lift(flexure: Flexure) -> float:
 
 def _miss(stiffnesses: Sequence[float], targets: Sequence[float]) -> float:
     return max(abs(K / target - 1.0) for K, target in zip(stiffnesses, targets, strict=True))
+
+
+def targets_without_pins(housing: Housing, targets: Sequence[float], E: float, poisson: float) -> tuple[float, ...]:
+    """Return the stiffnesses [N/mm] of the feet with which pins glued into them have the targets."""
+    of_pin = pin_compliance(housing, E, poisson).compliance
+    for arm, K in zip(housing.arms, targets, strict=True):
+        if of_pin * K >= 1.0:
+            bound = f"less than {1.0 / of_pin:.4g} N/mm, the stiffness of a pin in its foot"
+            remedy = "choose tips.socket = 'none' or other targets"
+            key = f"flexures.{arm.name}.stiffness"
+            raise validation_error(key, K, "N/mm", bound, remedy)
+    return tuple(K / (1.0 - of_pin * K) for K in targets)
+
+
+def add_pin_compliance(stiffness: HousingStiffness, housing: Housing, E: float, poisson: float) -> HousingStiffness:
+    """Return the stiffness [N/mm] at the faces of pins from that of the feet; half their span is in the error."""
+    pin = pin_compliance(housing, E, poisson)
+    if not pin.compliance:
+        return stiffness
+    C = stiffness.C + pin.compliance * np.eye(len(stiffness.C))
+    K = tuple(1.0 / float(compliance) for compliance in np.diag(C))
+    errors = []
+    for with_pin, foot, mesh_error in zip(K, stiffness.K, stiffness.error, strict=True):
+        # The error of the mesh shrinks with the part of the foot in the compliance.
+        errors.append(with_pin / foot * mesh_error + pin.error * with_pin)
+    bars = " and ".join(f"{100.0 * error:.2g}" for error in errors)
+    status = f"{stiffness.info.status}; with what pins give in their feet {bars} %"
+    return _with_status(dataclasses.replace(stiffness, C=C, K=K, error=tuple(errors)), status)

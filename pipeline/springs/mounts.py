@@ -1,18 +1,18 @@
-"""What holds the frame as the solver takes it: layers on its side faces where covers or washers press on it."""
+"""What is attached to a housing as the solver takes it: the layers of its mount, and the gauges on its leaves."""
 
 import functools
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
 from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.pin import STEEL_MPA
+from cad.theory.strain_gauge import GAUGES, gauge_spans
 from mesh.housing.sweep import flexure_mesh
-from pipeline.springs.foils import bonded_foils
+from solve.housing.bonded_foil import BondedFoil
 from solve.housing.clamped_half import HOLES, SIDES, Attached, ClampedHalf, clamped_half, with_layers
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
-from solve.housing.stiffness import stiffness_of
+from solve.housing.stiffness import leaf_faces, stiffness_of
 
 # The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher.
 SKIN_MM = 0.02
@@ -76,14 +76,13 @@ def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple
     that they carry by bending alone. On a coarse mesh, which moves a change by a tenth of it. Raises SolveError.
     """
     half = coarse_half(housing, E, poisson)
-    own = stiffness_of(half)
-
-    def change(layers: Sequence[ElasticLayer]) -> tuple[float, ...]:
-        other = stiffness_of(with_layers(half, layers, E, poisson))
-        return tuple(K / before - 1.0 for K, before in zip(other, own, strict=True))
-
-    others = {"screws so loose that they bend": (_bending_screws(housing, E, poisson),), **_other_layers(housing)}
-    return {name: change(layers) for name, layers in others.items()}
+    mounted = stiffness_of(half)
+    mounts = {"screws so loose that they bend": (_bending_screws(housing, E, poisson),), **_other_layers(housing)}
+    changes = {}
+    for name, layers in mounts.items():
+        changed = stiffness_of(with_layers(half, layers, E, poisson))
+        changes[name] = tuple(K / before - 1.0 for K, before in zip(changed, mounted, strict=True))
+    return changes
 
 
 def _other_layers(housing: Housing) -> dict[str, tuple[ElasticLayer, ...]]:
@@ -132,3 +131,39 @@ def _discs(housing: Housing, diameter: float) -> tuple[Disc, ...]:
 
 def _sorted(a: float, b: float) -> tuple[float, float]:
     return min(a, b), max(a, b)
+
+
+def bonded_foils(housing: Housing) -> tuple[BondedFoil, ...]:
+    """Return the gauges [mm, N/mm] glued on the leaves, none where it is made without.
+
+    Each is a backing and, inside it, the metal with the grid that senses. Raises InputError where a leaf has no room.
+    """
+    gauge = GAUGES[housing.gauges]
+    if gauge is None:
+        return ()
+    foils = []
+    for tip, arm in enumerate(housing.arms):
+        for root, spans in zip((1.0, -1.0), gauge_spans(arm.flexure, gauge), strict=True):
+            for face in (1.0, -1.0):
+                backing = BondedFoil(
+                    name=leaf_faces(arm.name),
+                    z=arm.levels[1] + 0.5 * face * arm.flexure.thickness,
+                    outline=(arm.along(spans.backing), _across(gauge.backing_width_mm)),
+                    stiffness=gauge.backing_stiffness,
+                    poisson=gauge.backing_poisson,
+                    tip=tip,
+                    sign=root * face,
+                )
+                metal = replace(
+                    backing,
+                    outline=(arm.along(spans.metal), _across(gauge.metal_width_mm)),
+                    stiffness=gauge.foil_stiffness,
+                    poisson=gauge.foil_poisson,
+                    grid=(arm.along(spans.grid), _across(gauge.grid_width_mm)),
+                )
+                foils += [backing, metal]
+    return tuple(foils)
+
+
+def _across(width: float) -> tuple[float, float]:
+    return -0.5 * width, 0.5 * width

@@ -15,7 +15,7 @@ from cad.verdict import Verdict, failed
 from pipeline.options import TOLERANCES
 from pipeline.reading.analysis import ErrorAnalysis, Readings, SkinPressure
 from pipeline.response.scene_press import ScenePress
-from pipeline.springs.fitted_spring import FittedSpring
+from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.storage.plain import first_largest
 from solve.contact.linear_response import SensorResponse
 

@@ -20,7 +20,7 @@ from fits.springs import Case  # noqa: E402
 
 from mesh.housing.blocks import counts  # noqa: E402
 from mesh.housing.sweep import flexure_mesh  # noqa: E402
-from pipeline.springs.foils import bonded_foils  # noqa: E402
+from pipeline.springs.mounts import bonded_foils  # noqa: E402
 from solve.housing.stiffness import EDGE_STIFFNESS, EDGE_STRAIN, TipCompliance, tip_compliance  # noqa: E402
 
 PLASTIC = Case("fdm-petg", (32.0, 17.0), gauges="foil")

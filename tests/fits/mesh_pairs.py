@@ -16,7 +16,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from fits.comparison import Comparison, covering  # noqa: E402
 from fits.springs import EVERY, ODD, PETG, Case, solved, stiffness  # noqa: E402
 
-from pipeline.springs.mesh_pairs import DEFAULT, MESH_PAIRS, MeshPair  # noqa: E402
+from pipeline.springs.leaf_lengths import DEFAULT, MESH_PAIRS, MeshPair  # noqa: E402
 from solve.housing.stiffness import housing_stiffness  # noqa: E402
 
 CHEAPEST, _, FINEST = MESH_PAIRS

@@ -24,8 +24,7 @@ from mesh.quality import check_quality
 from pipeline.options import RunOptions
 from pipeline.response.contact import contact_compliance
 from pipeline.springs.fitted_springs import fit_springs
-from pipeline.springs.leaf_lengths import solve_on
-from pipeline.springs.mesh_pairs import DEFAULT, MeshPair
+from pipeline.springs.leaf_lengths import DEFAULT, MeshPair, solve_on
 from pipeline.springs.sizing import spring_sizing
 from solve.elasticity import stiffness_matrix
 from solve.fruit.direct import direct_compliance

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from cad.design.design_file import design_from_mapping, read_design
 from cad.files.step import read_step
 from pipeline.cli import main
 
@@ -77,12 +76,6 @@ def test_default_run_finds_the_right_springs(default_run):
     for spring in report["flexures"].values():
         assert spring["stiffness_N_per_m"] == pytest.approx(spring["target_N_per_m"], rel=5e-3)
         assert 0.0 < spring["error_percent"] < 0.5
-
-
-def test_default_run_meets_its_targets_within_the_stated_errors(default_run):
-    found = verdicts_of(report_of(default_run.folder))
-    for name, target in (("P_max", 5.0), ("NL", 0.05)):
-        assert abs(found[name]["value"] - target) <= found[name]["error"]
 
 
 @pytest.mark.parametrize(
@@ -219,8 +212,3 @@ def test_spring_that_cannot_be_printed_is_a_verdict_and_leaves_the_rest(tmp_path
     assert math.isfinite(report["contact"]["error_percent"])
     assert not (folder / "housing.step").exists()
     assert "printable.low" in capsys.readouterr().out
-
-
-def test_design_file_is_a_design(default_run):
-    design = design_from_mapping(read_design(default_run.folder / "design.toml"))
-    assert design.targets.NL == 0.05

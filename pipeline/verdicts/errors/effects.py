@@ -18,8 +18,8 @@ from cad.theory.sloped_skin import frictionless_press
 from cad.theory.soft_tissue import LARGEST_CHANGE, constitutive_spread, large_strain_factor, no_slip
 from cad.theory.strain_gauge import GAUGES, sandwich_gain
 from cad.theory.two_spring_law import series_stiffness, spring_give
-from pipeline.response.characteristics import LONGEST_SHARE
 from pipeline.response.scene_press import scene_of
+from pipeline.springs.behaviour import LONGEST_SHARE
 from pipeline.springs.fitted_springs import FittedSprings, other_mounts, tip_height_offsets
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.targets import Characteristic, characteristic

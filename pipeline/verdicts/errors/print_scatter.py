@@ -19,7 +19,7 @@ from cad.quantity import COVERAGE
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.springs.mesh_pairs import COARSE
+from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import attached_to
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached

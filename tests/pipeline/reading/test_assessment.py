@@ -138,11 +138,3 @@ def test_poses_are_at_least_those_that_the_issue_asks_for():
     assert len(tilted) == 17  # level, and eight directions at half and at the whole tilt
     ball = dataclasses.replace(design.fruit, shape="sphere", radius_mm=35.0, thickness_mm=12.0)
     assert radii(ball, design.reading) == (None, pytest.approx(28.0), pytest.approx(42.0))
-
-
-def test_place_is_said_in_words():
-    placed = Placement(tilt_deg=(0.0, 4.0), off_centre_mm=(1.0, 0.0), radius_mm=28.0)
-    assert str(placed) == "tilted 4 deg down towards +y, 1 mm off the apex towards +x, on a radius of 28 mm"
-    assert str(Placement()) == "level"
-    aslant = Placement(tilt_deg=(-1.0, -1.0), off_centre_mm=(-0.5, 0.0))
-    assert str(aslant) == "tilted 1.4 deg down towards -135 deg from +x, 0.5 mm off the apex towards -x"

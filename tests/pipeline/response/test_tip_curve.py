@@ -47,18 +47,16 @@ def test_force_ratio_falls_over_the_travel_as_by_the_table_of_factors(press):
 
 
 @pytest.mark.parametrize(
-    ("NL", "basis", "message"),
-    [
-        (0.003, "contact", r"targets\.NL = 0\.003: must be one that springs meet at large strain"),
-        (0.05, "hayes", r"--fruit-stiffness = 'hayes': must be contact at large strain"),
-    ],
+    ("NL", "basis", "field"),
+    [(0.003, "contact", "targets.NL"), (0.05, "hayes", "--fruit-stiffness")],
 )
-def test_springs_that_are_not_found_at_large_strain_are_refused(monkeypatch, tmp_path, NL, basis, message):
+def test_springs_that_are_not_found_at_large_strain_are_refused(monkeypatch, tmp_path, NL, basis, field):
     """The springs of the linear law would miss the targets, and no word of the answer would say so."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     asked = Design(press=Press(strain="large", travel_mm=1.2), targets=Targets(NL=NL))
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(InputError) as refused:
         spring_sizing(asked, CONTACT, RunOptions(fruit_stiffness=basis))
+    assert refused.value.field == field
 
 
 def test_linear_press_has_one_ratio_over_the_travel():
@@ -91,8 +89,10 @@ def test_press_beyond_equilibrium_is_refused_with_the_depth_that_was_reached(mon
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(pipeline.response.scene_press, "force_curve", ending)
-    with pytest.raises(InputError, match=r"press\.travel_mm = 0\.6 mm: must be at most 0\.1 mm = 0\.1 tip sides"):
+    with pytest.raises(InputError) as refused:
         tip_curve(scene_of(Design(press=Press(strain="large"))))
+    assert (refused.value.field, refused.value.value) == ("press.travel_mm", 0.6)
+    assert refused.value.bound.startswith("at most 0.1 mm")
 
 
 @pytest.mark.parametrize(
@@ -106,5 +106,6 @@ def test_press_beyond_equilibrium_is_refused_with_the_depth_that_was_reached(mon
 )
 def test_scene_that_large_strain_is_not_solved_for_is_refused_before_anything_is_solved(change, monkeypatch):
     monkeypatch.setattr(pipeline.response.scene_press, "force_curve", None)
-    with pytest.raises(InputError, match=r"press\.strain = 'large': must be 'linear'"):
+    with pytest.raises(InputError) as refused:
         refuse_unsolvable(dataclasses.replace(Design(press=Press(strain="large")), **change))
+    assert refused.value.field == "press.strain"

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 from stand_ins import default_housing
 
-from pipeline.springs.mesh_pairs import DEFAULT, MESH_PAIRS, mesh_pairs_for, odd_shape_factor
+from pipeline.springs.leaf_lengths import DEFAULT, MESH_PAIRS, mesh_pairs_for, odd_shape_factor
 
 HOUSING = default_housing()
 

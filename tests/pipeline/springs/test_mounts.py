@@ -15,7 +15,7 @@ from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs import mounts
-from pipeline.springs.mesh_pairs import COARSE, DEFAULT
+from pipeline.springs.leaf_lengths import COARSE, DEFAULT
 from pipeline.springs.mounts import MOUNT_SCALE, attached_to, coarse_half, mount_changes, mount_layers
 from solve.elasticity import vector_basis
 from solve.housing.clamped_half import REDUCED

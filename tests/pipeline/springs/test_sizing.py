@@ -78,5 +78,6 @@ def test_off_the_middle_each_tip_meets_its_own_fruit():
 def test_target_under_the_ratio_of_the_fruit_is_refused():
     """A high tip on a fruit twice as stiff shows P of 2 with rigid springs already."""
     contact = dataclasses.replace(CONTACT, S=np.array([[0.79, 0.01], [0.01, 0.4]]))
-    with pytest.raises(InputError, match=r"^targets\.P_max = 1\.5: must be greater than 2, the ratio of the fruit"):
+    with pytest.raises(InputError) as refused:
         sizing_of(Design(targets=Targets(P_max=1.5)), contact)
+    assert (refused.value.field, refused.value.value) == ("targets.P_max", 1.5)

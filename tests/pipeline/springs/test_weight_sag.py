@@ -11,7 +11,7 @@ from cad.design.tips import Tips
 from cad.parts.housing import Arm, Housing
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.fitted_springs import tip_height_offsets, weight_sag
-from pipeline.springs.mesh_pairs import COARSE
+from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import attached_to
 from solve.housing.stiffness import tip_compliance
 

@@ -10,7 +10,7 @@ from cad.design.parameters import PAPER_SPRINGS, PAPER_TARGETS, Design, Targets
 from cad.quantity import Estimate
 from cad.theory.two_spring_law import Springs, size_springs
 from cad.verdict import Verdict, all_passed
-from pipeline.springs.fitted_spring import FittedSpring
+from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.verdicts.rules import (
     FITTED_TOLERANCE,
     STIFFNESS_TOLERANCE,

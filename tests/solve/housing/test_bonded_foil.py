@@ -11,7 +11,7 @@ from cad.theory.leaf_spring import Flexure
 from cad.theory.strain_gauge import FOIL, sandwich_gain
 from mesh.housing.blocks import counts as mesh_counts
 from mesh.housing.sweep import flexure_mesh
-from pipeline.springs.foils import bonded_foils
+from pipeline.springs.mounts import bonded_foils
 from solve.elasticity import vector_basis
 from solve.housing.bonded_foil import bridge_strains, membrane_matrix
 from solve.housing.stiffness import EDGE_STIFFNESS, housing_stiffness, tip_compliance

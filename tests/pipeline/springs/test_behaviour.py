@@ -9,9 +9,9 @@ from stand_ins import DEFLECTIONS, PETG, default_housing, fitted_housing, housin
 
 from cad.design.parameters import Design, Print
 from cad.design.tips import Tips
-from pipeline.response.characteristics import LONGEST_SHARE, spring_behaviour, stiffening
+from pipeline.springs.behaviour import LONGEST_SHARE, spring_behaviour, stiffening
 from pipeline.springs.fitted_springs import FittedSprings
-from pipeline.springs.foils import bonded_foils
+from pipeline.springs.mounts import bonded_foils
 
 LENGTHS = (30.0, 16.0)
 
