@@ -142,17 +142,17 @@ def test_trim_brings_a_spring_to_its_target(paper, rng, calibrate):
         assert trimmed == pytest.approx(trim.target, rel=1e-9)
 
 
-def on_rubbers(measured, factors, rng, noise):
+def on_rubbers(measured, factors, rng, noise, radius=None):
     """Return readings of a unit on two rubbers that are as round as the design's fruit."""
     design = measured.design
-    radius = design.fruit.radius_mm
+    radius = radius or design.fruit.radius_mm
     given = [] if radius is None else [radius]
     names = ["rubber", "E_over_1_minus_nu2_MPa", *(["radius_mm"] if given else [])]
     lines = [",".join([*names, *(f"{key}_N" for key in force_keys(len(measured.K)))])]
     scale = np.array(measured.report.read_out.full_scale_N)
     for name, E in (("soft", 0.8), ("hard", 3.0)):
         travels = design.press.travel_mm * np.array([0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
-        for forces in measured.forces([Pose(E=E, travel=x) for x in travels], factors):
+        for forces in measured.forces([Pose(E=E, travel=x, radius_mm=radius) for x in travels], factors):
             read = forces + noise * scale * rng.normal(size=len(scale))
             lines.append(",".join(map(str, [name, E / (1.0 - design.fruit.poisson**2), *given, *read])))
     return "\n".join(lines) + "\n"
@@ -167,6 +167,13 @@ def test_rubbers_tell_the_springs_of_any_layout(name, rng, calibrate, request):
     noisy = calibrate(measured.report, on_rubbers(measured, factors, rng, 3e-4)).unit
     error = np.array(noisy.stiffnesses) / (measured.K * factors) - 1.0
     assert (np.abs(error) <= 0.03 * np.array(noisy.K_percent)).all()
+
+
+def test_rubbers_may_be_rounder_or_flatter_than_the_fruit(mango, rng, calibrate):
+    factors = np.array(mango.design.tips.each(*THICKER))
+    for radius in (25.0, 60.0):
+        unit = calibrate(mango.report, on_rubbers(mango, factors, rng, 0.0, radius)).unit
+        assert np.array(unit.stiffnesses) / mango.K == pytest.approx(factors, rel=0.03)
 
 
 def test_error_of_a_rubber_s_modulus_is_that_of_its_springs(paper, rng, calibrate):

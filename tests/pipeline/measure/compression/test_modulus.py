@@ -134,6 +134,7 @@ def test_zero_line_that_falls_is_no_failure_and_long_idle_travel_no_depth():
     settling = 0.05 * force.max() * np.exp(-travel / 0.2)
     result = measured_modulus(specimen(travel, force + settling), BALL)
     assert result.curve.failure == pytest.approx(test.first_touch_mm + 0.07 * 70.0, abs=0.15)
+    assert measure(test).curve.zero == pytest.approx(40.0, abs=0.03)
     idle = measure(VirtualTest(E_MPa=2.0, gap_mm=75.0, rows=6000, noise_percent=0.2))
     assert idle.E_hertz_MPa == pytest.approx(2.0, rel=0.02)
 
