@@ -1,139 +1,138 @@
-"""The keys of report.json that a study may ask for, and from one table what each of them has to be solved for."""
+"""The keys of report.json that a study may ask for, what has to be solved for each, and their values."""
 
-from collections.abc import Iterable, Sequence
-from typing import Literal
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Any, Literal
 
 from cad.design.tips import Tips
-from cad.quantity import InputError, nearest
-from pipeline.report.mapping import SIZED_KEYS
+from cad.quantity import InputError, nearest, validation_error
+from pipeline.report.stored import StoredContact, StoredReading, StoredSizing, StoredSpring, StoredTargets
 from pipeline.storage.plain import Plain
 
-Stage = Literal["sizing", "level", "printable", "targets", "response", "reading", "flexures", "files"]
 Level = Literal["contact", "flexures", "files"]
 
 LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
 """By what they cost: closed forms and contact; springs fitted by finite elements; a whole run with its files."""
 
-_SPRINGS = Tips().names
 _VERDICT_FIELDS = ("value", "error", "limit", "tolerance", "passed")
-_CONTACT = ("error_percent", "s11_error_percent", "method", "dofs", "K_m_over_E_mm", "compliance_per_mm")
-_SPRING = (
-    "target_N_per_m", "stiffness_N_per_m", "error_percent", "root_strain", "root_strain_error_percent", "safety_factor",
-    "dofs", "dimensions_mm",
+
+
+def _numbers_of(record: type[Any]) -> tuple[str, ...]:
+    """Return the keys of a record, but how long it took, which is another number every time."""
+    return tuple(item.name for item in dataclasses.fields(record) if item.name != "seconds")
+
+
+_RECORDS: Mapping[str, type[Any]] = {
+    "springs": StoredSizing,
+    "contact": StoredContact,
+    "level": StoredTargets,
+    "reading": StoredReading,
+    **{f"flexures.{name}": StoredSpring for name in Tips().names},
+}
+_WHOLE = ("response", "deflections_mm", "behaviour", "errors", "paper", "passed")
+_SECTIONS: Mapping[str, tuple[str, ...]] = {
+    **{section: _numbers_of(kind) for section, kind in _RECORDS.items()},
+    **dict.fromkeys(_WHOLE, ()),
+}
+"""Each part of report.json with its keys; any key below a part where none is listed."""
+_CONTACT_VERDICTS = (
+    "P_max", "NL", *(f"printable.{name}" for name in Tips().names), "P_displacement_independent", "P_monotonic",
+    "geometry.tip_face", "geometry.tip_shape", "bruise", "reading.bias", "reading.uncertainty", "reading.lift",
 )  # fmt: skip
-_READING = (
-    "E_bias_percent",
-    "E_bias_error_percent",
-    "uncertainty_percent",
-    "lift_deg",
-    "noise_for_10_percent",
-    "refused",
-    "moduli",
-    "skin_pressure",
-)
-
-TABLE: tuple[tuple[str, tuple[str, ...], Stage], ...] = (
-    ("springs", (*SIZED_KEYS, "K_m_max_N_per_m", "K_m_over_E_mm"), "sizing"),
-    ("contact", _CONTACT, "sizing"),
-    ("level", ("P_max", "P_max_error", "NL", "NL_error"), "level"),
-    ("verdicts.P_max", _VERDICT_FIELDS, "targets"),
-    ("verdicts.NL", _VERDICT_FIELDS, "targets"),
-    *((f"verdicts.printable.{name}", _VERDICT_FIELDS, "printable") for name in _SPRINGS),
-    ("verdicts.P_displacement_independent", _VERDICT_FIELDS, "response"),
-    ("verdicts.P_monotonic", _VERDICT_FIELDS, "response"),
-    ("verdicts.geometry.tip_face", _VERDICT_FIELDS, "response"),
-    ("verdicts.geometry.tip_shape", _VERDICT_FIELDS, "response"),
-    ("verdicts.bruise", _VERDICT_FIELDS, "reading"),
-    ("verdicts.reading.bias", _VERDICT_FIELDS, "reading"),
-    ("verdicts.reading.uncertainty", _VERDICT_FIELDS, "reading"),
-    ("verdicts.reading.lift", _VERDICT_FIELDS, "reading"),
-    ("reading", _READING, "reading"),
-    ("response", (), "response"),
-    *((f"verdicts.{key.removesuffix('_N_per_m')}", _VERDICT_FIELDS, "flexures") for key in SIZED_KEYS),
-    *((f"flexures.{name}", _SPRING, "flexures") for name in _SPRINGS),
-    ("deflections_mm", (), "flexures"),
-    ("behaviour", (), "files"),
-    ("errors", (), "files"),
-    ("paper", (), "files"),
-    ("verdicts.geometry", (), "files"),
-    ("verdicts.fit", (), "files"),
-    ("passed", (), "files"),
-)
-"""Each part of report.json with its keys, any key below it where none is listed, and the stage that gives it."""
-
-_LEVEL_OF: dict[Stage, Level] = {
-    "sizing": "contact", "level": "contact", "printable": "contact", "targets": "contact", "response": "contact",
-    "reading": "contact", "flexures": "flexures", "files": "files",
-}  # fmt: skip
-
-
-def stage_of(key: str) -> Stage:
-    """Return the stage that gives a key of report.json; raises InputError that names the nearest known key."""
-    for part, names, stage in TABLE:
-        rest = key[len(part) + 1 :]
-        if key == part and not names:
-            return stage
-        if key.startswith(f"{part}.") and (not names or rest.split(".")[0] in names):
-            return stage
-    known = known_keys()
-    msg = f"{key}: unknown key of report.json; must be one of docs/studies.md; did you mean {nearest(key, known)}?"
-    raise InputError(msg)
-
-
-def known_keys() -> tuple[str, ...]:
-    """Return every key that is listed by name."""
-    return tuple(f"{part}.{name}" if name else part for part, names, _ in TABLE for name in names or ("",))
-
-
-def stages_of(keys: Iterable[str]) -> frozenset[Stage]:
-    """Return the stages that some keys need."""
-    return frozenset(stage_of(key) for key in keys)
+_FLEXURE_VERDICTS = ("K_l", "K_h")
+_FILE_VERDICTS = ("geometry.", "fit.")
 
 
 def level_of(keys: Iterable[str]) -> Level:
-    """Return the cheapest level that gives all keys."""
-    return max((_LEVEL_OF[stage] for stage in stages_of(keys)), key=LEVELS.index, default="contact")
+    """Return the cheapest level that gives all keys; raises InputError for one that is no key of report.json."""
+    return max((_level_of(key) for key in keys), key=LEVELS.index, default="contact")
 
 
-def refuse_unknown(name: str, keys: Sequence[str]) -> None:
-    """Raise InputError that names the list and the nearest known key, where a key is not one of report.json."""
-    try:
-        stages_of(keys)
-    except InputError as error:
-        msg = f"{name} {error}"
-        raise InputError(msg) from error
+def refuse_unknown(name: str, keys: Iterable[str]) -> None:
+    """Raise InputError that names a list of keys and the nearest known key, where one is not of report.json."""
+    for key in keys:
+        try:
+            _level_of(key)
+        except InputError as error:
+            msg = f"{name} {error}"
+            raise InputError(msg, field=name, value=key, bound=error.bound) from error
+
+
+def parts_of(keys: Iterable[str], *, reads: bool, linear: bool) -> tuple[str, ...]:
+    """Return which parts of an evaluation give some keys of the level contact: "response", "reading".
+
+    A design that `reads` is judged by its readings; a `linear` scene has P_max and NL by the two-spring law alone.
+    """
+    parts = set()
+    for key in keys:
+        name = verdict_name(key)
+        if key.split(".")[0] == "reading" or name.startswith("reading.") or (name == "bruise" and reads):
+            parts.add("reading")
+        elif (
+            key.split(".")[0] == "response"
+            or name in ("P_displacement_independent", "P_monotonic", "bruise")
+            or name.startswith("geometry.tip")
+            or (name in ("P_max", "NL") and not linear)
+        ):
+            parts.add("response")
+    return tuple(sorted(parts))
+
+
+def verdict_name(key: str) -> str:
+    """Return the name of the verdict that a key is of, nothing where it is of none."""
+    return key.removeprefix("verdicts.").rpartition(".")[0] if key.startswith("verdicts.") else ""
 
 
 def value_at_key(report: Plain, key: str) -> object:
-    """Return the number, text or truth value at a dotted key; verdicts are found by name, lists by place from 0.
+    """Return the number, text or truth value at a dotted key; verdicts are found by name, lists by index from 0.
 
     Raises InputError where this design's report has no such key.
     """
-    found: object = report
+    name = verdict_name(key)
     words = key.split(".")
-    if words[0] == "verdicts":
-        name, field = ".".join(words[1:-1]), words[-1]
-        rows = [row for row in report.get("verdicts", []) if row["name"] == name]
-        if rows and field in rows[0]:
-            return _scalar(key, rows[0][field])
-        raise _absent(key)
+    value: object = report
+    if name:
+        value = next((row for row in report.get("verdicts", []) if row["name"] == name), {})
+        words = words[-1:]
     for word in words:
-        if isinstance(found, dict) and word in found:
-            found = found[word]
-        elif isinstance(found, list) and word.isdigit() and int(word) < len(found):
-            found = found[int(word)]
+        if isinstance(value, dict) and word in value:
+            value = value[word]
+        elif isinstance(value, list) and word.isdecimal() and int(word) < len(value):
+            value = value[int(word)]
         else:
-            raise _absent(key)
-    return _scalar(key, found)
-
-
-def _scalar(key: str, value: object) -> object:
+            bound = "in the report of this design, and it is not"
+            raise validation_error("wanted", key, "", bound, "ask for another key or change the base")
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    msg = f"wanted {key}: must be one number or text, and it is a list or a table; add the next key or the place in it"
-    raise InputError(msg)
+    bound = "one number or text, and it is a list or a table"
+    raise validation_error("wanted", key, "", bound, "add the next key or the index in it")
 
 
-def _absent(key: str) -> InputError:
-    msg = f"wanted {key}: must be in the report of this design, and it is not; ask for another key or change the base"
-    return InputError(msg)
+def _level_of(key: str) -> Level:
+    name = verdict_name(key)
+    if name and key.rpartition(".")[2] in _VERDICT_FIELDS:
+        if name in _CONTACT_VERDICTS:
+            return "contact"
+        if name in _FLEXURE_VERDICTS:
+            return "flexures"
+        if name.startswith(_FILE_VERDICTS):
+            return "files"
+    for section, names in _SECTIONS.items():
+        rest = key.removeprefix(f"{section}.").split(".")[0]
+        if key == section and not names:
+            return _level_of_section(section)
+        if key.startswith(f"{section}.") and (not names or rest in names):
+            return _level_of_section(section)
+    known = [f"{section}.{name}" for section, names in _SECTIONS.items() for name in names]
+    known += [
+        f"verdicts.{name}.{field}" for name in (*_CONTACT_VERDICTS, *_FLEXURE_VERDICTS) for field in _VERDICT_FIELDS
+    ]
+    known += [section for section, names in _SECTIONS.items() if not names]
+    bound = "a key of report.json that docs/studies.md names"
+    raise validation_error("key", key, "", bound, f"did you mean {nearest(key, known)}?")
+
+
+def _level_of_section(section: str) -> Level:
+    if section in ("behaviour", "errors", "paper", "passed"):
+        return "files"
+    return "flexures" if section.startswith(("flexures", "deflections")) else "contact"

@@ -1,48 +1,43 @@
-"""The store of a study: one SQLite file that any such tool opens, and that a kill at any moment leaves whole."""
+"""The store of a study: one SQLite file that any such tool opens, and that a kill at any moment leaves whole.
 
-import fcntl
+Every row carries a digest of itself, so that what a person or a disk changed is not believed.
+"""
+
+import hashlib
 import json
-import os
 import re
 import sqlite3
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
+from dataclasses import asdict
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from filelock import FileLock, Timeout
+
 from cad.quantity import validation_error
-from pipeline.storage.plain import Plain
-from pipeline.study.study_facts import plain_json, refuse_other, study_facts
+from pipeline.storage.plain import Plain, to_plain
+from pipeline.storage.versions import code_digest
 from pipeline.study.study_file import Study
 from pipeline.study.tasks import LOST, PointResult
 
 STORE = "study.sqlite"
 _LOCK = "study.lock"
 _APPLICATION = 0x74776E74  # twnt, the mark that SQLite keeps for whose file it is
-_SCHEMA = 1
+_SCHEMA = 2
 _WAIT_S = 60.0  # for another program that reads or writes the file
-_AGAIN = "and run the same command again: all points before this one are kept"
-_IN_USE = "a file that no other program has open", f"close it there {_AGAIN}"
-_NO_ROOM = "a file that can grow", f"free some space {_AGAIN}"
-_REASONS = {
-    sqlite3.SQLITE_BUSY: _IN_USE,
-    sqlite3.SQLITE_LOCKED: _IN_USE,
-    sqlite3.SQLITE_FULL: _NO_ROOM,
-    sqlite3.SQLITE_IOERR: _NO_ROOM,
+_TABLES = {
+    "study": "key TEXT PRIMARY KEY, value TEXT NOT NULL, digest TEXT NOT NULL",
+    "points": (
+        "number INTEGER PRIMARY KEY, status TEXT NOT NULL, settings TEXT NOT NULL, results TEXT NOT NULL, "
+        "audit TEXT, error TEXT, seconds REAL NOT NULL, digest TEXT NOT NULL"
+    ),
 }
-"""What a file must be, and what to do, by the codes of SQLite's errors."""
-_TABLES = """
-CREATE TABLE IF NOT EXISTS study (key TEXT PRIMARY KEY, value TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS points (
-    number INTEGER PRIMARY KEY,
-    status TEXT NOT NULL CHECK (status IN ('done', 'refused', 'failed')),
-    settings TEXT NOT NULL,
-    results TEXT NOT NULL,
-    error TEXT,
-    seconds REAL NOT NULL
-);
-CREATE TABLE IF NOT EXISTS audits (number INTEGER PRIMARY KEY, results TEXT NOT NULL);
-"""
+_PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
+_AGAIN = "and run the same command again: all points before this one are kept"
+_IN_USE = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+_NO_ROOM = (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
 
 
 class StudyStore:
@@ -55,30 +50,30 @@ class StudyStore:
 
     def put(self, results: Iterable[PointResult]) -> None:
         """Keep results, all of them or none."""
-        rows = list(results)
-        with self._connection as open_transaction:
-            open_transaction.executemany(
-                "INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?)", [_row(result) for result in rows]
-            )
-            open_transaction.executemany(
-                "INSERT OR IGNORE INTO audits VALUES (?, ?)",
-                [(result.number, plain_json(result.audit)) for result in rows if result.audit is not None],
-            )
-
-    def forget_lost(self) -> None:
-        """Take away the points whose workers were lost: they are solved when the study goes on."""
-        with self._connection as open_transaction:
-            open_transaction.execute("DELETE FROM points WHERE status = 'failed' AND error = ?", (LOST,))
+        rows = []
+        for result in results:
+            audit = None if result.audit is None else _json(result.audit)
+            settings = _json(result.settings)
+            values = _json(result.values)
+            seconds = round(result.seconds, 6)
+            row = (result.number, result.status, settings, values, audit, result.error, seconds)
+            rows.append((*row, _digest(row)))
+        with self._connection as transaction:
+            transaction.executemany("INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
 
     def remember(self, key: str, value: object) -> None:
         """Keep a fact of the study by its name."""
-        with self._connection as open_transaction:
-            open_transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", (key, plain_json(value)))
+        row = (key, _json(value))
+        with self._connection as transaction:
+            transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?, ?)", (*row, _digest(row)))
 
-    def fact(self, key: str) -> Plain | None:
-        """Return a fact of the study by its name; None where none is kept."""
-        row = self._connection.execute("SELECT value FROM study WHERE key = ?", (key,)).fetchone()
-        return None if row is None else json.loads(row[0])
+    def fact(self, key: str) -> Any:  # noqa: ANN401 - JSON data of any kind
+        """Return a fact of the study by its name; None where none is kept. Raises InputError where it was changed."""
+        row = self._connection.execute("SELECT key, value, digest FROM study WHERE key = ?", (key,)).fetchone()
+        if row is None:
+            return None
+        self._check_digest(f"fact {key!r}", row)
+        return json.loads(row[1])
 
     def missing(self, start: int, stop: int) -> set[int]:
         """Return the numbers from one up to, not including, another one whose points are not solved."""
@@ -87,8 +82,8 @@ class StudyStore:
 
     def counts(self) -> dict[str, int]:
         """Return how many points are done, refused and failed."""
-        found = dict(self._connection.execute("SELECT status, COUNT(*) FROM points GROUP BY status").fetchall())
-        return {status: found.get(status, 0) for status in ("done", "refused", "failed")}
+        counts = dict(self._connection.execute("SELECT status, COUNT(*) FROM points GROUP BY status").fetchall())
+        return {status: counts.get(status, 0) for status in ("done", "refused", "failed")}
 
     def messages(self, most: int = 5) -> dict[str, int]:
         """Return the commonest messages of refused and failed points, and how many points have each.
@@ -102,49 +97,62 @@ class StudyStore:
         )
         return {error: count for error, count, _ in self._connection.execute(query, (most,))}
 
-    def rows(self) -> Iterator[PointResult]:
-        """Yield every point in the order of the numbers; one at a time is in memory."""
-        yield from self._selected("ORDER BY number")
+    def rows(self, numbers: Sequence[int] | None = None) -> Iterator[PointResult]:
+        """Yield the points of some numbers in that order, all by default in their own, one at a time in memory.
 
-    def picked(self, numbers: Sequence[int]) -> list[PointResult]:
-        """Return the points of some numbers, in that order; those that are not solved are left out."""
-        marks = ", ".join("?" * len(numbers))
-        found = {point.number: point for point in self._selected(f"WHERE number IN ({marks})", numbers)}
-        return [found[number] for number in numbers if number in found]
+        Raises InputError for a row that is not as the study wrote it.
+        """
+        if numbers is None:
+            yield from map(self._result, self._connection.execute("SELECT * FROM points ORDER BY number"))
+            return
+        for number in numbers:
+            yield from map(self._result, self._connection.execute("SELECT * FROM points WHERE number = ?", (number,)))
 
-    def kinds(self, key: str) -> set[str]:
-        """Return the kinds of JSON values, `real` or `text` for instance, that all points have at a key."""
-        query = "SELECT DISTINCT coalesce(json_type(results, ?1), json_type(settings, ?1)) FROM points"
-        return {kind for (kind,) in self._connection.execute(query, (f'$."{key}"',)) if kind is not None}
+    def begin(self, study: Study) -> None:
+        """Make the tables of a study, or check that these are its own; raises InputError that names the difference."""
+        execute = self._connection.execute
+        execute(f"PRAGMA application_id = {_APPLICATION}")
+        execute("PRAGMA journal_mode = WAL")
+        for name, columns in _TABLES.items():
+            execute(f"CREATE TABLE IF NOT EXISTS {name} ({columns})")
+        facts = json.loads(_json(study_facts(study)))
+        kept = self.fact("asked")
+        if kept is None and max(self.counts().values()) > 0:
+            bound = "whole, and what the study is was taken out of it"
+            raise validation_error("study store", str(self.path), "", bound, "name another --out")
+        if kept is not None:
+            _refuse_other(self.path, kept, facts)
+        self.remember("asked", facts)
+        self._make_view(study)
+        if study.how != "search":  # what a search asks for next followed from them
+            with self._connection as transaction:
+                transaction.execute("DELETE FROM points WHERE status = 'failed' AND error = ?", (LOST,))
 
-    def _selected(self, which: str, values: Sequence[int] = ()) -> Iterator[PointResult]:
-        query = f"SELECT points.*, audits.results FROM points LEFT JOIN audits USING (number) {which}"
-        for row in self._connection.execute(query, values):
-            try:
-                result = _result(row)
-            except json.JSONDecodeError as error:
-                bound = f"as the study wrote it into {self.path}, and it is no JSON ({error})"
-                remedy = "delete its row and run the same command again"
-                raise validation_error("point", row[0], "", bound, remedy) from error
-            yield result
+    def _make_view(self, study: Study) -> None:
+        """Make the view `results`: a column for each key that varies and for each that is wanted."""
+        parts = [f'json_extract(settings, \'$."{key}"\') AS "{key}"' for key in study.vary]
+        parts += [f'json_extract(results, \'$."{key}"\') AS "{key}"' for key in study.wanted if key not in study.vary]
+        self._connection.execute("DROP VIEW IF EXISTS results")
+        self._connection.execute(f"CREATE VIEW results AS SELECT number, status, {', '.join(parts)}, error FROM points")
 
+    def _result(self, row: Sequence[Any]) -> PointResult:
+        self._check_digest(f"point {row[0]}", row)
+        number, status, settings, values, audit, error, seconds, _ = row
+        return PointResult(
+            number=number,
+            settings=json.loads(settings),
+            status=status,
+            values=json.loads(values),
+            error=error,
+            seconds=seconds,
+            audit=None if audit is None else json.loads(audit),
+        )
 
-def _result(row: tuple[Any, ...]) -> PointResult:
-    """Return a row of the table of points with that of its audit; raises JSONDecodeError where a person edited it."""
-    number, status, settings, results, error, seconds, audit = row
-    return PointResult(
-        number=number,
-        settings=json.loads(settings),
-        status=status,
-        values=json.loads(results),
-        error=error,
-        seconds=seconds,
-        audit=None if audit is None else json.loads(audit),
-    )
-
-
-def _without_numbers(message: str) -> str:
-    return re.sub(r"\d[\d.]*(e[+-]?\d+)?", "#", message)
+    def _check_digest(self, name: str, row: Sequence[object]) -> None:
+        if row[-1] != _digest(row[:-1]):
+            bound = f"as the study wrote it into {self.path}, and its digest is another"
+            hint = "delete its row and run the same command again, or name another --out"
+            raise validation_error("row", name, "", bound, hint)
 
 
 @contextmanager
@@ -159,23 +167,20 @@ def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
     if path.exists():
         with _opened(path) as connection:
             _refuse_foreign(connection, path)
-    with _locked(folder), _opened(path) as connection:
-        connection.execute(f"PRAGMA application_id = {_APPLICATION}")
-        connection.execute("PRAGMA journal_mode = WAL")
-        connection.executescript(_TABLES)
-        store, facts = StudyStore(connection, path), study_facts(study)
-        refuse_other(path, store.fact("asked"), facts)
-        store.remember("asked", facts)
-        store.remember("schema", _SCHEMA)
-        _make_table_view(connection, study)
-        if study.how != "search":  # what a search asks for next followed from them
-            store.forget_lost()
+    try:
+        lock = FileLock(folder / _LOCK, timeout=0).acquire()
+    except Timeout as error:
+        bound = "a study that no other run writes"
+        raise validation_error("--out", str(folder), "", bound, "wait for that run") from error
+    with lock, _opened(path) as connection:
+        store = StudyStore(connection, path)
+        store.begin(study)
         yield store
 
 
 @contextmanager
 def stored_study(folder: Path) -> Iterator[StudyStore]:
-    """Open the store of a study for reading; raises InputError where there is none, or another file of this name."""
+    """Open the store of a study that is there; raises InputError where there is none, or another file of this name."""
     path = folder / STORE
     if not path.is_file():
         raise validation_error("study store", str(path), "", "an existing file", "run the study first")
@@ -184,30 +189,97 @@ def stored_study(folder: Path) -> Iterator[StudyStore]:
         yield StudyStore(connection, path)
 
 
+def study_facts(study: Study) -> Plain:
+    """Return what decides the results of a study."""
+    names = ("base", "wanted", "how", "samples", "seed", "tol", "level", "contact", "audit", "rows")
+    return {
+        **{name: getattr(study, name) for name in names},
+        "vary": {key: {"kind": type(varied).__name__, **asdict(varied)} for key, varied in study.vary.items()},
+        "order": list(study.vary),
+        "goal": to_plain(study.goal),
+        "versions": {name: version(name) for name in _PACKAGES},
+        "code": code_digest()[:16],
+    }
+
+
+def _refuse_other(path: Path, kept: Plain, asked: Plain) -> None:
+    """Raise InputError that names the difference where a store holds another study; a longer one may go on.
+
+    The points of a longer study begin with those of the shorter one, but not those of sensitivities, whose numbers
+    count blocks of `samples`.
+    """
+    growing = ("goal.evaluations",) if asked["how"] == "sensitivity" else ("goal.evaluations", "samples")
+    for key, before, now in _differences("", kept, asked):
+        if key not in growing or now < before:
+            bound = f"{_short(before)}, as in {path}"
+            raise validation_error(key, _short(now), "", bound, "change it back, or name another --out")
+
+
+def _differences(path: str, before: Any, now: Any) -> Iterator[tuple[str, Any, Any]]:  # noqa: ANN401 - JSON data
+    """Yield each dotted path where two trees of plain data differ, with both values; None stands for nothing there."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        for key in {**before, **now}:
+            yield from _differences(f"{path}.{key}".strip("."), before.get(key), now.get(key))
+    elif before != now:
+        yield path, before, now
+
+
+def _short(value: object) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."  # noqa: PLR2004 - of one line
+
+
+def _json(value: object) -> str:
+    """Return a value as JSON; raises TypeError for what is no plain data, ValueError for a number not finite."""
+    return json.dumps(value, allow_nan=False, default=_as_dict)
+
+
+def _as_dict(value: object) -> object:
+    if isinstance(value, Mapping):
+        return dict(value)
+    msg = f"{type(value).__name__}: must be plain data; turn it into some first"
+    raise TypeError(msg)
+
+
+def _digest(cells: Sequence[object]) -> str:
+    return hashlib.sha256(repr(tuple(cells)).encode()).hexdigest()[:32]
+
+
+def _without_numbers(message: str) -> str:
+    return re.sub(r"\d[\d.]*(e[+-]?\d+)?", "#", message)
+
+
 @contextmanager
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     """Give a connection; whatever SQLite has against the file, then or later, is an InputError of one line."""
     try:
         with closing(sqlite3.connect(path, timeout=_WAIT_S)) as connection:
             yield connection
-    except sqlite3.DatabaseError as error:
+    except sqlite3.Error as error:
         code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without the details of an extended code
-        bound, remedy = _REASONS.get(code, ("a whole SQLite file that can be read and written", "name another --out"))
-        raise validation_error("study store", str(path), "", f"{bound} ({error})", remedy) from error
+        bound = "a whole SQLite file that can be read and written"
+        hint = "name another --out"
+        if code in _IN_USE:
+            bound = "a file that no other program has open"
+            hint = f"close it there {_AGAIN}"
+        elif code in _NO_ROOM:
+            bound = "a file that can grow"
+            hint = f"free some space {_AGAIN}"
+        raise validation_error("study store", str(path), "", f"{bound} ({error})", hint) from error
 
 
 def _refuse_foreign(connection: sqlite3.Connection, path: Path) -> None:
-    """Raise InputError, with nothing written, where a database is neither empty nor that of a study."""
+    """Raise InputError, with nothing written, where a database is neither empty nor a store of just these columns."""
     (application,) = connection.execute("PRAGMA application_id").fetchone()
-    tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_master")}
-    if application == 0 and not tables:
-        return
-    if application == _APPLICATION:  # a run that was killed at its start has left no table or no schema
-        schema: object = StudyStore(connection, path).fact("schema") if "study" in tables else None
-        if schema is None or schema == _SCHEMA:
-            return
-    bound = f"empty or the store of a study of schema {_SCHEMA}, and it is another database"
-    raise validation_error("study store", str(path), "", bound, "name another --out")
+    tables = [name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
+    ours = application == _APPLICATION or not (application or tables)
+    for table in tables:
+        columns = [row[1] for row in connection.execute(f'PRAGMA table_info("{table}")')]
+        declared = [column.split()[0] for column in _TABLES.get(table, "").split(", ")] if table in _TABLES else []
+        ours = ours and columns == declared
+    if not ours:
+        bound = f"empty or the store of a study of schema {_SCHEMA}, and it is another database"
+        raise validation_error("study store", str(path), "", bound, "name another --out")
 
 
 def _make(folder: Path) -> None:
@@ -215,40 +287,9 @@ def _make(folder: Path) -> None:
         if folder.exists() and not folder.is_dir():
             raise validation_error("--out", str(folder), "", "a folder, and it is a file", "name another folder")
         if folder.is_dir() and not (folder / STORE).exists() and {path.name for path in folder.iterdir()} - {_LOCK}:
-            raise validation_error(
-                "--out", str(folder), "", "new, empty or the folder of this study", "name another folder"
-            )
+            bound = "new, empty or the folder of this study"
+            raise validation_error("--out", str(folder), "", bound, "name another folder")
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         bound = f"a folder that can be written ({error.strerror})"
         raise validation_error("--out", str(folder), "", bound, "name another folder") from error
-
-
-@contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Hold the lock of a study; the kernel frees it when a run is killed."""
-    handle = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        os.close(handle)
-        raise validation_error(
-            "--out", str(folder), "", "a study that no other run writes", "wait for that run"
-        ) from error
-    try:
-        yield
-    finally:
-        os.close(handle)
-
-
-def _make_table_view(connection: sqlite3.Connection, study: Study) -> None:
-    """Make the view `results`: a column for each key that varies and for each that is wanted."""
-    columns = [(key, "settings") for key in study.vary] + [(key, "results") for key in study.wanted]
-    parts = [f'json_extract({column}, \'$."{key}"\') AS "{key}"' for key, column in dict(columns).items()]
-    connection.execute("DROP VIEW IF EXISTS results")
-    connection.execute(f"CREATE VIEW results AS SELECT number, status, {', '.join(parts)}, error FROM points")
-
-
-def _row(result: PointResult) -> tuple[int, str, str, str, str | None, float]:
-    settings, values = plain_json(result.settings), plain_json(result.values)
-    return result.number, result.status, settings, values, result.error, round(result.seconds, 6)

@@ -2,52 +2,74 @@
 
 import errno
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from cad.design.parameters import Design
 from cad.quantity import InputError
+from pipeline.evaluate import check_targets
+from pipeline.options import RunOptions
+from pipeline.report.mapping import (
+    report_mapping,
+    stored_contact,
+    stored_reading,
+    stored_response,
+    stored_row,
+    stored_sizing,
+    stored_spring,
+    stored_targets,
+)
+from pipeline.report.stored import StoredResponse, as_data
+from pipeline.response.scene_press import scene_of
+from pipeline.result import Evaluation
+from pipeline.springs.fitted_springs import ideal_springs
+from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.plain import Plain
-from pipeline.study.levels.contact_surrogate import ContactSurrogate
-from pipeline.study.levels.direct_solve import solved_report
-from pipeline.study.levels.printed import print_miss
-from pipeline.study.levels.sized import sized_report
-from pipeline.study.levels.unit_scene import scene_compliance, unit_scene
+from pipeline.study.interpolated_contact import InterpolatedContact
 from pipeline.study.points import Point, design_of, points_between
-from pipeline.study.report_keys import value_at_key
+from pipeline.study.printed import printed_sizing
+from pipeline.study.report_keys import parts_of, value_at_key
+from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.study_file import Study
 from pipeline.study.variation import Setting
+from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 
 Status = Literal["done", "refused", "failed"]
 
+LOST = "the worker that solved this point was lost again and again; free memory, the same command tries it again"
 # Every class that a solve can raise, of libraries too: a point that meets a rare fault must not stop a million others.
 FAILURES = (
     RuntimeError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, OSError, MemoryError,
     AssertionError, ImportError, EOFError,
 )  # fmt: skip
-
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _SPREAD = 2654435761  # Knuth's multiplier: numbers that follow each other fall far apart
 _HASHES = 2**32
-LOST = "the worker that solved this point was lost again and again; free memory, the same command tries it again"
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
     """Points of a study for one process: those listed, and those from `start` up to, not including, `stop`.
 
-    A surrogate stands for the solves of contact. `folder` is where the files of whole runs go.
+    `folder` is where the files of whole runs go.
     """
 
     study: Study
     points: tuple[Point, ...] = ()
     start: int = 0
     stop: int = 0
-    surrogate: ContactSurrogate | None = None
+    interpolation: InterpolatedContact | None = None
     folder: Path | None = None
+
+    def all_points(self) -> tuple[Point, ...]:
+        """Return the points that are listed and those of the range."""
+        ranged = points_between(self.study, self.start, self.stop) if self.stop > self.start else ()
+        return (*self.points, *ranged)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,72 +90,112 @@ class PointResult:
 
 def solve_task(task: Task) -> tuple[PointResult, ...]:
     """Return the results of the points of a task; a point that is refused or fails does not stop the others."""
-    ranged = points_between(task.study, task.start, task.stop) if task.stop > task.start else ()
-    return tuple(_solved(task, point) for point in (*task.points, *ranged))
+    return tuple(_solved(task, point) for point in task.all_points())
 
 
 def lost_task(task: Task) -> tuple[PointResult, ...]:
     """Return the points of a task whose workers were lost, failed."""
-    ranged = points_between(task.study, task.start, task.stop) if task.stop > task.start else ()
-    return tuple(
-        PointResult(number=point.number, settings=point.settings, status="failed", values={}, error=LOST, seconds=0.0)
-        for point in (*task.points, *ranged)
+    return tuple(_without_values(point, "failed", LOST, 0.0) for point in task.all_points())
+
+
+def _without_values(point: Point, status: Status, error: str, seconds: float) -> PointResult:
+    return PointResult(
+        number=point.number, settings=point.settings, status=status, values={}, error=error, seconds=seconds
     )
 
 
 def _solved(task: Task, point: Point) -> PointResult:
     start = time.process_time()
-    status: Status = "done"
-    values: Mapping[str, object] = {}
-    error, audit = None, None
+    study = task.study
     try:
-        design = design_of(task.study, point.settings)
-        values = _wanted(task, design, point, task.surrogate)
-        if task.surrogate is not None and _is_audited(point.number, task.study):
-            audit = _wanted(task, design, point, None)
+        values = _values(task, point, task.interpolation)
+        audited = task.interpolation is not None and _is_audited(point.number, study)
+        audit = _values(task, point, None) if audited else None
     except FAILURES as failure:
-        if _lacks_room(failure):
-            raise  # of the machine, not of the point: it is solved when there is room again
+        causes = (failure, failure.__cause__)
+        if any(isinstance(cause, OSError) and cause.errno in _NO_ROOM for cause in causes):
+            raise  # the disk is full: of the machine, not of the point, which is solved when there is room again
         refused = isinstance(failure, InputError)
-        status = "refused" if refused else "failed"
-        error = str(failure) if refused else f"{type(failure).__name__}: {failure}"
+        message = str(failure) if refused else f"{type(failure).__name__}: {failure}"
+        status: Status = "refused" if refused else "failed"
+        return _without_values(point, status, " ".join(message.split()), time.process_time() - start)
     return PointResult(
         number=point.number,
         settings=point.settings,
-        status=status,
-        values=values if error is None else {},
-        error=None if error is None else " ".join(error.split()),
+        status="done",
+        values=values,
+        error=None,
         seconds=time.process_time() - start,
         audit=audit,
     )
 
 
-def _lacks_room(failure: BaseException) -> bool:
-    """Say whether an error, or the one that it came from, is that of a full disk."""
-    causes = failure, failure.__cause__
-    return any(isinstance(one, OSError) and one.errno in _NO_ROOM for one in causes)
-
-
-def _wanted(task: Task, design: Design, point: Point, surrogate: ContactSurrogate | None) -> dict[str, object]:
-    study = task.study
-    report = _report(task, design, point, surrogate)
-    return {key: value_at_key(report, key) for key in study.wanted}
-
-
-def _report(task: Task, design: Design, point: Point, surrogate: ContactSurrogate | None) -> Plain:
-    study = task.study
-    if study.level == "contact":
-        contact = _contact(study, design, surrogate)
-        return sized_report(design, contact, study.stages, print_miss(point.settings))
-    out = None if task.folder is None else task.folder / "designs" / f"{point.number:07d}"
-    return solved_report(design, study.level, study.tol, out)
-
-
-def _contact(study: Study, design: Design, surrogate: ContactSurrogate | None) -> FruitCompliance:
-    scene = unit_scene(design)
-    return scene_compliance(scene, study.tol) if surrogate is None else surrogate.compliance(scene)
-
-
 def _is_audited(number: int, study: Study) -> bool:
     """Say whether a point is drawn for a full solve: by its number, so that a resumed study draws the same ones."""
     return (number + study.seed + 1) * _SPREAD % _HASHES < study.audit * _HASHES
+
+
+def _values(task: Task, point: Point, interpolation: InterpolatedContact | None) -> dict[str, object]:
+    """Return the wanted values of a point, at the level of its study."""
+    study = task.study
+    design = design_of(study, point.settings)
+    options = RunOptions(tolerance=study.tol)
+    if study.level == "contact":
+        report = _sized_report(study, design, point, interpolation)
+    elif study.level == "flexures":
+        report = evaluation_mapping(check_targets(design, options))
+    else:
+        from pipeline import run  # with all that draws and writes, which takes seconds and only these points need
+
+        out = None if task.folder is None else task.folder / "designs" / f"{point.number:07d}"
+        result = run(design, RunOptions(tolerance=study.tol, out=out), beside=False)  # one process for each core
+        report = {**report_mapping(result), "passed": result.passed}
+    return {key: value_at_key(report, key) for key in study.wanted}
+
+
+def _sized_report(study: Study, design: Design, point: Point, interpolation: InterpolatedContact | None) -> Plain:
+    """Return the part of report.json that follows from contact and springs as they were sized, or as printed."""
+    scene = unit_scene(design)
+    if interpolation is not None and interpolation.covers(scene):
+        contact = interpolation.compliance(scene, study, point)
+    else:
+        contact = scene_compliance(scene, study.tol)
+    drawn = spring_sizing(design, contact, RunOptions())
+    sizing = printed_sizing(design, drawn, point.settings)
+    springs = ideal_springs(design, drawn, sizing.springs)
+    parts = parts_of(study.wanted, reads=design.reading is not None, linear=scene_of(design).linear)
+    return evaluation_mapping(check_targets(design, contact=contact, sizing=sizing, springs=springs, parts=parts))
+
+
+def evaluation_mapping(evaluation: Evaluation) -> Plain:
+    """Return the part of report.json that an evaluation has: all that needs no solid."""
+    springs = evaluation.springs
+    readings = evaluation.readings
+    report: dict[str, object] = {
+        "springs": stored_sizing(evaluation.sizing),
+        "contact": stored_contact(evaluation.contact),
+        "level": stored_targets(evaluation.reached),
+        "reading": None if readings is None else stored_reading(readings),
+        "verdicts": evaluation.verdicts,
+    }
+    if not springs.ideal:
+        report["flexures"] = {spring.name: stored_spring(spring, springs) for spring in springs.springs}
+        report["deflections_mm"] = springs.deflections
+    if evaluation.press is not None:
+        report["response"] = _response(evaluation, evaluation.press.table)
+    data: Plain = as_data(report)
+    return data
+
+
+def _response(evaluation: Evaluation, table: SensorResponse) -> Sequence[StoredResponse]:
+    tips = evaluation.design.tips
+    if not evaluation.springs.ideal:
+        return stored_response(tips, evaluation.contact, evaluation.springs, table)
+    exact = np.zeros(len(tips.springs))  # springs exactly as sized have no error
+    return [stored_row(table, i, tips, exact) for i in range(len(table.E))]
+
+
+def solve_scene(given: tuple[int, Study, Point]) -> tuple[int, FruitCompliance]:
+    """Return an index with the compliance of the scene of a point [1/mm]."""
+    index, study, point = given
+    return index, scene_compliance(unit_scene(design_of(study, point.settings)), study.tol)

@@ -4,12 +4,10 @@ import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from scipy.special import ndtri
 
-from cad.quantity import InputError, as_float, validation_error
-from pipeline.study.file_values import refuse_unknown_keys
+from cad.quantity import InputError, as_float, nearest, validation_error
 
 Setting = float | int | str | bool | tuple[float, ...]
 
@@ -22,50 +20,49 @@ _TAIL = 1e-9  # of a normal distribution, beyond which no point lies: 6 standard
 class Span:
     """Numbers between two ends, both included, in equal steps or in equal ratios [unit of the key].
 
-    `steps` is how many numbers a grid takes, None where none was given. A span with a `source` is a uniform
-    distribution, and the source says where its ends are from.
+    `steps` is how many numbers a grid takes. A span with a `source` is a uniform distribution, and the source says
+    where its ends are from.
     """
 
-    start: float
-    end: float
+    low: float
+    high: float
     steps: int | None = None
     log: bool = False
     source: str | None = None
 
     def __post_init__(self) -> None:
         """Refuse ends that leave nothing between them, and steps that are none."""
-        if not (math.isfinite(self.start) and math.isfinite(self.end) and self.start < self.end):
-            bound = f"greater than from = {self.start:g}"
-            raise validation_error("to", self.end, "", bound, "an empty range has no points")
-        if self.log and self.start <= 0.0:
-            raise validation_error("from", self.start, "", "greater than 0 with log = true", "leave log out")
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
+            bound = f"greater than from = {self.low:g}"
+            raise validation_error("to", self.high, "", bound, "an empty range has no points")
+        if self.log and self.low <= 0.0:
+            raise validation_error("from", self.low, "", "greater than 0 with log = true", "leave log out")
         if self.steps is not None and not 1 < self.steps <= _MOST_STEPS:
             raise validation_error("steps", self.steps, "", f"at least 2 and at most {_MOST_STEPS}", "count both ends")
 
-    def at(self, share: float) -> float:
-        """Return the number that a share [1] of the span, or of the distribution, lies below [unit of the key]."""
+    def at(self, fraction: float) -> float:
+        """Return the number that a fraction [1] of the span, or of the distribution, lies below [unit of the key]."""
         if self.log:
-            return self.start * math.pow(self.end / self.start, share)
-        return self.start + (self.end - self.start) * share
+            return self.low * math.pow(self.high / self.low, fraction)
+        return self.low + (self.high - self.low) * fraction
 
-    def share_of(self, value: float) -> float:
-        """Return the share [1] of the span that lies below a number [unit of the key]."""
+    def fraction_of(self, value: float) -> float:
+        """Return the fraction [1] of the span that lies below a number [unit of the key]."""
         if self.log:
-            return math.log(value / self.start) / math.log(self.end / self.start)
-        return (value - self.start) / (self.end - self.start)
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
 
     def grid(self) -> tuple[Setting, ...]:
         """Return the numbers of a grid [unit of the key]; raises InputError where no steps were given."""
         if self.steps is None:
-            raise validation_error(
-                "steps", None, "", "given with how = 'grid'", "say how many values to take, both ends counted"
-            )
+            hint = "say how many values to take, both ends counted"
+            raise validation_error("steps", None, "", "given with how = 'grid'", hint)
         return tuple(self.at(i / (self.steps - 1)) for i in range(self.steps))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """The values of a list, numbers or words; by Sobol points each takes an equal share."""
+    """The values of a list, numbers or words; by Sobol points each takes an equal fraction."""
 
     values: tuple[Setting, ...]
 
@@ -74,9 +71,9 @@ class Choices:
         if not self.values:
             raise validation_error("values", "[]", "", "a list of at least one", "an empty list has no points")
 
-    def at(self, share: float) -> Setting:
-        """Return the value that a share [1] from 0 to 1 falls on [unit of the key]."""
-        return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
+    def at(self, fraction: float) -> Setting:
+        """Return the value that a fraction [1] from 0 to 1 falls on [unit of the key]."""
+        return self.values[min(int(fraction * len(self.values)), len(self.values) - 1)]
 
     def grid(self) -> tuple[Setting, ...]:
         """Return all values."""
@@ -94,19 +91,17 @@ class Normal:
     def __post_init__(self) -> None:
         """Refuse a deviation that is none."""
         if not (math.isfinite(self.mean) and 0.0 < self.sd < math.inf):
-            raise validation_error(
-                "sd", self.sd, "", "greater than 0 and finite", "give one value in place of no scatter"
-            )
+            hint = "give one value in place of no scatter"
+            raise validation_error("sd", self.sd, "", "greater than 0 and finite", hint)
 
-    def at(self, share: float) -> float:
-        """Return the number that a share [1] of the distribution lies below [unit of the key]."""
-        return self.mean + self.sd * float(ndtri(min(max(share, _TAIL), 1.0 - _TAIL)))
+    def at(self, fraction: float) -> float:
+        """Return the number that a fraction [1] of the distribution lies below [unit of the key]."""
+        return self.mean + self.sd * float(ndtri(min(max(fraction, _TAIL), 1.0 - _TAIL)))
 
     def grid(self) -> tuple[Setting, ...]:
         """Raise InputError: a distribution has no grid."""
-        raise validation_error(
-            "how", "grid", "", "sobol where a key has a distribution", "set how = 'sobol' and samples"
-        )
+        bound = "sobol where a key has a distribution"
+        raise validation_error("how", "grid", "", bound, "set how = 'sobol' and samples")
 
 
 Variation = Span | Choices | Normal
@@ -116,13 +111,14 @@ def setting_of(value: object) -> Setting:
     """Return a value of TOML as one that a key of a design can have; raises InputError for dates, tables and nan."""
     if isinstance(value, bool | str):
         return value
-    if isinstance(value, int | float) and _is_finite(value):
+    if isinstance(value, int | float) and math.isfinite(as_float(value)):
         return value
-    if isinstance(value, list) and value and all(_is_finite(number) for number in value):
-        return tuple(value)
-    raise validation_error(
-        "value", str(value), "", "a finite number, a list of such, a truth value or text", "mend that value"
-    )
+    if isinstance(value, list) and value:
+        numbers = [setting_of(number) for number in value]
+        if all(isinstance(number, int | float) and not isinstance(number, bool) for number in numbers):
+            return tuple(value)
+    bound = "a finite number, a list of such, a truth value or text"
+    raise validation_error("value", str(value), "", bound, "mend that value")
 
 
 def setting_of_cell(cell: str) -> Setting:
@@ -134,10 +130,6 @@ def setting_of_cell(cell: str) -> Setting:
     return setting_of(value)
 
 
-def _is_finite(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(as_float(value))
-
-
 def variation(key: str, given: object) -> Variation:
     """Return how a key varies as a study file says; raises InputError that names the key.
 
@@ -145,45 +137,45 @@ def variation(key: str, given: object) -> Variation:
     `mean` and `sd` or `distribution = "uniform"`, names its `source`.
     """
     try:
-        return _variation(given)
+        if isinstance(given, list):
+            return Choices(values=tuple(setting_of(value) for value in given))
+        return _distribution(given)
     except InputError as error:
         msg = f"vary {key}: {error}"
-        raise InputError(msg) from error
+        raise InputError(msg, field=error.field, value=error.value, bound=error.bound) from error
 
 
-def _variation(given: object) -> Variation:
-    if isinstance(given, list):
-        return Choices(values=tuple(setting_of(value) for value in given))
+def _distribution(given: object) -> Span | Normal:
     if not isinstance(given, Mapping):
-        raise validation_error(
-            "value", str(given), "", "a list, or a table with from and to, or with mean and sd", "see the docs"
-        )
-    refuse_unknown_keys(given, _KEYS)
+        bound = "a list, or a table with from and to, or with mean and sd"
+        raise validation_error("value", str(given), "", bound, "see docs/studies.md")
+    for key in given:
+        if key not in _KEYS:
+            bound = f"one of {', '.join(_KEYS)}"
+            raise validation_error(key, given[key], "", bound, f"did you mean {nearest(key, _KEYS)}?")
     if "mean" in given or "sd" in given:
         return Normal(mean=_number(given, "mean"), sd=_number(given, "sd"), source=_source(given))
-    return _span(given)
-
-
-def _span(given: Mapping[str, Any]) -> Span:
-    kind, steps, log = given.get("distribution"), given.get("steps"), given.get("log", False)
-    if kind not in (None, "uniform"):
-        raise validation_error("distribution", str(kind), "", "uniform", "a normal one is given by mean and sd")
+    uniform = given.get("distribution")
+    if uniform not in (None, "uniform"):
+        raise validation_error("distribution", str(uniform), "", "uniform", "a normal one is given by mean and sd")
+    log = given.get("log", False)
     if not isinstance(log, bool):
         raise validation_error("log", str(log), "", "true or false", "true spaces the values by equal ratios")
-    if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int)):
+    steps = given.get("steps")
+    if steps is not None and type(steps) is not int:
         raise validation_error("steps", str(steps), "", "a whole number", "count both ends")
-    source = _source(given) if kind else None
-    return Span(start=_number(given, "from"), end=_number(given, "to"), steps=steps, log=log, source=source)
+    source = _source(given) if uniform else None
+    return Span(low=_number(given, "from"), high=_number(given, "to"), steps=steps, log=log, source=source)
 
 
-def _number(given: Mapping[str, Any], word: str) -> float:
-    value = given.get(word)
+def _number(given: Mapping[str, object], key: str) -> float:
+    value = given.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise validation_error(word, value, "", "a number", "give from and to, or mean and sd")
-    return float(value)
+        raise validation_error(key, value, "", "a number", "give from and to, or mean and sd")
+    return as_float(value)
 
 
-def _source(given: Mapping[str, Any]) -> str:
+def _source(given: Mapping[str, object]) -> str:
     source = given.get("source")
     if not isinstance(source, str) or not source.strip():
         raise validation_error("source", source, "", "given with a distribution", "say where its numbers are from")

@@ -9,8 +9,7 @@ from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_f
 from pipeline.commands.studying.study import add_engine_flags, refuse_two_engines
 
 if TYPE_CHECKING:
-    from pipeline.study.search.optimum import Candidate
-    from pipeline.study.search.proof import Proof
+    from pipeline.study.optimise import Candidate, Proof
 
 PURPOSE = "find the design that makes a number least while verdicts pass"
 EXAMPLE = "pipeline optimise sharper.toml"
@@ -28,9 +27,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Search, prove the best candidate by a run, print it; return 0 when all verdicts of the run pass, else 1."""
-    from pipeline.study.search.optimum import search
-    from pipeline.study.search.pareto import write_pareto
-    from pipeline.study.search.proof import prove, refuse_occupied
+    from pipeline.study.optimise import base_candidate, prove, refuse_occupied, search, write_pareto
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
     from pipeline.study.workers import chosen_engine, shown_progress
@@ -45,12 +42,14 @@ def execute(arguments: Namespace) -> int:
     refuse_occupied(folder, force=force)
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         candidates = search(study, folder, engine, progress)
-    write_pareto(study, candidates, folder, force=force)
-    proof = prove(study, candidates, folder, force=force)
     with stored_study(folder) as store:
+        write_pareto(store, study, candidates, folder, force=force)
+        proof = prove(store, study, candidates, folder, force=force)
         messages = store.messages()
     with answering():
         _print(folder, candidates, proof, messages, as_json=arguments.json)
+        if not arguments.json and proof is not None and proof.candidate == base_candidate(study, candidates):
+            print("nothing better than the base was found: it is the base itself")
     return PASSED if proof is not None and proof.passed else FAILED
 
 

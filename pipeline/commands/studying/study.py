@@ -9,8 +9,8 @@ from cad.quantity import validation_error
 from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_flag, answering, print_json
 
 if TYPE_CHECKING:
-    from pipeline.study.answers.sensitivity import Sensitivity
     from pipeline.study.execute import StudySummary
+    from pipeline.study.sensitivity import Sensitivity
     from pipeline.study.store import StudyStore
     from pipeline.study.study_file import Study
 
@@ -46,8 +46,8 @@ def add_engine_flags(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1."""
-    from pipeline.study.answers.sensitivity import sensitivities
     from pipeline.study.execute import run_study
+    from pipeline.study.sensitivity import sensitivities
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
     from pipeline.study.workers import chosen_engine, shown_progress
@@ -71,23 +71,23 @@ def execute(arguments: Namespace) -> int:
 def _write(store: "StudyStore", study: "Study", table: Path | None, page: Path | None, *, force: bool) -> None:
     """Write what is asked for beside the points."""
     if table is not None:
-        from pipeline.study.export import export_table
+        from pipeline.study.table import export_table
 
         export_table(store, study, table, force=force)
     if page is not None:
-        from pipeline.study.answers.study_page import write_page
+        from pipeline.study.page import write_page
 
         write_page(store, study, page, force=force)
 
 
 def _refuse_outputs(table: Path | None, page: Path | None, folder: Path, *, force: bool) -> None:
     """Raise InputError where what is asked for beside the points could not be written."""
-    from pipeline.study.export import refuse_export
+    from pipeline.study.table import refuse_export
 
     if table is not None:
         refuse_export(table, folder, force=force)
     if page is not None:
-        from pipeline.study.answers.study_page import refuse_page
+        from pipeline.study.page import refuse_page
 
         refuse_page(page, folder, force=force)
 
@@ -101,11 +101,12 @@ def refuse_two_engines(arguments: Namespace) -> None:
 
 
 def _plain(summary: "StudySummary") -> dict[str, object]:
-    kept = asdict(summary)
-    surrogate = summary.surrogate
-    return kept | {
+    model = summary.interpolation
+    names = ("points", "done", "refused", "failed", "solved", "seconds")
+    return {
         "folder": str(summary.folder),
-        "surrogate": None if surrogate is None else {"solves": surrogate.solves, "error": surrogate.error},
+        **{name: getattr(summary, name) for name in names},
+        "surrogate": None if model is None else {"solves": model.solves, "error": model.error},
     }
 
 
@@ -121,9 +122,9 @@ def _print(
 
 def _print_counts(summary: "StudySummary", messages: dict[str, int]) -> None:
     print(f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed")
-    if summary.surrogate is not None:
-        error, solves = summary.surrogate.error, summary.surrogate.solves
-        print(f"contact by a polynomial through {solves} solves, K_m / E off by at most {100.0 * error:.2g} %")
+    model = summary.interpolation
+    if model is not None:
+        print(f"contact interpolated between {model.solves} solves, K_m / E off by at most {100.0 * model.error:.2g} %")
     for message, count in messages.items():
         print(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")
     if summary.solved:

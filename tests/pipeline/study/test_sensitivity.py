@@ -8,7 +8,7 @@ import pytest
 
 from cad.quantity import InputError
 from pipeline.study import read_study, run_study
-from pipeline.study.answers.sensitivity import sensitivities
+from pipeline.study.sensitivity import sensitivities
 from pipeline.study.store import stored_study
 from pipeline.study.workers import Engine
 

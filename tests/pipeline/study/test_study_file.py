@@ -1,4 +1,4 @@
-"""A study file is checked when it is read: each wrong word or number is one line that names what is near."""
+"""What a study file says is what a study has: its variations, its points and its base; wrong ones are refused."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +9,8 @@ from cad.quantity import InputError
 from pipeline.options import load_design
 from pipeline.study import read_study
 from pipeline.study.points import design_of, point_count, points_between
-from pipeline.study.variation import Choices, Normal, Span
+from pipeline.study.report_keys import level_of, parts_of, value_at_key
+from pipeline.study.variation import Choices, Normal, Span, setting_of_cell
 
 Write = Callable[..., Path]
 PROCESS_FILE = Path(__file__).parents[3] / "cad" / "design" / "processes.toml"
@@ -17,46 +18,93 @@ PROCESS_FILE = Path(__file__).parents[3] / "cad" / "design" / "processes.toml"
 
 def test_study_file_is_read(written: Write) -> None:
     study = read_study(written())
-    assert study.name == "springs"
-    assert study.vary == {"targets.P_max": Span(start=3.0, end=8.0)}
-    assert (study.samples, study.seed, study.level) == (8, 7, "contact")
+    assert (study.name, study.samples, study.seed, study.level) == ("springs", 8, 7, "contact")
+    assert study.vary == {"targets.P_max": Span(low=3.0, high=8.0)}
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "field", "value"),
     [
-        ("samples", "sampels", "did you mean samples?"),
-        ('"targets.P_max"', '"targets.P_mx"', "did you mean targets.P_max?"),
-        ("springs.K_l_N_per_m", "springs.K_low", "did you mean springs.K_l_N_per_m?"),
-        ("to = 8", "too = 8", "did you mean to?"),
-        ("to = 8", "to = 2", "empty range"),
-        ("to = 8", "to = 'x'", "must be a number"),
-        ("to = 8", "to = 8, distribution = 'normal'", "mean and sd"),
-        ("from = 3, to = 8", "mean = 5, sd = 0.1", "source"),
-        ("from = 3, to = 8", "mean = 5, sd = 0, source = 'x'", "greater than 0"),
-        ("from = 3", "from = 0, log = true", "log"),
-        ("{ from = 3, to = 8 }", "[]", "empty list"),
-        ("samples = 8", "samples = 0", "at least 1"),
-        ("samples = 8", 'how = "grid"', "steps"),
-        ("samples = 8", 'how = "gird"', "did you mean grid?"),
-        ("samples = 8", 'points = "missing.csv"', "missing.csv"),
-        ('"paper"', '"papr"', "did you mean paper?"),
-        ("seed = 7", "tol = 1.0", "at most 0.1"),
-        ("seed = 7", "seed = -1", "at least 0"),
-        ("{ from = 3, to = 8 }", "[3.0, nan]", "vary targets.P_max: value = 'nan'"),
-        ("{ from = 3, to = 8 }", "[3.0, 2026-01-01]", "vary targets.P_max: value = '2026-01-01'"),
-        ("{ from = 3, to = 8 }", "[[3.0, inf]]", "a finite number"),
-        ("seed = 7", "set = 3", "set = '3': must be a table"),
-        ("seed = 7", "set = { 'targets.NL' = 2026-01-01 }", "set targets.NL = '2026-01-01'"),
-        ("seed = 7", "set = { 'targets.NL' = nan }", "set targets.NL = 'nan'"),
-        ("seed = 7", "optimise = { minimize = 'x' }", "did you mean minimise?"),
+        ("samples", "sampels", "sampels", "sampels"),
+        ('"targets.P_max"', '"targets.P_mx"', "vary targets.P_mx", "targets.P_mx"),
+        ("springs.K_l_N_per_m", "springs.K_low", "wanted", "springs.K_low"),
+        ("springs.K_l_N_per_m", "", "wanted", ""),
+        ("to = 8", "too = 8", "too", 8),
+        ("to = 8", "to = 2", "to", 2.0),
+        ("to = 8", "to = 'x'", "to", "x"),
+        ("to = 8", "to = 8, distribution = 'normal'", "distribution", "normal"),
+        ("from = 3, to = 8", "mean = 5, sd = 0.1", "source", None),
+        ("from = 3, to = 8", "mean = 5, sd = 0, source = 'x'", "sd", 0.0),
+        ("from = 3", "from = 0, log = true", "from", 0.0),
+        ("from = 3", "from = 3, log = 1", "log", "1"),
+        ("from = 3", "from = 3, steps = 1", "steps", 1),
+        ("from = 3", "from = 3, steps = 2.0", "steps", "2.0"),
+        ("{ from = 3, to = 8 }", "[]", "values", "[]"),
+        ("{ from = 3, to = 8 }", "[3.0, nan]", "value", "nan"),
+        ("{ from = 3, to = 8 }", "[3.0, 2026-01-01]", "value", "2026-01-01"),
+        ("{ from = 3, to = 8 }", "[[3.0, inf]]", "value", "inf"),
+        ("{ from = 3, to = 8 }", "3", "value", "3"),
+        ("samples = 8", "samples = 0", "samples", 0),
+        ("samples = 8", "samples = 8.0", "samples", "8.0"),
+        ("samples = 8", "samples = 10000001", "study.samples", 10_000_001.0),
+        ("samples = 8", 'how = "grid"', "steps", None),
+        ("samples = 8", 'how = "gird"', "study.how", "gird"),
+        ("samples = 8", 'how = "sensitivity"\nsamples = 200', "samples", 200),
+        ("samples = 8", 'how = "sensitivity"\nsamples = 1', "samples", 1),
+        ("samples = 8", "optimise = { evaluations = 1 }", "how", "search"),
+        ('"paper"', '"papr"', "--design", "papr"),
+        ('"paper"', "3", "base", "3"),
+        ("seed = 7", "tol = 1.0", "study.tol", 1.0),
+        ("seed = 7", "tol = 'x'", "study.tol", "x"),
+        ("seed = 7", "audit = 1.5", "study.audit", 1.5),
+        ("seed = 7", 'level = "all"', "study.level", "all"),
+        ("seed = 7", 'contact = "any"', "study.contact", "any"),
+        ("seed = 7", "seed = -1", "study.seed", -1.0),
+        ("seed = 7", "set = 3", "set", "3"),
+        ("seed = 7", "set = { 'targets.NL' = 2026-01-01 }", "set targets.NL", "2026-01-01"),
+        ("seed = 7", "set = { 'targets.NL' = nan }", "set targets.NL", "nan"),
+        ("seed = 7", "optimise = { minimize = 'x' }", "optimise.minimize", "minimize"),
+        ("seed = 7", "optimise = { evaluations = 0 }", "optimise.evaluations", 0.0),
+        ("seed = 7", "optimise = { minimise = 'springs.K' }", "optimise.minimise", "springs.K"),
+        ("seed = 7", "optimise = { under = ['x'] }", "optimise.under", "verdicts.x.value"),
+        ("seed = 7", "optimise = { under = 'x' }", "optimise.under", "x"),
     ],
 )
-def test_wrong_study_file_is_refused_in_one_line(written: Write, old: str, new: str, words: str) -> None:
+def test_wrong_study_file_is_refused_in_one_line(written: Write, old: str, new: str, field: str, value: object) -> None:
     with pytest.raises(InputError) as refused:
         point_count(read_study(written(**{old: new})))
-    assert words in str(refused.value)
+    assert (refused.value.field, refused.value.value) == (field, value)
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("rows", "field"),
+    [
+        ("targets.P_max,targets.P_max\n4,5\n", "points"),
+        ("targets.P_max\n", "points"),
+        ("targets.P_max\n4,5\n", "{}, line 2"),
+        ("targets.P_max\n4\nnan\n", "value"),
+        ("targets.P_mx\n4\n", "vary targets.P_mx"),
+    ],
+)
+def test_wrong_file_of_points_is_refused(written: Write, tmp_path: Path, rows: str, field: str) -> None:
+    (tmp_path / "some.csv").write_text(rows, encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        read_study(written('points = "some.csv"\nwanted = ["springs.K_l_N_per_m"]\n'))
+    assert refused.value.field == field.format(tmp_path / "some.csv")
+    with pytest.raises(InputError):
+        read_study(written('points = "missing.csv"\nwanted = ["springs.K_l_N_per_m"]\n'))
+
+
+def test_points_of_a_file_are_read_with_its_byte_order_mark(written: Write, tmp_path: Path) -> None:
+    text = "targets.P_max,print.process\n4,fdm-petg\n\n6.5, sla-resin\n"
+    (tmp_path / "some.csv").write_text(text, encoding="utf-8-sig")
+    study = read_study(written('points = "some.csv"\nwanted = ["springs.K_l_N_per_m"]\n'))
+    assert [dict(point.settings) for point in points_between(study, 0, point_count(study))] == [
+        {"targets.P_max": 4, "print.process": "fdm-petg"},
+        {"targets.P_max": 6.5, "print.process": "sla-resin"},
+    ]
+    assert [setting_of_cell(cell) for cell in ("true", "[1, 2]", "1e-3")] == [True, (1, 2), 1e-3]
 
 
 def test_base_may_name_a_process_file_beside_it(written: Write, tmp_path: Path) -> None:
@@ -66,16 +114,23 @@ def test_base_may_name_a_process_file_beside_it(written: Write, tmp_path: Path) 
     (tmp_path / "mine.toml").write_text('[print]\nprocess_file = "own.toml"\n', encoding="utf-8")
     study = read_study(written(**{'"paper"': '"mine.toml"'}))
     assert design_of(study, {}) == load_design(tmp_path / "mine.toml")
-    assert design_of(study, {}).process.E_MPa == 1900.0
     named = read_study(written(**{"[vary]": '[set]\n"print.process_file" = "own.toml"\n[vary]'}))
-    assert design_of(named, {}).process.E_MPa == 1900.0
+    assert [design_of(one, {}).process.E_MPa for one in (study, named)] == [1900.0, 1900.0]
+
+
+@pytest.mark.parametrize("base", ["paper", "mango"])
+def test_design_of_a_point_is_that_of_its_settings(written: Write, base: str) -> None:
+    study = read_study(
+        written(**{'"paper"': f'"{base}"', "targets.P_max": "press.travel_mm", "3, to = 8": "0.3, to = 0.5"})
+    )
+    settings = {"press.travel_mm": 0.4, "fruit.E_max_MPa": 2.5}
+    assert design_of(study, settings) == load_design(base, settings)
+    assert design_of(study, {}) == load_design(base)
 
 
 def test_grid_takes_every_combination_with_both_ends(written: Write) -> None:
-    path = written(
-        **{"samples = 8": 'how = "grid"', "to = 8 }": 'to = 12, steps = 3, log = true }\n"targets.NL" = [0.04, 0.05]'}
-    )
-    study = read_study(path)
+    grid = 'to = 12, steps = 3, log = true }\n"targets.NL" = [0.04, 0.05]'
+    study = read_study(written(**{"samples = 8": 'how = "grid"', "to = 8 }": grid}))
     points = list(points_between(study, 0, point_count(study)))
     assert [point.number for point in points] == list(range(6))
     assert [tuple(point.settings.values()) for point in points] == [
@@ -83,47 +138,63 @@ def test_grid_takes_every_combination_with_both_ends(written: Write) -> None:
     ]
 
 
-def test_sobol_points_do_not_depend_on_who_asks_and_a_longer_study_begins_alike(written: Write) -> None:
-    short, long = (read_study(written(**{"samples = 8": f"samples = {n}"})) for n in (8, 64))
-    whole = list(points_between(long, 0, 64))
-    assert whole[:8] == list(points_between(short, 0, 8))
-    assert whole[20:30] == list(points_between(long, 20, 30))
-
-
-def test_points_of_a_file(written: Write, tmp_path: Path) -> None:
-    (tmp_path / "some.csv").write_text("targets.P_max,print.process\n4,fdm-petg\n6.5,sla-resin\n", encoding="utf-8")
-    study = read_study(
-        written(**{"samples = 8": 'points = "some.csv"', "[vary]\n": "", '"targets.P_max" = { from = 3, to = 8 }': ""})
-    )
-    assert [dict(point.settings) for point in points_between(study, 0, 2)] == [
-        {"targets.P_max": 4, "print.process": "fdm-petg"},
-        {"targets.P_max": 6.5, "print.process": "sla-resin"},
-    ]
-
-
-@pytest.mark.parametrize(
-    ("rows", "words"),
-    [
-        ("targets.P_max,targets.P_max\n4,5\n", "in the header once"),
-        ("targets.P_max\n4\nnan\n", "points targets.P_max: value = 'nan'"),
-        ("targets.P_max\n2026-01-01\n", "points targets.P_max: value = '2026-01-01'"),
-    ],
-)
-def test_wrong_file_of_points_is_one_line(written: Write, tmp_path: Path, rows: str, words: str) -> None:
-    (tmp_path / "some.csv").write_text(rows, encoding="utf-8")
-    with pytest.raises(InputError, match=words):
-        read_study(written('base = "paper"\npoints = "some.csv"\nwanted = ["springs.K_l_N_per_m"]\n'))
-
-
-def test_missing_study_file_is_named_as_one(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"^study file .*not found"):
-        read_study(tmp_path / "nothere.toml")
+@pytest.mark.parametrize("how", ["sobol", "sensitivity"])
+def test_points_do_not_depend_on_who_asks(written: Write, how: str) -> None:
+    study = read_study(written(**{"samples = 8": f'how = "{how}"\nsamples = 64'}))
+    whole = list(points_between(study, 0, point_count(study)))
+    assert [point.number for point in whole] == list(range(64 if how == "sobol" else 192))
+    assert whole[20:70] == list(points_between(study, 20, min(70, len(whole))))
+    if how == "sensitivity":  # A, B, and A with the only key from B
+        assert [point.settings for point in whole[128:]] == [point.settings for point in whole[64:128]]
+    else:
+        assert whole[:8] == list(points_between(read_study(written()), 0, 8))
 
 
 def test_distributions_have_their_quantiles() -> None:
     normal = Normal(mean=5.0, sd=0.2, source="a table")
     assert normal.at(0.5) == 5.0
     assert normal.at(0.975) == pytest.approx(5.0 + 1.959964 * 0.2, abs=1e-6)  # the 97.5 % quantile of tables
-    assert Span(start=2.0, end=8.0).at(0.25) == 3.5
-    assert Span(start=1.0, end=16.0, log=True).at(0.25) == pytest.approx(2.0)
-    assert [Choices(values=("a", "b")).at(share) for share in (0.0, 0.49, 0.5, 1.0)] == ["a", "a", "b", "b"]
+    assert normal.at(0.0) == pytest.approx(5.0 - 5.9978 * 0.2, abs=1e-4)
+    for span in (Span(low=2.0, high=8.0), Span(low=1.0, high=16.0, log=True)):
+        assert [span.fraction_of(span.at(fraction)) for fraction in (0.0, 0.3, 1.0)] == pytest.approx([0.0, 0.3, 1.0])
+    assert Span(low=2.0, high=8.0).at(0.25) == 3.5
+    assert Span(low=1.0, high=16.0, log=True).at(0.25) == pytest.approx(2.0)
+    assert [Choices(values=("a", "b")).at(fraction) for fraction in (0.0, 0.49, 0.5, 1.0)] == ["a", "a", "b", "b"]
+
+
+@pytest.mark.parametrize(
+    ("key", "level", "parts"),
+    [
+        ("springs.K_l_N_per_m", "contact", ()),
+        ("verdicts.P_max.value", "contact", ()),
+        ("verdicts.bruise.value", "contact", ("response",)),
+        ("response.0.P.3", "contact", ("response",)),
+        ("verdicts.geometry.tip_face.value", "contact", ("response",)),
+        ("reading.lift_deg", "contact", ("reading",)),
+        ("verdicts.reading.bias.error", "contact", ("reading",)),
+        ("flexures.low.dimensions_mm.length", "flexures", ()),
+        ("verdicts.K_h.value", "flexures", ()),
+        ("deflections_mm.0", "flexures", ()),
+        ("verdicts.geometry.valid.passed", "files", ()),
+        ("passed", "files", ()),
+    ],
+)
+def test_key_needs_no_more_than_its_level(key: str, level: str, parts: tuple[str, ...]) -> None:
+    assert level_of([key]) == level
+    assert level_of([key, "springs.K_l_N_per_m"]) == level
+    if level == "contact":
+        assert parts_of([key], reads=False, linear=True) == parts
+
+
+def test_ratio_of_a_scene_that_is_not_linear_needs_its_press() -> None:
+    assert parts_of(["verdicts.NL.value"], reads=False, linear=False) == ("response",)
+    assert parts_of(["verdicts.bruise.value"], reads=True, linear=False) == ("reading",)
+
+
+def test_value_is_found_by_its_path() -> None:
+    report = {"a": [{"b": 1.5}], "c": None, "verdicts": [{"name": "x.y", "value": 2.0}]}
+    assert [value_at_key(report, key) for key in ("a.0.b", "c", "verdicts.x.y.value")] == [1.5, None, 2.0]
+    for key in ("a", "a.0", "a.1.b", "a.-1.b", "d", "verdicts.x.value", "verdicts.x.y.error"):
+        with pytest.raises(InputError) as absent:
+            value_at_key(report, key)
+        assert absent.value.value == key

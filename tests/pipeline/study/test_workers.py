@@ -19,8 +19,8 @@ import pytest
 from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.study import read_study, run_study
-from pipeline.study.export import export_table
 from pipeline.study.store import STORE, stored_study
+from pipeline.study.table import export_table
 from pipeline.study.workers import MOST_PROCESSES, Engine, completed, process_engine
 
 Write = Callable[..., Path]

@@ -1,4 +1,4 @@
-"""The numbers of a solved study by its keys: eight bytes each, so that a million points fit into memory."""
+"""The numbers of a solved study by their keys: eight bytes each, so that a million points fit into memory."""
 
 from array import array
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from pipeline.study.store import StudyStore
 
 Floats = NDArray[np.float64]
 
-_ALIKE = 1e-12  # of a number: a scatter that is round-off
+_ROUND_OFF = 1e-12  # of a number
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,29 +25,26 @@ class PointColumns:
     points: NDArray[np.int64]
     values: Mapping[str, Floats]
 
-    def ends(self, key: str) -> tuple[float, float]:
-        """Return the least and the largest value of a key [unit of the key]."""
-        values = self.values[key]
-        return float(np.nanmin(values)), float(np.nanmax(values))
-
     def differs(self, key: str) -> bool:
         """Say whether the values of a key are numbers that differ by more than round-off."""
         if key not in self.values:
             return False
-        least, largest = self.ends(key)
-        return largest - least > _ALIKE * max(abs(least), abs(largest))
+        low = float(np.nanmin(self.values[key]))
+        high = float(np.nanmax(self.values[key]))
+        return high - low > _ROUND_OFF * max(abs(low), abs(high))
 
     def best(self, key: str, count: int) -> list[int]:
         """Return the numbers of the points with the least values of a key, the least first, those without one last."""
-        if key not in self.values:
-            return [int(number) for number in self.points[:count]]
-        order = np.argsort(self.values[key], kind="stable")[:count]  # nan sorts last
-        return [int(number) for number in self.points[order]]
+        order = np.arange(len(self.points))
+        if key in self.values:
+            order = np.argsort(self.values[key], kind="stable")  # nan sorts last
+        return [int(number) for number in self.points[order[:count]]]
 
 
 def point_columns(store: StudyStore, keys: Sequence[str]) -> PointColumns:
     """Return what the points of a store that are done have for some keys; one point at a time is in memory."""
-    points, columns = array("q"), {key: array("d") for key in keys}
+    points = array("q")
+    columns = {key: array("d") for key in keys}
     for point in store.rows():
         if point.status != "done":
             continue
@@ -59,6 +56,9 @@ def point_columns(store: StudyStore, keys: Sequence[str]) -> PointColumns:
                 del columns[key]
             else:
                 columns[key].append(np.nan if value is None else value)
-    values = {key: np.frombuffer(column, dtype=np.float64) for key, column in columns.items() if column}
-    known = {key: column for key, column in values.items() if not np.isnan(column).all()}
-    return PointColumns(points=np.array(points, dtype=np.int64), values=known)
+    values = {}
+    for key, column in columns.items():
+        numbers = np.frombuffer(column, dtype=np.float64) if column else np.zeros(0)
+        if not np.isnan(numbers).all():
+            values[key] = numbers
+    return PointColumns(points=np.array(points, dtype=np.int64), values=values)

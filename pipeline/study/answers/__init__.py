@@ -1,1 +1,0 @@
-"""What a solved study says: which key moves a number, and how all points look."""

@@ -1,1 +1,0 @@
-"""What a point of a study is solved for: contact and closed forms, fitted springs, or a whole run."""

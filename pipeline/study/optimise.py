@@ -1,0 +1,294 @@
+"""The design that makes a number of its report least while verdicts pass, by differential evolution.
+
+R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:1008202821328, as SciPy has it.
+"""
+
+import math
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeGuard
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.optimize import Bounds, differential_evolution
+
+from cad.design.design_file import design_as_toml
+from cad.design.parameters import Design
+from cad.quantity import InputError, validation_error
+from pipeline import run
+from pipeline.options import RunOptions
+from pipeline.storage.folder import refuse_unusable
+from pipeline.study.columns import Floats
+from pipeline.study.outputs import is_own, refuse_taken, write_output
+from pipeline.study.page import as_svg
+from pipeline.study.points import Point, design_of, point_at
+from pipeline.study.printed import PRINTED_KEYS
+from pipeline.study.store import STORE, StudyStore, study_store
+from pipeline.study.study_file import VERDICT_FIELDS, Study
+from pipeline.study.tasks import PointResult, Task, lost_task, solve_task
+from pipeline.study.variation import Span
+from pipeline.study.workers import Engine, completed
+
+Progress = Callable[[int, int], None]
+
+MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves each number by less
+MOST_RUNS = 5
+DESIGN = "design.toml"
+RUN = "best"
+PLOT = "pareto.svg"
+PRESSURE = ("verdicts.bruise.value", "verdicts.bruise.limit")
+_INFEASIBLE = 2.0  # above the costs of designs that pass, which lie from -1 to 1
+_REFUSED = 4.0
+_MEMBERS = 8  # of a generation, for each key that varies
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """A point of the search: its result, the number to be made least, and by how much verdicts fail [1], 0 for none."""
+
+    result: PointResult
+    value: float
+    violation: float
+
+    @property
+    def cost(self) -> float:
+        """Return a number [1] in the order of the designs: those that pass, that fail verdicts, that are refused.
+
+        The number to be made least, and among designs that fail the violation, are mapped by v / (1 + |v|).
+        """
+        if not math.isfinite(self.value) or not math.isfinite(self.violation):
+            return _REFUSED
+        if self.violation == 0.0:
+            return self.value / (1.0 + abs(self.value))
+        return _INFEASIBLE + self.violation / (1.0 + self.violation)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Proof:
+    """A candidate that was run, whether all verdicts passed, None where one is undecided, and its file if they did."""
+
+    candidate: Candidate
+    design: Path | None
+    passed: bool | None
+
+
+def search(study: Study, folder: Path, engine: Engine, progress: Progress | None = None) -> tuple[Candidate, ...]:
+    """Return every candidate of a search, the best first; all are points of the study's store.
+
+    A search that was ended goes on: it asks for the same candidates again, and those that are stored are not solved.
+    With more `evaluations` it asks for the same ones and then for more: no step of the method looks at how many are to
+    come. Raises InputError where not all keys are those of a design that vary over spans, and where what is to be
+    made least is no number.
+    """
+    for key, varied in study.vary.items():
+        if not isinstance(varied, Span):
+            raise validation_error(key, type(varied).__name__, "", "a span, from and to", "an optimum lies in a span")
+        if key in PRINTED_KEYS:
+            bound = "a key of the design: nobody chooses by how much a print misses its drawing"
+            raise validation_error("vary", key, "", bound, "vary it in a study")
+    if not (folder / STORE).exists():
+        _refuse_no_number(study)
+    with study_store(folder, study) as store:
+        _Search(study, store, engine, progress).run()
+        candidates = [candidate(study, result) for result in store.rows()]
+    return tuple(sorted(candidates, key=lambda one: (one.cost, one.result.number)))
+
+
+def base_candidate(study: Study, candidates: Sequence[Candidate]) -> Candidate | None:
+    """Return the candidate that is the base design itself, where the search began; None where it is outside."""
+    if _base_fractions(study) is None:
+        return None
+    return next((one for one in candidates if one.result.number == 0), None)
+
+
+def _refuse_no_number(study: Study) -> None:
+    """Solve the base itself; raise InputError where it has a text or a truth value for what is to be made least."""
+    (base,) = solve_task(Task(study=study, points=(Point(number=0, settings={}),)))
+    value = base.values.get(study.goal.minimise)
+    if value is not None and not _is_number(value):
+        bound = f"a key whose value is a number, and that of the base is {value!r}"
+        raise validation_error("optimise.minimise", study.goal.minimise, "", bound, "name another key of report.json")
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def candidate(study: Study, result: PointResult) -> Candidate:
+    """Return a point as a candidate: refused and failed ones have no value."""
+    if result.status != "done":
+        return Candidate(result=result, value=math.nan, violation=math.inf)
+    value = result.values[study.goal.minimise]
+    return Candidate(
+        result=result,
+        value=float(value) if _is_number(value) else math.nan,
+        violation=sum(_violation(name, result.values) for name in study.goal.under),
+    )
+
+
+def _violation(name: str, values: Mapping[str, object]) -> float:
+    """Return by how much a verdict fails [1]; whether a process can make a spring may be left to the run to decide."""
+    value, limit, tolerance, passed = (values[f"verdicts.{name}.{word}"] for word in VERDICT_FIELDS)
+    if passed is None and name.startswith("printable."):
+        return 0.0
+    if not _is_number(value) or not _is_number(limit):
+        return 0.0 if passed else 1.0
+    # A limit of 0 is no measure of a distance: its tolerance is, or the unit of the verdict.
+    scale = abs(limit) or (abs(tolerance) if _is_number(tolerance) else 0.0) or 1.0
+    distance = abs(value - limit) / scale
+    if not passed:
+        return MARGIN + distance
+    return 0.0 if tolerance else max(0.0, MARGIN - distance)  # a target has a tolerance, a limit has none
+
+
+class _Search:
+    """The generations of a search, each solved as tasks of its study."""
+
+    def __init__(self, study: Study, store: StudyStore, engine: Engine, progress: Progress | None) -> None:
+        self._study = study
+        self._store = store
+        self._engine = engine
+        self._progress = progress
+        self._results = {result.number: result for result in store.rows()}
+        self._next = 0
+
+    def run(self) -> None:
+        """Evolve until the points that the study allows are spent."""
+        keys = len(self._study.vary)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # it warns that a map of our own needs deferred updating, which it is given
+            differential_evolution(
+                _not_called,
+                Bounds(np.zeros(keys), np.ones(keys)),
+                maxiter=max(1, self._study.goal.evaluations // (_MEMBERS * keys) - 1),
+                popsize=_MEMBERS,
+                tol=0.0,
+                rng=np.random.default_rng(self._study.seed),
+                polish=False,
+                x0=_base_fractions(self._study),
+                updating="deferred",
+                workers=self._costs,
+            )
+
+    def _costs(self, _objective: object, members: Iterable[Sequence[float]]) -> list[float]:
+        """Return the cost of each member of a generation, those that are stored from there."""
+        points = []
+        for number, member in enumerate(members, self._next):
+            points.append(point_at(self._study, number, [float(fraction) for fraction in member]))
+        self._next += len(points)
+        missing = [Task(study=self._study, points=(point,)) for point in points if not self._is_stored(point)]
+        with closing(completed(self._engine, solve_task, missing, lost_task)) as ended:
+            for results in ended:
+                self._store.put(results)
+                self._results |= {result.number: result for result in results}
+                if self._progress is not None:
+                    solved = len(self._results)
+                    self._progress(solved, max(self._study.goal.evaluations, solved))
+        return [candidate(self._study, self._results[point.number]).cost for point in points]
+
+    def _is_stored(self, point: Point) -> bool:
+        stored = self._results.get(point.number)
+        if stored is not None and stored.settings != point.settings:
+            msg = f"{self._store.path}: must hold the candidates of this search, and point {point.number} is another"
+            raise InputError(msg)
+        return stored is not None
+
+
+def _not_called(_fractions: Floats) -> float:
+    """Stand for the objective, which `workers` computes for whole generations [1]."""
+    return math.nan
+
+
+def _base_fractions(study: Study) -> Floats | None:
+    """Return the base design as fractions of the spans [1], where the search begins; None where it lies outside."""
+    design = design_of(study, {})
+    fractions = []
+    for key, span in study.vary.items():
+        table, _, name = key.partition(".")
+        value = getattr(getattr(design, table), name, None)
+        if not isinstance(span, Span) or not _is_number(value) or not span.low <= value <= span.high:
+            return None
+        fractions.append(span.fraction_of(float(value)))
+    return np.array(fractions)
+
+
+def refuse_occupied(folder: Path, *, force: bool = False) -> None:
+    """Raise InputError where a search could not write its results into its folder, before anything is solved."""
+    refuse_unusable(folder / RUN, force=force)
+    if not force:
+        refuse_taken(folder, (folder / DESIGN, folder / PLOT), "--out")
+
+
+def prove(
+    store: StudyStore, study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False
+) -> Proof | None:
+    """Return the first of the best five candidates whose run passes all verdicts, else the last that was run.
+
+    The outputs of its run are in `best`, and where it passes, its design file is `design.toml` in the folder. None
+    where no candidate passes the verdicts of the search. Raises as a run, and InputError as `write_output`.
+    """
+    proof = None
+    passing = [one for one in candidates if one.violation == 0.0]
+    for one in passing[:MOST_RUNS]:
+        design = design_of_candidate(study, one)
+        passed = run(design, RunOptions(out=folder / RUN, tolerance=study.tol, force=force)).passed
+        proof = Proof(candidate=one, design=None, passed=passed)
+        if passed:
+            write_output(store, folder / DESIGN, design_as_toml(design).encode(), "--out", force=force)
+            return replace(proof, design=folder / DESIGN)
+    if is_own(store, folder / DESIGN):  # that of a shorter search, and `best` no longer holds its run
+        (folder / DESIGN).unlink()
+    return proof
+
+
+def design_of_candidate(study: Study, one: Candidate) -> Design:
+    """Return the design of a candidate, named for the study."""
+    return design_of(replace(study, base={**study.base, "name": study.name}), one.result.settings)
+
+
+def write_pareto(
+    store: StudyStore, study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False
+) -> None:
+    """Plot into a folder (SVG) the number made least against the pressure on the skin over its limit, with its front.
+
+    Nothing is written where the verdict on bruising is not among those of the goal. Raises as `write_output`.
+    """
+    if any(key not in study.wanted for key in PRESSURE):
+        return
+    figure = Figure(figsize=(6.4, 4.4), layout="constrained")
+    axes = figure.add_subplot(
+        xlabel="pressure on the skin over its limit [1]",
+        ylabel=f"{study.goal.minimise.removeprefix('verdicts.').removesuffix('.value')} [1]",
+    )
+    done = [one for one in candidates if one.result.status == "done" and math.isfinite(one.value)]
+    failing = _against_pressure([one for one in done if one.violation > 0.0])
+    passing = _against_pressure([one for one in done if one.violation == 0.0])
+    axes.scatter(failing[:, 0], failing[:, 1], s=12, color="#b8b8b8", label="a verdict fails")
+    axes.scatter(passing[:, 0], passing[:, 1], s=12, color="#1f6fb2", label="verdicts pass")
+    best = front(passing)
+    axes.step(best[:, 0], best[:, 1], where="post", color="#c0392b", label="front")
+    axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
+    axes.legend(frameon=False)
+    content = f'<?xml version="1.0" encoding="utf-8"?>\n{as_svg(figure)}'
+    write_output(store, folder / PLOT, content.encode(), "--out", force=force)
+
+
+def _against_pressure(candidates: Sequence[Candidate]) -> Floats:
+    """Return the pressure over its limit [1] and the number made least of each candidate, shape (candidates, 2)."""
+    rows = []
+    for one in candidates:
+        pressure, limit = (one.result.values[key] for key in PRESSURE)
+        if _is_number(pressure) and _is_number(limit):
+            rows.append((pressure / limit, one.value))
+    return np.array(rows).reshape(-1, 2)
+
+
+def front(rows: Floats) -> Floats:
+    """Return the rows, shape (rows, 2), that no other one beats in both numbers, both the less the better."""
+    ordered = np.unique(rows, axis=0)  # by the first number, then the second
+    below = np.minimum.accumulate(ordered[:, 1])
+    beaten = np.concatenate(([False], ordered[1:, 1] >= below[:-1])) if len(ordered) else np.zeros(0, dtype=bool)
+    return np.asarray(ordered[~beaten])

@@ -1,0 +1,84 @@
+"""Sobol indices: which fraction of the scatter of a number each key that varies makes, alone and with the others.
+
+A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259, doi 10.1016/j.cpc.2009.09.018, as SciPy has it.
+"""
+
+import math
+import warnings
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from scipy.stats import sobol_indices
+
+from cad.quantity import InputError
+from pipeline.study.columns import Floats, point_columns
+from pipeline.study.points import point_count
+from pipeline.study.store import StudyStore
+from pipeline.study.study_file import Study
+
+RESAMPLES = 200
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensitivity:
+    """The fractions of the variance of a wanted number that one key makes [1]: alone (`first`), with others (`total`).
+
+    Each has the low and high end of its 95 % interval by bootstrap.
+    """
+
+    wanted: str
+    key: str
+    first: float
+    first_interval: tuple[float, float]
+    total: float
+    total_interval: tuple[float, float]
+
+
+def sensitivities(store: StudyStore, study: Study) -> tuple[Sensitivity, ...]:
+    """Return the indices of every wanted number that scatters, for each key that varies.
+
+    Raises InputError where points are missing, refused or failed: the indices need all of them.
+    """
+    columns = point_columns(store, study.wanted)
+    lacking = point_count(study) - len(columns.points)
+    if lacking:
+        msg = f"sensitivities: {lacking} points have no results; narrow the spans so that none is refused"
+        raise InputError(msg, field="sensitivities", value=lacking)
+    indices: list[Sensitivity] = []
+    for wanted in study.wanted:
+        if columns.differs(wanted) and not np.isnan(columns.values[wanted]).any():
+            indices += _indices(study, wanted, columns.values[wanted])
+    return tuple(indices)
+
+
+def _indices(study: Study, wanted: str, values: Floats) -> list[Sensitivity]:
+    """Return the indices of one number; its values are those of A, of B, and of A with each column from B."""
+    blocks = values.reshape(len(study.vary) + 2, 1, study.samples)
+    outputs: dict[Literal["f_A", "f_B", "f_AB"], Floats] = {"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}
+    result: Any = sobol_indices(func=outputs, n=study.samples)
+    with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a key that moves nothing has no scatter to resample
+        spread = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
+    first = np.ravel(result.first_order)
+    total = np.ravel(result.total_order)
+    indices = []
+    for i, key in enumerate(study.vary):
+        one = Sensitivity(
+            wanted=wanted,
+            key=key,
+            first=float(first[i]),
+            first_interval=_interval(first[i], spread.first_order.confidence_interval, i),
+            total=float(total[i]),
+            total_interval=_interval(total[i], spread.total_order.confidence_interval, i),
+        )
+        indices.append(one)
+    return indices
+
+
+def _interval(index: float, interval: Any, i: int) -> tuple[float, float]:  # noqa: ANN401 - SciPy's own record
+    """Return the ends of the interval of one key [1]; of a key that moves nothing both are its index."""
+    low = float(np.ravel(interval.low)[i])
+    high = float(np.ravel(interval.high)[i])
+    return (low, high) if math.isfinite(low) and math.isfinite(high) else (float(index), float(index))

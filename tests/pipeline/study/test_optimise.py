@@ -1,0 +1,254 @@
+"""The search ends at the best design of the file, is a study like any other, and its best is proved by a run."""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cad.quantity import InputError
+from cad.theory.two_spring_law import size_springs
+from pipeline.cli import main
+from pipeline.options import RunOptions, load_design
+from pipeline.response.contact import fruit_compliance
+from pipeline.study import optimise, read_study
+from pipeline.study.optimise import MARGIN, Candidate, base_candidate, candidate, front, prove, refuse_occupied, search
+from pipeline.study.store import study_store
+from pipeline.study.tasks import PointResult
+from pipeline.study.workers import Engine
+
+Write = Callable[..., Path]
+
+SOFTEST = """
+base = "paper"
+seed = 1
+[vary]
+"targets.P_max" = { from = 3, to = 8 }
+"targets.NL" = { from = 0.02, to = 0.1 }
+[optimise]
+minimise = "springs.K_l_N_per_m"
+under = ["P_max"]
+evaluations = 400
+"""
+"""The softest low spring has the largest P_max and NL: a corner, known by the law."""
+
+GIVEN = """
+base = "paper"
+seed = 1
+[set]
+"springs.K_l_N_per_m" = 906
+"springs.K_h_N_per_m" = 20831
+"targets.P_max" = 5
+[vary]
+"springs.K_l_N_per_m" = { from = 400, to = 1200 }
+[optimise]
+minimise = "springs.K_l_N_per_m"
+under = ["P_max"]
+evaluations = 32
+"""
+
+
+def test_search_ends_at_the_corner_that_the_law_names(written: Write, engine: Engine, tmp_path: Path) -> None:
+    study = read_study(written(SOFTEST))
+    best, *others = search(study, tmp_path / "out", engine)
+    K_m_max = 3.5 * fruit_compliance(load_design("paper"), RunOptions()).K_m_over_E()
+    assert best.value == pytest.approx(1e3 * size_springs(8.0, 0.1, K_m_max).K_l, rel=0.02)
+    assert all(best.cost <= other.cost for other in others)
+    assert len(others) < 400
+    base = base_candidate(study, (best, *others))
+    assert base is not None
+    targets = load_design("paper").nominal_targets
+    assert base.result.settings == pytest.approx({"targets.P_max": targets.P_max, "targets.NL": targets.NL})
+
+
+def test_ended_search_goes_on_to_the_same_candidates_and_a_longer_one_begins_with_them(
+    written: Write, engine: Engine, tmp_path: Path
+) -> None:
+    study = read_study(written(SOFTEST.replace("400", "96")))
+    whole = search(study, tmp_path / "whole", engine)
+
+    class EndedError(RuntimeError):
+        pass
+
+    def end(solved: int, _count: int) -> None:
+        if solved == 40:
+            raise EndedError
+
+    with pytest.raises(EndedError):
+        search(study, tmp_path / "ended", engine, end)
+    short = replace(study, goal=replace(study.goal, evaluations=64))
+    with pytest.raises(InputError) as refused:
+        search(short, tmp_path / "ended", engine)
+    assert refused.value.field == "goal.evaluations"
+    first = search(short, tmp_path / "grown", engine)
+    grown = search(study, tmp_path / "grown", engine)
+    assert len(grown) > len(first)
+    again = search(study, tmp_path / "ended", engine)
+    settings = [one.result.settings for one in whole]
+    assert [one.result.settings for one in again] == settings
+    assert [one.result.settings for one in grown] == settings
+
+
+@pytest.mark.parametrize(("minimised", "optimum"), [("K_l", 906.0), ("K_h", 20831.0)])
+def test_design_that_fails_a_verdict_is_never_the_best(
+    written: Write, engine: Engine, tmp_path: Path, minimised: str, optimum: float
+) -> None:
+    """With springs that are given a soft one fails the verdict on P_max = 5: the softest searched is not the best."""
+    text = GIVEN.replace('minimise = "springs.K_l', f'minimise = "springs.{minimised}')
+    best, *others = search(read_study(written(text)), tmp_path / "out", engine)
+    assert best.violation == 0.0
+    assert best.value == pytest.approx(optimum, rel=0.02)  # P_max 5 and NL 5 % ask for 906 and 20831 N/m
+    assert any(one.violation > 0.0 and one.value <= best.value for one in others)
+
+
+def candidate_of(value: float, violation: float = 0.0, number: int = 0, **settings: float) -> Candidate:
+    named = {key.replace("__", "."): value for key, value in settings.items()}
+    result = PointResult(number=number, settings=named, status="done", values={}, error=None, seconds=0.0)
+    return Candidate(result=result, value=value, violation=violation)
+
+
+def test_costs_are_in_the_order_of_the_designs() -> None:
+    passing = [candidate_of(value) for value in (-1e6, -2.0, 0.0, 0.1, 2e4, 2.1e4, 1e12)]
+    failing = [candidate_of(-5.0, violation) for violation in (0.01, 1.0, 1e6)]
+    costs = [one.cost for one in (*passing, *failing, candidate_of(math.nan, math.inf))]
+    assert costs == sorted(set(costs))
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "tolerance", "passed", "violation"),
+    [
+        (0.5, 0.0, None, False, MARGIN + 0.5),
+        (0.5, 0.0, 0.25, False, MARGIN + 2.0),
+        (3.0, 2.0, 0.0, False, MARGIN + 0.5),
+        (1.995, 2.0, 0.0, True, MARGIN - 0.0025),
+        (1.9, 2.0, 0.0, True, 0.0),
+        (1.995, 2.0, 0.01, True, 0.0),
+        (None, 2.0, 0.0, False, 1.0),
+        (None, None, None, True, 0.0),
+    ],
+)
+def test_violation_is_the_distance_from_the_limit(
+    written: Write, value: object, limit: object, tolerance: object, passed: object, violation: float
+) -> None:
+    words = {"value": value, "limit": limit, "tolerance": tolerance, "passed": passed}
+    values = {"springs.K_l_N_per_m": 1.0, **{f"verdicts.P_max.{word}": one for word, one in words.items()}}
+    result = PointResult(number=0, settings={}, status="done", values=values, error=None, seconds=0.0)
+    assert candidate(read_study(written(SOFTEST)), result).violation == pytest.approx(violation)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [
+        ("springs.K_l_N_per_m", "contact.method", "optimise.minimise"),
+        ("springs.K_l_N_per_m", "verdicts.P_max.passed", "optimise.minimise"),
+        ("{ from = 3, to = 8 }", "[3, 8]", "targets.P_max"),
+        ('"targets.NL"', '"printed.E_offset"', "vary"),
+    ],
+)
+def test_search_that_cannot_be_is_refused_before_anything_is_written(
+    written: Write, engine: Engine, tmp_path: Path, old: str, new: str, field: str
+) -> None:
+    study = read_study(written(SOFTEST.replace(old, new)))
+    with pytest.raises(InputError) as refused:
+        search(study, tmp_path / "out", engine)
+    assert refused.value.field == field
+    assert not (tmp_path / "out").exists()
+
+
+def test_search_whose_candidates_are_all_refused_says_why(
+    written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = SOFTEST.replace("from = 3, to = 8", "from = 101, to = 108").replace("400", "1")
+    assert main(["optimise", str(written(text)), "--out", str(tmp_path / "out"), "--processes", "1"]) == 1
+    assert "at most 100" in capsys.readouterr().out
+
+
+def test_study_with_a_goal_is_run_by_optimise(written: Write) -> None:
+    assert main(["study", str(written(SOFTEST))]) == 2
+    assert main(["optimise", str(written())]) == 2
+
+
+def test_front_keeps_what_no_other_row_beats() -> None:
+    rows = np.array([(1.0, 5.0), (2.0, 4.0), (2.5, 4.5), (3.0, 1.0), (4.0, 1.0), (1.0, 6.0)])
+    assert front(rows).tolist() == [[1.0, 5.0], [2.0, 4.0], [3.0, 1.0]]
+    assert front(np.zeros((0, 2))).shape == (0, 2)
+
+
+CANDIDATES = [candidate_of(P_max, number=i, targets__P_max=P_max) for i, P_max in enumerate((4.0, 5.0, 6.0))]
+
+
+@pytest.fixture
+def runs(monkeypatch: pytest.MonkeyPatch) -> Callable[[Sequence[bool]], list[float]]:
+    """Put verdicts in the place of runs; return P_max of the designs that were run."""
+
+    def stand_in(passed: Sequence[bool]) -> list[float]:
+        ratios: list[float] = []
+
+        def run(design: Any, _options: Any) -> SimpleNamespace:
+            ratios.append(design.nominal_targets.P_max)
+            return SimpleNamespace(passed=passed[len(ratios) - 1])
+
+        monkeypatch.setattr(optimise, "run", run)
+        return ratios
+
+    return stand_in
+
+
+def test_design_of_the_first_run_that_passes_is_written_and_gone_where_no_run_passes(
+    written: Write, tmp_path: Path, runs: Callable[[Sequence[bool]], list[float]]
+) -> None:
+    study = read_study(written(SOFTEST))
+    with study_store(tmp_path / "out", study) as store:
+        ratios = runs((False, True))
+        proof = prove(store, study, CANDIDATES, tmp_path / "out")
+        assert (ratios, proof.candidate, proof.passed) == ([4.0, 5.0], CANDIDATES[1], True)
+        assert load_design(proof.design).nominal_targets.P_max == 5.0
+        ratios = runs((False, False, False))
+        proof = prove(store, study, CANDIDATES, tmp_path / "out")
+        assert (ratios, proof.passed, proof.design) == ([4.0, 5.0, 6.0], False, None)
+        assert not (tmp_path / "out" / "design.toml").exists()
+        assert prove(store, study, [candidate_of(1.0, 0.5)], tmp_path / "out") is None
+
+
+def test_design_of_a_person_is_kept(
+    written: Write, tmp_path: Path, runs: Callable[[Sequence[bool]], list[float]]
+) -> None:
+    study = read_study(written(SOFTEST))
+    with study_store(tmp_path / "out", study) as store:
+        path = tmp_path / "out" / "design.toml"
+        path.write_text("mine", encoding="utf-8")
+        runs((True, True))
+        with pytest.raises(InputError):
+            refuse_occupied(tmp_path / "out")
+        with pytest.raises(InputError):
+            prove(store, study, CANDIDATES, tmp_path / "out")
+        assert path.read_text(encoding="utf-8") == "mine"
+        prove(store, study, CANDIDATES, tmp_path / "out", force=True)
+        assert (tmp_path / "out" / "design.toml.bak").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.study
+def test_optimum_of_mango_is_as_good_as_the_preset_and_its_run_passes(
+    written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A short search around the preset: it begins with the preset, so it ends no worse, and the run decides."""
+    text = """
+base = "mango"
+seed = 1
+[vary]
+"springs.K_l_N_per_m" = { from = 100, to = 200, log = true }
+[optimise]
+evaluations = 24
+"""
+    out = tmp_path / "out"
+    assert main(["optimise", str(written(text)), "--out", str(out), "--processes", "1", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["value"] <= 0.12312  # of mango, docs/layouts.md
+    report = json.loads((out / "best" / "report.json").read_text(encoding="utf-8"))
+    assert report["reading"]["uncertainty_percent"] == pytest.approx(100.0 * answer["value"], rel=0.02)
+    assert (out / "pareto.svg").read_text(encoding="utf-8").startswith("<?xml")

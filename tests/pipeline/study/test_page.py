@@ -1,0 +1,135 @@
+"""The page of a study stands by itself, its links lead to designs that load; tables and means are those of formulas."""
+
+import re
+import tracemalloc
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.options import load_design
+from pipeline.study import Study, read_study, run_study
+from pipeline.study.columns import point_columns
+from pipeline.study.page import bin_means, drawn_at_random, write_page
+from pipeline.study.points import points_between
+from pipeline.study.store import StudyStore, study_store
+from pipeline.study.table import export_table
+from pipeline.study.tasks import PointResult
+from pipeline.study.workers import Engine
+
+TWO = '"targets.P_max" = { from = 3, to = 8 }\n"targets.NL" = { from = 0.03, to = 0.08 }'
+
+
+def planted(study: Study) -> Iterable[PointResult]:
+    """Yield points whose numbers follow formulas; every tenth is refused, each with a number of its own."""
+    for point in points_between(study, 0, study.samples):
+        P_max = float(str(point.settings["targets.P_max"]))
+        refused = point.number % 10 == 9
+        yield PointResult(
+            number=point.number,
+            settings=point.settings,
+            status="refused" if refused else "done",
+            values={} if refused else {"springs.K_l_N_per_m": 1e3 / P_max, "springs.K_h_N_per_m": 7.0},
+            error=f"targets.P_max = {P_max:g}: must be another" if refused else None,
+            seconds=0.0,
+        )
+
+
+def many(written: Callable[..., Path], samples: int) -> Study:
+    """Return a study of so many points over two keys."""
+    text = {'"targets.P_max" = { from = 3, to = 8 }': TWO, "samples = 8": f"samples = {samples}"}
+    return read_study(written(**text))
+
+
+def test_page_of_many_points_is_small_and_leads_to_the_best(written: Callable[..., Path], tmp_path: Path) -> None:
+    study = many(written, 5_000)
+    with study_store(tmp_path / "out", study) as store:
+        store.put(planted(study))
+        write_page(store, study, tmp_path / "out" / "study.html")
+        values = {row.number: row.values["springs.K_l_N_per_m"] for row in store.rows() if row.status == "done"}
+    text = (tmp_path / "out" / "study.html").read_text(encoding="utf-8")
+    assert len(text) < 1_000_000  # dots as shapes of their own would take more, and more with each point
+    assert not re.search(r"(?:src|href)=\"https?:|<script", text)  # it needs no network
+    assert text.count("<svg") == 3  # effects of two keys on the one number that differs, and a map
+    for count in ("4,500 points done", "500 refused", "1,000 of them", "500 points, for instance"):
+        assert count in text
+    links = re.findall(r'<a href="([^"]+)">(\d+)</a>', text)
+    assert [int(number) for _, number in links] == sorted(values, key=lambda number: values[number])[:10]
+    for link, number in links:
+        assert 1e3 / load_design(tmp_path / "out" / link).nominal_targets.P_max == values[int(number)]
+
+
+def test_best_prints_have_no_design_files(written: Callable[..., Path], engine: Engine, tmp_path: Path) -> None:
+    miss = "mean = 0, sd = 0.1, source = 'test'"
+    study = read_study(written(**{"targets.P_max": "printed.E_offset", "from = 3, to = 8": miss}))
+    assert run_study(study, tmp_path / "out", engine).done == 8
+    with study_store(tmp_path / "out", study) as store:
+        write_page(store, study, tmp_path / "out" / "study.html")
+    assert "<a href" not in (tmp_path / "out" / "study.html").read_text(encoding="utf-8")
+    assert not (tmp_path / "out" / "best-designs").exists()
+
+
+def test_means_are_those_of_the_formula() -> None:
+    """The mean of x^2 over a part from a to b of a span is (a^2 + a b + b^2) / 3; there are twelve parts."""
+    x = (np.arange(120_000) + 0.5) / 10_000.0
+    positions, means = bin_means(x, x**2)
+    low = np.arange(12.0)
+    assert positions == pytest.approx(low + 0.5, abs=1e-3)
+    assert means == pytest.approx((low**2 + low * (low + 1.0) + (low + 1.0) ** 2) / 3.0, rel=1e-3)
+    unknown = np.where(x < 6.0, np.nan, x**2)
+    last = (11.5**2 + 11.5 * 12.0 + 12.0**2) / 3.0  # the parts of what is known, from 6 to 12, are half as wide
+    assert bin_means(x, unknown)[1][-1] == pytest.approx(last, rel=1e-3)
+    assert bin_means(np.array([3.0, 5.0, 3.0]), np.array([1.0, 4.0, 2.0]))[1] == pytest.approx([1.5, 4.0])
+
+
+def test_dots_are_drawn_from_all_points() -> None:
+    """Points of a grid in their order would show its first corner alone."""
+    indices = drawn_at_random(1_000_000, 1000)
+    assert len(set(indices.tolist())) == 1000
+    assert np.histogram(indices, bins=4, range=(0, 1_000_000))[0].min() > 150  # of 250; 8 standard deviations
+    assert drawn_at_random(5, 1000).tolist() == [0, 1, 2, 3, 4]
+
+
+def test_null_is_no_number_and_texts_have_no_column(written: Callable[..., Path], tmp_path: Path) -> None:
+    keys = ("contact.dofs", "contact.method", "verdicts.P_max.passed", "verdicts.P_max.error")
+    study = replace(read_study(written()), wanted=keys)
+    rows = [(5, "split", True, None), (7, "split", None, 0.5), (3, "direct", False, 1.5)]
+    with study_store(tmp_path / "out", study) as store:
+        for number, row in enumerate(rows):
+            values = dict(zip(keys, row, strict=True))
+            settings = {"targets.P_max": 3.0}
+            result = PointResult(
+                number=number, settings=settings, status="done", values=values, error=None, seconds=0.0
+            )
+            store.put([result])
+        columns = point_columns(store, keys)
+        assert set(columns.values) == {"contact.dofs", "verdicts.P_max.error"}
+        assert columns.best("verdicts.P_max.error", 3) == [1, 2, 0]
+        assert [point.number for point in store.rows(columns.best("contact.dofs", 2))] == [2, 0]
+        _check_parquet(store, study, tmp_path / "table.parquet")
+
+
+def _check_parquet(store: StudyStore, study: Study, path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    export_table(store, study, path)
+    table = parquet.read_table(path)
+    kinds = ["int64", "string", "double", "int64", "string", "bool", "double", "string"]
+    assert [str(field.type) for field in table.schema] == kinds
+    assert table.column("verdicts.P_max.error").to_pylist() == [None, 0.5, 1.5]
+    assert table.column("verdicts.P_max.passed").to_pylist() == [True, None, False]
+
+
+def test_export_holds_a_few_rows_at_a_time(written: Callable[..., Path], tmp_path: Path) -> None:
+    """Eight times the points ask for no more memory; held as a list they ask for eight times as much."""
+    peaks = []
+    for samples in (1_000, 8_000):
+        study = many(written, samples)
+        with study_store(tmp_path / str(samples), study) as store:
+            store.put(planted(study))
+            tracemalloc.start()
+            export_table(store, study, tmp_path / f"{samples}.csv")
+            peaks.append(tracemalloc.get_traced_memory()[1])
+            tracemalloc.stop()
+    assert peaks[1] < 2.0 * peaks[0]
