@@ -89,22 +89,11 @@ def strict_converter(*, forbid_extra_keys: bool) -> cattrs.Converter:
 _CONVERTER = strict_converter(forbid_extra_keys=True)
 
 
-def same_number(given: object, expected: object, least: float = 0.0) -> bool:
-    """Say whether two stored numbers, of any unit, differ by the round-off of the larger one, or of `least`.
-
-    Numbers are stored with all their digits, and the closed forms between them lose at most nine of sixteen. What is no
-    number is the same as itself.
-    """
-    if not isinstance(given, int | float) or not isinstance(expected, int | float):
-        return given is expected
-    return bool(abs(given - expected) <= ROUND_OFF * max(abs(given), abs(expected), least))
-
-
 def first_largest(values: Iterable[float], least: float = 0.0) -> int:
     """Return the place of the first number that differs from the largest by round-off alone; nan is no number.
 
-    Values that tie by symmetry differ by round-off, and by another one on another processor. Round-off is the share of
-    the larger number, or of `least`, that `same_number` allows. Raises ValueError where there is no number.
+    Values that tie by symmetry differ by round-off, and by another one on another processor. Round-off is a fraction of
+    the larger number, or of `least`: ROUND_OFF. Raises ValueError where there is no number.
     """
     numbers = list(values)
     largest = max(number for number in numbers if not math.isnan(number))
@@ -121,8 +110,3 @@ def value_at(data: Plain, path: str) -> Any:  # noqa: ANN401 - JSON data of any 
             raise ValueError(msg)
         found = found[key]
     return found
-
-
-def number_at(data: Plain, path: str) -> float:
-    """Return the number at a dotted path [unit of its key]; raises ValueError where there is none."""
-    return from_plain(float, value_at(data, path), path)

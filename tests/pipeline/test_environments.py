@@ -70,6 +70,7 @@ def test_killed_run_leaves_the_old_outputs_and_the_next_run_is_whole(words, numb
     assert not (tmp_path / "out").exists()
     if number != signal.SIGKILL:
         assert [path.name for path in tmp_path.iterdir() if path.name != "cache"] == []
-    subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, check=True, timeout=SECONDS)
+    ended = subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, check=False, timeout=SECONDS)
+    assert ended.returncode == 1  # so coarse a tolerance leaves verdicts undecided
     assert json.loads(whole_report(tmp_path / "out"))["design"]["targets"]["NL"] == 0.05
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cache", "out"]
