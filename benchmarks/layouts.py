@@ -74,7 +74,7 @@ def contrast_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: f
     """Yield E read / E - 1 [1] at every modulus and direction of the tilt [deg]; nan where a tip is off."""
     S = compliance.S
     hertz = 0.0
-    if row.tips.shape == "dome":
+    if row.tips.tip_shape.obeys_hertz:
         level = dome_contrast(scene, compliance, row.C, 1.0)
         S = level.S
         hertz = level.hertz

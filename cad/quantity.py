@@ -1,13 +1,12 @@
-"""A number that a person may choose: its unit and its bounds, stated once beside the field."""
+"""What a person may choose: unit, bounds, hint and meaning of each input, stated once beside its field."""
 
 import dataclasses
 import difflib
 import functools
 import math
-import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field
-from pathlib import Path
 from typing import Any, TypeVar
 
 Record = TypeVar("Record")
@@ -48,16 +47,13 @@ class Bounds:
 
     def __str__(self) -> str:
         """Return the bound in words."""
-        parts = [
-            f"{words} {limit:g}"
-            for words, limit in (
-                ("greater than", self.above),
-                ("at least", self.at_least),
-                ("less than", self.below),
-                ("at most", self.at_most),
-            )
-            if limit is not None
-        ]
+        limits = {
+            "greater than": self.above,
+            "at least": self.at_least,
+            "less than": self.below,
+            "at most": self.at_most,
+        }
+        parts = [f"{words} {limit:g}" for words, limit in limits.items() if limit is not None]
         return " and ".join(parts) or "finite"
 
 
@@ -71,14 +67,14 @@ class Estimate:
 
     @property
     def relative(self) -> float:
-        """Return the error as a share of the value [1]; infinite for a value of 0 that is not exact."""
+        """Return the error as a fraction of the value [1]; infinite for a value of 0 that is not exact."""
         if self.error == 0.0:
             return 0.0
         return self.error / abs(self.value) if self.value != 0.0 else math.inf
 
     @property
     def percent(self) -> float:
-        """Return the error as a share of the value [%]."""
+        """Return the error as a fraction of the value [%]."""
         return 100.0 * self.relative
 
     def times(self, factor: float, unit: str) -> "Estimate":
@@ -97,45 +93,50 @@ def quantity(
     unit: str,
     bounds: Bounds,
     *,
-    remedy: str,
+    hint: str,
+    meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
 ) -> Any:  # noqa: ANN401 - stands where a field's value will stand
-    """Declare a number field with its unit, its bounds and what to do when it lies outside."""
-    return field(default=default, metadata={"unit": unit, "bounds": bounds, "remedy": remedy})
+    """Declare a field that holds a number, or several: unit, bounds, what to do outside them, and what it means."""
+    metadata = {"unit": unit, "bounds": bounds, "hint": hint, "meaning": meaning}
+    return field(default=default, metadata=metadata)
 
 
-def choice(options: Sequence[str], *, default: str | None, remedy: str = "choose one of these") -> Any:  # noqa: ANN401
-    """Declare a text field that must be one of the options."""
-    return field(default=default, metadata={"options": tuple(options), "remedy": remedy})
+def choice(options: Sequence[str], *, default: str | None, hint: str = "choose one of these", meaning: str = "") -> Any:  # noqa: ANN401 - as above
+    """Declare a field that holds one of the options."""
+    return field(default=default, metadata={"options": tuple(options), "hint": hint, "meaning": meaning})
 
 
 def text_field(
     *,
-    remedy: str,
-    default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
-) -> Any:  # noqa: ANN401 - stands where a field's value will stand
-    """Declare a field of free text on one line, and what to do when it is none."""
-    return field(default=default, metadata={"text": "a line of text", "remedy": remedy})
+    hint: str,
+    meaning: str = "",
+    default: Any = MISSING,  # noqa: ANN401 - as above
+) -> Any:  # noqa: ANN401 - as above
+    """Declare a field that holds free text on one line."""
+    return field(default=default, metadata={"text": "a line of text", "hint": hint, "meaning": meaning})
 
 
-def validation_error(name: str, value: object, unit: str, bound: str, remedy: str) -> InputError:
+def validation_error(name: str, value: object, unit: str, bound: str, hint: str) -> InputError:
     """Return the error for one bad value, in the one form that every message has."""
     in_unit = "" if unit in ("", "1") else f" {unit}"
-    message = f"{name} = {_shown(value)}{in_unit}: must be {bound}; {remedy}"
+    message = f"{name} = {_formatted(value)}{in_unit}: must be {bound}; {hint}"
     return InputError(message, field=name, value=value, bound=bound)
 
 
-def _shown(value: object) -> str:
-    """Write a number with the digits that tell it from its bound, and text so that it stays on one line."""
+def _formatted(value: object) -> str:
+    """Return a number with the digits that distinguish it from its bound, and text so that it stays on one line."""
     if isinstance(value, float):
         short = f"{value:g}"
         return short if float(short) == value else repr(float(value))
     return repr(value) if isinstance(value, str) else f"{value}"
 
 
-def nearest(word: str, known: Sequence[str]) -> str:
-    """Return the known word that looks most like a given one."""
-    return difflib.get_close_matches(word, known, n=1, cutoff=0.0)[0]
+def nearest(word: str, names: Sequence[str]) -> str:
+    """Return the name that looks most like a word, upper and lower case alike."""
+    by_lower_case = {name.lower(): name for name in names}
+    match = difflib.get_close_matches(word.lower(), list(by_lower_case), n=1, cutoff=0.0)
+    return by_lower_case[match[0]]
 
 
 def as_float(number: float) -> float:
@@ -146,84 +147,94 @@ def as_float(number: float) -> float:
         return math.inf if number > 0 else -math.inf
 
 
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
+
+def written_number(text: str) -> float | None:
+    """Return the number that a text says as people write it, .03, 3e-2 or +1; None for other text."""
+    return float(text) if _NUMBER.fullmatch(text.strip()) else None
+
+
 def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # noqa: ANN401 - any frozen dataclass
     """Check every declared field of a frozen record but the named ones; raises InputError at the first bad one."""
     for item in _declared(record.__class__):
         value = getattr(record, item.name)
-        if item.name in but or (value is None and item.default is None):
-            continue
-        if "text" in item.metadata:
-            _check_text(f"{table}.{item.name}", value, item)
-        elif "options" in item.metadata:
-            _check_choice(f"{table}.{item.name}", value, item)
-        else:
-            _check_number(f"{table}.{item.name}", value, item)
+        may_be_left_out = value is None and item.default is None
+        if item.name not in but and not may_be_left_out:
+            _check_field(f"{table}.{item.name}", value, item)
 
 
 @functools.cache
 def _declared(kind: type) -> tuple[Field[Any], ...]:
     """Return the fields of a record type that say what they may hold, looked up once: studies check millions."""
-    checked = {"text", "options", "bounds"}
-    return tuple(item for item in dataclasses.fields(kind) if checked & item.metadata.keys())
-
-
-def check_sources(record: Any, table: str, remedy: str) -> None:  # noqa: ANN401 - any frozen dataclass with `sources`
-    """Raise InputError unless every number that a record gives has one source, and every source its number."""
-    numbers = [item.name for item in dataclasses.fields(record) if "unit" in item.metadata]
-    given = {name for name in numbers if getattr(record, name) is not None}
-    for key in sorted(given ^ dict(record.sources).keys()):
-        name, value = f"{table}.{key}", getattr(record, key, None)
-        raise validation_error(name, value, "", "a number with one source", remedy)
-
-
-def sourced_records(path: Path, kind: type[Record], label: str, remedy: str) -> dict[str, Record]:
-    """Return by name the records with `sources` of a TOML file; raises InputError for an unknown or bad key."""
-    tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    return {name: sourced_record(name, table, kind, label, remedy) for name, table in tables.items()}
-
-
-def sourced_record(name: str, table: object, kind: type[Record], label: str, remedy: str) -> Record:
-    """Return the record of one table with its `sources`; raises InputError for an unknown or bad key."""
-    if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
-        shown, bound = f"{label} {name}", "a table of numbers with a table of their sources"
-        raise validation_error(shown, str(table), "", bound, remedy)
-    fields = dataclasses.fields(kind)  # type: ignore[arg-type]
-    keys = [item.name for item in fields if item.name != "name"]
-    left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
-    for key in sorted(table.keys() - keys):
-        shown, bound = f"{label} {name}.{key}", f"left out; did you mean {nearest(key, keys)}?"
-        raise validation_error(shown, table[key], "", bound, remedy)
-    sources = tuple(table.get("sources", {}).items())
-    return kind(**{**left_out, **table, "name": name, "sources": sources})
-
-
-def _check_text(name: str, value: object, item: Field[Any]) -> None:
-    if not isinstance(value, str) or not value.strip() or not value.isprintable():
-        raise validation_error(name, value, "", item.metadata["text"], item.metadata["remedy"])
+    return tuple(item for item in dataclasses.fields(kind) if "hint" in item.metadata)
 
 
 def check_choice(name: str, value: object, kind: type[Any]) -> None:
     """Raise InputError unless a value is one of the options of the field `table.key` of a record type."""
     key = name.rpartition(".")[2]
-    _check_choice(name, value, next(item for item in dataclasses.fields(kind) if item.name == key))
+    _check_field(name, value, kind.__dataclass_fields__[key])
 
 
-def _check_choice(name: str, value: object, item: Field[Any]) -> None:
-    options = item.metadata["options"]
-    if value not in options:
-        closest = f", did you mean {nearest(value, options)}?" if isinstance(value, str) else ""
-        raise validation_error(name, value, "", f"one of {', '.join(options)}", item.metadata["remedy"] + closest)
+def _check_field(name: str, value: object, item: Field[Any]) -> None:
+    """Check one value against what its field declares."""
+    hint = item.metadata["hint"]
+    if "text" in item.metadata:
+        if not isinstance(value, str) or not value.strip() or not value.isprintable():
+            raise validation_error(name, value, "", item.metadata["text"], hint)
+    elif "options" in item.metadata:
+        options = item.metadata["options"]
+        if value not in options:
+            closest = f", did you mean {nearest(value, options)}?" if isinstance(value, str) else ""
+            raise validation_error(name, value, "", f"one of {', '.join(options)}", hint + closest)
+    else:
+        _check_numbers(name, value, item)
 
 
-def _check_number(name: str, value: object, item: Field[Any]) -> None:
-    unit, bounds, remedy = (item.metadata[key] for key in ("unit", "bounds", "remedy"))
-    kind = str(item.type)
-    is_list = kind.startswith("tuple") or ("tuple" in kind and isinstance(value, tuple))
-    if is_list and (not isinstance(value, tuple) or not value):
-        raise validation_error(name, value, unit, f"a list of at least one number, each {bounds}", remedy)
-    numbers: Iterable[object] = value if is_list and isinstance(value, tuple) else (value,)
+def _check_numbers(name: str, value: object, item: Field[Any]) -> None:
+    """Check a number, or each number of a field that holds several."""
+    unit = item.metadata["unit"]
+    bounds = item.metadata["bounds"]
+    hint = item.metadata["hint"]
+    annotation = str(item.type)
+    if annotation.startswith("tuple") and not (isinstance(value, tuple) and value):
+        raise validation_error(name, value, unit, f"a list of at least one number, each {bounds}", hint)
+    may_be_list = "tuple" in annotation and isinstance(value, tuple) and value
+    numbers = value if may_be_list and isinstance(value, tuple) else (value,)
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise validation_error(name, number, unit, f"a number {bounds}", remedy)
+            raise validation_error(name, number, unit, f"a number {bounds}", hint)
         if not bounds.hold(as_float(number)):
-            raise validation_error(name, as_float(number), unit, str(bounds), remedy)
+            raise validation_error(name, as_float(number), unit, str(bounds), hint)
+
+
+def sourced_record(name: str, table: object, kind: type[Record], label: str, hint: str) -> Record:
+    """Return the record of one table with its `sources`; raises InputError for an unknown or bad key."""
+    record = f"{label} {name}"
+    if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
+        bound = "a table of numbers with a table of their sources"
+        raise validation_error(record, str(table), "", bound, hint)
+    fields = dataclasses.fields(kind)  # type: ignore[arg-type]
+    keys = [item.name for item in fields if item.name != "name"]
+    for key in sorted(table.keys() - keys):
+        unknown = f"{record}.{key}"
+        bound = f"left out; did you mean {nearest(key, keys)}?"
+        raise validation_error(unknown, table[key], "", bound, hint)
+    left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
+    sources = tuple(table.get("sources", {}).items())
+    return kind(**{**left_out, **table, "name": name, "sources": sources})
+
+
+def sourced_records(tables: Mapping[str, object], kind: type[Record], label: str, hint: str) -> dict[str, Record]:
+    """Return by name the records with `sources` of many tables; raises as `sourced_record`."""
+    return {name: sourced_record(name, table, kind, label, hint) for name, table in tables.items()}
+
+
+def check_sources(record: Any, table: str, hint: str) -> None:  # noqa: ANN401 - any frozen dataclass with `sources`
+    """Raise InputError unless every number that a record gives has one source, and every source its number."""
+    sources = dict(record.sources)
+    numbers = [item.name for item in dataclasses.fields(record) if "unit" in item.metadata]
+    given = {name for name in numbers if getattr(record, name) is not None}
+    for key in sorted(given ^ sources.keys()):
+        name = f"{table}.{key}"
+        raise validation_error(name, getattr(record, key, None), "", "a number with one source", hint)

@@ -1,11 +1,11 @@
 """Write design-file.md, processes.md and words.md from what the program itself reads.
 
-`python docs/pages.py` writes the pages whole. A key without a meaning here, or a meaning without a key, is an error.
+`python docs/pages.py` writes the pages whole. The meaning of a key stands beside its field.
 """
 
 import dataclasses
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,80 +15,6 @@ sys.path.insert(0, str(DOCS.parent))
 from cad.design.design_file import TABLE_TYPES  # noqa: E402
 from cad.design.processes import PROCESSES, Process  # noqa: E402
 from pipeline.report.explain.entries import entries  # noqa: E402
-
-MEANINGS = {
-    "targets.P_max": "force ratio P that the sensor shall show on the stiffest fruit, `fruit.E_max_MPa`",
-    "targets.NL": "how far P may bend away from a straight line over E, as a share of its rise; for 5 % write 0.05",
-    "targets.NL_definition": "where the bend is taken: in the middle of the range, or where it is largest",
-    "springs.K_l_N_per_m": "stiffness of the low (soft) spring, judged and made instead of sized from the targets",
-    "springs.K_h_N_per_m": "stiffness of the high (stiff) spring; give both springs or neither",
-    "fruit.shape": "a flat block, or a piece of a sphere or of an ellipsoid with its apex in the middle of the top",
-    "fruit.length_mm": "length along the line through both tips; 20 for a block, the whole fruit for a curved one",
-    "fruit.width_mm": "width across that line; a curved fruit with both given is a piece of this plan",
-    "fruit.height_mm": "height along the press; the fruit is held at its base",
-    "fruit.radius_mm": "radius of curvature along the tips (sphere, ellipsoid); a mango has about 35",
-    "fruit.radius_across_mm": "radius of curvature across the tips (ellipsoid)",
-    "fruit.thickness_mm": "flesh under the apex, to the stone or the table (sphere, ellipsoid); replaces the height",
-    "fruit.poisson": "Poisson's ratio of the flesh, 0.3 to 0.49: at 0 it does not bulge, near 0.5 it keeps its volume",
-    "fruit.poisson_spread": "how far the ratio may be off, two sigma; it scales the flesh's stiffness under a tip",
-    "fruit.E_max_MPa": "modulus of the stiffest fruit that the sensor shall tell: the top of its range",
-    "fruit.E_MPa": "moduli at which the response is shown, a list",
-    "fruit.bruise_limit_MPa": "pressure under a tip that bruises, apple 0.29, or a list of one for each of `E_MPa`; "
-    "where it is set, `bruise` is a verdict",
-    "tips.layout": "two tips; three in a line; or four in a square, springs of one kind on each diagonal",
-    "tips.order": "low and high springs along a line",
-    "tips.outer_mm": "how much longer the outer tips of a line are; spacing^2 / (2 radius) levels them on a sphere",
-    "tips.shape": "square with flat face, round with flat face, a ball, a dome (a flat cap on a round face) or a cone",
-    "tips.dome_radius_mm": "radius of the cap of a dome",
-    "tips.half_angle_deg": "angle between axis and flank of a cone",
-    "tips.blunt_mm": "radius of the ball at the point of a cone; left out for a sharp one",
-    "tips.side_mm": "side of a cube, diameter of any other shape",
-    "tips.fillet_mm": "rounding of the edge of the face",
-    "tips.spacing_mm": "distance of neighbouring tips, centre to centre; the side of a square",
-    "tips.offset_mm": "middle between the tips, from the apex of the fruit, along the tips",
-    "tips.gap_mm": "distance of the tips from the fruit before the press",
-    "tips.socket": "tips printed with the housing (none), or ground steel pins glued into printed feet (pin)",
-    "press.travel_mm": "how far the housing moves down after the first touch",
-    "press.tilt_deg": "tilt of the sensor along the tips; a positive one lowers the high tip",
-    "press.tilt_spread_deg": "how far the tilt of one press may be off, two sigma; it moves P of a level sensor",
-    "press.roll_deg": "roll of the sensor across the tips; a positive one lowers the side y > 0 of each tip",
-    "press.strain": "linear flesh, or flesh at large strain under level flat tips on a block; see docs/accuracy.md",
-    "press.attitude": "where the tips point; the weight of the moving parts then shifts the tips before the press",
-    "reading.tilt_deg": "largest tilt of a press, in any direction",
-    "reading.off_centre_mm": "how far from the apex a press may be, in any direction",
-    "reading.radius_spread": "by how much of it the radius of a fruit may differ from the design's",
-    "reading.noise_percent": "noise of each force, one sigma, as a share of the largest force of its tip",
-    "reading.noise_N": "noise of each force, one sigma, in addition",
-    "reading.stiffness_percent": "how far calibration leaves each spring unknown, one sigma",
-    "reading.gain_percent": "how far calibration leaves each channel unknown, one sigma",
-    "reading.bias_limit": "largest error of the modulus over all poses, without noise",
-    "reading.uncertainty_limit": "largest standard deviation of the modulus, all causes together",
-    "print.process": "how the housing is made, see [processes](processes.md)",
-    "print.process_file": "a TOML file with a printer of your own, its path from the design file, see "
-    "[processes](processes.md#a-printer-of-your-own)",
-    "print.max_length_mm": "longest leaf that fits the machine",
-    "print.E_MPa": "modulus that a printed coupon showed, in place of that of the process",
-    "print.gauges": "strain gauges glued on the leaves; what they stiffen is included",
-    "print.mount": "what the screws clamp the frame between: the two covers, or a washer on each side of each hole",
-}
-
-PROCESS_MEANINGS = {
-    "E_MPa": "modulus of the material",
-    "E_scatter": "scatter of the modulus from print to print, one sigma as a share of E",
-    "poisson": "Poisson's ratio",
-    "strain_limit": "largest strain at the root of a leaf that is bent again and again",
-    "density_g_per_cm3": "density",
-    "min_wall_mm": "thinnest wall",
-    "min_gap_mm": "narrowest gap that stays open",
-    "fillet_mm": "radius of inner corners",
-    "overhang_deg": "largest slope from the vertical that needs no support",
-    "accuracy_mm": "thickness of a thin wall: plus or minus, two sigma",
-    "line_width_mm": "width of a printed line",
-    "layer_mm": "height of a layer",
-    "leaf_thickness_low_mm": "thickness of the leaves of the low spring",
-    "leaf_thickness_high_mm": "thickness of the leaves of the high spring",
-    "depth_mm": "depth of the plate, which is the width of the leaves",
-}
 
 DESIGN_HEAD = """\
 # The design file
@@ -192,25 +118,17 @@ def table(heads: Sequence[str], rows: Rows) -> str:
     return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
 
 
-def checked(meanings: Mapping[str, str], keys: Iterable[str]) -> None:
-    """Raise ValueError where a key has no meaning, or a meaning has no key."""
-    wrong = sorted(set(meanings) ^ set(keys))
-    if wrong:
-        msg = f"docs/pages.py: {', '.join(wrong)}: must be a key with one meaning; add or drop its meaning"
-        raise ValueError(msg)
-
-
 def design_tables() -> dict[str, list[dataclasses.Field[Any]]]:
     """Return the fields of each table of the design file by the table's name."""
     return {name: list(dataclasses.fields(kind)) for name, kind in TABLE_TYPES.items()}
 
 
-def design_row(name: str, item: dataclasses.Field[Any]) -> tuple[str, ...]:
+def design_row(item: dataclasses.Field[Any]) -> tuple[str, ...]:
     """Return one key of the design file: name, unit, bounds, default and meaning."""
     data = item.metadata
     choices = ", ".join(data.get("options", ()))
     bounds = f"one of {choices}" if choices else str(data.get("bounds") or data["text"])
-    return f"`{item.name}`", unit_shown(data.get("unit", "text")), bounds, shown(item.default), MEANINGS[name]
+    return f"`{item.name}`", unit_shown(data.get("unit", "text")), bounds, shown(item.default), data["meaning"]
 
 
 def unit_shown(unit: str) -> str:
@@ -230,26 +148,24 @@ def shown(value: object) -> str:
 def design_page() -> str:
     """Return the page on the design file."""
     tables = design_tables()
-    checked(MEANINGS, [f"{name}.{item.name}" for name, items in tables.items() for item in items])
     heads = ("key", "unit", "bounds", "default", "meaning")
     parts = [DESIGN_HEAD]
     for name, items in tables.items():
-        rows = [design_row(f"{name}.{item.name}", item) for item in items]
+        rows = [design_row(item) for item in items]
         parts += [f"## [{name}]\n", table(heads, rows) + "\n"]
     return "\n".join([*parts, DESIGN_TAIL])
 
 
 def process_page() -> str:
     """Return the page on the print processes."""
-    numbers = {item.name: item.metadata["unit"] for item in dataclasses.fields(Process) if "unit" in item.metadata}
-    checked(PROCESS_MEANINGS, numbers)
+    numbers = {item.name: item.metadata for item in dataclasses.fields(Process) if "unit" in item.metadata}
     heads = ("", "unit", *PROCESSES)
     rows: list[tuple[str, ...]] = [("material", "", *(process.material for process in PROCESSES.values()))]
-    for key, unit in numbers.items():
+    for key, declared in numbers.items():
         values = (getattr(process, key) for process in PROCESSES.values())
         cells = ("-" if value is None else f"{value:g}" for value in values)
-        rows.append((f"`{key}`", unit_shown(unit), *cells))
-    meanings = table(("number", "meaning"), [(f"`{key}`", text) for key, text in PROCESS_MEANINGS.items()])
+        rows.append((f"`{key}`", unit_shown(declared["unit"]), *cells))
+    meanings = table(("number", "meaning"), [(f"`{key}`", declared["meaning"]) for key, declared in numbers.items()])
     parts = [PROCESS_HEAD, table(heads, rows) + "\n", meanings + "\n", "## Where each number comes from\n"]
     for name, process in PROCESSES.items():
         sources = table(("number", "source"), [(f"`{key}`", text) for key, text in process.sources])

@@ -3,7 +3,7 @@
 import dataclasses
 import json
 import tomllib
-from collections.abc import Mapping, MutableMapping
+from collections.abc import Mapping, MutableMapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,8 @@ from cad.design.processes import (
 )
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
-from cad.quantity import InputError, as_float, nearest, validation_error
+from cad.quantity import InputError, as_float, nearest, validation_error, written_number
+from cad.toml_file import read_toml
 
 TABLE_TYPES: dict[str, Any] = {
     "targets": Targets,
@@ -32,11 +33,17 @@ TABLE_TYPES: dict[str, Any] = {
 }
 
 
-def _unknown(kind: str, name: str, word: str, known: list[str]) -> InputError:
+def _unknown(kind: str, name: str, word: str, names: Sequence[str]) -> InputError:
+    """Return the error for a name that there is not, with the names that there are and the nearest one."""
     shown = name if name.isprintable() else repr(name)
-    return InputError(
-        f"{shown}: unknown {kind}; must be one of {', '.join(known)}; did you mean {nearest(word, known)}?"
-    )
+    bound = f"one of {', '.join(names)}"
+    message = f"{shown}: unknown {kind}; must be {bound}; did you mean {nearest(word, names)}?"
+    return InputError(message, field=name, value=word, bound=bound)
+
+
+def _not_a_table(name: str, value: object) -> InputError:
+    message = f"{name} = {value}: must be a table; write [{name}] and its keys below it"
+    return InputError(message, field=name, value=value, bound="a table")
 
 
 def design_from_mapping(data: Mapping[str, Any]) -> Design:
@@ -86,8 +93,7 @@ def _table(table: str, values: object) -> Any:  # noqa: ANN401 - one of the para
     if isinstance(values, TABLE_TYPES[table]):
         return values
     if not isinstance(values, Mapping):
-        msg = f"{table} = {values}: must be a table; write [{table}] and its keys below it"
-        raise InputError(msg)
+        raise _not_a_table(table, values)
     kind = TABLE_TYPES[table]
     known = [item.name for item in dataclasses.fields(kind)]
     for key in values:
@@ -107,18 +113,7 @@ def read_design(path: Path, kind: str = "design file") -> dict[str, Any]:
 
     Raises InputError when it is missing, unreadable or not TOML.
     """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        msg = f"{kind} {path}: not found; must be an existing TOML file; check the path"
-        raise InputError(msg) from error
-    except (OSError, UnicodeDecodeError) as error:
-        msg = f"{kind} {path}: cannot be read ({type(error).__name__}); must be a TOML text file; check the file"
-        raise InputError(msg) from error
-    except ValueError as error:  # TOMLDecodeError, or a number with more digits than Python reads
-        reason = str(error).splitlines()[0]
-        msg = f"{kind} {path}: {reason}; must be valid TOML; mend that line"
-        raise InputError(msg) from error
+    return read_toml(path, f"{kind} {path}")
 
 
 def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str, Any]:
@@ -140,8 +135,7 @@ def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str
             raise _unknown("setting", name, name, ["name", *every_key()])
         held = tables.setdefault(table, {})
         if not isinstance(held, dict):
-            msg = f"{table} = {held}: must be a table; write [{table}] and its keys below it"
-            raise InputError(msg)
+            raise _not_a_table(table, held)
         held[key] = parsed_setting(text)
         _replace_process(tables, held, name)
     return tables
@@ -177,13 +171,16 @@ def every_key() -> list[str]:
 
 
 def parsed_setting(text: str) -> object:
-    """Return the value of a setting's TOML text; what is no TOML, like a bare word, is text."""
+    """Return the value of a setting: TOML, or a number as people write it; anything else, like a bare word, is text."""
     if not text.isprintable():
         return text
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except ValueError:  # a bare word, or a number with more digits than Python reads
+    except RecursionError:
         return text
+    except ValueError:  # a bare word, a number with more digits than Python reads, or one that TOML writes otherwise
+        number = written_number(text)
+        return text if number is None else number
 
 
 def design_as_mapping(design: Design) -> dict[str, Any]:

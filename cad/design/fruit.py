@@ -27,21 +27,90 @@ class Fruit:
     only).
     """
 
-    shape: FruitShape = choice(("block", "sphere", "ellipsoid"), default="block")
-    length_mm: float = quantity("mm", LENGTH, default=None, remedy="the paper's block has 20")
-    width_mm: float = quantity("mm", LENGTH, default=None, remedy="the paper's block has 20")
-    height_mm: float = quantity("mm", LENGTH, default=12.0, remedy="the paper's block has 12")
-    radius_mm: float | None = quantity("mm", LENGTH, default=None, remedy="a mango has about 35")
-    radius_across_mm: float | None = quantity("mm", LENGTH, default=None, remedy="a mango has about 35")
-    thickness_mm: float | None = quantity("mm", LENGTH, default=None, remedy="flesh over a mango's stone has about 12")
-    poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), default=0.3, remedy="fruit flesh has 0.3 to 0.49")
-    poisson_spread: float = quantity("1", _SPREAD, default=0.05, remedy="0.05 where it was not measured")
-    E_max_MPa: float = quantity("MPa", MODULUS, default=3.5, remedy="give the top of the range, 3.5 for mango")
+    shape: FruitShape = choice(
+        ("block", "sphere", "ellipsoid"),
+        default="block",
+        meaning=("a flat block, or a piece of a sphere or of an ellipsoid with its apex in the middle of the top"),
+    )
+    length_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="the paper's block has 20",
+        meaning=("length along the line through both tips; 20 for a block, the whole fruit for a curved one"),
+    )
+    width_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="the paper's block has 20",
+        meaning="width across that line; a curved fruit with both given is a piece of this plan",
+    )
+    height_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=12.0,
+        hint="the paper's block has 12",
+        meaning="height along the press; the fruit is held at its base",
+    )
+    radius_mm: float | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="a mango has about 35",
+        meaning="radius of curvature along the tips (sphere, ellipsoid); a mango has about 35",
+    )
+    radius_across_mm: float | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="a mango has about 35",
+        meaning="radius of curvature across the tips (ellipsoid)",
+    )
+    thickness_mm: float | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="flesh over a mango's stone has about 12",
+        meaning="flesh under the apex, to the stone or the table (sphere, ellipsoid); replaces the height",
+    )
+    poisson: float = quantity(
+        "1",
+        Bounds(above=-1.0, below=0.5),
+        default=0.3,
+        hint="fruit flesh has 0.3 to 0.49",
+        meaning=("Poisson's ratio of the flesh, 0.3 to 0.49: at 0 it does not bulge, near 0.5 it keeps its volume"),
+    )
+    poisson_spread: float = quantity(
+        "1",
+        _SPREAD,
+        default=0.05,
+        hint="0.05 where it was not measured",
+        meaning="how far the ratio may be off, two sigma; it scales the flesh's stiffness under a tip",
+    )
+    E_max_MPa: float = quantity(
+        "MPa",
+        MODULUS,
+        default=3.5,
+        hint="give the top of the range, 3.5 for mango",
+        meaning="modulus of the stiffest fruit that the sensor shall tell: the top of its range",
+    )
     E_MPa: tuple[float, ...] = quantity(
-        "MPa", MODULUS, default=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5), remedy="list the moduli to be shown"
+        "MPa",
+        MODULUS,
+        default=(0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5),
+        hint="list the moduli to be shown",
+        meaning="moduli at which the response is shown, a list",
     )
     bruise_limit_MPa: float | tuple[float, ...] | None = quantity(
-        "MPa", MODULUS, default=None, remedy="apple flesh fails at 0.29"
+        "MPa",
+        MODULUS,
+        default=None,
+        hint="apple flesh fails at 0.29",
+        meaning=(
+            "pressure under a tip that bruises, apple 0.29, or a list of one for each of `E_MPa`; "
+            "where it is set, `bruise` is a verdict"
+        ),
     )
 
     def __post_init__(self) -> None:
@@ -77,8 +146,8 @@ class Fruit:
         half_length, half_width = 0.5 * self.length_mm, 0.5 * self.width_mm
         if self.fall_mm(half_length, half_width) >= self.depth_mm:
             bound = "so small that the corners of the piece lie on the fruit, above its base"
-            remedy = "take a smaller length and width, or leave both out for the whole fruit"
-            raise validation_error("fruit.length_mm", self.length_mm, "mm", bound, remedy)
+            hint = "take a smaller length and width, or leave both out for the whole fruit"
+            raise validation_error("fruit.length_mm", self.length_mm, "mm", bound, hint)
 
     @property
     def _whole_plan_mm(self) -> tuple[float, float]:

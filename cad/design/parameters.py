@@ -40,9 +40,25 @@ _LONGEST_NAME = 64
 class Targets:
     """What the sensor shall do: largest force ratio and nonlinearity."""
 
-    P_max: float = quantity("1", _FORCE_RATIO, default=5.0, remedy="the paper uses 5")
-    NL: float = quantity("1", _NONLINEARITY, default=0.05, remedy="give a fraction, for 5 % write 0.05")
-    NL_definition: Definition = choice(("mid-range", "largest"), default="mid-range")
+    P_max: float = quantity(
+        "1",
+        _FORCE_RATIO,
+        default=5.0,
+        hint="the paper uses 5",
+        meaning="force ratio P that the sensor shall show on the stiffest fruit, `fruit.E_max_MPa`",
+    )
+    NL: float = quantity(
+        "1",
+        _NONLINEARITY,
+        default=0.05,
+        hint="give a fraction, for 5 % write 0.05",
+        meaning=("how far P may bend away from a straight line over E, as a share of its rise; for 5 % write 0.05"),
+    )
+    NL_definition: Definition = choice(
+        ("mid-range", "largest"),
+        default="mid-range",
+        meaning="where the bend is taken: in the middle of the range, or where it is largest",
+    )
 
     def __post_init__(self) -> None:
         """Check each field."""
@@ -57,10 +73,18 @@ class GivenSprings:
     """Springs to be judged instead of sized; both or neither."""
 
     K_l_N_per_m: float | None = quantity(
-        "N/m", _STIFFNESS, default=None, remedy=f"the paper has {1e3 * PAPER_SPRINGS.K_l:g}"
+        "N/m",
+        _STIFFNESS,
+        default=None,
+        hint=f"the paper has {1e3 * PAPER_SPRINGS.K_l:g}",
+        meaning="stiffness of the low (soft) spring, judged and made instead of sized from the targets",
     )
     K_h_N_per_m: float | None = quantity(
-        "N/m", _STIFFNESS, default=None, remedy=f"the paper has {1e3 * PAPER_SPRINGS.K_h:g}"
+        "N/m",
+        _STIFFNESS,
+        default=None,
+        hint=f"the paper has {1e3 * PAPER_SPRINGS.K_h:g}",
+        meaning="stiffness of the high (stiff) spring; give both springs or neither",
     )
 
     def __post_init__(self) -> None:
@@ -89,12 +113,39 @@ class Print:
     `E_MPa` is the modulus that a printed coupon showed; without it that of the process holds.
     """
 
-    process: str = choice(tuple(PROCESSES), default="fdm-petg")
-    process_file: str | None = text_field(default=None, remedy="the path of a TOML file")
-    max_length_mm: float = quantity("mm", LENGTH, default=120.0, remedy="longest leaf that fits the machine")
-    E_MPa: float | None = quantity("MPa", MODULUS, default=None, remedy="give what the coupon shows")
-    gauges: str = choice(tuple(GAUGES), default="none")
-    mount: Mount = choice(("covers", "washers"), default="covers")
+    process: str = choice(
+        tuple(PROCESSES), default="fdm-petg", meaning="how the housing is made, see [processes](processes.md)"
+    )
+    process_file: str | None = text_field(
+        default=None,
+        hint="the path of a TOML file",
+        meaning=(
+            "a TOML file with a printer of your own, its path from the design file, see "
+            "[processes](processes.md#a-printer-of-your-own)"
+        ),
+    )
+    max_length_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=120.0,
+        hint="longest leaf that fits the machine",
+        meaning="longest leaf that fits the machine",
+    )
+    E_MPa: float | None = quantity(
+        "MPa",
+        MODULUS,
+        default=None,
+        hint="give what the coupon shows",
+        meaning="modulus that a printed coupon showed, in place of that of the process",
+    )
+    gauges: str = choice(
+        tuple(GAUGES), default="none", meaning="strain gauges glued on the leaves; what they stiffen is included"
+    )
+    mount: Mount = choice(
+        ("covers", "washers"),
+        default="covers",
+        meaning=("what the screws clamp the frame between: the two covers, or a washer on each side of each hole"),
+    )
 
     def __post_init__(self) -> None:
         """Check each field; the process is checked with the design, which may have one of its own."""
@@ -172,10 +223,10 @@ class Design:
             )
 
     def _check_what_sizes(self) -> None:
-        layout = self.tips.layout
-        if self.springs.given or (self.targets is not None and layout == "pair"):
+        is_pair = self.tips.tip_layout.is_pair
+        if self.springs.given or (self.targets is not None and is_pair):
             return
-        reason = "where no targets size the springs" if layout == "pair" else f"for tips.layout = {layout!r}"
+        reason = "where no targets size the springs" if is_pair else f"for tips.layout = {self.tips.layout!r}"
         raise validation_error(
             "springs.K_l_N_per_m", None, "", f"given {reason}", "give [springs] in N/m, one value for a kind"
         )
@@ -186,9 +237,9 @@ class Design:
         return self.targets or Targets()
 
     @property
-    def as_pair(self) -> "Design":
+    def per_spring(self) -> "Design":
         """Return the design with one low and one high tip: what one plate carries, whatever the layout."""
-        return dataclasses.replace(self, tips=self.tips.as_pair)
+        return dataclasses.replace(self, tips=self.tips.per_spring)
 
     @property
     def largest_E_MPa(self) -> float:
@@ -215,7 +266,7 @@ class Design:
         farthest = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
         tilted = 0.0 if self.reading is None else farthest * math.tan(math.radians(self.reading.tilt_deg))
         travels = [self.press.travel_mm + tilted + (x - middle) * slope for x in centres]
-        low, high = (max(travels[tip] for tip in kind) for kind in self.tips.kinds)
+        low, high = (max(travels[tip] for tip in kind) for kind in self.tips.spring_groups)
         return low, high
 
 

@@ -18,14 +18,16 @@ from cad.theory.two_spring_law import Springs, size_springs
 LENGTH_MARGIN = 0.15
 STRAIN_FACTOR = 1.3  # fillet root over beam theory, 1.17 to 1.27 by FE of solid flexures
 SHORTEST = 5.0  # leaf length over thickness: below it a leaf is a block, and its length no longer sets its stiffness
-# Shares of the bending that shear of a rectangle (nu = 0.4) and roots that give add to a leaf of SHORTEST thicknesses;
-# the roots are those of W. J. O'Donnell 1960, a half-plane turned by 16.67 M / (pi E w t^2), without their fillets.
-_SHEAR, _ROOTS = 2.4 * (1.0 + 0.4) / SHORTEST**2, 0.5 * 16.67 / math.pi / SHORTEST
+# Fractions of the bending that shear of a rectangle (nu = 0.4) and yielding roots add to a leaf of SHORTEST
+# thicknesses; the roots are those of W. J. O'Donnell 1960, a half-plane turned by 16.67 M / (pi E w t^2), without
+# their fillets.
+_SHEAR = 2.4 * (1.0 + 0.4) / SHORTEST**2
+_ROOTS = 0.5 * 16.67 / math.pi / SHORTEST
 NEAREST_MARGIN = math.cbrt(1.0 + _SHEAR + _ROOTS) - 1.0  # of length; what is offered can be made wherever it is solved
 # Round values that are offered in place of a target that cannot be made.
 _P_MAX_VALUES = (*(i / 100 for i in range(101, 1000)), *(i / 10 for i in range(100, 1001)))
 _NL_VALUES = (*(i / 10000 for i in range(1, 100)), *(i / 1000 for i in range(10, 500)))
-_SHARES = tuple(10.0 ** (i / 200) for i in range(-800, 801))
+_FACTORS = tuple(10.0 ** (i / 200) for i in range(-800, 801))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,37 +73,43 @@ class _Leaf:
 
     def length(self, K: float) -> float:
         """Return the length [mm] at which the pair has a stiffness [N/mm] by the beam law."""
-        E, fillet = self.process.E_MPa, self.process.fillet_mm
+        E = self.process.E_MPa
         if self.gauge is None:
             return pair_length(E, self.depth, self.thickness, K)
-        return gauged_length(E, self.depth, self.thickness, fillet, K, self.gauge)
+        return gauged_length(E, self.depth, self.thickness, self.process.fillet_mm, K, self.gauge)
 
     def strain(self, K: float, length: float) -> float:
         """Return the root strain [1] at full travel; gauges stiffen the leaf that carries them and strain its root."""
         deflection = self.travel * self.K_m / (self.K_m + K)
         gain = 1.0
         if self.gauge is not None:
-            E, fillet = self.process.E_MPa, self.process.fillet_mm
+            E = self.process.E_MPa
+            fillet = self.process.fillet_mm
             gain = 2.0 * sandwich_gain(E, self.depth, self.thickness, length, fillet, self.gauge) - 1.0
         return STRAIN_FACTOR * gain * root_strain(self.thickness, length, deflection)
 
     def faults(self, K: float, length: float, margin: float) -> list[str]:
-        """Return what stands against a length [mm] that may yet be wrong by the relative margin."""
-        process, t, shortest, width = self.process, self.thickness, self.shortest, self.least_depth
-        strain, limit = self.strain(K, length / (1.0 + margin)), process.strain_limit
-        reason = f"{SHORTEST:g} thicknesses" if shortest <= SHORTEST * t else "room for a gauge at each root"
-        long = f"a leaf {length:.1f} mm long, must be at"
-        checks = (
-            (
-                t < process.min_wall_mm,
-                f"a leaf {t:g} mm thick, must be at least the wall of {process.min_wall_mm:g} mm",
-            ),
-            (length < shortest * (1.0 + margin), f"{long} least {reason} = {shortest:g} mm"),
-            (self.depth < width, f"a leaf {self.depth:g} mm deep, must be at least the gauge of {width:g} mm"),
-            (length * (1.0 + margin) > self.longest, f"{long} most print.max_length_mm = {self.longest:g} mm"),
-            (strain > limit, f"a root strain of {strain:.2g}, must be at most {limit:g} of {process.material}"),
-        )
-        return [text for wrong, text in checks if wrong]
+        """Return what stands against a length [mm] that may yet be off by the relative margin."""
+        process = self.process
+        strain = self.strain(K, length / (1.0 + margin))
+        faults = []
+        if self.thickness < process.min_wall_mm:
+            faults.append(
+                f"a leaf {self.thickness:g} mm thick, must be at least the wall of {process.min_wall_mm:g} mm"
+            )
+        if length < self.shortest * (1.0 + margin):
+            is_block = self.shortest <= SHORTEST * self.thickness
+            reason = f"{SHORTEST:g} thicknesses" if is_block else "room for a gauge at each root"
+            faults.append(f"a leaf {length:.1f} mm long, must be at least {reason} = {self.shortest:g} mm")
+        if self.depth < self.least_depth:
+            faults.append(f"a leaf {self.depth:g} mm deep, must be at least the gauge of {self.least_depth:g} mm")
+        if length * (1.0 + margin) > self.longest:
+            bound = f"print.max_length_mm = {self.longest:g} mm"
+            faults.append(f"a leaf {length:.1f} mm long, must be at most {bound}")
+        if strain > process.strain_limit:
+            bound = f"{process.strain_limit:g} of {process.material}"
+            faults.append(f"a root strain of {strain:.2g}, must be at most {bound}")
+        return faults
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,8 +133,8 @@ class _Target:
             K = self.stiffness(value)
             return not leaf.faults(K, leaf.length(K), NEAREST_MARGIN)
 
-        by_distance = sorted(self.others, key=lambda value: abs(math.log(value / self.value)))
-        return next(filter(can_be_made, by_distance), None)
+        by_ratio = sorted(self.others, key=lambda value: abs(math.log(value / self.value)))
+        return next(filter(can_be_made, by_ratio), None)
 
 
 def check_printable(
@@ -145,7 +153,7 @@ def check_printable(
     """
     fruit = design.fruit
     stiffest = K_m_max * max(fruit.E_max_MPa, *fruit.E_MPa) / fruit.E_max_MPa
-    depth, gauge = plate_depth(design, process), GAUGES[design.print.gauges]
+    depth = plate_depth(design, process)
     K_m = (stiffest, stiffness_ratio * stiffest)
     targets = _targets(design, springs, K_m_max, stiffness_ratio)
     verdicts = []
@@ -158,32 +166,38 @@ def check_printable(
             travel=max(0.0, design.full_travels_mm[i]),
             K_m=K_m[i],
             longest=design.print.max_length_mm,
-            gauge=gauge,
+            gauge=GAUGES[design.print.gauges],
         )
         verdicts.append(_verdict(leaf, targets[i], K, None if lengths_mm is None else lengths_mm[i]))
     return tuple(verdicts)
 
 
-def _targets(design: Design, springs: Springs, K_m_max: float, stiffness_ratio: float) -> tuple[_Target, ...]:
+def _targets(design: Design, springs: Springs, K_m_max: float, stiffness_ratio: float) -> tuple[_Target, _Target]:
+    """Return what asks for the low and for the high spring: given stiffnesses, or P_max and NL."""
     if design.springs.given:
-        given = (("springs.K_l_N_per_m", 1e3 * springs.K_l), ("springs.K_h_N_per_m", 1e3 * springs.K_h))
-        return tuple(
-            _Target(
-                key=key, value=K, others=tuple(float(f"{K * share:.3g}") for share in _SHARES), stiffness=_from_N_per_m
-            )
-            for key, K in given
+        return (
+            _given_stiffness("springs.K_l_N_per_m", 1e3 * springs.K_l),
+            _given_stiffness("springs.K_h_N_per_m", 1e3 * springs.K_h),
         )
     targets = design.nominal_targets
+    definition = targets.NL_definition
 
-    def sized(P_max: float, NL: float) -> Springs:
-        return size_springs(P_max, NL, K_m_max, targets.NL_definition, stiffness_ratio)
+    def low_spring(P_max: float) -> float:
+        return size_springs(P_max, targets.NL, K_m_max, definition, stiffness_ratio).K_l
 
-    P_max, NL = targets.P_max, targets.NL
+    def high_spring(NL: float) -> float:
+        return size_springs(targets.P_max, NL, K_m_max, definition, stiffness_ratio).K_h
+
     ratios = tuple(ratio for ratio in _P_MAX_VALUES if ratio > stiffness_ratio)
     return (
-        _Target(key="targets.P_max", value=P_max, others=ratios, stiffness=lambda ratio: sized(ratio, NL).K_l),
-        _Target(key="targets.NL", value=NL, others=_NL_VALUES, stiffness=lambda share: sized(P_max, share).K_h),
+        _Target(key="targets.P_max", value=targets.P_max, others=ratios, stiffness=low_spring),
+        _Target(key="targets.NL", value=targets.NL, others=_NL_VALUES, stiffness=high_spring),
     )
+
+
+def _given_stiffness(key: str, K_N_per_m: float) -> _Target:
+    others = tuple(float(f"{K_N_per_m * factor:.3g}") for factor in _FACTORS)
+    return _Target(key=key, value=K_N_per_m, others=others, stiffness=_from_N_per_m)
 
 
 def _from_N_per_m(K: float) -> float:
@@ -212,7 +226,8 @@ def _verdict(leaf: _Leaf, target: _Target, K: float, solved: float | None) -> Pr
 
 
 def _reason(leaf: _Leaf, target: _Target, faults: list[str], nearest: float | None, *, undecided: bool) -> str:
-    name, unit = leaf.process.name, target.unit
+    name = leaf.process.name
+    unit = target.unit
     if not faults:
         return f"{name} can make the {leaf.spring} leaf"
     asks = f"{target.key} = {target.value:g}{unit}: asks {name} for {' and '.join(faults)}"

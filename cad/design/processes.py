@@ -1,7 +1,6 @@
 """Print processes and their materials, from processes.toml or a user's own file; every number has its own source."""
 
 import dataclasses
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,8 +20,9 @@ from cad.quantity import (
     text_field,
     validation_error,
 )
+from cad.toml_file import read_toml
 
-_SHARE = Bounds(above=0.0, below=1.0)
+_FRACTION = Bounds(above=0.0, below=1.0)
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
 _DATA = "correct its entry among the processes"
 _LONGEST_TEXT = 64
@@ -40,23 +40,38 @@ class Process:
     """
 
     name: str
-    material: str = text_field(remedy=_DATA)
+    material: str = text_field(hint=_DATA)
     kind: str = choice(KINDS, default="other")
-    E_MPa: float = quantity("MPa", MODULUS, remedy=_DATA)
-    E_scatter: float = quantity("1", _SHARE, remedy=_DATA)
-    poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), remedy=_DATA)
-    strain_limit: float = quantity("1", _SHARE, remedy=_DATA)
-    density_g_per_cm3: float = quantity("g/cm3", _DENSITY, remedy=_DATA)
-    min_wall_mm: float = quantity("mm", LENGTH, remedy=_DATA)
-    min_gap_mm: float = quantity("mm", LENGTH, remedy=_DATA)
-    fillet_mm: float = quantity("mm", LENGTH, remedy=_DATA)
-    overhang_deg: float = quantity("deg", Bounds(above=0.0, at_most=90.0), remedy=_DATA)
-    accuracy_mm: float = quantity("mm", LENGTH, remedy=_DATA)
-    line_width_mm: float | None = quantity("mm", LENGTH, default=None, remedy=_DATA)
-    layer_mm: float | None = quantity("mm", LENGTH, default=None, remedy=_DATA)
-    leaf_thickness_low_mm: float = quantity("mm", LENGTH, remedy=_DATA)
-    leaf_thickness_high_mm: float = quantity("mm", LENGTH, remedy=_DATA)
-    depth_mm: float = quantity("mm", LENGTH, remedy=_DATA)
+    E_MPa: float = quantity("MPa", MODULUS, hint=_DATA, meaning="modulus of the material")
+    E_scatter: float = quantity(
+        "1", _FRACTION, hint=_DATA, meaning="scatter of the modulus from print to print, one sigma as a share of E"
+    )
+    poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), hint=_DATA, meaning="Poisson's ratio")
+    strain_limit: float = quantity(
+        "1", _FRACTION, hint=_DATA, meaning="largest strain at the root of a leaf that is bent again and again"
+    )
+    density_g_per_cm3: float = quantity("g/cm3", _DENSITY, hint=_DATA, meaning="density")
+    min_wall_mm: float = quantity("mm", LENGTH, hint=_DATA, meaning="thinnest wall")
+    min_gap_mm: float = quantity("mm", LENGTH, hint=_DATA, meaning="narrowest gap that stays open")
+    fillet_mm: float = quantity("mm", LENGTH, hint=_DATA, meaning="radius of inner corners")
+    overhang_deg: float = quantity(
+        "deg",
+        Bounds(above=0.0, at_most=90.0),
+        hint=_DATA,
+        meaning="largest slope from the vertical that needs no support",
+    )
+    accuracy_mm: float = quantity(
+        "mm", LENGTH, hint=_DATA, meaning="thickness of a thin wall: plus or minus, two sigma"
+    )
+    line_width_mm: float | None = quantity("mm", LENGTH, default=None, hint=_DATA, meaning="width of a printed line")
+    layer_mm: float | None = quantity("mm", LENGTH, default=None, hint=_DATA, meaning="height of a layer")
+    leaf_thickness_low_mm: float = quantity(
+        "mm", LENGTH, hint=_DATA, meaning="thickness of the leaves of the low spring"
+    )
+    leaf_thickness_high_mm: float = quantity(
+        "mm", LENGTH, hint=_DATA, meaning="thickness of the leaves of the high spring"
+    )
+    depth_mm: float = quantity("mm", LENGTH, hint=_DATA, meaning="depth of the plate, which is the width of the leaves")
     sources: tuple[tuple[str, str], ...]
 
     def __post_init__(self) -> None:
@@ -79,7 +94,9 @@ def check_process_name(name: object) -> None:
         raise validation_error("print.process", name, "", bound, "it names a process in files")
 
 
-PROCESSES = sourced_records(Path(__file__).with_name("processes.toml"), Process, "process", _DATA)
+PROCESSES = sourced_records(
+    read_toml(Path(__file__).with_name("processes.toml"), "processes"), Process, "process", _DATA
+)
 
 
 def own_process(name: str, table: object) -> Process:
@@ -98,28 +115,17 @@ def read_process_file(path: Path, name: str | None) -> tuple[str, Mapping[str, A
     Raises InputError, in one line, where the file or its process cannot be used.
     """
     shown = f"print.process_file = {path.name!r}"
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        msg = f"{shown}: not found; must be a TOML file, its path from the design file; check the path"
-        raise InputError(msg) from error
-    except (OSError, UnicodeDecodeError) as error:
-        msg = f"{shown}: cannot be read ({type(error).__name__}); must be a TOML text file; check the file"
-        raise InputError(msg) from error
-    except ValueError as error:
-        msg = f"{shown}: {str(error).splitlines()[0]}; must be valid TOML; mend that line"
-        raise InputError(msg) from error
+    tables = read_toml(path, shown)
     chosen = next(iter(tables)) if name is None and len(tables) == 1 else name
     if chosen is None or chosen not in tables:
-        known = ", ".join(tables) or "none"
-        raise validation_error(
-            "print.process", name, "", f"one of those in {path.name!r}: {known}", "name one with print.process"
-        )
+        names = ", ".join(tables) or "none"
+        bound = f"one of those in {path.name!r}: {names}"
+        raise validation_error("print.process", name, "", bound, "name one with print.process")
     try:
         own_process(chosen, tables[chosen])
     except InputError as error:
         msg = f"{shown}: {error}"
-        raise InputError(msg) from error
+        raise InputError(msg, field=error.field, value=error.value, bound=error.bound) from error
     return chosen, tables[chosen]
 
 

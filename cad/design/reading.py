@@ -28,15 +28,65 @@ class Reading:
     `bias_limit` bounds the largest |E read / E - 1| without noise, `uncertainty_limit` its standard deviation.
     """
 
-    tilt_deg: float = quantity("deg", _TILT, default=4.0, remedy="a hand keeps within 4")
-    off_centre_mm: float = quantity("mm", _PLACE, default=1.0, remedy="a hand keeps within 1")
-    radius_spread: float = quantity("1", _SHARE, default=0.2, remedy="mangoes differ by 0.2")
-    noise_percent: float = quantity("%", _PERCENT, default=0.5, remedy="a strain gauge has 0.5 of full scale")
-    noise_N: float = quantity("N", _FORCE, default=0.0, remedy="0 where noise_percent says it all")
-    stiffness_percent: float = quantity("%", _PERCENT, default=1.0, remedy="weighing a unit leaves 1")
-    gain_percent: float = quantity("%", _PERCENT, default=0.5, remedy="an amplifier has 0.5")
-    bias_limit: float = quantity("1", _LIMIT, default=0.05, remedy="give a fraction, for 5 % write 0.05")
-    uncertainty_limit: float = quantity("1", _LIMIT, default=0.1, remedy="give a fraction, for 10 % write 0.1")
+    tilt_deg: float = quantity(
+        "deg", _TILT, default=4.0, hint="a hand keeps within 4", meaning="largest tilt of a press, in any direction"
+    )
+    off_centre_mm: float = quantity(
+        "mm",
+        _PLACE,
+        default=1.0,
+        hint="a hand keeps within 1",
+        meaning="how far from the apex a press may be, in any direction",
+    )
+    radius_spread: float = quantity(
+        "1",
+        _SHARE,
+        default=0.2,
+        hint="mangoes differ by 0.2",
+        meaning="by how much of it the radius of a fruit may differ from the design's",
+    )
+    noise_percent: float = quantity(
+        "%",
+        _PERCENT,
+        default=0.5,
+        hint="a strain gauge has 0.5 of full scale",
+        meaning="noise of each force, one sigma, as a share of the largest force of its tip",
+    )
+    noise_N: float = quantity(
+        "N",
+        _FORCE,
+        default=0.0,
+        hint="0 where noise_percent says it all",
+        meaning="noise of each force, one sigma, in addition",
+    )
+    stiffness_percent: float = quantity(
+        "%",
+        _PERCENT,
+        default=1.0,
+        hint="weighing a unit leaves 1",
+        meaning="how far calibration leaves each spring unknown, one sigma",
+    )
+    gain_percent: float = quantity(
+        "%",
+        _PERCENT,
+        default=0.5,
+        hint="an amplifier has 0.5",
+        meaning="how far calibration leaves each channel unknown, one sigma",
+    )
+    bias_limit: float = quantity(
+        "1",
+        _LIMIT,
+        default=0.05,
+        hint="give a fraction, for 5 % write 0.05",
+        meaning="largest error of the modulus over all poses, without noise",
+    )
+    uncertainty_limit: float = quantity(
+        "1",
+        _LIMIT,
+        default=0.1,
+        hint="give a fraction, for 10 % write 0.1",
+        meaning="largest standard deviation of the modulus, all causes together",
+    )
 
     def __post_init__(self) -> None:
         """Check each field."""

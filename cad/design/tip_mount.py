@@ -45,7 +45,7 @@ def plate_depth(design: Design, process: Process) -> float:
     Raises InputError where a square leaves no plate.
     """
     side = tip_mount(design, process).side
-    if design.tips.layout != "square":
+    if not design.tips.tip_layout.is_back_to_back:
         return max(process.depth_mm, side)
     spacing, pads = design.tips.spacing_mm, 2.0 * pad_height(process)
     depth = round(spacing - pads, 3)

@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from cad.design.fruit import Fruit
 from cad.quantity import LENGTH, Bounds, check_fields, choice, quantity, validation_error
+from cad.tips.layouts import LAYOUTS, ORDERS, PAIR, Layout, Position, Spring, SpringGroups
 from cad.tips.shapes import SHAPES, ShapeKeys, tip_shape
 from cad.tips.tip_shape import TipShape
 
@@ -14,22 +15,9 @@ _LENGTH_OR_ZERO = Bounds(at_least=0.0, at_most=1000.0)
 _SPREAD = Bounds(at_least=0.0, at_most=30.0)
 _WIDEST_TILT = Bounds(at_least=-30.0, at_most=30.0)
 
-Layout = Literal["pair", "line", "square"]
-Order = Literal["LHL", "HLH"]
-Spring = Literal["low", "high"]
-Place = tuple[float, float]
 Attitude = Literal["down", "side", "up"]
 Socket = Literal["none", "pin"]
 Strain = Literal["linear", "large"]
-# Places of the tips in spacings, in the order of their names.
-_PLACES: dict[Layout, tuple[Place, ...]] = {
-    "pair": ((-0.5, 0.0), (0.5, 0.0)),
-    "line": ((-1.0, 0.0), (0.0, 0.0), (1.0, 0.0)),
-    "square": ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)),
-}
-
-_ORDERS: dict[Layout, str] = {"pair": "LH", "square": "LHLH"}
-_SPRINGS: dict[str, Spring] = {"L": "low", "H": "high"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,17 +30,53 @@ class Tips(ShapeKeys):
     Tips are printed with the housing, or with the socket "pin" are ground steel pins glued into it.
     """
 
-    layout: Layout = choice(("pair", "line", "square"), default="pair")
-    order: Order | None = choice(("LHL", "HLH"), default=None)
-    outer_mm: float | None = quantity("mm", _LENGTH_OR_ZERO, default=None, remedy="spacing^2 / (2 radius) on a sphere")
-    shape: str = choice(tuple(SHAPES), default="cube")
-    side_mm: float = quantity("mm", LENGTH, default=1.0, remedy="the paper's cube has 1")
-    spacing_mm: float = quantity("mm", LENGTH, default=8.0, remedy="centre to centre, the paper has 8")
-    offset_mm: float = quantity(
-        "mm", Bounds(at_least=-1000.0, at_most=1000.0), default=0.0, remedy="midpoint of the tips from the apex"
+    layout: str = choice(
+        tuple(LAYOUTS),
+        default="pair",
+        meaning="two tips; three in a line; or four in a square, springs of one kind on each diagonal",
     )
-    gap_mm: float = quantity("mm", _LENGTH_OR_ZERO, default=0.5, remedy="tip face above the fruit before the press")
-    socket: Socket = choice(("none", "pin"), default="none")
+    order: str | None = choice(ORDERS, default=None, meaning="low and high springs along a line")
+    outer_mm: float | None = quantity(
+        "mm",
+        _LENGTH_OR_ZERO,
+        default=None,
+        hint="spacing^2 / (2 radius) on a sphere",
+        meaning=("how much longer the outer tips of a line are; spacing^2 / (2 radius) levels them on a sphere"),
+    )
+    shape: str = choice(
+        tuple(SHAPES),
+        default="cube",
+        meaning=("square with flat face, round with flat face, a ball, a dome (a flat cap on a round face) or a cone"),
+    )
+    side_mm: float = quantity(
+        "mm", LENGTH, default=1.0, hint="the paper's cube has 1", meaning="side of a cube, diameter of any other shape"
+    )
+    spacing_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=8.0,
+        hint="centre to centre, the paper has 8",
+        meaning="distance of neighbouring tips, centre to centre; the side of a square",
+    )
+    offset_mm: float = quantity(
+        "mm",
+        Bounds(at_least=-1000.0, at_most=1000.0),
+        default=0.0,
+        hint="midpoint of the tips from the apex",
+        meaning="middle between the tips, from the apex of the fruit, along the tips",
+    )
+    gap_mm: float = quantity(
+        "mm",
+        _LENGTH_OR_ZERO,
+        default=0.5,
+        hint="tip face above the fruit before the press",
+        meaning="distance of the tips from the fruit before the press",
+    )
+    socket: Socket = choice(
+        ("none", "pin"),
+        default="none",
+        meaning="tips printed with the housing (none), or ground steel pins glued into printed feet (pin)",
+    )
 
     def __post_init__(self) -> None:
         """Check each field, that the tips are apart and that keys belong to the layout and the shape."""
@@ -60,16 +84,28 @@ class Tips(ShapeKeys):
         if self.spacing_mm <= self.side_mm:
             bound = f"greater than tips.side_mm = {self.side_mm:g} mm"
             raise validation_error("tips.spacing_mm", self.spacing_mm, "mm", bound, "the tips overlap, move them apart")
-        self._check_line()
+        self._check_order()
         tip_shape(self.shape, self.side_mm, self)
 
-    def _check_line(self) -> None:
-        if self.layout == "line" and self.order is None:
-            raise validation_error("tips.order", None, "", "given for tips.layout = 'line'", "choose LHL or HLH")
+    def _check_order(self) -> None:
+        """Refuse a layout without its order of springs, and an order or outer tips of another layout."""
+        if self.tip_layout.has_choice_of_order:
+            orders = self.tip_layout.orders
+            if self.order is None:
+                bound = f"given for tips.layout = {self.layout!r}"
+                raise validation_error("tips.order", None, "", bound, f"choose {' or '.join(orders)}")
+            if self.order not in orders:
+                raise validation_error("tips.order", self.order, "", f"one of {', '.join(orders)}", "choose another")
+            return
         for name, value in (("tips.order", self.order), ("tips.outer_mm", self.outer_mm)):
-            if value is not None and self.layout != "line":
+            if value is not None:
                 bound = f"left out for tips.layout = {self.layout!r}"
                 raise validation_error(name, value, "", bound, "drop it, or take the layout it is for")
+
+    @property
+    def tip_layout(self) -> Layout:
+        """Return where the tips stand and what carries them."""
+        return LAYOUTS[self.layout]
 
     @cached_property
     def tip_shape(self) -> TipShape:
@@ -79,42 +115,40 @@ class Tips(ShapeKeys):
     @property
     def springs(self) -> tuple[Spring, ...]:
         """Return the kind of spring behind each tip, in the order of `places_mm`."""
-        letters = self.order or _ORDERS[self.layout]
-        return tuple(_SPRINGS[letter] for letter in letters)
+        return self.tip_layout.springs(self.order)
 
     @property
-    def kinds(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    def spring_groups(self) -> SpringGroups:
         """Return the indices of the tips on low and of those on high springs."""
-        low, high = (tuple(i for i, spring in enumerate(self.springs) if spring == kind) for kind in _SPRINGS.values())
-        return low, high
+        return self.tip_layout.spring_groups(self.order)
 
     def each(self, of_low: float, of_high: float) -> tuple[float, ...]:
         """Return for each tip the number that its kind of spring has, in that number's unit."""
-        return tuple(of_low if i in self.kinds[0] else of_high for i in range(len(self.springs)))
+        return tuple(of_low if i in self.spring_groups.low else of_high for i in range(len(self.springs)))
 
     @property
     def names(self) -> tuple[str, ...]:
         """Return the name of each tip: its spring, with a number where there are two of a kind."""
-        counts = [self.springs[: place + 1].count(spring) for place, spring in enumerate(self.springs)]
-        alone = [self.springs.count(spring) == 1 for spring in self.springs]
-        named = zip(self.springs, counts, alone, strict=True)
-        return tuple(spring if single else f"{spring}_{count}" for spring, count, single in named)
+        return self.tip_layout.names(self.order)
 
     @property
-    def places_mm(self) -> tuple[Place, ...]:
-        """Return x and y of each tip from the apex of the fruit [mm]; a square is gone round from (-x, -y)."""
-        return tuple((self.offset_mm + self.spacing_mm * x, self.spacing_mm * y) for x, y in _PLACES[self.layout])
+    def places_mm(self) -> tuple[Position, ...]:
+        """Return the position of each tip from the apex of the fruit [mm]; a square is gone round from (-x, -y)."""
+        return tuple(
+            Position(self.offset_mm + self.spacing_mm * x, self.spacing_mm * y) for x, y in self.tip_layout.positions
+        )
 
     @property
     def centres_mm(self) -> tuple[float, ...]:
         """Return x of each tip from the apex of the fruit [mm]."""
-        return tuple(x for x, _ in self.places_mm)
+        return tuple(position.x for position in self.places_mm)
 
     @property
     def height_offset_mm(self) -> tuple[float, ...]:
         """Return how far each tip stands before the foremost ones by design [mm], at most 0."""
         outer = self.outer_mm or 0.0
-        return (0.0, -outer, 0.0) if self.layout == "line" else (0.0,) * len(self.springs)
+        inner = -outer if self.tip_layout.outer else 0.0
+        return tuple(0.0 if index in self.tip_layout.outer else inner for index in range(len(self.springs)))
 
     @property
     def face_mm2(self) -> float:
@@ -122,9 +156,9 @@ class Tips(ShapeKeys):
         return self.tip_shape.area_mm2
 
     @property
-    def as_pair(self) -> "Tips":
-        """Return two of these tips, on a low and a high spring."""
-        return dataclasses.replace(self, layout="pair", order=None, outer_mm=None)
+    def per_spring(self) -> "Tips":
+        """Return two of these tips, one on each spring."""
+        return dataclasses.replace(self, layout=PAIR.name, order=None, outer_mm=None)
 
     @property
     def flat(self) -> "Tips":
@@ -142,12 +176,44 @@ class Press:
     is solved at large strain as far as the tips go in.
     """
 
-    travel_mm: float = quantity("mm", LENGTH, default=0.6, remedy="the paper presses 0.6")
-    tilt_deg: float = quantity("deg", _WIDEST_TILT, default=0.0, remedy="positive lowers the high tip")
-    tilt_spread_deg: float = quantity("deg", _SPREAD, default=1.0, remedy="a steady hand keeps 1")
-    roll_deg: float = quantity("deg", _WIDEST_TILT, default=0.0, remedy="positive lowers the side y > 0 of each tip")
-    attitude: Attitude = choice(("down", "side", "up"), default="side")
-    strain: Strain = choice(("linear", "large"), default="linear")
+    travel_mm: float = quantity(
+        "mm",
+        LENGTH,
+        default=0.6,
+        hint="the paper presses 0.6",
+        meaning="how far the housing moves down after the first touch",
+    )
+    tilt_deg: float = quantity(
+        "deg",
+        _WIDEST_TILT,
+        default=0.0,
+        hint="positive lowers the high tip",
+        meaning="tilt of the sensor along the tips; a positive one lowers the high tip",
+    )
+    tilt_spread_deg: float = quantity(
+        "deg",
+        _SPREAD,
+        default=1.0,
+        hint="a steady hand keeps 1",
+        meaning="how far the tilt of one press may be off, two sigma; it moves P of a level sensor",
+    )
+    roll_deg: float = quantity(
+        "deg",
+        _WIDEST_TILT,
+        default=0.0,
+        hint="positive lowers the side y > 0 of each tip",
+        meaning="roll of the sensor across the tips; a positive one lowers the side y > 0 of each tip",
+    )
+    attitude: Attitude = choice(
+        ("down", "side", "up"),
+        default="side",
+        meaning=("where the tips point; the weight of the moving parts then shifts the tips before the press"),
+    )
+    strain: Strain = choice(
+        ("linear", "large"),
+        default="linear",
+        meaning=("linear flesh, or flesh at large strain under level flat tips on a block; see docs/accuracy.md"),
+    )
 
     def __post_init__(self) -> None:
         """Check each field."""
@@ -156,16 +222,17 @@ class Press:
 
 def check_tips_on_fruit(fruit: Fruit, tips: Tips) -> None:
     """Raise InputError when a tip stands beyond the fruit."""
-    remedy = "the tips stand beyond the fruit"
+    hint = "the tips stand beyond the fruit"
+    layout = tips.tip_layout
     free = fruit.length_mm - tips.side_mm - 2.0 * abs(tips.offset_mm)
-    along, words = (0.5 * free, "half of fruit.length_mm") if tips.layout == "line" else (free, "fruit.length_mm")
+    along = free / layout.length
     if tips.spacing_mm > along:
-        bound = f"at most {words} - side - 2 |offset| = {along:g} mm"
-        raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)
+        part = "" if layout.length == 1.0 else f" over {layout.length:g} spacings"
+        bound = f"at most fruit.length_mm - side - 2 |offset|{part} = {along:g} mm"
+        raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, hint)
     if tips.side_mm > fruit.width_mm:
-        raise validation_error(
-            "tips.side_mm", tips.side_mm, "mm", f"at most fruit.width_mm = {fruit.width_mm:g} mm", remedy
-        )
-    if tips.layout == "square" and tips.spacing_mm > fruit.width_mm - tips.side_mm:
+        bound = f"at most fruit.width_mm = {fruit.width_mm:g} mm"
+        raise validation_error("tips.side_mm", tips.side_mm, "mm", bound, hint)
+    if layout.width * tips.spacing_mm > fruit.width_mm - tips.side_mm:
         bound = f"at most fruit.width_mm - side = {fruit.width_mm - tips.side_mm:g} mm"
-        raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, remedy)
+        raise validation_error("tips.spacing_mm", tips.spacing_mm, "mm", bound, hint)

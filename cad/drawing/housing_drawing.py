@@ -10,7 +10,7 @@ from cad.drawing.section import draw_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Title, on_sheet
 from cad.parts.housing import Arm, Housing, fillet_corners
 from cad.parts.part import NEAR_MM, Part
-from cad.theory.strain_gauge import GAUGES, FoilGauge, gauge_spans
+from cad.theory.strain_gauge import GAUGES, FoilGauge, Span, gauge_spans
 
 _GAUGE_THICK = 0.25  # [mm] of a gauge seen from its edge, many times its thickness
 _ROOM_OF_ROWS_MM = 24.0  # on paper, for two rows of dimensions
@@ -201,7 +201,7 @@ def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: floa
     at_wall = gauge_spans(arm.flexure, gauge)[0]
     edge = middle - 0.5 * gauge.backing_width_mm
     lengths = []
-    for span in ((0.0, at_wall.backing[0]), at_wall.backing, at_wall.grid):
+    for span in (Span(0.0, at_wall.backing.start), at_wall.backing, at_wall.grid):
         start, end = ((x, edge) for x in arm.along(span))
         lengths.append(Length(side="bottom", start=start, end=end))
     if arm.sign < 0.0:  # the widths are those of all gauges: they stand beside the first leaf alone

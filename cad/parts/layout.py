@@ -6,15 +6,11 @@ from dataclasses import replace
 from cad.design.parameters import Design
 from cad.design.processes import Process
 from cad.design.tip_mount import pad_height, plate_depth, tip_mount
-from cad.design.tips import Layout, Tips
+from cad.design.tips import Tips
 from cad.parts.cover import cover_level
 from cad.parts.housing import DOWEL_MM, TILT_DEG, Housing
 from cad.theory.leaf_spring import Flexure
 
-# Of the two leaves of a flexure: a wide stance keeps the tip from tilting, a thin plate's more than another's.
-SEPARATION: dict[Layout, float] = {"pair": 14.0, "line": 14.0, "square": 20.0}
-SHUTTLE_WIDTH: dict[Layout, float] = {"pair": 6.0, "line": 6.0, "square": 3.0}
-TOP_BAR: dict[Layout, float] = {"pair": 6.0, "line": 6.0, "square": 6.5}  # a pad on it has room for marks and dowels
 LEDGE = 1.0  # straight wall between a fillet and the next corner; the longest tip that prints without support
 CLEARANCE = 0.5  # frame above the fruit in the worst press
 STOP_MARGIN = 1.5  # stop gap over the deflection at full travel
@@ -32,13 +28,15 @@ def housing_for(
     when a leaf is too short for its fillets.
     """
     tips, mount, depth = design.tips, tip_mount(design, process), plate_depth(design, process)
-    thicknesses, separation = process.leaf_thicknesses_mm, SEPARATION[tips.layout]
+    layout = tips.tip_layout
+    thicknesses = process.leaf_thicknesses_mm
+    separation = layout.leaf_separation_mm
     leaves = [
         Flexure(thickness=t, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
         for t, length in zip(thicknesses, lengths, strict=True)
     ]
     side = mount.side if mount.pocket else _tip_side(tips, depth)
-    shuttle = max(side, min(SHUTTLE_WIDTH[tips.layout], tips.spacing_mm - process.min_gap_mm))
+    shuttle = max(side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
     standing = max(
         min(tips.side_mm, LEDGE),
         1.5 * design.press.travel_mm,
@@ -64,14 +62,14 @@ def housing_for(
         low_top_level=cavity - stops[0],
         high_top_level=cavity - stops[1],
         cavity_level=cavity,
-        top_level=cavity + TOP_BAR[tips.layout],
+        top_level=cavity + layout.top_bar_mm,
         protrusion=protrusion,
         mount=design.print.mount,
         cover_level=cover_level(protrusion, design.press),
         gauges=design.print.gauges,
         dome_radius=0.0 if mount.pocket else tips.dome_radius_mm or 0.0,
     )
-    if tips.layout == "square":
+    if layout.is_back_to_back:
         dowel = round(DOWEL_MM - process.accuracy_mm, 3)  # as much too small as a hole may be off: never loose
         housing = replace(housing, back_to_back=True, pad_height=pad_height(process), dowel_hole=dowel)
     if not mount.pocket:
@@ -95,7 +93,7 @@ def _tip_side(tips: Tips, depth: float) -> float:
     side = tips.side_mm
     if tips.dome_radius_mm and side > 2.0 * tips.dome_radius_mm - BESIDE_BALL:
         side = round(2.0 * tips.dome_radius_mm + BESIDE_BALL, 3)
-    return depth if tips.layout == "square" and 0.0 <= depth - side < LEDGE else side
+    return depth if tips.tip_layout.is_back_to_back and 0.0 <= depth - side < LEDGE else side
 
 
 def _cap_height(tips: Tips, side: float) -> float:
@@ -115,7 +113,7 @@ def _protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> flo
     """Return how far the tips stand out of the frame [mm]: full travel, the drop of a tilted edge, a clearance."""
     fruit, press = design.fruit, design.press
     along = min(0.5 * fruit.length_mm + abs(design.tips.offset_mm), 0.5 * design.tips.spacing_mm + max(lengths) + 20.0)
-    reach = 0.5 * depth + (0.5 * design.tips.spacing_mm if design.tips.layout == "square" else 0.0)
+    reach = 0.5 * depth + 0.5 * design.tips.tip_layout.width * design.tips.spacing_mm
     across = min(0.5 * fruit.width_mm, reach)
     drop = math.tan(math.radians(max(TILT_DEG, abs(press.tilt_deg)))) * max(along, across)
     return math.ceil(10.0 * (press.travel_mm + drop + CLEARANCE)) / 10.0

@@ -62,7 +62,7 @@ class Sensor:
     def fruit_body(self) -> Body:
         """Return the fruit before the press, with the outlines of a pair of tips on it."""
         below = cq.Vector(-self.tips.offset_mm, 0.0, -self.tips.gap_mm - self.housing.pin_out)
-        if self.tips.layout == "pair":
+        if self.tips.tip_layout.is_pair:
             whole = fruit_block if self.fruit.shape == "block" else curved_fruit
             shape = whole(self.fruit, self.tips).shape
         else:

@@ -19,12 +19,12 @@ from cad.quantity import validation_error
 Matrix = Sequence[Sequence[float]]
 Place = tuple[float, float]
 
-_LEVEL = 1e-9  # of the largest place: how far the weights may let a tilt through
+_LEVEL = 1e-9  # of the largest coordinate: how far the weights may let a tilt through
 _STEPS = 200
 
 
 class ReadingError(ValueError):
-    """Forces that tell no modulus; the message says why."""
+    """Forces that give no modulus; the message says why."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,21 +50,18 @@ class ContrastLaw:
             raise ValueError(msg)
 
 
-def contrast_weights(places: Sequence[Place], springs: Sequence[str]) -> tuple[float, ...]:
-    """Return the mean of the high tips less that of the low ones as a weight for each tip [1].
+def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tuple[float, ...]:
+    """Return the mean of the tips on high springs less that of those on low ones, as a weight for each tip [1].
 
-    `places` are x and y [mm], `springs` the kinds of springs. Raises InputError where a tilt would not drop out.
+    `positions` are x and y [mm], `springs` low or high. Raises InputError where a tilt would not drop out.
     """
-    share = {kind: 1.0 / springs.count(kind) for kind in set(springs)}
-    weights = tuple(share[kind] if kind == "high" else -share[kind] for kind in springs)
-    reach = max(abs(coordinate) for place in places for coordinate in place)
-    for axis in (0, 1):
-        through = math.fsum(weight * place[axis] for weight, place in zip(weights, places, strict=True))
-        if abs(through) > _LEVEL * reach:
+    weights = tuple(1.0 / springs.count(spring) * (1.0 if spring == "high" else -1.0) for spring in springs)
+    reach = max(max(abs(x), abs(y)) for x, y in positions)
+    for coordinates in zip(*positions, strict=True):
+        if abs(_dot(weights, coordinates)) > _LEVEL * reach:
             bound = "a line or a square: low and high tips about one middle"
-            raise validation_error(
-                "tips.layout", "pair", "", bound, "one reading of a pair cannot tell tilt from stiffness"
-            )
+            hint = "one reading of a pair cannot tell tilt from stiffness"
+            raise validation_error("tips.layout", "pair", "", bound, hint)
     return weights
 
 
@@ -86,16 +83,17 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, fl
         if not 0.0 < force < math.inf:
             msg = f"force of tip {tip} = {force:g} N: must be above 0; the tip is off the fruit, press more level"
             raise ReadingError(msg)
-    rigid = _weighted(law.weights, _product(law.C, forces)) + _weighted(law.weights, law.gaps)
-    dome = law.hertz * _weighted(law.weights, [force ** (2.0 / 3.0) for force in forces])
-    return rigid, dome, _weighted(law.weights, _product(law.S, forces))
+    rigid = _dot(law.weights, _product(law.C, forces)) + _dot(law.weights, law.gaps)
+    dome = law.hertz * _dot(law.weights, [force ** (2.0 / 3.0) for force in forces])
+    body = _dot(law.weights, _product(law.S, forces))
+    return rigid, dome, body
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingSlopes:
-    """By which share of E a reading moves, for each tip.
+    """By which fraction of E a reading moves, for each tip.
 
-    Per force [1/N], per share by which its spring is stiffer than known [1], per height by which it stands out [1/mm].
+    Per force [1/N], per relative change of the stiffness of its spring [1], per height by which it stands out [1/mm].
     """
 
     forces: tuple[float, ...]
@@ -105,9 +103,11 @@ class ReadingSlopes:
 
 def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
     """Return the compliance C [mm/N] of springs that are stiffer by factors [1], coupled in the same measure."""
-    shares = [1.0 / math.sqrt(factor) for factor in factors]
-    rows = zip(shares, C, strict=True)
-    return tuple(tuple(own * entry * other for entry, other in zip(row, shares, strict=True)) for own, row in rows)
+    scales = [1.0 / math.sqrt(factor) for factor in factors]
+    rows = []
+    for scale_of_row, row in zip(scales, C, strict=True):
+        rows.append(tuple(scale_of_row * entry * scale for entry, scale in zip(row, scales, strict=True)))
+    return tuple(rows)
 
 
 def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
@@ -115,60 +115,54 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
     _, dome, body = contrast_terms(law, forces)
     softer = E ** (-2.0 / 3.0)
     falling = dome * softer / 1.5 + body / E  # -E dg/dE [mm]
-    springs, fruit = _contracted(law.weights, law.C), _contracted(law.weights, law.S)
-    rows = list(zip(law.weights, forces, springs, fruit, _product(law.C, forces), strict=True))
     hertz = law.hertz * softer / 1.5
-    return ReadingSlopes(
-        forces=tuple((a + b / E + hertz * w * F ** (-1.0 / 3.0)) / falling for w, F, a, b, _ in rows),
-        springs=tuple(-0.5 * (w * given + a * F) / falling for w, F, a, _, given in rows),
-        heights=tuple(-w / falling for w in law.weights),
-    )
-
-
-def _contracted(weights: Sequence[float], matrix: Matrix) -> list[float]:
-    """Return the sum of the rows of a matrix, each times its weight."""
-    return [_weighted(weights, column) for column in zip(*matrix, strict=True)]
+    by_force = []
+    by_spring = []
+    contracted = zip(_contracted(law.weights, law.C), _contracted(law.weights, law.S), strict=True)
+    rows = zip(law.weights, forces, _product(law.C, forces), contracted, strict=True)
+    for weight, force, deflection, (spring, fruit) in rows:
+        by_force.append((spring + fruit / E + hertz * weight * force ** (-1.0 / 3.0)) / falling)
+        by_spring.append(-0.5 * (weight * deflection + spring * force) / falling)
+    by_height = tuple(-weight / falling for weight in law.weights)
+    return ReadingSlopes(forces=tuple(by_force), springs=tuple(by_spring), heights=by_height)
 
 
 def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:
     """Return how far the housing has lowered each tip [mm] where a fruit of modulus E [MPa] answers with forces [N]."""
     hertz = law.hertz * E ** (-2.0 / 3.0)
-    rows = zip(law.C, law.S, forces, law.gaps, strict=True)
-    return tuple(
-        math.fsum((a + b / E) * force for a, b, force in zip(springs, fruit, forces, strict=True))
-        + hertz * own ** (2.0 / 3.0)
-        + gap
-        for springs, fruit, own, gap in rows
-    )
+    lowered = []
+    for springs, fruit, force, gap in zip(law.C, law.S, forces, law.gaps, strict=True):
+        compliance = [spring + body / E for spring, body in zip(springs, fruit, strict=True)]
+        lowered.append(_dot(compliance, forces) + hertz * force ** (2.0 / 3.0) + gap)
+    return tuple(lowered)
 
 
-def plane_through(places: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
-    """Return travel [mm] and slopes along and across [1] of the plane that fits heights [mm] at places [mm] best.
+def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
+    """Return travel [mm] and slopes along and across [1] of the plane that fits heights [mm] at positions [mm] best.
 
-    The places lie in mirror images about their middle. The slope across is None where they lie in one line.
+    The positions lie in mirror images about their middle. The slope across is None where they lie in one line.
     """
-    middle = [math.fsum(place[axis] for place in places) / len(places) for axis in (0, 1)]
     slopes: list[float | None] = []
-    for axis in (0, 1):
-        arms = [place[axis] - middle[axis] for place in places]
-        spread = math.fsum(arm * arm for arm in arms)
-        turned = math.fsum(arm * height for arm, height in zip(arms, heights, strict=True))
-        slopes.append(turned / spread if spread > 0.0 else None)
+    for coordinates in zip(*positions, strict=True):
+        middle = math.fsum(coordinates) / len(positions)
+        arms = [coordinate - middle for coordinate in coordinates]
+        spread = _dot(arms, arms)
+        slopes.append(_dot(arms, heights) / spread if spread > 0.0 else None)
     return math.fsum(heights) / len(heights), slopes[0] or 0.0, slopes[1]
 
 
 def _smallest_root(rigid: float, dome: float, body: float) -> float:
     """Return the smallest z > 0 of rigid + dome z^2 + body z^3 = 0, which is E^(-1/3) [MPa^(-1/3)].
 
-    The cubic is level at 0 and runs one way up to its next level place: the root lies before it, or is not there.
+    The cubic is level at 0 and runs one way up to its next level point: the root lies before it, or is not there.
     """
 
     def contrast(z: float) -> float:
         return rigid + z * z * (dome + body * z)
 
     turn = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
-    end = turn if turn > 0.0 else _beyond_root(rigid, dome, body)
     start = 0.0
+    end = turn if turn > 0.0 else _beyond_root(rigid, dome, body)
     if not rigid * contrast(end) < 0.0:
         msg = "the forces belong to no modulus: must be those of this sensor, pressed on a fruit; calibrate it anew"
         raise ReadingError(msg)
@@ -176,21 +170,29 @@ def _smallest_root(rigid: float, dome: float, body: float) -> float:
         middle = 0.5 * (start + end)
         if middle in (start, end):
             break
-        start, end = (middle, end) if rigid * contrast(middle) > 0.0 else (start, middle)
+        if rigid * contrast(middle) > 0.0:
+            start = middle
+        else:
+            end = middle
     return end
 
 
 def _beyond_root(rigid: float, dome: float, body: float) -> float:
-    """Return a place beyond the root of a cubic that runs one way [MPa^(-1/3)]."""
+    """Return a point beyond the root of a cubic that runs one way [MPa^(-1/3)]."""
     by_dome = math.sqrt(abs(rigid / dome)) if dome != 0.0 else math.inf
     by_body = abs(rigid / body) ** (1.0 / 3.0) if body != 0.0 else math.inf
     nearer = min(by_dome, by_body)
     return 2.0 * nearer if math.isfinite(nearer) else 1.0
 
 
-def _weighted(weights: Sequence[float], values: Sequence[float]) -> float:
-    return math.fsum(weight * value for weight, value in zip(weights, values, strict=True))
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return math.fsum(x * y for x, y in zip(a, b, strict=True))
 
 
 def _product(matrix: Matrix, forces: Sequence[float]) -> list[float]:
-    return [math.fsum(entry * force for entry, force in zip(row, forces, strict=True)) for row in matrix]
+    return [_dot(row, forces) for row in matrix]
+
+
+def _contracted(weights: Sequence[float], matrix: Matrix) -> list[float]:
+    """Return the sum of the rows of a matrix, each times its weight."""
+    return [_dot(weights, column) for column in zip(*matrix, strict=True)]

@@ -43,9 +43,13 @@ class DeepPress:
 
     def _depth(self, K: float, K_m: float, travel: float) -> float:
         """Return the indentation [mm] at which spring and fruit carry the same."""
-        above, below = 0.0, travel
+        low = 0.0
+        high = travel
         for _ in range(_HALVINGS):
-            middle = 0.5 * (above + below)
+            middle = 0.5 * (low + high)
             flesh = K_m * large_strain_factor(middle / self.side, self.poisson, self.law) * middle
-            above, below = (middle, below) if flesh < K * (travel - middle) else (above, middle)
-        return 0.5 * (above + below)
+            if flesh < K * (travel - middle):
+                low = middle
+            else:
+                high = middle
+        return 0.5 * (low + high)

@@ -42,7 +42,9 @@ def cantilever(sine: float) -> Cantilever:
 def _series(square: float) -> tuple[float, float]:
     """Return I - 1 and 1.5 J - 1 from the square of the sine."""
     a = b = 0.0
-    binomial, odd, n = 1.0, 2.0 / 3.0, 0
+    binomial = 1.0
+    odd = 2.0 / 3.0
+    n = 0
     while True:
         n += 1
         binomial *= square * (2 * n - 1) / (2 * n)  # coefficient of 1 / sqrt(1 - x) in x^n
@@ -61,15 +63,14 @@ def large_deflection_stiffening(length: float, deflection: float) -> float:
     36/35 (d / L)^2 while d is small; each half of a leaf is a cantilever. The platform is free along the leaves and
     does not turn. Raises InputError beyond d = L / 2.
     """
-    share = deflection / length
-    if not _DEFLECTIONS.hold(share):
-        raise validation_error(
-            "deflection / leaf length", share, "1", str(_DEFLECTIONS), "take a longer leaf or press less"
-        )
-    sine = 1.5 * share
+    relative = deflection / length
+    if not _DEFLECTIONS.hold(relative):
+        hint = "take a longer leaf or press less"
+        raise validation_error("deflection / leaf length", relative, "1", str(_DEFLECTIONS), hint)
+    sine = 1.5 * relative
     for _ in range(_STEPS):
         bent = cantilever(sine)
-        if bent.deflection == share:
+        if bent.deflection == relative:
             break
-        sine *= share / bent.deflection
+        sine *= relative / bent.deflection
     return bent.stiffening

@@ -36,12 +36,16 @@ def table_share(force: float, travel: float, E: float, poisson: float, radius: f
     `force` [N] is that of all tips at this travel on the clamped fruit. What the table takes lowers the force in
     proportion: share = approach(force (1 - share)) / travel, whose right side falls, so that there is one answer.
     """
-    least, most = 0.0, 1.0
+    low = 0.0
+    high = 1.0
     for _ in range(_HALVINGS):
-        share = 0.5 * (least + most)
-        taken = table_contact(force * (1.0 - share), E, poisson, radius).approach_mm / travel
-        least, most = (share, most) if taken > share else (least, share)
-    return 0.5 * (least + most)
+        fraction = 0.5 * (low + high)
+        taken = table_contact(force * (1.0 - fraction), E, poisson, radius).approach_mm / travel
+        if taken > fraction:
+            low = fraction
+        else:
+            high = fraction
+    return 0.5 * (low + high)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,9 +79,8 @@ def roll(forces: Sequence[float], places: Sequence[float], stiffness: Sequence[f
     moment = sum(force * x for force, x in zip(forces, places, strict=True))
     pressed = sum(k * x**2 for k, x in zip(stiffness, places, strict=True)) / radius
     resistance = total - pressed
-    if moment == 0.0:
-        angle = 0.0 if resistance > 0.0 else math.inf
-    else:
-        angle = math.degrees(moment / resistance / radius) if resistance > 0.0 else math.inf
+    angle = math.inf
+    if resistance > 0.0:
+        angle = math.degrees(moment / resistance / radius)
     friction = abs(moment) / (2.0 * radius * total)
     return Roll(lever_mm=moment / total, resistance=resistance, angle_deg=angle, friction=friction)

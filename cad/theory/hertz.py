@@ -84,15 +84,16 @@ def equivalent_radius(radius: float, radius_across: float) -> float:
 
 def _axis_ratio(radii: float) -> float:
     """Return b / a of the ellipse that a body of this ratio of radii, above 1, makes on a plate [1]; Johnson (4.28)."""
-    least, most = 0.0, 1.0
+    low = 0.0
+    high = 1.0
     for _ in range(_HALVINGS):
-        ratio = 0.5 * (least + most)
+        ratio = 0.5 * (low + high)
         first, second = _elliptic_integrals(ratio)
         if (second / ratio**2 - first) / (first - second) > radii:
-            least = ratio
+            low = ratio
         else:
-            most = ratio
-    return 0.5 * (least + most)
+            high = ratio
+    return 0.5 * (low + high)
 
 
 def _elliptic_integrals(ratio: float) -> tuple[float, float]:
@@ -100,7 +101,9 @@ def _elliptic_integrals(ratio: float) -> tuple[float, float]:
 
     M. Abramowitz and I. A. Stegun, Handbook of Mathematical Functions (1964), 17.6.
     """
-    a, b, power = 1.0, ratio, 0.5
+    a = 1.0
+    b = ratio
+    power = 0.5
     lost = power * (1.0 - ratio**2)
     while abs(a - b) > math.ulp(a):
         a, b, c = 0.5 * (a + b), math.sqrt(a * b), 0.5 * (a - b)

@@ -13,11 +13,11 @@ _REMEDY = "choose another process or other targets"
 class Flexure:
     """Two leaves of length L between fillets' outer ends, thickness t, depth w, one separation apart [mm]."""
 
-    thickness: float = quantity("mm", _POSITIVE, remedy=_REMEDY)
-    length: float = quantity("mm", _POSITIVE, remedy=_REMEDY)
-    depth: float = quantity("mm", _POSITIVE, remedy=_REMEDY)
-    separation: float = quantity("mm", _POSITIVE, remedy=_REMEDY)
-    fillet: float = quantity("mm", _POSITIVE, remedy=_REMEDY)
+    thickness: float = quantity("mm", _POSITIVE, hint=_REMEDY)
+    length: float = quantity("mm", _POSITIVE, hint=_REMEDY)
+    depth: float = quantity("mm", _POSITIVE, hint=_REMEDY)
+    separation: float = quantity("mm", _POSITIVE, hint=_REMEDY)
+    fillet: float = quantity("mm", _POSITIVE, hint=_REMEDY)
 
     def __post_init__(self) -> None:
         """Check each field, and that the fillets leave a straight leaf and a window between the leaves."""

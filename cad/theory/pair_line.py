@@ -11,6 +11,7 @@ are noisy on both sides of it: W. E. Deming, Statistical Adjustment of Data, 194
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from cad.theory.contrast_law import Matrix, ReadingError
 
@@ -51,15 +52,17 @@ class PressSums:
         count = self.count + other.count
         if count == 0:
             return self
-        soft, stiff = other.soft - self.soft, other.stiff - self.stiff
-        part, weight = other.count / count, self.count * other.count / count
+        low_step = other.soft - self.soft
+        high_step = other.stiff - self.stiff
+        fraction = other.count / count
+        weight = self.count * other.count / count
         return PressSums(
-            count,
-            self.soft + part * soft,
-            self.stiff + part * stiff,
-            self.soft_soft + other.soft_soft + weight * soft * soft,
-            self.soft_stiff + other.soft_stiff + weight * soft * stiff,
-            self.stiff_stiff + other.stiff_stiff + weight * stiff * stiff,
+            count=count,
+            soft=self.soft + fraction * low_step,
+            stiff=self.stiff + fraction * high_step,
+            soft_soft=self.soft_soft + other.soft_soft + weight * low_step * low_step,
+            soft_stiff=self.soft_stiff + other.soft_stiff + weight * low_step * high_step,
+            stiff_stiff=self.stiff_stiff + other.stiff_stiff + weight * high_step * high_step,
         )
 
 
@@ -84,13 +87,22 @@ def line_of_sums(C: Matrix, own_less_other: float, sums: PressSums, noises: Sequ
     if sums.count < FEWEST:
         msg = f"samples with both tips on the fruit = {sums.count}: must be at least {FEWEST}; press farther"
         raise ReadingError(msg)
-    give = C[0][0] - C[1][0], C[0][1] - C[1][1]
-    noise = _of_line(give, (noises[0] ** 2, 0.0, noises[1] ** 2))
-    slope, spread = _slope(_of_line(give, (sums.soft_soft, sums.soft_stiff, sums.stiff_stiff)), noise)
-    scatter = math.sqrt(max(noise[2] - 2.0 * slope * noise[1] + slope**2 * noise[0], 0.0))
+    deflection = _deflection_difference(C)
+    noise = _along_line(deflection, ForceProducts(noises[0] ** 2, 0.0, noises[1] ** 2))
+    samples = _along_line(deflection, ForceProducts(sums.soft_soft, sums.soft_stiff, sums.stiff_stiff))
+
+    # Deming's line: so much of the noise is taken off the products that what remains lies on a line
+    fraction = _noise_fraction(samples, noise)
+    spread = samples.xx - fraction * noise.xx
+    rise = samples.xy - fraction * noise.xy
+    if not (spread > 0.0 and rise > 0.0):
+        raise ReadingError(OF_ANOTHER_SENSOR)
+    slope = rise / spread
+
+    scatter = math.sqrt(max(noise.yy - 2.0 * slope * noise.xy + slope**2 * noise.xx, 0.0))
     return PairLine(
         modulus=own_less_other / slope,
-        lead=give[0] * sums.soft + give[1] * sums.stiff - slope * (sums.stiff - sums.soft),
+        lead=deflection.low * sums.soft + deflection.high * sums.stiff - slope * (sums.stiff - sums.soft),
         error=scatter / math.sqrt(spread) / slope,
     )
 
@@ -101,39 +113,55 @@ def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float]) -> 
     This is (4) of the paper with springs that are coupled; C [mm/N] and s11 - s12 [1/mm] as in `line_over_press`. A
     lead of one tip moves it. Raises ReadingError where the forces tell nothing.
     """
-    soft, stiff = forces
-    give = (C[0][0] - C[1][0]) * soft + (C[0][1] - C[1][1]) * stiff
-    if not (give > 0.0 and stiff > soft):
+    low, high = forces
+    deflection = _deflection_difference(C)
+    difference = deflection.low * low + deflection.high * high
+    if not (difference > 0.0 and high > low):
         raise ReadingError(OF_ANOTHER_SENSOR)
-    return own_less_other * (stiff - soft) / give
+    return own_less_other * (high - low) / difference
 
 
-Moments = tuple[float, float, float]
+class ForceProducts(NamedTuple):
+    """Products of the forces of both tips [N^2]."""
+
+    low_low: float
+    low_high: float
+    high_high: float
 
 
-def _of_line(give: Sequence[float], products: Moments) -> Moments:
-    """Return the products of x = F_high - F_low with x and with y = give . F, and of y with y."""
-    soft, mixed, stiff = products
-    return (
-        soft - 2.0 * mixed + stiff,
-        give[0] * (mixed - soft) + give[1] * (stiff - mixed),
-        give[0] ** 2 * soft + 2.0 * give[0] * give[1] * mixed + give[1] ** 2 * stiff,
+class LineProducts(NamedTuple):
+    """Products of x = F_high - F_low [N] and of y [mm], by how much more the low spring is bent than the high one."""
+
+    xx: float
+    xy: float
+    yy: float
+
+
+class PerForce(NamedTuple):
+    """What y gains per force on the low and on the high tip [mm/N]."""
+
+    low: float
+    high: float
+
+
+def _deflection_difference(C: Matrix) -> PerForce:
+    return PerForce(low=C[0][0] - C[1][0], high=C[0][1] - C[1][1])
+
+
+def _along_line(y: PerForce, products: ForceProducts) -> LineProducts:
+    """Return the products of x and y from those of the forces."""
+    low, mixed, high = products
+    return LineProducts(
+        xx=low - 2.0 * mixed + high,
+        xy=y.low * (mixed - low) + y.high * (high - mixed),
+        yy=y.low**2 * low + 2.0 * y.low * y.high * mixed + y.high**2 * high,
     )
 
 
-def _slope(found: Moments, noise: Moments) -> tuple[float, float]:
-    """Return the slope of y over x [mm/N] and the products of x with x, both without noise; raises ReadingError."""
-    taken = _noise_share(found, noise)
-    spread, rise = found[0] - taken * noise[0], found[1] - taken * noise[1]
-    if not (spread > 0.0 and rise > 0.0):
-        raise ReadingError(OF_ANOTHER_SENSOR)
-    return rise / spread, spread
-
-
-def _noise_share(found: Moments, noise: Moments) -> float:
-    """Return the smallest t at which the matrix found - t noise lets through a line: its determinant is zero."""
-    a = noise[0] * noise[2] - noise[1] ** 2
-    b = found[0] * noise[2] + found[2] * noise[0] - 2.0 * found[1] * noise[1]
-    c = max(found[0] * found[2] - found[1] ** 2, 0.0)
+def _noise_fraction(samples: LineProducts, noise: LineProducts) -> float:
+    """Return the smallest t at which samples - t noise is that of a line: its determinant is zero."""
+    a = noise.xx * noise.yy - noise.xy**2
+    b = samples.xx * noise.yy + samples.yy * noise.xx - 2.0 * samples.xy * noise.xy
+    c = max(samples.xx * samples.yy - samples.xy**2, 0.0)
     root = b + math.sqrt(max(b * b - 4.0 * a * c, 0.0))
     return 2.0 * c / root if root > 0.0 else 0.0

@@ -15,7 +15,7 @@ _WIDEST = 0.999  # of the edge's radius: the depth grows without bound as contac
 
 
 def edge_loss(depth: float, side: float, radius: float) -> float:
-    """Return the share of force that a tip of a side loses at a depth by an edge of a radius [1 from mm].
+    """Return the fraction of force that a tip of a side loses at a depth by an edge of a radius [1 from mm].
 
     2 radius / side at first touch, ever less the deeper it stands; 0 for a sharp edge. The radius is at most side / 2.
     """
@@ -26,7 +26,8 @@ def edge_loss(depth: float, side: float, radius: float) -> float:
     if reach >= depths[-1]:
         return missing[-1] / reach
     upper = bisect.bisect_right(depths, reach)
-    start, end = depths[upper - 1], depths[upper]
+    start = depths[upper - 1]
+    end = depths[upper]
     between = missing[upper - 1] * (end - reach) + missing[upper] * (reach - start)
     return between / ((end - start) * reach) if reach > 0.0 else missing[1] / depths[1]
 
@@ -34,7 +35,10 @@ def edge_loss(depth: float, side: float, radius: float) -> float:
 @functools.lru_cache(maxsize=32)
 def _missing_forces(edge: float) -> tuple[list[float], list[float]]:
     """Return depths and the loss times the depth at each [1], lengths in half sides, for an edge of that radius."""
-    depths, missing, fallen, before = [0.0], [0.0], 0.0, 0.0
+    depths = [0.0]
+    missing = [0.0]
+    fallen = 0.0
+    before = 0.0
     for step in range(1, _CURVE + 1):
         contact = _WIDEST * step / _CURVE
         fallen += edge * (contact - before) * _mean_fall(edge, before, contact)
@@ -48,16 +52,19 @@ def _missing_forces(edge: float) -> tuple[list[float], list[float]]:
 
 def _mean_fall(edge: float, start: float, end: float) -> float:
     """Return the mean of the fall between two radii of contact, given as sines of the edge's angle."""
-    places = (start + (end - start) * (place + 0.5) / _POINTS for place in range(_POINTS))
-    return sum(_fall(edge, math.asin(sine)) for sine in places) / _POINTS
+    total = 0.0
+    for point in range(_POINTS):
+        sine = start + (end - start) * (point + 0.5) / _POINTS
+        total += _fall(edge, math.asin(sine))
+    return total / _POINTS
 
 
 def _fall(edge: float, angle: float) -> float:
     """Return the depth at which contact reaches an angle of the edge: t times the integral of g' / sqrt(t^2 - r^2)."""
     t = 1.0 - edge + edge * math.sin(angle)
     total = 0.0
-    for place in range(_POINTS):
-        s = (place + 0.5) / _POINTS  # the angle within the edge is angle (1 - s^2), which takes the root's pole away
+    for point in range(_POINTS):
+        s = (point + 0.5) / _POINTS  # the angle within the edge is angle (1 - s^2), which takes the root's pole away
         within = angle * (1.0 - s * s)
         r = 1.0 - edge + edge * math.sin(within)
         total += 2.0 * s * math.sin(within) / math.sqrt(t * t - r * r)

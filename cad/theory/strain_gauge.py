@@ -9,11 +9,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from cad.quantity import Bounds, check_fields, check_sources, quantity, sourced_records, validation_error
 from cad.theory.leaf_spring import Flexure, pair_stiffness
+from cad.toml_file import read_toml
 
-Span = tuple[float, float]
 _POSITIVE = Bounds(above=0.0)
 _DATA = "correct the entry in cad/theory/gauges.toml"
 _ROOM = "choose another process or other targets, or print.gauges = 'none'"
@@ -29,33 +30,33 @@ class FoilGauge:
     """
 
     name: str
-    grid_length_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    grid_width_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    backing_length_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    backing_width_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    margin_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    foil_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    foil_fill: float = quantity("1", Bounds(above=0.0, at_most=1.0), remedy=_DATA)
-    foil_E_MPa: float = quantity("MPa", _POSITIVE, remedy=_DATA)
-    foil_poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), remedy=_DATA)
-    backing_mm: float = quantity("mm", _POSITIVE, remedy=_DATA)
-    backing_E_MPa: float = quantity("MPa", _POSITIVE, remedy=_DATA)
-    backing_poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), remedy=_DATA)
-    gauge_factor: float = quantity("1", _POSITIVE, remedy=_DATA)
+    grid_length_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
+    grid_width_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
+    backing_length_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
+    backing_width_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
+    margin_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
+    foil_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
+    foil_fill: float = quantity("1", Bounds(above=0.0, at_most=1.0), hint=_DATA)
+    foil_E_MPa: float = quantity("MPa", _POSITIVE, hint=_DATA)
+    foil_poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), hint=_DATA)
+    backing_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
+    backing_E_MPa: float = quantity("MPa", _POSITIVE, hint=_DATA)
+    backing_poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), hint=_DATA)
+    gauge_factor: float = quantity("1", _POSITIVE, hint=_DATA)
     sources: tuple[tuple[str, str], ...]
 
     def __post_init__(self) -> None:
         """Check each number, that the backing carries the grid, and that every number has a source."""
         table = f"gauge {self.name}"
         check_fields(self, table)
-        for side, value, grid in (
-            ("length", self.backing_length_mm, self.grid_length_mm),
-            ("width", self.backing_width_mm, self.grid_width_mm),
-        ):
-            least = grid + 2.0 * self.margin_mm
-            if value < least:
-                name, bound = f"{table}.backing_{side}_mm", f"at least {least:g} mm, to carry the grid"
-                raise validation_error(name, value, "mm", bound, _DATA)
+        for side in ("length", "width"):
+            name = f"backing_{side}_mm"
+            backing = getattr(self, name)
+            least = getattr(self, f"grid_{side}_mm") + 2.0 * self.margin_mm
+            if backing < least:
+                bound = f"at least {least:g} mm, to carry the grid"
+                key = f"{table}.{name}"
+                raise validation_error(key, backing, "mm", bound, _DATA)
         check_sources(self, table, _DATA)
 
     @property
@@ -74,9 +75,20 @@ class FoilGauge:
         return self.backing_width_mm - 2.0 * self.margin_mm
 
 
-_DECLARED = sourced_records(Path(__file__).with_name("gauges.toml"), FoilGauge, "gauge", _DATA)
+_DECLARED = sourced_records(read_toml(Path(__file__).with_name("gauges.toml"), "gauges"), FoilGauge, "gauge", _DATA)
 FOIL = _DECLARED["foil"]
 GAUGES: dict[str, FoilGauge | None] = {"none": None, **_DECLARED}
+
+
+class Span(NamedTuple):
+    """Where a layer starts, nearest to the root of the leaf, and where it ends [mm from the wall]."""
+
+    start: float
+    end: float
+
+    def mirrored(self, length: float) -> "Span":
+        """Return the span at the other end of a leaf of a length [mm]."""
+        return Span(length - self.start, length - self.end)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,25 +106,31 @@ def shortest_gauged(fillet: float, gauge: FoilGauge) -> float:
 
 
 def gauge_spans(flexure: Flexure, gauge: FoilGauge) -> tuple[GaugeSpans, GaugeSpans]:
-    """Return the places of the gauges at the wall and at the shuttle [mm]; every span starts nearest to its own root.
+    """Return the gauges at the wall and at the shuttle [mm]; every span starts nearest to its own root.
 
     Raises InputError for a leaf that is too short or not deep enough.
     """
-    for key, value, least in (
-        ("flexure.length", flexure.length, shortest_gauged(flexure.fillet, gauge)),
-        ("flexure.depth", flexure.depth, gauge.backing_width_mm),
-    ):
-        if value < least:
-            raise validation_error(key, value, "mm", f"at least {least:g} mm, the room for gauges", _ROOM)
-    start, end = flexure.fillet, flexure.fillet + gauge.backing_length_mm
+    shortest = shortest_gauged(flexure.fillet, gauge)
+    if flexure.length < shortest:
+        bound = f"at least {shortest:g} mm, the room for gauges"
+        raise validation_error("flexure.length", flexure.length, "mm", bound, _ROOM)
+    if flexure.depth < gauge.backing_width_mm:
+        bound = f"at least {gauge.backing_width_mm:g} mm, the room for gauges"
+        raise validation_error("flexure.depth", flexure.depth, "mm", bound, _ROOM)
+    start = flexure.fillet
+    end = start + gauge.backing_length_mm
     inside = start + gauge.margin_mm
-    spans = {
-        "backing": (start, end),
-        "metal": (inside, end - gauge.margin_mm),
-        "grid": (inside, inside + gauge.grid_length_mm),
-    }
-    mirrored = {name: (flexure.length - a, flexure.length - b) for name, (a, b) in spans.items()}
-    return GaugeSpans(**spans), GaugeSpans(**mirrored)
+    at_wall = GaugeSpans(
+        backing=Span(start, end),
+        metal=Span(inside, end - gauge.margin_mm),
+        grid=Span(inside, inside + gauge.grid_length_mm),
+    )
+    at_shuttle = GaugeSpans(
+        backing=at_wall.backing.mirrored(flexure.length),
+        metal=at_wall.metal.mirrored(flexure.length),
+        grid=at_wall.grid.mirrored(flexure.length),
+    )
+    return at_wall, at_shuttle
 
 
 def sandwich_gain(E: float, depth: float, thickness: float, length: float, fillet: float, gauge: FoilGauge) -> float:
@@ -124,18 +142,21 @@ def sandwich_gain(E: float, depth: float, thickness: float, length: float, fille
     bare = E * depth * thickness**3 / 12.0
     coated = bare + 0.5 * gauge.backing_stiffness * min(gauge.backing_width_mm, depth) * thickness**2
     full = coated + 0.5 * gauge.foil_stiffness * min(gauge.metal_width_mm, depth) * thickness**2
-    start, end = fillet, min(fillet + gauge.backing_length_mm, 0.5 * length)
+    start = fillet
+    end = min(fillet + gauge.backing_length_mm, 0.5 * length)
     half = (0.0, start, start + gauge.margin_mm, end - gauge.margin_mm, end)
-    ends = [*half, *(length - place for place in reversed(half))]
+    ends = [*half, *(length - position for position in reversed(half))]
     bending = (bare, coated, full, coated, bare, coated, full, coated, bare)
     return 0.5 * (1.0 + _guided_stiffness(ends, bending) * length**3 / (12.0 * bare))
 
 
 def _guided_stiffness(ends: Sequence[float], bending: Sequence[float]) -> float:
     """Return K of a clamped-guided leaf [N/mm] in pieces between ends [mm], each with its EI [N mm^2]."""
-    pieces = list(zip(itertools.pairwise(ends), bending, strict=True))
-    J0, J1, J2 = (math.fsum((b ** (n + 1) - a ** (n + 1)) / ((n + 1) * EI) for (a, b), EI in pieces) for n in (0, 1, 2))
-    return 1.0 / (J2 - J1**2 / J0)
+    J = []
+    for n in (0, 1, 2):
+        pieces = zip(itertools.pairwise(ends), bending, strict=True)
+        J.append(math.fsum((end ** (n + 1) - start ** (n + 1)) / ((n + 1) * EI) for (start, end), EI in pieces))
+    return 1.0 / (J[2] - J[1] ** 2 / J[0])
 
 
 def gauged_length(E: float, depth: float, thickness: float, fillet: float, stiffness: float, gauge: FoilGauge) -> float:
@@ -145,9 +166,11 @@ def gauged_length(E: float, depth: float, thickness: float, fillet: float, stiff
         gain = sandwich_gain(E, depth, thickness, length, fillet, gauge)
         return pair_stiffness(E, depth, thickness, length) * gain > stiffness
 
-    shorter, longer = 2.0 * fillet, 2.0 * fillet + thickness
+    shorter = 2.0 * fillet
+    longer = shorter + thickness
     while too_stiff(longer):
-        shorter, longer = longer, 2.0 * longer
+        shorter = longer
+        longer = 2.0 * longer
     for _ in range(_HALVINGS):
         middle = 0.5 * (shorter + longer)
         if too_stiff(middle):

@@ -74,7 +74,8 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
 
     Raises ValueError unless stiffness_ratio < P < K_h / K_l, the range that the springs can show.
     """
-    K_l, K_h = springs.K_l, springs.K_h
+    K_l = springs.K_l
+    K_h = springs.K_h
     if not stiffness_ratio < P < K_h / K_l:
         bound = f"greater than {stiffness_ratio:g} and less than K_h/K_l = {K_h / K_l:g}"
         msg = f"P = {P:g}: must be {bound}; check the two forces"
@@ -100,14 +101,16 @@ def nonlinearity(
     "mid-range" takes it at K_m,max / 2 as in (7); "largest" at its maximum.
     """
     K_h = springs.K_h / stiffness_ratio
-    K_m = 0.5 * K_m_max if definition == "mid-range" else stiffness_at_largest_nonlinearity(K_h, K_m_max)
+    K_m = 0.5 * K_m_max
+    if definition == "largest":
+        K_m = stiffness_at_largest_nonlinearity(K_h, K_m_max)
     rise = force_ratio(springs, K_m_max, stiffness_ratio) - stiffness_ratio
     return (force_ratio(springs, K_m, stiffness_ratio) - stiffness_ratio) / rise - K_m / K_m_max
 
 
 def curve_shares(steps: int) -> list[float]:
-    """Return the shares of E_max at which a curve of P is taken [1], (steps + 1,): next to none, then equal steps."""
-    return [SOFTEST, *(place / steps for place in range(1, steps + 1))]
+    """Return the fractions of E_max at which P is taken [1], (steps + 1,): next to none, then equal steps."""
+    return [SOFTEST, *(step / steps for step in range(1, steps + 1))]
 
 
 def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Definition) -> float:
@@ -143,5 +146,7 @@ def size_springs(
         bound = f"P_max > {stiffness_ratio:g}, 0 < NL < 0.5, K_m_max > 0"
         msg = f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g} N/mm: must be {bound}; check the targets"
         raise ValueError(msg)
-    r = 4.0 * NL / (1.0 - 2.0 * NL) if definition == "mid-range" else ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
+    r = 4.0 * NL / (1.0 - 2.0 * NL)
+    if definition == "largest":
+        r = ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
     return Springs(K_l=K_m_max / (ratio * (1.0 + r) - 1.0), K_h=stiffness_ratio * K_m_max / r)

@@ -13,7 +13,9 @@ from cad.tips.tip_shape import Meridian, TipShape, arc
 class DomeKeys:
     """Keys in [tips] of domes."""
 
-    dome_radius_mm: float | None = quantity("mm", LENGTH, default=None, remedy="a gentle dome has 10")
+    dome_radius_mm: float | None = quantity(
+        "mm", LENGTH, default=None, hint="a gentle dome has 10", meaning="radius of the cap of a dome"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,9 +17,19 @@ _HALF_ANGLE = Bounds(at_least=45.0, at_most=89.0)
 class ConeKeys:
     """Keys in [tips] of cones."""
 
-    half_angle_deg: float | None = quantity("deg", _HALF_ANGLE, default=None, remedy="an indenter often has 70.3")
+    half_angle_deg: float | None = quantity(
+        "deg",
+        _HALF_ANGLE,
+        default=None,
+        hint="an indenter often has 70.3",
+        meaning="angle between axis and flank of a cone",
+    )
     blunt_mm: float | None = quantity(
-        "mm", Bounds(at_least=0.0, at_most=1000.0), default=None, remedy="radius of the point, 0 for a sharp one"
+        "mm",
+        Bounds(at_least=0.0, at_most=1000.0),
+        default=None,
+        hint="radius of the point, 0 for a sharp one",
+        meaning="radius of the ball at the point of a cone; left out for a sharp one",
     )
 
 

@@ -12,7 +12,11 @@ class FlatKeys:
     """Keys in [tips] of flat tips."""
 
     fillet_mm: float = quantity(
-        "mm", Bounds(at_least=0.0, at_most=1000.0), default=0.0, remedy="rounding of the edge of the face"
+        "mm",
+        Bounds(at_least=0.0, at_most=1000.0),
+        default=0.0,
+        hint="rounding of the edge of the face",
+        meaning="rounding of the edge of the face",
     )
 
 

@@ -17,6 +17,9 @@ class ShapeKeys(FlatKeys, DomeKeys, ConeKeys):
     """The keys in [tips] that belong to some shapes only."""
 
 
+OPTIONAL_KEYS = tuple(key.name for key in dataclasses.fields(ShapeKeys) if key.default is None)
+
+
 def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
     """Return the shape of a name; raises InputError for a key of another shape, or one that is missing."""
     kind = SHAPES[name]
@@ -34,5 +37,5 @@ def tip_shape(name: str, side_mm: float, keys: ShapeKeys) -> TipShape:
             given[key.name] = value
         elif needed[key.name]:
             bound = f"given for tips.shape = {name!r}"
-            raise validation_error(label, None, "", bound, key.metadata["remedy"])
+            raise validation_error(label, None, "", bound, key.metadata["hint"])
     return kind(side_mm=side_mm, **given)

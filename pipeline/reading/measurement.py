@@ -88,7 +88,7 @@ def measurement_model(
     `height_offsets` is how far each tip stands before the foremost one by its weight [mm], known by zeroing.
     """
     tips = design.tips
-    if tips.layout == "pair":
+    if tips.tip_layout.is_pair:
         return LineModel(C=_rows(C), own_less_other=1.0 / contact.K_m_over_E())
     weights = contrast_weights(tips.places_mm, tips.springs)
     if tips.dome_radius_mm is None:

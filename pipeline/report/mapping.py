@@ -188,7 +188,7 @@ def stored_response(
 
 def stored_row(table: SensorResponse, i: int, tips: Tips, spring_errors: Floats) -> StoredResponse:
     """Return the response at one modulus; `spring_errors` (tips,) are the errors of the forces [1] by the springs."""
-    low, high = (table.F[i, :, list(kind)].mean(axis=0) for kind in tips.kinds)
+    low, high = (table.F[i, :, list(kind)].mean(axis=0) for kind in tips.spring_groups)
     return StoredResponse(
         E_MPa=float(table.E[i]),
         x_mm=tuple(table.x.tolist()),
@@ -198,7 +198,7 @@ def stored_row(table: SensorResponse, i: int, tips: Tips, spring_errors: Floats)
         slope_ratio=_numbers(table.slope_ratio[i]),
         F_error_percent=_numbers(100.0 * (table.F_error[i] + spring_errors.max())),
         P_error_percent=_numbers(100.0 * (table.P_error[i] + spring_errors.sum())),
-        F_N=() if tips.layout == "pair" else tuple(_numbers(forces) for forces in table.F[i].T),
+        F_N=() if tips.tip_layout.is_pair else tuple(_numbers(forces) for forces in table.F[i].T),
     )
 
 

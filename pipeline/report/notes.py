@@ -62,7 +62,7 @@ def _large_strain(result: SensorResult) -> str:
         if design.press.strain == "large":
             return "large strain is solved, deeper than the table that tells what the linear law would read"
         return f"small strain is assumed; large strain was solved for flat tips down to {deepest_solved():g} sides"
-    springs = result.springs.as_pair.stiffnesses
+    springs = result.springs.per_spring.stiffnesses
     press = DeepPress(springs=springs, side=design.tips.side_mm, poisson=design.fruit.poisson)
     E = min(design.fruit.E_MPa)
     K_m = E * result.contact.K_m_over_E()

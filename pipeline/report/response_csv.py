@@ -29,7 +29,7 @@ def response_csv(table: ReadingTable, tips: Tips) -> str:
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    every = () if tips.layout == "pair" else tuple(range(len(tips.springs)))
+    every = () if tips.tip_layout.is_pair else tuple(range(len(tips.springs)))
     writer.writerow((*COLUMNS, *(f"F_{tip + 1}_N" for tip in every)))
     writer.writerows(_rows(table, tips, every))
     return out.getvalue()
@@ -42,7 +42,7 @@ def _rows(table: ReadingTable, tips: Tips, every: Sequence[int]) -> Iterator[lis
             if i == 0:
                 continue  # stands for the softest fruit, a limit and no fruit
             forces = response.F[i, j]
-            soft, stiff = (forces[list(kind)].mean() for kind in tips.kinds)
+            soft, stiff = (forces[list(kind)].mean() for kind in tips.spring_groups)
             numbers = (E, x, soft, stiff, response.P[i, j])
             # Three digits of an error: more differ from solver to solver, and the file would with them.
             error = _digits(100.0 * response.P_error[i, j], 3)

@@ -29,7 +29,7 @@ def begin_solids(design: Design, springs: FittedSprings, folder: Path, executor:
     The future raises OSError or ExportError.
     """
     housing = springs.housing
-    if design.tips.layout == "line":
+    if not design.tips.tip_layout.has_housing:
         return finished((NO_LINE,))
     if housing is None:
         return finished(())

@@ -41,7 +41,7 @@ def contact_compliance(
     is_dome = tips.tip_shape.obeys_hertz
     if block != fruit:
         check_curved(fruit, contact_footprints(fruit, tips))  # before the block is solved
-    if tips.layout != "pair" or is_dome:
+    if not tips.tip_layout.is_pair or is_dome:
         compliance = _compliance_of_any_layout(fruit, tips, method, tolerance)
     else:
         compliance = _compliance_of_pair(block, tips.flat, method, tolerance)

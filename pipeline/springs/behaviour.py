@@ -82,7 +82,7 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | N
         return None
     stiffness, housing = springs.fitted.stiffness, springs.fitted.housing
     forces = press.table.F[:, -1]
-    hardest = [forces[:, list(kind)].max(axis=1).tolist() for kind in springs.tips.kinds]
+    hardest = [forces[:, list(kind)].max(axis=1).tolist() for kind in springs.tips.spring_groups]
     arms = {arm.name: _arm_behaviour(springs, i, arm, hardest[i]) for i, arm in enumerate(housing.arms)}
     crosstalk = float(stiffness.C[0, -1] / stiffness.C[-1, -1])
     return SpringBehaviour(crosstalk=crosstalk, gauges=housing.gauges, arms=arms, modes=modes)

@@ -74,7 +74,7 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
     """
     process, ratio = design.process, sizing.sizing_stiffness_ratio
     printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
-    rows = zip(design.tips.as_pair.names, sizing.springs.stiffnesses, printable, strict=True)
+    rows = zip(("low", "high"), sizing.springs.stiffnesses, printable, strict=True)
     return tuple(FittedSpring(name=name, target=K, printable=leaves) for name, K, leaves in rows)
 
 
@@ -120,9 +120,9 @@ class FittedSprings:
         return tuple(spring.error for spring in self.springs)
 
     @property
-    def as_pair(self) -> "FittedSprings":
+    def per_spring(self) -> "FittedSprings":
         """Return the springs with one tip each."""
-        return replace(self, tips=self.tips.as_pair)
+        return replace(self, tips=self.tips.per_spring)
 
     @property
     def C(self) -> Floats:
@@ -160,7 +160,7 @@ def fit_springs(
     deflections = sizing.deflections(design.full_travels_mm)
     springs = springs_as_sized(design, sizing)
     fitted = None
-    if design.tips.layout != "line" and all(spring.printable.passed is not False for spring in springs):
+    if design.tips.tip_layout.has_housing and all(spring.printable.passed is not False for spring in springs):
         lengths = tuple(spring.printable.length_mm for spring in springs)
         try:
             guess = housing_for(design, process, lengths, deflections)

@@ -52,7 +52,7 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     travel. Raises InputError where no springs meet the targets.
     """
     fruit, tips, of_tips = design.fruit, design.tips, contact
-    contact = contact.per_spring(*tips.kinds)
+    contact = contact.per_spring(*tips.spring_groups)
     by_hayes = options.fruit_stiffness == "hayes"
     K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * tips.side_mm) if by_hayes else contact.K_m_over_E()
     ratio = 1.0 if by_hayes else contact.stiffness_ratio()

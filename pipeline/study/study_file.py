@@ -51,7 +51,7 @@ class Goal:
         "bruise",
         *(f"printable.{name}" for name in Tips().names),
     )
-    evaluations: int = quantity("", Bounds(at_least=1), default=600, remedy="600 is the default")
+    evaluations: int = quantity("", Bounds(at_least=1), default=600, hint="600 is the default")
 
     def __post_init__(self) -> None:
         """Refuse a goal that is no key of a report, and too few points to search with."""
@@ -74,13 +74,13 @@ class Study:
     vary: Mapping[str, Variation]
     wanted: tuple[str, ...]
     how: How = choice(HOW, default="sobol")
-    samples: int = quantity("", Bounds(at_least=0, at_most=MOST_POINTS), default=0, remedy="say how many points")
-    seed: int = quantity("", Bounds(at_least=0), default=0, remedy="any whole number will do")
-    tol: float = quantity("1", TOLERANCES, default=DEFAULT_TOLERANCE, remedy=f"the default is {DEFAULT_TOLERANCE:g}")
+    samples: int = quantity("", Bounds(at_least=0, at_most=MOST_POINTS), default=0, hint="say how many points")
+    seed: int = quantity("", Bounds(at_least=0), default=0, hint="any whole number will do")
+    tol: float = quantity("1", TOLERANCES, default=DEFAULT_TOLERANCE, hint=f"the default is {DEFAULT_TOLERANCE:g}")
     level: Level = choice(LEVELS, default="contact")
     contact: Contact = choice(CONTACT, default="auto")
     audit: float = quantity(
-        "1", Bounds(at_least=0.0, at_most=1.0), default=0.001, remedy="0.001 solves one point in a thousand in full"
+        "1", Bounds(at_least=0.0, at_most=1.0), default=0.001, hint="0.001 solves one point in a thousand in full"
     )
     rows: tuple[Row, ...] = ()
     goal: Goal = field(default_factory=Goal)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from scipy.special import ndtri
 
-from cad.quantity import InputError, as_float, nearest, validation_error
+from cad.quantity import InputError, as_float, nearest, validation_error, written_number
 
 Setting = float | int | str | bool | tuple[float, ...]
 
@@ -126,7 +126,8 @@ def setting_of_cell(cell: str) -> Setting:
     try:
         value = tomllib.loads(f"value = {cell}")["value"]
     except ValueError:
-        return cell
+        number = written_number(cell)
+        return cell if number is None else number
     return setting_of(value)
 
 

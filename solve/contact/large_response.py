@@ -13,7 +13,7 @@ import numpy as np
 
 from cad.quantity import validation_error
 from solve.arrays import Floats
-from solve.contact.linear_response import SensorResponse, SpringGroups, response_of_forces
+from solve.contact.linear_response import SensorResponse, response_of_forces
 from solve.contact.scene import Scene
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
@@ -76,7 +76,7 @@ def large_response(
         seconds=time.perf_counter() - start,
         status=f"log neo-Hooke without slip, {curve.info.status}; the grip at first touch counts as none",
     )
-    groups = SpringGroups(*scene.tips.kinds)
+    groups = scene.tips.spring_groups
     response = response_of_forces(moduli, x, F, rates, groups, info)
 
     # d ln F / d ln g: a stiff spring passes all of the flesh's error on to its force, a soft one little.

@@ -13,19 +13,11 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 
 from cad.quantity import validation_error
+from cad.tips.layouts import SpringGroups
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
 
-
-@dataclass(frozen=True)
-class SpringGroups:
-    """The indices of the tips on low (soft) and on high (stiff) springs; the pair has one of each."""
-
-    low: tuple[int, ...] = (0,)
-    high: tuple[int, ...] = (-1,)
-
-
-PAIR = SpringGroups()
+PAIR = SpringGroups(low=(0,), high=(-1,))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

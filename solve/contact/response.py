@@ -8,9 +8,10 @@ import numpy as np
 from scipy.ndimage import maximum_filter
 
 from cad.quantity import validation_error
+from cad.tips.layouts import SpringGroups
 from solve.arrays import Floats
 from solve.contact.domes.law import domes_on
-from solve.contact.linear_response import SensorResponse, SpringGroups, linear_response, response_of_forces
+from solve.contact.linear_response import SensorResponse, linear_response, response_of_forces
 from solve.contact.scene import Scene, check_scene, joined
 from solve.contact.scene_cells import SceneCells, scene_cells
 from solve.contact.unilateral import ContactState, UnilateralContact
@@ -43,7 +44,7 @@ def scene_response(
     moduli = np.asarray(E, dtype=np.float64)
     x = np.asarray(x, dtype=np.float64)
     if groups is None:
-        groups = SpringGroups(*scene.tips.kinds)
+        groups = scene.tips.spring_groups
     if scene.linear:
         exact = linear_response(compliance.S, C, moduli, x, scene.height_offsets_mm, groups=groups)
         error = compliance.error_pair

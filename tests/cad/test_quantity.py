@@ -3,14 +3,24 @@ import math
 
 import pytest
 
-from cad.quantity import Bounds, InputError, as_float, check_fields, choice, quantity, validation_error
+from cad.quantity import (
+    Bounds,
+    InputError,
+    as_float,
+    check_fields,
+    choice,
+    nearest,
+    quantity,
+    validation_error,
+    written_number,
+)
 
 
 @dataclasses.dataclass(frozen=True)
 class _Record:
-    size: float = quantity("mm", Bounds(above=0.0, at_most=10.0), default=1.0, remedy="take a small one")
-    sizes: tuple[float, ...] = quantity("mm", Bounds(at_least=0.0), default=(1.0,), remedy="list some")
-    maybe: float | None = quantity("1", Bounds(below=1.0), default=None, remedy="leave it out")
+    size: float = quantity("mm", Bounds(above=0.0, at_most=10.0), default=1.0, hint="take a small one")
+    sizes: tuple[float, ...] = quantity("mm", Bounds(at_least=0.0), default=(1.0,), hint="list some")
+    maybe: float | None = quantity("1", Bounds(below=1.0), default=None, hint="leave it out")
     kind: str = choice(("round", "square"), default="round")
 
 
@@ -50,34 +60,30 @@ def test_bounds_are_said_in_words(bounds, words):
     assert str(bounds) == words
 
 
-KINDS = "round, square; choose one of these, did you mean "
-
-
 @pytest.mark.parametrize(
-    ("values", "message"),
+    ("values", "field", "bound"),
     [
-        ({"size": 0.0}, "thing.size = 0 mm: must be greater than 0 and at most 10; take a small one"),
-        ({"size": math.nan}, "thing.size = nan mm: must be greater than 0 and at most 10; take a small one"),
-        ({"size": 10**400}, "thing.size = inf mm: must be greater than 0 and at most 10; take a small one"),
-        ({"size": True}, "thing.size = True mm: must be a number greater than 0 and at most 10; take a small one"),
-        ({"size": "5"}, "thing.size = '5' mm: must be a number greater than 0 and at most 10; take a small one"),
-        ({"size": None}, "thing.size = None mm: must be a number greater than 0 and at most 10; take a small one"),
-        ({"sizes": ()}, "thing.sizes = () mm: must be a list of at least one number, each at least 0; list some"),
-        ({"sizes": 1.0}, "thing.sizes = 1 mm: must be a list of at least one number, each at least 0; list some"),
-        ({"sizes": (1.0, -2.0)}, "thing.sizes = -2 mm: must be at least 0; list some"),
-        ({"maybe": 1.0}, "thing.maybe = 1: must be less than 1; leave it out"),
-        (
-            {"kind": "oval"},
-            "thing.kind = 'oval': must be one of round, square; choose one of these, did you mean round?",
-        ),
-        (
-            {"kind": "squ\nare"},
-            r"thing.kind = 'squ\nare': must be one of round, square; choose one of these, did you mean square?",
-        ),
+        *(({"size": value}, "size", "greater than 0 and at most 10") for value in (0.0, math.nan, 10**400)),
+        *(({"size": value}, "size", "a number greater than 0 and at most 10") for value in (True, "5", None)),
+        *(({"sizes": value}, "sizes", "a list of at least one number, each at least 0") for value in ((), 1.0)),
+        ({"sizes": (1.0, -2.0)}, "sizes", "at least 0"),
+        ({"maybe": 1.0}, "maybe", "less than 1"),
+        *(({"kind": value}, "kind", "one of round, square") for value in ("oval", "squ\nare")),
     ],
 )
-def test_message_names_value_unit_bound_and_remedy(values, message):
-    assert _refused(**values) == message
+def test_error_has_field_and_bound(values, field, bound):
+    with pytest.raises(InputError) as error:
+        check_fields(_Record(**values), "thing")
+    assert (error.value.field, error.value.bound) == (f"thing.{field}", bound)
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_message_names_value_unit_bound_hint_and_the_nearest_option():
+    """The form that every message has."""
+    assert _refused(size=0.0) == "thing.size = 0 mm: must be greater than 0 and at most 10; take a small one"
+    assert _refused(kind="oval") == (
+        "thing.kind = 'oval': must be one of round, square; choose one of these, did you mean round?"
+    )
 
 
 def test_fields_within_bounds_pass():
@@ -105,3 +111,17 @@ def test_fault_leaves_out_the_unit_one():
 )
 def test_whole_numbers_beyond_floats_are_infinite(number, expected):
     assert as_float(number) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [(".03", 0.03), ("3e-2", 0.03), ("+1", 1.0), ("-.5E1", -5.0), ("1.", 1.0), (" 2 ", 2.0)]
+    + [(text, None) for text in ("", ".", "e5", "1_000", "nan", "inf", "0x1", "1 2", "--1")],
+)
+def test_numbers_as_people_write_them(text, number):
+    assert written_number(text) == number
+
+
+def test_nearest_name_is_found_whatever_its_case():
+    assert nearest("PETG", ["sla-resin", "fdm-petg", "E_MPa"]) == "fdm-petg"
+    assert nearest("e_mpa", ["sla-resin", "fdm-petg", "E_MPa"]) == "E_MPa"

@@ -133,7 +133,7 @@ def _solved(source: str, sensor: MeasuringUnit, rows: Sequence[MeasuredRow], mod
         offsets = [-1.0 if row.texts["rubber"] == name else 0.0 for name in rubbers]
         matrix.append(np.array([*equation.coefficients, *offsets]) / equation.noise)
         right.append(equation.right / equation.noise)
-    for kind in sensor.design.tips.kinds:
+    for kind in sensor.design.tips.spring_groups:
         for first, second in itertools.pairwise(kind):
             alike = np.zeros(tips + len(rubbers))
             alike[first] = 1.0 / ALIKE

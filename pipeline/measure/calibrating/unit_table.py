@@ -60,7 +60,7 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
     rows = []
     for E in np.geomspace(least, largest, MODULI).tolist():
         forces = level_forces(sensor, E)
-        low, high = (math.fsum(forces[tip] for tip in kind) / len(kind) for kind in sensor.design.tips.kinds)
+        low, high = (math.fsum(forces[tip] for tip in kind) / len(kind) for kind in sensor.design.tips.spring_groups)
         by_curve = 0.0 if sensor.deep is None else curve_contribution(sensor.deep, one_sample(forces), E)
         try:
             with_design = read_level(nominal, forces) / E - 1.0

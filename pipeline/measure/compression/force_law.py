@@ -26,13 +26,13 @@ class TestGeometry:
 
     __test__ = False  # no class of tests, though its name begins so
 
-    height_mm: float = quantity("mm", LENGTH, remedy=_MEASURE)
-    radius_mm: float = quantity("mm", LENGTH, remedy=_MEASURE)
-    radius_across_mm: float = quantity("mm", LENGTH, remedy=_MEASURE)
-    poisson: float = quantity("", Bounds(above=-1.0, below=0.5), remedy="0.3 to 0.49 is flesh", default=0.3)
-    plate_area_mm2: float = quantity("mm^2", Bounds(above=0.0, at_most=1e6), remedy="measure the plate", default=900.0)
+    height_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
+    radius_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
+    radius_across_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
+    poisson: float = quantity("", Bounds(above=-1.0, below=0.5), hint="0.3 to 0.49 is flesh", default=0.3)
+    plate_area_mm2: float = quantity("mm^2", Bounds(above=0.0, at_most=1e6), hint="measure the plate", default=900.0)
     plates: int = 2
-    strains_percent: tuple[float, ...] = quantity("%", _STRAINS, remedy="for instance 5", default=(5.0, 2.0, 10.0))
+    strains_percent: tuple[float, ...] = quantity("%", _STRAINS, hint="for instance 5", default=(5.0, 2.0, 10.0))
 
     def __post_init__(self) -> None:
         """Refuse numbers that no fruit has."""

@@ -40,7 +40,7 @@ class MeasuringUnit:
     def __post_init__(self) -> None:
         """Refuse a line or a square whose fruit is not linear."""
         design = self.report.design
-        if design.press.strain != "linear" and design.tips.layout != "pair":
+        if design.press.strain != "linear" and not design.tips.tip_layout.is_pair:
             bound = f"'linear' where a {design.tips.layout} is calibrated or read"
             raise validation_error("press.strain", design.press.strain, "", bound, SAME_DEPTH)
 

@@ -37,12 +37,12 @@ class PrintedUnit:
     design_sha256: str
     tips: tuple[str, ...]
     method: str
-    K_N_per_m: tuple[float, ...] = quantity("N/m", _STIFFNESS, remedy=_HINT)
-    K_percent: tuple[float, ...] = quantity("%", _SPRING_ERROR, remedy=_HINT)
-    height_mm: tuple[float, ...] = quantity("mm", _HEIGHT, remedy=_HINT)
-    height_error_mm: tuple[float, ...] = quantity("mm", _ERROR, remedy=_HINT)
-    gain: tuple[float, ...] = quantity("1", _GAIN, remedy="a channel that needs no correction has 1")
-    gain_percent: tuple[float, ...] = quantity("%", _ERROR, remedy=_HINT)
+    K_N_per_m: tuple[float, ...] = quantity("N/m", _STIFFNESS, hint=_HINT)
+    K_percent: tuple[float, ...] = quantity("%", _SPRING_ERROR, hint=_HINT)
+    height_mm: tuple[float, ...] = quantity("mm", _HEIGHT, hint=_HINT)
+    height_error_mm: tuple[float, ...] = quantity("mm", _ERROR, hint=_HINT)
+    gain: tuple[float, ...] = quantity("1", _GAIN, hint="a channel that needs no correction has 1")
+    gain_percent: tuple[float, ...] = quantity("%", _ERROR, hint=_HINT)
     classes: str = ""
 
     def __post_init__(self) -> None:

@@ -12,11 +12,12 @@ import numpy as np
 from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
 from cad.theory.hertz import mean_relative_curvature
 from cad.theory.two_spring_law import SOFTEST, Springs, fruit_stiffness
+from cad.tips.layouts import SpringGroups
 from pipeline.report.stored import StoredReport
 from pipeline.response.scene_press import LINEAR_MODULI, TRAVELS, scene_of
 from pipeline.storage.plain import Plain
 from solve.arrays import Floats
-from solve.contact.linear_response import SpringGroups, linear_response
+from solve.contact.linear_response import linear_response
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
@@ -77,14 +78,14 @@ class LiveModel:
 def live_model(report: StoredReport) -> LiveModel:
     """Return the model of a report; raises InputError as its scene does."""
     design, tips, contact = report.design, report.design.tips, _compliance(report)
-    pair = contact.per_spring(*tips.kinds)
+    pair = contact.per_spring(*tips.spring_groups)
     level_by_weight = design.press.attitude == "side" or report.housing is None
     x = np.array([tip.x_mm for tip in report.tips])
     return LiveModel(
         linear=scene_of(design).linear and level_by_weight,
         S=contact.S,
         C=np.array(report.read_out.springs_mm_per_N),
-        groups=SpringGroups(*tips.kinds),
+        groups=tips.spring_groups,
         along=x - x.mean(),
         ahead=tips.height_offset_mm,
         K_m_over_E=pair.K_m_over_E(),

@@ -8,7 +8,11 @@ from typing import Any
 
 from cad.design.parameters import Design, GivenSprings
 from cad.design.processes import PROCESSES
+from cad.tips.layouts import LAYOUTS
+from cad.tips.shapes import OPTIONAL_KEYS
 from pipeline.options import load_design
+
+_OF_OTHER_SHAPES = tuple(f"tips.{key}" for key in OPTIONAL_KEYS)
 
 Value = float | str | None
 Changes = Mapping[str, Value]
@@ -149,7 +153,7 @@ def _level_and_flat(design: Design) -> Iterator[Sweep]:
     if design.press.attitude != "side":
         yield ({"press.attitude": "side"},)
     if not design.tips.tip_shape.has_flat_face:
-        yield ({"tips.shape": "cube", **_unset(design, "tips.dome_radius_mm")},)
+        yield ({"tips.shape": "cube", **_unset(design, *_OF_OTHER_SHAPES)},)
     if design.springs.given and design.targets is not None:
         yield (dict.fromkeys(_SPRINGS),)
 
@@ -183,8 +187,9 @@ def _of_the_reading(design: Design, failed: Collection[str]) -> Iterator[Sweep]:
 
 def _layouts(design: Design) -> Iterator[Sweep]:
     """Yield the layouts that have a housing, without the keys of a line."""
-    for layout in ("pair", "square"):
-        yield ({"tips.layout": layout, **_unset(design, "tips.order", "tips.outer_mm")},)
+    with_housing = [layout.name for layout in LAYOUTS.values() if layout.has_housing]
+    for name in with_housing:
+        yield ({"tips.layout": name, **_unset(design, "tips.order", "tips.outer_mm")},)
     if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
         yield (_domes(design),)
 

@@ -163,7 +163,7 @@ class Search:
 
     def _verdicts(self, design: Design) -> tuple[Verdict, ...]:
         """Return the verdicts of a design with ideal springs, fewer where the first ones decide that it fails."""
-        if design.tips.layout == "line":
+        if not design.tips.tip_layout.has_housing:
             return (NO_LINE,)
         if design.reading is not None and not design.tips.tip_shape.obeys_hertz:
             return (_FLAT_TIPS,)

@@ -103,10 +103,10 @@ def level_sensor(
 
     A pair stands for more tips than two. Raises SolveError.
     """
-    contact = contact.per_spring(*design.tips.kinds)
-    springs = springs.as_pair
+    contact = contact.per_spring(*design.tips.spring_groups)
+    springs = springs.per_spring
     return LevelSensor(
-        design=design.as_pair,
+        design=design.per_spring,
         contact=contact,
         sizing=sizing,
         springs=springs,

@@ -1,18 +1,15 @@
-import dataclasses
 import math
 import tomllib
-from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cad.design.design_file import design_as_mapping, design_as_toml, design_from_mapping, overridden, read_design
+from cad.design.design_file import design_as_mapping, design_as_toml, design_from_mapping, overridden
 from cad.design.fruit import Fruit
 from cad.design.parameters import TABLES, Design, GivenSprings, Print, Targets
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press, Tips
-from cad.quantity import InputError
 from cad.theory.two_spring_law import Springs, size_springs
 
 PAPER = """
@@ -105,65 +102,6 @@ def test_stiffnesses_of_the_file_are_in_newton_per_metre():
 
 
 @pytest.mark.parametrize(
-    ("data", "start", "end"),
-    [
-        ({"target": {}}, "target: unknown table; must be one of name, targets, springs,", "did you mean targets?"),
-        ({"nane": "x"}, "nane: unknown table; must be one of name,", "did you mean name?"),
-        ({"targets": {"Pmax": 5}}, "targets.Pmax: unknown key; must be one of P_max, NL,", "did you mean P_max?"),
-        ({"tips": {"spacing": 8}}, "tips.spacing: unknown key; must be one of", "did you mean spacing_mm?"),
-        ({"fruit": {"hight_mm": 8}}, "fruit.hight_mm: unknown key; must be one of", "did you mean height_mm?"),
-        ({"fruit": {"ΔΔΔ": 8}}, "fruit.ΔΔΔ: unknown key; must be one of shape,", "?"),
-        ({"fruit": {"a\nb": 8}}, r"'fruit.a\nb': unknown key; must be one of shape,", "?"),
-        ({"targets": 5}, "targets = 5: must be a table; write [targets] and its keys below it", "below it"),
-        ({"name": 5}, "name = 5: must be text; it names files and folders", "folders"),
-        ({"targets": {"NL": "five"}}, "targets.NL = 'five': must be a number at least 1e-05", "write 0.05"),
-        ({"targets": {"NL": [0.05]}}, "targets.NL = (0.05,): must be a number at least 1e-05", "write 0.05"),
-        ({"targets": {"P_max": 10**400}}, "targets.P_max = inf: must be at least 1.001 and at most 100", "uses 5"),
-        ({"fruit": {"E_MPa": []}}, "fruit.E_MPa = () MPa: must be a list of at least one number", "shown"),
-    ],
-)
-def test_bad_tables_are_answered_in_one_line(data, start, end):
-    with pytest.raises(InputError) as caught:
-        design_from_mapping(data)
-    message = str(caught.value)
-    assert message.startswith(start)
-    assert message.endswith(end)
-    assert len(message.splitlines()) == 1
-
-
-def test_file_is_read(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(PAPER, encoding="utf-8")
-    assert read_design(path) == tomllib.loads(PAPER)
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (None, "not found; must be an existing TOML file; check the path"),
-        (b"\xff\xfe", "cannot be read (UnicodeDecodeError); must be a TOML text file; check the file"),
-        (b"[targets\nNL = 1", "must be valid TOML; mend that line"),
-        (b"NL = " + b"1" * 5000, "must be valid TOML; mend that line"),
-    ],
-)
-def test_file_that_cannot_be_read_is_answered_in_one_line(tmp_path, content, words):
-    path: Path = tmp_path / "mine.toml"
-    if content is not None:
-        path.write_bytes(content)
-    with pytest.raises(InputError) as caught:
-        read_design(path)
-    message = str(caught.value)
-    assert message.startswith(f"design file {path}: ")
-    assert message.endswith(words)
-    assert len(message.splitlines()) == 1
-
-
-def test_folder_is_no_design_file(tmp_path):
-    with pytest.raises(InputError, match=r"cannot be read \(IsADirectoryError\); must be a TOML text file"):
-        read_design(tmp_path)
-
-
-@pytest.mark.parametrize(
     ("setting", "text", "value"),
     [
         ("targets.NL", "0.1", 0.1),
@@ -188,39 +126,6 @@ def test_name_is_set_as_text():
     assert design_from_mapping(overridden({}, {"name": "5"})).name == "5"
 
 
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"NL": "0.1"}, r"^NL: unknown setting; must be one of name, targets\.P_max, .*did you mean "),
-        ({"target.NL": "0.1"}, r"^target\.NL: unknown setting; must be one of name, .*did you mean targets\.NL\?$"),
-        ({"targets.NLL": "0.1"}, r"^targets\.NLL: unknown key; must be one of P_max, NL, .*did you mean NL\?$"),
-        ({"targets.NL": "five"}, r"^targets\.NL = 'five': must be a number at least 1e-05 and at most 0\.4999; give"),
-        ({"targets.NLL": ""}, r"^targets\.NLL: unknown setting; must be one of name, .*did you mean targets\.NL\?$"),
-        ({"targets.NL": "nan"}, r"^targets\.NL = nan: must be at least 1e-05"),
-        ({"targets.NL": "0.1\nP_max = 3"}, r"^targets\.NL = '0\.1\\nP_max = 3': must be a number at least 1e-05"),
-        ({"targets.P_max": "1" * 5000}, r"^targets\.P_max = '1+': must be a number at least 1\.001"),
-        ({"targets.NL": "true"}, r"^targets\.NL = True: must be a number at least 1e-05"),
-    ],
-)
-def test_bad_setting_is_answered_in_one_line(settings, message):
-    with pytest.raises(InputError, match=message) as caught:
-        design_from_mapping(overridden({}, settings))
-    assert len(str(caught.value).splitlines()) == 1
-
-
-def test_setting_below_a_key_that_is_no_table_is_refused():
-    with pytest.raises(InputError, match=r"^targets = 5: must be a table; write \[targets\] and its keys below it$"):
-        overridden({"targets": 5}, {"targets.NL": "0.1"})
-
-
-def test_planted_change_of_one_digit_is_seen():
-    design = Design(targets=Targets(NL=0.05))
-    text = design_as_toml(design).replace("NL = 0.05", "NL = 0.06")
-    changed = design_from_mapping(tomllib.loads(text))
-    assert changed != design
-    assert changed == dataclasses.replace(design, targets=dataclasses.replace(design.targets, NL=0.06))
-
-
 def test_numbers_survive_to_the_last_digit():
     design = Design(
         targets=Targets(NL=math.nextafter(1e-5, 1.0), P_max=math.nextafter(2.0, 3.0)), tips=Tips(offset_mm=-0.0)
@@ -241,8 +146,3 @@ def test_empty_setting_unsets_a_key_or_a_table():
     assert flat.reading is not None
     assert flat.reading.tilt_deg == 4.0
     assert design_from_mapping(overridden({"reading": {"tilt_deg": 8.0}}, {"reading": ""})).reading is None
-
-
-def test_unset_key_that_another_needs_is_one_line():
-    with pytest.raises(InputError, match=r"^fruit\.radius_mm = None: must be given for fruit\.shape = 'sphere'; give"):
-        design_from_mapping(overridden({"fruit": {"shape": "sphere", "radius_mm": 35.0}}, {"fruit.radius_mm": ""}))

@@ -32,8 +32,8 @@ def refusal(folder, text):
     (folder / "printers" / "own.toml").write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
         load_design(folder / "mine.toml")
-    (line,) = str(caught.value).splitlines()
-    return line
+    assert len(str(caught.value).splitlines()) == 1
+    return caught.value
 
 
 def test_design_has_the_process_of_the_file_beside_it(folder):
@@ -74,67 +74,68 @@ def test_flag_unsets_the_file_and_takes_its_path_with_the_quotes_of_toml(folder)
 
 
 @pytest.mark.parametrize(
-    ("settings", "words"),
+    ("settings", "field"),
     [
-        ({"print.process": '["a"]'}, r"print\.process = \['a'\]: must be 1 to 64 letters"),
-        ({"print.process": "{a = 1}"}, r"print\.process = \{'a': 1\}: must be 1 to 64 letters"),
-        ({"print.process_file": '""'}, r"print\.process_file = '': must be the path of a TOML file"),
-        ({"print.process_file": "3"}, r"print\.process_file = 3: must be the path of a TOML file"),
+        ({"print.process": '["a"]'}, "print.process"),
+        ({"print.process": "{a = 1}"}, "print.process"),
+        ({"print.process_file": '""'}, "print.process_file"),
+        ({"print.process_file": "3"}, "print.process_file"),
     ],
 )
-def test_process_or_file_of_another_kind_is_refused_in_one_line(settings, words, folder):
-    with pytest.raises(InputError, match=f"^{words}") as caught:
+def test_process_or_file_of_another_kind_is_refused(settings, field, folder):
+    with pytest.raises(InputError) as error:
         load_design(folder / "mine.toml", settings)
-    assert "\n" not in str(caught.value)
+    assert error.value.field == field
     listed = '[print]\nprocess = ["a"]\nprocess_file = "printers/own.toml"\n'
     (folder / "mine.toml").write_text(listed, encoding="utf-8")
     for other in ({}, {"print.process_file": "designs/printers/own.toml"}):
-        with pytest.raises(InputError, match=r"^print\.process = \['a'\]: must be"):
+        with pytest.raises(InputError) as error:
             load_design(folder / "mine.toml", other)
+        assert error.value.field == "print.process"
 
 
 def test_one_of_several_processes_is_named(folder):
     two = OWN + OWN.replace("tough-resin", "soft-resin").replace("1900.0", "900.0")
-    line = refusal(folder, two)
-    assert line == (
-        "print.process = None: must be one of those in 'own.toml': tough-resin, soft-resin; name one with print.process"
-    )
+    error = refusal(folder, two)
+    assert error.field == "print.process"
+    assert "tough-resin, soft-resin" in error.bound
     assert load_design(folder / "mine.toml", {"print.process": "soft-resin"}).process.E_MPa == 900.0
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "field"),
     [
-        ("E_MPa = 1900.0", "E_MPA = 1900.0", "E_MPA = 1900: must be left out; did you mean E_MPa?"),
-        ("E_MPa = 1900.0", "E_MPa = 1900000000.0", "E_MPa = 1.9e+09 MPa: must be at least 1e-06 and at most 1e+06"),
-        ("poisson = 0.38", 'poisson = "0.38"', "poisson = '0.38': must be a number greater than -1"),
-        ('kind = "sla"', 'kind = "resin"', "kind = 'resin': must be one of fdm, sla, sls, dmls, other"),
-        ('poisson = "typical', 'density = "typical', "must be a number with one source"),
-        ("tough-resin", "sla-resin", "print.process = 'sla-resin': must be a name that no known process has"),
-        ("tough-resin", '"a b"', "print.process = 'a b': must be 1 to 64 letters"),
-        ("[tough-resin]", "[tough-resin", "must be valid TOML; mend that line"),
-        (OWN, "number = 3", "process number = '3': must be a table of numbers"),
-        (OWN, "", "must be one of those in 'own.toml': none"),
+        ("E_MPa = 1900.0", "E_MPA = 1900.0", "process tough-resin.E_MPA"),
+        ("E_MPa = 1900.0", "E_MPa = 1900000000.0", "process tough-resin.E_MPa"),
+        ("poisson = 0.38", 'poisson = "0.38"', "process tough-resin.poisson"),
+        ('kind = "sla"', 'kind = "resin"', "process tough-resin.kind"),
+        ('poisson = "typical', 'density = "typical', "process tough-resin.density"),
+        ("tough-resin", "sla-resin", "print.process"),
+        ("tough-resin", '"a b"', "print.process"),
+        ("[tough-resin]", "[tough-resin", ""),
+        (OWN, "number = 3", "process number"),
+        (OWN, "", "print.process"),
     ],
-)  # fmt: skip
-def test_planted_fault_is_refused_in_one_line(old, new, words, folder):
+)
+def test_planted_fault_is_refused_in_one_line(old, new, field, folder):
     assert old in OWN
-    assert words in refusal(folder, OWN.replace(old, new))
+    assert refusal(folder, OWN.replace(old, new)).field == field
 
 
 def test_file_that_is_missing_or_given_twice_is_refused(folder):
     (folder / "printers" / "own.toml").unlink()
-    with pytest.raises(InputError, match=r"^print\.process_file = 'own\.toml': not found; must be a TOML file"):
+    with pytest.raises(InputError):
         load_design(folder / "mine.toml")
-    tables = {"print": {"process_file": "own.toml"}, "printer": {}}
-    with pytest.raises(InputError, match=r"call load_design, or give Design\.printer"):
-        design_from_mapping(tables)
+    with pytest.raises(InputError) as error:
+        design_from_mapping({"print": {"process_file": "own.toml"}, "printer": {}})
+    assert error.value.field == "print.process_file"
 
 
 def test_design_and_its_own_process_have_one_name():
     own = replace(PROCESSES["sla-resin"], name="tough-resin")
     assert Design(print=Print(process="tough-resin"), printer=own).process is own
     for name in ("sla-resin", "other-resin"):
-        with pytest.raises(InputError, match=f"^print.process = '{name}': must be the name of the design's own"):
+        with pytest.raises(InputError) as error:
             Design(print=Print(process=name), printer=own)
+        assert error.value.field == "print.process"
     assert process_as_table(own)["sources"] == dict(own.sources)

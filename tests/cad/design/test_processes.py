@@ -1,6 +1,7 @@
 import dataclasses
 import math
 import pickle
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -72,46 +73,39 @@ def test_moduli_lie_where_their_kind_does(process):
 @pytest.mark.parametrize("name", [name for name in NUMBERS if name not in ("line_width_mm", "layer_mm")])
 @pytest.mark.parametrize("value", [math.nan, math.inf, "1", None])
 def test_number_that_is_none_is_refused(name, value):
-    with pytest.raises(InputError, match=rf"^process fdm-petg\.{name} = .*: must be a? ?.*; correct its entry among"):
+    with pytest.raises(InputError) as error:
         dataclasses.replace(PROCESSES["fdm-petg"], **{name: value})
+    assert error.value.field == f"process fdm-petg.{name}"
 
 
 def test_number_without_a_source_is_refused():
     petg = PROCESSES["fdm-petg"]
     without = tuple(item for item in petg.sources if item[0] != "E_MPa")
-    with pytest.raises(InputError, match=r"^process fdm-petg\.E_MPa = 2000: must be a number with one source; correct"):
-        dataclasses.replace(petg, sources=without)
-    with pytest.raises(InputError, match=r"^process fdm-petg\.colour = None: must be a number with one source"):
-        dataclasses.replace(petg, sources=(*petg.sources, ("colour", "a guess")))
+    for key, sources in (("E_MPa", without), ("colour", (*petg.sources, ("colour", "a guess")))):
+        with pytest.raises(InputError) as error:
+            dataclasses.replace(petg, sources=sources)
+        assert error.value.field == f"process fdm-petg.{key}"
 
 
 TABLE = Path(cad.design.processes.__file__).with_name("processes.toml")
 
 
 @pytest.mark.parametrize(
-    ("line", "planted", "message"),
+    ("line", "planted", "key"),
     [
-        (
-            "E_MPa = 2000.0\n",
-            "",
-            r"process fdm-petg\.E_MPa = None MPa: must be a number at least 1e-06 and at most 1e\+06; correct",
-        ),
-        (
-            "poisson = 0.38\n",
-            "poisson = 0.5\n",
-            r"process fdm-petg\.poisson = 0\.5: must be .* less than 0\.5; correct",
-        ),
-        ("layer_mm = 0.2\n", "", r"process fdm-petg\.layer_mm = None: must be a number with one source"),
-        ("poisson = ", "poison = ", r"process fdm-petg\.poison = 0\.38: must be left out; did you mean poisson\?"),
-        ('poisson = "typical of PETG"\n', "", r"process fdm-petg\.poisson = 0\.38: must be a number with one source"),
+        ("E_MPa = 2000.0\n", "", "E_MPa"),
+        ("poisson = 0.38\n", "poisson = 0.5\n", "poisson"),
+        ("layer_mm = 0.2\n", "", "layer_mm"),
+        ("poisson = ", "poison = ", "poison"),
+        ('poisson = "typical of PETG"\n', "", "poisson"),
     ],
 )
-def test_planted_fault_in_the_process_file_is_refused(line, planted, message, tmp_path):
+def test_planted_fault_in_the_process_file_is_refused(line, planted, key):
     text = TABLE.read_text(encoding="utf-8")
     assert line in text
-    (tmp_path / "bad.toml").write_text(text.replace(line, planted, 1), encoding="utf-8")
-    with pytest.raises(InputError, match=message):
-        sourced_records(tmp_path / "bad.toml", Process, "process", "correct it")
+    with pytest.raises(InputError) as error:
+        sourced_records(tomllib.loads(text.replace(line, planted, 1)), Process, "process", "correct it")
+    assert error.value.field == f"process fdm-petg.{key}"
 
 
 def test_data_files_ship_in_the_wheel():
@@ -123,5 +117,5 @@ def test_process_travels_between_processes_and_is_frozen():
     petg = PROCESSES["fdm-petg"]
     assert pickle.loads(pickle.dumps(petg)) == petg
     assert hash(petg) == hash(dataclasses.replace(petg))
-    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'E_MPa'"):
+    with pytest.raises(dataclasses.FrozenInstanceError):
         petg.E_MPa = 1.0

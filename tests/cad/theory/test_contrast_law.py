@@ -79,28 +79,30 @@ def test_domes_are_read_exactly_in_any_pose():
 
 
 def test_pair_lets_a_tilt_through():
-    with pytest.raises(InputError, match=r"^tips\.layout = 'pair': must be a line or a square"):
+    with pytest.raises(InputError) as error:
         contrast_weights(((-4.0, 0.0), (4.0, 0.0)), ("low", "high"))
+    assert error.value.field == "tips.layout"
 
 
 def test_tips_on_the_sides_of_a_square_let_a_tilt_through():
     """Equal springs belong on the diagonals."""
-    with pytest.raises(InputError, match=r"tips\.layout"):
+    with pytest.raises(InputError) as error:
         contrast_weights(SQUARE, ("low", "low", "high", "high"))
+    assert error.value.field == "tips.layout"
 
 
 @pytest.mark.parametrize(
-    ("forces", "words"),
+    "forces",
     [
-        ((0.5, 2.0, 0.5, 0.0), "force of tip 4 = 0 N: must be above 0; the tip is off the fruit"),
-        ((0.5, math.nan, 0.5, 2.0), "force of tip 2 = nan N"),
-        ((0.5, 2.0), "2 forces: must be 4"),
-        ((5.0, 0.1, 5.0, 0.1), "belong to no modulus"),
+        (0.5, 2.0, 0.5, 0.0),
+        (0.5, math.nan, 0.5, 2.0),
+        (0.5, 2.0),
+        (5.0, 0.1, 5.0, 0.1),
     ],
 )
-def test_forces_that_tell_nothing_are_refused(forces, words):
+def test_forces_that_tell_nothing_are_refused(forces):
     law, *_ = law_of(np.random.default_rng(1), SQUARE, KINDS)
-    with pytest.raises(ReadingError, match=words):
+    with pytest.raises(ReadingError):
         read_modulus(law, forces)
 
 

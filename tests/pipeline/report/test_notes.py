@@ -59,7 +59,7 @@ def test_fruit_stiffness_pressure_and_depth_are_given():
 def test_large_strain_is_told_with_what_it_would_change():
     """By the two springs with the factors of one tip: P at the softest flesh, E by the linear law."""
     result = result_of()
-    press = DeepPress(springs=result.springs.as_pair.stiffnesses, side=1.0, poisson=0.3)
+    press = DeepPress(springs=result.springs.per_spring.stiffnesses, side=1.0, poisson=0.3)
     K_m = 0.5 * result.contact.K_m_over_E()
     line = note(result, "press")
     assert f"{100.0 * press.drift(K_m, (0.06, 0.6)):+.2g} %" in line

@@ -7,7 +7,7 @@ import pytest
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
-from solve.contact.linear_response import SpringGroups, spring_compliance
+from solve.contact.linear_response import spring_compliance
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.error_estimate import SolveInfo
@@ -20,7 +20,7 @@ SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
 TIPS = Tips(layout="square", spacing_mm=4.0)
 SQUARE = TIPS.places_mm
 C = spring_compliance(0.9, 20.0, 0.9, 20.0)
-KINDS = SpringGroups(*TIPS.kinds)
+KINDS = TIPS.spring_groups
 SYMMETRY = 1e-7  # of forces: the meshes are turned with the layout, the active set is the same
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cad.theory.two_spring_law import Springs, force_ratio
-from solve.contact.linear_response import SpringGroups, linear_response, spring_compliance, travels
+from cad.tips.layouts import SpringGroups
+from solve.contact.linear_response import linear_response, spring_compliance, travels
 
 S = np.array([[0.766603, 0.010526], [0.010526, 0.766603]])
 K_M_OVER_E = 1.0 / (S[0, 0] - S[0, 1])

@@ -9,7 +9,7 @@ import pytest
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
-from solve.contact.linear_response import SpringGroups, spring_compliance
+from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces, posed_scene
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
@@ -39,7 +39,7 @@ def forces(poses, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
 
 def alone(pose, tips=GENTLE, springs=SPRINGS, fruit=PIECE):
     posed = posed_scene(square(tips, fruit), pose)
-    return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel], SpringGroups(*tips.kinds))
+    return scene_response(posed, compliance(tips, fruit), springs, [pose.E], [pose.travel], tips.spring_groups)
 
 
 def test_scene_of_a_pose():

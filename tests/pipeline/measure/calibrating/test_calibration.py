@@ -119,7 +119,7 @@ def test_table_of_a_unit_is_that_of_its_springs(name, request):
     sensor = measured.measuring(percent=1.0)
     row = unit_table(sensor, sensor)[0]
     assert (row.E, row.with_design) == (pytest.approx(0.5), pytest.approx(0.0, abs=5e-3))
-    low, high = ([row.forces[tip] for tip in kind] for kind in measured.design.tips.kinds)
+    low, high = ([row.forces[tip] for tip in kind] for kind in measured.design.tips.spring_groups)
     assert pytest.approx(np.mean(high) / np.mean(low)) == row.P
     moved = []
     for tip in range(len(row.forces)):

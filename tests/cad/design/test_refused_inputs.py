@@ -1,0 +1,124 @@
+"""What a design file or a setting may not say: each is one line that names the field."""
+
+import pytest
+
+from cad.design.design_file import design_from_mapping, overridden
+from cad.design.parameters import Design, Print
+from cad.quantity import InputError
+
+SPHERE = {"shape": "sphere", "radius_mm": 35.0}
+SPRINGS = {"K_l_N_per_m": 1200.0, "K_h_N_per_m": 20000.0}
+SQUARE = {"layout": "square", "spacing_mm": 6.0}
+LINE = {"layout": "line", "order": "LHL"}
+
+
+@pytest.mark.parametrize(
+    ("tables", "field"),
+    [
+        ({"target": {}}, "target"),
+        ({"nane": "x"}, "nane"),
+        ({"targets": {"Pmax": 5}}, "targets.Pmax"),
+        ({"fruit": {"a\nb": 8}}, "fruit.a\nb"),
+        ({"targets": 5}, "targets"),
+        *(({"name": name}, "name") for name in (5, "", "a/b", "x" * 65, "mang\u00f3", "a\nb")),
+        *(({"targets": {"NL": value}}, "targets.NL") for value in (0.0, -0.1, 0.5, 5, "five", [0.05])),
+        *(({"targets": {"P_max": value}}, "targets.P_max") for value in (1.0, 1e9, 10**400)),
+        ({"fruit": {"poisson": 0.5}}, "fruit.poisson"),
+        ({"fruit": {"E_MPa": []}}, "fruit.E_MPa"),
+        ({"fruit": {"E_MPa": [1.0, 0.0]}}, "fruit.E_MPa"),
+        ({"fruit": {"E_MPa": [1.0, 2.0], "bruise_limit_MPa": [0.1]}}, "fruit.bruise_limit_MPa"),
+        ({"fruit": {"shape": "sphere"}}, "fruit.radius_mm"),
+        ({"fruit": {"shape": "ellipsoid", "radius_mm": 35.0}}, "fruit.radius_across_mm"),
+        *(({"fruit": {key: 10.0}}, f"fruit.{key}") for key in ("radius_mm", "radius_across_mm", "thickness_mm")),
+        ({"fruit": {**SPHERE, "radius_across_mm": 35.0}}, "fruit.radius_across_mm"),
+        *(({"fruit": {**SPHERE, key: 71.0}}, f"fruit.{key}") for key in ("thickness_mm", "height_mm")),
+        # the corner of the piece lies sqrt(2) 25 = 35.4 mm from the axis, beyond the fruit
+        ({"fruit": {**SPHERE, "length_mm": 50.0, "width_mm": 50.0}}, "fruit.length_mm"),
+        # it lies 2.98 mm below the apex, under the base
+        ({"fruit": {**SPHERE, "length_mm": 20.0, "width_mm": 20.0, "thickness_mm": 2.9}}, "fruit.length_mm"),
+        ({"fruit": {**SPHERE, "thickness_mm": 4.0}, "press": {"travel_mm": 5.0}}, "press.travel_mm"),
+        ({"press": {"travel_mm": 12.0}}, "press.travel_mm"),
+        ({"press": {"roll_deg": 31.0}}, "press.roll_deg"),
+        ({"print": {"process": "fdm"}}, "print.process"),
+        ({"springs": {"K_l_N_per_m": 1.0}}, "springs.K_h_N_per_m"),
+        ({"springs": {"K_h_N_per_m": 1.0}}, "springs.K_l_N_per_m"),
+        ({"springs": {"K_l_N_per_m": 17300.0, "K_h_N_per_m": 753.0}}, "springs.K_l_N_per_m"),
+        ({"tips": {"spacing_mm": 1.0}}, "tips.spacing_mm"),
+        ({"tips": {"spacing_mm": 19.1}}, "tips.spacing_mm"),
+        *(({"tips": {"offset_mm": offset}}, "tips.spacing_mm") for offset in (5.6, -5.6)),
+        ({"tips": {"side_mm": 2.0}, "fruit": {"width_mm": 1.5}}, "tips.side_mm"),
+        ({"tips": {"layout": "line"}}, "tips.order"),
+        ({"tips": {"order": "LHL"}}, "tips.order"),
+        ({"tips": {"layout": "square", "outer_mm": 0.1}}, "tips.outer_mm"),
+        ({"tips": SQUARE}, "springs.K_l_N_per_m"),
+        ({"tips": {**LINE, "spacing_mm": 9.8}, "springs": SPRINGS}, "tips.spacing_mm"),
+        ({"tips": SQUARE, "springs": SPRINGS, "fruit": {"width_mm": 5.0}}, "tips.spacing_mm"),
+        ({"reading": {}, "press": {"tilt_deg": 2.0}}, "press.tilt_deg"),
+        ({"reading": {}, "springs": SPRINGS, "targets": {}}, "targets.P_max"),
+        ({"print": {"process_file": "own.toml"}}, "print.process_file"),
+    ],
+)
+def test_bad_table_is_one_line_that_names_the_field(tables, field):
+    with pytest.raises(InputError) as error:
+        design_from_mapping(tables)
+    assert error.value.field == field
+    assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("settings", "field"),
+    [
+        ({"NL": "0.1"}, "NL"),
+        ({"target.NL": "0.1"}, "target.NL"),
+        ({"targets.NLL": "0.1"}, "targets.NLL"),
+        ({"targets.NLL": ""}, "targets.NLL"),
+        ({"targets.NL": "nan"}, "targets.NL"),
+        ({"targets.NL": "true"}, "targets.NL"),
+        ({"targets.NL": "0.1\nP_max = 3"}, "targets.NL"),
+        ({"targets.NL": 3000 * "[" + 3000 * "]"}, "targets.NL"),
+        ({"targets.P_max": "1" * 5000}, "targets.P_max"),
+        ({"fruit.radius_mm": ""}, "fruit.radius_mm"),
+    ],
+)
+def test_bad_setting_is_one_line_that_names_the_field(settings, field):
+    with pytest.raises(InputError) as error:
+        design_from_mapping(overridden({"fruit": SPHERE}, settings))
+    assert error.value.field == field
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_setting_below_a_key_that_is_no_table_is_refused():
+    with pytest.raises(InputError) as error:
+        overridden({"targets": 5}, {"targets.NL": "0.1"})
+    assert error.value.field == "targets"
+
+
+@pytest.mark.parametrize(
+    ("tables", "suggestion"),
+    [
+        ({"target": {}}, "targets"),
+        ({"tips": {"spacing": 8}}, "spacing_mm"),
+        ({"fruit": {"HIGHT_MM": 8}}, "height_mm"),
+        ({"print": {"process": "PETG"}}, "fdm-petg"),
+        ({"tips": {"shape": "Cone-"}}, "cone"),
+    ],
+)
+def test_the_nearest_name_is_suggested(tables, suggestion):
+    with pytest.raises(InputError) as error:
+        design_from_mapping(tables)
+    assert str(error.value).endswith(f"did you mean {suggestion}?")
+
+
+@pytest.mark.parametrize(("text", "number"), [("0.1", 0.1), (".1", 0.1), ("1e-1", 0.1), ("+0.1", 0.1)])
+def test_numbers_of_settings_are_read_as_people_write_them(text, number):
+    assert number == design_from_mapping(overridden({}, {"targets.NL": text})).targets.NL
+
+
+def test_tips_may_reach_the_edge_of_the_fruit():
+    assert design_from_mapping({"tips": {"spacing_mm": 19.0}}).tips.spacing_mm == 19.0
+
+
+def test_process_of_a_print_is_checked_with_the_design():
+    assert Print(process="own").process == "own"
+    with pytest.raises(InputError):
+        Design(print=Print(process="own"))
