@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import cadquery as cq
+from OCP.BRepAdaptor import BRepAdaptor_Surface
 
 from cad.parts.housing import PartSize
 
 FaceTest = Callable[["cq.Face"], bool]
+_NEAR_TURN = 1e-6  # [rad]
 NEAR_MM = 1e-6  # well under any length of a design, well over the tolerance of the geometry kernel
 
 
@@ -80,9 +83,13 @@ def on_plane(axis: int, place: float) -> FaceTest:
 
 
 def is_hole(face: cq.Face, diameter: float) -> bool:
-    """Say whether a face is a round hole along y of this diameter [mm]: a cylinder that closes, not a fillet."""
-    box = face.BoundingBox()
-    return face.geomType() == "CYLINDER" and max(abs(box.xlen - diameter), abs(box.zlen - diameter)) < NEAR_MM
+    """Say whether a face is a round hole of this diameter [mm]: a cylinder that closes, not a fillet."""
+    if face.geomType() != "CYLINDER":
+        return False
+    # not its bounding box, which grows where the face has been divided into triangles
+    surface = BRepAdaptor_Surface(face.wrapped)
+    turn = surface.LastUParameter() - surface.FirstUParameter()
+    return abs(2.0 * surface.Cylinder().Radius() - diameter) < NEAR_MM and abs(turn - 2.0 * math.pi) < _NEAR_TURN
 
 
 def upright_edges(solid: cq.Shape, corners: Sequence[tuple[float, float]]) -> Iterator[cq.Edge]:

@@ -21,7 +21,7 @@ def found(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     asked = []
 
-    def stand_in(design, options, keep):
+    def stand_in(design, options, keep, _progress):
         asked.append((design, options, keep))
         return Suggestion(design=design, changes={"press.travel_mm": 0.07}, verdicts=(), reason="passes", runs=2)
 
@@ -66,7 +66,7 @@ def test_design_file_reads_back_as_the_design(tmp_path):
 
 
 def test_design_without_a_remedy_ends_with_1(monkeypatch, capsys):
-    def none(design, _options, _keep):
+    def none(design, _options, _keep, _progress):
         return Suggestion(design=design, changes=None, verdicts=(), reason="none found: of 3 designs none passes")
 
     monkeypatch.setattr(room, "suggestion", none)
@@ -96,7 +96,7 @@ def test_file_that_appears_during_the_search_stays(monkeypatch, tmp_path, capsys
     """The answer is printed all the same: a search is not lost for the name of a file."""
     late = tmp_path / "late.toml"
 
-    def slow(design, _options, _keep):
+    def slow(design, _options, _keep, _progress):
         late.write_text("mine", encoding="utf-8")
         return Suggestion(design=design, changes={"press.travel_mm": 0.07}, verdicts=(), reason="passes")
 
