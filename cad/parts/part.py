@@ -88,8 +88,9 @@ def is_hole(face: cq.Face, diameter: float) -> bool:
         return False
     # not its bounding box, which grows where the face has been divided into triangles
     surface = BRepAdaptor_Surface(face.wrapped)
-    turn = surface.LastUParameter() - surface.FirstUParameter()
-    return abs(2.0 * surface.Cylinder().Radius() - diameter) < NEAR_MM and abs(turn - 2.0 * math.pi) < _NEAR_TURN
+    turn: float = surface.LastUParameter() - surface.FirstUParameter()
+    radius: float = surface.Cylinder().Radius()
+    return abs(2.0 * radius - diameter) < NEAR_MM and abs(turn - 2.0 * math.pi) < _NEAR_TURN
 
 
 def upright_edges(solid: cq.Shape, corners: Sequence[tuple[float, float]]) -> Iterator[cq.Edge]:
