@@ -24,7 +24,7 @@ MOST_BYTES = 4.0 * 2**30  # for one factor: what takes more takes minutes
 # 14 bytes for each nonzero of a factor, of which there are about 31 n^(4/3): bricks of a housing at 1e5 unknowns.
 # Tetrahedra of a fruit have 19 at 2e5 and 50 at 3e4, where it does not matter.
 FACTOR_BYTES = 14.0 * 31.0
-# Columns of the bottom of the elimination tree that SuperLU joins: none, by measurement. docs/linear-solvers.md
+# Columns of the bottom of the elimination tree that SuperLU joins: none, by measurement.
 _RELAXED = 1
 _SMALL = 8000  # free dofs under which SuperLU is done before pardiso has started
 

@@ -32,8 +32,9 @@ def run(folder: Path, threads: int) -> dict[str, bytes]:
 
 
 def without_seconds(page: str) -> str:
-    """Return a page without the plot and the table of seconds, nor of the numbers that hang on the order of sums."""
-    timeless = re.sub(r'<figure id="speed">.*?</figure>|<caption>Wall time.*?</table>', "", page, flags=re.DOTALL)
+    """Return a page without seconds and digests, nor the numbers that hang on the order of sums."""
+    timed = r'<figure id="speed">.*?</figure>|<caption>Wall time.*?</table>|<code>[0-9a-f]{24,}</code>'
+    timeless = re.sub(timed, "", page, flags=re.DOTALL)
     return re.sub(r"-?\d+\.?\d*(e-\d+)?", "", timeless)
 
 

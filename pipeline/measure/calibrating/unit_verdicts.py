@@ -53,18 +53,18 @@ def _targets_met(sensor: MeasuringUnit) -> tuple[Verdict, ...]:
     deep = sensor.deep
     law = "two-spring law" if deep is None else "curve of a tip at large strain"
     reference = f"{law} with the stiffnesses of the unit"
-    values = _values(sensor, deep)
+    values = _P_max_and_NL(sensor, deep)
     slopes = []
     for tip in range(len(sensor.unit.tips)):
         stiffer = sensor.with_stiffness(tip, 1.0 + STEP)
-        slopes.append((_values(stiffer, stiffer.deep) - values) / STEP)
+        slopes.append((_P_max_and_NL(stiffer, stiffer.deep) - values) / STEP)
     by_springs = [error_by_springs(sensor, of_value) for of_value in np.transpose(slopes).tolist()]
     by_curve = [0.0, 0.0]
     if deep is not None:
         # P_max is of one modulus: any curve within its bars. One curve serves every modulus of NL, which is checked, as
         # in a run, with a curve that is off alike at every depth.
-        bent = math.fsum(times * abs(_values(sensor, curve)[0] - values[0]) for curve, times in deep.perturbed())
-        shifted = abs(_values(sensor, deep.at_upper_errors())[1] - values[1])
+        bent = math.fsum(times * abs(_P_max_and_NL(sensor, curve)[0] - values[0]) for curve, times in deep.perturbed())
+        shifted = abs(_P_max_and_NL(sensor, deep.at_upper_errors())[1] - values[1])
         by_curve = [error_by_curve(bent), error_by_curve(float(shifted))]
     allowed = P_TOLERANCE * targets.P_max
     P = equal("P_max", float(values[0]), targets.P_max, allowed, unit="1", reference=reference)
@@ -74,7 +74,7 @@ def _targets_met(sensor: MeasuringUnit) -> tuple[Verdict, ...]:
     return replace(checked_P, tolerance=P_TOLERANCE, relative=True), checked_NL
 
 
-def _values(sensor: MeasuringUnit, deep: DeepPair | None) -> NDArray[np.float64]:
+def _P_max_and_NL(sensor: MeasuringUnit, deep: DeepPair | None) -> NDArray[np.float64]:
     """Return P_max and NL of a pair [1], with the curve of a tip where its flesh is at large strain."""
     definition = sensor.design.nominal_targets.NL_definition
     E_max = sensor.design.fruit.E_max_MPa

@@ -74,9 +74,10 @@ def wait_until(holds: Callable[[], object]) -> None:
 def is_worker(process: str) -> bool:
     """Say whether a process is one that solves points."""
     try:
-        return b"popen_loky_posix" in Path(f"/proc/{process}/cmdline").read_bytes()
+        command = Path(f"/proc/{process}/cmdline").read_bytes()
     except (FileNotFoundError, ProcessLookupError):
         return False
+    return b"popen_loky_posix" in command or b"spawn_main" in command  # loky's, or Dask's
 
 
 class Run:
