@@ -137,7 +137,8 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     except ImportError as error:
         hint = "install it with: pip install 'twintip[cluster]'"
         raise validation_error("--scheduler", address, "", "used with the package distributed", hint) from error
-    for name in ("distributed", "tornado", "asyncio"):  # that a cluster is lost is said by us, in one line
+    # that a cluster is lost is said by us, in one line; distributed gives each of these a level of its own
+    for name in ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
