@@ -183,6 +183,12 @@ def parsed_setting(text: str) -> object:
         return text if number is None else number
 
 
+_TIPS_FIRST = (
+    *("layout", "order", "outer_mm", "shape", "dome_radius_mm", "side_mm", "fillet_mm"),
+    *("spacing_mm", "offset_mm", "gap_mm", "socket"),
+)
+
+
 def design_as_mapping(design: Design) -> dict[str, Any]:
     """Return the design as plain nested tables, without the keys that are not set."""
     tables: dict[str, Any] = {"name": design.name}
@@ -193,10 +199,21 @@ def design_as_mapping(design: Design) -> dict[str, Any]:
         if isinstance(record, Process):
             tables[table] = process_as_table(record)
             continue
-        held = {item.name: getattr(record, item.name) for item in dataclasses.fields(record)}
+        keys = [item.name for item in dataclasses.fields(record)]
+        if table == "tips":
+            keys = sorted(keys, key=_tips_order)
+        held = {key: getattr(record, key) for key in keys}
         kept = {key: list(value) if isinstance(value, tuple) else value for key, value in held.items()}
         tables[table] = {key: value for key, value in kept.items() if value is not None}
     return tables
+
+
+def _tips_order(key: str) -> int:
+    """Return where a key of [tips] is written: layout and shape first; those of later shapes at the end.
+
+    The digest in a unit.toml is of this text, so the order must stay.
+    """
+    return _TIPS_FIRST.index(key) if key in _TIPS_FIRST else len(_TIPS_FIRST)
 
 
 def design_as_toml(design: Design) -> str:

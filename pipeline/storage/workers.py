@@ -1,5 +1,6 @@
 """Processes beside this one: loky's, behind the interface of `concurrent.futures`."""
 
+import importlib
 import os
 import signal
 import warnings
@@ -12,7 +13,7 @@ T = TypeVar("T")
 
 # On one thread sums have one order, and so the same bits in every process.
 ONE_THREAD = dict.fromkeys(("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-_IDLE_SECONDS = 60.0  # after which a worker ends by itself: the workers of a killed process have no other end
+_IDLE_SECONDS = 20.0  # after which a worker ends by itself: the workers of a killed process have no other end
 
 
 def available_cores() -> int:
@@ -40,6 +41,7 @@ def cad_worker(wanted: bool = True) -> Iterator[Executor | None]:
         yield None
         return
     executor = open_workers(1)
+    executor.submit(_load_kernel)
     try:
         yield executor
     finally:
@@ -58,6 +60,11 @@ def finished(value: T) -> Future[T]:
     future: Future[T] = Future()
     future.set_result(value)
     return future
+
+
+def _load_kernel() -> None:
+    """Import the CAD kernel at once: it takes as long as the contact and half of the springs to solve."""
+    importlib.import_module("cad.files.sensor_files")
 
 
 def _prepare_worker() -> None:

@@ -103,14 +103,16 @@ def _straight(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str
     if tips.fillet_mm != 0.0:
         return "take sharp edges: --set tips.fillet_mm=0"
     if not tips.tip_shape.has_flat_face:
-        return "take flat tips: --set tips.shape=cube"
+        keys = [key for key in ("dome_radius_mm", "half_angle_deg", "blunt_mm") if getattr(tips, key) is not None]
+        unset = "".join(f" --set tips.{key}=" for key in keys)
+        return f"take flat tips: --set tips.shape=cube{unset}"
     if design.fruit.shape != "block":
         return "take smaller tips, under which the fruit is flatter: --set tips.side_mm"
     return None
 
 
 def _not_made(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
-    return "not made: see printable.low and printable.high" if verdict.value is None else None
+    return "make both springs printable first: see printable.low and printable.high" if verdict.value is None else None
 
 
 def _wider_limit(verdict: Verdict, _design: Design, _springs: FittedSprings) -> str | None:
