@@ -23,7 +23,7 @@ SIZING = (
 def _imported(*arguments: str) -> tuple[set[str], str]:
     """Return the top-level modules that a Python process imported, and what it printed."""
     command = [sys.executable, "-X", "importtime", *arguments]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, encoding="utf-8", check=False, timeout=60)
     assert done.returncode == 0, done.stderr.splitlines()[-1]
     names = (line.rpartition("|")[2].strip() for line in done.stderr.splitlines() if line.startswith("import time:"))
     return {name.partition(".")[0] for name in names}, done.stdout

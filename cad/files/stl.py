@@ -10,11 +10,10 @@ import cadquery as cq
 import numpy as np
 import trimesh
 
-from cad.triangles import Floats, Triangles, merged
+from cad.triangles import Triangles, merged
 
 CHORD_MM = 0.005  # largest distance of a triangle from the face that it stands for
 ANGLE_RAD = 0.1  # a fillet of 0.5 mm then gets 16 facets a quarter turn
-PICTURE_CHORD_MM, PICTURE_ANGLE_RAD = 0.15, 0.35
 
 
 def write_stl(shape: cq.Shape, path: Path) -> None:
@@ -44,13 +43,6 @@ def read_stl(path: Path) -> Triangles:
     if len(corners) == 0 or not np.isfinite(corners).all():
         raise _unreadable(path)
     return merged(corners)
-
-
-def coarse_triangles(shape: cq.Shape) -> Floats:
-    """Return a shape as triangles for a picture of it, shape (triangles, 3 corners, 3) [mm]."""
-    vertices, corners = shape.copy().tessellate(PICTURE_CHORD_MM, PICTURE_ANGLE_RAD)
-    points = np.array([vertex.toTuple() for vertex in vertices])
-    return np.asarray(points[np.array(corners)])
 
 
 def _unreadable(path: Path) -> ValueError:

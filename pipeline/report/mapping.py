@@ -57,9 +57,6 @@ from solve.arrays import Floats
 from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 
-FORCE_KEYS = ("F_l_N", "F_h_N")
-SIZED_KEYS = ("K_l_N_per_m", "K_h_N_per_m")
-STIFFNESS_VERDICTS = ("K_l", "K_h")
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
 
 

@@ -99,14 +99,3 @@ def first_largest(values: Iterable[float], least: float = 0.0) -> int:
     largest = max(number for number in numbers if not math.isnan(number))
     same = (math.isclose(number, largest, rel_tol=ROUND_OFF, abs_tol=ROUND_OFF * least) for number in numbers)
     return list(same).index(True)
-
-
-def value_at(data: Plain, path: str) -> Any:  # noqa: ANN401 - JSON data of any kind
-    """Return what stands at a dotted path; raises ValueError where nothing does."""
-    found: Any = data
-    for key in path.split("."):
-        if not isinstance(found, dict) or key not in found:
-            msg = f"{path} is missing"
-            raise ValueError(msg)
-        found = found[key]
-    return found

@@ -26,7 +26,6 @@ FITTED_TOLERANCE = 0.005  # with gauges or pins glued on, where no mesh knows th
 SPREAD_TOLERANCE = 0.01
 PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
 UNDECIDED = "undecided by its error bar"
-READING_VERDICTS = ("reading.bias", "reading.uncertainty", "reading.lift")
 
 _ZERO = Estimate(0.0, 0.0)
 

@@ -79,5 +79,5 @@ def in_c() -> float:
     assert ", ".join(f"{force:g}f" for force in forces()) in source[1]
     Path("main.c").write_text(source[1], encoding="utf-8")
     subprocess.run(command[1].split(), check=True, timeout=600)
-    said = subprocess.run(["./main"], check=True, capture_output=True, text=True, timeout=600).stdout
+    said = subprocess.run(["./main"], check=True, capture_output=True, encoding="utf-8", timeout=600).stdout
     return number(r"E ([\d.]+) MPa", said)

@@ -51,7 +51,7 @@ def command(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedPro
     """Run one command of the pipeline in a process of its own."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     line = [sys.executable, "-m", "pipeline", *arguments]
-    return subprocess.run(line, cwd=cwd or ROOT, env=environment, capture_output=True, text=True, check=False)
+    return subprocess.run(line, cwd=cwd or ROOT, env=environment, capture_output=True, encoding="utf-8", check=False)
 
 
 def frozen(name: str, folder: Path) -> dict[str, Any]:

@@ -74,5 +74,5 @@ def test_signal_reaches_its_handler_after_gmsh_was_open(name):
         os.kill(os.getpid(), signal.{name})
     """
     words = [sys.executable, "-c", program]
-    done = subprocess.run(words, capture_output=True, text=True, check=True, cwd=ROOT, timeout=600)
+    done = subprocess.run(words, capture_output=True, encoding="utf-8", check=True, cwd=ROOT, timeout=600)
     assert done.stdout == "reached\n" * 2

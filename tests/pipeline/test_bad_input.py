@@ -118,7 +118,7 @@ def test_good_input_reaches_the_stages(capsys, stand_in_run, tmp_path):
 def test_refusal_imports_nothing_heavy(flags):
     program = f"import sys; from pipeline.cli import main; main(['run', *{flags!r}]); print(*sys.modules)"
     done = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=60
     )
     assert done.stderr.startswith("pipeline: ")
     assert {"numpy", "cadquery", "gmsh", "skfem", "rich", "pyvista"} & set(done.stdout.split()) == set()

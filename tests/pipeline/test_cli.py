@@ -146,7 +146,7 @@ def test_reader_that_leaves_ends_a_command_without_a_traceback():
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
     ) as process:
         process.stdout.readline()
         process.stdout.close()
@@ -203,7 +203,9 @@ def test_processes_are_listed_with_every_number(capsys):
 
 
 def python(*words, **options):
-    return subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True, timeout=60, **options)
+    return subprocess.run(
+        [sys.executable, *words], cwd=ROOT, capture_output=True, encoding="utf-8", timeout=60, **options
+    )
 
 
 def test_console_scripts_and_the_module_are_this_function():

@@ -39,7 +39,7 @@ def test_command_ends_with_its_code_and_at_most_one_line(words, variables, befor
         cwd=tmp_path,
         env={**os.environ, **variables},
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=SECONDS,
         check=False,
     )
@@ -61,7 +61,9 @@ def test_command_ends_with_its_code_and_at_most_one_line(words, variables, befor
 def test_killed_run_leaves_the_old_outputs_and_the_next_run_is_whole(words, number, code, seconds, tmp_path):
     command = [sys.executable, "-m", "pipeline", *words.split(), "--out", str(tmp_path / "out")]
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
-    first = subprocess.Popen([*command, "--nl", "0.06"], cwd=ROOT, env=environment, stderr=subprocess.PIPE, text=True)
+    first = subprocess.Popen(
+        [*command, "--nl", "0.06"], cwd=ROOT, env=environment, stderr=subprocess.PIPE, encoding="utf-8"
+    )
     time.sleep(seconds)
     first.send_signal(number)
     _, complaint = first.communicate(timeout=SECONDS)

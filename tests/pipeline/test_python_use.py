@@ -21,7 +21,13 @@ def python(folder, *words, **changes):
     """Run Python on words as a user does who has the project installed, in a folder of his own."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), **changes}
     return subprocess.run(
-        [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False, timeout=120
+        [sys.executable, *words],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+        timeout=120,
     )
 
 

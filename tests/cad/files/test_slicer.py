@@ -14,6 +14,6 @@ from cad.files.sensor_files import write_sensor
 def test_slicer_finds_one_closed_part(sensor, tmp_path, name):
     write_sensor(sensor, tmp_path)
     command = ["prusa-slicer", "--info", str(tmp_path / name)]
-    info = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
+    info = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=120, check=True).stdout
     assert re.findall(r"^manifold\s*=\s*(\w+)", info, flags=re.MULTILINE) == ["yes"]
     assert re.findall(r"^number_of_parts\s*=\s*(\d+)", info, flags=re.MULTILINE) == ["1"]

