@@ -7,7 +7,7 @@ from typing import ClassVar
 from cad.quantity import Bounds, quantity, validation_error
 from cad.theory.hertz import contact_radius, relative_curvature
 from cad.theory.sneddon_cone import cone_mean_pressure
-from cad.tips.tip_shape import Meridian, MeridianPoint, Straight, TipShape, arc
+from cad.tips.tip_shape import LEAST_PIECE_MM, Meridian, MeridianPoint, Straight, TipShape, arc
 
 # A steeper flank is far from a small slope, which contact counts it as; a flatter one is a flat face.
 _HALF_ANGLE = Bounds(at_least=45.0, at_most=89.0)
@@ -46,8 +46,8 @@ class Cone(TipShape):
     blunt_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a ball that leaves no flank."""
-        if self._ball_edge_mm >= 0.5 * self.side_mm:
+        """Refuse a ball that leaves no flank that can be made."""
+        if self._ball_edge_mm > 0.5 * self.side_mm - LEAST_PIECE_MM:
             largest = 0.5 * self.side_mm / math.cos(math.radians(self.half_angle_deg))
             bound = f"less than tips.side_mm / (2 cos(tips.half_angle_deg)) = {largest:g} mm"
             raise validation_error("tips.blunt_mm", self.blunt_mm, "mm", bound, "make it sharper, or take a dome")
@@ -70,11 +70,6 @@ class Cone(TipShape):
     def sized_as(self) -> str:
         """Return the cylinder of the same diameter."""
         return "cylinder"
-
-    @property
-    def flank_deg(self) -> float:
-        """Return the slope of the flank [deg]."""
-        return 90.0 - self.half_angle_deg
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
         """Return Hertz's circle while the ball alone touches, beyond it that of a sharp cone [mm^2].

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cad.quantity import Bounds, quantity, validation_error
-from cad.tips.tip_shape import Meridian, MeridianPoint, Straight, TipShape, arc
+from cad.tips.tip_shape import LEAST_PIECE_MM, Meridian, MeridianPoint, Straight, TipShape, arc
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,9 +29,11 @@ class FlatTip(TipShape):
     fillet_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a rounding that leaves no face."""
-        if self.fillet_mm >= 0.5 * self.side_mm:
-            bound = f"less than tips.side_mm / 2 = {0.5 * self.side_mm:g} mm"
+        """Refuse a rounding, or a face beside it, that is too small to be made."""
+        largest = 0.5 * self.side_mm - LEAST_PIECE_MM
+        if self.fillet_mm and not LEAST_PIECE_MM <= self.fillet_mm <= largest:
+            half = f"tips.side_mm / 2 = {0.5 * self.side_mm:g} mm"
+            bound = f"0, or at least {LEAST_PIECE_MM:g} mm and as much less than {half}"
             raise validation_error("tips.fillet_mm", self.fillet_mm, "mm", bound, "leave a flat face, or take a sphere")
 
     @property
@@ -45,6 +47,10 @@ class FlatTip(TipShape):
     def sized_as(self) -> str:
         """Return the shape itself."""
         return self.name
+
+    def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:  # noqa: ARG002
+        """Return the area of the whole face [mm^2], whatever the force."""
+        return self.area_mm2
 
 
 @dataclass(frozen=True, kw_only=True)

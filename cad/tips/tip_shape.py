@@ -45,6 +45,7 @@ def arc(start_r: float, end_r: float, centre_r: float, radius: float) -> Arc:
 
 
 Meridian = tuple[Straight | Arc, ...]
+LEAST_PIECE_MM = 1e-6  # of a meridian: the CAD kernel takes shorter edges for points
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,9 +97,14 @@ class TipShape(ABC):
 
     @property
     def flank_deg(self) -> float:
-        """Return the slope of a straight flank [deg], 0 where there is none."""
-        return 0.0
+        """Return the slope of the steepest straight piece of the meridian [deg], 0 where there is none."""
+        steepest = 0.0
+        for piece in self.meridian:
+            if isinstance(piece, Straight):
+                rise = math.atan2(piece.end.z - piece.start.z, piece.end.r - piece.start.r)
+                steepest = max(steepest, math.degrees(rise))
+        return steepest
 
-    def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:  # noqa: ARG002
-        """Return the area that touches under a force [mm^2 from N, E / (1 - nu^2) in MPa, mm]: all of a flat face."""
-        return self.area_mm2
+    @abstractmethod
+    def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
+        """Return the area that touches under a force [mm^2 from N, E / (1 - nu^2) in MPa, mm]."""

@@ -7,7 +7,14 @@ from typing import Literal
 
 from cad.design.parameters import Design
 from cad.quantity import validation_error
-from cad.theory.two_spring_law import Springs, curve_nonlinearity, hayes_stiffness, size_springs, spring_give
+from cad.theory.two_spring_law import (
+    Springs,
+    curve_nonlinearity,
+    force_ratio,
+    hayes_stiffness,
+    size_springs,
+    spring_give,
+)
 from pipeline.options import RunOptions
 from pipeline.response.scene_press import curve_moduli, pressed_at, scene_of
 from solve.contact.linear_response import spring_compliance
@@ -15,6 +22,7 @@ from solve.fruit.compliance import FruitCompliance
 
 MOST_ROUNDS = 20
 SETTLED = 1e-7  # of P_max, and of NL
+LEAST_RISE = 1e-9  # of P over the moduli, as a fraction of P: of a smaller one round-off leaves too few digits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +88,12 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
 def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
     given, targets = design.springs, design.nominal_targets
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
-        return Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
+        springs = Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
+        if force_ratio(springs, K_m_max, ratio) < (1.0 + LEAST_RISE) * ratio:
+            bound = f"so far under springs.K_h_N_per_m that P rises by {LEAST_RISE:g} on the stiffest fruit"
+            hint = "take a softer low spring"
+            raise validation_error("springs.K_l_N_per_m", given.K_l_N_per_m, "N/m", bound, hint)
+        return springs
     if targets.P_max <= ratio:
         bound = f"greater than {ratio:.4g}, the ratio of the fruit under the two tips"
         raise validation_error("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")

@@ -47,7 +47,7 @@ def test_lines_fill_the_leaves_and_layers_the_depth(process):
     ):
         for size in sizes if step else ():
             assert size / step == pytest.approx(round(size / step)), (process.name, size, step)
-    assert (process.line_width_mm is not None) == process.name.startswith("fdm-")
+    assert (process.line_width_mm is not None) == (process.kind == "fdm")
 
 
 @each_process
@@ -63,7 +63,7 @@ def test_leaves_of_the_paper_design_can_be_made(process, side):
 
 @each_process
 def test_moduli_lie_where_their_kind_does(process):
-    plastic = process.name.startswith(("fdm", "sls", "sla"))
+    plastic = process.kind != "dmls"
     low, high = (1e3, 5e3) if plastic else (1e5, 2.2e5)
     assert low < process.E_MPa < high
     assert (0.05 if plastic else 0.005) <= process.E_scatter <= (0.2 if plastic else 0.05)

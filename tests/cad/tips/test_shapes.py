@@ -10,6 +10,7 @@ from cad.parts.pin_socket import tip_solid
 from cad.quantity import InputError
 from cad.theory.sneddon_cone import cone_contact_radius, cone_force
 from cad.tips.shapes import SHAPES
+from cad.tips.tip_shape import LEAST_PIECE_MM
 
 SHAPE_KEYS = {
     "cube": {"fillet_mm": 0.2},
@@ -36,6 +37,9 @@ SHAPE_KEYS = {
         ({"shape": "dome", "dome_radius_mm": 0.4}, "tips.side_mm"),
         ({"shape": "sphere", "fillet_mm": 0.1}, "tips.fillet_mm"),
         ({"fillet_mm": 0.5}, "tips.fillet_mm"),
+        ({"fillet_mm": 0.49999999999999994}, "tips.fillet_mm"),
+        ({"fillet_mm": 1e-9}, "tips.fillet_mm"),
+        ({"shape": "cone", "half_angle_deg": 60.0, "blunt_mm": 0.9999999999}, "tips.blunt_mm"),
         ({"shape": "spere"}, "tips.shape"),
     ],
 )
@@ -74,3 +78,23 @@ def test_the_area_that_a_cone_touches_is_that_of_its_law():
     blunt = Tips(shape="cone", half_angle_deg=70.0, blunt_mm=0.5).tip_shape
     ball = Tips(shape="sphere", side_mm=1.0).tip_shape
     assert blunt.contact_area_mm2(1e-3, 2.0, 30.0) == pytest.approx(ball.contact_area_mm2(1e-3, 2.0, 30.0), rel=1e-12)
+
+
+@pytest.mark.parametrize("side", [0.1, 20.0])
+@pytest.mark.parametrize(
+    ("shape", "key", "half_angle"),
+    [("cube", "fillet_mm", None), ("cylinder", "fillet_mm", None), ("cone", "blunt_mm", 45.0)],
+)
+def test_the_smallest_and_the_largest_rounding_give_a_solid(shape, key, half_angle, side):
+    largest = 0.5 * side - LEAST_PIECE_MM
+    if half_angle is not None:
+        largest *= (1.0 - 1e-12) / math.cos(math.radians(half_angle))
+    for rounding in (LEAST_PIECE_MM, largest):
+        keys = {"shape": shape, "side_mm": side, "spacing_mm": 30.0, "half_angle_deg": half_angle, key: rounding}
+        assert tip_solid(Tips(**keys).tip_shape, 4.0).isValid()
+
+
+def test_only_a_cone_has_a_flank():
+    assert Tips(shape="cone", half_angle_deg=70.3, blunt_mm=0.1).tip_shape.flank_deg == pytest.approx(19.7, rel=1e-12)
+    for name in ("cube", "cylinder", "sphere", "dome"):
+        assert Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).tip_shape.flank_deg == 0.0

@@ -47,6 +47,14 @@ def test_given_springs_are_taken_as_they_are():
     assert sizing.springs.stiffnesses == pytest.approx((0.753, 17.3), rel=1e-12)
 
 
+@pytest.mark.parametrize("K_l", [999999999.9999999, 999999000.0])
+def test_springs_that_no_fruit_tells_apart_are_refused(K_l):
+    """P rises by K_m (1 / K_l - 1 / K_h), 4.6e-12 for springs that differ by 1e-6 of 1e6 N/mm."""
+    with pytest.raises(InputError) as refused:
+        sizing_of(Design(springs=GivenSprings(K_l_N_per_m=K_l, K_h_N_per_m=1e9)))
+    assert (refused.value.field, refused.value.value) == ("springs.K_l_N_per_m", K_l)
+
+
 def test_deflections_share_the_travel_with_the_fruit():
     """In series a spring takes the share K_m / (K_m + K) of the travel."""
     sizing = sizing_of(Design())
