@@ -10,6 +10,7 @@ from dataclasses import MISSING, Field, dataclass, field
 from typing import Any, TypeVar
 
 Record = TypeVar("Record")
+_LONGEST_VALUE = 500  # letters of a value in a message: a path is shorter
 
 
 class InputError(ValueError):
@@ -129,7 +130,8 @@ def _formatted(value: object) -> str:
     if isinstance(value, float):
         short = f"{value:g}"
         return short if float(short) == value else repr(float(value))
-    return repr(value) if isinstance(value, str) else f"{value}"
+    shown = repr(value) if isinstance(value, str) else f"{value}"
+    return shown if len(shown) <= _LONGEST_VALUE else f"{shown[:_LONGEST_VALUE]}..."
 
 
 def nearest(word: str, names: Sequence[str]) -> str:
@@ -147,7 +149,7 @@ def as_float(number: float) -> float:
         return math.inf if number > 0 else -math.inf
 
 
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")  # no digits of other scripts
 
 
 def written_number(text: str) -> float | None:

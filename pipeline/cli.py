@@ -3,6 +3,7 @@
 import argparse
 import io
 import os
+import re
 import signal
 import sys
 import warnings
@@ -37,7 +38,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is None:
         _prepare_process()
     try:
-        code = _execute(sys.argv[1:] if argv is None else list(argv))
+        words = sys.argv[1:] if argv is None else list(argv)
+        arguments = _arguments(words)
+        code: int = PASSED if arguments is None else COMMANDS[words[0]].execute(arguments)
         sys.stdout.flush()
     except InputError as error:
         message = str(error)
@@ -63,54 +66,50 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _prepare_process() -> None:
-    """Make the process fit to run: threads, warnings, letters that a terminal lacks, its end by a signal."""
+    """Make the process fit to run: threads, warnings, streams, the width of a terminal, its end by a signal."""
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the order of sums, and the last digits, follow the number of threads
     warnings.simplefilter("ignore")  # those of libraries are for us, not for who calls a command
-    for name in ("stdin", "stdout", "stderr"):
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:  # closed by the shell: the next file that is opened would take its number
-            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), "w", encoding="utf-8"))
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode, encoding="utf-8"))
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
+            stream.reconfigure(errors="replace")  # letters that a terminal lacks
+    if not re.fullmatch(r"[0-9]{1,4}", os.environ.get("COLUMNS", "")):
+        os.environ.pop("COLUMNS", None)  # rich would take any digits for a width
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # what is unfinished is cleared away
 
 
-def _execute(words: list[str]) -> int:
+def _arguments(words: list[str]) -> argparse.Namespace | None:
+    """Return what the words ask of their command, the first of them; None where they are answered already."""
     parser, parsers = command_parsers()
     if not words or words[0] in ("-h", "--help"):
         parser.print_help()
-        return PASSED
+        return None
     if words[0] == "--version":
         from importlib.metadata import version
 
         print(f"twintip {version('twintip')}")
-        return PASSED
+        return None
     if words[0] == "--print-completion":
         from pipeline.commands.completion import completion
 
         print(completion(parser, parsers, words[1:]), end="")
-        return PASSED
-    chosen = _chosen(words[0], parsers)
+        return None
+    if words[0] not in parsers:
+        kind = "flag" if words[0].startswith("-") else "command"
+        raise _unknown(kind, words[0], ("--help", "--version", "--print-completion") if kind == "flag" else (*parsers,))
+    chosen = parsers[words[0]]
     if "-h" in words or "--help" in words:
         chosen.print_help()
-        return PASSED
+        return None
     arguments, rest = chosen.parse_known_intermixed_args(words[1:])
-    if rest:
-        if not rest[0].startswith("-"):
-            msg = f"{rest[0]!r}: must be a flag or its value; remove it, or see {chosen.prog} -h"
-            raise InputError(msg)
+    if rest and rest[0].startswith("-"):
         raise _unknown("flag", rest[0], chosen.flags)
-    code: int = COMMANDS[words[0]].execute(arguments)
-    return code
-
-
-def _chosen(word: str, parsers: dict[str, "_Parser"]) -> "_Parser":
-    """Return the parser of a command; raises InputError for a word that is none."""
-    if word in parsers:
-        return parsers[word]
-    kind = "flag" if word.startswith("-") else "command"
-    known = ("--help", "--version", "--print-completion") if kind == "flag" else tuple(parsers)
-    raise _unknown(kind, word, known)
+    if rest:
+        msg = f"{rest[0]!r}: must be a flag or its value; remove it, or see {chosen.prog} -h"
+        raise InputError(msg)
+    return arguments
 
 
 def _unknown(kind: str, word: str, known: Sequence[str]) -> InputError:

@@ -7,10 +7,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
-from cad.design.design_file import design_from_mapping, overridden, parsed_setting, read_design, with_process_file
+from cad.design.design_file import design_from_mapping, overridden, parsed_setting, with_process_file
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
+from cad.input_file import read_toml
 from cad.quantity import Bounds, nearest, validation_error
 
 DEFAULT_DESIGN = "paper"
@@ -102,7 +103,7 @@ def load_design(design: str | Path = DEFAULT_DESIGN, settings: Mapping[str, obje
     named = parsed_setting(texts.get("print.process_file", "")) or None
     if isinstance(named, str):  # a flag's path starts here, a file's beside the file
         texts["print.process_file"] = str(Path(named).absolute())
-    data = overridden({"name": path.stem, **read_design(path)}, texts)
+    data = overridden({"name": path.stem, **read_toml(path, "--design")}, texts)
     return design_from_mapping(with_process_file(data, path.parent))
 
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import tomllib
 from collections.abc import Mapping, MutableMapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,8 @@ from cad.design.processes import (
 )
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
+from cad.input_file import parsed_toml
 from cad.quantity import InputError, as_float, nearest, validation_error, written_number
-from cad.toml_file import read_toml
 
 TABLE_TYPES: dict[str, Any] = {
     "targets": Targets,
@@ -108,14 +107,6 @@ def _frozen(value: object) -> object:
     return as_float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-def read_design(path: Path, kind: str = "design file") -> dict[str, Any]:
-    """Return the tables of a design file, or of another kind of TOML file that messages are to name.
-
-    Raises InputError when it is missing, unreadable or not TOML.
-    """
-    return read_toml(path, f"{kind} {path}")
-
-
 def overridden(data: Mapping[str, Any], settings: Mapping[str, str]) -> dict[str, Any]:
     """Return the tables with `table.key` settings laid on top; values are TOML, bare words are text.
 
@@ -175,9 +166,7 @@ def parsed_setting(text: str) -> object:
     if not text.isprintable():
         return text
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except RecursionError:
-        return text
+        return parsed_toml(f"value = {text}")["value"]
     except ValueError:  # a bare word, a number with more digits than Python reads, or one that TOML writes otherwise
         number = written_number(text)
         return text if number is None else number

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from cad.input_file import read_toml
 from cad.quantity import (
     LENGTH,
     MODULUS,
@@ -20,7 +21,6 @@ from cad.quantity import (
     text_field,
     validation_error,
 )
-from cad.toml_file import read_toml
 
 _FRACTION = Bounds(above=0.0, below=1.0)
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
@@ -114,8 +114,7 @@ def read_process_file(path: Path, name: str | None) -> tuple[str, Mapping[str, A
 
     Raises InputError, in one line, where the file or its process cannot be used.
     """
-    shown = f"print.process_file = {path.name!r}"
-    tables = read_toml(path, shown)
+    tables = read_toml(path, "print.process_file")
     chosen = next(iter(tables)) if name is None and len(tables) == 1 else name
     if chosen is None or chosen not in tables:
         names = ", ".join(tables) or "none"
@@ -124,7 +123,7 @@ def read_process_file(path: Path, name: str | None) -> tuple[str, Mapping[str, A
     try:
         own_process(chosen, tables[chosen])
     except InputError as error:
-        msg = f"{shown}: {error}"
+        msg = f"print.process_file = {path.name!r}: {error}"
         raise InputError(msg, field=error.field, value=error.value, bound=error.bound) from error
     return chosen, tables[chosen]
 

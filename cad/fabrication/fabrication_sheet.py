@@ -8,7 +8,7 @@ from pathlib import Path
 
 from cad.design.processes import Process
 from cad.drawing.sheet import Title
-from cad.fabrication.bill import Row, bill_table, screw_name
+from cad.fabrication.bill import Row, as_markdown, bill_table, screw_name
 from cad.fabrication.bridges import AMPLIFIER, RESISTANCE_OHM, Bridge, excitation, series_resistor
 from cad.fabrication.mount import PLATE_MM, mounted_grip
 from cad.parts.assembly import NUT_MM, dowel_length, grip
@@ -45,6 +45,7 @@ def fabrication_sheet(sensor: Sensor, title: Title, facts: SheetFacts) -> str:
     return _template(process, housing).format(
         title=title,
         process=process,
+        material=as_markdown(process.material),
         housing=housing,
         gauge=GAUGES[housing.gauges],
         bill=bill_table(facts.bill),

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from cad.input_file import read_toml
 from cad.quantity import Bounds, check_fields, check_sources, quantity, sourced_records, validation_error
 from cad.theory.leaf_spring import Flexure, pair_stiffness
-from cad.toml_file import read_toml
 
 _POSITIVE = Bounds(above=0.0)
 _DATA = "correct the entry in cad/theory/gauges.toml"

@@ -7,6 +7,8 @@ from argparse import ArgumentParser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
+from cad.quantity import InputError, written_number
+
 PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 EXIT_CODES = "exit code: 0 all verdicts pass, 1 a verdict failed or is undecided, 2 the input or environment is wrong"
 
@@ -18,8 +20,16 @@ def add_json_flag(parser: ArgumentParser) -> None:
 
 def add_force_flag(parser: ArgumentParser) -> None:
     """Add --force."""
-    words = "write where files are not of the last run or were changed since; they are kept as NAME.bak"
+    words = "keep what is in the way as NAME.bak, also where it was changed since it was written"
     parser.add_argument("--force", action="store_true", help=words)
+
+
+def number(text: str) -> float:
+    """Return the number of a flag, as people write it; raises ValueError for another text."""
+    value = written_number(text)
+    if value is None:
+        raise ValueError(text)
+    return value
 
 
 def print_json(data: object) -> None:
@@ -38,6 +48,20 @@ def answering() -> Iterator[None]:
     except OSError as error:
         drop_output()
         print_error(f"the answer cannot be printed: {error.strerror}; the work is done")
+
+
+@contextmanager
+def refusing_what_cannot_be_solved() -> Iterator[None]:
+    """Raise InputError in place of what mesher, solvers and writers of files raise for a scene that is beyond them."""
+    from cad.files.export_error import ExportError
+    from mesh.session import MeshError
+    from solve.fruit.split import SplitDomainError
+    from solve.linear import SolveError
+
+    try:
+        yield
+    except (ExportError, MeshError, SolveError, SplitDomainError) as error:
+        raise InputError(str(error)) from error
 
 
 def print_error(message: str) -> None:

@@ -1,7 +1,6 @@
 """`pipeline design`: the run with what a maker needs beside it, or the list of print processes."""
 
 from argparse import ArgumentParser, Namespace
-from dataclasses import replace
 
 from pipeline.commands import run
 
@@ -22,5 +21,4 @@ def execute(arguments: Namespace) -> int:
 
         own = run.asked(arguments)[0].printer
         return list_processes(own, as_json=arguments.json)
-    design, options = run.asked(arguments)
-    return run.execute_run(arguments, design, replace(options, fabrication=True))
+    return run.execute(arguments, fabrication=True)

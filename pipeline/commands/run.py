@@ -2,11 +2,12 @@
 
 import json
 from argparse import ArgumentParser, Namespace
+from dataclasses import replace
 from pathlib import Path
 
 from cad.design.parameters import Design
 from cad.files.file_date import file_date
-from cad.quantity import InputError, validation_error
+from cad.quantity import validation_error
 from pipeline.commands.console import (
     FAILED,
     PASSED,
@@ -14,6 +15,7 @@ from pipeline.commands.console import (
     add_json_flag,
     answering,
     print_json,
+    refusing_what_cannot_be_solved,
     showing_progress,
 )
 from pipeline.options import (
@@ -60,11 +62,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_json_flag(parser)
 
 
-def execute(arguments: Namespace) -> int:
-    """Run the design that the flags ask for; return the exit code."""
-    return execute_run(arguments, *asked(arguments))
-
-
 def asked(arguments: Namespace) -> tuple[Design, RunOptions]:
     """Return the design and the options that flags ask for; raises InputError."""
     design = load_design(arguments.design, settings_of(arguments))
@@ -83,16 +80,21 @@ def asked(arguments: Namespace) -> tuple[Design, RunOptions]:
     return design, options
 
 
-def execute_run(arguments: Namespace, design: Design, options: RunOptions) -> int:
-    """Run, print the answer, return the exit code; a scene that cannot be solved is wrong input.
+def execute(arguments: Namespace, *, fabrication: bool = False) -> int:
+    """Run the design that the flags ask for, print the answer, return the exit code.
 
     Where the folder holds just what this run would write, it is answered from its report and nothing is solved.
     """
+    design, options = asked(arguments)
+    options = replace(options, fabrication=fabrication)
     folder = options.out or Path("outputs") / design.name
     file_date()  # refuses a date that no file can have
     report = _kept_report(design, options, folder)
     if report is None:
-        _run(design, options, quiet=arguments.json)
+        from pipeline import run
+
+        with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
+            run(design, options, progress=progress)
         report = json.loads((folder / REPORT).read_bytes())
     from pipeline.report.answer import everything, report_passed, summary
     from pipeline.report.verdict_table import print_parts
@@ -118,20 +120,6 @@ def _kept_report(design: Design, options: RunOptions, folder: Path) -> Json | No
         return None
     report: Json = json.loads(content)
     return report if report.get("key") == run_key(design, options) else None
-
-
-def _run(design: Design, options: RunOptions, *, quiet: bool) -> None:
-    from cad.files.export_error import ExportError
-    from mesh.session import MeshError
-    from pipeline import run
-    from solve.fruit.split import SplitDomainError
-    from solve.linear import SolveError
-
-    try:
-        with showing_progress("start", quiet=quiet) as progress:
-            run(design, options, progress=progress)
-    except (ExportError, MeshError, SolveError, SplitDomainError) as error:
-        raise InputError(str(error)) from error
 
 
 def settings_of(arguments: Namespace) -> dict[str, str]:

@@ -8,18 +8,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cad.design.design_file import design_as_mapping, design_as_toml, every_key
-from cad.quantity import InputError, nearest, validation_error
-from pipeline.commands.console import FAILED, PASSED, add_json_flag, answering, print_json, showing_progress
+from cad.quantity import nearest, validation_error
+from pipeline.commands.console import (
+    FAILED,
+    PASSED,
+    add_force_flag,
+    add_json_flag,
+    answering,
+    print_json,
+    refusing_what_cannot_be_solved,
+    showing_progress,
+)
 from pipeline.commands.run import add_design_flags, settings_of
 from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
-from pipeline.storage.new_file import refuse_unwritable, write_new
 
 if TYPE_CHECKING:
     from pipeline.study.suggest.suggestion import Suggestion
 
 PURPOSE = "find the nearest design that passes"
 EXAMPLE = "pipeline suggest paper --set fruit.bruise_limit_MPa=0.29"
-_OTHER_NAME = "choose another name"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -28,7 +35,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("named", metavar="DESIGN", nargs="?", help=f"preset or file (default {DEFAULT_DESIGN})")
     add_design_flags(parser)
     add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")
-    add("--out", metavar="FILE.toml", type=Path, help="write the design that passes there; a file that exists stays")
+    add("--out", metavar="FILE.toml", type=Path, help="write the design that passes there")
+    add_force_flag(parser)
     add_json_flag(parser)
 
 
@@ -41,24 +49,28 @@ def execute(arguments: Namespace) -> int:
     settings = settings_of(arguments)
     design = load_design(arguments.design, settings)
     keep = frozenset(_known_key(key) for key in arguments.keep)
-    _refuse_file(arguments.out)
-    from cad.files.export_error import ExportError
-    from mesh.session import MeshError
-    from pipeline.study.suggest.suggestion import suggestion
-    from solve.linear import SolveError
+    if arguments.out is not None:
+        if arguments.out.suffix != ".toml":
+            bound = "a file that ends in .toml"
+            raise validation_error("--out", str(arguments.out), "", bound, "name a design file, not a folder")
+        from pipeline.storage.files import refuse_taken
 
-    try:
-        with showing_progress("start", quiet=arguments.json) as progress:
-            found = suggestion(design, RunOptions(), keep, progress)
-    except (ExportError, MeshError, SolveError) as error:
-        raise InputError(str(error)) from error
+        if not arguments.force:
+            refuse_taken([arguments.out], "--out")
+    from pipeline.study.suggest.suggestion import suggestion
+
+    with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
+        found = suggestion(design, RunOptions(), keep, progress)
     command = command_of(arguments.design, settings, found)
     with answering():
         _print(found, command, as_json=arguments.json)
     if found.changes is None:
         return FAILED
     if arguments.out is not None:
-        write_new(arguments.out, f"# {command}\n{design_as_toml(found.changed)}", "--out", remedy=_OTHER_NAME)
+        from pipeline.storage.files import write_files
+
+        text = f"# {command}\n{design_as_toml(found.changed)}"
+        write_files({arguments.out: text.encode()}, "--out", force=arguments.force)
         if not arguments.json:
             with answering():
                 print(f"written to {arguments.out}")
@@ -71,16 +83,6 @@ def _known_key(key: str) -> str:
             "--keep", key, "", "a key of the design file", f"did you mean {nearest(key, every_key())}?"
         )
     return key
-
-
-def _refuse_file(path: Path | None) -> None:
-    if path is None:
-        return
-    if path.suffix != ".toml":
-        raise validation_error("--out", str(path), "", "a file that ends in .toml", "name a design file, not a folder")
-    if not path.absolute().parent.is_dir():
-        raise validation_error("--out", str(path), "", "a new file in a folder that exists", _OTHER_NAME)
-    refuse_unwritable(path, "--out", _OTHER_NAME)
 
 
 def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") -> str:

@@ -8,7 +8,6 @@ import csv
 import io
 import math
 import re
-import stat
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,12 +15,11 @@ from decimal import Decimal
 from pathlib import Path
 from typing import NamedTuple
 
-from cad.quantity import nearest, validation_error
+from cad.input_file import read_bytes
+from cad.quantity import nearest, validation_error, written_number
 
-MOST_BYTES = 16 * 2**20
 _LONGEST_LINE = 65536  # bytes of a line of a stream: what is longer is no line of numbers
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
-_NUMBER = re.compile(r"[-+]?([0-9]+[.,]?[0-9]*|[.,][0-9]+)([eE][-+]?[0-9]+)?")
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(,[0-9]{3})+")
 _IN_BRACKETS = re.compile(r"(.*?)\s*[(\[\uff08]\s*([^)\]\uff09]*)\s*[)\]\uff09]")  # as wide brackets too
 _UNIT_BEHIND = re.compile(r"(.*?)[\s_/,:-]+([^\s_/,:-]+)")
@@ -114,15 +112,15 @@ class CsvFormat:
     def number(self, row: Row, column: Column) -> float:
         """Return the number in a cell [mm, N, s, MPa or 1]; raises InputError that names file, line and column."""
         cell = row.cells[column.index]
-        value = float(cell.replace(",", ".")) if _NUMBER.fullmatch(cell) else math.nan
-        if math.isfinite(value) and abs(value * column.factor) <= column.most:
-            return value * column.factor
+        value = written_number(cell.replace(",", "."))
         place = place_of(self.source, row.line, column.label)
-        if not math.isfinite(value):
+        if value is None or not math.isfinite(value):
             bound = "a finite number" if cell else "a number, and the cell is empty"
             raise validation_error(place, cell[:40], "", bound, "correct it, or leave the row out")
-        bound = f"at most {column.most / column.factor:g}"
-        raise validation_error(place, cell, "", bound, "check the unit of the column")
+        if abs(value * column.factor) > column.most:
+            bound = f"at most {column.most / column.factor:g}"
+            raise validation_error(place, cell, "", bound, "check the unit of the column")
+        return value * column.factor
 
     def last_digit(self, row: Row, column: Column) -> float:
         """Return what one step of the last written digit of a number is worth [unit of the number]."""
@@ -137,7 +135,7 @@ def place_of(source: str, line: int, label: str = "") -> str:
 
 def is_number(cell: str) -> bool:
     """Say whether a cell is written as a number, with a decimal point or comma, in digits 0 to 9."""
-    return bool(_NUMBER.fullmatch(cell) or _THOUSANDS.fullmatch(cell))
+    return written_number(cell.replace(",", ".")) is not None or _THOUSANDS.fullmatch(cell) is not None
 
 
 def read_csv(source: Path | str) -> tuple[CsvFormat, list[Row]]:
@@ -166,7 +164,7 @@ def lines_of(source: Path | str) -> Iterator[str]:
     if str(source) == "-":
         yield from _lines_of_stream()
         return
-    content = _content(Path(source))
+    content = read_bytes(source, "FILE")
     if content.startswith(_UTF_16):
         encodings = ["utf-16"]
     elif b"\0" in content:
@@ -196,23 +194,6 @@ def _lines_of_stream() -> Iterator[str]:
         if "\0" in text or len(raw) == _LONGEST_LINE:
             raise validation_error(place_of("-", number), "bytes", "", "a line of text in UTF-8", "send CSV")
         yield text.rstrip("\r\n")
-
-
-def _content(path: Path) -> bytes:
-    """Return what a regular file holds; raises InputError."""
-    try:
-        status = path.stat()
-        is_file = stat.S_ISREG(status.st_mode)
-        content = path.read_bytes() if is_file and status.st_size <= MOST_BYTES else b""
-    except (OSError, ValueError) as error:  # the second is how Python says that no file can have such a name
-        reason = getattr(error, "strerror", None) or str(error)
-        bound = f"a CSV file that can be read ({reason})"
-        raise validation_error("FILE", str(path), "", bound, "check its name and permissions") from error
-    if not is_file:
-        raise validation_error("FILE", str(path), "", "a regular file, or - for a stream", "check its name")
-    if status.st_size > MOST_BYTES:
-        raise validation_error(str(path), status.st_size, "bytes", f"at most {MOST_BYTES}", "split it")
-    return content
 
 
 def _refuse_two_readings(source: str, rows: Sequence[Row]) -> None:

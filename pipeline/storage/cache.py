@@ -6,15 +6,17 @@ An entry is a JSON file named by the digest of stage, inputs, code and library v
 import hashlib
 import json
 import os
-import stat
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
+from pipeline.storage.digests import is_regular
 from pipeline.storage.plain import from_plain, to_plain
 from pipeline.storage.versions import code_digest
 
 T = TypeVar("T")
+_MOST_BYTES = 256 * 2**20  # of an entry: the files of a design in base 64 are a few MiB
 
 
 def cache_folder() -> Path | None:
@@ -32,31 +34,48 @@ def cache_folder() -> Path | None:
 def cached(stage: str, inputs: object, compute: Callable[[], T], kind: type[T]) -> T:
     """Return the stored result of a stage for these inputs, or compute it and store it.
 
-    Inputs are records or plain data. An entry that cannot be read or whose digest is wrong is computed again; a cache
-    that cannot be written is no error. A fresh result goes through JSON too, so that it equals a stored one to the bit.
+    Inputs are records or plain data. A fresh result goes through JSON too, so that it equals a stored one to the bit.
     """
-    path = _entry(stage, inputs)
-    body = _read(path)
-    if body is None:
-        body = _body(compute())
-        _write(path, body)
-    return from_plain(kind, json.loads(body))
+    result = stored(stage, inputs, kind)
+    if result is not None:
+        return result
+    fresh = compute()
+    store(stage, inputs, fresh)
+    return from_plain(kind, json.loads(_as_json(fresh)))
 
 
 def stored(stage: str, inputs: object, kind: type[T]) -> T | None:
-    """Return the stored result of a stage for these inputs; None where there is none."""
-    body = _read(_entry(stage, inputs))
-    return None if body is None else from_plain(kind, json.loads(body))
-
-
-def is_kept(stage: str, inputs: object) -> bool:
-    """Say whether a result of a stage is stored for these inputs."""
-    return _read(_entry(stage, inputs)) is not None
+    """Return the stored result of a stage for these inputs; None where there is no entry of ours that holds one."""
+    path = _entry(stage, inputs)
+    if path is None or not is_regular(path):
+        return None
+    try:
+        if path.stat().st_size > _MOST_BYTES:
+            return None
+        digest, _, body = path.read_text(encoding="utf-8").partition("\n")
+        if digest != _digest(path, body):
+            return None
+        return from_plain(kind, json.loads(body))
+    except (OSError, ValueError, RecursionError):
+        return None
 
 
 def store(stage: str, inputs: object, result: object) -> None:
-    """Store the result of a stage for these inputs; a cache that cannot be written is no error."""
-    _write(_entry(stage, inputs), _body(result))
+    """Write the result of a stage for these inputs aside and rename it; a cache that cannot be written is no error."""
+    path = _entry(stage, inputs)
+    if path is None:
+        return
+    body = _as_json(result)
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.unlink(missing_ok=True)
+        try:
+            with part.open("x", encoding="utf-8") as file:  # never through a link
+                file.write(f"{_digest(path, body)}\n{body}")
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
 
 
 def _entry(stage: str, inputs: object) -> Path | None:
@@ -68,29 +87,10 @@ def _entry(stage: str, inputs: object) -> Path | None:
     return folder / f"{stage}-{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
 
 
-def _body(result: object) -> str:
+def _as_json(result: object) -> str:
     return json.dumps(to_plain(result), allow_nan=False)
 
 
-def _read(path: Path | None) -> str | None:
-    """Return the text of an entry; None where it is missing, damaged or no regular file."""
-    try:
-        if path is None or not stat.S_ISREG(path.lstat().st_mode):
-            return None
-        digest, _, body = path.read_text(encoding="utf-8").partition("\n")
-    except (OSError, ValueError):
-        return None
-    return body if digest == hashlib.sha256(body.encode()).hexdigest() else None
-
-
-def _write(path: Path | None, body: str) -> None:
-    """Write an entry aside and rename it; a cache that cannot be written is no error."""
-    if path is None:
-        return
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}", encoding="utf-8")
-        part.replace(path)
-    except OSError:
-        return
+def _digest(path: Path, body: str) -> str:
+    """Return the digest of an entry: of its name too, so that an entry that was copied to another name is none."""
+    return hashlib.sha256(f"{path.name}\n{body}".encode()).hexdigest()

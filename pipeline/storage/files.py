@@ -1,4 +1,4 @@
-"""Single files put into a person's folder: one that is there is replaced only where it is as we wrote it.
+"""Files that a command writes where it is told to: whole or not at all, and never over what somebody else wrote.
 
 The cache keeps the digest of each file that was written so.
 """
@@ -10,68 +10,61 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from cad.quantity import InputError, validation_error
-from pipeline.storage.cache import is_kept, store
+from pipeline.storage.cache import store, stored
 from pipeline.storage.digests import REPORT, file_digest, is_regular, keep_aside
 
 _WRITTEN = "written"
 
 
-def is_ours(path: Path) -> bool:
-    """Say whether a file has the content that `place_files` once wrote."""
-    return is_regular(path) and is_kept(_WRITTEN, file_digest(path))
+def refuse_taken(paths: Iterable[Path], flag: str, *, renew: bool = False) -> None:
+    """Raise InputError, which names the flag, where something is in one of these places, or nothing can be.
 
-
-def refuse_taken(folder: Path, names: Iterable[str], flag: str, *, file: Path | None = None) -> None:
-    """Raise InputError where a folder has something of one of these names that is not as we wrote it.
-
-    So does an output folder: its next run would refuse what it did not write. Where `file` is given, the flag gave the
-    path of that one file, else the folder.
+    With `renew` a file that is as `write_files` once wrote it is in nobody's way. The output folder of a run takes no
+    other file: its next run would refuse it.
     """
-    noun = "folder" if file is None else "file"
-    shown = str(file or folder)
-    if is_regular(folder / REPORT):
-        hint = f"name another {noun} with {flag}: the next run would refuse a folder with other files in it"
-        raise validation_error(flag, shown, "", f"a {noun} outside the output folder of a run", hint)
-    for name in names:
-        path = folder / name
-        if os.path.lexists(path) and not is_ours(path):
-            bound = f"a {noun} where no other file is replaced, and {path.name!r} is not as this command wrote it"
-            hint = f"name another {noun} with {flag}, move this file away, or keep it as NAME.bak with --force"
-            raise validation_error(flag, shown, "", bound, hint)
+    for path in paths:
+        existing = next(folder for folder in path.absolute().parents if folder.exists())
+        try:
+            with tempfile.TemporaryFile(dir=existing):
+                pass
+        except OSError as error:
+            raise _not_writable(path, flag, error) from error
+        if is_regular(path.parent / REPORT):
+            bound = "a file outside the output folder of a run, which would refuse it"
+            raise validation_error(flag, str(path), "", bound, f"name another place with {flag}")
+        if os.path.lexists(path) and not (renew and _is_ours(path)):
+            bound = "a new file, or an unchanged one of this command" if renew else "a file that is not there yet"
+            hint = f"name another one with {flag}, or keep this one as NAME.bak with --force"
+            raise validation_error(flag, str(path), "", bound, hint)
 
 
-def place_file(path: Path, content: bytes, flag: str, *, force: bool = False) -> Path:
-    """Write one file and return its path; raises InputError as `place_files`, which names the file."""
-    (placed,) = place_files(path.parent, {path.name: content}, flag, force=force, file=path)
-    return placed
+def write_files(files: Mapping[Path, bytes], flag: str, *, force: bool = False, renew: bool = False) -> list[Path]:
+    """Write each file aside and rename it; return their paths.
 
-
-def place_files(
-    folder: Path, files: Mapping[str, bytes], flag: str, *, force: bool = False, file: Path | None = None
-) -> list[Path]:
-    """Write files aside, then move each to its place in a folder; return their paths.
-
-    Raises InputError as `refuse_taken`, unless `force` keeps what is there as NAME.bak, and where the folder cannot be
-    written; the message names the flag that gave the folder or the file.
+    Raises InputError as `refuse_taken` before one is written; with `force` what is there is kept as NAME.bak instead.
     """
     if not force:
-        refuse_taken(folder, files, flag, file=file)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".twintip-") as aside:
-            for name, content in files.items():
-                Path(aside, name).write_bytes(content)
-            for name, content in files.items():
-                path = folder / name
-                if os.path.lexists(path) and not is_ours(path):
-                    keep_aside(path, folder)
-                Path(aside, name).replace(path)
-                store(_WRITTEN, hashlib.sha256(content).hexdigest(), True)  # noqa: FBT003 - any value marks it
-    except OSError as error:
-        raise _not_writable(folder if file is None else file, flag, error) from error
-    return [folder / name for name in files]
+        refuse_taken(files, flag, renew=renew)
+    for path, content in files.items():
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryDirectory(dir=path.parent, prefix=".twintip-") as aside:
+                part = Path(aside, "part")
+                part.write_bytes(content)
+                if os.path.lexists(path) and not _is_ours(path):
+                    keep_aside(path, path.parent)
+                part.replace(path)
+        except OSError as error:
+            raise _not_writable(path, flag, error) from error
+        store(_WRITTEN, hashlib.sha256(content).hexdigest(), result=True)
+    return list(files)
 
 
 def _not_writable(path: Path, flag: str, error: OSError) -> InputError:
-    bound = f"a place that can be written ({error.strerror})"
-    return validation_error(flag, str(path), "", bound, f"name another one with {flag}")
+    bound = f"a file in a place that can be written ({error.strerror})"
+    return validation_error(flag, str(path), "", bound, f"name another place with {flag}")
+
+
+def _is_ours(path: Path) -> bool:
+    """Say whether a file has the content that `write_files` once wrote."""
+    return is_regular(path) and stored(_WRITTEN, file_digest(path), bool) is True

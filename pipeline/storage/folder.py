@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from cad.input_file import read_bytes
 from cad.quantity import InputError, validation_error
 from pipeline.storage.digests import KEY, REPORT, content_digest, has_digest, is_regular, keep_aside
 
@@ -65,13 +66,24 @@ def whole_report(path: Path) -> bytes | None:
     Raises OutputError where the place cannot be used or is in use by a run.
     """
     target = _usable(path)
-    if not target.parent.is_dir():
+    if not _folder_beside(target).exists():  # nobody writes: many may read at once
+        return _content_if_whole(target)
+    try:
+        with _in_use(target):
+            return _content_if_whole(target)
+    except OutputError:
+        content = _content_if_whole(target)
+        if content is None:
+            raise
+        return content
+
+
+def _content_if_whole(folder: Path) -> bytes | None:
+    """Return report.json of a folder that holds what it lists, as it was written, and nothing else; else None."""
+    listed = _listed_digests(folder)
+    if listed is None or unmanaged_files(folder) or not set(listed) <= {path.name for path in folder.iterdir()}:
         return None
-    with _in_use(target):
-        listed = _listed_digests(target)
-        if listed is None or unmanaged_files(target) or not set(listed) <= {entry.name for entry in target.iterdir()}:
-            return None
-        return (target / REPORT).read_bytes()
+    return (folder / REPORT).read_bytes()
 
 
 def managed_files(folder: Path) -> list[str]:
@@ -108,7 +120,7 @@ def _listed_digests(folder: Path) -> dict[str, str] | None:
     """Return sha256 by name of the files that report.json lists; None where it is not as a run wrote it."""
     path = folder / REPORT
     try:
-        report = json.loads(path.read_bytes()) if is_regular(path) else None
+        report = json.loads(read_bytes(path, REPORT)) if is_regular(path) else None
         if not isinstance(report, dict) or report.get(KEY) != content_digest(report):
             return None
         return {entry["path"]: entry["sha256"] for entry in report["files"]}
@@ -157,11 +169,11 @@ def _in_use(target: Path) -> Iterator[Path]:
     """
     from filelock import FileLock, Timeout
 
-    aside = target.with_name(f".{target.name}.twintip")
+    aside = _folder_beside(target)
     try:
         aside.mkdir(parents=True, exist_ok=True)
-        names = {path.name for path in aside.iterdir()}
-        if names and (_LOCK not in names or not all(_is_of_a_run(name) for name in names)):
+        held = list(aside.iterdir())
+        if held and not (is_regular(aside / _LOCK) and all(_is_of_a_run(path) for path in held)):
             bound = f"a folder beside which no other {aside.name!r} stands"
             raise _refused(target, bound, "move that folder away")
         lock = FileLock(aside / _LOCK, blocking=False)
@@ -183,8 +195,16 @@ def _in_use(target: Path) -> Iterator[Path]:
         lock.release()
 
 
-def _is_of_a_run(name: str) -> bool:
-    return name in (_LOCK, _OLD) or name.startswith(_NEW)
+def _folder_beside(target: Path) -> Path:
+    return target.with_name(f".{target.name}.twintip")
+
+
+def _is_of_a_run(path: Path) -> bool:
+    """Say whether a path in the folder beside is the empty lock, or one of the folders that a run makes there."""
+    if path.name == _LOCK:
+        return path.stat().st_size == 0
+    is_folder = path.is_dir() and not path.is_symlink()
+    return is_folder and (path.name == _OLD or path.name.removeprefix(_NEW).isdecimal())
 
 
 def _clear(aside: Path, target: Path) -> None:

@@ -23,6 +23,13 @@ class Solids:
     files: dict[str, str]
     verdicts: Verdicts
 
+    def __post_init__(self) -> None:
+        """Raise ValueError for a name that leads out of the folder, and for text that is no base 64."""
+        for name, text in self.files.items():
+            if Path(name).name != name:
+                raise ValueError(name)
+            base64.b64decode(text, validate=True)
+
 
 def kept_files(stage: str, inputs: Inputs, folder: Path) -> Verdicts | None:
     """Write the files of a stage into a folder and return the verdicts on them; None where none are kept."""

@@ -7,9 +7,13 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TypeVar
 
+from cad.quantity import validation_error
+
 T = TypeVar("T")
+_PROC = Path("/proc/self")
 
 # On one thread sums have one order, and so the same bits in every process.
 ONE_THREAD = dict.fromkeys(("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
@@ -17,12 +21,21 @@ _IDLE_SECONDS = 20.0  # after which a worker ends by itself: the workers of a ki
 
 
 def available_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return how many cores this process may use; one where there is no /proc, without which no worker lives."""
+    if not _PROC.is_dir():
+        return 1
     return len(os.sched_getaffinity(0))
 
 
 def open_workers(count: int) -> Executor:
-    """Return an executor of some processes, each on one thread; `close_workers` ends it."""
+    """Return an executor of some processes, each on one thread; `close_workers` ends it.
+
+    Raises InputError without /proc, where loky's workers look up how much memory they hold.
+    """
+    if not _PROC.is_dir():
+        raise validation_error(
+            "/proc", "absent", "", "mounted for worker processes", "mount it, or use another machine"
+        )
     from loky import ProcessPoolExecutor
 
     executor: Executor = ProcessPoolExecutor(count, timeout=_IDLE_SECONDS, initializer=_prepare_worker, env=ONE_THREAD)

@@ -12,11 +12,11 @@ from cad.design.design_file import (
     design_from_mapping,
     every_key,
     overridden,
-    read_design,
     with_process_file,
 )
 from cad.design.parameters import TABLES
 from cad.design.tips import Tips
+from cad.input_file import read_toml
 from cad.quantity import Bounds, InputError, check_fields, choice, nearest, quantity, validation_error
 from pipeline.measure.measured_table import read_csv, refuse_other_length
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
@@ -141,7 +141,7 @@ def verdict_keys(goal: Goal) -> tuple[str, ...]:
 
 def read_study(path: Path) -> Study:
     """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one."""
-    return study_of(path.stem, read_design(path, "study file"), path.parent)
+    return study_of(path.stem, read_toml(path, "FILE.toml"), path.parent)
 
 
 def study_of(name: str, data: Mapping[str, Any], folder: Path) -> Study:
@@ -190,7 +190,7 @@ def _base(data: Mapping[str, Any], folder: Path) -> Plain:
     settings = {key: _setting_text(key, value) for key, value in _flat("set", data).items()}
     if settings.get(_PROCESS_FILE):  # under [set] its path starts beside the study file
         settings[_PROCESS_FILE] = str((folder / settings[_PROCESS_FILE]).absolute())
-    tables = dict(with_process_file(overridden({"name": path.stem, **read_design(path)}, settings), path.parent))
+    tables = dict(with_process_file(overridden({"name": path.stem, **read_toml(path, "base")}, settings), path.parent))
     design_from_mapping(tables)
     return tables
 

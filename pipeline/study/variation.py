@@ -1,13 +1,13 @@
 """How one key of a design varies over the points of a study: over a range, a list, or a distribution."""
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from scipy.special import ndtri
 
-from cad.quantity import InputError, as_float, nearest, validation_error, written_number
+from cad.design.design_file import parsed_setting
+from cad.quantity import InputError, as_float, nearest, validation_error
 
 Setting = float | int | str | bool | tuple[float, ...]
 
@@ -123,12 +123,7 @@ def setting_of(value: object) -> Setting:
 
 def setting_of_cell(cell: str) -> Setting:
     """Return what a cell says: a number or a truth value as TOML writes it, else text; raises as `setting_of`."""
-    try:
-        value = tomllib.loads(f"value = {cell}")["value"]
-    except ValueError:
-        number = written_number(cell)
-        return cell if number is None else number
-    return setting_of(value)
+    return setting_of(parsed_setting(cell))
 
 
 def variation(key: str, given: object) -> Variation:

@@ -12,7 +12,7 @@ import pyvista as pv
 
 from cad.quantity import validation_error
 from pipeline.report.stored import StoredReport, read_report
-from pipeline.storage.files import place_files, refuse_taken
+from pipeline.storage.files import refuse_taken, write_files
 from pipeline.view.scene import Vector, draw_cells, draw_part, draw_scene
 from pipeline.view.scenes import (
     FLEXURE,
@@ -107,7 +107,7 @@ def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False) -
     them as NAME.bak.
     """
     if not force:
-        refuse_taken(folder, [f"{picture.name}.png" for picture in drawn], FLAG)
+        refuse_taken([folder / f"{picture.name}.png" for picture in drawn], FLAG, renew=True)
     draw_without_display()
     files = {}
     with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
@@ -120,8 +120,8 @@ def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False) -
                 plotter.screenshot(path)
             finally:
                 plotter.close()
-            files[path.name] = path.read_bytes()
-    return place_files(folder, files, FLAG, force=force)
+            files[folder / path.name] = path.read_bytes()
+    return write_files(files, FLAG, force=force, renew=True)
 
 
 def draw_without_display() -> None:

@@ -11,7 +11,7 @@ from pipeline.report.fields import field_arrays
 from pipeline.report.stored import StoredReport, StoredResponse, read_report
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.mounts import attached_to
-from pipeline.storage.files import place_files, refuse_taken
+from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.vtu import write_vtu
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
@@ -45,7 +45,7 @@ def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Pat
     names = [f"{kind}_{step:02d}.vtu" for kind in _KINDS for step in range(len(row.x_mm))]
     names += [f"{kind}.pvd" for kind in _KINDS]
     if not force:
-        refuse_taken(target, names, FLAG)
+        refuse_taken([target / name for name in names], FLAG, renew=True)
     with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
         _write_housing(report, row, Path(unfinished))
         _write_fruit(report, row, Path(unfinished))
@@ -53,8 +53,8 @@ def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Pat
             steps = [_STEP.format(x=x, kind=kind, step=step) for step, x in enumerate(row.x_mm)]
             text = _COLLECTION.format(steps="".join(steps))
             (Path(unfinished) / f"{kind}.pvd").write_text(text, encoding="utf-8")
-        files = {name: (Path(unfinished) / name).read_bytes() for name in names}
-    return place_files(target, files, FLAG, force=force)
+        files = {target / name: (Path(unfinished) / name).read_bytes() for name in names}
+    return write_files(files, FLAG, force=force, renew=True)
 
 
 def _write_housing(report: StoredReport, row: StoredResponse, folder: Path) -> None:

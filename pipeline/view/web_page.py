@@ -23,7 +23,7 @@ from trame_vtk.tools.vtksz2html import HTML_VIEWER_PATH
 
 from cad.quantity import validation_error
 from pipeline.report.stored import StoredReport, read_report
-from pipeline.storage.files import place_file, refuse_taken
+from pipeline.storage.files import refuse_taken, write_files
 from pipeline.view.pictures import draw_without_display
 from pipeline.view.scene import PALETTE, draw_field, look_at
 from pipeline.view.scenes import ASSEMBLY_DIRECTION, assembly, draw_bodies, field_scenes
@@ -58,8 +58,9 @@ def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
         hint = f"write {path.with_suffix('.html').name}"
         raise validation_error(FLAG, str(path), "", "a file name that ends in .html", hint)
     if not force:
-        refuse_taken(path.parent, [path.name], FLAG, file=path)
-    return place_file(path, web_page(folder), FLAG, force=force)
+        refuse_taken([path], FLAG, renew=True)
+    write_files({path: web_page(folder)}, FLAG, force=force, renew=True)
+    return path
 
 
 def web_page(folder: Path) -> bytes:

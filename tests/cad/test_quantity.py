@@ -96,6 +96,10 @@ def test_value_just_beyond_a_bound_does_not_read_as_the_bound():
     assert f"thing.size = {beyond!r} mm: must be" in _refused(size=beyond)
 
 
+def test_endless_value_is_cut_in_a_message():
+    assert len(str(validation_error("NL", "x" * 10**6, "", "less than 0.5", "write 0.05"))) < 1000
+
+
 def test_fault_leaves_out_the_unit_one():
     assert (
         str(validation_error("NL", 0.5, "1", "less than 0.5", "write 0.05"))
@@ -116,7 +120,7 @@ def test_whole_numbers_beyond_floats_are_infinite(number, expected):
 @pytest.mark.parametrize(
     ("text", "number"),
     [(".03", 0.03), ("3e-2", 0.03), ("+1", 1.0), ("-.5E1", -5.0), ("1.", 1.0), (" 2 ", 2.0)]
-    + [(text, None) for text in ("", ".", "e5", "1_000", "nan", "inf", "0x1", "1 2", "--1")],
+    + [(text, None) for text in ("", ".", "e5", "1_000", "nan", "inf", "0x1", "1 2", "--1", "\u0661", "1.\u0665")],
 )
 def test_numbers_as_people_write_them(text, number):
     assert written_number(text) == number

@@ -67,11 +67,11 @@ def _write(calibration: "Calibration", arguments: Namespace) -> None:
     from dataclasses import replace
 
     from pipeline.measure.unit.printed_unit import unit_as_toml
-    from pipeline.storage.new_file import write_new
+    from pipeline.storage.files import write_files
 
     if arguments.out is not None:
         unit = replace(calibration.unit, classes=arguments.classes)
-        write_new(arguments.out, unit_as_toml(unit), "--out", force=arguments.force)
+        write_files({arguments.out: unit_as_toml(unit).encode()}, "--out", force=arguments.force)
 
 
 def _as_mapping(calibration: "Calibration") -> dict[str, object]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cad.quantity import validation_error
-from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, print_json
+from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, answering, number, print_json
 
 if TYPE_CHECKING:
     from pipeline.measure.compression.force_law import TestGeometry
@@ -27,13 +27,22 @@ def add_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("files", metavar="FILE", nargs="+", type=Path, help="CSV with force and travel, or an export of TRAPEZIUM X")
     add(
-        "--height", metavar="MM", type=float, help="height of the fruit along the press [mm] (default twice the radius)"
+        "--height",
+        metavar="MM",
+        type=number,
+        help="height of the fruit along the press [mm] (default twice the radius)",
     )
-    add("--radius", metavar="MM", type=float, help="its radius where a plate touches it [mm] (default half the height)")
-    add("--radius-across", metavar="MM", type=float, help="the other radius of curvature there [mm] (default the same)")
-    add("--poisson", metavar="NU", type=float, help="Poisson's ratio of the flesh (default 0.3)")
+    add(
+        "--radius", metavar="MM", type=number, help="its radius where a plate touches it [mm] (default half the height)"
+    )
+    add(
+        "--radius-across", metavar="MM", type=number, help="the other radius of curvature there [mm] (default the same)"
+    )
+    add("--poisson", metavar="NU", type=number, help="Poisson's ratio of the flesh (default 0.3)")
     add("--support", choices=tuple(PLATES), default="plate", help="under the fruit: a plate, or a fitting seat")
-    add("--plate-area", metavar="MM2", type=float, help="area that the paper's modulus divides by [mm^2] (default 900)")
+    add(
+        "--plate-area", metavar="MM2", type=number, help="area that the paper's modulus divides by [mm^2] (default 900)"
+    )
     add("--strain", metavar="PERCENT", default="5,2,10", help="strains of secant and tangent [%%] (default 5,2,10)")
     add("--columns", metavar="NAME=HEADER,...", help="headers that are not understood, as in force=Last,travel=Pfad")
     add("--units", metavar="NAME=UNIT,...", help="units where the file gives none, as in force=kN,travel=um")
@@ -61,11 +70,11 @@ def execute(arguments: Namespace) -> int:
             results.append(measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative))
     if arguments.plot is not None:
         from pipeline.measure.compression.plot import plotted
-        from pipeline.storage.files import place_file
+        from pipeline.storage.files import write_files
 
         path: Path = arguments.plot
         content = plotted(results, PLOT_KINDS[path.suffix.lower()])
-        place_file(path, content, "--plot", force=arguments.force)
+        write_files({path: content}, "--plot", force=arguments.force, renew=True)
     with answering():
         if arguments.json:
             print_json([result_mapping(result, assumed) for result in results])
@@ -140,7 +149,7 @@ def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:
 
 def _strains(text: str) -> tuple[float, ...]:
     try:
-        return tuple(float(part) for part in text.split(","))
+        return tuple(number(part) for part in text.split(","))
     except ValueError as error:
         raise validation_error(
             "--strain", text, "%", "numbers parted by commas", "write for instance --strain 5,2,10"

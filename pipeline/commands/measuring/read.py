@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cad.quantity import validation_error
-from pipeline.commands.console import FAILED, PASSED, answering, print_error, print_json
+from pipeline.commands.console import FAILED, PASSED, add_force_flag, answering, print_error, print_json
 
 if TYPE_CHECKING:
     from pipeline.measure.unit.fruit_reading import FruitReading
     from pipeline.measure.unit.measuring import MeasuringUnit
-    from pipeline.storage.new_file import NewFile
 
 PURPOSE = "read the modulus and ripeness of a fruit from forces"
 EXAMPLE = "pipeline read outputs/paper --forces 0.411,1.076"
@@ -30,7 +29,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--each", action="store_true", help="a reading for each sample instead of one for each press")
     add("--c-header", metavar="FILE.h", type=Path, help="write the read-out of this unit in C99")
     add("--micropython", metavar="FILE.py", type=Path, help="write the read-out of this unit in MicroPython")
-    add("--force", action="store_true", help="replace a FILE.h or FILE.py that is there")
+    add_force_flag(parser)
     parser.add_argument("--json", action="store_true", help="print JSON, one object a line for a signal")
 
 
@@ -49,7 +48,11 @@ def execute(arguments: Namespace) -> int:
     elif not firmware:
         raise validation_error("FILE.csv", None, "", "a file, - or left out beside --forces", "say what to read")
     if firmware:
-        _write(firmware, arguments)
+        from pipeline.storage.files import write_files
+
+        for flag, file in firmware.items():
+            for path in write_files(file, flag, force=arguments.force):
+                print(path, file=sys.stderr if arguments.json else sys.stdout)
     return outcome
 
 
@@ -78,28 +81,27 @@ def _sensor(arguments: Namespace) -> "MeasuringUnit":
     return MeasuringUnit(report=report, unit=unit, classes=ripeness_classes(text, flag) if text else None)
 
 
-def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> list["NewFile"]:
-    """Return the files of firmware that are asked for, not yet written; raises InputError where one cannot be."""
-    from pipeline.storage.new_file import NewFile, refuse_existing
+def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> dict[str, dict[Path, bytes]]:
+    """Return by flag the file of firmware that it asks for, not yet written; raises InputError where it cannot be."""
+    header: Path | None = arguments.c_header
+    script: Path | None = arguments.micropython
+    if header is None and script is None:
+        return {}
+    from pipeline.measure.unit.firmware import c_header, micropython
+    from pipeline.storage.files import refuse_taken
 
-    files = []
-    if arguments.c_header is not None or arguments.micropython is not None:
-        from pipeline.measure.unit.firmware import c_header, micropython
-
-        if arguments.c_header is not None:
-            files.append(NewFile(arguments.c_header, c_header(sensor), "--c-header"))
-        if arguments.micropython is not None:
-            files.append(NewFile(arguments.micropython, micropython(sensor), "--micropython"))
-    refuse_existing(files, force=arguments.force)
+    if header is not None and script is not None and header.resolve() == script.resolve():
+        bound = "another file than that of --c-header"
+        raise validation_error("--micropython", str(script), "", bound, "choose another name")
+    files: dict[str, dict[Path, bytes]] = {}
+    if header is not None:
+        files["--c-header"] = {header: c_header(sensor).encode()}
+    if script is not None:
+        files["--micropython"] = {script: micropython(sensor).encode()}
+    if not arguments.force:
+        for flag, file in files.items():
+            refuse_taken(file, flag)
     return files
-
-
-def _write(files: list["NewFile"], arguments: Namespace) -> None:
-    from pipeline.storage.new_file import write_all_new
-
-    write_all_new(files, force=arguments.force)
-    for file in files:
-        print(file.path, file=sys.stderr if arguments.json else sys.stdout)
 
 
 def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:

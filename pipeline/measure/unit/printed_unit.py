@@ -3,7 +3,6 @@
 import hashlib
 import json
 import re
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 from cad.design.design_file import design_as_toml
 from cad.design.parameters import Design
 from cad.design.reading import Reading
+from cad.input_file import read_toml
 from cad.quantity import Bounds, InputError, check_fields, quantity, validation_error
 from pipeline.report.stored import StoredReport
 from pipeline.storage.plain import from_plain, to_plain
@@ -113,9 +113,10 @@ def unit_of(
 
 def read_unit(path: Path, report: StoredReport) -> PrintedUnit:
     """Return the unit of a file; raises InputError, in one line, for a file that is none, or one of another design."""
+    tables = read_toml(path, "--unit")
     try:
-        unit = from_plain(PrintedUnit, tomllib.loads(path.read_text(encoding="utf-8")), "unit")
-    except (OSError, ValueError) as error:
+        unit = from_plain(PrintedUnit, tables, "unit")
+    except ValueError as error:
         for cause in getattr(error.__cause__, "exceptions", ()):
             if isinstance(cause, InputError):
                 raise cause from error

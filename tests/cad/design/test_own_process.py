@@ -112,7 +112,7 @@ def test_one_of_several_processes_is_named(folder):
         ('poisson = "typical', 'density = "typical', "process tough-resin.density"),
         ("tough-resin", "sla-resin", "print.process"),
         ("tough-resin", '"a b"', "print.process"),
-        ("[tough-resin]", "[tough-resin", ""),
+        ("[tough-resin]", "[tough-resin", "print.process_file"),
         (OWN, "number = 3", "process number"),
         (OWN, "", "print.process"),
     ],

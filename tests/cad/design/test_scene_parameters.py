@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from cad.design.design_file import design_as_toml, design_from_mapping, read_design
+from cad.design.design_file import design_as_toml, design_from_mapping
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
+from cad.input_file import read_toml
 
 DESIGNS = Path(__file__).parents[3] / "designs"
 SPHERE = {"shape": "sphere", "radius_mm": 35.0}
@@ -56,7 +57,7 @@ def test_flat_tips_keep_the_outline(shape, flat):
 
 @pytest.mark.parametrize("path", sorted(DESIGNS.glob("*.toml")), ids=lambda path: path.stem)
 def test_presets_are_designs_and_survive_a_design_file(path):
-    design = design_from_mapping(read_design(path))
+    design = design_from_mapping(read_toml(path, "--design"))
     assert design.name == path.stem
     assert design_from_mapping(tomllib.loads(design_as_toml(design))) == design
 

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cad.input_file import MOST_BYTES
 from cad.quantity import InputError
 from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
-    MOST_BYTES,
     Quantity,
     header_flags,
     is_number,
@@ -136,7 +136,7 @@ def test_source_has_to_be_a_regular_file_of_some_size(tmp_path):
         file.truncate(MOST_BYTES + 1)
     with pytest.raises(InputError) as caught:
         read_csv(large)
-    assert caught.value.value == MOST_BYTES + 1
+    assert (caught.value.field, caught.value.value) == ("FILE", str(large))
 
 
 def test_flags_name_headers_and_units():

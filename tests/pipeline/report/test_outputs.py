@@ -4,9 +4,10 @@ import hashlib
 
 from stand_ins import result_of
 
-from cad.design.design_file import design_from_mapping, read_design
+from cad.design.design_file import design_from_mapping
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
+from cad.input_file import read_toml
 from pipeline.options import RunOptions
 from pipeline.report.outputs import file_entries, write_outputs
 
@@ -16,7 +17,7 @@ def test_design_file_is_the_design_and_says_how_it_was_run(tmp_path):
     options = RunOptions(fruit_stiffness="hayes", contact_method="direct", tolerance=0.02)
     write_outputs(result_of(design, options), tmp_path)
     path = tmp_path / "design.toml"
-    assert design_from_mapping(read_design(path)) == design
+    assert design_from_mapping(read_toml(path, "--design")) == design
     first = path.read_text(encoding="utf-8").splitlines()[0]
     flags = "--fruit-stiffness hayes --contact-method direct --tol 0.02"
     assert first == f"# pipeline run --design design.toml {flags}"

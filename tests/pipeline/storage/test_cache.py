@@ -1,7 +1,7 @@
 """The cache gives back what was stored for the same inputs and code, and never anything else."""
 
+import hashlib
 import os
-import stat
 import sys
 from pathlib import Path
 
@@ -55,19 +55,64 @@ def test_other_code_is_made_again(monkeypatch):
     assert remembered("contact", {}, Counted(2)) == {"value": 2}
 
 
-@pytest.mark.parametrize("damage", ["", "no digest", "0" * 64 + '\n{"value": 3}'])
-def test_damaged_entry_is_made_again(folder, damage):
-    remembered("contact", {}, Counted(1))
-    entry = next(folder.glob("contact-*.json"))
-    entry.write_text(damage, encoding="utf-8")
-    assert remembered("contact", {}, Counted(2)) == {"value": 2}
+def digested(name, body):
+    """Return an entry whose digest is right, whoever made it."""
+    digest = hashlib.sha256(f"{name}\n{body}".encode()).hexdigest()
+    return f"{digest}\n{body}"
 
 
-def test_one_changed_digit_in_an_entry_is_noticed(folder):
+def copied(entry):
+    """Put another stage's entry into this one's place."""
+    remembered("flexures", {}, Counted(7))
+    (other,) = entry.parent.glob("flexures-*.json")
+    entry.write_bytes(other.read_bytes())
+
+
+def endless(entry):
+    with entry.open("r+b") as file:
+        file.truncate(2**40)  # a hole, that no disk holds
+
+
+ENTRIES = {
+    "empty": lambda entry: entry.write_text(""),
+    "no digest": lambda entry: entry.write_text("no digest"),
+    "wrong digest": lambda entry: entry.write_text("0" * 64 + '\n{"value": 3}'),
+    "a digit changed": lambda entry: entry.write_text(entry.read_text().replace("1.25", "1.26")),
+    "not text": lambda entry: entry.write_bytes(b"\xff"),
+    "another kind": lambda entry: entry.write_text(digested(entry.name, '["value", 3]')),
+    "a text for a number": lambda entry: entry.write_text(digested(entry.name, '{"value": "3"}')),
+    "nested": lambda entry: entry.write_text(digested(entry.name, 5000 * "[" + 5000 * "]")),
+    "of another stage": copied,
+    "endless": endless,
+    "pipe": lambda entry: (entry.unlink(), os.mkfifo(entry)),
+    "link to a device": lambda entry: (entry.unlink(), entry.symlink_to("/dev/zero")),
+    "folder": lambda entry: (entry.unlink(), entry.mkdir()),
+}
+
+
+@pytest.mark.parametrize("damage", ENTRIES.values(), ids=ENTRIES)
+def test_entry_that_is_not_as_it_was_stored_is_made_again(folder, damage):
     remembered("contact", {}, Counted(1.25))
-    entry = next(folder.glob("contact-*.json"))
-    entry.write_text(entry.read_text(encoding="utf-8").replace("1.25", "1.26"), encoding="utf-8")
-    assert remembered("contact", {}, Counted(1.25)) == {"value": 1.25}
+    (entry,) = folder.glob("contact-*.json")
+    damage(entry)
+    assert remembered("contact", {}, Counted(2)) == {"value": 2}
+    if not entry.is_dir():
+        assert remembered("contact", {}, Counted(3)) == {"value": 2}, "and stored in its place"
+    assert list(folder.glob("*.part")) == []
+
+
+@pytest.mark.parametrize("link", [Path.hardlink_to, Path.symlink_to])
+@pytest.mark.parametrize("suffix", ["", f".{os.getpid()}.part"])
+def test_nothing_is_written_through_a_link(folder, link, suffix, tmp_path):
+    """A person's file under the name of an entry, or of the part that is written first, stays as it is."""
+    remembered("contact", {}, Counted(1))
+    (entry,) = folder.glob("contact-*.json")
+    entry.unlink()
+    letter = tmp_path / "letter"
+    letter.write_text("precious")
+    link(entry.with_name(entry.name + suffix), letter)
+    assert remembered("contact", {}, Counted(2)) == {"value": 2}
+    assert letter.read_text() == "precious"
 
 
 def test_cache_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
@@ -126,19 +171,3 @@ def test_every_file_of_the_project_is_below_a_package_that_counts():
     root = Path(versions.__file__).parents[2]
     counted = {path for package in versions._SOURCES for path in (root / package).rglob("*.py")}
     assert {Path(module.__file__) for module in (cache, parameters)} <= counted
-
-
-def test_entry_leaves_no_other_file(folder):
-    remembered("contact", {}, Counted(1))
-    entries = list(folder.iterdir())
-    assert len(entries) == 1
-    assert stat.S_ISREG(entries[0].stat().st_mode)
-
-
-@pytest.mark.parametrize("make", [os.mkfifo, Path.mkdir, lambda path: path.symlink_to("/dev/zero")])
-def test_entry_that_is_no_file_is_not_read(folder, make):
-    remembered("contact", {}, Counted(1))
-    (entry,) = folder.glob("contact-*.json")
-    entry.unlink()
-    make(entry)
-    assert remembered("contact", {}, Counted(2)) == {"value": 2}
