@@ -1,5 +1,6 @@
 """A drawing as a DXF document in millimetres of the part: lines, arcs, words, and dimensions that measure it."""
 
+import copy
 import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ from ezdxf.addons.drawing.svg import SVGBackend
 from ezdxf.document import Drawing
 from ezdxf.enums import TextEntityAlignment
 from ezdxf.filemanagement import new
+from ezdxf.layouts.base import BaseLayout
 from ezdxf.math import BoundingBox2d
 
 LAYERS = {"PART": 7, "DIMENSIONS": 5, "NOTES": 3, "SHEET": 8}  # with the colour of each, by AutoCAD's index
@@ -60,12 +62,25 @@ class Canvas:
         self.scale = scale
         self.text_height = TEXT_MM / scale
         self.document = _new_document(self.text_height)
-        self.space = self.document.modelspace()
+        self.space: BaseLayout = self.document.modelspace()
+
+    def paper(self, corner: Point) -> "Canvas":
+        """Return what is drawn in millimetres of the paper, from the lower left corner of the sheet on: a block."""
+        paper = copy.copy(self)
+        paper.scale = 1.0
+        paper.text_height = TEXT_MM
+        paper.space = self.document.blocks.new("SHEET")
+        self.space.add_blockref("SHEET", corner, dxfattribs={"xscale": 1.0 / self.scale, "yscale": 1.0 / self.scale})
+        return paper
 
     def extents(self) -> Box:
         """Return the box around all that is drawn [mm]."""
         corners = bbox.extents(self.space, fast=True)
         return Box(corners.extmin.x, corners.extmin.y, corners.extmax.x, corners.extmax.y)
+
+    def label_width(self, label: str, length: float) -> float:
+        """Return how long the text of a dimension that measures a length is [mm]."""
+        return text_width(label.replace(MEASURED, format_length(length)), self.text_height)
 
     def line(self, start: Point, end: Point, layer: str = "PART") -> None:
         """Draw a straight line."""
@@ -158,7 +173,7 @@ class Canvas:
         """Write what lies in a window of the drawing [mm] as SVG that plots at its scale; raises OSError."""
         backend = SVGBackend()
         look = Configuration(background_policy=BackgroundPolicy.WHITE, color_policy=ColorPolicy.BLACK)
-        Frontend(RenderContext(self.document), backend, config=look).draw_layout(self.space)
+        Frontend(RenderContext(self.document), backend, config=look).draw_layout(self.document.modelspace())
         page = layout.Page(self.scale * (window.right - window.left), self.scale * (window.top - window.bottom))
         settings = layout.Settings(fit_page=False, scale=self.scale)
         paper = BoundingBox2d([(window.left, window.bottom), (window.right, window.top)])

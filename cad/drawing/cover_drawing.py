@@ -2,7 +2,7 @@
 
 import itertools
 
-from cad.drawing.canvas import Box, Canvas
+from cad.drawing.canvas import MEASURED, Box, Canvas
 from cad.drawing.housing_drawing import call_out_screw_holes
 from cad.drawing.lengths import Length, draw_lengths
 from cad.drawing.section import draw_section, section
@@ -19,8 +19,7 @@ _NOTES = (
 
 def cover_drawing(part: Part, cover: Cover, title: Title) -> Sheet:
     """Return the sheet of a cover: the section through its rim along +y, and to the right the section across it."""
-    rim = 0.5 * cover.housing.depth + 0.5 * cover.recess
-    profile = section(part.shape, rim if cover.recess else rim + 0.5 * cover.plate)
+    profile = section(part.shape, 0.5 * (cover.housing.depth + cover.recess))
 
     def draw_views(canvas: Canvas) -> None:
         draw_section(canvas, profile)
@@ -34,21 +33,24 @@ def cover_drawing(part: Part, cover: Cover, title: Title) -> Sheet:
 def _draw_front_lengths(canvas: Canvas, cover: Cover) -> None:
     """Draw the outer sizes, the places of the holes, and the widths of the rim at a post and at the bar."""
     housing = cover.housing
-    left, foot, right, top = housing.left, cover.foot_level, housing.right, housing.top_level
-    (x0, z0), (x1, z1) = housing.holes[0], housing.holes[-1]
+    outline = Box(housing.left, cover.foot_level, housing.right, housing.top_level)
+    bottom_left = (outline.left, outline.bottom)
+    top_left = (outline.left, outline.top)
+    top_right = (outline.right, outline.top)
+    lower_hole, upper_hole, _, right_hole = housing.holes
     post = housing.wall_width - cover.setback
-    bar = housing.cavity_level + cover.setback
+    rim_corner = (outline.right - post, housing.cavity_level + cover.setback)
     lengths = [
-        Length(side="top", start=(left, top), end=(right, top)),
-        Length(side="top", start=(x0, z1), end=(x1, z1)),
-        Length(side="top", start=(left, top), end=(x0, z1)),
-        Length(side="left", start=(left, foot), end=(left, top)),
-        Length(side="left", start=(x0, z0), end=(x0, z1)),
-        Length(side="left", start=(left, foot), end=(x0, z0)),
-        Length(side="bottom", start=(left, foot), end=(left + post, foot), label="<> 2x"),
-        Length(side="right", start=(right - post, bar), end=(right, top)),
+        Length("top", top_left, top_right),
+        Length("top", upper_hole, right_hole),
+        Length("top", top_left, upper_hole),
+        Length("left", bottom_left, top_left),
+        Length("left", lower_hole, upper_hole),
+        Length("left", bottom_left, lower_hole),
+        Length("bottom", bottom_left, (outline.left + post, outline.bottom), f"{MEASURED} 2x"),
+        Length("right", rim_corner, top_right),
     ]
-    draw_lengths(canvas, lengths, Box(left, foot, right, top))
+    draw_lengths(canvas, lengths, outline)
 
 
 def _draw_across(canvas: Canvas, cover: Cover, start: float) -> None:
@@ -57,13 +59,11 @@ def _draw_across(canvas: Canvas, cover: Cover, start: float) -> None:
     bar = cover.housing.cavity_level + cover.setback
     plate = start + cover.plate
     end = start + cover.thickness
-    corners = [(start, foot), (plate, foot), (plate, bar), (end, bar), (end, top), (start, top), (start, foot)]
-    if not cover.recess:
-        corners = [(start, foot), (end, foot), (end, top), (start, top), (start, foot)]
-    for a, b in itertools.pairwise(corners):
-        canvas.line(a, b)
+    corners = [(start, top), (start, foot), (plate, foot), (plate, bar), (end, bar), (end, top), (start, top)]
+    for corner, next_corner in itertools.pairwise(corners):
+        canvas.line(corner, next_corner)
     lengths = [
-        Length(side="top", start=(start, top), end=(end, top)),
-        Length(side="bottom", start=(start, foot), end=(plate, foot)),
+        Length("top", (start, top), (end, top)),
+        Length("bottom", (start, foot), (plate, foot)),
     ]
     draw_lengths(canvas, lengths, Box(start, foot, end, top))

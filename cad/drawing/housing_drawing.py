@@ -1,10 +1,9 @@
 """The drawing of a housing: section, view from the left, gauges, and every dimension once, on a sheet [mm]."""
 
-import itertools
 import math
 
 from cad.design.processes import Process
-from cad.drawing.canvas import MEASURED, Box, Canvas, format_length, text_width
+from cad.drawing.canvas import MEASURED, Box, Canvas, text_width
 from cad.drawing.lengths import Length, draw_lengths
 from cad.drawing.section import draw_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Title, on_sheet
@@ -22,13 +21,14 @@ def housing_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
     Raises InputError for a leaf without room for its gauges.
     """
     profile = section(part.shape)
+    within_accuracy = f"{MEASURED} ±{title.process.accuracy_mm:g}"
 
     def draw_views(canvas: Canvas) -> None:
         draw_section(canvas, profile)
-        view = Box(housing.left, 0.0, housing.right, housing.top_level)
-        draw_lengths(canvas, _lengths(housing, title.process), view)
+        lengths = [*_frame_lengths(housing), *_spring_lengths(housing, within_accuracy), *_tip_lengths(housing)]
+        draw_lengths(canvas, lengths, Box(housing.left, 0.0, housing.right, housing.top_level))
         for arm in housing.arms:
-            _draw_in_window(canvas, arm, title.process)
+            _draw_in_window(canvas, arm, within_accuracy)
             _draw_stop(canvas, housing, arm)
         _draw_callouts(canvas, housing)
         if housing.pin_side:
@@ -42,135 +42,152 @@ def housing_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
     return on_sheet(draw_views, _notes(housing, title.process), title)
 
 
-def _lengths(housing: Housing, process: Process) -> list[Length]:
-    """Return the lengths around the section."""
-    left, right, bottom, top = housing.left, housing.right, housing.protrusion, housing.top_level
+def _frame_lengths(housing: Housing) -> list[Length]:
+    """Return the lengths around the frame: outer sizes, walls, holes for screws and dowels."""
     low, high = housing.arms
-    (x0, z0), (x1, z1) = housing.holes[0], housing.holes[-1]
-    half, wide, neck = 0.5 * housing.spacing, 0.5 * housing.shuttle_width, housing.neck_level
-    lower, upper = high.levels
-    frame = [
-        Length(side="top", start=(left, top), end=(right, top)),
-        Length(side="top", start=(x0, z1), end=(x1, z1)),
-        Length(side="top", start=(left, top), end=(x0, z1)),
-        Length(side="bottom", start=(low.outer, bottom), end=(low.wall, bottom)),
-        Length(side="right", start=(high.wall, housing.cavity_level), end=(right, top)),
-        Length(side="left", start=(left, bottom), end=(left, top)),
-        Length(side="left", start=(x0, z0), end=(x0, z1)),
-        Length(side="left", start=(left, bottom), end=(x0, z0)),
-        Length(side="left", start=(low.centre - 0.5 * housing.tip_side, 0.0), end=(left, bottom)),
+    bottom_left = (housing.left, housing.protrusion)
+    top_left = (housing.left, housing.top_level)
+    top_right = (housing.right, housing.top_level)
+    lower_hole, upper_hole = low.holes
+    tip_corner = (low.centre - 0.5 * housing.tip_side, 0.0)
+    lengths = [
+        Length("top", top_left, top_right),
+        Length("top", upper_hole, high.holes[1]),
+        Length("top", top_left, upper_hole),
+        Length("bottom", bottom_left, (low.wall, housing.protrusion)),
+        Length("right", (high.wall, housing.cavity_level), top_right),
+        Length("left", bottom_left, top_left),
+        Length("left", lower_hole, upper_hole),
+        Length("left", bottom_left, lower_hole),
+        Length("left", tip_corner, bottom_left),
     ]
-    springs = [
-        Length(side="right", start=(high.centre, 0.0), end=(high.wall, lower)),
-        Length(side="right", start=(high.wall, lower), end=(high.wall, upper)),
-    ]
-    for arm in housing.arms:
-        under = arm.levels[0] - 0.5 * arm.flexure.thickness
-        start, end = ((x, under) for x in arm.roots)
-        springs.append(Length(side="bottom", start=start, end=end, label=f"<> ±{process.accuracy_mm:g}"))
-    tips = [
-        Length(side="bottom", start=(-half, 0.0), end=(half, 0.0)),
-        Length(side="bottom", start=(-half - wide, neck), end=(-half + wide, neck), label="<> 2x"),
-        Length(side="right", start=(half, 0.0), end=(half + wide, neck)),
-    ]
-    if housing.tip_height < neck - NEAR_MM:
-        shoulder = (half + 0.5 * housing.tip_side, housing.tip_height)
-        tips.append(Length(side="right", start=(half, 0.0), end=shoulder))
-    dowels = []
     if housing.dowels:
         first, last = sorted(housing.dowels)
-        dowels = [
-            Length(side="top", start=first, end=last),
-            Length(side="left", start=(left, bottom), end=first),
-        ]
-    return [*frame, *springs, *tips, *dowels]
+        lengths.append(Length("top", first, last))
+        lengths.append(Length("left", bottom_left, first))
+    return lengths
 
 
-def _draw_in_window(canvas: Canvas, arm: Arm, process: Process) -> None:
+def _spring_lengths(housing: Housing, within_accuracy: str) -> list[Length]:
+    """Return the levels of the leaves, and the length of those of each spring."""
+    high = housing.arms[1]
+    lower_root = (high.wall, high.levels[0])
+    upper_root = (high.wall, high.levels[1])
+    lengths = [
+        Length("right", (high.centre, 0.0), lower_root),
+        Length("right", lower_root, upper_root),
+    ]
+    for arm in housing.arms:
+        left, right = arm.roots
+        underside = arm.levels[0] - 0.5 * arm.flexure.thickness
+        lengths.append(Length("bottom", (left, underside), (right, underside), within_accuracy))
+    return lengths
+
+
+def _tip_lengths(housing: Housing) -> list[Length]:
+    """Return the distance of the tips, and the widths and levels of tips and necks."""
+    low, high = housing.arms
+    half_width = 0.5 * housing.shuttle_width
+    neck = housing.neck_level
+    high_tip = (high.centre, 0.0)
+    lengths = [
+        Length("bottom", (low.centre, 0.0), high_tip),
+        Length("bottom", (low.centre - half_width, neck), (low.centre + half_width, neck), f"{MEASURED} 2x"),
+        Length("right", high_tip, (high.centre + half_width, neck)),
+    ]
+    if housing.tip_height < neck - NEAR_MM:
+        shoulder = (high.centre + 0.5 * housing.tip_side, housing.tip_height)
+        lengths.append(Length("right", high_tip, shoulder))
+    return lengths
+
+
+def _draw_in_window(canvas: Canvas, arm: Arm, within_accuracy: str) -> None:
     """Draw the thickness of the leaves and the name of the spring, in the window between its leaves."""
     height = canvas.text_height
     left, right = arm.roots
-    upper, half = arm.levels[1], 0.5 * arm.flexure.thickness
-    label = f"<> ±{process.accuracy_mm:g}"
-    width = text_width(label.replace(MEASURED, format_length(2.0 * half)), height)
+    thickness = arm.flexure.thickness
+    lower_leaf, upper_leaf = arm.levels
+    underside = upper_leaf - 0.5 * thickness
     x = left + max(0.6 * height, 0.1 * (right - left))
-    text_at = (x + 0.6 * height + 0.5 * width, upper - half - 2.0 * height)
-    canvas.length("z", (x, upper - half), (x, upper + half), text_at, x, label)
-    middle = (0.5 * (left + right), 0.5 * sum(arm.levels) + 0.3 * height)
+    text_at = (x + 0.6 * height + 0.5 * canvas.label_width(within_accuracy, thickness), underside - 2.0 * height)
+    canvas.length("z", (x, underside), (x, underside + thickness), text_at, x, within_accuracy)
+    middle = (0.5 * (left + right), 0.5 * (lower_leaf + upper_leaf) + 0.3 * height)
     canvas.words(f"{arm.name.upper()} SPRING", middle, 0.8 * height)
 
 
 def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm) -> None:
     """Draw the gap over a shuttle, its text in the top bar."""
     height = canvas.text_height
-    low, high = arm.top_level, housing.cavity_level
-    width = text_width(format_length(high - low), height)
-    text_at = (arm.centre - 0.8 * height, high + height + 0.5 * width)
-    canvas.length("z", (arm.centre, low), (arm.centre, high), text_at, arm.centre, text_rotation=90.0)
+    x = arm.centre
+    shuttle, stop = arm.top_level, housing.cavity_level
+    text_at = (x - 0.8 * height, stop + height + 0.5 * canvas.label_width(MEASURED, stop - shuttle))
+    canvas.length("z", (x, shuttle), (x, stop), text_at, x, text_rotation=90.0)
 
 
 def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
     """Draw radii and diameters: of fillets, holes for screws, and where there are any of dowels and domes."""
     height = canvas.text_height
-    arm, radius = housing.arms[0], housing.low.fillet
-    x, z = arm.wall, arm.levels[0] + 0.5 * arm.flexure.thickness
-    label = f"<> {len(fillet_corners(housing))}x"
-    beside = (x, z + 1.4 * height)
-    canvas.callout("radius", (x + radius, z + radius), radius, beside, "right", label, angle=225.0)
+    low, radius = housing.arms[0], housing.low.fillet
+    root_top = low.levels[0] + 0.5 * low.flexure.thickness
+    centre = (low.wall + radius, root_top + radius)
+    label = f"{MEASURED} {len(fillet_corners(housing))}x"
+    canvas.callout("radius", centre, radius, (low.wall, root_top + 1.4 * height), "right", label, angle=225.0)
     call_out_screw_holes(canvas, housing)
     if housing.dowels:
         beside = (housing.right, housing.top_level + 2.4 * height)
-        canvas.callout("diameter", housing.dowels[-1], housing.dowel_hole, beside, "right", "<> 2x, dowels")
+        canvas.callout("diameter", housing.dowels[-1], housing.dowel_hole, beside, "right", f"{MEASURED} 2x, dowels")
     if housing.dome_radius:
-        dome = housing.dome_radius
-        angle = 270.0 - math.degrees(0.25 * housing.tip_side / dome)
-        beside = (arm.centre - 2.5 * height, -8.0 * height)
-        canvas.callout("radius", (arm.centre, dome), dome, beside, "left", "<> 2x, domes", angle=angle)
+        centre = (low.centre, housing.dome_radius)
+        beside = (low.centre - 2.5 * height, -8.0 * height)
+        half_way_to_the_edge = math.degrees(0.25 * housing.tip_side / housing.dome_radius)
+        angle = 270.0 - half_way_to_the_edge
+        canvas.callout("radius", centre, housing.dome_radius, beside, "left", f"{MEASURED} 2x, domes", angle=angle)
 
 
 def call_out_screw_holes(canvas: Canvas, housing: Housing) -> None:
     """Draw the diameter [mm] of the holes for screws, at the upper left one, its text beside that corner."""
     beside = (housing.left, housing.top_level + 2.4 * canvas.text_height)
-    canvas.callout("diameter", housing.holes[1], housing.hole_diameter, beside, "left", f"<> {len(housing.holes)}x")
+    label = f"{MEASURED} {len(housing.holes)}x"
+    canvas.callout("diameter", housing.holes[1], housing.hole_diameter, beside, "left", label)
 
 
 def _draw_pins(canvas: Canvas, housing: Housing) -> None:
     """Draw the pins in their pockets and say what they are."""
     side, out, height = housing.pin_side, housing.pin_out, canvas.text_height
     for arm in housing.arms:
-        pin = Box(arm.centre - 0.5 * side, -out, arm.centre + 0.5 * side, housing.pocket_depth)
-        canvas.rectangle(pin, "NOTES")
+        canvas.rectangle(Box(arm.centre - 0.5 * side, -out, arm.centre + 0.5 * side, housing.pocket_depth), "NOTES")
     cross_section = f"Ø{side:g}" if housing.pin_round else f"{side:g} x {side:g}"
     text = f"steel pin {cross_section} x {housing.pocket_depth + out:g} 2x, {out:g} out"
-    at = (housing.left - 2.0 * height - 0.5 * text_width(text, height), -6.0 * height)
-    canvas.words(text, at, height)
+    canvas.words(text, (housing.left - 2.0 * height - 0.5 * text_width(text, height), -6.0 * height), height)
 
 
 def _draw_from_the_left(canvas: Canvas, housing: Housing, start: float) -> None:
-    """Draw the view from the left, from a place x [mm] of the sheet on: the front of the plate to its right."""
-    deep, tip, top, pad = 0.5 * housing.depth, 0.5 * housing.tip_side, housing.top_level, housing.pad_height
-    middle = start + pad + deep
-    plate = Box(middle - deep, housing.protrusion, middle + deep, top)
+    """Draw the view from the left, from x = `start` [mm] of the sheet on: the front of the plate to its right."""
+    top, pad = housing.top_level, housing.pad_height
+    plate = Box(start + pad, housing.protrusion, start + pad + housing.depth, top)
     canvas.rectangle(plate)
-    for side in (-1.0, 1.0):
-        tip_edge, plate_edge = middle + side * tip, middle + side * deep
-        edge = [(tip_edge, 0.0), (tip_edge, housing.tip_height), (plate_edge, housing.neck_level)]
-        for a, b in itertools.pairwise(edge):
-            if math.dist(a, b) > NEAR_MM:
-                canvas.line(a, b)
-    canvas.line((middle - tip, 0.0), (middle + tip, 0.0))
+    middle = 0.5 * (plate.left + plate.right)
+    tip_left = middle - 0.5 * housing.tip_side
+    tip_right = middle + 0.5 * housing.tip_side
+    canvas.line((tip_left, 0.0), (tip_right, 0.0))
+    for tip_edge, plate_edge in ((tip_left, plate.left), (tip_right, plate.right)):
+        shoulder = (tip_edge, housing.tip_height)
+        canvas.line((tip_edge, 0.0), shoulder)
+        neck_end = (plate_edge, housing.neck_level)
+        if math.dist(shoulder, neck_end) > NEAR_MM:
+            canvas.line(shoulder, neck_end)
+
+    top_left = (plate.left, top)
     lengths = [
-        Length(side="top", start=(plate.left, top), end=(plate.right, top)),
-        Length(side="bottom", start=(middle - tip, 0.0), end=(middle + tip, 0.0)),
+        Length("top", top_left, (plate.right, top)),
+        Length("bottom", (tip_left, 0.0), (tip_right, 0.0)),
     ]
     if pad:
         foot = max(housing.cover_level, housing.protrusion)
-        canvas.rectangle(Box(plate.left - pad, foot, plate.left, top))
-        lengths += [
-            Length(side="top", start=(plate.left - pad, top), end=(plate.left, top)),
-            Length(side="left", start=(plate.left, plate.bottom), end=(plate.left - pad, foot)),
-        ]
-    draw_lengths(canvas, lengths, Box(plate.left - pad, 0.0, plate.right, top))
+        canvas.rectangle(Box(start, foot, plate.left, top))
+        lengths.append(Length("top", (start, top), top_left))
+        lengths.append(Length("left", (plate.left, plate.bottom), (start, foot)))
+    draw_lengths(canvas, lengths, Box(start, 0.0, plate.right, top))
 
 
 def draw_gauges(canvas: Canvas, housing: Housing, gauge: FoilGauge, level: float) -> None:
@@ -179,11 +196,12 @@ def draw_gauges(canvas: Canvas, housing: Housing, gauge: FoilGauge, level: float
     Raises InputError for a leaf without room for them.
     """
     for arm in housing.arms:
-        upper, half = arm.levels[1], 0.5 * arm.flexure.thickness
+        top = arm.levels[1] + 0.5 * arm.flexure.thickness
+        underside = top - arm.flexure.thickness
         for spans in gauge_spans(arm.flexure, gauge):
-            left, right = sorted(arm.along(spans.backing))
-            canvas.rectangle(Box(left, upper + half, right, upper + half + _GAUGE_THICK), "NOTES")
-            canvas.rectangle(Box(left, upper - half - _GAUGE_THICK, right, upper - half), "NOTES")
+            left, right = arm.along(spans.backing)
+            canvas.rectangle(Box(left, top, right, top + _GAUGE_THICK), "NOTES")
+            canvas.rectangle(Box(left, underside - _GAUGE_THICK, right, underside), "NOTES")
         _draw_leaf_from_above(canvas, arm, gauge, level + _ROOM_OF_ROWS_MM / canvas.scale)
 
 
@@ -191,23 +209,23 @@ def _draw_leaf_from_above(canvas: Canvas, arm: Arm, gauge: FoilGauge, base: floa
     """Draw an upper leaf from above with the gauges at its roots, and their sizes and places."""
     left, right = arm.roots
     leaf = Box(left, base, right, base + arm.flexure.depth)
-    middle = base + 0.5 * arm.flexure.depth
     canvas.rectangle(leaf)
-    for spans in gauge_spans(arm.flexure, gauge):
-        for span, width in ((spans.backing, gauge.backing_width_mm), (spans.grid, gauge.grid_width_mm)):
-            x0, x1 = sorted(arm.along(span))
-            canvas.rectangle(Box(x0, middle - 0.5 * width, x1, middle + 0.5 * width), "NOTES")
+    middle = 0.5 * (leaf.bottom + leaf.top)
+    half_backing = 0.5 * gauge.backing_width_mm
+    half_grid = 0.5 * gauge.grid_width_mm
+    at_wall, at_shuttle = gauge_spans(arm.flexure, gauge)
+    for spans in (at_wall, at_shuttle):
+        for span, half_width in ((spans.backing, half_backing), (spans.grid, half_grid)):
+            start, end = arm.along(span)
+            canvas.rectangle(Box(start, middle - half_width, end, middle + half_width), "NOTES")
 
-    at_wall = gauge_spans(arm.flexure, gauge)[0]
-    edge = middle - 0.5 * gauge.backing_width_mm
     lengths = []
     for span in (Span(0.0, at_wall.backing.start), at_wall.backing, at_wall.grid):
-        start, end = ((x, edge) for x in arm.along(span))
-        lengths.append(Length(side="bottom", start=start, end=end))
+        start, end = arm.along(span)
+        lengths.append(Length("bottom", (start, middle - half_backing), (end, middle - half_backing)))
     if arm.sign < 0.0:  # the widths are those of all gauges: they stand beside the first leaf alone
-        for width in (gauge.backing_width_mm, gauge.grid_width_mm):
-            start, end = (arm.wall, middle - 0.5 * width), (arm.wall, middle + 0.5 * width)
-            lengths.append(Length(side="left", start=start, end=end))
+        for half_width in (half_backing, half_grid):
+            lengths.append(Length("left", (arm.wall, middle - half_width), (arm.wall, middle + half_width)))
     draw_lengths(canvas, lengths, leaf)
     height = canvas.text_height
     canvas.words(f"{arm.name.upper()} UPPER LEAF", (0.5 * (left + right), leaf.top + height), 0.7 * height)

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from cad.drawing.canvas import MEASURED, Box, Canvas, Point, format_length, text_width
+from cad.drawing.canvas import MEASURED, Box, Canvas, Point
 
 Side = Literal["top", "bottom", "left", "right"]
 SIDES: tuple[Side, ...] = ("top", "bottom", "left", "right")
-_FIRST_MM, _STEP_MM = 8.0, 7.0  # on paper: from the view to the first row, and between rows
+_FIRST_MM = 8.0  # on paper, from the view to the first row
+_STEP_MM = 7.0  # on paper, between rows
 
 
 class Interval(NamedTuple):
@@ -18,20 +19,16 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def overlaps(self, interval: "Interval") -> bool:
-        """Say whether two stretches share a length."""
-        return self.low < interval.high and interval.low < self.high
+    def holds(self, x: float) -> bool:
+        """Say whether a point lies within."""
+        return self.low < x < self.high
 
-    def around(self, interval: "Interval") -> "Interval":
-        """Return the stretch from the lower to the upper end of both."""
-        return Interval(min(self.low, interval.low), max(self.high, interval.high))
-
-    def wider(self, gap: float) -> "Interval":
-        """Return the stretch that reaches a gap farther at both ends [mm]."""
-        return Interval(self.low - gap, self.high + gap)
+    def overlaps(self, interval: "Interval", gap: float = 0.0) -> bool:
+        """Say whether two stretches are nearer to each other than a gap [mm]."""
+        return self.low < interval.high + gap and interval.low < self.high + gap
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Length:
     """A length between two points of a view [mm] whose dimension shall stand on one of its sides."""
 
@@ -55,49 +52,57 @@ class _Placed:
     row: int
     text: Interval
 
+    @property
+    def extent(self) -> Interval:
+        span = self.length.span
+        return Interval(min(span.low, self.text.low), max(span.high, self.text.high))
+
     def collides(self, placed: "_Placed", gap: float) -> bool:
         """Say whether two dimensions touch: in one row, or the text of the inner one and a line to the outer one."""
         if self.row == placed.row:
-            extents = [each.length.span.around(each.text) for each in (self, placed)]
-            return extents[0].overlaps(extents[1]) or self.text.wider(gap).overlaps(placed.text)
-        inner, outer = sorted((self, placed), key=lambda each: each.row)
-        text = inner.text.wider(gap)
-        return any(text.low < end < text.high for end in outer.length.span)
+            return self.extent.overlaps(placed.extent) or self.text.overlaps(placed.text, gap)
+        inner, outer = (self, placed) if self.row < placed.row else (placed, self)
+        text = Interval(inner.text.low - gap, inner.text.high + gap)
+        return any(text.holds(end) for end in outer.length.span)
 
 
 def draw_lengths(canvas: Canvas, lengths: Sequence[Length], view: Box) -> None:
     """Draw the dimensions around a view [mm], each in the row nearest to the view that is free."""
     for side in SIDES:
         of_side = [length for length in lengths if length.side == side]
+        of_side.sort(key=lambda length: (round(length.span.high - length.span.low, 6), length.span))
         line_ends = [end for length in of_side for end in length.span]
         placed: list[_Placed] = []
-        for length in sorted(of_side, key=lambda each: (round(each.span.high - each.span.low, 6), each.span)):
-            placed.append(_first_free(length, placed, line_ends, canvas.text_height))
+        for length in of_side:
+            placed.append(_first_free(canvas, length, placed, line_ends))
             _draw(canvas, placed[-1], view)
 
 
-def _first_free(length: Length, placed: Sequence[_Placed], line_ends: Sequence[float], height: float) -> _Placed:
+def _first_free(canvas: Canvas, length: Length, placed: Sequence[_Placed], line_ends: Sequence[float]) -> _Placed:
     """Return the row nearest to the view, and the place of the text in it, that meets no other dimension.
 
     A text that no line to any end on this side could cross goes before one that some may.
     """
-    texts = _text_places(length, height)
-    texts.sort(key=lambda text: sum(text.low < end < text.high for end in line_ends))
+    texts = _text_places(canvas, length)
+    texts.sort(key=lambda text: sum(text.holds(end) for end in line_ends))
     outside = 1 + max((each.row for each in placed), default=-1)
     for row, text in itertools.product(range(outside + 1), texts):
         candidate = _Placed(length, row, text)
-        if not any(candidate.collides(each, 0.4 * height) for each in placed):
+        if not any(candidate.collides(each, 0.4 * canvas.text_height) for each in placed):
             return candidate
     return _Placed(length, outside, texts[0])  # a line to it crosses a text of an inner row, and would in any row
 
 
-def _text_places(length: Length, height: float) -> list[Interval]:
+def _text_places(canvas: Canvas, length: Length) -> list[Interval]:
     """Return where the text may stand along its side [mm]: in the middle where there is room, or beyond an end."""
     low, high = length.span
-    width = text_width(length.label.replace(MEASURED, format_length(high - low)), height)
-    beyond = 2.0 * height
-    places = [Interval(high + beyond, high + beyond + width), Interval(low - beyond - width, low - beyond)]
-    if high - low >= width + 1.2 * height:
+    width = canvas.label_width(length.label, high - low)
+    beyond = 2.0 * canvas.text_height
+    places = [
+        Interval(high + beyond, high + beyond + width),
+        Interval(low - beyond - width, low - beyond),
+    ]
+    if high - low >= width + 1.2 * canvas.text_height:
         middle = 0.5 * (low + high)
         places.insert(0, Interval(middle - 0.5 * width, middle + 0.5 * width))
     return places

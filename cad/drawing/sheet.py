@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cad.design.processes import Process
-from cad.drawing.canvas import LETTER, Box, Canvas, Point
+from cad.drawing.canvas import Box, Canvas, text_width
 from cad.files.file_date import given_date
 
 SCALES = {"2:1": 2.0, "1:1": 1.0, "1:2": 0.5, "1:5": 0.2}  # ISO 5455
@@ -80,62 +80,24 @@ def on_sheet(draw_views: Callable[[Canvas], None], notes: Sequence[str], title: 
         if fits_across and canvas.scale * (views.top - views.bottom) <= free.top - free.bottom:
             break
     # The sheet is laid around the views, in the middle of what is free, so that they keep their places.
-    corner = (
-        0.5 * (views.left + views.right - (free.left + free.right) / canvas.scale),
-        0.5 * (views.bottom + views.top - (free.bottom + free.top) / canvas.scale),
-    )
-    _draw_paper(_Paper(canvas, corner), paper, title, (size, scale), notes)
-    window = Box(*corner, corner[0] + paper.width / canvas.scale, corner[1] + paper.height / canvas.scale)
+    left = 0.5 * (views.left + views.right - (free.left + free.right) / canvas.scale)
+    bottom = 0.5 * (views.bottom + views.top - (free.bottom + free.top) / canvas.scale)
+    window = Box(left, bottom, left + paper.width / canvas.scale, bottom + paper.height / canvas.scale)
+    on_paper = canvas.paper((left, bottom))
+    _draw_frame(on_paper, paper, notes)
+    _draw_title(on_paper, paper, _title_rows(title, size, scale))
     return Sheet(canvas=canvas, size=size, scale=scale, window=window)
 
 
-class _Paper:
-    """Draws on a canvas in millimetres of the paper from its lower left corner."""
-
-    def __init__(self, canvas: Canvas, corner: Point) -> None:
-        self._canvas = canvas
-        self._corner = corner
-
-    def _at(self, x: float, y: float) -> Point:
-        return self._corner[0] + x / self._canvas.scale, self._corner[1] + y / self._canvas.scale
-
-    def line(self, start: Point, end: Point) -> None:
-        self._canvas.line(self._at(*start), self._at(*end), "SHEET")
-
-    def rectangle(self, box: Box, layer: str = "SHEET") -> None:
-        self._canvas.rectangle(Box(*self._at(box.left, box.bottom), *self._at(box.right, box.top)), layer)
-
-    def circle(self, centre: Point, radius: float) -> None:
-        self._canvas.circle(self._at(*centre), radius / self._canvas.scale, "SHEET")
-
-    def words(self, text: str, at: Point, height: float, layer: str = "SHEET") -> None:
-        self._canvas.words(text, self._at(*at), height / self._canvas.scale, layer, from_the_left=True)
-
-
-def _draw_paper(paper: _Paper, size: Size, title: Title, format_and_scale: Sequence[str], notes: Sequence[str]) -> None:
-    """Draw edge, frame, notes and title block: rows of cells, each with what it is above what stands in it."""
-    paper.rectangle(Box(0.0, 0.0, *size), "NOTES")
-    paper.rectangle(Box(_MARGIN.left, _MARGIN.bottom, size.width - _MARGIN.right, size.height - _MARGIN.top))
-    for count, note in enumerate(reversed(notes)):
-        at = (_MARGIN.left + 4.0, _MARGIN.bottom + 4.0 + _NOTE_STEP_MM * count)
-        paper.words(note, at, _NOTE_MM, "NOTES")
-
-    left = size.width - _MARGIN.right - _BLOCK.width
-    right = left + _BLOCK.width
-    rows = _title_rows(title, *format_and_scale)
-    row_height = _BLOCK.height / len(rows)
-    paper.rectangle(Box(left, _MARGIN.bottom, right, _MARGIN.bottom + _BLOCK.height))
-    for count, row in enumerate(rows):
-        base = _MARGIN.bottom + _BLOCK.height - row_height * (count + 1)
-        paper.line((left, base), (right, base))
-        x = left
-        for cell in row:
-            height = min(3.0, (cell.width - 3.0) / (LETTER * max(1, len(cell.text))))
-            paper.words(cell.head, (x + 1.0, base + row_height - 2.0), 1.4, "NOTES")
-            paper.words(cell.text, (x + 1.5, base + 3.8), height)
-            x += cell.width
-            paper.line((x, base), (x, base + row_height))
-    _draw_first_angle(paper, right - 10.0, _MARGIN.bottom + 4.0)
+def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:
+    """Draw the edge of the sheet, the frame, and the notes in its lower left corner."""
+    paper.rectangle(Box(0.0, 0.0, size.width, size.height), "NOTES")
+    frame = Box(_MARGIN.left, _MARGIN.bottom, size.width - _MARGIN.right, size.height - _MARGIN.top)
+    paper.rectangle(frame, "SHEET")
+    level = frame.bottom + 4.0
+    for note in reversed(notes):
+        paper.words(note, (frame.left + 4.0, level), _NOTE_MM, "NOTES", from_the_left=True)
+        level += _NOTE_STEP_MM
 
 
 class _Cell(NamedTuple):
@@ -144,6 +106,27 @@ class _Cell(NamedTuple):
     head: str
     text: str
     width: float
+
+
+def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> None:
+    """Draw the title block: rows of cells, each with what it is above what stands in it."""
+    right = size.width - _MARGIN.right
+    left = right - _BLOCK.width
+    top = _MARGIN.bottom + _BLOCK.height
+    paper.rectangle(Box(left, _MARGIN.bottom, right, top), "SHEET")
+    row_height = _BLOCK.height / len(rows)
+    for row in rows:
+        base = top - row_height
+        paper.line((left, base), (right, base), "SHEET")
+        x = left
+        for cell in row:
+            height = min(3.0, (cell.width - 3.0) / text_width(cell.text or " ", 1.0))  # the text fits into its cell
+            paper.words(cell.head, (x + 1.0, top - 2.0), 1.4, "NOTES", from_the_left=True)
+            paper.words(cell.text, (x + 1.5, base + 3.8), height, "SHEET", from_the_left=True)
+            x += cell.width
+            paper.line((x, base), (x, top), "SHEET")
+        top = base
+    _draw_first_angle(paper, right - 10.0, _MARGIN.bottom + 4.0)
 
 
 def _title_rows(title: Title, size: str, scale: str) -> tuple[tuple[_Cell, ...], ...]:
@@ -162,11 +145,12 @@ def _title_rows(title: Title, size: str, scale: str) -> tuple[tuple[_Cell, ...],
     )
 
 
-def _draw_first_angle(paper: _Paper, x: float, y: float) -> None:
+def _draw_first_angle(paper: Canvas, x: float, y: float) -> None:
     """Draw the symbol of first-angle projection, ISO 5456-2: a cone, and to its right its small end in front."""
-    paper.line((x - 8.0, y - 1.5), (x - 8.0, y + 1.5))
-    paper.line((x - 2.0, y - 3.0), (x - 2.0, y + 3.0))
-    paper.line((x - 8.0, y - 1.5), (x - 2.0, y - 3.0))
-    paper.line((x - 8.0, y + 1.5), (x - 2.0, y + 3.0))
-    paper.circle((x + 4.0, y), 1.5)
-    paper.circle((x + 4.0, y), 3.0)
+    small_top, small_foot = (x - 8.0, y + 1.5), (x - 8.0, y - 1.5)
+    large_top, large_foot = (x - 2.0, y + 3.0), (x - 2.0, y - 3.0)
+    outline = [small_foot, small_top, large_top, large_foot, small_foot]
+    for start, end in itertools.pairwise(outline):
+        paper.line(start, end, "SHEET")
+    paper.circle((x + 4.0, y), 1.5, "SHEET")
+    paper.circle((x + 4.0, y), 3.0, "SHEET")

@@ -12,6 +12,7 @@ from typing import Any, Literal
 from cad.design.tips import Press
 from cad.quantity import validation_error
 from cad.theory.leaf_spring import Flexure
+from cad.theory.strain_gauge import Span
 
 Point = tuple[float, float]
 HeldBy = Literal["covers", "washers", "holes"]
@@ -49,10 +50,9 @@ class Arm:
         """Return x of the ends of the leaves from left to right [mm]."""
         return min(self.wall, self.shuttle), max(self.wall, self.shuttle)
 
-    def along(self, span: tuple[float, float]) -> tuple[float, float]:
+    def along(self, span: Span) -> tuple[float, float]:
         """Return x at both ends of a span that counts along a leaf from the wall [mm]."""
-        start, end = span
-        return self.wall - self.sign * start, self.wall - self.sign * end
+        return self.wall - self.sign * span.start, self.wall - self.sign * span.end
 
 
 @dataclass(frozen=True, kw_only=True)
