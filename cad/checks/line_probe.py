@@ -7,10 +7,10 @@ from typing import Protocol
 import cadquery as cq
 import numpy as np
 import OCP
+import trimesh
 
-from cad.checks.triangle_checks import library_mesh
+from cad.checks.triangle_checks import Floats
 from cad.parts.part import NEAR_MM
-from cad.triangles import Floats, Triangles
 
 Vector = tuple[float, float, float]
 Span = tuple[float, float]
@@ -41,9 +41,9 @@ class SolidLines:
 class MeshLines:
     """Spans of lines inside a closed mesh of triangles [mm]."""
 
-    def __init__(self, mesh: Triangles) -> None:
-        self._mesh = library_mesh(mesh)
-        self._before = 2.0 * float(self._mesh.extents.sum()) + float(np.abs(self._mesh.bounds).sum())
+    def __init__(self, mesh: trimesh.Trimesh) -> None:
+        self._mesh = mesh
+        self._before = 2.0 * float(mesh.extents.sum()) + float(np.abs(mesh.bounds).sum())
 
     def spans(self, start: Vector, direction: Vector) -> tuple[Span, ...]:
         """Return the spans [mm along the unit direction] where the endless line through start is inside."""

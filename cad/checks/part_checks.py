@@ -7,13 +7,13 @@ from pathlib import Path
 
 import cadquery as cq
 import OCP
+import trimesh
 
 from cad.checks.triangle_checks import (
     AS_IT_STANDS,
     POSES,
     body_verdict,
     closed_verdicts,
-    library_mesh,
     printability_verdicts,
     self_intersection_verdict,
     size_verdicts,
@@ -23,7 +23,6 @@ from cad.files.step import read_step
 from cad.files.stl import read_stl, triangles
 from cad.files.threemf import read_3mf
 from cad.quantity import validation_error
-from cad.triangles import Triangles
 from cad.verdict import Verdict, equal, failed
 
 DEFAULT_PROCESS = PROCESSES["fdm-petg"]
@@ -44,13 +43,12 @@ def check_solid(shape: cq.Shape) -> tuple[Verdict, ...]:
     )
 
 
-def check_mesh(triangles: Triangles, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
+def check_mesh(mesh: trimesh.Trimesh, process: Process, poses: Iterable[str]) -> tuple[Verdict, ...]:
     """Return every verdict on triangles [mm]: closed, one body, simple, size, wall, gap, overhang.
 
     Only what still has a meaning is measured on a mesh that is not closed.
     """
-    closed = closed_verdicts(triangles)
-    mesh = library_mesh(triangles)
+    closed = closed_verdicts(mesh)
     verdicts = (*closed, body_verdict(mesh), self_intersection_verdict(mesh), *size_verdicts(mesh, process))
     if any(verdict.passed is not True for verdict in closed):
         return verdicts

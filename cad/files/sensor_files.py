@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import cadquery as cq
+import trimesh
 
 from cad.files.export_error import ExportError
 from cad.files.step import read_step, write_step
@@ -13,7 +14,6 @@ from cad.files.threemf import read_3mf, write_3mf
 from cad.parts.assembly import assembly_bodies
 from cad.parts.pose import print_pose
 from cad.parts.sensor import Body, Sensor
-from cad.triangles import Triangles
 
 _STEP_TOLERANCE = 1e-9  # relative: Part 21 carries 15 digits
 _TURNED = ("SPHERE", "REVOLUTION")
@@ -75,7 +75,7 @@ def _is_turned(shape: cq.Shape) -> bool:
     return any(face.geomType() in _TURNED for face in shape.Faces())
 
 
-def export_stl(shape: cq.Shape, path: Path) -> Triangles:
+def export_stl(shape: cq.Shape, path: Path) -> trimesh.Trimesh:
     """Write a shape [mm] as STL and return what is read back.
 
     Raises OSError when it cannot be written, ExportError when it has another volume.

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import lib3mf
 import numpy as np
-
-from cad.triangles import Triangles
+import trimesh
 
 _MILLIMETRES = {
     lib3mf.ModelUnit.MicroMeter: 1e-3, lib3mf.ModelUnit.MilliMeter: 1.0, lib3mf.ModelUnit.CentiMeter: 10.0,
@@ -19,12 +18,12 @@ _MILLIMETRES = {
 class Package:
     """What a 3MF file holds: all its triangles [mm], the names of its objects, and what the reader warned of."""
 
-    mesh: Triangles
+    mesh: trimesh.Trimesh
     names: tuple[str, ...]
     warnings: tuple[str, ...]
 
 
-def write_3mf(bodies: Mapping[str, Triangles], path: Path) -> None:
+def write_3mf(bodies: Mapping[str, trimesh.Trimesh], path: Path) -> None:
     """Write closed meshes [mm] with merged corners, each as the object of its name; raises OSError."""
     wrapper = lib3mf.get_wrapper()
     model = wrapper.CreateModel()
@@ -32,8 +31,8 @@ def write_3mf(bodies: Mapping[str, Triangles], path: Path) -> None:
     for name, mesh in bodies.items():
         item = model.AddMeshObject()
         item.SetName(name)
-        vertices = [lib3mf.Position(tuple(vertex)) for vertex in np.asarray(mesh.vertices, dtype=float).tolist()]
-        faces = [lib3mf.Triangle(tuple(face)) for face in np.asarray(mesh.faces).tolist()]
+        vertices = [lib3mf.Position(tuple(vertex)) for vertex in mesh.vertices.tolist()]
+        faces = [lib3mf.Triangle(tuple(face)) for face in mesh.faces.tolist()]
         item.SetGeometry(vertices, faces)
         model.AddBuildItem(item, wrapper.GetIdentityTransform())
     try:
@@ -55,10 +54,13 @@ def read_3mf(path: Path) -> Package:
         raise ValueError(msg) from error
     warnings = tuple(str(reader.GetWarning(i)) for i in range(reader.GetWarningCount()))
     names = tuple(item.GetName() for item in _mesh_objects(model))
-    mesh = _joined(_mesh_objects(model.MergeToModel()), _MILLIMETRES[model.GetUnit()])
-    if len(mesh.faces) == 0:
+    (merged,) = _mesh_objects(model.MergeToModel())
+    vertices = [tuple(corner.Coordinates) for corner in merged.GetVertices()]
+    faces = [tuple(face.Indices) for face in merged.GetTriangleIndices()]
+    if not faces:
         msg = f"3MF: {path.name} holds no triangles; export it again"
         raise ValueError(msg)
+    mesh = trimesh.Trimesh(_MILLIMETRES[model.GetUnit()] * np.array(vertices), faces, process=False)
     return Package(mesh=mesh, names=names, warnings=warnings)
 
 
@@ -68,17 +70,3 @@ def _mesh_objects(model: lib3mf.Model) -> list[lib3mf.MeshObject]:
     while iterator.MoveNext():
         objects.append(iterator.GetCurrentMeshObject())
     return objects
-
-
-def _joined(objects: list[lib3mf.MeshObject], scale: float) -> Triangles:
-    """Return the triangles of all objects, their corners scaled."""
-    vertices = [np.empty((0, 3))]
-    faces = [np.empty((0, 3), dtype=np.int64)]
-    first = 0
-    for item in objects:
-        corners = [list(corner.Coordinates) for corner in item.GetVertices()]
-        indices = [list(face.Indices) for face in item.GetTriangleIndices()]
-        vertices.append(scale * np.array(corners, dtype=float).reshape(-1, 3))
-        faces.append(first + np.array(indices, dtype=np.int64).reshape(-1, 3))
-        first += len(corners)
-    return Triangles(vertices=np.concatenate(vertices), faces=np.concatenate(faces))

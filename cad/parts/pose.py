@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 
 import cadquery as cq
-import numpy as np
+import trimesh
 
 from cad.parts.housing import Housing
-from cad.triangles import Triangles
 
 _QUARTER_TURN = 90.0
 
@@ -39,8 +38,9 @@ def print_pose(shape: cq.Shape, *, back_up: bool = False) -> cq.Shape:
     return turned.translate(cq.Vector(0.0, 0.0, -turned.BoundingBox().zmin))
 
 
-def sensor_pose(mesh: Triangles, depth: float, *, back_up: bool = False) -> Triangles:
+def sensor_pose(mesh: trimesh.Trimesh, depth: float, *, back_up: bool = False) -> trimesh.Trimesh:
     """Return triangles on the print bed [mm] as they stand in the sensor frame, for a plate of the given depth [mm]."""
     up = 1.0 if back_up else -1.0
-    x, y, z = mesh.vertices.T
-    return Triangles(vertices=np.stack([x, up * z - up * 0.5 * depth, -up * y], axis=1), faces=mesh.faces)
+    turned = mesh.copy()
+    turned.vertices = mesh.vertices[:, [0, 2, 1]] * (1.0, up, -up) - (0.0, up * 0.5 * depth, 0.0)
+    return turned

@@ -9,7 +9,6 @@ from cad.checks.triangle_checks import (
     crossing_pairs,
     least_gap,
     least_wall,
-    library_mesh,
     widest_ledge,
 )
 from cad.design.processes import PROCESSES
@@ -17,7 +16,6 @@ from cad.files import stl
 from cad.files.stl import write_stl
 from cad.files.threemf import write_3mf
 from cad.quantity import InputError
-from cad.triangles import Triangles
 
 PETG = PROCESSES["fdm-petg"]
 SINGLE = 1e-5  # [mm] single precision of an STL at 20 mm
@@ -37,7 +35,7 @@ def solid(x=20.0, y=10.0, z=5.0, at=(0.0, 0.0, 0.0)):
 
 
 def mesh_of(shape):
-    return library_mesh(stl.triangles(shape))
+    return stl.triangles(shape)
 
 
 def verdicts_of(path):
@@ -102,7 +100,7 @@ def test_planted_fault_fails(mesh, failing, values, tmp_path):
 def test_turned_triangle_fails():
     mesh = box()
     mesh.faces[0] = mesh.faces[0][::-1]
-    watertight, manifold = closed_verdicts(Triangles(vertices=np.asarray(mesh.vertices), faces=np.asarray(mesh.faces)))
+    watertight, manifold = closed_verdicts(mesh)
     assert (watertight.passed, manifold.passed) == (False, True)
 
 
@@ -183,9 +181,7 @@ def test_3mf_is_checked_like_its_triangles(tmp_path):
 
 @pytest.mark.parametrize(("process", "failing"), [("sla-resin", set()), ("fdm-petg", {"geometry.min_wall"})])
 def test_another_process_has_other_limits(process, failing):
-    plate = plate_with_wall(0.6)
-    triangles = Triangles(vertices=np.asarray(plate.vertices), faces=np.asarray(plate.faces))
-    verdicts = check_mesh(triangles, PROCESSES[process], ["as it stands"])
+    verdicts = check_mesh(plate_with_wall(0.6), PROCESSES[process], ["as it stands"])
     assert {verdict.name for verdict in verdicts if verdict.passed is not True} == failing
 
 

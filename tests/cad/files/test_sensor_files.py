@@ -6,7 +6,6 @@ import pytest
 import trimesh
 
 import cad.files.sensor_files
-from cad.checks.triangle_checks import library_mesh
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
 from cad.files.export_error import ExportError
@@ -73,7 +72,7 @@ def test_file_with_another_volume_is_refused(sensor, tmp_path, monkeypatch, name
 
     def shrunk_3mf(bodies, path):
         scale = 0.999 if path.name == name else 1.0
-        write_3mf({part: replace(mesh, vertices=scale * mesh.vertices) for part, mesh in bodies.items()}, path)
+        write_3mf({part: mesh.copy().apply_scale(scale) for part, mesh in bodies.items()}, path)
 
     for writer in (shrunk_step, shrunk_stl, shrunk_3mf):
         monkeypatch.setattr(cad.files.sensor_files, writer.__name__.replace("shrunk", "write"), writer)
@@ -91,18 +90,18 @@ def test_stl_is_the_same_bytes_after_the_solid_was_meshed_finer(sensor, tmp_path
 def test_print_pose_lies_flat_with_the_profile_seen_from_above(sensor, tmp_path):
     write_stl(print_pose(sensor.part.shape), tmp_path / "housing.stl")
     printed, housing = read_stl(tmp_path / "housing.stl"), sensor.housing
-    mesh = library_mesh(printed)
+    mesh = printed
     assert mesh.is_watertight
     assert mesh.bounds[0] == pytest.approx((housing.left, 0.0, 0.0), abs=1e-5)
     assert mesh.bounds[1] == pytest.approx((housing.right, housing.top_level, housing.depth), abs=1e-5)
-    back = library_mesh(sensor_pose(printed, housing.depth))
+    back = sensor_pose(printed, housing.depth)
     assert back.bounds[0] == pytest.approx((housing.left, -0.5 * housing.depth, 0.0), abs=1e-5)
     assert float(back.volume) == pytest.approx(float(mesh.volume), rel=1e-9)  # turned, not mirrored
 
 
 def test_triangles_follow_the_holes(sensor, tmp_path):
     write_stl(sensor.part.shape, tmp_path / "housing.stl")
-    mesh, housing = library_mesh(read_stl(tmp_path / "housing.stl")), sensor.housing
+    mesh, housing = read_stl(tmp_path / "housing.stl"), sensor.housing
     centre = np.array([housing.left + 4.0, housing.top_level - housing.hole_inset])
     radius = np.linalg.norm(mesh.triangles_center[:, [0, 2]] - centre, axis=1)
     wall = (np.abs(mesh.face_normals[:, 1]) < 0.5) & (radius < 2.0)

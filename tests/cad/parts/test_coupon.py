@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cad.checks.line_probe import SolidLines
-from cad.checks.triangle_checks import library_mesh, printability_verdicts
+from cad.checks.triangle_checks import printability_verdicts
 from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
 from cad.parts.coupon import coupon_of, largest_weight, modulus_factor
@@ -54,7 +54,7 @@ def test_coupon_has_the_leaves_of_the_housing(housing):
 
 
 def test_coupon_can_be_printed(housing):
-    mesh = library_mesh(triangles(print_pose(coupon_part(coupon_of(housing)).shape)))
+    mesh = triangles(print_pose(coupon_part(coupon_of(housing)).shape))
     findings = printability_verdicts(mesh, PROCESSES["fdm-petg"], ("as it stands",))
     assert [finding.passed for finding in findings] == [True, True, True]
     assert mesh.body_count == 1

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from squares import square_housing, square_sensor
 
-from cad.checks.triangle_checks import library_mesh, printability_verdicts
+from cad.checks.triangle_checks import printability_verdicts
 from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
 from cad.parts.engraving import (
@@ -92,7 +92,7 @@ def test_low_mark_reads_beside_the_low_spring(sensor):
 @pytest.mark.parametrize("name", [NAME_LETTERS[:13], NAME_LETTERS[13:26], NAME_LETTERS[26:]])
 def test_marked_housing_can_be_printed(sensor, name):
     part = marked(sensor.part, sensor.housing, name)
-    mesh = library_mesh(triangles(print_pose(part.shape)))
+    mesh = triangles(print_pose(part.shape))
     findings = printability_verdicts(mesh, PROCESSES["sls-pa12"], ("as it stands",))
     wall, gap, overhang = findings
     assert (wall.passed, overhang.passed) == (True, True)

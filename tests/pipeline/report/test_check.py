@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from stand_ins import result_of
 
-from cad.checks.triangle_checks import library_mesh
 from cad.design.processes import PROCESSES
 from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
@@ -100,7 +99,7 @@ def test_open_or_turned_stl_fails_watertight(folder):
     path.write_bytes(data[:80] + (count - 1).to_bytes(4, "little") + data[84:-50])
     assert "geometry.watertight" in failed(folder)
     path.write_bytes(data)
-    mesh = library_mesh(read_stl(path))
+    mesh = read_stl(path)
     mesh.invert()
     mesh.export(path)
     assert "geometry.watertight" in failed(folder)
