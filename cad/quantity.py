@@ -206,6 +206,8 @@ def _check_numbers(name: str, value: object, item: Field[Any]) -> None:
     for number in numbers:
         if isinstance(number, bool) or not isinstance(number, int | float):
             raise validation_error(name, number, unit, f"a number {bounds}", hint)
+        if item.type is int and not isinstance(number, int):
+            raise validation_error(name, number, unit, f"a whole number {bounds}", hint)
         if not bounds.hold(as_float(number)):
             raise validation_error(name, as_float(number), unit, str(bounds), hint)
 

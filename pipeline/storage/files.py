@@ -3,15 +3,17 @@
 The cache keeps the digest of each file that was written so.
 """
 
-import hashlib
 import os
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from cad.quantity import InputError, validation_error
 from pipeline.storage.cache import store, stored
 from pipeline.storage.digests import REPORT, file_digest, is_regular, keep_aside
+
+Content = bytes | Callable[[Path], object]
+"""The bytes of a file, or a function that writes them to a path."""
 
 _WRITTEN = "written"
 
@@ -32,13 +34,13 @@ def refuse_taken(paths: Iterable[Path], flag: str, *, renew: bool = False) -> No
         if is_regular(path.parent / REPORT):
             bound = "a file outside the output folder of a run, which would refuse it"
             raise validation_error(flag, str(path), "", bound, f"name another place with {flag}")
-        if os.path.lexists(path) and not (renew and _is_ours(path)):
+        if os.path.lexists(path) and not (renew and is_ours(path)):
             bound = "a new file, or an unchanged one of this command" if renew else "a file that is not there yet"
             hint = f"name another one with {flag}, or keep this one as NAME.bak with --force"
             raise validation_error(flag, str(path), "", bound, hint)
 
 
-def write_files(files: Mapping[Path, bytes], flag: str, *, force: bool = False, renew: bool = False) -> list[Path]:
+def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False, renew: bool = False) -> list[Path]:
     """Write each file aside and rename it; return their paths.
 
     Raises InputError as `refuse_taken` before one is written; with `force` what is there is kept as NAME.bak instead.
@@ -50,13 +52,17 @@ def write_files(files: Mapping[Path, bytes], flag: str, *, force: bool = False, 
             path.parent.mkdir(parents=True, exist_ok=True)
             with tempfile.TemporaryDirectory(dir=path.parent, prefix=".twintip-") as aside:
                 part = Path(aside, "part")
-                part.write_bytes(content)
-                if os.path.lexists(path) and not _is_ours(path):
+                if isinstance(content, bytes):
+                    part.write_bytes(content)
+                else:
+                    content(part)
+                digest = file_digest(part)
+                if os.path.lexists(path) and not is_ours(path):
                     keep_aside(path, path.parent)
                 part.replace(path)
         except OSError as error:
             raise _not_writable(path, flag, error) from error
-        store(_WRITTEN, hashlib.sha256(content).hexdigest(), result=True)
+        store(_WRITTEN, digest, result=True)
     return list(files)
 
 
@@ -65,6 +71,6 @@ def _not_writable(path: Path, flag: str, error: OSError) -> InputError:
     return validation_error(flag, str(path), "", bound, f"name another place with {flag}")
 
 
-def _is_ours(path: Path) -> bool:
+def is_ours(path: Path) -> bool:
     """Say whether a file has the content that `write_files` once wrote."""
     return is_regular(path) and stored(_WRITTEN, file_digest(path), bool) is True

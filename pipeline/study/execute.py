@@ -2,36 +2,27 @@
 
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from cad.quantity import InputError
 from pipeline.storage.plain import from_plain, to_plain
-from pipeline.study.interpolated_contact import (
-    SCENES,
-    InterpolatedContact,
-    contact_keys,
-    fit_points,
-    interpolated,
-    may_interpolate,
-)
+from pipeline.study.interpolated_contact import InterpolatedContact, contact_keys, fitted_contact, may_interpolate
 from pipeline.study.points import Point, design_of, point_count, points_between
 from pipeline.study.report_keys import parts_of
 from pipeline.study.scenes import UnitScene, unit_scene
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import Study
-from pipeline.study.tasks import Task, lost_task, solve_scene, solve_task
-from pipeline.study.workers import Engine, completed
+from pipeline.study.tasks import lost_points, solve_points, solve_scene
+from pipeline.study.workers import Engine, ProgressReport, completed
 from solve.fruit.compliance import FruitCompliance
 
-Progress = Callable[[int, int], None]
-
-RANGE = 500  # points of a task without a solve
-GROUP = 32  # points of a task that share one solve
+QUICK = 500  # points of a task without a solve
+SHARING = 32  # points of a task that share one solve, or have their readings solved
 WINDOW = 20_000  # points that are sorted by their scenes at a time, so that a million need no memory
-_FRACTION = 0.5  # of the study's tolerance that interpolation may take: the other half is for the solves
 _FACT = "interpolation"
 
 
@@ -49,11 +40,10 @@ class StudySummary:
     interpolation: InterpolatedContact | None
 
 
-def run_study(study: Study, folder: Path, engine: Engine, progress: Progress | None = None) -> StudySummary:
+def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressReport | None = None) -> StudySummary:
     """Solve every point of a study that its folder does not hold yet, and return how all of them ended.
 
-    `progress` is called with how many points are solved, and of how many. Raises InputError where the folder cannot be
-    used; a point that is refused or fails is kept with its message.
+    Raises InputError where the folder cannot be used; a point that is refused or fails is kept with its message.
     """
     start = time.perf_counter()
     count = point_count(study)
@@ -61,9 +51,11 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Progress | N
         before = sum(store.counts().values())
         solved = before
         interpolation = _interpolation(study, count, store, engine)
-        tasks = _tasks(study, store, interpolation, folder)
-        with closing(completed(engine, solve_task, tasks, lost_task)) as ended:  # no worker outlives an error here
-            for results in ended:
+        # A worker gets its points with their settings: all rows of a file would be sent again with each task.
+        solve = partial(solve_points, study.without_rows, interpolation, folder)
+        tasks = _tasks(study, store, interpolation)
+        with closing(completed(engine, solve, tasks, lost_points)) as ended:  # no worker outlives an error here
+            for _, results in ended:
                 store.put(results)
                 solved += len(results)
                 if progress is not None:
@@ -80,66 +72,51 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: Progress | N
 
 
 def _interpolation(study: Study, count: int, store: StudyStore, engine: Engine) -> InterpolatedContact | None:
-    """Return the interpolated contact of a study, made once and kept in its store, None where no one is good enough.
-
-    Raises InputError where one is asked for that cannot be.
-    """
+    """Return the interpolated contact of a study, made once and kept in its store, None where there is none."""
     if not may_interpolate(study, count):
         return None
     kept = store.fact(_FACT)
     if kept is not None:
         return from_plain(InterpolatedContact, kept) if kept else None
-    solved: dict[tuple[object, ...], FruitCompliance] = {}
-    for scenes in SCENES:
-        points = fit_points(study, scenes)
-        missing = [point for point in points if _identity(point) not in solved]
-        given = [(index, study, point) for index, point in enumerate(missing)]
-        for index, contact in completed(engine, solve_scene, given, _lost_scene):
-            solved[_identity(missing[index])] = contact
-        model = interpolated(study, points, [solved[_identity(point)] for point in points])
-        if model.error <= _FRACTION * study.tol:
-            store.remember(_FACT, to_plain(model))
-            return model
-    if study.contact == "surrogate":
-        bound = f"solve: no interpolation is within half of tol = {study.tol:g}"
-        msg = f"contact = 'surrogate': must be {bound}"
-        raise InputError(msg, field="contact", value="surrogate", bound=bound)
-    store.remember(_FACT, {})
-    return None
+
+    def solve(points: Sequence[Point]) -> list[FruitCompliance]:
+        work = partial(solve_scene, study)
+        contacts = {point.number: contact for point, contact in completed(engine, work, points, _refuse_lost)}
+        return [contacts[point.number] for point in points]
+
+    model = fitted_contact(study, solve)
+    store.remember(_FACT, to_plain(model) or {})
+    return model
 
 
-def _identity(point: Point) -> tuple[object, ...]:
-    return tuple(point.settings.values())
-
-
-def _lost_scene(given: tuple[int, Study, Point]) -> tuple[int, FruitCompliance]:
-    msg = f"the worker that solved the contact of {dict(given[2].settings)} was lost again and again; free memory"
+def _refuse_lost(point: Point) -> FruitCompliance:
+    msg = f"the worker that solved the contact of {dict(point.settings)} was lost again and again; free memory"
     raise InputError(msg)
 
 
-def _tasks(study: Study, store: StudyStore, interpolation: InterpolatedContact | None, folder: Path) -> Iterator[Task]:
-    """Yield tasks for the points that are not solved; among scenes that differ, those that share one together."""
+def _tasks(study: Study, store: StudyStore, interpolation: InterpolatedContact | None) -> Iterator[Sequence[Point]]:
+    """Yield the points that are not solved, in groups for one worker: points that share a solve of contact together."""
     count = point_count(study)
-    bare = study.without_rows
-    one_scene = interpolation is not None or (study.level == "contact" and not contact_keys(study))
-    quick = study.level == "contact" and not parts_of(study.wanted, reads="reading" in study.base, linear=True)
-    size = RANGE if one_scene and quick else GROUP
-    window = size if one_scene else WINDOW
-    for start in range(0, count, window):
-        stop = min(start + window, count)
+    one_scene = interpolation is not None or not contact_keys(study)
+    reads = "reading" in study.base
+    if study.level != "contact":
+        size = 1
+    elif one_scene and not parts_of(study.wanted, reads=reads, linear=True):
+        size = QUICK
+    else:
+        size = SHARING
+    for start in range(0, count, WINDOW):
+        stop = min(start + WINDOW, count)
         missing = store.missing(start, stop)
-        if one_scene and not study.rows and len(missing) == stop - start:
-            yield Task(study=study, start=start, stop=stop, interpolation=interpolation)
-        elif missing:
-            points = [point for point in points_between(study, start, stop) if point.number in missing]
-            for group in [points] if one_scene else _by_scene(study, points):
-                for first in range(0, len(group), size):
-                    some = tuple(group[first : first + size])
-                    yield Task(study=bare, points=some, interpolation=interpolation, folder=folder)
+        points = [point for point in points_between(study, start, stop) if point.number in missing]
+        groups = [points] if one_scene or size == 1 else _by_scene(study, points)
+        for group in groups:
+            for first in range(0, len(group), size):
+                yield group[first : first + size]
 
 
-def _by_scene(study: Study, points: Iterable[Point]) -> Iterator[list[Point]]:
-    """Yield points that share a scene of contact, and those that no design file takes by themselves."""
+def _by_scene(study: Study, points: Iterable[Point]) -> Iterable[list[Point]]:
+    """Return points by their scene of contact, and those that no design file takes by themselves."""
     groups: dict[UnitScene | None, list[Point]] = defaultdict(list)
     for point in points:
         try:
@@ -147,4 +124,4 @@ def _by_scene(study: Study, points: Iterable[Point]) -> Iterator[list[Point]]:
         except InputError:
             scene = None
         groups[scene].append(point)
-    yield from groups.values()
+    return groups.values()

@@ -7,15 +7,16 @@ that the free sides and the base make. Far from base and sides a tip is a point,
 
 import functools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RBFInterpolator
 from scipy.stats import qmc
 
-from cad.quantity import InputError
+from cad.quantity import InputError, validation_error
 from pipeline.study.points import Point, design_of, point_at
 from pipeline.study.scenes import UnitScene, unit_scene
 from pipeline.study.study_file import Study
@@ -30,6 +31,7 @@ FEWEST_POINTS = 2_000  # of a study, from which interpolation costs less than th
 SCENES = (128, 256, 512)  # solved for the interpolation, until its error is small enough
 CHECKED = 64  # scenes solved to take its error
 SAFETY = 3.0  # times the largest error over them
+_FRACTION = 0.5  # of the study's tolerance that interpolation may take: the other half is for the solves
 _FIT_SEED = 1
 _CHECK_SEED = 2
 _NOT_OF_CONTACT = ("fruit.E_MPa", "fruit.E_max_MPa", "fruit.bruise_limit_MPa", "fruit.poisson_spread", "tips.gap_mm")
@@ -43,13 +45,13 @@ _CIRCLE_COMPLIANCE = 1.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class InterpolatedContact:
-    """Solved scenes of a study: `fractions` of the spans of `keys` (scenes, keys), `remainders` (scenes, entries of S).
+    """Solved scenes of a study: `fractions` of the spans (scenes, keys), their `remainders` (scenes, entries of S) [1].
 
     `error` [1] is that of s11 - s12 over scenes that were not fitted, with its safety; `solve_error` and `own_error`
     [1] are the largest of the solves, of which there are `solves`.
     """
 
-    keys: tuple[str, ...]
+    spans: dict[str, Span]
     fractions: Floats
     remainders: Floats
     error: float
@@ -57,22 +59,12 @@ class InterpolatedContact:
     own_error: float
     solves: int
 
-    def covers(self, scene: UnitScene) -> bool:
-        """Say whether a scene of the study lies where the solves are exact."""
-        try:
-            check_domain(scene.fruit, tip_footprints(scene.tips))
-        except SplitDomainError:
-            return False
-        return True
-
-    def compliance(self, scene: UnitScene, study: Study, point: Point) -> FruitCompliance:
-        """Return the compliance of the scene of a point in its size [1/mm]."""
-        (entries,) = self._interpolator(np.array([fractions_of(study, self.keys, point)]))
-        count = len(scene.tips.names)
-        remainder = np.zeros((count, count))
-        remainder[np.tril_indices(count)] = entries
-        remainder += np.tril(remainder, -1).T
-        S = half_space(scene) + remainder * scene.tips.side_mm / scene.fruit.height_mm
+    def compliance(self, scene: UnitScene, settings: Mapping[str, Setting]) -> FruitCompliance:
+        """Return the compliance in its size [1/mm] of the scene that some settings of the study make."""
+        half_space = half_space_compliance(scene)
+        (remainder,) = self._interpolator([_fractions_of(self.spans, settings)])
+        side_over_height = scene.tips.side_mm / scene.fruit.height_mm
+        S = half_space + side_over_height * remainder.reshape(half_space.shape)
         info = SolveInfo(
             method="split, interpolated",
             dofs=0,
@@ -81,7 +73,7 @@ class InterpolatedContact:
         )
         return FruitCompliance(
             tips=scene.tips.names,
-            S=S / (scene.scale * scene.tips.side_mm),
+            S=S / scene.side_mm,
             error_pair=self.solve_error + self.error,
             error_own=self.own_error + self.error,
             info=info,
@@ -90,6 +82,31 @@ class InterpolatedContact:
     @functools.cached_property
     def _interpolator(self) -> RBFInterpolator:
         return RBFInterpolator(self.fractions, self.remainders, kernel="quintic", degree=3)
+
+
+def _fractions_of(spans: Mapping[str, Span], settings: Mapping[str, Setting]) -> list[float]:
+    """Return where the settings of a point lie in spans [1]."""
+    return [span.fraction_of(cast("float", settings[key])) for key, span in spans.items()]
+
+
+def half_space_compliance(scene: UnitScene) -> Floats:
+    """Return S of the tips on a half-space, far tips as points, times their side [1], shape (tips, tips)."""
+    positions = np.array(scene.tips.places_mm) / scene.tips.side_mm
+    distance = np.linalg.norm(positions[:, None] - positions[None, :], axis=2)
+    np.fill_diagonal(distance, 1.0)
+    factor = 1.0 - scene.fruit.poisson**2
+    S = factor / (math.pi * distance)
+    np.fill_diagonal(S, factor * (_CIRCLE_COMPLIANCE if scene.tips.tip_shape.is_round else _SQUARE_COMPLIANCE))
+    return np.asarray(S)
+
+
+def is_covered(scene: UnitScene) -> bool:
+    """Say whether a scene lies where the solves are exact."""
+    try:
+        check_domain(scene.fruit, tip_footprints(scene.tips))
+    except SplitDomainError:
+        return False
+    return True
 
 
 def contact_keys(study: Study) -> tuple[str, ...]:
@@ -103,85 +120,92 @@ def may_interpolate(study: Study, count: int) -> bool:
     It may where flat tips on a block vary by spans of lengths and Poisson's ratio, at the level of contact; unless it
     is asked for, there must be many scenes.
     """
+    possible = study.level == "contact" and _is_smooth(study)
+    if study.contact == "surrogate":
+        if not possible:
+            bound = "auto or solve, unless flat tips on a block vary by spans of lengths and Poisson's ratio"
+            raise validation_error("contact", study.contact, "", bound, "ask for keys of the level contact alone")
+        return True
+    return possible and study.contact == "auto" and study.how == "sobol" and count >= FEWEST_POINTS
+
+
+def _is_smooth(study: Study) -> bool:
+    """Say whether contact is a smooth function of what varies."""
     keys = contact_keys(study)
-    smooth = bool(keys) and all(key in _SMOOTH and isinstance(study.vary[key], Span) for key in keys)
-    if smooth and study.level == "contact":
-        middle = unit_scene(design_of(study, point_at(study, 0, [0.5] * len(study.vary)).settings))
-        smooth = middle.fruit.shape == "block" and middle.tips.tip_shape.has_flat_face and middle.tips.fillet_mm == 0.0
-    possible = smooth and study.level == "contact"
-    if study.contact == "surrogate" and not possible:
-        bound = "solve, unless flat tips on a block vary by spans of lengths and Poisson's ratio at the level contact"
-        msg = f"contact = 'surrogate': must be {bound}; set contact = 'solve'"
-        raise InputError(msg, field="contact", value="surrogate", bound=bound)
-    asked = study.contact == "surrogate"
-    many = study.contact == "auto" and study.how == "sobol" and count >= FEWEST_POINTS
-    return possible and (asked or many)
+    if not keys or not all(key in _SMOOTH and isinstance(study.vary[key], Span) for key in keys):
+        return False
+    middle = design_of(study, point_at(study, 0, [0.5] * len(study.vary)).settings)
+    return middle.fruit.shape == "block" and middle.tips.tip_shape.has_flat_face and middle.tips.fillet_mm == 0.0
 
 
-def drawn_points(study: Study, count: int, seed: int) -> Iterator[Point]:
-    """Yield points of a study inside the domain of the split, drawn apart from its own by a seed of their own.
+def drawn_points(study: Study, count: int, seed: int) -> list[Point]:
+    """Return points of a study inside the domain of the split, drawn apart from its own by a seed of their own.
 
     They crowd at the ends of the spans as the zeros of a Chebyshev polynomial do: there an interpolation errs most.
+    More of them begin with the same ones.
     """
+    points = []
     sequence = qmc.Sobol(len(study.vary), scramble=True, rng=study.seed + seed)
-    for number, fractions in enumerate(sequence.random(count).tolist()):
-        point = point_at(study, number, [0.5 - 0.5 * math.cos(math.pi * fraction) for fraction in fractions])
+    for number, fractions in enumerate(sequence.random(count)):
+        point = point_at(study, number, (0.5 - 0.5 * np.cos(np.pi * fractions)).tolist())
         try:
             scene = unit_scene(design_of(study, point.settings))
-            check_domain(scene.fruit, tip_footprints(scene.tips))
-        except (InputError, SplitDomainError):
+        except InputError:
             continue
-        yield point
+        if is_covered(scene):
+            points.append(point)
+    return points
 
 
-def fit_points(study: Study, count: int) -> list[Point]:
-    """Return the points whose scenes are solved for an interpolation of so many, and behind them those to check it."""
-    return [*drawn_points(study, count, _FIT_SEED), *drawn_points(study, CHECKED, _CHECK_SEED)]
+def fitted_contact(
+    study: Study, solve: Callable[[Sequence[Point]], list[FruitCompliance]]
+) -> InterpolatedContact | None:
+    """Return the interpolation through as few solved scenes as do, None where none is good enough.
+
+    `solve` returns the compliances of the scenes of some points. Raises InputError where an interpolation is asked for.
+    """
+    check_points = drawn_points(study, CHECKED, _CHECK_SEED)
+    check_contacts = solve(check_points)
+    contacts: list[FruitCompliance] = []
+    for count in SCENES:
+        points = drawn_points(study, count, _FIT_SEED)
+        contacts += solve(points[len(contacts) :])
+        model = _through(study, points, contacts)
+        largest_miss = 0.0
+        for point, contact in zip(check_points, check_contacts, strict=True):
+            scene = unit_scene(design_of(study, point.settings))
+            K_m_over_E = model.compliance(scene, point.settings).K_m_over_E()
+            largest_miss = max(largest_miss, abs(K_m_over_E / contact.K_m_over_E() - 1.0))
+        if SAFETY * largest_miss <= _FRACTION * study.tol:
+            solved = [*contacts, *check_contacts]
+            return replace(
+                model,
+                error=SAFETY * largest_miss,
+                solve_error=max(contact.error_pair for contact in solved),
+                own_error=max(contact.error_own for contact in solved),
+                solves=len(solved),
+            )
+    if study.contact == "surrogate":
+        bound = f"auto or solve, as no interpolation is within half of tol = {study.tol:g}"
+        raise validation_error("contact", study.contact, "", bound, "narrow the spans, or allow a larger tol")
+    return None
 
 
-def interpolated(study: Study, points: Sequence[Point], solved: Sequence[FruitCompliance]) -> InterpolatedContact:
-    """Return the interpolation through all but the last solved scenes, those of `fit_points`, its error over these."""
-    checks = len(list(drawn_points(study, CHECKED, _CHECK_SEED)))
-    keys = contact_keys(study)
-    scenes = [unit_scene(design_of(study, point.settings)) for point in points]
+def _through(study: Study, points: Sequence[Point], contacts: Sequence[FruitCompliance]) -> InterpolatedContact:
+    """Return the interpolation through solved scenes, its errors not yet known."""
+    spans = {key: span for key in contact_keys(study) if isinstance(span := study.vary[key], Span)}
     remainders = []
-    for scene, contact in zip(scenes, solved, strict=True):
-        S = contact.S * scene.scale * scene.tips.side_mm
-        rest = (S - half_space(scene)) * scene.fruit.height_mm / scene.tips.side_mm
-        remainders.append(rest[np.tril_indices(len(rest))])
-    model = InterpolatedContact(
-        keys=keys,
-        fractions=np.array([fractions_of(study, keys, point) for point in points[:-checks]]),
-        remainders=np.array(remainders[:-checks]),
-        error=0.0,
-        solve_error=max(contact.error_pair for contact in solved),
-        own_error=max(contact.error_own for contact in solved),
-        solves=len(solved),
+    for point, contact in zip(points, contacts, strict=True):
+        scene = unit_scene(design_of(study, point.settings))
+        height_over_side = scene.fruit.height_mm / scene.tips.side_mm
+        remainder = contact.S * scene.side_mm - half_space_compliance(scene)
+        remainders.append(height_over_side * remainder.ravel())
+    return InterpolatedContact(
+        spans=spans,
+        fractions=np.array([_fractions_of(spans, point.settings) for point in points]),
+        remainders=np.array(remainders),
+        error=math.inf,
+        solve_error=math.inf,
+        own_error=math.inf,
+        solves=0,
     )
-    miss = 0.0
-    for point, scene, contact in zip(points[-checks:], scenes[-checks:], solved[-checks:], strict=True):
-        K = model.compliance(scene, study, point).K_m_over_E()
-        miss = max(miss, abs(K / contact.K_m_over_E() - 1.0))
-    return replace(model, error=SAFETY * miss)
-
-
-def fractions_of(study: Study, keys: Sequence[str], point: Point) -> list[float]:
-    """Return where the settings of a point lie in the spans of some keys [1]."""
-    fractions = []
-    for key in keys:
-        span = study.vary[key]
-        value: Setting = point.settings[key]
-        if isinstance(span, Span) and isinstance(value, int | float):
-            fractions.append(span.fraction_of(value))
-    return fractions
-
-
-def half_space(scene: UnitScene) -> Floats:
-    """Return S of the tips on a half-space, far tips as points, times their side [1], shape (tips, tips)."""
-    positions = np.array(scene.tips.places_mm) / scene.tips.side_mm
-    distance = np.linalg.norm(positions[:, None] - positions[None, :], axis=2)
-    np.fill_diagonal(distance, 1.0)
-    factor = 1.0 - scene.fruit.poisson**2
-    S = factor / (math.pi * distance)
-    np.fill_diagonal(S, factor * (_CIRCLE_COMPLIANCE if scene.tips.tip_shape.is_round else _SQUARE_COMPLIANCE))
-    return np.asarray(S)

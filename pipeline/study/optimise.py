@@ -5,9 +5,10 @@ R. Storn, K. Price, J. Global Optimization 11 (1997) 341, doi 10.1023/A:10082028
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeGuard
 
@@ -20,19 +21,17 @@ from cad.design.parameters import Design
 from cad.quantity import InputError, validation_error
 from pipeline import run
 from pipeline.options import RunOptions
+from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
 from pipeline.study.columns import Floats
-from pipeline.study.outputs import is_own, refuse_taken, write_output
 from pipeline.study.page import as_svg
 from pipeline.study.points import Point, design_of, point_at
 from pipeline.study.printed import PRINTED_KEYS
 from pipeline.study.store import STORE, StudyStore, study_store
 from pipeline.study.study_file import VERDICT_FIELDS, Study
-from pipeline.study.tasks import PointResult, Task, lost_task, solve_task
+from pipeline.study.tasks import PointResult, lost_points, solve_points
 from pipeline.study.variation import Span
-from pipeline.study.workers import Engine, completed
-
-Progress = Callable[[int, int], None]
+from pipeline.study.workers import Engine, ProgressReport, completed
 
 MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves each number by less
 MOST_RUNS = 5
@@ -75,7 +74,7 @@ class Proof:
     passed: bool | None
 
 
-def search(study: Study, folder: Path, engine: Engine, progress: Progress | None = None) -> tuple[Candidate, ...]:
+def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport | None = None) -> tuple[Candidate, ...]:
     """Return every candidate of a search, the best first; all are points of the study's store.
 
     A search that was ended goes on: it asks for the same candidates again, and those that are stored are not solved.
@@ -92,21 +91,14 @@ def search(study: Study, folder: Path, engine: Engine, progress: Progress | None
     if not (folder / STORE).exists():
         _refuse_no_number(study)
     with study_store(folder, study) as store:
-        _Search(study, store, engine, progress).run()
-        candidates = [candidate(study, result) for result in store.rows()]
-    return tuple(sorted(candidates, key=lambda one: (one.cost, one.result.number)))
-
-
-def base_candidate(study: Study, candidates: Sequence[Candidate]) -> Candidate | None:
-    """Return the candidate that is the base design itself, where the search began; None where it is outside."""
-    if _base_fractions(study) is None:
-        return None
-    return next((one for one in candidates if one.result.number == 0), None)
+        _evolve(study, store, engine, progress)
+        candidates = [candidate_of(study, result) for result in store.rows()]
+    return tuple(sorted(candidates, key=lambda candidate: (candidate.cost, candidate.result.number)))
 
 
 def _refuse_no_number(study: Study) -> None:
     """Solve the base itself; raise InputError where it has a text or a truth value for what is to be made least."""
-    (base,) = solve_task(Task(study=study, points=(Point(number=0, settings={}),)))
+    (base,) = solve_points(study, None, None, [Point(number=0, settings={})])
     value = base.values.get(study.goal.minimise)
     if value is not None and not _is_number(value):
         bound = f"a key whose value is a number, and that of the base is {value!r}"
@@ -117,7 +109,72 @@ def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def candidate(study: Study, result: PointResult) -> Candidate:
+def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressReport | None) -> None:
+    """Solve generations of candidates until the points that the study allows are spent; all go into its store."""
+    results = {result.number: result for result in store.rows()}
+    asked = 0
+
+    def costs(_objective: object, members: Iterable[Sequence[float]]) -> list[float]:
+        """Return the cost of each member of a generation; those that are stored are not solved."""
+        nonlocal asked
+        points = [point_at(study, number, list(map(float, member))) for number, member in enumerate(members, asked)]
+        asked += len(points)
+        for point in points:
+            if point.number in results and results[point.number].settings != point.settings:
+                msg = f"{store.path}: must hold the candidates of this search, and point {point.number} is another"
+                raise InputError(msg)
+        missing = [[point] for point in points if point.number not in results]
+        with closing(completed(engine, partial(solve_points, study, None, None), missing, lost_points)) as ended:
+            for _, solved in ended:
+                store.put(solved)
+                results.update({result.number: result for result in solved})
+                if progress is not None:
+                    progress(len(results), max(study.goal.evaluations, len(results)))
+        return [candidate_of(study, results[point.number]).cost for point in points]
+
+    keys = len(study.vary)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it warns that a map of our own needs deferred updating, which it is given
+        differential_evolution(
+            _not_called,
+            Bounds(np.zeros(keys), np.ones(keys)),
+            maxiter=max(1, study.goal.evaluations // (_MEMBERS * keys) - 1),
+            popsize=_MEMBERS,
+            tol=0.0,
+            rng=np.random.default_rng(study.seed),
+            polish=False,
+            x0=_base_fractions(study),
+            updating="deferred",
+            workers=costs,
+        )
+
+
+def _not_called(_fractions: Floats) -> float:
+    """Stand for the objective, which `workers` computes for whole generations [1]."""
+    return math.nan
+
+
+def _base_fractions(study: Study) -> Floats | None:
+    """Return the base design as fractions of the spans [1], where the search begins; None where it lies outside."""
+    design = design_of(study, {})
+    fractions = []
+    for key, span in study.vary.items():
+        table, _, name = key.partition(".")
+        value = getattr(getattr(design, table), name, None)
+        if not isinstance(span, Span) or not _is_number(value) or not span.low <= value <= span.high:
+            return None
+        fractions.append(span.fraction_of(float(value)))
+    return np.array(fractions)
+
+
+def base_candidate(study: Study, candidates: Sequence[Candidate]) -> Candidate | None:
+    """Return the candidate that is the base design itself, where the search began; None where it is outside."""
+    if _base_fractions(study) is None:
+        return None
+    return next((candidate for candidate in candidates if candidate.result.number == 0), None)
+
+
+def candidate_of(study: Study, result: PointResult) -> Candidate:
     """Return a point as a candidate: refused and failed ones have no value."""
     if result.status != "done":
         return Candidate(result=result, value=math.nan, violation=math.inf)
@@ -144,117 +201,43 @@ def _violation(name: str, values: Mapping[str, object]) -> float:
     return 0.0 if tolerance else max(0.0, MARGIN - distance)  # a target has a tolerance, a limit has none
 
 
-class _Search:
-    """The generations of a search, each solved as tasks of its study."""
-
-    def __init__(self, study: Study, store: StudyStore, engine: Engine, progress: Progress | None) -> None:
-        self._study = study
-        self._store = store
-        self._engine = engine
-        self._progress = progress
-        self._results = {result.number: result for result in store.rows()}
-        self._next = 0
-
-    def run(self) -> None:
-        """Evolve until the points that the study allows are spent."""
-        keys = len(self._study.vary)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # it warns that a map of our own needs deferred updating, which it is given
-            differential_evolution(
-                _not_called,
-                Bounds(np.zeros(keys), np.ones(keys)),
-                maxiter=max(1, self._study.goal.evaluations // (_MEMBERS * keys) - 1),
-                popsize=_MEMBERS,
-                tol=0.0,
-                rng=np.random.default_rng(self._study.seed),
-                polish=False,
-                x0=_base_fractions(self._study),
-                updating="deferred",
-                workers=self._costs,
-            )
-
-    def _costs(self, _objective: object, members: Iterable[Sequence[float]]) -> list[float]:
-        """Return the cost of each member of a generation, those that are stored from there."""
-        points = []
-        for number, member in enumerate(members, self._next):
-            points.append(point_at(self._study, number, [float(fraction) for fraction in member]))
-        self._next += len(points)
-        missing = [Task(study=self._study, points=(point,)) for point in points if not self._is_stored(point)]
-        with closing(completed(self._engine, solve_task, missing, lost_task)) as ended:
-            for results in ended:
-                self._store.put(results)
-                self._results |= {result.number: result for result in results}
-                if self._progress is not None:
-                    solved = len(self._results)
-                    self._progress(solved, max(self._study.goal.evaluations, solved))
-        return [candidate(self._study, self._results[point.number]).cost for point in points]
-
-    def _is_stored(self, point: Point) -> bool:
-        stored = self._results.get(point.number)
-        if stored is not None and stored.settings != point.settings:
-            msg = f"{self._store.path}: must hold the candidates of this search, and point {point.number} is another"
-            raise InputError(msg)
-        return stored is not None
-
-
-def _not_called(_fractions: Floats) -> float:
-    """Stand for the objective, which `workers` computes for whole generations [1]."""
-    return math.nan
-
-
-def _base_fractions(study: Study) -> Floats | None:
-    """Return the base design as fractions of the spans [1], where the search begins; None where it lies outside."""
-    design = design_of(study, {})
-    fractions = []
-    for key, span in study.vary.items():
-        table, _, name = key.partition(".")
-        value = getattr(getattr(design, table), name, None)
-        if not isinstance(span, Span) or not _is_number(value) or not span.low <= value <= span.high:
-            return None
-        fractions.append(span.fraction_of(float(value)))
-    return np.array(fractions)
-
-
 def refuse_occupied(folder: Path, *, force: bool = False) -> None:
     """Raise InputError where a search could not write its results into its folder, before anything is solved."""
     refuse_unusable(folder / RUN, force=force)
     if not force:
-        refuse_taken(folder, (folder / DESIGN, folder / PLOT), "--out")
+        refuse_taken((folder / DESIGN, folder / PLOT), "--out", renew=True)
 
 
-def prove(
-    store: StudyStore, study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False
-) -> Proof | None:
+def prove(study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False) -> Proof | None:
     """Return the first of the best five candidates whose run passes all verdicts, else the last that was run.
 
     The outputs of its run are in `best`, and where it passes, its design file is `design.toml` in the folder. None
-    where no candidate passes the verdicts of the search. Raises as a run, and InputError as `write_output`.
+    where no candidate passes the verdicts of the search. Raises as a run, and InputError as `write_files`.
     """
     proof = None
-    passing = [one for one in candidates if one.violation == 0.0]
-    for one in passing[:MOST_RUNS]:
-        design = design_of_candidate(study, one)
+    passing = [candidate for candidate in candidates if candidate.violation == 0.0]
+    for candidate in passing[:MOST_RUNS]:
+        design = _named_design(study, candidate)
         passed = run(design, RunOptions(out=folder / RUN, tolerance=study.tol, force=force)).passed
-        proof = Proof(candidate=one, design=None, passed=passed)
+        proof = Proof(candidate=candidate, design=None, passed=passed)
         if passed:
-            write_output(store, folder / DESIGN, design_as_toml(design).encode(), "--out", force=force)
+            text = design_as_toml(design)
+            write_files({folder / DESIGN: text.encode()}, "--out", force=force, renew=True)
             return replace(proof, design=folder / DESIGN)
-    if is_own(store, folder / DESIGN):  # that of a shorter search, and `best` no longer holds its run
+    if is_ours(folder / DESIGN):  # that of a shorter search, and `best` no longer holds its run
         (folder / DESIGN).unlink()
     return proof
 
 
-def design_of_candidate(study: Study, one: Candidate) -> Design:
+def _named_design(study: Study, candidate: Candidate) -> Design:
     """Return the design of a candidate, named for the study."""
-    return design_of(replace(study, base={**study.base, "name": study.name}), one.result.settings)
+    return design_of(replace(study, base={**study.base, "name": study.name}), candidate.result.settings)
 
 
-def write_pareto(
-    store: StudyStore, study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False
-) -> None:
+def write_pareto(study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False) -> None:
     """Plot into a folder (SVG) the number made least against the pressure on the skin over its limit, with its front.
 
-    Nothing is written where the verdict on bruising is not among those of the goal. Raises as `write_output`.
+    Nothing is written where the verdict on bruising is not among those of the goal. Raises as `write_files`.
     """
     if any(key not in study.wanted for key in PRESSURE):
         return
@@ -263,9 +246,9 @@ def write_pareto(
         xlabel="pressure on the skin over its limit [1]",
         ylabel=f"{study.goal.minimise.removeprefix('verdicts.').removesuffix('.value')} [1]",
     )
-    done = [one for one in candidates if one.result.status == "done" and math.isfinite(one.value)]
-    failing = _against_pressure([one for one in done if one.violation > 0.0])
-    passing = _against_pressure([one for one in done if one.violation == 0.0])
+    done = [candidate for candidate in candidates if math.isfinite(candidate.value)]
+    failing = _against_pressure([candidate for candidate in done if candidate.violation > 0.0])
+    passing = _against_pressure([candidate for candidate in done if candidate.violation == 0.0])
     axes.scatter(failing[:, 0], failing[:, 1], s=12, color="#b8b8b8", label="a verdict fails")
     axes.scatter(passing[:, 0], passing[:, 1], s=12, color="#1f6fb2", label="verdicts pass")
     best = front(passing)
@@ -273,22 +256,25 @@ def write_pareto(
     axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
     axes.legend(frameon=False)
     content = f'<?xml version="1.0" encoding="utf-8"?>\n{as_svg(figure)}'
-    write_output(store, folder / PLOT, content.encode(), "--out", force=force)
+    write_files({folder / PLOT: content.encode()}, "--out", force=force, renew=True)
 
 
 def _against_pressure(candidates: Sequence[Candidate]) -> Floats:
     """Return the pressure over its limit [1] and the number made least of each candidate, shape (candidates, 2)."""
     rows = []
-    for one in candidates:
-        pressure, limit = (one.result.values[key] for key in PRESSURE)
+    for candidate in candidates:
+        pressure, limit = (candidate.result.values[key] for key in PRESSURE)
         if _is_number(pressure) and _is_number(limit):
-            rows.append((pressure / limit, one.value))
+            rows.append((pressure / limit, candidate.value))
     return np.array(rows).reshape(-1, 2)
 
 
 def front(rows: Floats) -> Floats:
     """Return the rows, shape (rows, 2), that no other one beats in both numbers, both the less the better."""
-    ordered = np.unique(rows, axis=0)  # by the first number, then the second
-    below = np.minimum.accumulate(ordered[:, 1])
-    beaten = np.concatenate(([False], ordered[1:, 1] >= below[:-1])) if len(ordered) else np.zeros(0, dtype=bool)
-    return np.asarray(ordered[~beaten])
+    least = math.inf
+    unbeaten = []
+    for row in np.unique(rows, axis=0):  # by the first number, then the second
+        if row[1] < least:
+            least = row[1]
+            unbeaten.append(row)
+    return np.array(unbeaten).reshape(-1, 2)

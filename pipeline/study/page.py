@@ -1,8 +1,6 @@
 """The page of a study, one file that needs no network: effects of each key, a map, the best ten."""
 
 import io
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
@@ -10,11 +8,12 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.stats import binned_statistic
 
 from cad.design.design_file import design_as_toml
-from cad.quantity import validation_error
+from pipeline.storage.files import refuse_taken, write_files
 from pipeline.study.columns import Floats, PointColumns, point_columns
-from pipeline.study.outputs import refuse_no_folder, refuse_taken, write_output
+from pipeline.study.outputs import refuse_output
 from pipeline.study.points import design_of
 from pipeline.study.store import StudyStore
 from pipeline.study.study_file import Study
@@ -28,39 +27,37 @@ _BINS = 12
 _SEED = 1
 _GREY = "#b0b0b0"
 _BLUE = "#1f6fb2"
-_EXTREME = 2.0  # per cent of the points at either end of a colour scale
-
-
-@dataclass(frozen=True, kw_only=True)
-class BestRow:
-    """A line of the table of the best points: its number, its cells, and its design file as the page names it."""
-
-    number: int
-    design: str | None
-    cells: tuple[str, ...]
+_EXTREME = 2.0  # per cent of the points at either end of a colour scale: a few extremes do not take all colours
 
 
 def refuse_page(path: Path, folder: Path, *, force: bool = False) -> None:
     """Raise InputError where no page of the study of a folder can be written, before anything is solved."""
-    if path.suffix != ".html":
-        raise validation_error(FLAG, str(path), "", "a file name that ends in .html", "change its ending")
-    refuse_no_folder(path, folder, FLAG)
+    refuse_output(path, [".html"], folder, FLAG, force=force)
     if not force:
-        refuse_taken(folder, [path], FLAG)
-        refuse_taken(folder, (folder / _FOLDER).glob("point-*.toml"), "--out")
+        refuse_taken((folder / _FOLDER).glob("point-*.toml"), "--out", renew=True)
 
 
 def write_page(store: StudyStore, study: Study, path: Path, *, force: bool = False) -> None:
     """Write the page of a study to a file, and the design files of its best ten points beside its store.
 
     Means are over all points that are done; of many points some, drawn at random, are shown as dots. Raises InputError
-    as `write_output`.
+    as `write_files`.
     """
     columns = point_columns(store, study.keys)
     constants = {}
-    for key in study.keys:
-        if key in columns.values and not columns.differs(key):
-            constants[key] = _cell(float(np.nanmin(columns.values[key])))
+    for key, values in columns.values.items():
+        if not columns.differs(key):
+            constants[key] = _cell(float(np.nanmin(values)))
+    best = list(store.rows(columns.best(study.wanted[0], BEST)))
+    links = {}
+    if not study.prints_vary:  # prints that miss their drawing have no design files
+        folder = store.path.parent / _FOLDER
+        designs = {}
+        for point in best:
+            design = folder / f"point-{point.number}.toml"
+            designs[design] = design_as_toml(design_of(study, point.settings)).encode()
+            links[point.number] = _link(design, path)
+        write_files(designs, "--out", force=force, renew=True)
     environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True)
     text = environment.get_template(_TEMPLATE).render(
         study=study,
@@ -69,28 +66,19 @@ def write_page(store: StudyStore, study: Study, path: Path, *, force: bool = Fal
         dots=MOST_DOTS,
         constants=constants,
         header=[key.split(".") for key in study.keys],
-        best=_best_rows(store, study, columns, path, force=force),
+        best=best,
+        links=links,
+        cell=_cell,
         messages=store.messages(),
     )
-    write_output(store, path, text.encode(), FLAG, force=force)
+    write_files({path: text.encode()}, FLAG, force=force, renew=True)
 
 
-def _best_rows(store: StudyStore, study: Study, columns: PointColumns, page: Path, *, force: bool) -> list[BestRow]:
-    """Return the best ten points, their design files written beside the store; prints that miss have none."""
-    rows = []
-    for point in list(store.rows(columns.best(study.wanted[0], BEST))):
-        link = None
-        if not study.prints_vary:
-            design = store.path.parent / _FOLDER / f"point-{point.number}.toml"
-            content = design_as_toml(design_of(study, point.settings)).encode()
-            write_output(store, design, content, "--out", force=force)
-            target = design.resolve()
-            near = target.is_relative_to(page.parent.resolve())
-            link = str(target.relative_to(page.parent.resolve())) if near else target.as_uri()
-        values: Mapping[str, object] = {**point.settings, **point.values}
-        cells = tuple(_cell(values.get(key)) for key in study.keys)
-        rows.append(BestRow(number=point.number, design=link, cells=cells))
-    return rows
+def _link(design: Path, page: Path) -> str:
+    """Return how a page names a design file: from its own folder where it can, so that both may be moved."""
+    folder = page.parent.resolve()
+    target = design.resolve()
+    return str(target.relative_to(folder)) if target.is_relative_to(folder) else target.as_uri()
 
 
 def _cell(value: object) -> str:
@@ -108,9 +96,11 @@ def _plots(columns: PointColumns, study: Study) -> dict[str, list[str]]:
         for number in numbers:
             plots[f"{number} over each key"] = [_effect(columns, key, number) for key in keys]
     if len(keys) > 1 and numbers:
-        strength = {key: np.ptp(bin_means(columns.values[key], columns.values[numbers[0]])[1]) for key in keys}
-        strongest = sorted(keys, key=lambda key: -strength[key])
-        plots[f"{numbers[0]} over the two keys that move it most"] = [_map(columns, strongest[:2], numbers[0])]
+        movement = {key: float(np.ptp(bin_means(columns.values[key], columns.values[numbers[0]])[1])) for key in keys}
+        strongest = sorted(keys, key=lambda key: -movement[key])[:2]
+        plots[f"{numbers[0]} over the two keys that move it most"] = [
+            _map(columns, strongest[0], strongest[1], numbers[0])
+        ]
     return plots
 
 
@@ -118,24 +108,25 @@ def _effect(columns: PointColumns, key: str, number: str) -> str:
     """Draw points and their mean over one key."""
     x = columns.values[key]
     y = columns.values[number]
-    some = drawn_at_random(len(x), MOST_DOTS)
+    dots = drawn_at_random(len(x), MOST_DOTS)
     figure = Figure(figsize=(3.6, 2.7), layout="constrained")
     axes = figure.add_subplot(xlabel=key, ylabel=number)
-    axes.plot(x[some], y[some], ".", markersize=2.5, color=_GREY, rasterized=True)
+    axes.plot(x[dots], y[dots], ".", markersize=2.5, color=_GREY, rasterized=True)
     axes.plot(*bin_means(x, y), color=_BLUE, marker="o", markersize=3)
     return as_svg(figure)
 
 
-def _map(columns: PointColumns, keys: Sequence[str], number: str) -> str:
+def _map(columns: PointColumns, key_x: str, key_y: str, number: str) -> str:
+    """Draw points over two keys in the colours of a number."""
     values = columns.values[number]
-    low, high = np.nanpercentile(values, [_EXTREME, 100.0 - _EXTREME])  # a few extremes do not take all colours
-    some = drawn_at_random(len(values), MOST_DOTS)
+    low, high = np.nanpercentile(values, [_EXTREME, 100.0 - _EXTREME])
+    dots = drawn_at_random(len(values), MOST_DOTS)
     figure = Figure(figsize=(5.6, 4.2), layout="constrained")
-    axes = figure.add_subplot(xlabel=keys[0], ylabel=keys[1])
-    x = columns.values[keys[0]][some]
-    y = columns.values[keys[1]][some]
-    dots = axes.scatter(x, y, c=values[some], s=9, vmin=low, vmax=high, rasterized=True)
-    figure.colorbar(dots, label=number, extend="both")
+    axes = figure.add_subplot(xlabel=key_x, ylabel=key_y)
+    x = columns.values[key_x][dots]
+    y = columns.values[key_y][dots]
+    coloured = axes.scatter(x, y, c=values[dots], s=9, vmin=low, vmax=high, rasterized=True)
+    figure.colorbar(coloured, label=number, extend="both")
     return as_svg(figure)
 
 
@@ -154,21 +145,8 @@ def drawn_at_random(count: int, most: int) -> NDArray[np.int64]:
 
 
 def bin_means(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Return the means of x and y (points,) over equal parts of the span of x [their units], parts without points out.
-
-    Where x has few different values there is a mean at each of them.
-    """
-    known = ~(np.isnan(x) | np.isnan(y))
-    x = x[known]
-    y = y[known]
-    different = np.unique(x)
-    if len(different) > _BINS:
-        edges = np.linspace(different[0], different[-1], _BINS + 1)
-        part = np.clip(np.digitize(x, edges) - 1, 0, _BINS - 1)
-    else:
-        part = np.searchsorted(different, x)
-    counts = np.bincount(part)
-    filled = counts > 0
-    mean_x = np.bincount(part, weights=x)[filled] / counts[filled]
-    mean_y = np.bincount(part, weights=y)[filled] / counts[filled]
+    """Return the means of x and y (points,) over equal parts of the span of x [their units], empty parts left out."""
+    known = ~np.isnan(y)
+    means = binned_statistic(x[known], [x[known], y[known]], bins=_BINS).statistic
+    mean_x, mean_y = means[:, ~np.isnan(means[0])]
     return mean_x, mean_y

@@ -1,9 +1,10 @@
 """The points of a study, by their numbers: those of a grid, of a Sobol sequence, or of the rows of a file."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from scipy.stats import qmc
 
 from cad.design.design_file import design_from_mapping
@@ -12,7 +13,7 @@ from cad.quantity import validation_error
 from pipeline.storage.plain import Plain
 from pipeline.study.printed import PRINTED_KEYS
 from pipeline.study.study_file import MOST_POINTS, Study
-from pipeline.study.variation import Setting, setting_of_cell
+from pipeline.study.variation import Setting
 
 SOBOL_BITS = 30
 
@@ -37,7 +38,7 @@ def point_count(study: Study) -> int:
         case "search":
             bound = "sobol, grid or points for a study"
             raise validation_error("how", study.how, "", bound, "run it with: pipeline optimise")
-    count = math.prod(len(varied.grid()) for varied in study.vary.values())
+    count = math.prod(_grid_shape(study))
     if count > MOST_POINTS:
         raise validation_error("vary", count, "points", f"at most {MOST_POINTS}", "take fewer steps")
     return count
@@ -52,12 +53,21 @@ def points_between(study: Study, start: int, stop: int) -> Iterator[Point]:
         yield from _exchanged(study, start, stop)
     elif study.how == "points":
         for number in range(start, stop):
-            values = [setting_of_cell(cell) for cell in study.rows[number]]
-            yield Point(number=number, settings=dict(zip(study.vary, values, strict=True)))
+            yield _point(study, number, study.rows[number])
     else:
         grids = [varied.grid() for varied in study.vary.values()]
+        shape = _grid_shape(study)
         for number in range(start, stop):
-            yield Point(number=number, settings=dict(zip(study.vary, _grid_values(grids, number), strict=True)))
+            indices = np.unravel_index(number, shape)  # the last key varies fastest
+            yield _point(study, number, [grid[index] for grid, index in zip(grids, indices, strict=True)])
+
+
+def _grid_shape(study: Study) -> tuple[int, ...]:
+    return tuple(len(varied.grid()) for varied in study.vary.values())
+
+
+def _point(study: Study, number: int, values: Iterable[Setting]) -> Point:
+    return Point(number=number, settings=dict(zip(study.vary, values, strict=True)))
 
 
 def sobol_fractions(keys: int, seed: int, start: int, stop: int) -> list[list[float]]:
@@ -89,19 +99,9 @@ def _exchanged(study: Study, start: int, stop: int) -> Iterator[Point]:
 
 def point_at(study: Study, number: int, fractions: Sequence[float]) -> Point:
     """Return the point at fractions [1] from 0 to 1 of what varies, in the order of the study file."""
-    settings = {}
-    for (key, varied), fraction in zip(study.vary.items(), fractions, strict=True):
-        settings[key] = varied.at(fraction)
-    return Point(number=number, settings=settings)
-
-
-def _grid_values(grids: Sequence[tuple[Setting, ...]], number: int) -> list[Setting]:
-    """Return the values of a point of the grid; the last key varies fastest."""
-    values = []
-    for grid in reversed(grids):
-        number, index = divmod(number, len(grid))
-        values.append(grid[index])
-    return values[::-1]
+    return _point(
+        study, number, [varied.at(fraction) for varied, fraction in zip(study.vary.values(), fractions, strict=True)]
+    )
 
 
 def design_of(study: Study, settings: Mapping[str, Setting]) -> Design:

@@ -1,11 +1,12 @@
 """The keys of report.json that a study may ask for, what has to be solved for each, and their values."""
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any, Literal
 
 from cad.design.tips import Tips
-from cad.quantity import InputError, nearest, validation_error
+from cad.quantity import nearest, validation_error
+from pipeline.evaluate import Part
 from pipeline.report.stored import StoredContact, StoredReading, StoredSizing, StoredSpring, StoredTargets
 from pipeline.storage.plain import Plain
 
@@ -15,72 +16,79 @@ LEVELS: tuple[Level, ...] = ("contact", "flexures", "files")
 """By what they cost: closed forms and contact; springs fitted by finite elements; a whole run with its files."""
 
 _VERDICT_FIELDS = ("value", "error", "limit", "tolerance", "passed")
-
-
-def _numbers_of(record: type[Any]) -> tuple[str, ...]:
-    """Return the keys of a record, but how long it took, which is another number every time."""
-    return tuple(item.name for item in dataclasses.fields(record) if item.name != "seconds")
-
-
-_RECORDS: Mapping[str, type[Any]] = {
-    "springs": StoredSizing,
-    "contact": StoredContact,
-    "level": StoredTargets,
-    "reading": StoredReading,
-    **{f"flexures.{name}": StoredSpring for name in Tips().names},
+_VERDICTS: dict[str, Level] = {
+    **dict.fromkeys(("P_max", "NL", "P_displacement_independent", "P_monotonic", "bruise"), "contact"),
+    **dict.fromkeys((f"printable.{name}" for name in Tips().names), "contact"),
+    **dict.fromkeys(("reading.bias", "reading.uncertainty", "reading.lift"), "contact"),
+    **dict.fromkeys(("geometry.tip_face", "geometry.tip_shape"), "contact"),
+    **dict.fromkeys(("K_l", "K_h"), "flexures"),
 }
-_WHOLE = ("response", "deflections_mm", "behaviour", "errors", "paper", "passed")
-_SECTIONS: Mapping[str, tuple[str, ...]] = {
-    **{section: _numbers_of(kind) for section, kind in _RECORDS.items()},
-    **dict.fromkeys(_WHOLE, ()),
+"""The verdicts but those on solids, whose names begin with one of the next."""
+_ON_SOLIDS = ("geometry.", "fit.")
+_RECORDS: dict[str, tuple[type[Any], Level]] = {
+    "springs": (StoredSizing, "contact"),
+    "contact": (StoredContact, "contact"),
+    "level": (StoredTargets, "contact"),
+    "reading": (StoredReading, "contact"),
+    **{f"flexures.{name}": (StoredSpring, "flexures") for name in Tips().names},
 }
-"""Each part of report.json with its keys; any key below a part where none is listed."""
-_CONTACT_VERDICTS = (
-    "P_max", "NL", *(f"printable.{name}" for name in Tips().names), "P_displacement_independent", "P_monotonic",
-    "geometry.tip_face", "geometry.tip_shape", "bruise", "reading.bias", "reading.uncertainty", "reading.lift",
-)  # fmt: skip
-_FLEXURE_VERDICTS = ("K_l", "K_h")
-_FILE_VERDICTS = ("geometry.", "fit.")
+"""The parts of report.json whose keys are those of a record."""
 
 
-def level_of(keys: Iterable[str]) -> Level:
-    """Return the cheapest level that gives all keys; raises InputError for one that is no key of report.json."""
-    return max((_level_of(key) for key in keys), key=LEVELS.index, default="contact")
+def _levels_by_key() -> dict[str, Level]:
+    """Return the level of each key that there is; further ones may lie below it."""
+    levels: dict[str, Level] = {"response": "contact", "deflections_mm": "flexures"}
+    levels |= dict.fromkeys(("behaviour", "errors", "paper", "passed"), "files")
+    for part, (record, level) in _RECORDS.items():
+        for item in dataclasses.fields(record):
+            if item.name != "seconds":  # how long it took is another number every time
+                levels[f"{part}.{item.name}"] = level
+    return levels
 
 
-def refuse_unknown(name: str, keys: Iterable[str]) -> None:
-    """Raise InputError that names a list of keys and the nearest known key, where one is not of report.json."""
-    for key in keys:
-        try:
-            _level_of(key)
-        except InputError as error:
-            msg = f"{name} {error}"
-            raise InputError(msg, field=name, value=key, bound=error.bound) from error
+_LEVELS_BY_KEY = _levels_by_key()
 
 
-def parts_of(keys: Iterable[str], *, reads: bool, linear: bool) -> tuple[str, ...]:
-    """Return which parts of an evaluation give some keys of the level contact: "response", "reading".
+def level_of(name: str, keys: Iterable[str]) -> Level:
+    """Return the cheapest level that gives all keys.
+
+    Raises InputError that names the list of keys and the nearest known key, where one is not of report.json.
+    """
+    return max((_level_of(name, key) for key in keys), key=LEVELS.index, default="contact")
+
+
+def _level_of(name: str, key: str) -> Level:
+    verdict, _, field = key.removeprefix("verdicts.").rpartition(".")
+    if key.startswith("verdicts."):
+        if field in _VERDICT_FIELDS and verdict in _VERDICTS:
+            return _VERDICTS[verdict]
+        if field in _VERDICT_FIELDS and verdict.startswith(_ON_SOLIDS):
+            return "files"
+    for known, level in _LEVELS_BY_KEY.items():
+        if key == known or key.startswith(f"{known}."):
+            return level
+    keys = [*_LEVELS_BY_KEY, *(f"verdicts.{verdict}.{field}" for verdict in _VERDICTS for field in _VERDICT_FIELDS)]
+    bound = "a key of report.json that docs/studies.md names"
+    raise validation_error(name, key, "", bound, f"did you mean {nearest(key, keys)}?")
+
+
+def parts_of(keys: Iterable[str], *, reads: bool, linear: bool) -> tuple[Part, ...]:
+    """Return which parts of an evaluation give some keys of the level contact.
 
     A design that `reads` is judged by its readings; a `linear` scene has P_max and NL by the two-spring law alone.
     """
-    parts = set()
+    by_readings = ["reading", "verdicts.reading"]
+    by_response = ["response", "verdicts.geometry", "verdicts.P_displacement_independent", "verdicts.P_monotonic"]
+    (by_readings if reads else by_response).append("verdicts.bruise")
+    if not linear:
+        by_response += ["verdicts.P_max", "verdicts.NL"]
+    parts: list[Part] = []
     for key in keys:
-        name = verdict_name(key)
-        if key.split(".")[0] == "reading" or name.startswith("reading.") or (name == "bruise" and reads):
-            parts.add("reading")
-        elif (
-            key.split(".")[0] == "response"
-            or name in ("P_displacement_independent", "P_monotonic", "bruise")
-            or name.startswith("geometry.tip")
-            or (name in ("P_max", "NL") and not linear)
-        ):
-            parts.add("response")
-    return tuple(sorted(parts))
-
-
-def verdict_name(key: str) -> str:
-    """Return the name of the verdict that a key is of, nothing where it is of none."""
-    return key.removeprefix("verdicts.").rpartition(".")[0] if key.startswith("verdicts.") else ""
+        if key.startswith(tuple(f"{part}." for part in by_readings)):
+            parts.append("reading")
+        if key.startswith(tuple(f"{part}." for part in by_response)):
+            parts.append("response")
+    return tuple(sorted(set(parts)))
 
 
 def value_at_key(report: Plain, key: str) -> object:
@@ -88,11 +96,11 @@ def value_at_key(report: Plain, key: str) -> object:
 
     Raises InputError where this design's report has no such key.
     """
-    name = verdict_name(key)
     words = key.split(".")
     value: object = report
-    if name:
-        value = next((row for row in report.get("verdicts", []) if row["name"] == name), {})
+    if words[0] == "verdicts":
+        verdicts = {verdict["name"]: verdict for verdict in report.get("verdicts", [])}
+        value = verdicts.get(".".join(words[1:-1]))
         words = words[-1:]
     for word in words:
         if isinstance(value, dict) and word in value:
@@ -106,33 +114,3 @@ def value_at_key(report: Plain, key: str) -> object:
         return value
     bound = "one number or text, and it is a list or a table"
     raise validation_error("wanted", key, "", bound, "add the next key or the index in it")
-
-
-def _level_of(key: str) -> Level:
-    name = verdict_name(key)
-    if name and key.rpartition(".")[2] in _VERDICT_FIELDS:
-        if name in _CONTACT_VERDICTS:
-            return "contact"
-        if name in _FLEXURE_VERDICTS:
-            return "flexures"
-        if name.startswith(_FILE_VERDICTS):
-            return "files"
-    for section, names in _SECTIONS.items():
-        rest = key.removeprefix(f"{section}.").split(".")[0]
-        if key == section and not names:
-            return _level_of_section(section)
-        if key.startswith(f"{section}.") and (not names or rest in names):
-            return _level_of_section(section)
-    known = [f"{section}.{name}" for section, names in _SECTIONS.items() for name in names]
-    known += [
-        f"verdicts.{name}.{field}" for name in (*_CONTACT_VERDICTS, *_FLEXURE_VERDICTS) for field in _VERDICT_FIELDS
-    ]
-    known += [section for section, names in _SECTIONS.items() if not names]
-    bound = "a key of report.json that docs/studies.md names"
-    raise validation_error("key", key, "", bound, f"did you mean {nearest(key, known)}?")
-
-
-def _level_of_section(section: str) -> Level:
-    if section in ("behaviour", "errors", "paper", "passed"):
-        return "files"
-    return "flexures" if section.startswith(("flexures", "deflections")) else "contact"

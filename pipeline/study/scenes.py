@@ -40,6 +40,11 @@ class UnitScene:
     tips: Tips
     scale: float = dataclasses.field(compare=False)
 
+    @property
+    def side_mm(self) -> float:
+        """Return the side of a tip in its size [mm]."""
+        return self.scale * self.tips.side_mm
+
     def __hash__(self) -> int:
         """Return one number for scenes that compare equal."""
         return hash((self.fruit, self.tips))

@@ -24,20 +24,17 @@ from pipeline.study.tasks import LOST, PointResult
 
 STORE = "study.sqlite"
 _LOCK = "study.lock"
-_APPLICATION = 0x74776E74  # twnt, the mark that SQLite keeps for whose file it is
-_SCHEMA = 2
+_MARK = 0x74776E74  # twnt: SQLite keeps for an application whose file it is
 _WAIT_S = 60.0  # for another program that reads or writes the file
 _TABLES = {
-    "study": "key TEXT PRIMARY KEY, value TEXT NOT NULL, digest TEXT NOT NULL",
+    "study": "CREATE TABLE study (key TEXT PRIMARY KEY, value TEXT NOT NULL, digest TEXT NOT NULL)",
     "points": (
-        "number INTEGER PRIMARY KEY, status TEXT NOT NULL, settings TEXT NOT NULL, results TEXT NOT NULL, "
-        "audit TEXT, error TEXT, seconds REAL NOT NULL, digest TEXT NOT NULL"
+        "CREATE TABLE points (number INTEGER PRIMARY KEY, status TEXT NOT NULL, settings TEXT NOT NULL, "
+        "results TEXT NOT NULL, audit TEXT, error TEXT, seconds REAL NOT NULL, digest TEXT NOT NULL)"
     ),
 }
 _PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
-_AGAIN = "and run the same command again: all points before this one are kept"
-_IN_USE = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
-_NO_ROOM = (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
+_LONGEST_VALUE = 60  # letters of a value in an error, which is one line
 
 
 class StudyStore:
@@ -69,10 +66,10 @@ class StudyStore:
 
     def fact(self, key: str) -> Any:  # noqa: ANN401 - JSON data of any kind
         """Return a fact of the study by its name; None where none is kept. Raises InputError where it was changed."""
-        row = self._connection.execute("SELECT key, value, digest FROM study WHERE key = ?", (key,)).fetchone()
+        row = self._connection.execute("SELECT * FROM study WHERE key = ?", (key,)).fetchone()
         if row is None:
             return None
-        self._check_digest(f"fact {key!r}", row)
+        self._refuse_changed(f"fact {key!r}", row)
         return json.loads(row[1])
 
     def missing(self, start: int, stop: int) -> set[int]:
@@ -90,12 +87,14 @@ class StudyStore:
 
         Messages that differ in their numbers alone are one, told by that of the first point.
         """
-        self._connection.create_function("without_numbers", 1, _without_numbers, deterministic=True)
-        query = (
-            "SELECT error, COUNT(*) AS n, MIN(number) AS first FROM points WHERE error NOT NULL "
-            "GROUP BY without_numbers(error) ORDER BY n DESC, first LIMIT ?"
-        )
-        return {error: count for error, count, _ in self._connection.execute(query, (most,))}
+        first: dict[str, str] = {}
+        counts: dict[str, int] = {}
+        for (error,) in self._connection.execute("SELECT error FROM points WHERE error NOT NULL ORDER BY number"):
+            reason = re.sub(r"\d[\d.]*(e[+-]?\d+)?", "#", error)
+            first.setdefault(reason, error)
+            counts[reason] = counts.get(reason, 0) + 1
+        commonest = sorted(counts, key=lambda reason: -counts[reason])[:most]
+        return {first[reason]: counts[reason] for reason in commonest}
 
     def rows(self, numbers: Sequence[int] | None = None) -> Iterator[PointResult]:
         """Yield the points of some numbers in that order, all by default in their own, one at a time in memory.
@@ -109,20 +108,25 @@ class StudyStore:
             yield from map(self._result, self._connection.execute("SELECT * FROM points WHERE number = ?", (number,)))
 
     def begin(self, study: Study) -> None:
-        """Make the tables of a study, or check that these are its own; raises InputError that names the difference."""
-        execute = self._connection.execute
-        execute(f"PRAGMA application_id = {_APPLICATION}")
-        execute("PRAGMA journal_mode = WAL")
-        for name, columns in _TABLES.items():
-            execute(f"CREATE TABLE IF NOT EXISTS {name} ({columns})")
-        facts = json.loads(_json(study_facts(study)))
+        """Make the tables of a study, or check that these and all their rows are its own.
+
+        Raises InputError that names the difference, or the row.
+        """
+        self._connection.execute("PRAGMA journal_mode = WAL")
+        with self._connection as transaction:
+            transaction.execute("BEGIN")
+            transaction.execute(f"PRAGMA application_id = {_MARK}")
+            for table in _TABLES.values():
+                transaction.execute(table.replace("TABLE", "TABLE IF NOT EXISTS", 1))
+        points = sum(1 for _ in self.rows())
+        asked = json.loads(_json(study_facts(study)))
         kept = self.fact("asked")
-        if kept is None and max(self.counts().values()) > 0:
+        if kept is not None:
+            _refuse_other(self.path, kept, asked)
+        elif points:
             bound = "whole, and what the study is was taken out of it"
             raise validation_error("study store", str(self.path), "", bound, "name another --out")
-        if kept is not None:
-            _refuse_other(self.path, kept, facts)
-        self.remember("asked", facts)
+        self.remember("asked", asked)
         self._make_view(study)
         if study.how != "search":  # what a search asks for next followed from them
             with self._connection as transaction:
@@ -130,13 +134,15 @@ class StudyStore:
 
     def _make_view(self, study: Study) -> None:
         """Make the view `results`: a column for each key that varies and for each that is wanted."""
-        parts = [f'json_extract(settings, \'$."{key}"\') AS "{key}"' for key in study.vary]
-        parts += [f'json_extract(results, \'$."{key}"\') AS "{key}"' for key in study.wanted if key not in study.vary]
+        columns = [f'json_extract(settings, \'$."{key}"\') AS "{key}"' for key in study.vary]
+        columns += [f'json_extract(results, \'$."{key}"\') AS "{key}"' for key in study.wanted if key not in study.vary]
         self._connection.execute("DROP VIEW IF EXISTS results")
-        self._connection.execute(f"CREATE VIEW results AS SELECT number, status, {', '.join(parts)}, error FROM points")
+        self._connection.execute(
+            f"CREATE VIEW results AS SELECT number, status, {', '.join(columns)}, error FROM points"
+        )
 
     def _result(self, row: Sequence[Any]) -> PointResult:
-        self._check_digest(f"point {row[0]}", row)
+        self._refuse_changed(f"point {row[0]}", row)
         number, status, settings, values, audit, error, seconds, _ = row
         return PointResult(
             number=number,
@@ -148,7 +154,8 @@ class StudyStore:
             audit=None if audit is None else json.loads(audit),
         )
 
-    def _check_digest(self, name: str, row: Sequence[object]) -> None:
+    def _refuse_changed(self, name: str, row: Sequence[object]) -> None:
+        """Raise InputError for a row whose last cell is not the digest of the others."""
         if row[-1] != _digest(row[:-1]):
             bound = f"as the study wrote it into {self.path}, and its digest is another"
             hint = "delete its row and run the same command again, or name another --out"
@@ -163,17 +170,12 @@ def study_store(folder: Path, study: Study) -> Iterator[StudyStore]:
     holds anything else than a study.
     """
     _make(folder)
-    path = folder / STORE
-    if path.exists():
-        with _opened(path) as connection:
-            _refuse_foreign(connection, path)
     try:
         lock = FileLock(folder / _LOCK, timeout=0).acquire()
     except Timeout as error:
         bound = "a study that no other run writes"
         raise validation_error("--out", str(folder), "", bound, "wait for that run") from error
-    with lock, _opened(path) as connection:
-        store = StudyStore(connection, path)
+    with lock, _opened(folder / STORE) as store:
         store.begin(study)
         yield store
 
@@ -184,9 +186,28 @@ def stored_study(folder: Path) -> Iterator[StudyStore]:
     path = folder / STORE
     if not path.is_file():
         raise validation_error("study store", str(path), "", "an existing file", "run the study first")
-    with _opened(path) as connection:
-        _refuse_foreign(connection, path)
-        yield StudyStore(connection, path)
+    with _opened(path) as store:
+        yield store
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[StudyStore]:
+    """Give the store in a file; whatever SQLite has against the file, then or later, is an InputError of one line.
+
+    A database that is neither empty nor a store of just these tables and columns is refused, with nothing written.
+    """
+    try:
+        with closing(sqlite3.connect(path, timeout=_WAIT_S)) as connection:
+            (mark,) = connection.execute("PRAGMA application_id").fetchone()
+            tables = dict(connection.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'").fetchall())
+            if (mark, tables) not in ((0, {}), (_MARK, _TABLES)):
+                bound = "empty or the store of a study, and it is another database"
+                raise validation_error("study store", str(path), "", bound, "name another --out")
+            yield StudyStore(connection, path)
+    except sqlite3.Error as error:
+        bound = f"a SQLite file that can be read and written ({error})"
+        hint = "mend that and run the same command again, all points that ended are kept; or name another --out"
+        raise validation_error("study store", str(path), "", bound, hint) from error
 
 
 def study_facts(study: Study) -> Plain:
@@ -209,24 +230,28 @@ def _refuse_other(path: Path, kept: Plain, asked: Plain) -> None:
     count blocks of `samples`.
     """
     growing = ("goal.evaluations",) if asked["how"] == "sensitivity" else ("goal.evaluations", "samples")
-    for key, before, now in _differences("", kept, asked):
-        if key not in growing or now < before:
-            bound = f"{_short(before)}, as in {path}"
-            raise validation_error(key, _short(now), "", bound, "change it back, or name another --out")
+    before = _leaves("", kept)
+    now = _leaves("", asked)
+    for key in {**before, **now}:
+        if before.get(key) == now.get(key) or (key in growing and now[key] > before[key]):
+            continue
+        bound = f"{_short(before.get(key))}, as in {path}"
+        raise validation_error(key, _short(now.get(key)), "", bound, "change it back, or name another --out")
 
 
-def _differences(path: str, before: Any, now: Any) -> Iterator[tuple[str, Any, Any]]:  # noqa: ANN401 - JSON data
-    """Yield each dotted path where two trees of plain data differ, with both values; None stands for nothing there."""
-    if isinstance(before, dict) and isinstance(now, dict):
-        for key in {**before, **now}:
-            yield from _differences(f"{path}.{key}".strip("."), before.get(key), now.get(key))
-    elif before != now:
-        yield path, before, now
+def _leaves(name: str, data: object) -> Plain:
+    """Return the values in nested tables by their dotted names."""
+    if not isinstance(data, dict):
+        return {name: data}
+    leaves: Plain = {}
+    for key, value in data.items():
+        leaves |= _leaves(f"{name}.{key}".strip("."), value)
+    return leaves
 
 
 def _short(value: object) -> str:
     text = json.dumps(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."  # noqa: PLR2004 - of one line
+    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
 
 
 def _json(value: object) -> str:
@@ -245,51 +270,14 @@ def _digest(cells: Sequence[object]) -> str:
     return hashlib.sha256(repr(tuple(cells)).encode()).hexdigest()[:32]
 
 
-def _without_numbers(message: str) -> str:
-    return re.sub(r"\d[\d.]*(e[+-]?\d+)?", "#", message)
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[sqlite3.Connection]:
-    """Give a connection; whatever SQLite has against the file, then or later, is an InputError of one line."""
-    try:
-        with closing(sqlite3.connect(path, timeout=_WAIT_S)) as connection:
-            yield connection
-    except sqlite3.Error as error:
-        code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without the details of an extended code
-        bound = "a whole SQLite file that can be read and written"
-        hint = "name another --out"
-        if code in _IN_USE:
-            bound = "a file that no other program has open"
-            hint = f"close it there {_AGAIN}"
-        elif code in _NO_ROOM:
-            bound = "a file that can grow"
-            hint = f"free some space {_AGAIN}"
-        raise validation_error("study store", str(path), "", f"{bound} ({error})", hint) from error
-
-
-def _refuse_foreign(connection: sqlite3.Connection, path: Path) -> None:
-    """Raise InputError, with nothing written, where a database is neither empty nor a store of just these columns."""
-    (application,) = connection.execute("PRAGMA application_id").fetchone()
-    tables = [name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
-    ours = application == _APPLICATION or not (application or tables)
-    for table in tables:
-        columns = [row[1] for row in connection.execute(f'PRAGMA table_info("{table}")')]
-        declared = [column.split()[0] for column in _TABLES.get(table, "").split(", ")] if table in _TABLES else []
-        ours = ours and columns == declared
-    if not ours:
-        bound = f"empty or the store of a study of schema {_SCHEMA}, and it is another database"
-        raise validation_error("study store", str(path), "", bound, "name another --out")
-
-
 def _make(folder: Path) -> None:
+    """Make the folder of a study; raises InputError where it cannot be, or holds anything else."""
     try:
-        if folder.exists() and not folder.is_dir():
-            raise validation_error("--out", str(folder), "", "a folder, and it is a file", "name another folder")
-        if folder.is_dir() and not (folder / STORE).exists() and {path.name for path in folder.iterdir()} - {_LOCK}:
-            bound = "new, empty or the folder of this study"
-            raise validation_error("--out", str(folder), "", bound, "name another folder")
         folder.mkdir(parents=True, exist_ok=True)
+        names = {path.name for path in folder.iterdir()}
     except OSError as error:
         bound = f"a folder that can be written ({error.strerror})"
         raise validation_error("--out", str(folder), "", bound, "name another folder") from error
+    if names - {_LOCK} and STORE not in names:
+        bound = "new, empty or the folder of this study"
+        raise validation_error("--out", str(folder), "", bound, "name another folder")

@@ -22,10 +22,10 @@ from pipeline.measure.measured_table import read_csv, refuse_other_length
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
 from pipeline.storage.plain import Plain
 from pipeline.study.printed import PRINTED_KEYS
-from pipeline.study.report_keys import LEVELS, Level, level_of, refuse_unknown
-from pipeline.study.variation import Choices, Variation, setting_of_cell, variation
+from pipeline.study.report_keys import LEVELS, Level, level_of
+from pipeline.study.variation import Choices, Setting, Variation, setting_of_cell, variation
 
-Row = tuple[str, ...]
+Row = tuple[Setting, ...]
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]
 Contact = Literal["auto", "solve", "surrogate"]
 
@@ -55,10 +55,9 @@ class Goal:
 
     def __post_init__(self) -> None:
         """Refuse a goal that is no key of a report, and too few points to search with."""
-        _refuse_other_kinds(self, "optimise.")
         check_fields(self, "optimise")
-        refuse_unknown("optimise.minimise", (self.minimise,))
-        refuse_unknown("optimise.under", verdict_keys(self))
+        level_of("optimise.minimise", [self.minimise])
+        level_of("optimise.under", verdict_keys(self))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,20 +86,15 @@ class Study:
 
     def __post_init__(self) -> None:
         """Check every number and word; raises InputError."""
-        _refuse_other_kinds(self)
         check_fields(self, "study")
-        if self.how == "sobol" and self.samples < 1:
-            raise validation_error("samples", self.samples, "", "at least 1", "say how many points")
-        if (self.how == "sensitivity" and self.samples.bit_count() != 1) or (self.samples == 1 and self.how != "sobol"):
-            hint = "there are this many times the keys and two more points"
-            raise validation_error("samples", self.samples, "", "a power of 2, at least 2", hint)
+        self._check_samples()
         if not self.wanted:
             bound = "a list of keys of report.json"
             raise validation_error("wanted", "[]", "", bound, "for instance springs.K_l_N_per_m")
         for key in self.wanted:
             if not key.replace(".", "").replace("_", "").isalnum():
                 raise validation_error("wanted", key, "", "letters, digits, _ and dots", "write it as in report.json")
-        refuse_unknown("wanted", self.wanted)
+        level_of("wanted", self.wanted)
         if not self.vary:
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
@@ -108,6 +102,13 @@ class Study:
         if self.prints_vary and self.level != "contact":
             bound = "contact where prints vary: the springs of a print follow the beam law"
             raise validation_error("level", self.level, "", bound, "ask for keys of that level")
+
+    def _check_samples(self) -> None:
+        if self.how == "sobol" and self.samples == 0:
+            raise validation_error("samples", self.samples, "", "at least 1", "say how many points")
+        if self.how == "sensitivity" and (self.samples < 2 or self.samples.bit_count() != 1):  # noqa: PLR2004
+            hint = "there are this many times the keys and two more points"
+            raise validation_error("samples", self.samples, "", "a power of 2, at least 2", hint)
 
     @cached_property
     def base_tables(self) -> Mapping[str, object]:
@@ -127,11 +128,8 @@ class Study:
 
     @property
     def without_rows(self) -> "Study":
-        """Return the study without the points of its file, as tasks have it that bring their own points."""
-        if not self.rows:
-            return self
-        first = {key: Choices(values=varied.grid()[:1]) for key, varied in self.vary.items()}
-        return replace(self, rows=(), vary=first)
+        """Return the study without the points of its file, for workers that are given theirs."""
+        return replace(self, rows=())
 
 
 def verdict_keys(goal: Goal) -> tuple[str, ...]:
@@ -141,29 +139,27 @@ def verdict_keys(goal: Goal) -> tuple[str, ...]:
 
 def read_study(path: Path) -> Study:
     """Return the study of a TOML file; raises InputError for an unknown key, which names the nearest known one."""
-    return study_of(path.stem, read_toml(path, "FILE.toml"), path.parent)
-
-
-def study_of(name: str, data: Mapping[str, Any], folder: Path) -> Study:
-    """Return the study that the tables of a study file describe; files that it names lie beside it, in the folder."""
+    data = read_toml(path, "FILE.toml")
+    folder = path.parent  # of the files that it names
     _refuse_unknown("", data, _FILE_KEYS)
     how = data.get("how", _default_how(data))
     goal = _goal(data.get("optimise", {}))
     wanted = _texts("wanted", data.get("wanted", []))
     if how == "search":
         wanted = tuple(dict.fromkeys((*wanted, goal.minimise, *verdict_keys(goal))))
-    refuse_unknown("wanted", wanted)
     level = data.get("level", "contact")
     if level in LEVELS:
-        level = max(level, level_of(wanted), key=LEVELS.index)
+        level = max(level, level_of("wanted", wanted), key=LEVELS.index)
     rows: tuple[Row, ...] = ()
     if how == "points":
         vary, rows = _points_file(folder / _text("points", data.get("points", "")))
     else:
-        vary = {key: variation(key, given) for key, given in _flat("vary", data).items()}
+        vary = {key: variation(key, varied) for key, varied in _flat("vary", data).items()}
     plain = {key: data[key] for key in ("samples", "seed", "tol", "contact", "audit") if key in data}
     base = _base(data, folder)
-    return Study(name=name, base=base, vary=vary, wanted=wanted, how=how, level=level, rows=rows, goal=goal, **plain)
+    return Study(
+        name=path.stem, base=base, vary=vary, wanted=wanted, how=how, level=level, rows=rows, goal=goal, **plain
+    )
 
 
 def _default_how(data: Mapping[str, Any]) -> str:
@@ -173,14 +169,16 @@ def _default_how(data: Mapping[str, Any]) -> str:
     return "search" if "optimise" in data and "samples" not in data else "sobol"
 
 
-def _goal(given: object) -> Goal:
-    if not isinstance(given, Mapping):
-        raise validation_error("optimise", str(given), "", "a table", "write [optimise] and its keys below it")
-    _refuse_unknown("optimise.", given, [item.name for item in fields(Goal)])
-    lists = {"under": _texts("optimise.under", given["under"])} if "under" in given else {}
-    if "minimise" in given:
-        _text("optimise.minimise", given["minimise"])
-    return Goal(**{**given, **lists})
+def _goal(table: object) -> Goal:
+    if not isinstance(table, Mapping):
+        raise validation_error("optimise", str(table), "", "a table", "write [optimise] and its keys below it")
+    _refuse_unknown("optimise.", table, [item.name for item in fields(Goal)])
+    values = dict(table)
+    if "under" in table:
+        values["under"] = _texts("optimise.under", table["under"])
+    if "minimise" in table:
+        values["minimise"] = _text("optimise.minimise", table["minimise"])
+    return Goal(**values)
 
 
 def _base(data: Mapping[str, Any], folder: Path) -> Plain:
@@ -196,7 +194,7 @@ def _base(data: Mapping[str, Any], folder: Path) -> Plain:
 
 
 def _points_file(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
-    """Return the values of each column of a CSV file of points, and its rows; raises InputError for another file."""
+    """Return the keys of a CSV file of points, each with its first value, and its rows; raises InputError."""
     form, lines = read_csv(path)
     header, *points = [row for row in lines if not row.empty]
     if not points:
@@ -205,31 +203,22 @@ def _points_file(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     if len(set(keys)) < len(keys):
         bound = "each key in the header once"
         raise validation_error("points", ",".join(keys), "", bound, f"leave a column out of {path.name}")
+    rows = []
     for row in points:
         refuse_other_length(form, row, len(keys))
-    rows = tuple(row.cells for row in points)
-    columns: dict[str, Variation] = {}
-    for key, cells in zip(keys, zip(*rows, strict=True), strict=True):
-        different = tuple(sorted(set(cells)))
-        try:
-            for cell in different:
-                setting_of_cell(cell)
-        except InputError as error:
-            msg = f"points {key}: {error}"
-            raise InputError(msg, field=error.field, value=error.value, bound=error.bound) from error
-        columns[key] = Choices(values=different)
-    return columns, rows
+        rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, row.cells, strict=True)))
+    return {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}, tuple(rows)
 
 
 def _flat(name: str, data: Mapping[str, Any]) -> dict[str, object]:
     """Return a table of a study file whose keys are `table.key`, quoted or not, by these names."""
-    given = data.get(name, {})
-    if not isinstance(given, Mapping):
-        raise validation_error(name, str(given), "", "a table", f"write [{name}] and the keys below it")
+    table = data.get(name, {})
+    if not isinstance(table, Mapping):
+        raise validation_error(name, str(table), "", "a table", f"write [{name}] and the keys below it")
     flat: dict[str, object] = {}
-    for key, value in given.items():
+    for key, value in table.items():
         if key in TABLES and isinstance(value, Mapping):
-            flat |= {f"{key}.{inner}": held for inner, held in value.items()}
+            flat |= {f"{key}.{inner}": setting for inner, setting in value.items()}
         else:
             flat[key] = value
     return flat
@@ -242,8 +231,8 @@ def _setting_text(key: str, value: object) -> str:
     try:
         return json.dumps(value, allow_nan=False)
     except (TypeError, ValueError) as error:
-        bound = "a finite number, a list, a truth value or text"
         name = f"set {key}"
+        bound = "a finite number, a list, a truth value or text"
         raise validation_error(name, str(value), "", bound, "mend that value") from error
 
 
@@ -254,24 +243,16 @@ def _text(name: str, value: object) -> str:
 
 
 def _texts(name: str, value: object) -> tuple[str, ...]:
-    if not isinstance(value, list | tuple) or not all(isinstance(word, str) for word in value):
+    if not isinstance(value, list) or not all(isinstance(word, str) for word in value):
         raise validation_error(name, str(value), "", "a list of texts", 'for instance ["springs.K_l_N_per_m"]')
     return tuple(value)
 
 
-def _refuse_other_kinds(record: Study | Goal, table: str = "") -> None:
-    """Raise InputError for a whole number of a record that was given as another kind of value."""
-    for item in fields(record):
-        value = getattr(record, item.name)
-        if item.type is int and type(value) is not int:
-            name = f"{table}{item.name}"
-            raise validation_error(name, str(value), "", "a whole number", "write it without a point")
-
-
-def _refuse_unknown(table: str, given: Iterable[str], known: Iterable[str]) -> None:
-    """Raise InputError for the first key that is not known, with the nearest one that is."""
-    names = list(known)
-    for key in given:
-        if key not in names:
-            msg = f"{table}{key}: unknown key; did you mean {nearest(key, names)}?"
-            raise InputError(msg, field=f"{table}{key}", value=key, bound="a known key")
+def _refuse_unknown(table: str, keys: Iterable[str], names: Iterable[str]) -> None:
+    """Raise InputError for the first key that is none of some names, with these names and the nearest."""
+    known = list(names)
+    for key in keys:
+        if key not in known:
+            bound = f"one of {', '.join(known)}"
+            msg = f"{table}{key}: unknown key; must be {bound}; did you mean {nearest(key, known)}?"
+            raise InputError(msg, field=f"{table}{key}", value=key, bound=bound)

@@ -1,4 +1,4 @@
-"""A piece of a study that one process solves: some points, and what came out of each."""
+"""Points of a study that one process solves, and what came out of each."""
 
 import errno
 import time
@@ -29,8 +29,8 @@ from pipeline.result import Evaluation
 from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.plain import Plain
-from pipeline.study.interpolated_contact import InterpolatedContact
-from pipeline.study.points import Point, design_of, points_between
+from pipeline.study.interpolated_contact import InterpolatedContact, is_covered
+from pipeline.study.points import Point, design_of
 from pipeline.study.printed import printed_sizing
 from pipeline.study.report_keys import parts_of, value_at_key
 from pipeline.study.scenes import scene_compliance, unit_scene
@@ -42,34 +42,7 @@ from solve.fruit.compliance import FruitCompliance
 Status = Literal["done", "refused", "failed"]
 
 LOST = "the worker that solved this point was lost again and again; free memory, the same command tries it again"
-# Every class that a solve can raise, of libraries too: a point that meets a rare fault must not stop a million others.
-FAILURES = (
-    RuntimeError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, OSError, MemoryError,
-    AssertionError, ImportError, EOFError,
-)  # fmt: skip
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-_SPREAD = 2654435761  # Knuth's multiplier: numbers that follow each other fall far apart
-_HASHES = 2**32
-
-
-@dataclass(frozen=True, kw_only=True)
-class Task:
-    """Points of a study for one process: those listed, and those from `start` up to, not including, `stop`.
-
-    `folder` is where the files of whole runs go.
-    """
-
-    study: Study
-    points: tuple[Point, ...] = ()
-    start: int = 0
-    stop: int = 0
-    interpolation: InterpolatedContact | None = None
-    folder: Path | None = None
-
-    def all_points(self) -> tuple[Point, ...]:
-        """Return the points that are listed and those of the range."""
-        ranged = points_between(self.study, self.start, self.stop) if self.stop > self.start else ()
-        return (*self.points, *ranged)
+_DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,14 +61,19 @@ class PointResult:
     audit: Mapping[str, object] | None = None
 
 
-def solve_task(task: Task) -> tuple[PointResult, ...]:
-    """Return the results of the points of a task; a point that is refused or fails does not stop the others."""
-    return tuple(_solved(task, point) for point in task.all_points())
+def solve_points(
+    study: Study, interpolation: InterpolatedContact | None, folder: Path | None, points: Sequence[Point]
+) -> tuple[PointResult, ...]:
+    """Return the results of some points; one that is refused or fails does not stop the others.
+
+    The files of whole runs go into the folder.
+    """
+    return tuple(_solved(study, interpolation, folder, point) for point in points)
 
 
-def lost_task(task: Task) -> tuple[PointResult, ...]:
-    """Return the points of a task whose workers were lost, failed."""
-    return tuple(_without_values(point, "failed", LOST, 0.0) for point in task.all_points())
+def lost_points(points: Sequence[Point]) -> tuple[PointResult, ...]:
+    """Return points whose workers were lost, failed."""
+    return tuple(_without_values(point, "failed", LOST, 0.0) for point in points)
 
 
 def _without_values(point: Point, status: Status, error: str, seconds: float) -> PointResult:
@@ -104,17 +82,17 @@ def _without_values(point: Point, status: Status, error: str, seconds: float) ->
     )
 
 
-def _solved(task: Task, point: Point) -> PointResult:
+def _solved(study: Study, interpolation: InterpolatedContact | None, folder: Path | None, point: Point) -> PointResult:
     start = time.process_time()
-    study = task.study
+    audit = None
     try:
-        values = _values(task, point, task.interpolation)
-        audited = task.interpolation is not None and _is_audited(point.number, study)
-        audit = _values(task, point, None) if audited else None
-    except FAILURES as failure:
+        values = _values(study, interpolation, folder, point)
+        if interpolation is not None and _is_audited(study, point.number):
+            audit = _values(study, None, folder, point)
+    except Exception as failure:
         causes = (failure, failure.__cause__)
-        if any(isinstance(cause, OSError) and cause.errno in _NO_ROOM for cause in causes):
-            raise  # the disk is full: of the machine, not of the point, which is solved when there is room again
+        if any(isinstance(cause, OSError) and cause.errno in _DISK_FULL for cause in causes):
+            raise  # of the machine, not of the point, which is solved when there is room again
         refused = isinstance(failure, InputError)
         message = str(failure) if refused else f"{type(failure).__name__}: {failure}"
         status: Status = "refused" if refused else "failed"
@@ -130,24 +108,24 @@ def _solved(task: Task, point: Point) -> PointResult:
     )
 
 
-def _is_audited(number: int, study: Study) -> bool:
+def _is_audited(study: Study, number: int) -> bool:
     """Say whether a point is drawn for a full solve: by its number, so that a resumed study draws the same ones."""
-    return (number + study.seed + 1) * _SPREAD % _HASHES < study.audit * _HASHES
+    return np.random.default_rng([study.seed, number]).random() < study.audit
 
 
-def _values(task: Task, point: Point, interpolation: InterpolatedContact | None) -> dict[str, object]:
+def _values(
+    study: Study, interpolation: InterpolatedContact | None, folder: Path | None, point: Point
+) -> dict[str, object]:
     """Return the wanted values of a point, at the level of its study."""
-    study = task.study
     design = design_of(study, point.settings)
-    options = RunOptions(tolerance=study.tol)
     if study.level == "contact":
         report = _sized_report(study, design, point, interpolation)
     elif study.level == "flexures":
-        report = evaluation_mapping(check_targets(design, options))
+        report = evaluation_mapping(check_targets(design, RunOptions(tolerance=study.tol)))
     else:
         from pipeline import run  # with all that draws and writes, which takes seconds and only these points need
 
-        out = None if task.folder is None else task.folder / "designs" / f"{point.number:07d}"
+        out = None if folder is None else folder / "designs" / f"{point.number:07d}"
         result = run(design, RunOptions(tolerance=study.tol, out=out), beside=False)  # one process for each core
         report = {**report_mapping(result), "passed": result.passed}
     return {key: value_at_key(report, key) for key in study.wanted}
@@ -156,8 +134,8 @@ def _values(task: Task, point: Point, interpolation: InterpolatedContact | None)
 def _sized_report(study: Study, design: Design, point: Point, interpolation: InterpolatedContact | None) -> Plain:
     """Return the part of report.json that follows from contact and springs as they were sized, or as printed."""
     scene = unit_scene(design)
-    if interpolation is not None and interpolation.covers(scene):
-        contact = interpolation.compliance(scene, study, point)
+    if interpolation is not None and is_covered(scene):
+        contact = interpolation.compliance(scene, point.settings)
     else:
         contact = scene_compliance(scene, study.tol)
     drawn = spring_sizing(design, contact, RunOptions())
@@ -195,7 +173,6 @@ def _response(evaluation: Evaluation, table: SensorResponse) -> Sequence[StoredR
     return [stored_row(table, i, tips, exact) for i in range(len(table.E))]
 
 
-def solve_scene(given: tuple[int, Study, Point]) -> tuple[int, FruitCompliance]:
-    """Return an index with the compliance of the scene of a point [1/mm]."""
-    index, study, point = given
-    return index, scene_compliance(unit_scene(design_of(study, point.settings)), study.tol)
+def solve_scene(study: Study, point: Point) -> FruitCompliance:
+    """Return the compliance of the scene of a point [1/mm]."""
+    return scene_compliance(unit_scene(design_of(study, point.settings)), study.tol)

@@ -3,16 +3,17 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from scipy.special import ndtri
 
 from cad.design.design_file import parsed_setting
-from cad.quantity import InputError, as_float, nearest, validation_error
+from cad.quantity import Bounds, InputError, as_float, nearest, validation_error
 
 Setting = float | int | str | bool | tuple[float, ...]
 
 _KEYS = ("from", "to", "steps", "log", "mean", "sd", "distribution", "source")
-_MOST_STEPS = 10_000
+_STEPS = Bounds(at_least=2, at_most=10_000)
 _TAIL = 1e-9  # of a normal distribution, beyond which no point lies: 6 standard deviations
 
 
@@ -37,8 +38,9 @@ class Span:
             raise validation_error("to", self.high, "", bound, "an empty range has no points")
         if self.log and self.low <= 0.0:
             raise validation_error("from", self.low, "", "greater than 0 with log = true", "leave log out")
-        if self.steps is not None and not 1 < self.steps <= _MOST_STEPS:
-            raise validation_error("steps", self.steps, "", f"at least 2 and at most {_MOST_STEPS}", "count both ends")
+        if self.steps is not None and (type(self.steps) is not int or not _STEPS.hold(self.steps)):
+            bound = f"a whole number {_STEPS}"
+            raise validation_error("steps", self.steps, "", bound, "count both ends")
 
     def at(self, fraction: float) -> float:
         """Return the number that a fraction [1] of the span, or of the distribution, lies below [unit of the key]."""
@@ -121,9 +123,13 @@ def setting_of(value: object) -> Setting:
     raise validation_error("value", str(value), "", bound, "mend that value")
 
 
-def setting_of_cell(cell: str) -> Setting:
-    """Return what a cell says: a number or a truth value as TOML writes it, else text; raises as `setting_of`."""
-    return setting_of(parsed_setting(cell))
+def setting_of_cell(key: str, cell: str) -> Setting:
+    """Return what a cell of a column says: a number or a truth value as TOML writes it, else text."""
+    try:
+        return setting_of(parsed_setting(cell))
+    except InputError as error:
+        name = f"points {key}"
+        raise _under(name, error) from error
 
 
 def variation(key: str, given: object) -> Variation:
@@ -135,44 +141,44 @@ def variation(key: str, given: object) -> Variation:
     try:
         if isinstance(given, list):
             return Choices(values=tuple(setting_of(value) for value in given))
-        return _distribution(given)
-    except InputError as error:
-        msg = f"vary {key}: {error}"
-        raise InputError(msg, field=error.field, value=error.value, bound=error.bound) from error
-
-
-def _distribution(given: object) -> Span | Normal:
-    if not isinstance(given, Mapping):
+        if isinstance(given, Mapping):
+            return _range_or_distribution(given)
         bound = "a list, or a table with from and to, or with mean and sd"
         raise validation_error("value", str(given), "", bound, "see docs/studies.md")
-    for key in given:
+    except InputError as error:
+        name = f"vary {key}"
+        raise _under(name, error) from error
+
+
+def _under(name: str, error: InputError) -> InputError:
+    """Return an error with the name of what it is about before it."""
+    return InputError(f"{name}: {error}", field=error.field, value=error.value, bound=error.bound)
+
+
+def _range_or_distribution(table: Mapping[str, object]) -> Span | Normal:
+    for key in table:
         if key not in _KEYS:
             bound = f"one of {', '.join(_KEYS)}"
-            raise validation_error(key, given[key], "", bound, f"did you mean {nearest(key, _KEYS)}?")
-    if "mean" in given or "sd" in given:
-        return Normal(mean=_number(given, "mean"), sd=_number(given, "sd"), source=_source(given))
-    uniform = given.get("distribution")
-    if uniform not in (None, "uniform"):
-        raise validation_error("distribution", str(uniform), "", "uniform", "a normal one is given by mean and sd")
-    log = given.get("log", False)
+            raise validation_error(key, table[key], "", bound, f"did you mean {nearest(key, _KEYS)}?")
+    distribution = table.get("distribution", "uniform")
+    if distribution != "uniform":
+        raise validation_error("distribution", str(distribution), "", "uniform", "a normal one is given by mean and sd")
+    log = table.get("log", False)
     if not isinstance(log, bool):
         raise validation_error("log", str(log), "", "true or false", "true spaces the values by equal ratios")
-    steps = given.get("steps")
-    if steps is not None and type(steps) is not int:
-        raise validation_error("steps", str(steps), "", "a whole number", "count both ends")
-    source = _source(given) if uniform else None
-    return Span(low=_number(given, "from"), high=_number(given, "to"), steps=steps, log=log, source=source)
+    normal = "mean" in table or "sd" in table
+    source = table.get("source")
+    if (normal or "distribution" in table) and not (isinstance(source, str) and source.strip()):
+        raise validation_error("source", source, "", "given with a distribution", "say where its numbers are from")
+    if normal:
+        return Normal(mean=_number(table, "mean"), sd=_number(table, "sd"), source=str(source))
+    steps: Any = table.get("steps")  # which the span checks
+    kept_source = str(source) if "distribution" in table else None
+    return Span(low=_number(table, "from"), high=_number(table, "to"), steps=steps, log=log, source=kept_source)
 
 
-def _number(given: Mapping[str, object], key: str) -> float:
-    value = given.get(key)
+def _number(table: Mapping[str, object], key: str) -> float:
+    value = table.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise validation_error(key, value, "", "a number", "give from and to, or mean and sd")
     return as_float(value)
-
-
-def _source(given: Mapping[str, object]) -> str:
-    source = given.get("source")
-    if not isinstance(source, str) or not source.strip():
-        raise validation_error("source", source, "", "given with a distribution", "say where its numbers are from")
-    return source

@@ -1,10 +1,11 @@
-"""Where the tasks of a study run: processes of this machine, or a Dask cluster that somebody started."""
+"""Where the points of a study are solved: processes of this machine, or a Dask cluster that somebody started."""
 
+import asyncio
 import logging
 import sys
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, TypeVar
@@ -19,26 +20,18 @@ from pipeline.storage.workers import available_cores, close_workers, open_worker
 if TYPE_CHECKING:
     from distributed import Client
 
-T = TypeVar("T")
-Given = TypeVar("Given")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 ProgressReport = Callable[[int, int], None]
+"""Called with how many points are solved, and of how many."""
 
 MOST_PROCESSES = 1024
-_ATTEMPTS = 2  # alone in an executor of its own, for a task that was out when a worker was lost
-_IN_FLIGHT = 4  # tasks a worker: enough that none waits, few enough that a million need no memory
+_ATTEMPTS = 2  # alone, for an item that was out when a worker was lost: it may be what ended the worker
+_IN_FLIGHT = 4  # items a worker: enough that none waits, few enough that a million need no memory
 _CHECK_SECONDS = 5.0  # without an answer, after which the engine is asked whether one can still come
+_CONNECT_SECONDS = 4  # for a scheduler to take a connection
 _ANSWER_SECONDS = 15  # for a scheduler to answer
 _WITHOUT_WORKERS_SECONDS = 120  # a worker that was lost may be started again in that time
-_RESUME = "all points that ended are kept; start it again, then the same command goes on"
-
-
-def _cancel(executor: Executor) -> None:
-    with suppress(OSError, RuntimeError):  # a scheduler that is gone needs no farewell
-        executor.shutdown(wait=False)
-
-
-def _no_check() -> None:
-    """Accept workers that start anew by themselves."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,30 +42,55 @@ class Engine:
     """
 
     open: Callable[[], Executor]
+    close: Callable[[Executor], None]
     workers: int
     lost: tuple[type[Exception], ...]
-    close: Callable[[Executor], None] = _cancel
-    check: Callable[[], None] = _no_check
+    check: Callable[[], None] = lambda: None
 
 
 def completed(
-    engine: Engine, work: Callable[[Given], T], given: Iterable[Given], lost: Callable[[Given], T]
-) -> Generator[T]:
-    """Yield what a piece of work makes of each thing given, in the order in which they end.
+    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], if_lost: Callable[[Item], Result]
+) -> Generator[tuple[Item, Result]]:
+    """Yield each item with what a piece of work makes of it, in the order in which they end.
 
-    A thing that was out when a worker was lost is given again, alone; where that worker is lost too, `lost` says what
-    becomes of it. Raises InputError where the engine has no workers any more.
+    An item that was out when a worker was lost is tried again in the end, alone; where that worker is lost too,
+    `if_lost` says what becomes of it. Raises InputError where the engine has no workers any more.
     """
-    source = iter(given)
+    in_doubt: list[Item] = []
+    for attempt in range(1 + _ATTEMPTS):
+        waiting = in_doubt if attempt else items
+        in_flight = 1 if attempt else engine.workers * _IN_FLIGHT
+        in_doubt = []
+        with closing(_ended(engine, work, waiting, in_flight)) as ended:
+            for item, future in ended:
+                try:
+                    result = future.result()
+                except engine.lost:
+                    in_doubt.append(item)
+                else:
+                    yield item, result
+        if not in_doubt:
+            return
+        engine.check()
+    for item in in_doubt:
+        yield item, if_lost(item)
+
+
+def _ended(
+    engine: Engine, work: Callable[[Item], Result], items: Iterable[Item], in_flight: int
+) -> Generator[tuple[Item, Future[Result]]]:
+    """Yield each item with its future once this has ended; only so many are out at a time."""
+    waiting = iter(items)
+    running: dict[Future[Result], Item] = {}
     executor = engine.open()
-    running: dict[Future[T], Given] = {}
     try:
         while True:
-            for item in islice(source, engine.workers * _IN_FLIGHT - len(running)):
+            for item in islice(waiting, in_flight - len(running)):
                 try:
                     future = executor.submit(work, item)
                 except engine.lost:
                     engine.check()
+                    engine.close(executor)
                     executor = engine.open()
                     future = executor.submit(work, item)
                 running[future] = item
@@ -82,27 +100,9 @@ def completed(
             if not done:
                 engine.check()
             for future in done:
-                item = running.pop(future)
-                try:
-                    result = future.result()
-                except engine.lost:
-                    result = _completed_alone(engine, work, item, lost)
-                yield result
+                yield running.pop(future), future
     finally:
         engine.close(executor)
-
-
-def _completed_alone(engine: Engine, work: Callable[[Given], T], item: Given, lost: Callable[[Given], T]) -> T:
-    for _ in range(_ATTEMPTS):
-        engine.check()
-        executor = engine.open()
-        try:
-            return executor.submit(work, item).result()
-        except engine.lost:
-            continue
-        finally:
-            engine.close(executor)
-    return lost(item)
 
 
 def chosen_engine(processes: int | None, scheduler: str | None) -> AbstractContextManager[Engine]:
@@ -120,7 +120,7 @@ def process_engine(processes: int | None = None) -> Iterator[Engine]:
     if not 1 <= count <= MOST_PROCESSES:
         bound = f"at least 1 and at most {MOST_PROCESSES}"
         raise validation_error("--processes", count, "", bound, "leave it out for all cores")
-    yield Engine(open=lambda: open_workers(count), workers=count, lost=(BrokenExecutor,), close=close_workers)
+    yield Engine(open=lambda: open_workers(count), close=close_workers, workers=count, lost=(BrokenExecutor,))
 
 
 @contextmanager
@@ -131,7 +131,6 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     not this one.
     """
     try:
-        from distributed import Client
         from distributed.client import ClosedClientError
         from distributed.scheduler import KilledWorker
     except ImportError as error:
@@ -140,11 +139,7 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     # that a cluster is lost is said by us, in one line; distributed gives each of these a level of its own
     for name in ("distributed", "distributed.client", "tornado", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-    try:
-        client = Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
-    except (OSError, ValueError, RuntimeError) as error:
-        hint = "start it with dask scheduler, and check the address"
-        raise validation_error("--scheduler", address, "", "the address of a scheduler that answers", hint) from error
+    client = _connected(address)
 
     def check() -> None:
         try:
@@ -153,12 +148,18 @@ def cluster_engine(address: str) -> Iterator[Engine]:
             client.wait_for_workers(1, timeout=_WITHOUT_WORKERS_SECONDS)
         except (OSError, RuntimeError) as error:
             bound = "the address of a scheduler that answers and has workers, and it is gone"
-            raise validation_error("--scheduler", address, "", bound, _RESUME) from error
+            hint = "all points that ended are kept; start it again, then the same command goes on"
+            raise validation_error("--scheduler", address, "", bound, hint) from error
+
+    def close(executor: Executor) -> None:
+        with suppress(OSError, RuntimeError):  # a scheduler that is gone needs no farewell
+            executor.shutdown(wait=False)
 
     try:
         _refuse_other_code(client, address)
         yield Engine(
-            open=lambda: client.get_executor(pure=False),  # the same task, given again, is a new one
+            open=lambda: client.get_executor(pure=False),  # the same item, given again, is a new task
+            close=close,
             workers=sum(client.nthreads().values()),
             lost=(KilledWorker, CancelledError, ClosedClientError),
             check=check,
@@ -166,6 +167,23 @@ def cluster_engine(address: str) -> Iterator[Engine]:
     finally:
         with suppress(OSError):
             client.close()
+
+
+def _connected(address: str) -> "Client":
+    """Return a client of a scheduler; raises InputError where none answers."""
+    from distributed import Client
+    from distributed.comm import connect
+
+    async def greet() -> None:
+        connection = await connect(address, timeout=_CONNECT_SECONDS)
+        await connection.close()
+
+    try:
+        asyncio.run(greet())  # a client that finds nobody would wait for half a minute until it ends
+        return Client(address, timeout=_ANSWER_SECONDS, set_as_default=False)
+    except (OSError, ValueError, RuntimeError, MemoryError) as error:  # MemoryError: something else answered
+        hint = "start it with dask scheduler, and check the address"
+        raise validation_error("--scheduler", address, "", "the address of a scheduler that answers", hint) from error
 
 
 def _refuse_other_code(client: "Client", address: str) -> None:

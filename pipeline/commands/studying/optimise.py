@@ -43,8 +43,8 @@ def execute(arguments: Namespace) -> int:
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         candidates = search(study, folder, engine, progress)
     with stored_study(folder) as store:
-        write_pareto(store, study, candidates, folder, force=force)
-        proof = prove(store, study, candidates, folder, force=force)
+        write_pareto(study, candidates, folder, force=force)
+        proof = prove(study, candidates, folder, force=force)
         messages = store.messages()
     with answering():
         _print(folder, candidates, proof, messages, as_json=arguments.json)

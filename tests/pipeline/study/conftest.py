@@ -8,12 +8,13 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from pipeline.study import workers
 from pipeline.study.workers import Engine
 
 DEADLINE_S = 600.0  # of whatever a test waits for: many times what a slow machine takes
@@ -34,7 +35,13 @@ class InProcess(Executor):
 
 @pytest.fixture(scope="session")
 def engine() -> Engine:
-    return Engine(open=InProcess, workers=1, lost=(ConnectionError,))
+    return Engine(open=InProcess, close=Executor.shutdown, workers=1, lost=(ConnectionError,))
+
+
+@pytest.fixture
+def in_process(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let commands solve in this process."""
+    monkeypatch.setattr(workers, "chosen_engine", lambda _processes, _scheduler: nullcontext(engine))
 
 
 LAW = """

@@ -2,6 +2,7 @@
 
 import errno
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from pipeline.response.contact import fruit_compliance
 from pipeline.study import Study, execute, read_study, run_study, tasks
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.store import stored_study
-from pipeline.study.tasks import PointResult, Task
+from pipeline.study.tasks import PointResult
 from pipeline.study.workers import Engine
 from solve.fruit.split import SplitDomainError
 
@@ -41,19 +42,19 @@ def test_springs_of_a_study_follow_the_law(written: Write, engine: Engine, tmp_p
 
 
 def test_scene_twice_as_large_gives_half_the_compliance() -> None:
-    one = load_design("paper")
-    large = {"fruit.length_mm": 26.0, "fruit.width_mm": 26.0, "fruit.height_mm": 15.6, "tips.side_mm": 1.3}
-    two = load_design("paper", {**large, "tips.spacing_mm": 10.4})
-    assert unit_scene(one) == unit_scene(two)
-    S = scene_compliance(unit_scene(two), 1e-3).S
-    assert pytest.approx(scene_compliance(unit_scene(one), 1e-3).S, rel=1e-12) == S * 1.3
-    assert pytest.approx(fruit_compliance(two, RunOptions()).S, rel=1e-9) == S  # of the run, in its own size
+    small = load_design("paper")
+    lengths = {"fruit.length_mm": 26.0, "fruit.width_mm": 26.0, "fruit.height_mm": 15.6, "tips.side_mm": 1.3}
+    large = load_design("paper", {**lengths, "tips.spacing_mm": 10.4})
+    assert unit_scene(small) == unit_scene(large)
+    S = scene_compliance(unit_scene(large), 1e-3).S
+    assert pytest.approx(scene_compliance(unit_scene(small), 1e-3).S, rel=1e-12) == S * 1.3
+    assert pytest.approx(fruit_compliance(large, RunOptions()).S, rel=1e-9) == S  # of the run, in its own size
 
 
 def test_modulus_and_gap_share_a_scene_and_poisson_does_not() -> None:
-    one = unit_scene(load_design("paper"))
-    assert unit_scene(load_design("paper", {"fruit.E_max_MPa": 2.0, "fruit.E_MPa": [1.0], "tips.gap_mm": 0.2})) == one
-    assert unit_scene(load_design("paper", {"fruit.poisson": 0.31})) != one
+    scene = unit_scene(load_design("paper"))
+    assert unit_scene(load_design("paper", {"fruit.E_max_MPa": 2.0, "fruit.E_MPa": [1.0], "tips.gap_mm": 0.2})) == scene
+    assert unit_scene(load_design("paper", {"fruit.poisson": 0.31})) != scene
 
 
 def test_points_out_of_bounds_are_kept_with_their_reasons(written: Write, engine: Engine, tmp_path: Path) -> None:
@@ -71,28 +72,46 @@ def test_points_out_of_bounds_are_kept_with_their_reasons(written: Write, engine
 
 def test_what_is_wanted_alone_is_what_it_is_among_all(written: Write, engine: Engine, tmp_path: Path) -> None:
     keys = ("springs.K_l_N_per_m", "level.NL", "verdicts.printable.low.value", "verdicts.NL.error", "response.0.P.3")
-    study = read_study(written())
+    study = replace(read_study(written()), samples=2)
     together = solved(replace(study, wanted=keys), tmp_path / "all", engine)
     for key in keys:
         alone = solved(replace(study, wanted=(key,)), tmp_path / key, engine)
         assert [row.values for row in alone] == [{key: row.values[key]} for row in together]
 
 
-def test_tasks_do_not_carry_all_rows_of_a_file(written: Write, engine: Engine, tmp_path: Path) -> None:
-    """600 rows make two tasks, each with its own points and no others."""
-    rows = "\n".join(f"{3.0 + 0.01 * i}" for i in range(600))
-    (tmp_path / "rows.csv").write_text(f"targets.P_max\n{rows}\n", encoding="utf-8")
+class Noting:
+    """An engine's executor that notes the numbers of the points in each task."""
+
+    def __init__(self, engine: Engine) -> None:
+        self.tasks: list[list[int]] = []
+        self.engine = replace(engine, open=lambda: self)
+        self._executor = engine.open()
+
+    def submit(self, work, points) -> Future:
+        self.tasks.append([point.number for point in points])
+        assert work.args[0].rows == ()  # a worker is not sent all rows of a file with each task
+        return self._executor.submit(work, points)
+
+    def shutdown(self) -> None: ...
+
+
+def test_points_of_one_scene_go_by_500_and_those_that_share_a_scene_together(
+    written: Write, engine: Engine, tmp_path: Path
+) -> None:
+    one_scene = "\n".join(f"{3.0 + 0.01 * i}" for i in range(600))
+    (tmp_path / "rows.csv").write_text(f"targets.P_max\n{one_scene}\n", encoding="utf-8")
+    noting = Noting(engine)
     study = read_study(written('points = "rows.csv"\nwanted = ["springs.K_l_N_per_m"]\n'))
-    sent: list[Task] = []
-
-    class Noting(type(engine.open())):
-        def submit(self, fn, /, *args, **kwargs):
-            sent.extend(args)
-            return super().submit(fn, *args, **kwargs)
-
-    assert run_study(study, tmp_path / "out", replace(engine, open=Noting)).done == 600
-    assert [len(task.points) for task in sent] == [500, 100]
-    assert [(task.study.rows, len(task.study.vary["targets.P_max"].grid())) for task in sent] == [((), 1)] * 2
+    assert run_study(study, tmp_path / "out", noting.engine).done == 600
+    assert [len(numbers) for numbers in noting.tasks] == [500, 100]
+    three_scenes = "1.0,4\n2.0,4\n1.0,5\n-1,5\n2.0,5\n"  # and one that no design file takes
+    (tmp_path / "rows.csv").write_text(f"tips.side_mm,targets.P_max\n{three_scenes}", encoding="utf-8")
+    noting = Noting(engine)
+    study = read_study(
+        written('points = "rows.csv"\nwanted = ["targets.P_max"]\n'.replace("targets.P_max", "level.NL"))
+    )
+    assert run_study(study, tmp_path / "shared", noting.engine).refused == 1
+    assert noting.tasks == [[0, 2], [1, 4], [3]]
 
 
 def test_ended_study_goes_on_to_the_same_points(
@@ -100,7 +119,7 @@ def test_ended_study_goes_on_to_the_same_points(
 ) -> None:
     study = read_study(written())
     whole = solved(study, tmp_path / "whole", engine)
-    monkeypatch.setattr(execute, "RANGE", 3)  # so that it ends after one of three tasks
+    monkeypatch.setattr(execute, "QUICK", 3)  # so that it ends after one of three tasks
 
     class EndedError(RuntimeError):
         pass
@@ -118,7 +137,7 @@ def test_ended_study_goes_on_to_the_same_points(
     assert (longer.done, longer.solved) == (12, 4)
 
 
-@pytest.mark.parametrize("error", [KeyError, MemoryError, TypeError, ExportError, SplitDomainError])
+@pytest.mark.parametrize("error", [KeyError, MemoryError, ExportError, SplitDomainError])
 def test_point_that_fails_in_any_way_does_not_stop_the_others(
     written: Write, engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[Exception]
 ) -> None:
@@ -154,11 +173,23 @@ def test_full_disk_is_no_fault_of_a_point(
 
 
 @pytest.mark.parametrize(
-    "words", [["--export", "x.xlsx"], ["--processes", "0"], ["--processes", "2", "--scheduler", "tcp://x:1"]]
+    "words",
+    [
+        ["--export", "x.xlsx"],
+        ["--export", "none/x.csv"],
+        ["--html", "none/x.html"],
+        ["--html", "x.txt"],
+        ["--processes", "0"],
+        ["--processes", "2", "--scheduler", "tcp://x:1"],
+        ["--scheduler", "nonsense"],
+        ["--scheduler", "tcp://127.0.0.1:9"],
+    ],
 )
-def test_wrong_flags_are_one_line(
+def test_wrong_flags_are_one_line_before_anything_is_solved(
     written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str]
 ) -> None:
+    if "--scheduler" in words:
+        pytest.importorskip("distributed")
     assert main(["study", str(written()), "--out", str(tmp_path / "out"), *words]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert not (tmp_path / "out").exists()

@@ -17,7 +17,16 @@ from pipeline.cli import main
 from pipeline.options import RunOptions, load_design
 from pipeline.response.contact import fruit_compliance
 from pipeline.study import optimise, read_study
-from pipeline.study.optimise import MARGIN, Candidate, base_candidate, candidate, front, prove, refuse_occupied, search
+from pipeline.study.optimise import (
+    MARGIN,
+    Candidate,
+    base_candidate,
+    candidate_of,
+    front,
+    prove,
+    refuse_occupied,
+    search,
+)
 from pipeline.study.store import study_store
 from pipeline.study.tasks import PointResult
 from pipeline.study.workers import Engine
@@ -106,16 +115,16 @@ def test_design_that_fails_a_verdict_is_never_the_best(
     assert any(one.violation > 0.0 and one.value <= best.value for one in others)
 
 
-def candidate_of(value: float, violation: float = 0.0, number: int = 0, **settings: float) -> Candidate:
+def planted(value: float, violation: float = 0.0, number: int = 0, **settings: float) -> Candidate:
     named = {key.replace("__", "."): value for key, value in settings.items()}
     result = PointResult(number=number, settings=named, status="done", values={}, error=None, seconds=0.0)
     return Candidate(result=result, value=value, violation=violation)
 
 
 def test_costs_are_in_the_order_of_the_designs() -> None:
-    passing = [candidate_of(value) for value in (-1e6, -2.0, 0.0, 0.1, 2e4, 2.1e4, 1e12)]
-    failing = [candidate_of(-5.0, violation) for violation in (0.01, 1.0, 1e6)]
-    costs = [one.cost for one in (*passing, *failing, candidate_of(math.nan, math.inf))]
+    passing = [planted(value) for value in (-1e6, -2.0, 0.0, 0.1, 2e4, 2.1e4, 1e12)]
+    failing = [planted(-5.0, violation) for violation in (0.01, 1.0, 1e6)]
+    costs = [one.cost for one in (*passing, *failing, planted(math.nan, math.inf))]
     assert costs == sorted(set(costs))
 
 
@@ -138,7 +147,7 @@ def test_violation_is_the_distance_from_the_limit(
     words = {"value": value, "limit": limit, "tolerance": tolerance, "passed": passed}
     values = {"springs.K_l_N_per_m": 1.0, **{f"verdicts.P_max.{word}": one for word, one in words.items()}}
     result = PointResult(number=0, settings={}, status="done", values=values, error=None, seconds=0.0)
-    assert candidate(read_study(written(SOFTEST)), result).violation == pytest.approx(violation)
+    assert candidate_of(read_study(written(SOFTEST)), result).violation == pytest.approx(violation)
 
 
 @pytest.mark.parametrize(
@@ -160,11 +169,12 @@ def test_search_that_cannot_be_is_refused_before_anything_is_written(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("in_process")
 def test_search_whose_candidates_are_all_refused_says_why(
     written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = SOFTEST.replace("from = 3, to = 8", "from = 101, to = 108").replace("400", "1")
-    assert main(["optimise", str(written(text)), "--out", str(tmp_path / "out"), "--processes", "1"]) == 1
+    assert main(["optimise", str(written(text)), "--out", str(tmp_path / "out")]) == 1
     assert "at most 100" in capsys.readouterr().out
 
 
@@ -179,7 +189,7 @@ def test_front_keeps_what_no_other_row_beats() -> None:
     assert front(np.zeros((0, 2))).shape == (0, 2)
 
 
-CANDIDATES = [candidate_of(P_max, number=i, targets__P_max=P_max) for i, P_max in enumerate((4.0, 5.0, 6.0))]
+CANDIDATES = [planted(P_max, number=i, targets__P_max=P_max) for i, P_max in enumerate((4.0, 5.0, 6.0))]
 
 
 @pytest.fixture
@@ -203,32 +213,32 @@ def test_design_of_the_first_run_that_passes_is_written_and_gone_where_no_run_pa
     written: Write, tmp_path: Path, runs: Callable[[Sequence[bool]], list[float]]
 ) -> None:
     study = read_study(written(SOFTEST))
-    with study_store(tmp_path / "out", study) as store:
+    with study_store(tmp_path / "out", study):
         ratios = runs((False, True))
-        proof = prove(store, study, CANDIDATES, tmp_path / "out")
+        proof = prove(study, CANDIDATES, tmp_path / "out")
         assert (ratios, proof.candidate, proof.passed) == ([4.0, 5.0], CANDIDATES[1], True)
         assert load_design(proof.design).nominal_targets.P_max == 5.0
         ratios = runs((False, False, False))
-        proof = prove(store, study, CANDIDATES, tmp_path / "out")
+        proof = prove(study, CANDIDATES, tmp_path / "out")
         assert (ratios, proof.passed, proof.design) == ([4.0, 5.0, 6.0], False, None)
         assert not (tmp_path / "out" / "design.toml").exists()
-        assert prove(store, study, [candidate_of(1.0, 0.5)], tmp_path / "out") is None
+        assert prove(study, [planted(1.0, 0.5)], tmp_path / "out") is None
 
 
 def test_design_of_a_person_is_kept(
     written: Write, tmp_path: Path, runs: Callable[[Sequence[bool]], list[float]]
 ) -> None:
     study = read_study(written(SOFTEST))
-    with study_store(tmp_path / "out", study) as store:
+    with study_store(tmp_path / "out", study):
         path = tmp_path / "out" / "design.toml"
         path.write_text("mine", encoding="utf-8")
         runs((True, True))
         with pytest.raises(InputError):
             refuse_occupied(tmp_path / "out")
         with pytest.raises(InputError):
-            prove(store, study, CANDIDATES, tmp_path / "out")
+            prove(study, CANDIDATES, tmp_path / "out")
         assert path.read_text(encoding="utf-8") == "mine"
-        prove(store, study, CANDIDATES, tmp_path / "out", force=True)
+        prove(study, CANDIDATES, tmp_path / "out", force=True)
         assert (tmp_path / "out" / "design.toml.bak").read_text(encoding="utf-8") == "mine"
 
 

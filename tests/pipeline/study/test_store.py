@@ -18,10 +18,10 @@ Write = Callable[..., Path]
 
 
 @pytest.fixture
-def solved(written: Write, engine: Engine, tmp_path: Path) -> list[str]:
-    """Return the words of a command whose points are all solved, and so which starts no process that solves."""
+def solved(written: Write, engine: Engine, tmp_path: Path, in_process: None) -> list[str]:  # noqa: ARG001
+    """Return the words of a command whose points are all solved."""
     run_study(read_study(written()), tmp_path / "out", engine)
-    return ["study", str(written()), "--out", str(tmp_path / "out"), "--processes", "1"]
+    return ["study", str(written()), "--out", str(tmp_path / "out")]
 
 
 def edit(folder: Path, script: str) -> None:
@@ -30,6 +30,7 @@ def edit(folder: Path, script: str) -> None:
         connection.executescript(script)
 
 
+@pytest.mark.parametrize("exported", [True, False])
 @pytest.mark.parametrize(
     "script",
     [
@@ -48,21 +49,25 @@ def edit(folder: Path, script: str) -> None:
         "PRAGMA application_id = 3",
     ],
 )
-def test_changed_store_does_not_come_out(
-    solved: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], script: str
+def test_changed_store_is_not_believed(
+    solved: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], script: str, *, exported: bool
 ) -> None:
     edit(tmp_path / "out", script)
-    assert main([*solved, "--export", str(tmp_path / "x.csv")]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    assert main([*solved, *(["--export", str(tmp_path / "x.csv")] if exported else [])]) == 2
+    answer = capsys.readouterr()
+    assert (answer.out, answer.err.count("\n")) == ("", 1)
     assert not (tmp_path / "x.csv").exists()
 
 
-def test_row_that_is_gone_is_solved_again(solved: list[str], tmp_path: Path) -> None:
-    with stored_study(tmp_path / "out") as kept:
+def test_row_that_is_gone_is_solved_again(written: Write, engine: Engine, tmp_path: Path) -> None:
+    study = read_study(written())
+    folder = tmp_path / "out"
+    run_study(study, folder, engine)
+    with stored_study(folder) as kept:
         (before,) = kept.rows([3])
-    edit(tmp_path / "out", "DELETE FROM points WHERE number = 3")
-    assert main(solved) == 0
-    with stored_study(tmp_path / "out") as kept:
+    edit(folder, "DELETE FROM points WHERE number = 3")
+    assert run_study(study, folder, engine).solved == 1
+    with stored_study(folder) as kept:
         (after,) = kept.rows([3])
     assert after.values == pytest.approx(before.values, rel=1e-12)
 
@@ -84,6 +89,18 @@ def test_changed_study_is_refused_with_the_difference(
     with pytest.raises(InputError) as refused:
         run_study(read_study(written(**{old: new})), tmp_path / "out", engine)
     assert refused.value.field == field
+
+
+def test_longer_study_of_sensitivities_is_another_one(written: Write, tmp_path: Path) -> None:
+    """Its points are numbered in blocks of `samples`."""
+    for samples in (2, 4):
+        study = read_study(written(**{"samples = 8": f'samples = {samples}\nhow = "sensitivity"'}))
+        if samples == 2:
+            with study_store(tmp_path / "out", study):
+                continue
+        with pytest.raises(InputError) as refused, study_store(tmp_path / "out", study):
+            pass
+        assert refused.value.field == "samples"
 
 
 def test_two_runs_on_one_study_refuse(written: Write, tmp_path: Path) -> None:
@@ -125,22 +142,20 @@ def test_foreign_database_is_refused_and_left_as_it_is(
         pass
 
 
-def test_store_that_another_program_holds_is_said_so(
-    solved: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_store_that_another_program_holds_is_refused_until_it_is_free(
+    written: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(store, "_WAIT_S", 0.0)
+    study = read_study(written())
+    with study_store(tmp_path / "out", study):
+        pass
     with closing(sqlite3.connect(tmp_path / "out" / STORE)) as connection:
         connection.execute("BEGIN IMMEDIATE")
-        assert main(solved) == 2
-    assert "no other program has open" in capsys.readouterr().err
-    assert main(solved) == 0
-
-
-def test_full_disk_is_said_so(tmp_path: Path) -> None:
-    whole = "PRAGMA max_page_count = 1; CREATE TABLE a (b); CREATE TABLE c (d)"
-    with pytest.raises(InputError) as refused, store._opened(tmp_path / STORE) as connection:
-        connection.executescript(whole)
-    assert "a file that can grow" in refused.value.bound
+        with pytest.raises(InputError) as refused, study_store(tmp_path / "out", study):
+            pass
+        assert refused.value.field == "study store"
+    with study_store(tmp_path / "out", study):
+        pass
 
 
 @pytest.mark.parametrize(("flag", "name"), [("--export", "mine.csv"), ("--html", "mine.html")])
@@ -157,18 +172,6 @@ def test_foreign_file_is_kept_and_an_own_one_is_replaced(
     content = path.read_bytes()
     assert main([*solved, flag, str(path)]) == 0
     assert path.read_bytes() == content  # the same bytes every time
-    path.write_bytes(content + b"\n")
-    assert main([*solved, flag, str(path)]) == 2
-
-
-@pytest.mark.parametrize(("flag", "name"), [("--export", "none/x.csv"), ("--html", "none/x.html"), ("--html", "x.txt")])
-def test_path_that_cannot_be_written_is_refused_before_anything_is_solved(
-    written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str], flag: str, name: str
-) -> None:
-    out = tmp_path / "out"
-    assert main(["study", str(written()), "--out", str(out), flag, str(tmp_path / name)]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-    assert not out.exists()
 
 
 @pytest.mark.parametrize("content", ["of a person", None])

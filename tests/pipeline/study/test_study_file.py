@@ -38,14 +38,14 @@ def test_study_file_is_read(written: Write) -> None:
         ("from = 3", "from = 0, log = true", "from", 0.0),
         ("from = 3", "from = 3, log = 1", "log", "1"),
         ("from = 3", "from = 3, steps = 1", "steps", 1),
-        ("from = 3", "from = 3, steps = 2.0", "steps", "2.0"),
+        ("from = 3", "from = 3, steps = 2.0", "steps", 2.0),
         ("{ from = 3, to = 8 }", "[]", "values", "[]"),
         ("{ from = 3, to = 8 }", "[3.0, nan]", "value", "nan"),
         ("{ from = 3, to = 8 }", "[3.0, 2026-01-01]", "value", "2026-01-01"),
         ("{ from = 3, to = 8 }", "[[3.0, inf]]", "value", "inf"),
         ("{ from = 3, to = 8 }", "3", "value", "3"),
         ("samples = 8", "samples = 0", "samples", 0),
-        ("samples = 8", "samples = 8.0", "samples", "8.0"),
+        ("samples = 8", "samples = 8.0", "study.samples", 8.0),
         ("samples = 8", "samples = 10000001", "study.samples", 10_000_001.0),
         ("samples = 8", 'how = "grid"', "steps", None),
         ("samples = 8", 'how = "gird"', "study.how", "gird"),
@@ -78,6 +78,15 @@ def test_wrong_study_file_is_refused_in_one_line(written: Write, old: str, new: 
 
 
 @pytest.mark.parametrize(
+    ("text", "listed"), [("sampels = 8", "one of base, samples"), ("optimise = { x = 1 }", "one of minimise,")]
+)
+def test_unknown_key_is_answered_with_the_known_ones(written: Write, text: str, listed: str) -> None:
+    with pytest.raises(InputError) as refused:
+        read_study(written(**{"seed = 7": text}))
+    assert refused.value.bound.startswith(listed)
+
+
+@pytest.mark.parametrize(
     ("rows", "field"),
     [
         ("targets.P_max,targets.P_max\n4,5\n", "points"),
@@ -104,7 +113,7 @@ def test_points_of_a_file_are_read_with_its_byte_order_mark(written: Write, tmp_
         {"targets.P_max": 4, "print.process": "fdm-petg"},
         {"targets.P_max": 6.5, "print.process": "sla-resin"},
     ]
-    assert [setting_of_cell(cell) for cell in ("true", "[1, 2]", "1e-3")] == [True, (1, 2), 1e-3]
+    assert [setting_of_cell("any", cell) for cell in ("true", "[1, 2]", "1e-3")] == [True, (1, 2), 1e-3]
 
 
 def test_base_may_name_a_process_file_beside_it(written: Write, tmp_path: Path) -> None:
@@ -180,8 +189,8 @@ def test_distributions_have_their_quantiles() -> None:
     ],
 )
 def test_key_needs_no_more_than_its_level(key: str, level: str, parts: tuple[str, ...]) -> None:
-    assert level_of([key]) == level
-    assert level_of([key, "springs.K_l_N_per_m"]) == level
+    assert level_of("wanted", [key]) == level
+    assert level_of("wanted", [key, "springs.K_l_N_per_m"]) == level
     if level == "contact":
         assert parts_of([key], reads=False, linear=True) == parts
 

@@ -9,7 +9,7 @@ import signal
 import sqlite3
 import time
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor
+from concurrent.futures import BrokenExecutor, Executor
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,6 @@ from typing import Any
 import pytest
 
 from cad.quantity import InputError
-from pipeline.cli import main
 from pipeline.study import read_study, run_study
 from pipeline.study.store import STORE, stored_study
 from pipeline.study.table import export_table
@@ -76,22 +75,37 @@ def test_number_of_processes_has_bounds(count: int) -> None:
     assert (refused.value.field, refused.value.value) == ("--processes", count)
 
 
-def end_on_seven(number: int) -> int:
-    """Kill the process that works on a seven."""
-    if number == 7:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return number * number
-
-
 def test_task_that_kills_its_worker_is_lost_and_no_other() -> None:
     with process_engine(2) as engine:
-        ended = list(completed(engine, end_on_seven, range(30), lambda number: -number))
-    assert sorted(ended) == sorted([-7, *(n * n for n in range(30) if n != 7)])
+        tasks = [0, 0, 0, signal.SIGKILL, 0, 0, 0]  # signal 0 does nothing
+        ended = list(completed(engine, signal.raise_signal, tasks, lambda _: "lost"))
+    assert ended == [*[(0, None)] * 6, (signal.SIGKILL, "lost")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("from_stdin", [True, False])
+def test_script_without_a_guard_may_run_a_study(
+    start: Start, written: Write, tmp_path: Path, *, from_stdin: bool
+) -> None:
+    """As in docs/studies.md: neither a script nor stdin has `if __name__ == "__main__"`."""
+    text = f"""
+from pathlib import Path
+from pipeline.study import process_engine, read_study, run_study
+with process_engine(processes=2) as engine:
+    print(run_study(read_study(Path({str(written())!r})), Path({str(tmp_path / "out")!r}), engine).done)
+"""
+    if from_stdin:
+        run = start("-")
+        run.process.stdin.write(text)
+    else:
+        (tmp_path / "script.py").write_text(text, encoding="utf-8")
+        run = start(tmp_path / "script.py", PYTHONPATH=str(Path(__file__).parents[3]))
+    assert run.ended() == (0, f"{POINTS}\n", "")
 
 
 def test_workers_that_never_come_back_are_refused() -> None:
-    class Broken:
-        def submit(self, *_: object) -> None:
+    class Broken(Executor):
+        def submit(self, *_: object) -> None:  # type: ignore[override]
             raise BrokenExecutor
 
         def shutdown(self, **_: object) -> None:
@@ -101,7 +115,7 @@ def test_workers_that_never_come_back_are_refused() -> None:
         msg = "gone"
         raise InputError(msg, field="--scheduler")
 
-    lost = Engine(open=Broken, workers=1, lost=(BrokenExecutor,), check=check)  # type: ignore[arg-type]
+    lost = Engine(open=Broken, close=Executor.shutdown, workers=1, lost=(BrokenExecutor,), check=check)
     with pytest.raises(InputError) as refused:
         list(completed(lost, abs, [1], abs))
     assert refused.value.field == "--scheduler"
@@ -166,12 +180,6 @@ def test_cluster_agrees_and_a_lost_one_is_one_line(
     assert (code, complaint.count("\n")) == (2, 1)
     assert address in complaint
     assert 1 <= stored_count(folder) < POINTS
-
-
-def test_unreachable_scheduler_is_one_line(written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("distributed")
-    assert main(["study", str(written(TEXT)), "--out", str(tmp_path / "none"), "--scheduler", "tcp://127.0.0.1:9"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
 
 
 @pytest.mark.study
