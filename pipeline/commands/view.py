@@ -21,6 +21,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Show an output folder in a window, or write what the flags ask for and print the paths; return exit code 0."""
+    from pipeline.report.stored import read_data
+
+    read_data(arguments.folder)  # refuses another folder before anything heavy is loaded
     if arguments.png is None and arguments.html is None and arguments.pvd is None:
         from pipeline.view.pictures import pictures
         from pipeline.view.window import show_pictures

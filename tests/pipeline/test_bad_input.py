@@ -2,13 +2,18 @@
 
 import importlib
 import json
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from stand_ins import result_of
 
 from pipeline.cli import main
+from pipeline.report.outputs import write_outputs
+from pipeline.study.study_file import read_study
 
 ROOT = Path(__file__).parents[2]
 
@@ -143,3 +148,84 @@ def test_square_that_cannot_be_bolted_or_read_is_refused_before_anything_is_solv
     (error,) = capsys.readouterr().err.splitlines()
     assert error.startswith(f"pipeline: {field} = ")
     assert not (tmp_path / "out").exists()
+
+
+ATTACKED = [
+    ("run --design {file}", "--design"),
+    ("run --set print.process_file={file}", "print.process_file"),
+    ("design --design {file}", "--design"),
+    ("suggest {file}", "--design"),
+    ("study {file}", "FILE.toml"),
+    ("study base.toml", "base"),
+    ("study points.toml", "FILE"),
+    ("optimise {file}", "FILE.toml"),
+    ("modulus {file}", "FILE"),
+    ("calibrate folder {file}", "FILE"),
+    ("read folder --unit {file} --forces 0.4,1", "--unit"),
+    ("read folder {file}", "FILE"),
+]
+
+
+@pytest.fixture(scope="module")
+def output(tmp_path_factory):
+    """Return an output folder whose contact and springs stand in for solved ones."""
+    folder = tmp_path_factory.mktemp("attacked") / "paper"
+    folder.mkdir()
+    write_outputs(result_of(None), folder)
+    return folder
+
+
+@pytest.fixture
+def no_waiting():
+    """Raise TimeoutError in a test that waits for a pipe, or reads without end."""
+
+    def stop(*_):
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(30)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.usefixtures("no_waiting")
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/dev/zero"), Path.mkdir], ids="pdf")
+@pytest.mark.parametrize(("words", "field"), ATTACKED, ids=[words for words, _ in ATTACKED])
+def test_pipe_device_or_folder_for_a_file_is_one_line_at_once(
+    words, field, make, output, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").symlink_to(output)
+    make(tmp_path / "odd.toml")
+    Path("base.toml").write_text('base = "odd.toml"\nwanted = ["springs.K_l_N_per_m"]\nsamples = 2\n', encoding="utf-8")
+    Path("points.toml").write_text('points = "odd.toml"\nwanted = ["springs.K_l_N_per_m"]\n', encoding="utf-8")
+    assert main(words.format(file="./odd.toml").split()) == 2
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert line.startswith(f"pipeline: {field} = "), line
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["base.toml", "folder", "odd.toml", "points.toml"]
+
+
+@pytest.mark.usefixtures("stand_in_run")
+def test_byte_order_mark_is_no_part_of_a_file(output, capsys):
+    """Excel and Notepad write it before UTF-8: into design files, units, points and tables alike."""
+    mark = b"\xef\xbb\xbf"
+    Path("mine.toml").write_bytes(mark + b"name = 'mine'\r\n")
+    assert main(["run", "--design", "mine.toml"]) == 0
+    Path("unit.toml").write_bytes(mark + b"tips = 1\r\n")
+    assert main(["read", str(output), "--unit", "unit.toml", "--forces", "0.4,1"]) == 2
+    assert "unit.design" in capsys.readouterr().err, "TOML it is, but no unit"
+    Path("press.csv").write_bytes(mark + b"t_s,F_l_N,F_h_N\r\n0,0.2,0.5\r\n")
+    assert main(["read", str(output), "press.csv", "--each"]) in (0, 1)
+    Path("points.csv").write_bytes(mark + b"tips.side_mm\r\n1\r\n")
+    Path("study.toml").write_bytes(mark + b"points = 'points.csv'\r\nwanted = ['springs.K_l_N_per_m']\r\n")
+    assert list(read_study(Path("study.toml")).vary) == ["tips.side_mm"]
+
+
+def test_closed_input_is_an_empty_stream(output):
+    line = f'exec "{sys.executable}" -m pipeline read "$0" - <&-'
+    done = subprocess.run(
+        ["/bin/bash", "-c", line, str(output)], cwd=ROOT, capture_output=True, encoding="utf-8", check=False, timeout=60
+    )
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith("pipeline: - = ''")

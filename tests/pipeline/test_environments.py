@@ -26,6 +26,9 @@ PLACES = [
     ("ASCII", LIST, {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}, "true", "", 0),
     ("no home", LIST, {"HOME": "", "XDG_CACHE_HOME": ""}, "true", "", 0),
     ("cache is a file", LIST, {"XDG_CACHE_HOME": "/dev/null"}, "true", "", 0),
+    ("width of 5,000 digits", "design --list-processes", {"COLUMNS": 5000 * "9"}, "true", "", 0),
+    ("width of 11 digits", "design --list-processes", {"COLUMNS": 11 * "9"}, "true", "", 0),
+    ("no width", "explain", {"COLUMNS": "-1"}, "true", "", 0),
     ("no date", "run", {"SOURCE_DATE_EPOCH": "tomorrow"}, "true", "", 2),
     ("removed folder", "run", {}, "mkdir gone && cd gone && rmdir ../gone", "", 2),
 ]

@@ -4,13 +4,17 @@ import csv
 import io
 import math
 from dataclasses import replace
+from html import escape
 
 import pytest
+from markdown_it import MarkdownIt
 from squares import RESIN, square_sensor
 
 from cad.design.processes import PROCESSES
+from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials, bill_table
 from cad.fabrication.bridges import Spring, bridges, excitation, series_resistor
+from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
 from cad.theory.leaf_spring import gauge_strain
 
 MASSES = {"housing": 1.0, "cover": 2.0, "coupon": 3.0, "mount": 4.0}
@@ -83,3 +87,17 @@ def test_excitation_gives_off_the_allowed_power_and_the_resistors_leave_it():
         assert 1e-3 * power * 9.0 * (1.0 + 1e-12) >= V**2 / 4.0 / 1000.0
         assert 5.0 * 1000.0 / (1000.0 + 2.0 * r) == pytest.approx(V, rel=1e-12)
     assert math.isclose(excitation(PETG), 2.0 * math.sqrt(1000.0 * 0.03e-3 * 9.0))
+
+
+def test_text_of_a_printer_is_no_markup_in_the_bill_and_the_sheet(sensor):
+    """A cell stays a cell, and what looks like HTML, a link or bold print is shown as it was written."""
+    hostile = "<script>x</script> | [a](javascript:x) *b* `c` \\"
+    process = replace(PETG, material=hostile)
+    rows = bill(sensor, process)
+    facts = SheetFacts(bill=rows, bridges=bridges(springs(sensor.housing), sensor.housing, process))
+    sheet = fabrication_sheet(sensor, Title(name="own", process=process), facts)
+    for text, shown in ((bill_table(rows), f"<td>housing.stl, {escape(hostile)}</td>"), (sheet, escape(hostile))):
+        page = MarkdownIt("commonmark").enable("table").render(text)
+        assert shown in page
+        assert "<script" not in page
+        assert 'href="javascript' not in page

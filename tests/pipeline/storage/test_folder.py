@@ -4,9 +4,6 @@ import hashlib
 import json
 import os
 import shutil
-import signal
-import subprocess
-import sys
 import tempfile
 from contextlib import suppress
 from pathlib import Path
@@ -14,13 +11,22 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from pipeline.storage.digests import with_digest
 from pipeline.storage.folder import OutputError, output_folder, unmanaged_files, whole_report
 
-ROOT = Path(__file__).parents[3]
 NAMES = st.sampled_from(["housing.step", "response.csv", "report.json", "thesis.tex", "housing.step.bak"])
+BESIDE = st.sets(st.sampled_from([".out.twintip-new", ".out.twintip.bak", "out.bak", ".out"]))
+MAKES = {
+    "pipe": os.mkfifo,
+    "folder": Path.mkdir,
+    "link": lambda path: path.symlink_to("../letter"),
+    "broken link": lambda path: path.symlink_to("nowhere"),
+    "hard link": lambda path: path.hardlink_to(path.parent.parent / "letter"),
+}
+CHANGES = ("mkdir", "rename", "chmod", "unlink", "rmdir", "write_text")
+"""What a run does to files by pathlib: before each of these calls it may be killed."""
 
 
 def write_outputs(folder: Path, text: str) -> None:
@@ -38,8 +44,37 @@ def run(target: Path, text: str, *, force: bool = False) -> None:
         write_outputs(folder, text)
 
 
+def text_of(target: Path) -> str | None:
+    """Return which run wrote the folder, None for one that is not as a run left it."""
+    content = whole_report(target)
+    return None if content is None else json.loads(content)["text"]
+
+
+def run_that_is_killed(target: Path, text: str, moment: int, *, force: bool) -> None:
+    """Run in a process of its own that ends, without any clearing up, before its change of that number."""
+    child = os.fork()
+    if child:
+        os.waitpid(child, 0)
+        return
+    calls = iter(range(moment))
+
+    def counted(change):
+        def call(*each, **named):
+            if next(calls, None) is None:
+                os._exit(9)
+            return change(*each, **named)
+
+        return call
+
+    for name in CHANGES:
+        setattr(Path, name, counted(getattr(Path, name)))
+    with suppress(BaseException):
+        run(target, text, force=force)
+    os._exit(0)
+
+
 class OutputFolder(RuleBasedStateMachine):
-    """Runs with and without --force, runs that fail, a person who writes, changes, links and deletes."""
+    """Runs that end, fail or are killed, and a person who writes, links, changes and deletes."""
 
     def __init__(self) -> None:
         """Begin with an empty place."""
@@ -48,72 +83,98 @@ class OutputFolder(RuleBasedStateMachine):
         self.target = self.place / "out"
         self.count = 0
         self.theirs: set[str] = set()
+        self.odd = 0  # links, pipes and folders of the person
 
-    def contents(self) -> set[str]:
-        """Return what the files hold, wherever they are."""
-        paths = [path for path in self.place.rglob("*") if path.is_file() and not path.is_symlink()]
-        return {path.read_text(encoding="utf-8") for path in paths}
+    @initialize(names=BESIDE)
+    def have_other_things_beside(self, names: set[str]) -> None:
+        """Let a person have folders whose names are like ours, and a letter that links lead to."""
+        for path in (self.place / "letter", *(self.place / name / "letter" for name in names)):
+            path.parent.mkdir(exist_ok=True)
+            self.put(path)
 
-    def names(self) -> list[str]:
-        """Return the names of what the folder holds."""
-        return sorted(path.name for path in self.target.iterdir()) if self.target.exists() else []
+    def put(self, path: Path) -> None:
+        """Write what the person must find again."""
+        self.count += 1
+        path.write_text(f"precious {self.count}", encoding="utf-8")
+        self.theirs.add(f"precious {self.count}")
+
+    def is_theirs(self, path: Path) -> bool:
+        """Say whether anything of the person is there."""
+        is_file = path.is_file() and not path.is_symlink()
+        return os.path.lexists(path) and not (is_file and path.read_text(encoding="utf-8") not in self.theirs)
 
     @rule(force=st.booleans(), fails=st.booleans())
     def run(self, force: bool, fails: bool) -> None:
         """Run; it is refused just where something is not a run's, and what fails changes nothing."""
         self.count += 1
-        killed_before = (self.place / ".out.twintip").exists()
+        before = text_of(self.target)  # and remains of a kill are cleared
         refused = not force and bool(unmanaged_files(self.target))
-        before = self.names()
+        names = self.names()
         try:
             with output_folder(self.target, force=force) as folder:
                 write_outputs(folder, str(self.count))
                 if fails:
                     raise InterruptedError
         except OutputError:
-            assert refused or killed_before
+            assert refused
         except InterruptedError:
             assert fails
         else:
-            assert not refused or killed_before
+            assert not refused
             assert json.loads((self.target / "report.json").read_bytes())["text"] == str(self.count)
+            assert force or text_of(self.target) == str(self.count)
             return
-        assert killed_before or self.names() == before
+        assert (self.names(), text_of(self.target)) == (names, before)
+
+    def names(self) -> list[str]:
+        """Return the names of what the folder holds."""
+        return sorted(path.name for path in self.target.iterdir()) if self.target.exists() else []
+
+    @rule(force=st.booleans(), moment=st.integers(0, 18))
+    def be_killed(self, force: bool, moment: int) -> None:
+        """Kill a run before one of its changes: whole outputs stay whole, or the new ones are there."""
+        self.count += 1
+        before = text_of(self.target)
+        run_that_is_killed(self.target, str(self.count), moment, force=force)
+        after = text_of(self.target)
+        assert after == str(self.count) or before is None or after == before
+        assert not (self.place / ".out.twintip").exists(), "the next command clears what the killed one left"
 
     @rule(name=NAMES)
     def write(self, name: str) -> None:
         """Let a person write a file, over one of ours too."""
         self.target.mkdir(exist_ok=True)
-        self.count += 1
-        path = self.target / name
-        if path.exists() and path.read_text(encoding="utf-8") in self.theirs:
-            return
-        content = f"precious {self.count}"
-        path.write_text(content, encoding="utf-8")
-        self.theirs.add(content)
+        if not self.is_theirs(self.target / name):
+            self.put(self.target / name)
 
-    @rule()
-    def leave_the_remains_of_a_kill(self) -> None:
-        """Leave what a run leaves that is killed between its two renames, or while it writes."""
-        aside = self.place / ".out.twintip"
-        (aside / "new-1").mkdir(parents=True, exist_ok=True)
-        (aside / "lock").touch()
-        (aside / "new-1" / "half.step").write_text("half", encoding="utf-8")
-        if self.target.exists() and not (aside / "old").exists() and self.count % 2:
-            self.target.rename(aside / "old")
+    @rule(name=NAMES, kind=st.sampled_from(sorted(MAKES)))
+    def make(self, name: str, kind: str) -> None:
+        """Let a person put what is no file in the place of one."""
+        self.target.mkdir(exist_ok=True)
+        path = self.target / name
+        if not self.is_theirs(path):
+            path.unlink(missing_ok=True)
+            MAKES[kind](path)
+            self.odd += kind != "hard link"
 
     @rule()
     def delete(self) -> None:
         """Let a person delete an output."""
-        with suppress(FileNotFoundError):
-            path = self.target / "response.csv"
-            if path.read_text(encoding="utf-8") not in self.theirs:
-                path.unlink()
+        if not self.is_theirs(self.target / "response.csv"):
+            (self.target / "response.csv").unlink(missing_ok=True)
 
     @invariant()
     def nothing_of_a_person_is_lost(self) -> None:
-        """Every text that a person wrote is still there."""
-        assert self.theirs <= self.contents()
+        """Every text that a person wrote is still there, and every link, pipe and folder."""
+        texts = set()
+        odd = 0
+        for path in self.place.rglob("*"):
+            if path.is_file() and not path.is_symlink():
+                texts.add(path.read_text(encoding="utf-8"))
+            elif self.target in path.parents:
+                odd += 1
+        assert self.theirs <= texts
+        assert odd == self.odd
 
     def teardown(self) -> None:
         """Take the place away."""
@@ -121,50 +182,54 @@ class OutputFolder(RuleBasedStateMachine):
 
 
 TestOutputFolder = OutputFolder.TestCase
-TestOutputFolder.settings = settings(max_examples=60, stateful_step_count=20, deadline=None)
+TestOutputFolder.settings = settings(max_examples=30, stateful_step_count=14, deadline=None)
 
 
-def test_unchanged_folder_is_whole_and_any_change_is_not(tmp_path):
+def test_unchanged_folder_is_whole_and_one_that_lacks_a_file_is_not(tmp_path):
     target = tmp_path / "out"
     assert whole_report(target) is None
     run(target, "1")
-    assert json.loads(whole_report(target))["text"] == "1"
-    (target / "response.csv").write_text("other", encoding="utf-8")
-    assert whole_report(target) is None
-    run(target, "2", force=True)
-    assert (target / "response.csv.bak").read_text(encoding="utf-8") == "other"
+    assert text_of(target) == "1"
     (target / "response.csv").unlink()
     assert whole_report(target) is None
 
 
-def test_second_run_at_the_same_time_is_refused_and_the_first_is_whole(tmp_path):
-    with output_folder(tmp_path / "out") as folder:
-        with pytest.raises(OutputError), output_folder(tmp_path / "out"):
+def test_second_run_at_the_same_time_is_refused_and_a_repeat_of_the_first_is_answered(tmp_path):
+    target = tmp_path / "out"
+    with output_folder(target) as folder:
+        with pytest.raises(OutputError), output_folder(target):
             pytest.fail("two runs in one folder")
         with pytest.raises(OutputError):
-            whole_report(tmp_path / "out")
+            whole_report(target)
         write_outputs(folder, "1")
+    with output_folder(target) as folder:
+        assert text_of(target) == "1"
+        write_outputs(folder, "2")
+    assert text_of(target) == "2"
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
-@pytest.mark.parametrize("make", [Path.mkdir, Path.touch, lambda path: path.symlink_to("x"), os.mkfifo])
-def test_anything_that_is_not_listed_is_refused_by_name_and_kept_by_force(make, tmp_path):
+def test_repeats_of_a_finished_run_make_nothing(tmp_path, monkeypatch):
+    """None of many at once is in the way of another: none writes."""
     run(tmp_path / "out", "1")
-    make(tmp_path / "out" / "mine")
-    with pytest.raises(OutputError) as refused:
-        run(tmp_path / "out", "2")
-    assert "'mine'" in refused.value.bound
-    run(tmp_path / "out", "2", force=True)
-    assert os.path.lexists(tmp_path / "out" / "mine.bak")
+    for name in CHANGES:
+        monkeypatch.setattr(Path, name, lambda *_, **__: pytest.fail("a repeat changes a file"))
+    assert text_of(tmp_path / "out") == "1"
 
 
-def test_folder_of_a_person_with_the_name_of_ours_is_not_touched(tmp_path):
+@pytest.mark.parametrize(
+    ("held", "text"), [("letter", "precious"), ("lock", "precious"), ("new-1", ""), ("new-letter/a", "precious")]
+)
+def test_folder_of_a_person_with_the_name_of_ours_is_not_touched(held, text, tmp_path):
     mine = tmp_path / ".out.twintip"
-    mine.mkdir()
-    (mine / "letter").write_text("precious", encoding="utf-8")
+    (mine / held).parent.mkdir(parents=True)
+    if held != "lock":
+        (mine / "lock").touch()
+    (mine / held).write_text(text, encoding="utf-8")
     with pytest.raises(OutputError):
         run(tmp_path / "out", "1")
-    assert (mine / "letter").read_text(encoding="utf-8") == "precious"
+    assert (mine / held).read_text(encoding="utf-8") == text
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("place", [".", "..", "/", "/proc/out", "file/out", "loop/out", "x" * 300])
@@ -191,36 +256,3 @@ def test_failed_run_leaves_no_folder_above_its_place(tmp_path):
     with pytest.raises(ZeroDivisionError), output_folder(tmp_path / "a" / "b" / "out"):
         _ = 1 / 0
     assert list(tmp_path.iterdir()) == []
-
-
-KILLED = """
-import os, sys, signal
-from pathlib import Path
-sys.path[:0] = [{root!r}, {tests!r}]
-from test_folder import run
-names = {{"rename": Path.rename, "unlink": Path.unlink, "write_text": Path.write_text, "rmdir": Path.rmdir}}
-left = [int(sys.argv[1])]
-def counted(name):
-    def call(*each, **named):
-        left[0] -= 1
-        if left[0] < 0:
-            os.kill(os.getpid(), signal.SIGKILL)
-        return names[name](*each, **named)
-    return call
-for name in names:
-    setattr(Path, name, counted(name))
-run(Path("out"), "new")
-"""
-
-
-@pytest.mark.parametrize("moment", range(0, 14, 2))
-def test_kill_at_any_moment_leaves_the_old_or_the_new_outputs(moment, tmp_path):
-    """The kill comes before the call of that number which changes a file; the next run finds whole outputs."""
-    run(tmp_path / "out", "old")
-    program = KILLED.format(root=str(ROOT), tests=str(Path(__file__).parent))
-    done = subprocess.run([sys.executable, "-c", program, str(moment)], cwd=tmp_path, check=False, timeout=120)
-    assert done.returncode in (0, -signal.SIGKILL)
-    assert json.loads(whole_report(tmp_path / "out"))["text"] in ("old", "new")
-    run(tmp_path / "out", "next")
-    assert [path.name for path in tmp_path.iterdir()] == ["out"]
-    assert unmanaged_files(tmp_path / "out") == []

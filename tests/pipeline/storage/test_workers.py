@@ -23,6 +23,16 @@ def refuse(field):
     raise InputError(msg, field=field, value=3.0, bound="less than 2")
 
 
+def test_without_proc_there_is_one_core_and_no_worker(monkeypatch, tmp_path):
+    monkeypatch.setattr(workers, "_PROC", tmp_path / "absent")
+    assert workers.available_cores() == 1
+    with workers.cad_worker() as executor:
+        assert executor is None
+    with pytest.raises(InputError) as refused:
+        workers.open_workers(1)
+    assert refused.value.field == "/proc"
+
+
 def test_work_runs_elsewhere_on_one_thread_and_its_errors_come_back_whole(executor):
     assert submit(executor, os.getpid).result() != os.getpid()
     assert submit(executor, os.getenv, "OMP_NUM_THREADS").result() == "1"
