@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-import pipeline.commands.machine
 import pipeline.report.check
 import pipeline.view.pictures
 import pipeline.view.window
@@ -161,11 +160,6 @@ def test_number_that_is_none_is_not_printed(value, capsys):
     assert capsys.readouterr().out == ""
 
 
-def test_doctor_hands_its_code_back(monkeypatch):
-    monkeypatch.setattr(pipeline.commands.machine, "print_examination", lambda: 2)
-    assert main(["doctor"]) == 2
-
-
 @pytest.mark.parametrize(("words", "process"), [("", "fdm-petg"), ("--process sla-resin", "sla-resin")])
 def test_check_hands_a_file_to_the_rules_of_its_process(words, process, tmp_path, monkeypatch, capsys):
     part = tmp_path / "part.step"
@@ -187,6 +181,7 @@ def test_view_shows_a_window_or_writes_the_pictures_that_it_names(monkeypatch, c
     }
     for name, stand_in in stand_ins.items():
         monkeypatch.setattr(f"pipeline.view.{name}", stand_in)
+    monkeypatch.setattr("pipeline.report.stored.read_data", lambda _: {})
     folder = Path("outputs/paper")
     assert settle(["view", str(folder)], capsys) == (0, "", "")
     assert settle(["view", str(folder), "--png", "p"], capsys) == (0, "p/housing.png\n", "")

@@ -6,18 +6,18 @@ import sys
 import pytest
 
 from pipeline.cli import main
-from pipeline.commands import machine
-from pipeline.commands.machine import Row, package_row, pins, place_row
+from pipeline.commands import doctor
+from pipeline.commands.doctor import Row, package_row, pins, place_row
 
 
 @pytest.fixture
 def quick(monkeypatch):
     """Import light modules instead of the heavy ones."""
-    monkeypatch.setattr(machine, "IMPORTS", ("json", "math"))
+    monkeypatch.setattr(doctor, "IMPORTS", ("json", "math"))
 
 
 def found(name: str) -> Row:
-    (row,) = (row for row in machine.examination() if row.name == name)
+    (row,) = (row for row in doctor.examination() if row.name == name)
     return row
 
 
@@ -32,7 +32,7 @@ def test_here_everything_needed_is_present(capsys):
 
 @pytest.mark.usefixtures("quick")
 def test_declared_packages_are_compared_with_the_lock():
-    lock = pins((machine.ROOT / "requirements.lock").read_text(encoding="utf-8"))
+    lock = pins((doctor.ROOT / "requirements.lock").read_text(encoding="utf-8"))
     assert found("numpy") == Row(name="numpy", found=lock["numpy"], status="ok")
 
 
@@ -55,7 +55,7 @@ def test_missing_optional_package_is_a_note():
 
 
 def test_import_that_fails_is_wrong_and_says_why(monkeypatch, capsys):
-    monkeypatch.setattr(machine, "IMPORTS", ("json", "no_such_package"))
+    monkeypatch.setattr(doctor, "IMPORTS", ("json", "no_such_package"))
     row = found("import no_such_package")
     assert (row.status, row.found) == ("wrong", "fails")
     assert "No module named 'no_such_package'; run make setup" in row.remark
@@ -67,7 +67,7 @@ def test_import_that_fails_is_wrong_and_says_why(monkeypatch, capsys):
 def test_import_that_ends_the_process_is_wrong_and_so_is_what_comes_after(monkeypatch, tmp_path):
     (tmp_path / "crashes.py").write_text("import os\nos.abort()\n", encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.setattr(machine, "IMPORTS", ("json", "crashes", "math"))
+    monkeypatch.setattr(doctor, "IMPORTS", ("json", "crashes", "math"))
     assert [found(f"import {name}").status for name in ("json", "crashes", "math")] == ["ok", "wrong", "wrong"]
 
 
@@ -75,7 +75,7 @@ def test_import_without_end_is_wrong(monkeypatch):
     def too_long(*_arguments, **_keywords):
         raise subprocess.TimeoutExpired("python", 1.0)
 
-    monkeypatch.setattr(machine.subprocess, "run", too_long)
+    monkeypatch.setattr(doctor.subprocess, "run", too_long)
     assert found("import gmsh").status == "wrong"
 
 
@@ -90,8 +90,8 @@ def test_optional_program_is_looked_for(monkeypatch, tmp_path):
 
 @pytest.mark.usefixtures("quick")
 def test_old_python_and_little_memory_are_said(monkeypatch):
-    monkeypatch.setattr(machine, "OLDEST_PYTHON", (sys.version_info[0], sys.version_info[1] + 1))
-    monkeypatch.setattr(machine, "LEAST_MEMORY_GIB", 1e9)
+    monkeypatch.setattr(doctor, "OLDEST_PYTHON", (sys.version_info[0], sys.version_info[1] + 1))
+    monkeypatch.setattr(doctor, "LEAST_MEMORY_GIB", 1e9)
     assert found("Python").status == "wrong"
     assert found("memory").status == "note"
 
@@ -111,6 +111,6 @@ def test_place_below_a_file_or_without_permission_is_wrong(tmp_path, monkeypatch
     assert place_row("cache", tmp_path / "file" / "cache").remark.endswith(
         "file is a file; choose or free another place"
     )
-    monkeypatch.setattr(machine.os, "access", lambda *_: False)
+    monkeypatch.setattr(doctor.os, "access", lambda *_: False)
     row = place_row("cache", tmp_path / "cache")
     assert (row.status, "cannot be written" in row.remark) == ("wrong", True)
