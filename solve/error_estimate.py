@@ -1,9 +1,7 @@
 """How far a computed number is from its limit, estimated from the same number on coarser meshes."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 from scipy.optimize import brentq
 
@@ -38,31 +36,39 @@ class Extrapolated:
 
 
 def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: float) -> Extrapolated:
-    """Return the limit of values on two or three meshes, coarse to fine, at size zero [unit of the values].
+    """Return the limit of values on three meshes, coarse to fine, at size zero [unit of the values].
 
     Their error is C h^rate. The value is the limit at the expected rate; the observed rate must be sane, and the bar
-    holds its limit too. With two meshes, or no sane observed rate, the error is wide and the status says so. Raises
-    ValueError on bad sizes.
+    holds its limit too. Without a sane observed rate the error is wide and the status says so.
     L. F. Richardson, Phil. Trans. R. Soc. A 226, 1927; P. J. Roache, J. Fluids Eng. 116, 1994.
     """
-    _check(values, sizes, expected_rate)
-    steps = [fine - coarse for coarse, fine in pairwise(values)]
-    largest_step = max(abs(step) for step in steps)
-    fine = values[-1]
-    correction = steps[-1] / (_ratio(sizes[-2:], expected_rate) - 1.0)
-    limit = fine + correction
-    if largest_step <= _SAME * max(abs(value) for value in values):
+    coarse, middle, fine = values
+    first_step = middle - coarse
+    last_step = fine - middle
+    largest_step = max(abs(first_step), abs(last_step))
+    if largest_step <= _SAME * max(abs(coarse), abs(middle), abs(fine)):
         return Extrapolated(value=fine, error=_SAME * abs(fine), rate=None, status="the meshes agree to round-off")
-    if len(steps) == 1:
-        status = f"extrapolated from two meshes at the assumed rate {expected_rate:g}; the rate was not observed"
-        return Extrapolated(value=limit, error=abs(correction), rate=None, status=status)
-    if steps[0] * steps[1] <= 0.0:
+    if first_step * last_step <= 0.0:
         status = "not extrapolated: the three values are not monotone; the bar is 3 times their largest difference"
         return Extrapolated(value=fine, error=_WIDE * largest_step, rate=None, status=status)
 
-    rate = _observed_rate(steps[0] / steps[1], sizes, expected_rate)
-    # how far the limit at the observed rate lies from that at the expected one
-    spread = 0.0 if rate is None else abs(steps[1] / (_ratio(sizes[1:], rate) - 1.0) - correction)
+    first_ratio = sizes[0] / sizes[1]
+    last_ratio = sizes[1] / sizes[2]
+    correction = last_step / (last_ratio**expected_rate - 1.0)
+    limit = fine + correction
+
+    def excess(rate: float) -> float:
+        """Return by how much the quotient of the steps at a rate exceeds the one that was seen."""
+        return float((first_ratio**rate - 1.0) / (1.0 - last_ratio**-rate) - first_step / last_step)
+
+    slowest = _SEARCH[0] * expected_rate
+    fastest = _SEARCH[1] * expected_rate
+    rate = None
+    spread = 0.0  # of the limits at the observed and at the expected rate
+    if excess(slowest) * excess(fastest) <= 0.0:
+        rate = float(brentq(excess, slowest, fastest))
+        spread = abs(last_step / (last_ratio**rate - 1.0) - correction)
+
     low = RATE_BAND[0] * expected_rate
     high = RATE_BAND[1] * expected_rate
     if rate is not None and low <= rate <= high:
@@ -71,38 +77,8 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
         return Extrapolated(value=limit, error=max(spread, _LEAST * abs(correction)), rate=rate, status=status)
     observed = "no rate was observed" if rate is None else f"the observed rate {rate:.2f} is not {low:g} to {high:g}"
     status = f"extrapolated at rate {expected_rate:g}, but {observed}; the bar is at least 3 times the largest step"
-    error = max(spread, _WIDE * max(abs(correction), largest_step))
+    error = max(spread, _WIDE * abs(correction), _WIDE * largest_step)
     return Extrapolated(value=limit, error=error, rate=rate, status=status)
-
-
-def _observed_rate(quotient: float, sizes: Sequence[float], expected_rate: float) -> float | None:
-    """Return the rate at which the quotient of the two steps belongs to these sizes; None when it is not positive."""
-
-    def excess(rate: float) -> float:
-        return (_ratio(sizes[:2], rate) - 1.0) / (1.0 - 1.0 / _ratio(sizes[1:], rate)) - quotient
-
-    low = expected_rate * _SEARCH[0]
-    high = expected_rate * _SEARCH[1]
-    return None if excess(low) * excess(high) > 0.0 else float(brentq(excess, low, high))
-
-
-def _ratio(sizes: Sequence[float], rate: float) -> float:
-    return float((sizes[0] / sizes[1]) ** rate)
-
-
-def _check(values: Sequence[float], sizes: Sequence[float], expected_rate: float) -> None:
-    if len(values) != len(sizes) or len(values) not in (2, 3):
-        msg = f"{len(values)} values at {len(sizes)} sizes: must be 2 or 3 of each; give one size for each value"
-        raise ValueError(msg)
-    if not all(coarse > fine > 0.0 for coarse, fine in pairwise(sizes)):
-        msg = f"sizes = {tuple(sizes)}: must be positive and fall; give the meshes coarse to fine"
-        raise ValueError(msg)
-    if not all(math.isfinite(value) for value in values):
-        msg = f"values = {tuple(values)}: must be finite; check the solves"
-        raise ValueError(msg)
-    if not expected_rate > 0.0:
-        msg = f"expected_rate = {expected_rate:g}: must be greater than 0; take the order of the discretisation"
-        raise ValueError(msg)
 
 
 def propagated(function: Callable[..., float], values: Sequence[float], errors: Sequence[float]) -> float:

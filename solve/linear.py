@@ -78,9 +78,22 @@ def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
     block = csc_matrix(matrix[free][:, free])
     if not len(free):
         return Factor(matrix, block, free, fixed, np.copy)
-    with_pardiso = len(free) > _SMALL and _has_pardiso()
-    back_substitute = _PardisoFactor(block) if with_pardiso else _superlu(block)
-    _check_condition(block, back_substitute)
+    back_substitute: Callable[[Floats], Floats]
+    if len(free) > _SMALL and _has_pardiso():
+        back_substitute = _PardisoFactor(block)
+    else:
+        symmetric = {"SymmetricMode": True}
+        try:
+            factor = splu(block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_RELAXED, options=symmetric)
+        except RuntimeError as error:
+            raise SolveError(_singular(error)) from error
+        back_substitute = factor.solve
+
+    # A load of size one must not displace the part beyond what round-off leaves known.
+    probe = np.cos(np.arange(len(free), dtype=np.float64))
+    condition = float(np.abs(back_substitute(probe)).max()) * float(abs(block).sum(axis=0).max())
+    if not condition <= CONDITION_LIMIT:
+        raise SolveError(_singular(f"condition number {condition:.0e} must be at most {CONDITION_LIMIT:.0e}"))
     return Factor(matrix, block, free, fixed, back_substitute)
 
 
@@ -108,24 +121,6 @@ def check_cost(unknowns: int) -> None:
             f"{most / 2**30:.3g} GiB; take a smaller fruit, shorter leaves or a larger --tol"
         )
         raise SolveError(msg)
-
-
-def _check_condition(block: csc_matrix, back_substitute: Callable[[Floats], Floats]) -> None:
-    """Refuse a matrix that a load of size one displaces beyond what round-off leaves known."""
-    probe = np.cos(np.arange(block.shape[0], dtype=np.float64))
-    condition = float(np.abs(back_substitute(probe)).max()) * float(abs(block).sum(axis=0).max())
-    if not condition <= CONDITION_LIMIT:
-        raise SolveError(_singular(f"condition number {condition:.0e} must be at most {CONDITION_LIMIT:.0e}"))
-
-
-def _superlu(block: csc_matrix) -> Callable[[Floats], Floats]:
-    try:
-        lu = splu(
-            block, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=_RELAXED, options={"SymmetricMode": True}
-        )
-    except RuntimeError as error:
-        raise SolveError(_singular(error)) from error
-    return lu.solve
 
 
 class _PardisoFactor:

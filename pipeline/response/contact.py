@@ -12,7 +12,7 @@ from pipeline.storage.cache import cached
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_body import check_curved, curved_compliance
 from solve.fruit.direct import direct_compliance
-from solve.fruit.split import SplitDomainError, block_compliance, contact_footprints, split_compliance
+from solve.fruit.split import SplitDomainError, contact_footprints, split_compliance
 
 _FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest mesh, 31 edges, misses 0.7 %
 
@@ -66,7 +66,7 @@ def _compliance_of_any_layout(fruit: Fruit, tips: Tips, method: str, tolerance: 
         bound = "split or auto for lines, squares and domes"
         raise validation_error("contact method", method, "", bound, "auto fits every scene")
     try:
-        return block_compliance(fruit.equivalent_block, contact_footprints(fruit, tips), tolerance, tips.names)
+        return split_compliance(fruit, tips, tolerance)
     except SplitDomainError as outside:
         reason = str(outside).partition(" for the split")[0]
         msg = f"{reason} for lines, squares and domes; move the tips, or take smaller ones"

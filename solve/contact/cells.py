@@ -76,7 +76,7 @@ def contact_cells(
     # The rest is smooth: known between nodes, averaged over cells through the nodal polynomials.
     point, weight = np.polynomial.legendre.leggauss(GAUSS)
     gauss_points = middle[:, None] + 0.5 * np.diff(edges)[:, None] * point
-    nodes = square_punch(_nodes_between(footprints)).x
+    nodes = square_punch(_nodes_between(footprints)).line
     polynomials = lagrange(nodes, gauss_points.ravel()).reshape(*gauss_points.shape, -1)
     means = np.einsum("cgk,g->ck", polynomials, 0.5 * weight)
     to_cells = block_diag(*[np.kron(means, means)] * len(footprints))

@@ -10,17 +10,16 @@ import numpy as np
 from scipy.sparse import csc_matrix
 from skfem import CellBasis, ElementTetP2, Mesh
 
-from solve.arrays import Floats, Ints
+from solve.arrays import Floats
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.error_estimate import SolveInfo, richardson
 from solve.fruit.compliance import TIPS, FruitCompliance, MeshCompliance
 from solve.linear import SolveError, check_cost, factorised
 
-Held = Mapping[str, Sequence[int]]  # components of the displacement fixed at zero, by boundary
+Held = Mapping[str, Sequence[str]]  # components of the displacement fixed at zero, by boundary
 
 EDGE_RATE = 1.0  # u ~ r^1/2 at the edge of a sharp tip: strain energy converges at first order in the size there
 BALANCE_LIMIT = 1e-8
-VERTICAL = 3  # components count from 1, as the names u^1, u^2, u^3 of scikit-fem do
 # Quadratic tetrahedra stiffen as nu tends to 0.5: what three meshes leave of that, found against the split
 # by tests/fits/locking.py.
 LOCKS_TO = 0.4999
@@ -85,18 +84,17 @@ def mesh_compliance(mesh: Mesh, poisson: float) -> MeshCompliance:
     """
     basis = vector_basis(mesh, ElementTetP2(), order=2)
     K = stiffness_matrix(basis, 1.0, poisson)
-    boundaries = mesh.boundaries or {}
-    held: dict[str, Sequence[int]] = {"base": (1, 2, 3)}
+    held: Held = {"base": ("u^1", "u^2", "u^3")}
     fraction = 1.0  # of the force that the meshed part carries
-    if SIDE in boundaries:
-        held[SIDE] = (2,)
+    if SIDE in mesh.boundaries:
+        held = {**held, SIDE: ("u^2",)}
         fraction = 0.5
-    if MIDDLE not in boundaries:
+    if MIDDLE not in mesh.boundaries:
         stiffness = tip_stiffness(basis, K, held, FACES)
         return MeshCompliance(fraction * np.asarray(np.linalg.inv(stiffness), dtype=np.float64), int(basis.N))
     # In a quarter one tip stands for both: the plane x = 0 says whether they press alike or against each other.
-    alike = tip_stiffness(basis, K, {**held, MIDDLE: (1,)}, FACES[1:])[0, 0]
-    against = tip_stiffness(basis, K, {**held, MIDDLE: (2, 3)}, FACES[1:])[0, 0]
+    alike = tip_stiffness(basis, K, {**held, MIDDLE: ("u^1",)}, FACES[1:])[0, 0]
+    against = tip_stiffness(basis, K, {**held, MIDDLE: ("u^2", "u^3")}, FACES[1:])[0, 0]
     even = 0.5 * fraction / alike
     odd = 0.5 * fraction / against
     return MeshCompliance(np.array([[even + odd, even - odd], [even - odd, even + odd]]), int(basis.N))
@@ -108,19 +106,15 @@ def tip_stiffness(basis: CellBasis, K: csc_matrix, held: Held, faces: Sequence[s
     `held` names the displacement components fixed at zero on each boundary. One factorisation serves all presses.
     Raises SolveError when reactions do not balance or the loads are not reciprocal.
     """
-    supports = [name for name, components in held.items() if VERTICAL in components]
-    if not supports:
-        msg = f"contact: supports {', '.join(held) or 'none'}: one must hold u_z; clamp the base"
-        raise SolveError(msg)
-    under_tips = [_dofs(basis, face, (VERTICAL,)) for face in faces]
-    clamped = [_dofs(basis, name, components) for name, components in held.items()]
+    under_tips = [basis.get_dofs(face).all("u^3") for face in faces]
+    clamped = [basis.get_dofs(name).all(list(components)) for name, components in held.items()]
     factor = factorised(K, np.concatenate([*clamped, *under_tips]))
-    press = np.array([np.isin(factor.fixed, dofs) for dofs in under_tips], dtype=np.float64).T
+    press = np.column_stack([np.isin(factor.fixed, dofs) for dofs in under_tips]).astype(np.float64)
     reactions = K @ factor.solve(np.zeros((basis.N, len(faces))), press)
     stiffness = np.array([reactions[dofs].sum(axis=0) for dofs in under_tips])
 
-    supported = np.concatenate([_dofs(basis, name, (VERTICAL,)) for name in supports])
-    beside_tips = np.setdiff1d(supported, np.concatenate(under_tips))
+    supports = [basis.get_dofs(name).all("u^3") for name, components in held.items() if "u^3" in components]
+    beside_tips = np.setdiff1d(np.concatenate(supports), np.concatenate(under_tips))
     check_balance(stiffness, reactions[beside_tips].sum(axis=0))
     return stiffness
 
@@ -149,25 +143,11 @@ def check_balance(stiffness: Floats, support: Floats) -> None:
 
 def outline_size(mesh: Mesh) -> float:
     """Return the mean length [mm] of the mesh edges along the outline of the tips' footprints."""
-    boundaries = mesh.boundaries or {}
-    tip_facets = [boundaries[face] for face in FACES if face in boundaries]
-    if not tip_facets:
-        raise SolveError(_unknown(FACES[-1], mesh))
+    tip_facets = [mesh.boundaries[face] for face in FACES if face in mesh.boundaries]
     edges, count = np.unique(mesh.f2e[:, np.concatenate(tip_facets)], return_counts=True)
     outline = edges[count == 1]
     for plane in (MIDDLE, SIDE):
-        if plane in boundaries:
-            outline = np.setdiff1d(outline, mesh.f2e[:, boundaries[plane]])
+        if plane in mesh.boundaries:
+            outline = np.setdiff1d(outline, mesh.f2e[:, mesh.boundaries[plane]])
     start, end = mesh.p[:, mesh.edges[:, outline]].transpose(1, 0, 2)
     return float(np.linalg.norm(end - start, axis=0).mean())
-
-
-def _dofs(basis: CellBasis, name: str, components: Sequence[int]) -> Ints:
-    if name not in (basis.mesh.boundaries or {}):
-        raise SolveError(_unknown(name, basis.mesh))
-    return np.asarray(basis.get_dofs(name).all([f"u^{component}" for component in components]))
-
-
-def _unknown(name: str, mesh: Mesh) -> str:
-    names = ", ".join(mesh.boundaries or {}) or "none"
-    return f"contact: boundary {name!r} is unknown on the mesh; its boundaries: {names}"

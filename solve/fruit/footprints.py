@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag
+from scipy.spatial.distance import cdist
 
 from cad.design.fruit import Fruit
 from solve.arrays import Floats
@@ -76,26 +77,31 @@ def mirror_images(footprints: Sequence[Footprint]) -> tuple[list[int], list[int]
 
 
 def level_parities(footprints: Sequence[Footprint]) -> list[Parity]:
-    """Return the parities that level footprints excite: even alone at a plane through the centres of all of them."""
-    at_x, at_y = mirror_images(footprints)
-    signs_x = _signs(at_x, [each.x for each in footprints])
-    signs_y = _signs(at_y, [each.y for each in footprints])
-    return list(itertools.product(signs_x, signs_y))
+    """Return the parities that level footprints excite: for x and for y even, 1, odd, -1, or 0 without a mirror plane.
 
-
-def _signs(images: Sequence[int], centres: Sequence[float]) -> tuple[int, ...]:
-    """Return the signs of the loads' mirror images at one plane: 0 where it is no mirror plane."""
-    if not images:
-        return (0,)
-    return (1, -1) if any(centres) else (1,)
+    At a plane through the centres of all of them it is the even one alone.
+    """
+    centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
+    signs: list[tuple[int, ...]] = []
+    for images, centre in zip(mirror_images(footprints), centres.T, strict=True):
+        if not images:
+            signs.append((0,))
+        elif centre.any():
+            signs.append((1, -1))
+        else:
+            signs.append((1,))
+    return [(x, y) for x in signs[0] for y in signs[1]]
 
 
 def half_space_between(footprints: Sequence[Footprint], poisson: float, per_side: int) -> Floats:
-    """Return displacements at all nodes per force on the nodes of other footprints of a half-space, E = 1 [1/mm]."""
+    """Return displacements at all nodes per force on the nodes of other footprints of a half-space, E = 1 [1/mm].
+
+    Boussinesq: u = (1 - nu^2) F / (pi E r).
+    """
     nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
-    owner = np.repeat(np.arange(len(footprints)), per_side**2)
-    offset = nodes[:, None] - nodes
-    distance = np.where(owner[:, None] == owner, np.inf, np.hypot(offset[..., 0], offset[..., 1]))
+    tip = np.repeat(np.arange(len(footprints)), per_side**2)
+    distance = cdist(nodes, nodes)
+    distance[tip[:, None] == tip] = np.inf  # the punch table has what a tip does to itself
     return np.asarray((1.0 - poisson**2) / np.pi / distance)
 
 
@@ -108,24 +114,29 @@ def node_remainder(
     The mesh is the box over `lines` [mm], which begin at mirror planes. A load there is the mean of loads even and odd
     (`parities`); a parity that is left out counts as zero. Raises SolveError when a solve is not exact.
     """
+    # A node beyond a mirror plane is replaced by its image in the part that is meshed.
     nodes = np.concatenate([footprint.nodes(within) for footprint in footprints])
-    mirrored = np.abs(parities[0])
-    image = np.where(mirrored * nodes < 0.0, -1, 1)  # signs that bring a node into the part that is meshed
-    nodes = nodes * image
+    mirrored = np.abs(parities[0])  # 1 for x or y with a mirror plane
+    is_beyond = mirrored * nodes < 0.0
+    nodes = np.where(is_beyond, -nodes, nodes)
 
-    # Nodes that coincide there, to some digits of a side, are one load.
+    # Images that coincide, to some digits of a side, are one load. Adding 0 makes 0 of -0.
     side = max(footprint.side for footprint in footprints)
-    digits = np.round(nodes / side, SAME_POINT) + 0.0
-    _, first, load = np.unique(digits, axis=0, return_index=True, return_inverse=True)
-    by_parity, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first], parities)
+    rounded = np.round(nodes / side, SAME_POINT) + 0.0
+    _, first, load = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+    families, dofs = remainder_compliance(box_mesh(lines), fruit.poisson, nodes[first], parities)
 
+    # A force on one side of a plane is the mean of an even and an odd pair of forces.
     compliance = np.zeros((len(nodes), len(nodes)))
-    for parity, between_loads in zip(parities, by_parity, strict=True):
-        sign = np.where(image < 0, parity, 1).prod(axis=1)
-        compliance = compliance + np.outer(sign, sign) * between_loads[np.ix_(load, load)]
-    interpolation = [each.punch(within).interpolate(each.punch(between).nodes) for each in footprints]
-    raised = block_diag(*interpolation)
-    return raised @ compliance @ raised.T / 2 ** mirrored.sum(), dofs
+    for parity, between_loads in zip(parities, families, strict=True):
+        sign = np.where(is_beyond, parity, 1).prod(axis=1)
+        compliance += np.outer(sign, sign) * between_loads[np.ix_(load, load)]
+    compliance /= 2 ** mirrored.sum()
+
+    # From the few nodes to the many, through the nodal polynomials of each footprint.
+    interpolations = [each.punch(within).interpolate(each.punch(between).nodes) for each in footprints]
+    to_all = block_diag(*interpolations)
+    return to_all @ compliance @ to_all.T, dofs
 
 
 def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder: Floats, per_side: int) -> Floats:
@@ -134,6 +145,7 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
     `remainder` (nodes, nodes) [1/mm] is that between all nodes, `per_side` a side; 0 for a half-space. Raises
     SolveError on a large residual.
     """
+    # (I + Y G) F = Y d of the module's first lines, for a unit indentation d of each footprint in turn.
     G = remainder + half_space_between(footprints, poisson, per_side)
     Y = block_diag(*(each.side * each.punch(per_side).stiffness for each in footprints)) / (1.0 - poisson**2)
     level = np.repeat(np.eye(len(footprints)), per_side**2, axis=0)
@@ -145,4 +157,4 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
         msg = f"tip forces: relative residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the scene"
         raise SolveError(msg)
     S = np.linalg.inv(level.T @ forces)
-    return np.asarray(0.5 * (S + S.T))
+    return np.asarray(0.5 * (S + S.T))  # symmetric by Betti's theorem, here to the last bit

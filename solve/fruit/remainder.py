@@ -54,28 +54,6 @@ class FaceQuadrature:
     dofs: Ints
 
 
-class _Block:
-    """The elastic block: its stiffness, its loaded sides (those that are no mirror plane) and its clamped base."""
-
-    def __init__(self, mesh: Mesh, poisson: float, mirror_planes: Sequence[str]) -> None:
-        self.basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
-        self.stiffness = stiffness_matrix(self.basis, 1.0, poisson, b_bar=True)
-        sides = {name: normal for name, normal in SIDES.items() if name not in mirror_planes}
-        self.side = _quadrature(self.basis, sides)
-        self.base = _quadrature(self.basis, BASE)
-
-    def remainder(self, side_traction: Floats, base_u: Floats, mirror: Ints) -> tuple[Floats, Floats, Floats]:
-        """Return v, its load and its prescribed base (dofs, loads) for half-space fields (loads, 3, facets, q).
-
-        `mirror` are the dofs that vanish on the mirror planes.
-        """
-        clamped = self.basis.get_dofs("base").all()
-        factor = factorised(self.stiffness, np.union1d(clamped, mirror))
-        load = -_load_vector(self.side, side_traction, self.basis.N)
-        lift = -_projection(self.base, base_u, np.setdiff1d(clamped, mirror), self.basis.N)
-        return factor.solve(load, lift[factor.fixed]), load, lift
-
-
 def remainder_compliance(
     mesh: Mesh, poisson: float, loads: Floats, parities: Sequence[Parity]
 ) -> tuple[list[Floats], int]:
@@ -86,24 +64,36 @@ def remainder_compliance(
     that sign at the plane x = 0 or y = 0; 0 where the mesh holds both sides. Raises SolveError when a solve is not
     exact or the compliance is not symmetric.
     """
+    basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
+    stiffness = stiffness_matrix(basis, 1.0, poisson, b_bar=True)
+    clamped = basis.get_dofs("base").all()
     mirror_planes = [plane for plane, sign in zip(PLANES, parities[0], strict=True) if sign]
-    block = _Block(mesh, poisson, mirror_planes)
-    # a load and its mirror images, as signs of its x and y
-    images = np.array(list(itertools.product(*((1, -1) if sign else (1,) for sign in parities[0]))))
-    on_side = [_half_space(loads * image, poisson, block.side) for image in images]
-    on_base = [_half_space(loads * image, poisson, block.base) for image in images]
+    side = _quadrature(basis, {name: normal for name, normal in SIDES.items() if name not in mirror_planes})
+    base = _quadrature(basis, BASE)
+
+    # The half-space under a load and under each of its mirror images, named by the signs of its x and y.
+    signs = [(1, -1) if sign else (1,) for sign in parities[0]]
+    images = np.array(list(itertools.product(*signs)))
+    on_side = [_half_space(loads * image, poisson, side) for image in images]
+    on_base = [_half_space(loads * image, poisson, base) for image in images]
+
     compliances = []
     for parity in parities:
-        signs = np.where(images < 0, parity, 1).prod(axis=1)
-        side_u = np.tensordot(signs, [u for u, _ in on_side], 1)
-        side_t = np.tensordot(signs, [t for _, t in on_side], 1)
-        base_u = np.tensordot(signs, [u for u, _ in on_base], 1)
-        base_t = np.tensordot(signs, [t for _, t in on_base], 1)
+        image_signs = np.where(images < 0, parity, 1).prod(axis=1)
+        side_u = sum(sign * u for sign, (u, _) in zip(image_signs, on_side, strict=True))
+        side_t = sum(sign * t for sign, (_, t) in zip(image_signs, on_side, strict=True))
+        base_u = sum(sign * u for sign, (u, _) in zip(image_signs, on_base, strict=True))
+        base_t = sum(sign * t for sign, (_, t) in zip(image_signs, on_base, strict=True))
+
+        mirror = mirror_dofs(basis, parity)
+        load = -_load_vector(side, side_t, basis.N)
+        lift = -_projection(base, base_u, np.setdiff1d(clamped, mirror), basis.N)  # of v on the base
+        factor = factorised(stiffness, np.union1d(clamped, mirror))
+        v = factor.solve(load, lift[factor.fixed])
 
         # Betti's theorem, term by term as above
-        v, load, lift = block.remainder(side_t, base_u, mirror_dofs(block.basis, parity))
-        reaction = block.stiffness @ v - load
-        half_space = _work(block.base, base_t, base_u) - _work(block.side, side_t, side_u).T
+        reaction = stiffness @ v - load
+        half_space = _work(base, base_t, base_u) - _work(side, side_t, side_u).T
         compliances.append(half_space + load.T @ v - lift.T @ reaction)
 
     # Only true half-space fields make the compliance symmetric.
@@ -115,7 +105,7 @@ def remainder_compliance(
             f"{RECIPROCITY_LIMIT:.0e}; take a finer mesh"
         )
         raise SolveError(msg)
-    return [0.5 * (each + each.T) for each in compliances], int(block.basis.N)
+    return [0.5 * (each + each.T) for each in compliances], int(basis.N)
 
 
 def remainder_field(mesh: Mesh, poisson: float, loads: Floats, forces: Floats) -> tuple[CellBasis, Floats]:
@@ -123,23 +113,28 @@ def remainder_field(mesh: Mesh, poisson: float, loads: Floats, forces: Floats) -
 
     `mesh` as `box_mesh` makes it. Raises SolveError when the solve is not exact.
     """
-    block = _Block(mesh, poisson, [])
-    _, side_t = _half_space(loads, poisson, block.side)
-    base_u, _ = _half_space(loads, poisson, block.base)
-    traction = np.tensordot(forces, side_t, 1)[None]
-    shift = np.tensordot(forces, base_u, 1)[None]
-    v, _, _ = block.remainder(traction, shift, np.zeros(0, dtype=np.int64))
-    return block.basis, v[:, 0]
+    basis = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
+    side = _quadrature(basis, SIDES)
+    base = _quadrature(basis, BASE)
+    _, traction = _half_space(loads, poisson, side)
+    u, _ = _half_space(loads, poisson, base)
+    clamped = basis.get_dofs("base").all()
+    load = -_load_vector(side, np.tensordot(forces, traction, 1)[None], basis.N)
+    lift = -_projection(base, np.tensordot(forces, u, 1)[None], clamped, basis.N)
+    factor = factorised(stiffness_matrix(basis, 1.0, poisson, b_bar=True), clamped)
+    return basis, factor.solve(load, lift[factor.fixed])[:, 0]
 
 
 def mirror_dofs(basis: CellBasis, parity: Parity) -> Ints:
     """Return the dofs that vanish on the mirror planes, shape (n,): across the plane when even, along it when odd."""
-    dofs = [np.zeros(0, dtype=np.int64)]
+    across = (["u^1"], ["u^2"])
+    along = (["u^2", "u^3"], ["u^1", "u^3"])
+    dofs = np.zeros(0, dtype=np.int64)
     for axis, sign in enumerate(parity):
         if sign:
-            held = [f"u^{k + 1}" for k in range(3) if (k == axis) == (sign > 0)]
-            dofs.append(basis.get_dofs(PLANES[axis]).all(held))
-    return np.concatenate(dofs)
+            held = across[axis] if sign > 0 else along[axis]
+            dofs = np.union1d(dofs, basis.get_dofs(PLANES[axis]).all(held))
+    return dofs
 
 
 def _quadrature(basis: CellBasis, faces: Mapping[str, Sequence[float]]) -> FaceQuadrature:
@@ -169,7 +164,8 @@ def _half_space(loads: Floats, poisson: float, faces: FaceQuadrature) -> tuple[F
 
 
 def _load_vector(faces: FaceQuadrature, traction: Floats, size: int) -> Floats:
-    """Return int traction . N for every load, shape (dofs, loads)."""
+    """Return int traction . N for tractions (loads, 3, facets, q), shape (dofs, loads)."""
+    # indices: load p, component c, facet f, point of quadrature q, node b
     local = np.einsum("pcfq,bfq,fq->bcfp", traction, faces.shapes, faces.weights, optimize=True)
     total = np.zeros((size, len(traction)))
     np.add.at(total, faces.dofs, local)

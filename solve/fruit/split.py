@@ -20,7 +20,7 @@ from cad.quantity import validation_error
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
 from solve.fruit.box import Grading, Lines, block_lines
-from solve.fruit.compliance import TIPS, FruitCompliance, MeshCompliance
+from solve.fruit.compliance import FruitCompliance, MeshCompliance
 from solve.fruit.footprints import (
     Footprint,
     closest_spacing,
@@ -99,26 +99,15 @@ def contact_footprints(fruit: Fruit, tips: Tips) -> tuple[Footprint, ...]:
     """
     if tips.dome_radius_mm is None:
         return tip_footprints(tips.flat)
-    along, across = (1.0 / (1.0 + tips.dome_radius_mm / radius) for radius in fruit.radii_mm)
+    radius_along, radius_across = fruit.radii_mm
+    along = 1.0 / (1.0 + tips.dome_radius_mm / radius_along)
+    across = 1.0 / (1.0 + tips.dome_radius_mm / radius_across)
     side = DOME_CIRCLE * tips.side_mm
     return tuple(Footprint(along * x, across * y, side, circle_punch) for x, y in tips.places_mm)
 
 
 def split_compliance(fruit: Fruit, tips: Tips, tolerance: float = LARGEST_ERROR) -> FruitCompliance:
-    """Return the compliance [1/mm] of a block under flat tips on the coarsest mesh whose error meets a tolerance.
-
-    As `block_compliance`, for the footprints of the tips.
-    """
-    return block_compliance(fruit, tip_footprints(tips), tolerance, tips.names)
-
-
-def block_compliance(
-    fruit: Fruit,
-    footprints: Sequence[Footprint],
-    tolerance: float = LARGEST_ERROR,
-    names: tuple[str, ...] = TIPS,
-) -> FruitCompliance:
-    """Return the compliance [1/mm] of a block under named footprints on the coarsest mesh that meets a tolerance.
+    """Return the compliance [1/mm] of the equivalent block under the tips on the coarsest mesh that meets a tolerance.
 
     The tolerance is relative, of s11 - s12 [1]; where no mesh meets it, the best counts if its error is at most 1e-3.
     Raises InputError for a tolerance that is not above 0, SplitDomainError outside the domain (tip edge at least 1.5
@@ -128,50 +117,55 @@ def block_compliance(
     start = time.perf_counter()
     if not tolerance > 0.0:
         raise validation_error("tolerance", tolerance, "", "above 0", "0.001 is the default")
-    check_domain(fruit, footprints)
+    block = fruit.equivalent_block
+    footprints = contact_footprints(fruit, tips)
+    check_domain(block, footprints)
+
     limit = max(tolerance, LARGEST_ERROR)
-    solved, errors = _best_level(fruit, footprints, tolerance, limit)
-    if max(errors) > limit:
-        raise _outside("relative error", max(errors), "", f"at most {limit:g}")
-
-    best = "coarsest" if errors.pair <= tolerance else "best"
-    meets = "meets" if errors.pair <= tolerance else "misses"
-    status = (
-        f"half-space in closed form, smooth remainder on {solved.dofs} dofs: the {best} mesh, "
-        f"whose error, {100.0 * errors.pair:.2g} %, {meets} {100.0 * tolerance:.3g} %"
-    )
-    close_error = 0.0
-    if closest_spacing(footprints) < CLOSE:
-        close_error = CLOSE_ERROR
-        status += f"; tips closer than {CLOSE:g} sides add {100.0 * close_error:g} %"
-    return FruitCompliance(
-        tips=names,
-        S=solved.S,
-        error_pair=errors.pair + close_error,
-        error_own=errors.own + close_error,
-        info=SolveInfo(method="split", dofs=solved.dofs, seconds=time.perf_counter() - start, status=status),
-    )
-
-
-def _best_level(
-    fruit: Fruit, footprints: Sequence[Footprint], tolerance: float, limit: float
-) -> tuple[MeshCompliance, Errors]:
-    """Return the compliance on the coarsest mesh whose errors meet the tolerance and the limit, or on the best one."""
     solved_levels = []
     for grading in (ROUGH, *LEVELS) if tolerance > LARGEST_ERROR else LEVELS:
-        if grading in LEVELS[1:] and mesh_dofs(fruit, footprints, grading) > MOST_DOFS:
+        if grading in LEVELS[1:] and mesh_dofs(block, footprints, grading) > MOST_DOFS:
             continue  # finer than fits in memory
         try:
-            solved = footprint_compliance(fruit, footprints, grading)
+            solved = footprint_compliance(block, footprints, grading)
         except SolveError:
             if grading != ROUGH:
                 raise
             continue  # too coarse for reciprocal loads
-        errors = level_errors(fruit, footprints, grading, solved.S)
-        if errors.pair <= tolerance and max(errors) <= limit:
-            return solved, errors
+        errors = level_errors(block, footprints, grading, solved.S)
         solved_levels.append((solved, errors))
-    return min(solved_levels, key=lambda level: (max(level[1]) > limit, level[1].pair))
+        if errors.pair <= tolerance and max(errors) <= limit:
+            break
+    # The one that meets the tolerance has the smallest error of all within the limit, or is the best of the rest.
+    solved, errors = min(solved_levels, key=lambda level: (max(level[1]) > limit, level[1].pair))
+    if max(errors) > limit:
+        raise _outside("relative error", max(errors), "", f"at most {limit:g}")
+
+    close_error = CLOSE_ERROR if closest_spacing(footprints) < CLOSE else 0.0
+    return FruitCompliance(
+        tips=tips.names,
+        S=solved.S,
+        error_pair=errors.pair + close_error,
+        error_own=errors.own + close_error,
+        info=SolveInfo(
+            method="split",
+            dofs=solved.dofs,
+            seconds=time.perf_counter() - start,
+            status=_status(solved.dofs, errors.pair, tolerance, close_error),
+        ),
+    )
+
+
+def _status(dofs: int, error: float, tolerance: float, close_error: float) -> str:
+    """Return in words how good a solve is; all errors are relative [1]."""
+    status = f"half-space in closed form, smooth remainder on {dofs} dofs: "
+    if error <= tolerance:
+        status += f"the coarsest mesh, whose error, {100.0 * error:.2g} %, meets {100.0 * tolerance:.3g} %"
+    else:
+        status += f"the best mesh, whose error, {100.0 * error:.2g} %, misses {100.0 * tolerance:.3g} %"
+    if close_error > 0.0:
+        status += f"; tips closer than {CLOSE:g} sides add {100.0 * close_error:g} %"
+    return status
 
 
 def footprint_compliance(fruit: Fruit, footprints: Sequence[Footprint], grading: Grading) -> MeshCompliance:

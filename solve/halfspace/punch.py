@@ -8,11 +8,12 @@ Tables depend neither on E nor on nu.
 """
 
 import functools
-from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
 from scipy.special import gamma, lpmv
 
@@ -25,21 +26,20 @@ ORDER = 3.0
 
 @dataclass(frozen=True)
 class Punch:
-    """A punch table: Y (n, n) [E* side], its relative error, and the nodes along x and along y [side]."""
+    """A punch table: Y (n, n) [E* side], its relative error, and the lines of nodes, alike along x and y [side]."""
 
     stiffness: Floats
     error: float
-    x: Floats
-    y: Floats
+    line: Floats
 
     @property
     def nodes(self) -> Floats:
         """Return the nodes, shape (n, 2) [side]."""
-        return np.stack(np.meshgrid(self.x, self.y, indexing="ij"), axis=-1).reshape(-1, 2)
+        return np.stack(np.meshgrid(self.line, self.line, indexing="ij"), axis=-1).reshape(-1, 2)
 
     def interpolate(self, points: Floats) -> Floats:
         """Return the nodal polynomials at points (m, 2) [side], shape (m, n)."""
-        return _products(lagrange(self.x, points[:, 0]), lagrange(self.y, points[:, 1]))
+        return _products(lagrange(self.line, points[:, 0]), lagrange(self.line, points[:, 1]))
 
     @property
     def flat_stiffness(self) -> float:
@@ -47,9 +47,9 @@ class Punch:
         return float(self.stiffness.sum())
 
 
-def _products(along_x: Floats, along_y: Floats) -> Floats:
+def _products(along_x: NDArray[Any], along_y: NDArray[Any]) -> Floats:
     """Return the products of all pairs of functions at each point, shape (points, functions^2)."""
-    return (along_x[:, :, None] * along_y[:, None, :]).reshape(len(along_x), -1)
+    return np.asarray(along_x[:, :, None] * along_y[:, None, :]).reshape(len(along_x), -1)
 
 
 def lagrange(nodes: Floats, x: Floats) -> Floats:
@@ -61,24 +61,18 @@ def lagrange(nodes: Floats, x: Floats) -> Floats:
 
 # One scene takes three tables, of 1 to 25 nodes a side, hundreds of times; each costs 0.1 s.
 @functools.lru_cache(maxsize=16)
-def rectangle_punch(aspect: float, nodes_per_side: int) -> Punch:
-    """Return the table of a rectangle 1 x `aspect` [1], by Galerkin boundary elements graded to its edges.
+def square_punch(nodes_per_side: int) -> Punch:
+    """Return the table of a square of side 1, by Galerkin boundary elements graded to its edges.
 
     Two grids are extrapolated with the order 3 of piecewise constant pressure under an edge singularity; the
-    error is a tenth of that step. Square: 1.15230 (capacity 0.36679 pi of the electrified plate, Read 1997).
+    error is a tenth of that step. F / (E* d) = 1.15230, capacity 0.36679 pi of the electrified plate (Read 1997).
     """
-    coarse, _ = _rectangle_moments(CELLS[0], aspect, nodes_per_side)
-    fine, flat = _rectangle_moments(CELLS[1], aspect, nodes_per_side)
+    coarse, _ = _square_moments(CELLS[0], nodes_per_side)
+    fine, pressure_on_line = _square_moments(CELLS[1], nodes_per_side)
     step = (fine - coarse) / ((CELLS[1] / CELLS[0]) ** ORDER - 1.0)
-    along_x = _gauss_points(flat.sum(axis=1), nodes_per_side)
-    along_y = _gauss_points(flat.sum(axis=0), nodes_per_side)
-    stiffness = _nodal_stiffness(fine + step, along_x, along_y)
-    return Punch(stiffness, 0.1 * abs(step[0, 0] / fine[0, 0]), along_x, aspect * along_y)
-
-
-def square_punch(nodes_per_side: int) -> Punch:
-    """Return the table of a square of side 1."""
-    return rectangle_punch(1.0, nodes_per_side)
+    line = _gauss_points(pressure_on_line, nodes_per_side)
+    error = 0.1 * abs(step[0, 0] / fine[0, 0])
+    return Punch(_nodal_stiffness(fine + step, line), error, line)
 
 
 @functools.lru_cache(maxsize=16)
@@ -90,43 +84,38 @@ def circle_punch(nodes_per_side: int) -> Punch:
     """
     n = nodes_per_side
     # Quadrature over the half-sphere above the disc: Gauss points in height, even angles.
-    cosine, weight = legendre.leggauss(2 * n)
-    radius = np.sqrt(1.0 - 0.25 * (cosine + 1.0) ** 2)
-    phi = np.pi / (2 * n) * np.arange(4 * n)
-    x = np.outer(radius, np.cos(phi)).ravel()
-    y = np.outer(radius, np.sin(phi)).ravel()
+    height, weight = legendre.leggauss(2 * n)
+    radius = np.sqrt(1.0 - 0.25 * (height + 1.0) ** 2)
+    angle = np.pi / (2 * n) * np.arange(4 * n)
+    x = np.outer(radius, np.cos(angle)).ravel()
+    y = np.outer(radius, np.sin(angle)).ravel()
     weights = np.repeat(0.5 * np.pi / (2 * n) * weight, 4 * n)
+    polynomials = _products(legendre.legvander(x, n - 1), legendre.legvander(y, n - 1))
 
-    along_x = np.asarray(legendre.legvander(x, n - 1), dtype=np.float64)
-    along_y = np.asarray(legendre.legvander(y, n - 1), dtype=np.float64)
-    polynomials = _products(along_x, along_y)
+    # Each harmonic adds the work of its own pressure: moments (x) moments / (eigenvalue * norm).
+    cosine = np.sqrt(1.0 - x**2 - y**2)
+    phi = np.arctan2(y, x)
     moments = np.zeros((n * n, n * n))
-    for harmonic, eigenvalue in _harmonics(2 * n - 1, np.stack([x, y])):
-        moment = polynomials.T @ (weights * harmonic)
-        moments += np.outer(moment, moment) / eigenvalue / (weights @ harmonic**2)
-    nodes = 0.5 * legendre.leggauss(n)[0]
-    return Punch(_nodal_stiffness(0.5 * np.pi * moments, nodes, nodes), 1e-12, nodes, nodes)
+    for degree in range(2 * n - 1):
+        for order in range(degree % 2, degree + 1, 2):
+            eigenvalue = np.pi * gamma((degree + order + 1) / 2) * gamma((degree - order + 1) / 2)
+            eigenvalue /= gamma((degree + order + 2) / 2) * gamma((degree - order + 2) / 2)
+            radial = lpmv(order, degree, cosine)
+            around = [np.cos(order * phi)]
+            if order > 0:
+                around.append(np.sin(order * phi))
+            for function in around:
+                harmonic = radial * function
+                moment = polynomials.T @ (weights * harmonic)
+                moments += np.outer(moment, moment) / eigenvalue / (weights @ harmonic**2)
+    line = 0.5 * legendre.leggauss(n)[0]
+    return Punch(_nodal_stiffness(0.5 * np.pi * moments, line), 1e-12, line)
 
 
-def _harmonics(degrees: int, points: Floats) -> Iterator[tuple[Floats, float]]:
-    """Yield the harmonics at points of the disc, shape (q,), each with its eigenvalue."""
-    cosine = np.sqrt(1.0 - (points**2).sum(axis=0))
-    phi = np.arctan2(points[1], points[0])
-    for degree in range(degrees):
-        for m in range(degree % 2, degree + 1, 2):
-            eigenvalue = np.pi * gamma((degree + m + 1) / 2) * gamma((degree - m + 1) / 2)
-            eigenvalue /= gamma((degree + m + 2) / 2) * gamma((degree - m + 2) / 2)
-            radial = lpmv(m, degree, cosine)
-            yield radial * np.cos(m * phi), float(eigenvalue)
-            if m > 0:
-                yield radial * np.sin(m * phi), float(eigenvalue)
-
-
-def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Floats:
+def _nodal_stiffness(moments: Floats, line: Floats) -> Floats:
     """Turn moments of products of Legendre polynomials over the footprint into nodal forces, symmetric."""
-    degree = len(along_x) - 1
-    values = np.kron(legendre.legvander(2.0 * along_x, degree), legendre.legvander(2.0 * along_y, degree))
-    inverse = np.linalg.inv(values)
+    values = legendre.legvander(2.0 * line, len(line) - 1)
+    inverse = np.linalg.inv(np.kron(values, values))
     stiffness = inverse.T @ moments @ inverse
     return np.asarray(0.5 * (stiffness + stiffness.T))
 
@@ -138,30 +127,32 @@ def graded_edges(cells: int, grading: float = GRADING) -> Floats:
     return 0.5 * np.sign(t) * (1.0 - (1.0 - np.abs(t)) ** grading)
 
 
-def _rectangle_moments(cells: int, aspect: float, n: int) -> tuple[Floats, Floats]:
-    """Return int P_a A^-1 P_b for the products P_a of Legendre polynomials, and the flat punch's forces of cells.
+def _square_moments(cells: int, n: int) -> tuple[Floats, Floats]:
+    """Return int P_a A^-1 P_b for the products P_a of n Legendre polynomials each way, A the influence of the cells.
 
-    A is the influence of uniform pressures on the cells.
+    Beside it, the force of the flat punch on each line of cells (cells,).
     """
     # Integrals of P_0(2 x) ... P_n-1(2 x) over each cell, by the recurrence of their antiderivatives
     powers = legendre.legvander(2.0 * graded_edges(cells), n).T
     antiderivatives = [powers[1]]
     for k in range(1, n):
         antiderivatives.append((powers[k + 1] - powers[k - 1]) / (2 * k + 1))
-    along = 0.5 * np.diff(np.stack(antiderivatives), axis=1)
-    loads = np.einsum("ai,bj->ijab", along, aspect * along).reshape(cells**2, n * n)
-    pressure = lu_solve(_influence_factor(cells, aspect), loads)
-    return loads.T @ pressure, (pressure[:, 0] * loads[:, 0]).reshape(cells, cells)
+    along = 0.5 * np.diff(antiderivatives, axis=1)
+    loads = np.einsum("ai,bj->ijab", along, along).reshape(cells**2, n * n)
+    pressure = lu_solve(_influence_factor(cells), loads)
+    flat_force = pressure[:, 0] * loads[:, 0]
+    return loads.T @ pressure, flat_force.reshape(cells, cells).sum(axis=1)
 
 
 @functools.lru_cache(maxsize=2)
-def _influence_factor(cells: int, aspect: float) -> tuple[Floats, Ints]:
-    """Return the LU factors of the influence of uniform pressures on the cells, kept for both grids of a rectangle.
+def _influence_factor(cells: int) -> tuple[Floats, Ints]:
+    """Return the LU factors of the influence of uniform pressures on the cells of a square, kept for both grids.
 
     Cells at an edge are so small that round-off leaves the influence of a fine grid not positive definite.
     """
-    x = graded_edges(cells)
-    factors, pivots = lu_factor(influence(x, aspect * x).transpose(0, 2, 1, 3).reshape(cells**2, cells**2))
+    edges = graded_edges(cells)
+    matrix = influence(edges, edges).transpose(0, 2, 1, 3).reshape(cells**2, cells**2)
+    factors, pivots = lu_factor(matrix)
     return factors, pivots
 
 
@@ -183,17 +174,12 @@ def influence(x: Floats, y: Floats) -> Floats:
 
 
 def _gauss_points(weight: Floats, n: int) -> Floats:
-    """Return the n Gauss points of a symmetric measure, given on graded cells, by the Lanczos recurrence."""
+    """Return the n Gauss points of a symmetric measure, given on graded cells: eigenvalues of its Jacobi matrix.
+
+    G. H. Golub, J. H. Welsch, Math. Comput. 23 (1969) 221, doi:10.1090/S0025-5718-69-99647-1.
+    """
     edges = graded_edges(len(weight))
     points = 0.5 * (edges[1:] + edges[:-1])
-    root = np.sqrt(weight)
-    basis = [root / np.linalg.norm(root)]
-    off_diagonal: list[float] = []
-    for _ in range(n - 1):
-        vector = points * basis[-1]
-        for earlier in basis:
-            vector = vector - (earlier @ vector) * earlier
-        off_diagonal.append(float(np.linalg.norm(vector)))
-        basis.append(vector / off_diagonal[-1])
-    nodes = np.linalg.eigvalsh(np.diag(off_diagonal, 1) + np.diag(off_diagonal, -1))
-    return 0.5 * (nodes - nodes[::-1])
+    polynomials, _ = np.linalg.qr(np.sqrt(weight)[:, None] * legendre.legvander(2.0 * points, n - 1))
+    nodes = np.linalg.eigvalsh(polynomials.T @ (points[:, None] * polynomials))
+    return 0.5 * (nodes - nodes[::-1])  # a mirror image to the last bit

@@ -26,7 +26,7 @@ from solve.contact.scene import Scene  # noqa: E402
 from solve.contact.scene_cells import scene_cells  # noqa: E402
 from solve.contact.unilateral import UnilateralContact  # noqa: E402
 from solve.fruit.compliance import FruitCompliance  # noqa: E402
-from solve.fruit.split import block_compliance, contact_footprints  # noqa: E402
+from solve.fruit.split import split_compliance  # noqa: E402
 
 BLUNT = 25.0
 FINER = (16, 24)  # cells a side
@@ -82,8 +82,7 @@ def of_bar(square: Square) -> float:
     scene = square.scene()
     low, high = square.springs
     C = spring_compliance(low, high, low, high)
-    footprints = contact_footprints(scene.fruit, scene.tips)
-    known = block_compliance(scene.fruit.equivalent_block, footprints, 1e-4, scene.tips.names)
+    known = split_compliance(scene.fruit, scene.tips, 1e-4)
     E, travel = np.array(MODULI), np.full(len(MODULI), scene.press.travel_mm)
     found = domes_on(scene, known, C, [scene] * len(E), E, travel)
     truth = np.array([on_cells(scene, known, C, modulus) for modulus in MODULI])

@@ -53,27 +53,3 @@ def test_equal_values_are_converged():
     found = richardson([1.5, 1.5, 1.5], (0.4, 0.2, 0.1), 2.0)
     assert found.value == 1.5
     assert found.error <= 1e-11
-
-
-def test_two_meshes_give_the_limit_at_the_assumed_rate_with_the_whole_correction_as_bar():
-    values = [2.0 + 0.5 * h**4 for h in (0.4, 0.2)]
-    found = richardson(values, (0.4, 0.2), 4.0)
-    assert found.value == pytest.approx(2.0, rel=ROUND_OFF)
-    assert found.error == pytest.approx(abs(values[1] - 2.0))
-    assert found.rate is None
-
-
-@pytest.mark.parametrize(
-    ("values", "sizes", "rate", "name"),
-    [
-        ([1.0], (0.1,), 1.0, "values"),
-        ([1.0, 2.0], (0.2, 0.1, 0.05), 1.0, "values"),
-        ([1.0, 2.0], (0.1, 0.2), 1.0, "sizes"),
-        ([1.0, 2.0], (0.2, 0.0), 1.0, "sizes"),
-        ([1.0, float("nan")], (0.2, 0.1), 1.0, "values"),
-        ([1.0, 2.0], (0.2, 0.1), 0.0, "expected_rate"),
-    ],
-)
-def test_input_that_cannot_be_extrapolated_is_refused(values, sizes, rate, name):
-    with pytest.raises(ValueError, match=name):
-        richardson(values, sizes, rate)

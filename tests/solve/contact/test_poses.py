@@ -13,7 +13,7 @@ from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces, posed_scene
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
-from solve.fruit.split import block_compliance, contact_footprints
+from solve.fruit.split import split_compliance
 
 PIECE = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0, length_mm=30.0, width_mm=30.0)
 GENTLE = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.8, spacing_mm=6.0)
@@ -26,7 +26,7 @@ LINE = Tips(layout="line", order="LHL", spacing_mm=2.5, outer_mm=2.5**2 / 70.0)
 
 @cache
 def compliance(tips, fruit=PIECE):
-    return block_compliance(fruit.equivalent_block, contact_footprints(fruit, tips), 1e-3, tips.names)
+    return split_compliance(fruit, tips, 1e-3)
 
 
 def square(tips=GENTLE, fruit=PIECE):

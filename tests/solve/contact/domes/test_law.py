@@ -15,7 +15,7 @@ from solve.contact.domes.law import dome_contrast, dome_forces, domes_on
 from solve.contact.scene import Scene
 from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact
-from solve.fruit.split import block_compliance, contact_footprints
+from solve.fruit.split import split_compliance
 
 POISSON, DOME = 0.3, 2.0
 E = np.array([1.0, 3.5])
@@ -73,7 +73,7 @@ def test_domes_side_by_side_sink_by_each_other():
 @cache
 def compliance(fruit, tips):
     """Return that of the equivalent block: the shape of a blunt fruit changes nothing that these tests see."""
-    return block_compliance(fruit.equivalent_block, contact_footprints(fruit, tips), 1e-4, tips.names)
+    return split_compliance(fruit, tips, 1e-4)
 
 
 def scene(tilt=0.0, roll=0.0, fruit=BLUNT, tips=GENTLE, travel=TRAVEL):
