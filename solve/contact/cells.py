@@ -4,6 +4,7 @@ Near by, the Galerkin influence of the half-space on each footprint; from tip to
 size, the smooth rest through the nodal polynomials of the punch tables. One matrix serves all E, travels and gaps.
 """
 
+import functools
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -53,16 +54,11 @@ class ContactCells:
         return np.eye(len(self.centres))[self.owner]
 
 
-def contact_cells(
-    fruit: Fruit, footprints: Sequence[Footprint], edges: Floats, smooth: Floats | None = None
-) -> ContactCells:
+def contact_cells(fruit: Fruit, footprints: Sequence[Footprint], edges: Floats) -> ContactCells:
     """Return the cells between `edges`, lines on (-1/2, 1/2) of each footprint's side [1], and their compliance.
 
-    The footprints are squares that hold every point where a tip may touch. `smooth` is their `smooth_compliance`, if
-    it was computed before. Raises SolveError when a solve is not exact.
+    The footprints are squares that hold every point where a tip may touch. Raises SolveError when a solve is not exact.
     """
-    if smooth is None:
-        smooth = smooth_compliance(fruit, footprints)
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     sides = np.array([footprint.side for footprint in footprints])
     middle = 0.5 * (edges[1:] + edges[:-1])
@@ -76,10 +72,11 @@ def contact_cells(
     # The rest is smooth: known between nodes, averaged over cells through the nodal polynomials.
     point, weight = np.polynomial.legendre.leggauss(GAUSS)
     gauss_points = middle[:, None] + 0.5 * np.diff(edges)[:, None] * point
-    nodes = square_punch(_nodes_between(footprints)).line
+    nodes = square_punch(_nodes_between(footprints)).x
     polynomials = lagrange(nodes, gauss_points.ravel()).reshape(*gauss_points.shape, -1)
     means = np.einsum("cgk,g->ck", polynomials, 0.5 * weight)
     to_cells = block_diag(*[np.kron(means, means)] * len(footprints))
+    smooth = smooth_compliance(fruit, tuple(footprints))
     compliance = within_tips + np.asarray(to_cells @ smooth @ to_cells.T)
 
     cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -98,10 +95,13 @@ def folded(cells: ContactCells) -> ContactCells:
     All centres lie at y = 0 and the number of lines of cells across a footprint is even; the cells at y > 0 stay, in
     their order.
     """
-    across = round((len(cells.owner) / len(cells.centres)) ** 0.5)
     kept = cells.points[:, 1] > 0.0
-    mirrored = np.arange(len(kept)).reshape(-1, across)[:, ::-1].ravel()
-    pairs = 0.5 * (cells.compliance + cells.compliance[:, mirrored])
+    # Cells stand in rows across their footprint: the mirror image of each is its place in the reversed row.
+    across = round((len(cells.owner) / len(cells.centres)) ** 0.5)
+    rows = np.arange(len(kept)).reshape(-1, across)
+    image = rows[:, ::-1].ravel()
+    # Half of the force of a pair of cells acts on either.
+    pairs = 0.5 * (cells.compliance + cells.compliance[:, image])
     return replace(
         cells,
         points=cells.points[kept],
@@ -111,7 +111,9 @@ def folded(cells: ContactCells) -> ContactCells:
     )
 
 
-def smooth_compliance(fruit: Fruit, footprints: Sequence[Footprint]) -> Floats:
+# Both grids of a scene share it.
+@functools.lru_cache(maxsize=4)
+def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...]) -> Floats:
     """Return the compliance between all nodes but for the half-space under a node's own tip, times E [1/mm].
 
     Shape (nodes, nodes). Raises SolveError when a solve is not exact.

@@ -59,28 +59,32 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
     Raises SolveError when the solve of the remainder is not exact.
     """
     block = fruit.equivalent_block
-    tips = [_patches(pressure, tip) for tip in range(len(pressure.forces))]
-    tips = [patches for patches in tips if len(patches.forces)]
+    tips = []
+    for tip in range(len(pressure.forces)):
+        patches = _patches(pressure, tip)
+        if len(patches.forces):
+            tips.append(patches)
     points = [_as_points(patches) for patches in tips]
-    lines = _view_lines(block, tips)
+    mesh = _view_mesh(block, tips)
+    x, y, z = mesh.p * UPWARD[:, None]  # z down, as in all that follows
 
     loads = np.concatenate([each.centres for each in points])
     forces = np.concatenate([each.forces for each in points])
-    box = box_mesh(block_lines(block, loads, (False, False), GRADING))
-    basis, v = remainder_field(box, block.poisson, loads, forces)
-    smooth, gradient = _evaluated(basis, v, lines)
+    lines = block_lines(block, loads, (False, False), GRADING)
+    basis, v = remainder_field(box_mesh(lines), block.poisson, loads, forces)
+    smooth, gradient = _evaluated(basis, lines, v, np.stack([x, y, z]))
 
-    # The half-space in closed form, with the skin a little below the surface.
+    # The half-space in closed form, its stress at the surface taken a little below.
     skin = SKIN * min(float(patches.sides.min()) for patches in tips)
-    below_skin = _half_space((lines[0], lines[1], np.maximum(lines[2], skin)), tips, points)
-    surface = _half_space((lines[0], lines[1], np.array([SURFACE * skin])), tips, points)
-    u = halfspace.displacement(below_skin, 1.0, block.poisson) + smooth
-    u[..., :1] = halfspace.displacement(surface, 1.0, block.poisson) + smooth[..., :1]
+    below_skin = _half_space(x, y, np.maximum(z, skin), tips, points)
+    u = halfspace.displacement(below_skin, 1.0, block.poisson)
+    top = z == 0.0
+    at_surface = _half_space(x[top], y[top], np.full(np.count_nonzero(top), SURFACE * skin), tips, points)
+    u[:, top] = halfspace.displacement(at_surface, 1.0, block.poisson)
     sigma = halfspace.stress(below_skin, block.poisson) + stress(gradient, 1.0, block.poisson)
 
-    mesh, nodes = _view_mesh(lines)
-    displacement = u.reshape(3, -1)[:, nodes].T * UPWARD / pressure.E
-    sigma = sigma.reshape(3, 3, -1)[:, :, nodes] * np.multiply.outer(UPWARD, UPWARD)[:, :, None]
+    displacement = (u + smooth).T * UPWARD / pressure.E
+    sigma = sigma * np.multiply.outer(UPWARD, UPWARD)[:, :, None]
     return mesh, NodalFields(displacement=displacement, stress=sigma, strain=strain(sigma, pressure.E, block.poisson))
 
 
@@ -109,8 +113,8 @@ def _as_points(patches: _Patches) -> _Patches:
     return _Patches(middle + side * table.nodes, np.zeros((NODES**2, 2)), forces)
 
 
-def _view_lines(block: Fruit, tips: Sequence[_Patches]) -> Lines:
-    """Return the lines of the cells to be drawn, z down: fine under what touches, coarse elsewhere."""
+def _view_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
+    """Return the cells to be drawn [mm], z up: fine under what touches, coarse elsewhere."""
     finest = FINEST * min(float((patches.high - patches.low).max()) for patches in tips)
     extent = (block.length_mm, block.width_mm, block.height_mm)
     largest = COARSEST * max(extent)
@@ -129,35 +133,35 @@ def _view_lines(block: Fruit, tips: Sequence[_Patches]) -> Lines:
         spans = [np.array([patches.low[axis], patches.high[axis]]) for patches in tips]
         start = -0.5 * extent[axis]
         lines.append(graded(start, start + extent[axis], spans))
-    return lines[0], lines[1], graded(0.0, block.height_mm, [np.zeros(2)])
+    down = graded(0.0, block.height_mm, [np.zeros(2)])
+    near = 1e-9 * block.height_mm
+    return MeshHex.init_tensor(lines[0], lines[1], -down[::-1]).with_boundaries(
+        {"top": lambda point: point[2] > -near, "base": lambda point: point[2] < near - block.height_mm}
+    )
 
 
-def _evaluated(basis: CellBasis, v: Floats, lines: Lines) -> tuple[Floats, Floats]:
-    """Return v (3, nx, ny, nz) and its gradient (3, 3, nx, ny, nz), derivative last, on the crossings of lines."""
+def _evaluated(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tuple[Floats, Floats]:
+    """Return v (3, n) and its gradient (3, 3, n), derivative last, at points (3, n) of the box over some lines."""
     mesh = basis.mesh
-    # Which cell of the box each crossing lies in: intervals of its lines along each axis, numbered by cell.
-    box_lines = [np.unique(np.round(axis, 12)) for axis in mesh.p]
-    middles = mesh.p[:, mesh.t].mean(axis=1)
-    number = np.empty([len(line) - 1 for line in box_lines], dtype=np.int64)
-    number[_intervals(box_lines, middles)] = np.arange(mesh.t.shape[1])
-    cells = number[np.ix_(*_intervals(box_lines, lines))].ravel()
+    # Which brick of the box each point lies in: intervals of its lines along each axis, numbered by brick.
+    number = np.empty([len(line) - 1 for line in lines], dtype=np.int64)
+    number[_intervals(lines, mesh.p[:, mesh.t].mean(axis=1))] = np.arange(mesh.t.shape[1])
+    cells = number[_intervals(lines, points)]
 
-    # Cells are bricks: a crossing lies in the unit cube where the linear map of its cell says.
-    crossings = np.stack(np.meshgrid(*lines, indexing="ij")).reshape(3, -1)
+    # A point lies in the unit cube where the linear map of its brick says.
     origin = np.zeros((3, 1))
     inverse = basis.mapping.invDF(origin, tind=cells)[..., 0]
-    from_corner = crossings - basis.mapping.F(origin, tind=cells)[..., 0]
+    from_corner = points - basis.mapping.F(origin, tind=cells)[..., 0]
     inside = np.asarray(np.einsum("ijn,jn->in", inverse, from_corner)[:, :, None])
 
     patch = patch_inside(basis, cells, inside, np.ones((len(cells), 1)))
     local = v[patch.dofs]
-    shape = tuple(len(line) for line in lines)
     value = np.einsum("kcn,knq->cn", local, patch.shapes)
     gradient = np.einsum("kcn,kdnq->cdn", local, patch.gradients)
-    return value.reshape(3, *shape), gradient.reshape(3, 3, *shape)
+    return value, gradient
 
 
-def _intervals(lines: Sequence[Floats], points: Sequence[Floats] | Floats) -> tuple[Ints, ...]:
+def _intervals(lines: Lines, points: Floats) -> tuple[Ints, ...]:
     """Return, for each axis, the interval between lines that a coordinate lies in."""
     intervals = []
     for line, coordinates in zip(lines, points, strict=True):
@@ -166,10 +170,11 @@ def _intervals(lines: Sequence[Floats], points: Sequence[Floats] | Floats) -> tu
     return tuple(intervals)
 
 
-def _half_space(lines: Lines, tips: Sequence[_Patches], points: Sequence[_Patches]) -> halfspace.Potentials:
-    """Return the sum of the potentials of all loads on the crossings of lines: patches near a tip, points beyond."""
-    x, y, z = np.meshgrid(*lines, indexing="ij")
-    total = np.zeros((len(fields(halfspace.Potentials)), *x.shape))
+def _half_space(
+    x: Floats, y: Floats, z: Floats, tips: Sequence[_Patches], points: Sequence[_Patches]
+) -> halfspace.Potentials:
+    """Return the sum of the potentials of all loads: of patches near a tip, of forces at points beyond."""
+    total = np.zeros((len(fields(halfspace.Potentials)), len(z)))
     total[0] = z
     for patches, nodes in zip(tips, points, strict=True):
         middle = nodes.centres.mean(axis=0)
@@ -189,17 +194,3 @@ def _potentials(x: Floats, y: Floats, z: Floats, loads: _Patches) -> Floats:
         unit = halfspace.rectangle_load(dx, dy, z, a, b) if a > 0.0 else halfspace.point_load(dx, dy, z)
         total += force / (a * b or 1.0) * np.asarray(astuple(unit)[1:])
     return total
-
-
-def _view_mesh(lines: Lines) -> tuple[MeshHex, Ints]:
-    """Return the mesh [mm] with z up on lines with z down, and for each of its nodes which crossing of lines it is."""
-    mesh = MeshHex.init_tensor(lines[0], lines[1], -lines[2][::-1])
-    height = lines[2][-1]
-    mesh = mesh.with_boundaries(
-        {"top": lambda point: point[2] > -1e-9 * height, "base": lambda point: point[2] < (1e-9 - 1.0) * height}
-    )
-    index = []
-    for line, coordinates in zip(lines, mesh.p * UPWARD[:, None], strict=True):
-        index.append(np.searchsorted(0.5 * (line[1:] + line[:-1]), coordinates))
-    shape = tuple(len(line) for line in lines)
-    return mesh, np.ravel_multi_index(tuple(index), shape)

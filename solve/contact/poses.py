@@ -7,14 +7,14 @@ it is on the fruit, and the poses that were pressed hardest or tilted most on a 
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from cad.design.fruit import Fruit
 from solve.arrays import Flags, Floats
 from solve.contact.domes.law import domes_on
 from solve.contact.scene import Point, Scene, check_scene
-from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, posed, scene_cells
+from solve.contact.scene_cells import WHOLE_CELLS, SceneCells, initial_gap, scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.compliance import FruitCompliance
 
@@ -85,20 +85,14 @@ def posed_scene(scene: Scene, pose: Pose) -> Scene:
     press = dataclasses.replace(scene.press, tilt_deg=tilt, roll_deg=roll)
     fruit = scene.fruit
     if pose.radius_mm is not None and fruit.radius_mm is not None:
-        across = fruit.radius_across_mm and fruit.radius_across_mm * pose.radius_mm / fruit.radius_mm
-        fruit = _of_radius(fruit, pose.radius_mm, across)
+        changes: dict[str, Any] = {"radius_mm": pose.radius_mm}
+        if fruit.radius_across_mm is not None:
+            changes["radius_across_mm"] = fruit.radius_across_mm * pose.radius_mm / fruit.radius_mm
+        if fruit.whole:  # its plan follows from its radii
+            changes |= {"length_mm": None, "width_mm": None}
+        fruit = dataclasses.replace(fruit, **changes)
     off_centre = (scene.off_centre_mm[0] + pose.off_centre_mm[0], scene.off_centre_mm[1] + pose.off_centre_mm[1])
     return dataclasses.replace(scene, fruit=fruit, press=press, off_centre_mm=off_centre)
-
-
-def _of_radius(fruit: Fruit, radius: float, across: float | None) -> Fruit:
-    if not fruit.whole:
-        return dataclasses.replace(fruit, radius_mm=radius, radius_across_mm=across)
-    # the plan of a whole fruit follows from its radii
-    fields = dataclasses.asdict(fruit) | {"radius_mm": radius, "radius_across_mm": across}
-    del fields["length_mm"]
-    del fields["width_mm"]
-    return Fruit(**fields)
 
 
 def _dome_forces(
@@ -155,7 +149,10 @@ def _grid_forces(
     """Return the forces [N] and the areas that touch [mm^2] on the cells of `built`, both (poses, tips)."""
     cells = grid.cells
     contact = UnilateralContact(cells)
-    grids = {scene: posed(grid, built, scene) for scene in dict.fromkeys(scenes)}
+    # The cells stay where they are on the block, so that one matrix serves poses near to each other.
+    grids = {}
+    for scene in dict.fromkeys(scenes):
+        grids[scene] = dataclasses.replace(grid, gap=initial_gap(scene, built, cells))
     F = np.zeros((len(poses), len(cells.centres)))
     area = np.zeros_like(F)
     for i, (pose, scene) in enumerate(zip(poses, scenes, strict=True)):

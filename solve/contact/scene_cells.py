@@ -6,14 +6,14 @@ change that its body makes to the answer to a level press.
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from cad.design.fruit import Fruit
 from cad.quantity import InputError
 from solve.arrays import Floats
-from solve.contact.cells import ContactCells, contact_cells, folded, smooth_compliance
+from solve.contact.cells import ContactCells, contact_cells, folded
 from solve.contact.scene import Point, Scene, check_scene
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
@@ -74,8 +74,7 @@ def scene_cells(
         grading = NO_GRADING
     grids = []
     for count in HALF_CELLS if is_half else WHOLE_CELLS:
-        edges = graded_edges(count, grading)
-        cells = _cells(scene.fruit.equivalent_block, footprints, tuple(edges.tolist()), is_half)
+        cells = _cells(scene.fruit.equivalent_block, footprints, count, grading, is_half)
         gap = initial_gap(scene, scene, cells)
         correction = compliance.shape_change
         if shape.has_flat_face:
@@ -83,8 +82,9 @@ def scene_cells(
             tips = cells.tips[faces]
             forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
             correction = compliance.S - np.linalg.inv(tips.T @ forces)
+        edges = footprints[0].side * graded_edges(count, grading)
         middle = np.mean(scene.centres, axis=0)
-        grids.append(SceneCells(cells, footprints[0].side * edges, gap, middle, correction, is_half))
+        grids.append(SceneCells(cells, edges, gap, middle, correction, is_half))
     coarse, fine = grids
     return coarse, fine
 
@@ -97,10 +97,8 @@ def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
     check_scene(scene)
     side = scene.tips.side_mm
     centres: Sequence[Point] = scene.centres
-    if scene.tips.tip_shape.obeys_hertz:
+    if not scene.tips.tip_shape.has_flat_face:
         side, centres = _touched_squares(scene, farthest)
-    elif not scene.tips.tip_shape.has_flat_face:
-        side = _touched_side(scene, farthest)
     footprints = tuple(Footprint(x, y, side) for x, y in centres)
     try:
         check_domain(scene.fruit.equivalent_block, footprints)
@@ -109,14 +107,6 @@ def scene_footprints(scene: Scene, farthest: float) -> tuple[Footprint, ...]:
         msg = f"{reason} for contact with tilt, curvature or fillet; change the scene, or make it flat and level"
         raise InputError(msg) from outside
     return footprints
-
-
-def posed(grid: SceneCells, built: Scene, scene: Scene) -> SceneCells:
-    """Return the cells of the scene `built` with the gaps of another pose or radius of the fruit.
-
-    The cells stay where they are on the block, so that one matrix serves poses near to each other.
-    """
-    return replace(grid, gap=initial_gap(scene, built, grid.cells))
 
 
 def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
@@ -143,50 +133,36 @@ def housing_travel(
 
 # One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
 @functools.lru_cache(maxsize=8)
-def _cells(block: Fruit, footprints: tuple[Footprint, ...], edges: tuple[float, ...], is_half: bool) -> ContactCells:
-    cells = contact_cells(block, footprints, np.array(edges), _smooth_compliance(block, footprints))
+def _cells(block: Fruit, footprints: tuple[Footprint, ...], count: int, grading: float, is_half: bool) -> ContactCells:
+    cells = contact_cells(block, footprints, graded_edges(count, grading))
     return folded(cells) if is_half else cells
 
 
-@functools.lru_cache(maxsize=4)
-def _smooth_compliance(block: Fruit, footprints: tuple[Footprint, ...]) -> Floats:
-    return smooth_compliance(block, footprints)
-
-
-def _touched_points(scene: Scene, farthest: float) -> list[tuple[Floats, Floats]]:
-    """Return where each undeformed tip would be in the fruit: x and y of points from its centre [mm]."""
-    line = 0.5 * scene.tips.side_mm * np.linspace(-1.0, 1.0, SAMPLES)
-    x, y = np.meshgrid(line, line, indexing="ij")
-    middle = np.mean(scene.centres, axis=0)
-    points = []
-    for centre in scene.centres:
-        along = centre[0] - middle[0] + x
-        across = centre[1] - middle[1] + y
-        travel = farthest + along * scene.turn[0] + across * scene.turn[1]
-        entered = travel > scene.gap_under(centre, x, y) - scene.first_touch_mm
-        points.append((x[entered], y[entered]))
-    return points
-
-
-def _touched_side(scene: Scene, farthest: float) -> float:
-    """Return the side [mm] of a square about each tip that holds all it may touch."""
-    side = scene.tips.side_mm
-    reach = 0.0
-    for x, y in _touched_points(scene, farthest):
-        reach = max(reach, float(np.maximum(np.abs(x), np.abs(y)).max(initial=0.0)))
-    step = side / (SAMPLES - 1)
-    return min(side, MARGIN * 2.0 * (reach + step))
-
-
 def _touched_squares(scene: Scene, farthest: float) -> tuple[float, list[Point]]:
-    """Return the side [mm] and the centres [mm] of squares that hold all that each dome may touch."""
-    step = scene.tips.side_mm / (SAMPLES - 1)
-    side = step
-    centres: list[Point] = []
-    for (x, y), (along, across) in zip(_touched_points(scene, farthest), scene.centres, strict=True):
-        if len(x):
-            side = max(side, float(np.ptp(x)), float(np.ptp(y)))
-            along += 0.5 * (x.min() + x.max())
-            across += 0.5 * (y.min() + y.max())
-        centres.append((along, across))
-    return TOUCHED * (side + 2.0 * step), centres
+    """Return the side [mm] and the centres [mm] of squares that hold all that each curved tip may touch."""
+    side = scene.tips.side_mm
+    line = 0.5 * side * np.linspace(-1.0, 1.0, SAMPLES)
+    step = side / (SAMPLES - 1)
+    x, y = np.meshgrid(line, line, indexing="ij")  # from the centre of a tip
+    middle = np.mean(scene.centres, axis=0)
+
+    reach = 0.0  # farthest from the centre of its tip along x or y
+    width = step
+    centres = []
+    for along, across in scene.centres:
+        # Where the undeformed tip would be in the fruit.
+        travel = farthest + (along - middle[0] + x) * scene.turn[0] + (across - middle[1] + y) * scene.turn[1]
+        entered = travel > scene.gap_under((along, across), x, y) - scene.first_touch_mm
+        if not entered.any():
+            centres.append((along, across))
+            continue
+        low = np.array([x[entered].min(), y[entered].min()])
+        high = np.array([x[entered].max(), y[entered].max()])
+        reach = max(reach, float(np.abs([low, high]).max()))
+        width = max(width, float((high - low).max()))
+        beside = 0.5 * (low + high)
+        centres.append((along + float(beside[0]), across + float(beside[1])))
+
+    if scene.tips.tip_shape.obeys_hertz:  # a dome is so wide that it touches beside its centre
+        return TOUCHED * (width + 2.0 * step), centres
+    return min(side, MARGIN * 2.0 * (reach + step)), list(scene.centres)

@@ -37,15 +37,6 @@ class ContactState:
     gap: Floats
 
 
-@dataclass(frozen=True, eq=False)
-class _Factor:
-    """Cholesky factor of the touching cells and their forces under a unit rigid indentation of each tip."""
-
-    active: Flags
-    cholesky: tuple[Floats, bool]
-    unit: Floats
-
-
 class UnilateralContact:
     """Solves one set of cells for any springs, travels and gaps; keeps the factor of the last touching cells."""
 
@@ -53,7 +44,10 @@ class UnilateralContact:
         """Take the cells and their compliance."""
         self._cells = cells
         self._tips = cells.tips
-        self._factor: _Factor | None = None
+        self._touching = np.zeros(len(cells.owner), dtype=bool)
+        # Of the touching cells: the Cholesky factor, and their forces under a unit rigid indentation of each tip.
+        self._cholesky: tuple[Floats, bool] = (np.zeros((0, 0)), True)
+        self._rigid_forces = np.zeros((0, self._tips.shape[1]))
 
     def solve(self, interference: Floats, compliance: Floats) -> ContactState:
         """Return the contact for interference = travel of the tip - gap (cells,) [mm]; -inf marks no face there.
@@ -78,8 +72,9 @@ class UnilateralContact:
     def _active_set(self, faces: Flags, b: Floats, compliance: Floats) -> Floats | None:
         """Return the forces of the cells, from the cells that touched last; None where the active set cycles."""
         entered = faces & (b > 0.0)
-        active = entered if self._factor is None else self._factor.active & entered
-        active = active if active.any() else entered
+        active = self._touching & entered
+        if not active.any():
+            active = entered
         for _ in range(MOST_STEPS):
             f = self._forces(active, b, compliance)
             gap = self._gap(f, b, compliance)
@@ -90,23 +85,25 @@ class UnilateralContact:
         return None
 
     def _forces(self, active: Flags, b: Floats, compliance: Floats) -> Floats:
-        """Return the forces that close the gap of the active cells: A_SS f = b - 1 give F, by Woodbury's formula."""
+        """Return the forces that close the gap of the active cells.
+
+        They solve A f = b - E C F with F the sums of f over the tips: Woodbury's formula, so that one factor of A
+        serves all springs and moduli.
+        """
         f = np.zeros(len(b))
         if not active.any():
             return f
-        factor = self._factored(active)
-        free = cho_solve(factor.cholesky, b[active])
         tips = self._tips[active]
-        system = np.eye(tips.shape[1]) + (tips.T @ factor.unit) @ compliance
-        F = np.linalg.solve(system, tips.T @ free)
-        f[active] = free - factor.unit @ (compliance @ F)
+        if not np.array_equal(self._touching, active):
+            matrix = self._cells.compliance[np.ix_(active, active)]
+            self._cholesky = cho_factor(matrix, lower=True, check_finite=False)
+            self._rigid_forces = cho_solve(self._cholesky, tips)
+            self._touching = active.copy()
+        without_springs = cho_solve(self._cholesky, b[active])
+        system = np.eye(tips.shape[1]) + (tips.T @ self._rigid_forces) @ compliance
+        F = np.linalg.solve(system, tips.T @ without_springs)
+        f[active] = without_springs - self._rigid_forces @ (compliance @ F)
         return f
-
-    def _factored(self, active: Flags) -> _Factor:
-        if self._factor is None or not np.array_equal(self._factor.active, active):
-            lower = cho_factor(self._cells.compliance[np.ix_(active, active)], lower=True, check_finite=False)
-            self._factor = _Factor(active.copy(), lower, cho_solve(lower, self._tips[active]))
-        return self._factor
 
     def _gap(self, f: Floats, b: Floats, compliance: Floats) -> Floats:
         return np.asarray(self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b)

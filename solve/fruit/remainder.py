@@ -80,10 +80,10 @@ def remainder_compliance(
     compliances = []
     for parity in parities:
         image_signs = np.where(images < 0, parity, 1).prod(axis=1)
-        side_u = sum(sign * u for sign, (u, _) in zip(image_signs, on_side, strict=True))
-        side_t = sum(sign * t for sign, (_, t) in zip(image_signs, on_side, strict=True))
-        base_u = sum(sign * u for sign, (u, _) in zip(image_signs, on_base, strict=True))
-        base_t = sum(sign * t for sign, (_, t) in zip(image_signs, on_base, strict=True))
+        side_u = np.tensordot(image_signs, [u for u, _ in on_side], 1)
+        side_t = np.tensordot(image_signs, [t for _, t in on_side], 1)
+        base_u = np.tensordot(image_signs, [u for u, _ in on_base], 1)
+        base_t = np.tensordot(image_signs, [t for _, t in on_base], 1)
 
         mirror = mirror_dofs(basis, parity)
         load = -_load_vector(side, side_t, basis.N)
