@@ -4,6 +4,7 @@
 """
 
 import dataclasses
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -74,8 +75,7 @@ PROCESS_HEAD = """\
 *Written by `docs/pages.py` from the program's own data.* The terminal shows the same with
 `pipeline design --list-processes`.
 
-The processes fdm-petg, fdm-pla, sls-pa12 and sla-resin can make the default design, and so can the two metal ones.
-How exactly each process meets the default targets is shown in [springs of each process](process-springs.md).
+Each can make the default design; how exactly is shown in [springs of each process](process-springs.md).
 
 Leaf thicknesses of the filament processes are multiples of the printer's line: the low leaf is two lines of 0.4 mm,
 the high one three. These are the first and a middle layer in the slicer:
@@ -105,8 +105,8 @@ A file with several processes needs `process = "NAME"` beside it. The process it
 WORDS_HEAD = """\
 # Verdicts, words and symbols
 
-*Written by `docs/pages.py` from the table that `pipeline explain NAME` reads*, which has a source for each and, with
-`--out DIR`, the number of a run. Units are mm, N and MPa; a key or a label that uses another one says so.
+*Written by `docs/pages.py`.* `pipeline explain NAME` says more of each, its formula and its source, and with
+`--out DIR` the number of a run. Units are mm, N and MPa; a key or a label that uses another one says so.
 """
 
 Rows = Iterable[Sequence[str]]
@@ -159,18 +159,27 @@ def design_page() -> str:
 def process_page() -> str:
     """Return the page on the print processes."""
     numbers = {item.name: item.metadata for item in dataclasses.fields(Process) if "unit" in item.metadata}
-    heads = ("", "unit", *PROCESSES)
-    rows: list[tuple[str, ...]] = [("material", "", *(process.material for process in PROCESSES.values()))]
+    heads = ("", "unit", *PROCESSES, "meaning")
+    rows: list[tuple[str, ...]] = [("material", "", *(process.material for process in PROCESSES.values()), "")]
     for key, declared in numbers.items():
         values = (getattr(process, key) for process in PROCESSES.values())
         cells = ("-" if value is None else f"{value:g}" for value in values)
-        rows.append((f"`{key}`", unit_shown(declared["unit"]), *cells))
-    meanings = table(("number", "meaning"), [(f"`{key}`", declared["meaning"]) for key, declared in numbers.items()])
-    parts = [PROCESS_HEAD, table(heads, rows) + "\n", meanings + "\n", "## Where each number comes from\n"]
+        rows.append((f"`{key}`", unit_shown(declared["unit"]), *cells, declared["meaning"]))
+    sources = [(f"`{key}`", sources_of(key)) for key in numbers]
+    parts = [PROCESS_HEAD, table(heads, rows) + "\n", "## Where each number comes from\n"]
+    return "\n".join([*parts, table(("number", "source"), sources) + "\n", PROCESS_TAIL])
+
+
+def sources_of(key: str) -> str:
+    """Return the sources of a number, each once with the processes that it serves."""
+    users: dict[str, list[str]] = {}
     for name, process in PROCESSES.items():
-        sources = table(("number", "source"), [(f"`{key}`", text) for key, text in process.sources])
-        parts += [f"### {name}\n", sources + "\n"]
-    return "\n".join([*parts, PROCESS_TAIL])
+        source = dict(process.sources).get(key)
+        if source is not None:
+            users.setdefault(source, []).append(name)
+    if len(users) == 1:
+        return next(iter(users))
+    return " · ".join(f"{', '.join(names)}: {source}" for source, names in users.items())
 
 
 def words_page() -> str:
@@ -181,9 +190,16 @@ def words_page() -> str:
         for entry in entries():
             if entry.is_verdict is is_verdict:
                 names = ", ".join(f"`{name}`" for name in entry.each or (entry.name, *entry.aliases))
-                rows.append((names, entry.meaning, entry.formula.replace("|", "\\|")))
-        parts.append(f"## {title}\n\n{table(('name', 'meaning', 'formula'), rows)}\n")
+                formula = (entry.formula.replace("|", "\\|"),) if is_verdict else ()
+                rows.append((names, first_sentence(entry.meaning), *formula))
+        heads = ("name", "question", "passes when") if is_verdict else ("name", "meaning")
+        parts.append(f"## {title}\n\n{table(heads, rows)}\n")
     return "\n".join(parts)
+
+
+def first_sentence(text: str) -> str:
+    """Return a text up to the end of its first sentence or question."""
+    return re.split(r"(?<=[.?]) ", text, maxsplit=1)[0]
 
 
 PAGES = {"design-file.md": design_page, "processes.md": process_page, "words.md": words_page}
