@@ -10,26 +10,39 @@ import math
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cad.input_file import read_bytes
 from cad.quantity import nearest, validation_error, written_number
 
+Floats = NDArray[np.float64]
+
 _LONGEST_LINE = 65536  # bytes of a line of a stream: what is longer is no line of numbers
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+_JAPANESE_WORDS = ("試験力", "荷重", "変位", "ストローク")
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(,[0-9]{3})+")
 _IN_BRACKETS = re.compile(r"(.*?)\s*[(\[\uff08]\s*([^)\]\uff09]*)\s*[)\]\uff09]")  # as wide brackets too
 _UNIT_BEHIND = re.compile(r"(.*?)[\s_/,:-]+([^\s_/,:-]+)")
+_PART_CELLS = "part cells by semicolons where numbers have decimal commas"
 
 STANDARD_GRAVITY = 9.80665
 """[m/s^2], ISO 80000-3."""
 FORCE = {
-    **{"N": 1.0, "kN": 1e3, "mN": 1e-3},
-    **{"kgf": STANDARD_GRAVITY, "gf": 1e-3 * STANDARD_GRAVITY, "lbf": 4.4482216152605},
-    **{"kg": STANDARD_GRAVITY, "g": 1e-3 * STANDARD_GRAVITY, "lb": 4.4482216152605},
+    "N": 1.0,
+    "kN": 1e3,
+    "mN": 1e-3,
+    "kgf": STANDARD_GRAVITY,
+    "gf": 1e-3 * STANDARD_GRAVITY,
+    "lbf": 4.4482216152605,
+    "kg": STANDARD_GRAVITY,
+    "g": 1e-3 * STANDARD_GRAVITY,
+    "lb": 4.4482216152605,
 }
 """Newtons in one unit of force, or in the weight of one unit of mass; the pound-force is exact (NIST SP 811)."""
 LENGTH = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "in": 25.4}
@@ -39,8 +52,21 @@ TIME = {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
 MODULUS = {"MPa": 1.0, "kPa": 1e-3, "GPa": 1e3}
 """Megapascals in one unit."""
 _SPELLINGS = {
-    **{"n": "N", "newton": "N", "kn": "kN", "lbs": "lb", "µm": "um", "μm": "um", "inch": "in"},
-    **{"sec": "s", "sec.": "s", "second": "s", "seconds": "s", "秒": "s", "msec": "ms", "分": "min", "mpa": "MPa"},
+    "n": "N",
+    "newton": "N",
+    "kn": "kN",
+    "lbs": "lb",
+    "µm": "um",
+    "μm": "um",
+    "inch": "in",
+    "sec": "s",
+    "sec.": "s",
+    "second": "s",
+    "seconds": "s",
+    "秒": "s",
+    "msec": "ms",
+    "分": "min",
+    "mpa": "MPa",
 }
 
 
@@ -49,24 +75,15 @@ class Quantity:
     """What a column may hold: a number in one of some units, or a text where there are none.
 
     `default` is the unit of a header that gives none; without it a unit must be given. `most` bounds the size of the
-    number in the unit whose factor is 1. `words` are other names that headers have for it.
+    number in the unit whose factor is 1. `words` are other names that headers have for it. `told_unit` is the unit that
+    a person has told us, which a header may leave out and not contradict.
     """
 
     units: Mapping[str, float]
     default: str = ""
     most: float = math.inf
     words: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class HeaderFlags:
-    """What flags say of a header that is not understood: the header and the unit of a quantity, by its name."""
-
-    columns: Mapping[str, str]
-    units: Mapping[str, str]
-
-
-NO_FLAGS = HeaderFlags(columns={}, units={})
+    told_unit: str = ""
 
 
 class Row(NamedTuple):
@@ -83,13 +100,16 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """A column by its index, from 0: the name of its quantity, and what one of its unit is; 0 for a column of texts."""
+    """A column by its index, from 0: its header, the name of its quantity, and what one of its unit is.
+
+    `factor` is 0 for a column of texts. `note` says which unit was assumed, if any.
+    """
 
     index: int
     label: str
     name: str
-    factor: float
-    most: float
+    factor: float = 0.0
+    most: float = 0.0
     note: str = ""
 
 
@@ -105,27 +125,22 @@ class CsvFormat:
         try:
             cells = next(csv.reader([text], delimiter=self.delimiter, strict=True), [])
         except csv.Error as error:
-            place = f"{self.source}, line {line}"
-            raise validation_error(place, text[:40], "", f"cells of a table ({error})", "mend that line") from error
+            name = place_of(self.source, line)
+            raise validation_error(name, text[:40], "", f"cells of a table ({error})", "mend that line") from error
         return Row(line, tuple(cell.strip() for cell in cells))
 
     def number(self, row: Row, column: Column) -> float:
         """Return the number in a cell [mm, N, s, MPa or 1]; raises InputError that names file, line and column."""
         cell = row.cells[column.index]
+        name = place_of(self.source, row.line, column.label)
         value = written_number(cell.replace(",", "."))
-        place = place_of(self.source, row.line, column.label)
         if value is None or not math.isfinite(value):
             bound = "a finite number" if cell else "a number, and the cell is empty"
-            raise validation_error(place, cell[:40], "", bound, "correct it, or leave the row out")
+            raise validation_error(name, cell[:40], "", bound, "correct it, or leave the row out")
         if abs(value * column.factor) > column.most:
             bound = f"at most {column.most / column.factor:g}"
-            raise validation_error(place, cell, "", bound, "check the unit of the column")
+            raise validation_error(name, cell, "", bound, "check the unit of the column")
         return value * column.factor
-
-    def last_digit(self, row: Row, column: Column) -> float:
-        """Return what one step of the last written digit of a number is worth [unit of the number]."""
-        exponent = Decimal(row.cells[column.index].replace(",", ".")).as_tuple().exponent
-        return 10.0 ** int(exponent) * column.factor
 
 
 def place_of(source: str, line: int, label: str = "") -> str:
@@ -146,7 +161,7 @@ def read_csv(source: Path | str) -> tuple[CsvFormat, list[Row]]:
     if all(row.empty for row in rows):
         bound = "a CSV file with a header and numbers, and it is empty"
         raise validation_error(str(source), "", "", bound, "export the table again")
-    _refuse_two_readings(str(source), rows)
+    _refuse_unclear_commas(str(source), rows)
     return form, rows
 
 
@@ -171,8 +186,9 @@ def lines_of(source: Path | str) -> Iterator[str]:
         raise validation_error(str(source), "binary", "", "a text file, CSV", "export the table as CSV")
     else:
         # Shift JIS is what Japanese machines write; nearly every file could be it, so its words have to be there.
-        japanese = any(word in content.decode("cp932", "ignore") for word in ("試験力", "荷重", "変位", "ストローク"))
-        encodings = ["utf-8-sig", "cp932"] if japanese else ["utf-8-sig", "cp1252"]
+        as_japanese = content.decode("cp932", "ignore")
+        is_japanese = any(word in as_japanese for word in _JAPANESE_WORDS)
+        encodings = ["utf-8-sig", "cp932" if is_japanese else "cp1252"]
     for encoding in encodings:
         try:
             text = content.decode(encoding)
@@ -196,88 +212,105 @@ def _lines_of_stream() -> Iterator[str]:
         yield text.rstrip("\r\n")
 
 
-def _refuse_two_readings(source: str, rows: Sequence[Row]) -> None:
+def _refuse_unclear_commas(source: str, rows: Sequence[Row]) -> None:
     """Raise InputError where numbers have two decimal signs, or none has a comma that cannot part thousands."""
-    numbers = [(row, cell) for row in rows for cell in row.cells if is_number(cell)]
-    commas = [(row, cell) for row, cell in numbers if "," in cell]
-    points = [(row, cell) for row, cell in numbers if "." in cell]
-    hint = "export it with one decimal sign, a point"
-    if commas and points:
-        row, cell = points[0]
+    with_comma = []
+    with_point = []
+    for row in rows:
+        for cell in row.cells:
+            if is_number(cell) and "," in cell:
+                with_comma.append((row.line, cell))
+            elif is_number(cell) and "." in cell:
+                with_point.append((row.line, cell))
+    if not with_comma:
+        return
+    line, cell = with_comma[0]
+    if with_point:
+        line, cell = with_point[0]
         bound = "a number with a decimal comma, as others of this file have"
-        raise validation_error(place_of(source, row.line), cell, "", bound, hint)
-    if commas and all(_THOUSANDS.fullmatch(cell) for _, cell in commas):
-        row, cell = commas[0]
+    elif all(_THOUSANDS.fullmatch(cell) for _, cell in with_comma):
         bound = "a number whose comma is surely decimal, and all of this file may part thousands"
-        raise validation_error(place_of(source, row.line), cell, "", bound, hint)
+    else:
+        return
+    raise validation_error(place_of(source, line), cell, "", bound, "export it with one decimal sign, a point")
 
 
-def header_flags(columns: str | None, units: str | None, quantities: Mapping[str, Quantity]) -> HeaderFlags:
-    """Return what `--columns NAME=HEADER,...` and `--units NAME=UNIT,...` say; raises InputError for another name."""
-    given: dict[str, dict[str, str]] = {"--columns": {}, "--units": {}}
-    for flag, text in (("--columns", columns), ("--units", units)):
-        for part in text.split(",") if text else ():
-            name, sign, value = part.partition("=")
-            if not sign or name.strip() not in quantities:
-                bound = f"NAME=TEXT parted by commas, each NAME one of {', '.join(quantities)}"
-                raise validation_error(flag, part, "", bound, "write for instance force=Kraft or force=kN")
-            given[flag][name.strip()] = value.strip()
-    for name, unit in given["--units"].items():
-        given["--units"][name] = unit_of("--units", quantities[name], unit)
-    return HeaderFlags(columns=given["--columns"], units=given["--units"])
+def told_quantities(quantities: Mapping[str, Quantity], columns: str | None, units: str | None) -> dict[str, Quantity]:
+    """Return quantities with what `--columns NAME=HEADER,...` and `--units NAME=UNIT,...` tell of them.
+
+    Raises InputError for another name or unit.
+    """
+    told = dict(quantities)
+    for name, header in _named_values("--columns", columns, quantities):
+        bracketed = _IN_BRACKETS.fullmatch(header)
+        told[name] = replace(told[name], words=(*told[name].words, bracketed[1] if bracketed else header))
+    for name, unit in _named_values("--units", units, quantities):
+        told[name] = with_unit(told[name], unit, "--units")
+    return told
 
 
-def columns_of(
-    source: str, header: Row, quantities: Mapping[str, Quantity], flags: HeaderFlags = NO_FLAGS
-) -> list[Column]:
+def with_unit(quantity: Quantity, unit: str, flag: str) -> Quantity:
+    """Return a quantity in the unit that a flag tells; raises InputError for a unit that it does not have."""
+    return replace(quantity, told_unit=_unit_of(flag, quantity, unit))
+
+
+def _named_values(flag: str, text: str | None, names: Mapping[str, Quantity]) -> Iterator[tuple[str, str]]:
+    """Yield name and value of each part of NAME=VALUE,...; raises InputError for another name."""
+    for part in text.split(",") if text else ():
+        name, sign, value = part.partition("=")
+        if not sign or name.strip() not in names:
+            bound = f"NAME=TEXT parted by commas, each NAME one of {', '.join(names)}"
+            raise validation_error(flag, part, "", bound, "write for instance force=Kraft or force=kN")
+        yield name.strip(), value.strip()
+
+
+def columns_of(source: str, header: Row, quantities: Mapping[str, Quantity]) -> list[Column]:
     """Return the columns of a header that name a quantity, by their order; others are left out.
 
-    Raises InputError for a unit that the quantity does not have, and for one that a flag contradicts.
+    Raises InputError for a unit that the quantity does not have, or that is another than a flag tells.
     """
+    names = {}
+    for name, quantity in quantities.items():
+        for word in (name, *quantity.words):
+            names[_normal(word)] = name
     columns = []
     for index, label in enumerate(header.cells):
-        place = place_of(source, header.line, label)
-        name, written = _split_header(label, quantities, flags.columns)
-        if name is None:
+        words, written_unit = _split_label(label, names)
+        if words not in names:
             continue
+        name = names[words]
         quantity = quantities[name]
         if not quantity.units:
-            columns.append(Column(index=index, label=label, name=name, factor=0.0, most=0.0))
+            columns.append(Column(index=index, label=label, name=name))
             continue
-        given = flags.units.get(name, "")
-        unit = unit_of(place, quantity, written or given or quantity.default)
-        if given and unit != given:
-            raise validation_error(place, written, "", f"in {given}, as a flag says", "leave that flag out")
-        note = "" if written or given else f"the unit of {label!r} is not given: {unit} is assumed"
+        place = place_of(source, header.line, label)
+        unit = _unit_of(place, quantity, written_unit or quantity.told_unit or quantity.default)
+        if quantity.told_unit not in ("", unit):
+            bound = f"in {quantity.told_unit}, as a flag says"
+            raise validation_error(place, written_unit, "", bound, "leave that flag out")
+        is_assumed = not written_unit and not quantity.told_unit
+        note = f"the unit of {label!r} is not given: {unit} is assumed" if is_assumed else ""
         factor = quantity.units[unit]
         columns.append(Column(index=index, label=label, name=name, factor=factor, most=quantity.most, note=note))
     return columns
 
 
-def only_columns(
-    source: str, header: Row, quantities: Mapping[str, Quantity], needed: Sequence[str] = ()
-) -> list[Column]:
-    """Return the columns of a header all of which name a quantity, each once; raises InputError otherwise."""
-    columns = columns_of(source, header, quantities)
-    understood = {column.index for column in columns}
-    for index, label in enumerate(header.cells):
-        if index not in understood:
-            names = [f"{name}_{next(iter(quantity.units), '')}".strip("_") for name, quantity in quantities.items()]
-            hint = f"did you mean {nearest(label, names)}?"
-            raise validation_error(place_of(source, header.line, label), label, "", f"one of {', '.join(names)}", hint)
-    names = [column.name for column in columns]
-    for column in columns:
-        if names.count(column.name) > 1:
-            place = place_of(source, header.line, column.label)
-            raise validation_error(place, column.label, "", f"the only column of {column.name}", "leave one out")
-    for name in needed:
-        if name not in names:
-            bound = f"columns {', '.join(needed)}, each with its unit"
-            raise validation_error(place_of(source, header.line), ", ".join(names), "", bound, f"add a column {name}")
-    return columns
+def _split_label(label: str, names: Mapping[str, str]) -> tuple[str, str]:
+    """Return the words of a header in lower case, and the unit that it writes, "" for none."""
+    in_brackets = _IN_BRACKETS.fullmatch(label)
+    if in_brackets:
+        return _normal(in_brackets[1]), in_brackets[2].strip()
+    behind = _UNIT_BEHIND.fullmatch(label)
+    if behind is None or _normal(label) in names:
+        return _normal(label), ""
+    return _normal(behind[1]), behind[2]
 
 
-def unit_of(place: str, quantity: Quantity, text: str) -> str:
+def _normal(words: str) -> str:
+    return re.sub(r"[\s_]+", " ", words).strip().lower()
+
+
+def _unit_of(place: str, quantity: Quantity, text: str) -> str:
     """Return the unit of a quantity that a text spells; raises InputError that names the place."""
     unit = _SPELLINGS.get(text.lower(), text)
     if unit not in quantity.units:
@@ -292,74 +325,93 @@ def is_unit(cell: str) -> bool:
     return _SPELLINGS.get(text.lower(), text) in FORCE | LENGTH | TIME
 
 
-def _split_header(label: str, quantities: Mapping[str, Quantity], columns: Mapping[str, str]) -> tuple[str | None, str]:
-    """Return the name of the quantity that a header means, None for none, and the unit that it writes, "" for none."""
-    names = {}
-    for name, quantity in quantities.items():
-        for word in (name, *quantity.words):
-            names[_normal(word)] = name
-    for name, header in columns.items():
-        bracketed = _IN_BRACKETS.fullmatch(header)
-        names[_normal(bracketed[1] if bracketed else header)] = name
-    bracketed = _IN_BRACKETS.fullmatch(label)
-    if bracketed:
-        return names.get(_normal(bracketed[1])), bracketed[2].strip()
-    behind = _UNIT_BEHIND.fullmatch(label)
-    if _normal(label) in names or behind is None:
-        return names.get(_normal(label)), ""
-    return names.get(_normal(behind[1])), behind[2]
+def strict_columns(
+    form: CsvFormat, header: Row, quantities: Mapping[str, Quantity], needed: Sequence[str], example: str
+) -> list[Column]:
+    """Return the columns of a header all of which name a quantity, each once, and none of `needed` missing.
 
-
-def _normal(words: str) -> str:
-    return re.sub(r"[\s_]+", " ", words).strip().lower()
-
-
-class MeasuredRow(NamedTuple):
-    """One row: its line in the file, and its texts and numbers [mm, N, MPa, 1] by the name of their quantity.
-
-    `digits` is what one step of the last written digit of each number is worth.
+    Raises InputError otherwise, which shows an example of a header.
     """
+    columns = columns_of(form.source, header, quantities)
+    first_labels: dict[str, str] = {}
+    for column in columns:
+        if column.name in first_labels:
+            place = place_of(form.source, header.line, column.label)
+            bound = f"the only column of its kind, and {first_labels[column.name]!r} is one"
+            raise validation_error(place, column.label, "", bound, "leave one out")
+        first_labels[column.name] = column.label
 
-    line: int
-    texts: Mapping[str, str]
-    numbers: Mapping[str, float]
-    digits: Mapping[str, float]
+    understood = {column.index for column in columns}
+    headers = [_header_of(name, quantity) for name, quantity in quantities.items()]
+    for index, label in enumerate(header.cells):
+        if index not in understood:
+            place = place_of(form.source, header.line, label)
+            hint = f"did you mean {nearest(label, headers)}? A header is for instance {example}"
+            raise validation_error(place, label, "", f"one of {', '.join(headers)}", hint)
+
+    missing = [_header_of(name, quantities[name]) for name in needed if name not in first_labels]
+    if missing:
+        place = place_of(form.source, header.line)
+        bound = f"a header that has {' and '.join(missing)} too"
+        raise validation_error(place, form.delimiter.join(header.cells), "", bound, f"for instance {example}")
+    return columns
 
 
-def read_table(source: Path | str, quantities: Mapping[str, Quantity]) -> list[MeasuredRow]:
-    """Return the rows of a file whose first line is its header; raises InputError at the first that cannot be used."""
-    form, rows = read_csv(source)
-    columns = only_columns(form.source, rows[0], quantities)
-    measured = []
-    for row in rows[1:]:
-        if row.empty:
-            continue
-        refuse_other_length(form, row, len(columns))
-        numbers = [column for column in columns if column.factor]
-        measured.append(
-            MeasuredRow(
-                row.line,
-                {column.name: row.cells[column.index] for column in columns if not column.factor},
-                {column.name: form.number(row, column) for column in numbers},
-                {column.name: form.last_digit(row, column) for column in numbers},
-            )
-        )
-    if not measured:
-        raise validation_error(form.source, 0, "rows", "at least one row below the header", "measure the unit")
-    return measured
+def _header_of(name: str, quantity: Quantity) -> str:
+    """Return a header of a quantity as a person may write it."""
+    unit = next(iter(quantity.units), "1")
+    return name if unit == "1" else f"{name}_{unit}"
 
 
 def refuse_other_length(form: CsvFormat, row: Row, columns: int) -> None:
     """Raise InputError for a row of more or fewer cells than there are columns."""
     if len(row.cells) != columns:
-        hint = "part cells by semicolons where numbers have decimal commas"
         place = place_of(form.source, row.line)
-        raise validation_error(place, len(row.cells), "cells", f"{columns} cells, as its header", hint)
+        raise validation_error(place, len(row.cells), "cells", f"{columns} cells, as its header", _PART_CELLS)
 
 
-def refuse_missing(source: str, row: MeasuredRow, names: Sequence[str]) -> None:
-    """Raise InputError where a table has no column of a quantity."""
-    for name in names:
-        if name not in row.numbers:
-            bound = f"columns {', '.join(names)}, each with its unit"
-            raise validation_error(place_of(source, 1), ", ".join(row.numbers), "", bound, f"add a column {name}")
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeasuredTable:
+    """The columns of a table by the name of their quantity: texts, and numbers [mm, N, MPa or 1], shape (rows,).
+
+    `last_digits` is what one step of the last written digit of each number is worth; `lines` are those of the file.
+    """
+
+    source: str
+    lines: tuple[int, ...]
+    texts: Mapping[str, tuple[str, ...]]
+    numbers: Mapping[str, Floats]
+    last_digits: Mapping[str, Floats]
+
+
+def numbers_of(
+    form: CsvFormat, rows: Sequence[Row], quantities: Mapping[str, Quantity], needed: Sequence[str], example: str
+) -> MeasuredTable:
+    """Return the rows of a file, the first of which is its header, as numbers and texts.
+
+    Raises InputError as `strict_columns` does, and at the first cell that cannot be used.
+    """
+    columns = strict_columns(form, rows[0], quantities, needed, example)
+    filled = [row for row in rows[1:] if not row.empty]
+    if not filled:
+        raise validation_error(form.source, 0, "rows", "at least one row below the header", "measure the unit")
+    for row in filled:
+        refuse_other_length(form, row, len(columns))
+    texts = {}
+    numbers = {}
+    last_digits = {}
+    for column in columns:
+        cells = tuple(row.cells[column.index] for row in filled)
+        if not column.factor:
+            texts[column.name] = cells
+            continue
+        numbers[column.name] = np.array([form.number(row, column) for row in filled])
+        exponents = [Decimal(cell.replace(",", ".")).as_tuple().exponent for cell in cells]
+        last_digits[column.name] = column.factor * 10.0 ** np.array(exponents, dtype=np.float64)
+    return MeasuredTable(
+        source=form.source,
+        lines=tuple(row.line for row in filled),
+        texts=texts,
+        numbers=numbers,
+        last_digits=last_digits,
+    )

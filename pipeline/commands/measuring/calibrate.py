@@ -31,23 +31,23 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
     from cad.theory.contrast_law import ReadingError
-    from pipeline.measure.calibrating.calibration import calibrated, measured_rows, modulus_of_coupon
+    from pipeline.measure.calibrating.calibration import calibrated, measured_print, modulus_of_coupon
     from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.report.stored import read_report
 
     if arguments.classes:
         ripeness_classes(arguments.classes)
     report = read_report(arguments.folder)
-    rows = measured_rows(arguments.measured, report)
-    if "coupon" in rows[0].texts:
+    table = measured_print(arguments.measured, report)
+    if "coupon" in table.texts:
         if arguments.out is not None:
             bound = "left out for a coupon, which tells a modulus and no unit"
             raise validation_error("--out", str(arguments.out), "", bound, "leave it out")
-        modulus = modulus_of_coupon(arguments.measured, rows, report)
+        modulus = modulus_of_coupon(table, report)
         _print_modulus(modulus, report.design.process.E_MPa, as_json=arguments.json)
         return PASSED
     try:
-        calibration = calibrated(report, arguments.measured, rows)
+        calibration = calibrated(report, table)
     except ReadingError as error:
         msg = f"{arguments.measured}: {error}"
         raise InputError(msg) from error
@@ -94,7 +94,10 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
             for row in calibration.table
         ],
         "verdicts": [asdict(verdict) for verdict in calibration.verdicts],
-        "trims": [{"tip": trim.name, "leaf_longer_mm": trim.longer} for trim in calibration.trims],
+        "trims": [
+            {"tip": tip, "leaf_longer_mm": longer}
+            for tip, longer in zip(calibration.unit.tips, calibration.trims, strict=False)
+        ],
     }
 
 
@@ -107,9 +110,9 @@ def _print(calibration: "Calibration") -> None:
     print_verdicts("the unit against its design", calibration.verdicts)
     if all_passed(calibration.verdicts) is not False:
         return
-    for trim in calibration.trims:
-        what = "file the roots of both leaves, longer by" if trim.longer > 0.0 else "clamp both leaves, shorter by"
-        print(f"{trim.name}: {what} {abs(trim.longer):.2f} mm for {1e3 * trim.target:.1f} N/m")
+    for tip, longer, target in zip(calibration.unit.tips, calibration.trims, calibration.nominal, strict=False):
+        what = "file the roots of both leaves, longer by" if longer > 0.0 else "clamp both leaves, shorter by"
+        print(f"{tip}: {what} {abs(longer):.2f} mm for {1e3 * target:.1f} N/m")
 
 
 def _print_springs(calibration: "Calibration") -> None:

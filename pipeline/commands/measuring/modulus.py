@@ -9,7 +9,7 @@ from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, ans
 
 if TYPE_CHECKING:
     from pipeline.measure.compression.force_law import TestGeometry
-    from pipeline.measure.measured_table import HeaderFlags
+    from pipeline.measure.measured_table import Quantity
 
 PURPOSE = "turn compression tests into the modulus of the fruit"
 EXAMPLE = "pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35"
@@ -63,10 +63,10 @@ def execute(arguments: Namespace) -> int:
 
     _refuse_plot(arguments.plot)
     geometry, assumed = _geometry(arguments)
-    flags = _header_flags(arguments)
+    quantities = _told_quantities(arguments)
     results = []
     for file in dict.fromkeys(arguments.files):
-        for specimen in read_specimens(file, flags):
+        for specimen in read_specimens(file, quantities):
             results.append(measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative))
     if arguments.plot is not None:
         from pipeline.measure.compression.plot import plotted
@@ -93,17 +93,16 @@ def _refuse_plot(path: Path | None) -> None:
         raise validation_error("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
 
 
-def _header_flags(arguments: Namespace) -> "HeaderFlags":
-    """Return what the flags say of headers and units."""
+def _told_quantities(arguments: Namespace) -> "dict[str, Quantity]":
+    """Return what headers mean, with what the flags say of them and of their units."""
     from pipeline.measure.compression.specimens import QUANTITIES
-    from pipeline.measure.measured_table import HeaderFlags, header_flags, unit_of
+    from pipeline.measure.measured_table import told_quantities, with_unit
 
-    flags = header_flags(arguments.columns, arguments.units, QUANTITIES)
-    units = dict(flags.units)
+    quantities = told_quantities(QUANTITIES, arguments.columns, arguments.units)
     for name, unit in (("force", arguments.force_unit), ("travel", arguments.travel_unit)):
         if unit is not None:
-            units[name] = unit_of(f"--{name}-unit", QUANTITIES[name], unit)
-    return HeaderFlags(columns=flags.columns, units=units)
+            quantities[name] = with_unit(quantities[name], unit, f"--{name}-unit")
+    return quantities
 
 
 def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:

@@ -5,7 +5,7 @@ each reading gives one equation. Springs of one kind are prints of one drawing a
 """
 
 import itertools
-from collections.abc import Mapping, Sequence
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cad.quantity import Estimate, validation_error
 from cad.theory.contrast_law import ContrastLaw, contrast_terms
 from cad.theory.hertz import relative_curvature
-from pipeline.measure.measured_table import MeasuredRow, place_of, refuse_missing
+from pipeline.measure.measured_table import MeasuredTable, place_of
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.signals import force_keys
 
@@ -42,139 +42,163 @@ class _Equation(NamedTuple):
     noise: float
 
 
-class _Solution(NamedTuple):
+class _Softness(NamedTuple):
     """By what each spring is softer than the unit's [1], (tips,), and its standard deviation by noise."""
 
-    softness: Floats
-    deviation: Floats
+    factors: Floats
+    deviations: Floats
 
 
-def springs_on_rubbers(
-    source: str, rows: Sequence[MeasuredRow], sensor: MeasuringUnit
-) -> tuple[list[Estimate], list[str]]:
-    """Return the stiffness of each spring [N/mm] with its standard deviation, and what was assumed.
+def springs_on_rubbers(table: MeasuredTable, sensor: MeasuringUnit) -> list[Estimate]:
+    """Return the stiffness of each spring [N/mm] with its standard deviation.
 
     Raises InputError for readings that tell none.
     """
     tips = sensor.report.tips
-    refuse_missing(source, rows[0], force_keys(len(tips)))
-    names = list(dict.fromkeys(row.texts["rubber"] for row in rows))
+    rubbers = np.array(table.texts["rubber"])
+    names = list(dict.fromkeys(table.texts["rubber"]))
     if len(names) < FEWEST_RUBBERS:
         bound = f"at least {FEWEST_RUBBERS} of different modulus"
-        raise validation_error(source, len(names), "rubbers", bound, "add a reading")
-    moduli = {row.line: _modulus(source, row, sensor) for row in rows}
-    softness, by_noise = _solved(source, sensor, rows, moduli)
-    deviations = [by_noise]
-    for name in names:
-        readings = [row for row in rows if row.texts["rubber"] == name]
-        harder = moduli | {row.line: moduli[row.line] * (1.0 + _MOVED) for row in readings}
-        change = _solved(source, sensor, rows, harder).softness - softness
-        deviations.append(change / _MOVED * readings[0].numbers.get("E_error", 0.0))
-    relative = np.linalg.norm(deviations, axis=0) / softness
+        raise validation_error(table.source, len(names), "rubbers", bound, "add a reading")
+    forces = np.column_stack([table.numbers[key] for key in force_keys(len(tips))])
+    for line, row in zip(table.lines, forces, strict=True):
+        if not row.min() > 0.0:
+            place = place_of(table.source, line)
+            raise validation_error(place, float(row.min()), "N", "above 0, on every tip", "press farther")
+
+    moduli = _moduli(table, sensor)
+    softness = _softness(table, sensor, forces, moduli)
+    deviations = [softness.deviations]
+    if "E_error" in table.numbers:
+        for name in names:
+            is_this = rubbers == name
+            harder = _softness(table, sensor, forces, np.where(is_this, moduli * (1.0 + _MOVED), moduli))
+            error = table.numbers["E_error"][is_this][0]
+            deviations.append((harder.factors - softness.factors) / _MOVED * error)
+    stiffnesses = 1.0 / (np.diag(sensor.C) * softness.factors)
+    errors = np.linalg.norm(deviations, axis=0) / softness.factors
+
     springs = []
-    for tip, C, factor, error in zip(
-        tips, np.diag(np.array(sensor.C)), softness.tolist(), relative.tolist(), strict=True
-    ):
-        field = f"{source}: spring of tip {tip.name}"
-        if not factor > 0.0:
+    for tip, K, error in zip(tips, stiffnesses.tolist(), errors.tolist(), strict=True):
+        field = f"{table.source}: spring of tip {tip.name}"
+        if not K > 0.0:
             bound = "above 0, by forces of this sensor on these rubbers"
-            raise validation_error(field, 1.0 / (factor * C), "N/mm", bound, "check units and order of the columns")
+            raise validation_error(field, K, "N/mm", bound, "check units and order of the columns")
         if error > MOST_OPEN:
             hint = "press more often and deeper, take a harder rubber, or weigh it"
             bound = f"known to {100.0 * MOST_OPEN:g} %"
             raise validation_error(field, f"+- {100.0 * error:.0f} %", "", bound, hint)
-        springs.append(Estimate(1.0 / (C * factor), error / (C * factor), "N/mm"))
-    return springs, _assumed(source, rows[0].numbers, sensor)
+        springs.append(Estimate(K, error * K, "N/mm"))
+    return springs
 
 
-def _assumed(source: str, numbers: Mapping[str, float], sensor: MeasuringUnit) -> list[str]:
-    assumed = [f"{source}: each row is taken for the mean of a hundred samples"]
-    if "E_error" not in numbers:
-        assumed.append(f"{source}: no column E_error_percent, the moduli of the rubbers are taken for exact")
-    if "radius" not in numbers:
+def assumed_of_rubbers(table: MeasuredTable, sensor: MeasuringUnit) -> list[str]:
+    """Return a sentence on each thing that is taken for granted."""
+    assumed = ["each row is taken for the mean of a hundred samples"]
+    if "E_error" not in table.numbers:
+        assumed.append("no column E_error_percent, the moduli of the rubbers are taken for exact")
+    if "radius" not in table.numbers:
         shape = "the rubbers are taken for flat, and as large as the design's fruit"
-        assumed.append(f"{source}: no column radius_mm, {shape}")
+        assumed.append(f"no column radius_mm, {shape}")
+    sentences = [f"{table.source}: {sentence}" for sentence in assumed]
     if len(sensor.report.tips) > len(set(sensor.design.tips.springs)):
-        assumed.append(f"springs of one kind are taken for alike within {100.0 * ALIKE:g} %")
-    return assumed
+        sentences.append(f"springs of one kind are taken for alike within {100.0 * ALIKE:g} %")
+    return sentences
 
 
-def _modulus(source: str, row: MeasuredRow, sensor: MeasuringUnit) -> float:
-    """Return the modulus [MPa] that a fruit of the design's Poisson's ratio has where it is as stiff as a rubber."""
-    numbers = row.numbers
-    poisson = sensor.design.fruit.poisson
-    place = place_of(source, row.line)
-    if sensor.deep is not None and not abs(numbers.get("poisson", np.inf) - poisson) <= ALIKE_POISSON:
-        # E / (1 - nu^2) makes two bodies alike at small strain only: another nu bends the curve otherwise.
-        bound = f"within {ALIKE_POISSON:g} of the fruit's {poisson:g} at large strain"
-        field = f"{place}: poisson of rubber {row.texts['rubber']}"
-        raise validation_error(field, numbers.get("poisson"), "", bound, "calibrate with weights")
+def _moduli(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
+    """Return the modulus [MPa] that fruit of the design's Poisson's ratio has where it is as stiff as each rubber."""
+    numbers = table.numbers
+    nu = sensor.design.fruit.poisson
+    rubber_nu = numbers.get("poisson", np.full(len(table.lines), np.nan))
     if "E_over_1_minus_nu2" in numbers:
         reduced = numbers["E_over_1_minus_nu2"]
     elif "E" in numbers and "poisson" in numbers:
-        reduced = numbers["E"] / (1.0 - numbers["poisson"] ** 2) if abs(numbers["poisson"]) < 1.0 else np.inf
+        # a ratio of 1 or more is no rubber's, and leaves no modulus
+        reduced = numbers["E"] / np.where(np.abs(rubber_nu) < 1.0, 1.0 - rubber_nu**2, np.nan)
     else:
         bound = "E_over_1_minus_nu2_MPa, or E_MPa beside poisson"
-        raise validation_error(place_of(source, 1), None, "", bound, "add the columns")
-    if not 0.0 < reduced < np.inf:
-        raise validation_error(place, reduced, "MPa", "greater than 0", "mend that line")
-    return reduced * (1.0 - poisson**2)
+        raise validation_error(place_of(table.source, 1), None, "", bound, "add the columns")
+    for index, line in enumerate(table.lines):
+        place = place_of(table.source, line)
+        if sensor.deep is not None and not abs(rubber_nu[index] - nu) <= ALIKE_POISSON:
+            # E / (1 - nu^2) makes two bodies alike at small strain only: another nu bends the curve otherwise.
+            bound = f"within {ALIKE_POISSON:g} of the fruit's {nu:g} at large strain"
+            field = f"{place}: poisson of rubber {table.texts['rubber'][index]}"
+            value = float(rubber_nu[index]) if "poisson" in numbers else None
+            raise validation_error(field, value, "", bound, "calibrate with weights")
+        if not reduced[index] > 0.0:
+            raise validation_error(place, float(reduced[index]), "MPa", "greater than 0", "mend that line")
+    return np.asarray(reduced * (1.0 - nu**2))
 
 
-def _solved(source: str, sensor: MeasuringUnit, rows: Sequence[MeasuredRow], moduli: Mapping[int, float]) -> _Solution:
-    """Solve the equations of all readings by least squares; `moduli` [MPa] by the line of a row. Raises InputError."""
-    tips = len(sensor.report.tips)
-    rubbers = list(dict.fromkeys(row.texts["rubber"] for row in rows)) if sensor.law is None else []
+def _softness(table: MeasuredTable, sensor: MeasuringUnit, forces: Floats, moduli: Floats) -> _Softness:
+    """Solve the equations of all readings by least squares: forces [N], (rows, tips), on moduli [MPa], (rows,).
+
+    Raises InputError where they cannot be resolved.
+    """
+    tips = forces.shape[1]
+    rubbers = table.texts["rubber"]
+    radii = table.numbers.get("radius", np.full(len(rubbers), np.inf))
+    # One tip of a pair may stand before the other, on each rubber anew: an unknown for each.
+    offsets = list(dict.fromkeys(rubbers)) if sensor.law is None else []
     matrix = []
     right = []
-    for row in rows:
-        equation = _equation(source, sensor, row, moduli[row.line])
-        # One tip of a pair may stand before the other, on each rubber anew: an unknown for each.
-        offsets = [-1.0 if row.texts["rubber"] == name else 0.0 for name in rubbers]
-        matrix.append(np.array([*equation.coefficients, *offsets]) / equation.noise)
+    for index, rubber in enumerate(rubbers):
+        E = float(moduli[index])
+        if sensor.law is None:
+            equation = _difference_equation(sensor, forces[index], E)
+        else:
+            law = _on_rubber(sensor, sensor.law, float(radii[index]))
+            equation = _contrast_equation(sensor, law, forces[index], E)
+        row = np.concatenate([equation.coefficients, np.zeros(len(offsets))])
+        if offsets:
+            row[tips + offsets.index(rubber)] = -1.0
+        matrix.append(row / equation.noise)
         right.append(equation.right / equation.noise)
-    for kind in sensor.design.tips.spring_groups:
-        for first, second in itertools.pairwise(kind):
-            alike = np.zeros(tips + len(rubbers))
-            alike[first] = 1.0 / ALIKE
-            alike[second] = -1.0 / ALIKE
-            matrix.append(alike)
+    for group in sensor.design.tips.spring_groups:
+        for first, second in itertools.pairwise(group):
+            row = np.zeros(tips + len(offsets))
+            row[first] = 1.0 / ALIKE
+            row[second] = -1.0 / ALIKE
+            matrix.append(row)
             right.append(0.0)
+
     scale = np.linalg.norm(matrix, axis=0)
     A = np.array(matrix) / scale
     solution, _, rank, _ = np.linalg.lstsq(A, np.array(right), rcond=_RANK)
     if rank < A.shape[1]:
         bound = "readings that tell the springs apart, of rubbers of different modulus"
-        raise validation_error(source, len(rows), "rows", bound, "add another rubber")
-    residual = A @ solution - np.array(right)
+        raise validation_error(table.source, len(rubbers), "rows", bound, "add another rubber")
+    residual = A @ solution - right
     variance = max(1.0, float(residual @ residual) / max(1, A.shape[0] - A.shape[1]))
     deviation = np.sqrt(variance * np.diag(np.linalg.inv(A.T @ A)))
-    return _Solution((solution / scale)[:tips], (deviation / scale)[:tips])
+    return _Softness((solution / scale)[:tips], (deviation / scale)[:tips])
 
 
-def _equation(source: str, sensor: MeasuringUnit, row: MeasuredRow, E: float) -> _Equation:
-    """Return the equation of a reading on a rubber of modulus E [MPa]."""
-    forces = np.array([row.numbers[key] for key in force_keys(len(sensor.report.tips))])
-    if not (forces > 0.0).all():
-        place = place_of(source, row.line)
-        raise validation_error(place, float(forces.min()), "N", "above 0, on every tip", "press farther")
+def _difference_equation(sensor: MeasuringUnit, forces: Floats, E: float) -> _Equation:
+    """Return the equation of a reading of a pair, forces [N], on a rubber of modulus E [MPa]: one travel."""
     C = np.array(sensor.C)
     compliance = np.diag(C)
-    coupled = (C - np.diag(compliance)) @ forces  # how far the frame moves each tip for the forces of the others
-    noises = AVERAGED * np.array(sensor.noises)
-    if sensor.law is None:
-        weights = np.array([1.0, -1.0])
-        skin = sensor.own_less_other / E
-        sunk = skin * float(weights @ forces)
-        if sensor.deep is not None:
-            sunk = float(sensor.deep.skin_difference(forces, E))
-        noise = float(np.linalg.norm(np.hypot(compliance, skin) * noises))
-        return _Equation(weights * compliance * forces, -sunk - float(weights @ coupled), noise)
-    law = _on_rubber(sensor, sensor.law, row.numbers.get("radius", np.inf))
+    difference = np.array([1.0, -1.0])
+    by_frame = (C - np.diag(compliance)) @ forces  # how far the frame moves each tip for the force of the other
+    skin = sensor.own_less_other / E
+    skin_difference = skin * float(difference @ forces)
+    if sensor.deep is not None:
+        skin_difference = float(sensor.deep.skin_difference(forces, E))
+    noise = math.hypot(*(np.hypot(compliance, skin) * AVERAGED * sensor.noises))
+    return _Equation(difference * compliance * forces, -skin_difference - float(difference @ by_frame), noise)
+
+
+def _contrast_equation(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats, E: float) -> _Equation:
+    """Return the equation of a reading of more tips, forces [N], on a rubber of modulus E [MPa]: no contrast."""
+    compliance = np.diag(law.C)
     weights = np.array(law.weights)
-    _, dome, body = contrast_terms(law, forces.tolist())
-    rest = float(weights @ (coupled + np.array(law.gaps))) + dome * E ** (-2.0 / 3.0) + body / E
-    return _Equation(weights * compliance * forces, -rest, float(np.linalg.norm(weights * compliance * noises)))
+    coefficients = weights * compliance * forces
+    rigid, dome, body = contrast_terms(law, forces.tolist())
+    without_springs = rigid - coefficients.sum() + dome * E ** (-2.0 / 3.0) + body / E
+    noise = math.hypot(*(weights * compliance * AVERAGED * sensor.noises))
+    return _Equation(coefficients, -without_springs, noise)
 
 
 def _on_rubber(sensor: MeasuringUnit, law: ContrastLaw, radius: float) -> ContrastLaw:

@@ -36,19 +36,6 @@ class UnitRow:
     with_design: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class Trim:
-    """By how much the leaves of a spring must be longer (filed) or shorter (clamped, below 0) to meet its target [mm].
-
-    `K` and `target` [N/mm].
-    """
-
-    name: str
-    K: float
-    target: float
-    longer: float
-
-
 def error_sources(sensor: MeasuringUnit) -> str:
     """Return what the error of a calibrated unit counts: its springs, and at large strain the curve of a tip."""
     return "by the springs alone" if sensor.deep is None else "by springs and curve of a tip"
@@ -60,18 +47,20 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
     rows = []
     for E in np.geomspace(least, largest, MODULI).tolist():
         forces = level_forces(sensor, E)
-        low, high = (math.fsum(forces[tip] for tip in kind) / len(kind) for kind in sensor.design.tips.spring_groups)
-        by_curve = 0.0 if sensor.deep is None else curve_contribution(sensor.deep, one_sample(forces), E)
+        low, high = (float(forces[list(group)].mean()) for group in sensor.design.tips.spring_groups)
+        by_curve = 0.0
+        if sensor.deep is not None:
+            by_curve = error_by_curve(curve_contribution(sensor.deep, one_sample(forces), E))
         try:
-            with_design = read_level(nominal, forces) / E - 1.0
+            with_design = _read_level(nominal, forces) / E - 1.0
         except ReadingError:
             with_design = math.inf
-        u = math.hypot(error_by_springs(sensor, _spring_slopes(sensor, forces, E)), error_by_curve(by_curve))
-        rows.append(UnitRow(E=E, forces=tuple(forces), P=high / low, u=u, with_design=with_design))
+        u = math.hypot(error_by_springs(sensor, _spring_slopes(sensor, forces, E)), by_curve)
+        rows.append(UnitRow(E=E, forces=tuple(forces.tolist()), P=high / low, u=u, with_design=with_design))
     return tuple(rows)
 
 
-def level_forces(sensor: MeasuringUnit, E: float) -> list[float]:
+def level_forces(sensor: MeasuringUnit, E: float) -> Floats:
     """Return the forces of all tips [N] of a level unit at full travel on a fruit of modulus E [MPa].
 
     travel + least gap = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i; raises ReadingError where a tip is off.
@@ -90,7 +79,7 @@ def level_forces(sensor: MeasuringUnit, E: float) -> list[float]:
     depth = travel + gaps.min() - gaps  # travel counts from the first touch
 
     def balance(roots: Floats) -> tuple[Floats, Floats]:
-        """Return the residual [mm] and its slopes, for the cube roots of the forces."""
+        """Return the residual [mm] and its slopes, for the cube roots of the forces: in these it is a polynomial."""
         slopes = 3.0 * linear * roots**2 + np.diag(2.0 * dome * roots)
         return linear @ roots**3 + dome * roots**2 - depth, slopes
 
@@ -99,12 +88,23 @@ def level_forces(sensor: MeasuringUnit, E: float) -> list[float]:
     if not np.abs(solution.fun).max() <= 1e-9 * np.abs(depth).max() or solution.x.min() < 0.0:
         msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
         raise ReadingError(msg)
-    return [float(force) for force in solution.x**3]
+    return np.asarray(solution.x**3)
 
 
-def read_level(sensor: MeasuringUnit, forces: Sequence[float]) -> float:
+def _read_level(sensor: MeasuringUnit, forces: Floats) -> float:
     """Return the modulus [MPa] that a unit reads of the forces [N] of a level press; raises ReadingError."""
-    return sensor.ratio_modulus(forces) if sensor.law is None else read_modulus(sensor.law, forces)
+    return sensor.ratio_modulus(forces) if sensor.law is None else read_modulus(sensor.law, forces.tolist())
+
+
+def _spring_slopes(sensor: MeasuringUnit, forces: Floats, E: float) -> Sequence[float]:
+    """Return the relative change of E for a relative change of each spring [1]."""
+    if sensor.law is not None:
+        return contrast_slopes(sensor.law, forces.tolist(), E).springs
+    slopes = []
+    for tip in range(len(forces)):
+        stiffer = sensor.with_stiffness(tip, 1.0 + STEP)
+        slopes.append((_read_level(stiffer, forces) / E - 1.0) / STEP)
+    return slopes
 
 
 def error_by_springs(sensor: MeasuringUnit, slopes: Sequence[float]) -> float:
@@ -120,30 +120,19 @@ def error_by_curve(bound: float) -> float:
     return COVERAGE * bound / math.sqrt(3.0)
 
 
-def _spring_slopes(sensor: MeasuringUnit, forces: Sequence[float], E: float) -> list[float]:
-    """Return the relative change of E for a relative change of each spring [1]."""
-    if sensor.law is not None:
-        return list(contrast_slopes(sensor.law, forces, E).springs)
-    slopes = []
-    for tip in range(len(forces)):
-        stiffer = sensor.with_stiffness(tip, 1.0 + STEP)
-        slopes.append((read_level(stiffer, forces) / E - 1.0) / STEP)
-    return slopes
+def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float]:
+    """Return by how much longer the leaves of each spring must be to meet its target [N/mm]: filed, or clamped below 0.
 
-
-def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> tuple[Trim, ...]:
-    """Return how to trim each spring to its target [N/mm], one for each tip; none where no housing is made.
-
-    A pair of leaves has K = 2 E w (t / L)^3: what it measures gives E as it acts, and that the length for the target.
+    In mm, for each tip; none where no housing is made. A pair of leaves has K = 2 E w (t / L)^3: what it measures gives
+    E as it acts, and that the length for the target.
     """
     housing = sensor.report.housing
     if housing is None:
-        return ()
+        return []
     flexures = {arm.name: arm.flexure for arm in housing.arms}
-    result = []
+    longer = []
     for tip, K, target in zip(sensor.report.tips, sensor.unit.stiffnesses, targets, strict=True):
         flexure = flexures[tip.spring]
-        acting = 0.5 * K / flexure.depth * (flexure.length / flexure.thickness) ** 3
-        length = pair_length(acting, flexure.depth, flexure.thickness, target)
-        result.append(Trim(name=tip.name, K=K, target=target, longer=length - flexure.length))
-    return tuple(result)
+        acting_E = 0.5 * K / flexure.depth * (flexure.length / flexure.thickness) ** 3
+        longer.append(pair_length(acting_E, flexure.depth, flexure.thickness, target) - flexure.length)
+    return longer

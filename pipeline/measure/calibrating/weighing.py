@@ -1,11 +1,13 @@
 """Springs from weights: each tip loaded along the press, its deflection read; a straight line through them is 1 / K."""
 
 import math
-import statistics
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cad.quantity import COVERAGE, Estimate, validation_error
-from pipeline.measure.measured_table import MeasuredRow, place_of, refuse_missing
+from pipeline.measure.measured_table import MeasuredTable, place_of
 
 FEWEST = 3
 # Student's t that holds 95 %, by degrees of freedom from 1; beyond them 2.
@@ -15,51 +17,53 @@ _LEAST_COMPLIANCE = 1e-6  # [mm/N] of a spring: below, nothing moved
 _ROUNDED = 12.0**-0.5  # standard deviation of a rounded number, of its last digit (JCGM 100:2008, F.2.2.1)
 
 
-def weighed_springs(source: str, rows: Sequence[MeasuredRow], column: str, names: Sequence[str]) -> list[Estimate]:
+def weighed_springs(table: MeasuredTable, column: str, names: Sequence[str]) -> list[Estimate]:
     """Return the stiffness [N/mm] of each name in a column, in the order of the names, half of what holds 95 % beside.
 
     Raises InputError for a name without at least three rows of two weights: one weight cannot tell zero from stiffness.
     """
-    refuse_missing(source, rows[0], ("force", "deflection"))
-    for row in rows:
-        name = row.texts[column]
+    weighed = table.texts[column]
+    for line, name in zip(table.lines, weighed, strict=True):
         if name not in names:
-            bound = f"one of {', '.join(names)}"
-            raise validation_error(place_of(source, row.line, column), name, "", bound, "take the names in report.json")
-    return [_weighed_spring(source, name, [row for row in rows if row.texts[column] == name]) for name in names]
+            place = place_of(table.source, line, column)
+            raise validation_error(place, name, "", f"one of {', '.join(names)}", "take the names in report.json")
+    springs = []
+    for name in names:
+        rows = np.array(weighed) == name
+        springs.append(
+            _weighed_spring(
+                f"{table.source}: compliance of {name}",
+                table.numbers["force"][rows],
+                table.numbers["deflection"][rows],
+                table.last_digits["deflection"][rows],
+            )
+        )
+    return springs
 
 
-def _weighed_spring(source: str, name: str, rows: Sequence[MeasuredRow]) -> Estimate:
+def _weighed_spring(
+    field: str, forces: NDArray[np.float64], deflections: NDArray[np.float64], last_digits: NDArray[np.float64]
+) -> Estimate:
     """Return the stiffness [N/mm] by rows that load one spring; a constant error of the zero drops out."""
-    field = f"{source}: compliance of {name}"
-    forces = [row.numbers["force"] for row in rows]
-    deflections = [row.numbers["deflection"] for row in rows]
-    if len(rows) < FEWEST or max(forces) == min(forces):
+    weights = len(set(forces.tolist()))
+    if len(forces) < FEWEST or weights == 1:
         bound = f"at least {FEWEST}, of 2 weights; one weight cannot tell a wrong zero from a wrong stiffness"
-        weights = f"rows, of {len(set(forces))} different weights"
-        raise validation_error(field, len(rows), weights, bound, "add a row without weight")
-    rounding = _ROUNDED * min(row.digits["deflection"] for row in rows)
-    compliance = _slope(forces, deflections, rounding)
-    if not compliance.value > _LEAST_COMPLIANCE:
+        unit = f"rows, of {weights} different weights"
+        raise validation_error(field, len(forces), unit, bound, "add a row without weight")
+
+    compliance, zero = np.polyfit(forces, deflections, 1).tolist()
+    if not compliance > _LEAST_COMPLIANCE:
         hint = "swap columns, turn the sign, or mend a unit"
-        raise validation_error(field, compliance.value, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
-    if compliance.error > compliance.value:
-        bound = f"known to 200 %, not +- {2.0 * compliance.error:.2g} mm/N"
-        raise validation_error(field, compliance.value, "mm/N", bound, "weigh again")
-    K = 1.0 / compliance.value
-    return Estimate(K, K * max(compliance.relative, _LEAST_ERROR), "N/mm")
+        raise validation_error(field, compliance, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
 
-
-def _slope(x: Sequence[float], y: Sequence[float], rounding: float) -> Estimate:
-    """Return the slope of the line of least squares, and half of what holds it with 95 %.
-
-    Each y has the scatter about the line and, beside it, the standard deviation of its rounding [unit of y].
-    """
-    slope, zero = statistics.linear_regression(x, y)
-    middle = statistics.fmean(x)
-    spread = math.fsum((at - middle) ** 2 for at in x)
-    residual = math.fsum((value - zero - slope * at) ** 2 for at, value in zip(x, y, strict=True))
-    freedom = len(x) - 2
+    # Each deflection has the scatter about the line and, beside it, the standard deviation of its rounding.
+    residual = deflections - zero - compliance * forces
+    freedom = len(forces) - 2
     student = _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else COVERAGE
-    scatter = student / COVERAGE * math.sqrt(residual / freedom)
-    return Estimate(slope, math.hypot(scatter, rounding) / math.sqrt(spread), "mm/N")
+    scatter = student / COVERAGE * math.sqrt(float(residual @ residual) / freedom)
+    rounding = _ROUNDED * float(last_digits.min())
+    error = math.hypot(scatter, rounding) / float(np.linalg.norm(forces - forces.mean()))
+    if error > compliance:
+        bound = f"known to 200 %, not +- {2.0 * error:.2g} mm/N"
+        raise validation_error(field, compliance, "mm/N", bound, "weigh again")
+    return Estimate(1.0 / compliance, max(error / compliance, _LEAST_ERROR) / compliance, "N/mm")

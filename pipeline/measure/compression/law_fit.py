@@ -1,23 +1,23 @@
-"""A force law fitted to a force-travel curve, zero line and settling of the skin included, with error bars.
+"""A force law fitted to a force-travel curve, together with the touch, the settling of the skin and the zero line.
 
 The travel to a force F is x = x0 + D(F) - s exp(-F / F_s): the law's depth D from the touch x0 on, less what the skin
 has not settled yet. The load cell shows f0 + f1 x besides.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from cad.quantity import Estimate
+from pipeline.measure.compression.fit_error import standard_errors
 from pipeline.measure.compression.force_law import ForceLaw
 
 Floats = NDArray[np.float64]
 
 _FINE = np.linspace(0.0, 1.0, 600) ** 2  # forces over the largest one at which the law is tabulated
-TABULATED = 1e-4
-"""Of the factor: more than the straight lines between the tabulated forces take from it."""
 _TABLE_END = 1.6  # of the force at the end of the loading
 _LEAST_SETTLING = 0.003  # of that force
 _MOST_SETTLING = 0.12  # of that force; more would be no settling but the fruit itself
@@ -27,50 +27,64 @@ _GUESS_TRAVEL = 0.01  # of the loading's travel
 _STEP = 0.01  # how far a first step goes
 _WIDE = 50.0  # times farther for the settling's force
 _UPPER = 0.3  # of the force at the end: above, a straight line through F^(1/n) gives a first guess
-_CHANCE = 2.0  # standard errors up to which neighbours are alike by chance
 _SETTLED = 1e-6  # [mm]: less settling is none
+
+
+class CurveParameters(NamedTuple):
+    """What describes a curve: ln k of the law, x0 and s [mm], ln F_s, f0 [N] and f1 [N/mm]."""
+
+    log_factor: float
+    touch: float
+    settling: float
+    log_settling_force: float
+    offset: float
+    drift: float = 0.0
+
+
+_SETTLING_INDICES = (2, 3)  # of `settling` and `log_settling_force`
 
 
 @dataclass(frozen=True, kw_only=True)
 class LawFit:
-    """What a fit found, with standard errors.
+    """What a fit found, with standard errors, 0 for what was not fitted.
 
-    `factor` is k of the law [N/mm^n], `touch` x0 and `settling` s [mm], `settling_force` F_s and `offset` f0 [N],
-    `drift` f1 [N/mm], 0 where it was not fitted. `residual` (points,) [N] is measured less fitted.
+    `residual` (points,) [N] is fitted less measured.
     """
 
     law: ForceLaw
-    factor: Estimate
-    touch: Estimate
-    settling: float
-    settling_force: float
-    offset: float
-    drift: Estimate
+    parameters: CurveParameters
+    errors: CurveParameters
     residual: Floats
+
+    @property
+    def factor(self) -> Estimate:
+        """Return k of the law [N/mm^n]."""
+        factor = float(np.exp(self.parameters.log_factor))
+        return Estimate(factor, factor * self.errors.log_factor, f"N/mm^{self.law.exponent:g}")
+
+    @property
+    def touch(self) -> Estimate:
+        """Return x0 [mm]."""
+        return Estimate(self.parameters.touch, self.errors.touch, "mm")
 
     @property
     def onset(self) -> float:
         """Return the travel from which the force rises [mm]."""
-        return self.touch.value - self.settling
+        return self.parameters.touch - self.parameters.settling
+
+    def zero_line(self, travel: Floats) -> Floats:
+        """Return what the load cell shows without a force [N] at travels [mm]."""
+        return self.parameters.offset + self.parameters.drift * travel
 
     def force(self, travel: Floats, largest: float) -> Floats:
         """Return the force that the load cell shows [N] at travels [mm], up to a largest one."""
-        parameters = (
-            np.log(self.factor.value),
-            self.touch.value,
-            self.settling,
-            np.log(self.settling_force),
-            self.offset,
-            self.drift.value,
-        )
-        return _force(self.law, np.array(parameters), travel, largest)
+        return _force(self.law, self.parameters, travel, largest)
 
 
 def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_drift: bool) -> LawFit | None:
     """Return the least-squares fit to travel [mm] and force [N], shape (points,); None where it has no minimum.
 
-    `zero` [N] is where the load cell begins. The errors are White's for residuals of unequal size (Econometrica 48
-    (1980) 817, doi:10.2307/1912934), wider where neighbouring residuals are alike.
+    `zero` [N] is where the load cell begins.
     """
     largest = last_force(force) - zero
     upper = force - zero > _UPPER * largest
@@ -80,25 +94,36 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
     if slope <= 0.0:
         return None
     reach = float(travel[-1] - travel[0])
-    # ln k, x0, s, ln F_s, f0, f1
-    start = np.array(
-        [law.exponent * np.log(slope), -level / slope, _GUESS_TRAVEL * reach, np.log(_GUESS * largest), zero, 0.0]
+    start = CurveParameters(
+        log_factor=law.exponent * np.log(slope),
+        touch=-level / slope,
+        settling=_GUESS_TRAVEL * reach,
+        log_settling_force=np.log(_GUESS * largest),
+        offset=zero,
     )
-    scale = _STEP * np.array([1.0, reach, reach, _WIDE, largest, largest / reach])
-    lower = np.array([-np.inf, -np.inf, 0.0, np.log(_LEAST_SETTLING * largest), -np.inf, -np.inf])
-    higher = np.array([np.inf, np.inf, _LARGEST_TRAVEL * reach, np.log(_MOST_SETTLING * largest), np.inf, np.inf])
+    lower = CurveParameters(-np.inf, -np.inf, 0.0, np.log(_LEAST_SETTLING * largest), -np.inf, -np.inf)
+    upmost = CurveParameters(np.inf, np.inf, _LARGEST_TRAVEL * reach, np.log(_MOST_SETTLING * largest), np.inf, np.inf)
+    scale = CurveParameters(1.0, reach, reach, _WIDE, largest, largest / reach)
     count = 6 if with_drift else 5
 
     def misfit(parameters: Floats) -> Floats:
-        return _force(law, parameters, travel, largest) - force
+        return _force(law, CurveParameters(*parameters), travel, largest) - force
 
     solution = least_squares(
         misfit,
         start[:count],
-        bounds=(lower[:count], higher[:count]),
-        x_scale=scale[:count],
+        bounds=(lower[:count], upmost[:count]),
+        x_scale=_STEP * np.array(scale[:count]),
     )
-    return _fit_of(law, solution.x, np.asarray(solution.jac), -solution.fun) if solution.success else None
+    if not solution.success:
+        return None
+    fitted = list(range(count))
+    parameters = CurveParameters(*solution.x.tolist())
+    if parameters.settling <= _SETTLED:
+        fitted = [index for index in fitted if index not in _SETTLING_INDICES]
+    errors = np.zeros(6)
+    errors[fitted] = standard_errors(np.asarray(solution.jac)[:, fitted], solution.fun)
+    return LawFit(law=law, parameters=parameters, errors=CurveParameters(*errors.tolist()), residual=solution.fun)
 
 
 def last_force(force: Floats) -> float:
@@ -106,43 +131,9 @@ def last_force(force: Floats) -> float:
     return float(force[-max(3, len(force) // 50) :].mean())
 
 
-def _force(law: ForceLaw, parameters: Floats, travel: Floats, largest: float) -> Floats:
-    """Return the force [N] at travels [mm] for (ln k, x0, s, ln F_s, f0, f1); f1 may be left out."""
-    log_factor, touch, settling, log_settling_force, offset = parameters[:5]
-    drift = parameters[5:].sum()
+def _force(law: ForceLaw, parameters: CurveParameters, travel: Floats, largest: float) -> Floats:
+    """Return the force that the load cell shows [N] at travels [mm]: the law is tabulated over force and inverted."""
     force = _TABLE_END * largest * _FINE
-    unsettled = settling * np.exp(-force / np.exp(log_settling_force))
-    position = touch + law.depth(force, float(np.exp(log_factor))) - unsettled
-    return np.asarray(np.interp(travel, position, force) + offset + drift * travel)
-
-
-def _fit_of(law: ForceLaw, parameters: Floats, jacobian: Floats, residual: Floats) -> LawFit:
-    error = np.zeros(6)
-    fitted = [index for index in range(len(parameters)) if parameters[2] > _SETTLED or index not in (2, 3)]
-    error[fitted] = _standard_errors(jacobian[:, fitted], residual)
-    factor = float(np.exp(parameters[0]))
-    return LawFit(
-        law=law,
-        factor=Estimate(factor, factor * float(error[0]), f"N/mm^{law.exponent:g}"),
-        touch=Estimate(float(parameters[1]), float(error[1]), "mm"),
-        settling=float(parameters[2]),
-        settling_force=float(np.exp(parameters[3])),
-        offset=float(parameters[4]),
-        drift=Estimate(float(parameters[5:].sum()), float(error[5]), "N/mm"),
-        residual=residual,
-    )
-
-
-def _standard_errors(jacobian: Floats, residual: Floats) -> Floats:
-    """Return the standard errors of the numbers whose derivatives are the columns of a table, shape (numbers,)."""
-    size = np.abs(jacobian).max(axis=0)
-    size[size == 0.0] = 1.0
-    table = jacobian / size
-    inverse = np.linalg.pinv(table.T @ table)
-    weighted = (table * residual[:, None] ** 2).T @ table
-    freedom = len(residual) / max(1, len(residual) - len(size))
-    total = float(residual @ residual)
-    alike = float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
-    alike = min(alike, 0.95) if alike > _CHANCE / np.sqrt(len(residual)) else 0.0
-    variance = np.diag(inverse @ weighted @ inverse) * freedom * (1.0 + alike) / (1.0 - alike)
-    return np.asarray(np.sqrt(variance) / size)
+    unsettled = parameters.settling * np.exp(-force / np.exp(parameters.log_settling_force))
+    position = parameters.touch + law.depth(force, float(np.exp(parameters.log_factor))) - unsettled
+    return np.asarray(np.interp(travel, position, force) + parameters.offset + parameters.drift * travel)

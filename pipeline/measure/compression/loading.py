@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from cad.quantity import InputError, validation_error
 from pipeline.measure.compression.specimens import Specimen
-from pipeline.measure.measured_table import place_of
 
 Floats = NDArray[np.float64]
 
@@ -48,12 +47,13 @@ def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loadin
     Raises InputError for too few rows, time or travel that runs backwards, a force below the zero line, one that never
     rises, and one that rises ever less.
     """
-    travel, force = specimen.travel, specimen.force
+    travel = specimen.travel
+    force = specimen.force
     _refuse_few_rows(specimen, len(travel))
     _refuse_backwards_time(specimen)
     if compression_negative:
-        travel = _turned(travel)
-        force = _turned(force)
+        travel = travel if _rises(travel) else -travel
+        force = force if _rises(force) else -force
     _refuse_falling(specimen, travel, "travel", "mm")
     _refuse_falling(specimen, force, "force", "N")
     _refuse_backwards_travel(specimen, travel, force)
@@ -65,62 +65,52 @@ def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loadin
     return curve
 
 
-def name_of(specimen: Specimen) -> str:
-    """Return how an error names a specimen."""
-    return f"{specimen.file}, specimen {specimen.name!r}"
-
-
-def _cell(specimen: Specimen, row: int, quantity: str) -> str:
-    return place_of(specimen.file, specimen.lines[row], specimen.labels[quantity])
-
-
 def _refuse_few_rows(specimen: Specimen, rows: int) -> None:
     if rows < LEAST_ROWS:
         hint = "export every point of the test"
-        raise validation_error(name_of(specimen), rows, "rows of load", f"at least {LEAST_ROWS}", hint)
+        raise validation_error(str(specimen), rows, "rows of load", f"at least {LEAST_ROWS}", hint)
 
 
 def _refuse_backwards_time(specimen: Specimen) -> None:
-    time = specimen.time
-    if time is None:
+    if specimen.time is None:
         return
-    back = np.flatnonzero(np.diff(time) < 0.0)
+    back = np.flatnonzero(np.diff(specimen.time) < 0.0)
     if back.size:
-        row = int(back[0]) + 1
-        bound = f"at least that of the row before, {time[row - 1]:g} s"
-        place = _cell(specimen, row, "time")
-        raise validation_error(place, float(time[row]), "s", bound, "put the rows in order of time")
+        before, time = specimen.time[back[0] : back[0] + 2].tolist()
+        bound = f"at least that of the row before, {before:g} s"
+        place = specimen.cell(int(back[0]) + 1, "time")
+        raise validation_error(place, time, "s", bound, "put the rows in order of time")
 
 
-def _turned(values: Floats) -> Floats:
-    moved = values - np.median(values[:3])
-    return -values if abs(moved.min()) > abs(moved.max()) else values
+def _rises(values: Floats) -> bool:
+    """Say whether values move up from where they begin farther than down."""
+    begin = np.median(values[:3])
+    return bool(values.max() - begin >= begin - values.min())
 
 
 def _refuse_falling(specimen: Specimen, values: Floats, quantity: str, unit: str) -> None:
-    moved = values - np.median(values[:3])
-    row = int(np.argmin(moved))
-    value = float(values[row])
-    if moved[row] < 0.0 and -moved[row] > moved.max():
-        hint = "with --compression-negative its sign is turned"
-        raise validation_error(_cell(specimen, row, quantity), value, unit, "rising in compression", hint)
-    if value == float(values.max()):
+    row = int(np.argmin(values))
+    lowest = float(values[row])
+    if lowest == values.max():
         bound = "one that rises, and all are alike"
-        raise validation_error(_cell(specimen, 0, quantity), value, unit, bound, "export the whole test")
+        raise validation_error(specimen.cell(0, quantity), lowest, unit, bound, "export the whole test")
+    if not _rises(values):
+        hint = "with --compression-negative its sign is turned"
+        raise validation_error(specimen.cell(row, quantity), lowest, unit, "rising in compression", hint)
 
 
 def _refuse_backwards_travel(specimen: Specimen, travel: Floats, force: Floats) -> None:
     rising = travel[: int(np.argmax(travel)) + 1]
     behind = np.maximum.accumulate(rising) - rising
-    back = np.flatnonzero(behind > _JITTER * float(travel.max() - travel.min()))
+    back = np.flatnonzero(behind > _JITTER * np.ptp(travel))
     if not back.size:
         return
-    if bool((np.diff(force) > 0.0).all()):
+    if (np.diff(force) > 0.0).all():
         raise _swapped(specimen)
     row = int(back[0])
     bound = "rising up to its largest value: one loading for each table"
     hint = "cut the table where the plate turns back, or check that the columns are not swapped"
-    raise validation_error(_cell(specimen, row, "travel"), float(travel[row]), "mm", bound, hint)
+    raise validation_error(specimen.cell(row, "travel"), float(travel[row]), "mm", bound, hint)
 
 
 def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
@@ -130,17 +120,19 @@ def _refuse_low_force(specimen: Specimen, force: Floats) -> None:
     row = int(np.argmin(force))
     if force[row] < zero - limit:
         bound = f"not below where the force begins, {zero:.3g} N"
-        place = _cell(specimen, row, "force")
-        raise validation_error(place, float(force[row]), "N", bound, "correct it, or leave the row out")
+        hint = "correct it, or leave the row out"
+        raise validation_error(specimen.cell(row, "force"), float(force[row]), "N", bound, hint)
 
 
 def _refuse_concave(specimen: Specimen, curve: Loading) -> None:
     """Raise InputError where a force rises ever less with the travel, as in a table whose columns are swapped."""
-    smooth, middle = _smoothed(curve.force, max(1, len(curve.force) // 30))
-    load = (smooth - smooth.min()) / max(float(np.ptp(smooth)), np.finfo(float).tiny)
-    reached = [float(curve.travel[middle + int(np.argmax(load >= fraction))]) for fraction in _LOADS]
-    earlier = (_LOADS[1] - _LOADS[0]) * (reached[2] - reached[1])
-    later = (_LOADS[2] - _LOADS[1]) * (reached[1] - reached[0])
+    width = max(1, len(curve.force) // 30)
+    smooth = _moving_mean(curve.force, width)
+    load = (smooth - smooth.min()) / np.ptp(smooth)
+    first, middle, last = (float(curve.travel[width // 2 + int(np.argmax(load >= level))]) for level in _LOADS)
+    # slopes crosswise multiplied: travels may be alike
+    earlier = (_LOADS[1] - _LOADS[0]) * (last - middle)
+    later = (_LOADS[2] - _LOADS[1]) * (middle - first)
     if later < _CONCAVE * earlier:
         raise _swapped(specimen)
 
@@ -149,15 +141,18 @@ def _swapped(specimen: Specimen) -> InputError:
     columns = f"{specimen.labels['force']} over {specimen.labels['travel']}"
     bound = "a force that rises ever more with the travel, as on a convex fruit"
     hint = "swap the names of the columns if they are swapped, or cut the table at the failure"
-    return validation_error(name_of(specimen), columns, "", bound, hint)
+    return validation_error(str(specimen), columns, "", bound, hint)
 
 
-def _up_to_failure(travel: Floats, force: Floats) -> Loading:
-    noise = noise_of(force)
-    peak = _failure(force, noise)
-    end = len(travel) if peak is None else peak + 1
-    failure = None if peak is None else float(travel[peak])
-    return Loading(travel=travel[:end], force=force[:end], zero=_zero(force[:end]), noise=noise, failure=failure)
+def _averaged(values: Floats) -> Floats:
+    group = math.ceil(len(values) / _MOST_POINTS)
+    count = len(values) // group
+    return np.asarray(values[: count * group].reshape(count, group).mean(axis=1))
+
+
+def _moving_mean(values: Floats, width: int) -> Floats:
+    """Return means over so many values; the first one belongs to the value of index width // 2."""
+    return np.convolve(values, np.ones(width) / width, mode="valid")
 
 
 def noise_of(force: Floats) -> float:
@@ -168,37 +163,26 @@ def noise_of(force: Floats) -> float:
     curvature = force[2:] - 2.0 * force[1:-1] + force[:-2]
     spread = _NORMAL * float(np.median(np.abs(curvature - np.median(curvature)))) / math.sqrt(6.0)
     steps = np.abs(np.diff(force))
-    digit = float(steps[steps > 0.0].min()) if bool((steps > 0.0).any()) else 0.0
-    return max(spread, digit / math.sqrt(12.0)) if spread < digit else spread
+    last_digit = float(min(steps[steps > 0.0], default=0.0))
+    return spread if spread >= last_digit else max(spread, last_digit / math.sqrt(12.0))
 
 
-def _averaged(values: Floats) -> Floats:
-    group = -(-len(values) // _MOST_POINTS)
-    count = len(values) // group
-    return np.asarray(values[: count * group].reshape(count, group).mean(axis=1))
-
-
-def _smoothed(values: Floats, width: int) -> tuple[Floats, int]:
-    """Return moving means over so many values, and the index of the value in the middle of the first one."""
-    return np.convolve(values, np.ones(width) / width, mode="valid"), width // 2
-
-
-def _failure(force: Floats, noise: float) -> int | None:
-    """Return the index of the largest force before the first fall that is neither noise nor small; None for none."""
+def _up_to_failure(travel: Floats, force: Floats) -> Loading:
+    """Return the curve up to the largest force before the first fall that is neither noise nor small."""
+    noise = noise_of(force)
     width = max(1, round(_MOVING_MEAN * len(force)))
-    smooth, middle = _smoothed(force, width)
+    smooth = _moving_mean(force, width)
     highest = np.maximum.accumulate(smooth)
     span = float(np.ptp(smooth))
-    limit = max(_FALL * span, _NOISE_FALLEN * noise * math.sqrt(2.0 / width))
-    fallen = np.flatnonzero((highest - smooth > limit) & (highest - smooth[0] > _RISEN * span))
-    if not fallen.size:
-        return None
-    peak = int(np.argmax(smooth[: fallen[0] + 1]))
-    return min(peak + middle, len(force) - 1)
-
-
-def _zero(force: Floats) -> float:
-    """Return about where the load cell begins [N]: the median of the first points that are low."""
+    large_fall = max(_FALL * span, _NOISE_FALLEN * noise * math.sqrt(2.0 / width))
+    fallen = np.flatnonzero((highest - smooth > large_fall) & (highest - smooth[0] > _RISEN * span))
+    failure = None
+    if fallen.size:
+        peak = min(int(np.argmax(smooth[: fallen[0] + 1])) + width // 2, len(force) - 1)
+        failure = float(travel[peak])
+        travel = travel[: peak + 1]
+        force = force[: peak + 1]
+    # the load cell begins at the median of the first points that are low
     rising = np.flatnonzero(force > force[0] + _QUIET * (force.max() - force[0]))
     low = force[: max(1, int(rising[0]) // 2)] if rising.size else force[:1]
-    return float(np.median(low))
+    return Loading(travel=travel, force=force, zero=float(np.median(low)), noise=noise, failure=failure)

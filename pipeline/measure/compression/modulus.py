@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.quantity import Bounds, Estimate, validation_error
+from cad.quantity import Bounds, validation_error
 from pipeline.measure.compression.force_law import TestGeometry, force_law
-from pipeline.measure.compression.loading import Loading, loading, name_of
+from pipeline.measure.compression.loading import Loading, loading
 from pipeline.measure.compression.range_choice import RangeFit, choose_range
 from pipeline.measure.compression.specimens import Specimen
 
@@ -71,13 +71,13 @@ def measured_modulus(
     chosen = choose_range(curve, law)
     if chosen is None:
         hint = "check that it is a whole loading, from before the touch on"
-        raise validation_error(name_of(specimen), "curve", "", "one that Hertz's law can be fitted to", hint)
+        raise validation_error(str(specimen), "curve", "", "one that Hertz's law can be fitted to", hint)
     E = (1.0 - geometry.poisson**2) / law.stiffness * chosen.factor.value
     if not PLAUSIBLE.hold(E):
         hint = "check the units of force and travel, and the radius"
-        name = f"{name_of(specimen)}: modulus"
+        name = f"{specimen}: modulus"
         raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
-    strains = _strains(curve, chosen, geometry)
+    secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
     return CompressionResult(
         specimen=specimen,
         geometry=geometry,
@@ -85,26 +85,25 @@ def measured_modulus(
         chosen=chosen,
         E_hertz_MPa=E,
         u_percent=COVERAGE * chosen.factor.percent,
-        secants=tuple(_plate_modulus(curve, chosen, geometry, strain) for strain in strains),
-        notes=(*specimen.notes, *_notes(E, chosen, geometry, strains[0])),
+        secants=tuple(secants),
+        notes=(*specimen.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
     )
 
 
 def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
     """Raise InputError where the plate goes through the fruit: from the first force to the end is more than it is."""
-    rising = curve.force > curve.zero + _RISEN * (float(curve.force.max()) - curve.zero)
-    depth = float(curve.travel[-1] - curve.travel[int(np.argmax(rising))])
+    is_loaded = curve.force > curve.zero + _RISEN * (float(curve.force.max()) - curve.zero)
+    depth = float(curve.travel[-1] - curve.travel[int(np.argmax(is_loaded))])
     if depth > geometry.height_mm:
-        name = f"{name_of(specimen)}: travel under load"
+        name = f"{specimen}: travel under load"
         bound = f"less than the height of the fruit, {geometry.height_mm:g} mm"
         raise validation_error(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
 
 
-def _notes(E: float, chosen: RangeFit, geometry: TestGeometry, first_strain: float) -> list[str]:
+def _notes(E: float, chosen: RangeFit, asked_strain: float, first_strain: float) -> list[str]:
     notes = []
-    asked = geometry.strains_percent[0]
-    if first_strain != asked:
-        notes.append(f"the curve ends before {asked:g} % strain: its secant is at {first_strain:g} %")
+    if first_strain != asked_strain:
+        notes.append(f"the curve ends before {asked_strain:g} % strain: its secant is at {first_strain:g} %")
     if not USUAL.hold(E):
         notes.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
     if not chosen.follows:
@@ -112,55 +111,45 @@ def _notes(E: float, chosen: RangeFit, geometry: TestGeometry, first_strain: flo
         notes.append(f"the curve does not follow Hertz's law within its noise: {cause}")
     if chosen.idle == 0:
         notes.append("no rows before the touch: the zero of the force is fitted with the rest")
-    if chosen.fit.drift.value:
-        notes.append(f"the zero line drifts by {chosen.fit.drift.value:.3g} N/mm: taken out")
+    drift = chosen.fit.parameters.drift
+    if drift:
+        notes.append(f"the zero line drifts by {drift:.3g} N/mm: taken out")
     return notes
 
 
 def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[float]:
     """Return the strains [%] that the curve reaches, the first one replaced where it lies beyond the end."""
-    last = 100.0 * _LAST * (float(curve.travel[-1]) - chosen.touch.value) / geometry.height_mm
-    unsure = 100.0 * COVERAGE * chosen.touch.error / geometry.height_mm
-    smallest = min(geometry.strains_percent)
+    per_mm = 100.0 / geometry.height_mm
+    last = per_mm * _LAST * (float(curve.travel[-1]) - chosen.touch.value)
+    unsure = per_mm * COVERAGE * chosen.touch.error
+    first, *others = geometry.strains_percent
+    smallest = min(first, *others)
     if smallest < unsure:
         bound = f"at least {unsure:.2g} %, within which the first touch is known"
         raise validation_error("--strain", smallest, "%", bound, "take a larger strain, or a finer curve")
-    within = [strain for strain in geometry.strains_percent if strain <= last]
-    if geometry.strains_percent[0] in within:
-        return within
-    rounded = float(f"{last:.2g}")
-    return [rounded if rounded <= last else last, *within]
+    if first > last:
+        first = min(float(f"{last:.2g}"), last)
+    return [first, *(strain for strain in others if strain <= last)]
 
 
 def _plate_modulus(curve: Loading, chosen: RangeFit, geometry: TestGeometry, strain: float) -> PlateModulus:
-    """Return secant and tangent at a strain [%] from the parabola through the points about it."""
+    """Return secant and tangent at a strain [%] from the parabola through the points about it, or the nearest few."""
     depth = 0.01 * strain * geometry.height_mm
-    force = curve.force - chosen.fit.offset - chosen.fit.drift.value * curve.travel
-    level, slope, curvature = _parabola(curve.travel - chosen.touch.value - depth, force, _ASIDE * depth)
-    level_error = math.hypot(level.error, slope.value * chosen.touch.error)
-    slope_error = math.hypot(slope.error, curvature.value * chosen.touch.error)
+    from_strain = curve.travel - chosen.touch.value - depth
+    distance = np.abs(from_strain)
+    near = distance <= max(_ASIDE * depth, np.sort(distance)[_LEAST_POINTS - 1])
+    force = (curve.force - chosen.fit.zero_line(curve.travel))[near]
+    coefficients, covariance = np.polyfit(from_strain[near], force, 2, cov=True)
+    half_curvature, slope, level = coefficients.tolist()
+    _, slope_error, level_error = np.sqrt(np.diag(covariance)).tolist()
+    # an error of the touch shifts the curve along the travel
+    level_error = math.hypot(level_error, slope * chosen.touch.error)
+    slope_error = math.hypot(slope_error, 2.0 * half_curvature * chosen.touch.error)
     per_strain = geometry.height_mm / geometry.plate_area_mm2
     return PlateModulus(
         strain_percent=strain,
-        E_secant_MPa=level.value / depth * per_strain,
-        u_secant_percent=100.0 * COVERAGE * level_error / abs(level.value),
-        E_tangent_MPa=slope.value * per_strain,
-        u_tangent_percent=100.0 * COVERAGE * slope_error / abs(slope.value),
+        E_secant_MPa=level / depth * per_strain,
+        u_secant_percent=100.0 * COVERAGE * level_error / abs(level),
+        E_tangent_MPa=slope * per_strain,
+        u_tangent_percent=100.0 * COVERAGE * slope_error / abs(slope),
     )
-
-
-def _parabola(x: Floats, force: Floats, aside: float) -> list[Estimate]:
-    """Return force [N], slope [N/mm] and change of slope [N/mm^2] at x = 0 [mm], with standard errors.
-
-    Taken from the points not farther than `aside` [mm], or from the nearest few.
-    """
-    count = min(_LEAST_POINTS, len(x)) - 1
-    aside = max(aside, float(np.partition(np.abs(x), count)[count]))
-    near = np.abs(x) <= aside
-    powers = np.vander(x[near] / aside, 3, increasing=True)
-    solution, *_ = np.linalg.lstsq(powers, force[near], rcond=None)
-    residual = force[near] - powers @ solution
-    variance = float(residual @ residual) / max(1, len(residual) - 3)
-    error = np.sqrt(np.diag(np.linalg.pinv(powers.T @ powers)) * variance)
-    scale = np.array([1.0, 1.0 / aside, 2.0 / aside**2])
-    return [Estimate(float(value), float(width)) for value, width in zip(solution * scale, error * scale, strict=True)]

@@ -49,9 +49,8 @@ def _draw_load(axes: Axes, result: CompressionResult, colour: str, *, named: boo
 
 def _draw_stress(axes: Axes, result: CompressionResult, colour: str) -> None:
     curve = result.curve
-    fit = result.chosen.fit
     strain = 100.0 * (curve.travel - result.chosen.touch.value) / result.geometry.height_mm
-    stress = (curve.force - fit.offset - fit.drift.value * curve.travel) / result.geometry.plate_area_mm2
+    stress = (curve.force - result.chosen.fit.zero_line(curve.travel)) / result.geometry.plate_area_mm2
     axes.plot(strain, stress, ".", color=colour, markersize=2.0, alpha=0.4)
     secant = result.secants[0]
     ends = np.array([0.0, secant.strain_percent])

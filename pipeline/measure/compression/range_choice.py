@@ -1,15 +1,15 @@
-"""Which range of a compression curve follows a force law, and how much the modulus depends on that choice."""
+"""Which range of a compression curve follows a force law."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cad.quantity import Estimate
+from pipeline.measure.compression.fit_error import with_choice
 from pipeline.measure.compression.force_law import ForceLaw
-from pipeline.measure.compression.law_fit import TABULATED, LawFit, fit_law, last_force
+from pipeline.measure.compression.law_fit import LawFit, fit_law, last_force
 from pipeline.measure.compression.loading import Loading
 
 Floats = NDArray[np.float64]
@@ -22,7 +22,6 @@ _LEAST_POINTS = 12
 _LEAST_IDLE = 10  # points before the touch that a drift is seen in
 _RARE = 10.0  # tests without a drift that is seen for each with one, before a test is looked at
 _TINY = float(np.finfo(float).tiny)
-_WIDE = 3.0  # times the chosen range's error: a range that tells so little tells nothing about the choice
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,70 +43,69 @@ class RangeFit:
 
 def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
     """Return the fit over the longest range that follows the law, the choice in its error; None where none fits."""
-    candidates = [fit for fit in (_fit_to(curve, end, law) for end in ENDS) if fit is not None]
+    candidates = []
+    for end in ENDS:
+        fit = _fit_up_to(curve, end, law)
+        if fit is not None:
+            candidates.append(fit)
     if not candidates:
         return None
     following = [fit for fit in candidates if fit.follows]
     best = following[0] if following else min(candidates, key=lambda fit: float(fit.fit.residual.std()))
-    spread = _beyond_chance(best.factor, [fit.factor for fit in following or candidates if fit is not best])
-    error = float(np.sqrt(best.factor.error**2 + spread**2 + (TABULATED * best.factor.value) ** 2))
-    return replace(best, factor=replace(best.factor, error=error))
+    others = [fit.factor for fit in following or candidates if fit is not best]
+    return replace(best, factor=with_choice(best.factor, others))
 
 
-def _fit_to(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
+def _fit_up_to(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
     """Return the fit up to a fraction of the last force, and not beyond the depth to which the law holds."""
-    travel = curve.travel
     force = curve.force - curve.zero
-    width = max(1, len(travel) // 60)
+    width = max(1, len(force) // 60)
     smooth = np.convolve(force, np.ones(width) / width, mode="same")
     over = np.flatnonzero(smooth > end * last_force(force))
-    count = int(over[0]) if over.size and end < 1.0 else len(travel)
-    fit = _fit(law, travel[:count], curve.force[:count], curve.zero)
+    count = int(over[0]) if over.size and end < 1.0 else len(force)
+    fit = _fit(curve, count, law)
     if fit is None:
         return None
-    within = int(np.searchsorted(travel[:count], fit.touch.value + law.deepest))
-    return fit if within == count else _fit(law, travel[:within], curve.force[:within], curve.zero)
+    within = int(np.searchsorted(curve.travel[:count], fit.touch.value + law.deepest))
+    return fit if within == count else _fit(curve, within, law)
 
 
-def _fit(law: ForceLaw, travel: Floats, force: Floats, zero: float) -> RangeFit | None:
-    """Return the mean of the fits with and without drift, each with its probability by Schwarz's criterion.
+def _fit(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
+    """Return the fit to the first points: the mean of those with and without drift, each with its probability.
 
-    Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136.
+    The probability is by Schwarz's criterion (Ann. Statist. 6 (1978) 461, doi:10.1214/aos/1176344136).
     """
-    if len(travel) < _LEAST_POINTS:
+    travel = curve.travel[:count]
+    force = curve.force[:count]
+    if count < _LEAST_POINTS:
         return None
-    steady = fit_law(law, travel, force, zero, with_drift=False)
+    steady = fit_law(law, travel, force, curve.zero, with_drift=False)
     if steady is None:
         return None
+    drifting = None
     idle = int(np.searchsorted(travel, steady.onset))
-    drifting = steady
-    probability = 0.0
     if idle >= _LEAST_IDLE:
-        drifting = fit_law(law, travel, force, zero, with_drift=True) or steady
+        drifting = fit_law(law, travel, force, curve.zero, with_drift=True)
+    probability = 0.0
+    if drifting is not None:
         # A drift has to be seen by the fit and in the zero line alone, in standard errors.
-        by_fit = abs(drifting.drift.value) / max(drifting.drift.error, _TINY)
-        seen = min(_slope_in_errors(travel[:idle], force[:idle]), by_fit)
-        odds_against = _RARE * math.sqrt(len(travel)) * math.exp(-0.5 * min(seen**2, 1e3))
+        (slope, _), covariance = np.polyfit(travel[:idle], force[:idle], 1, cov=True)
+        in_zero_line = abs(slope) / max(math.sqrt(covariance[0, 0]), _TINY)
+        by_fit = abs(drifting.parameters.drift) / max(drifting.errors.drift, _TINY)
+        seen = min(in_zero_line, by_fit)
+        odds_against = _RARE * math.sqrt(count) * math.exp(-0.5 * min(seen**2, 1e3))
         probability = 1.0 / (1.0 + odds_against)
-    fit = drifting if probability > 0.5 else steady  # noqa: PLR2004 - the more probable of two
+    drifts = drifting is not None and probability > 0.5  # noqa: PLR2004 - the more probable of two
+    fit = drifting if drifting is not None and drifts else steady
+    other = drifting or steady
     return RangeFit(
         fit=fit,
         last=float(travel[-1]),
-        factor=_mean(probability, drifting.factor, steady.factor),
-        touch=_mean(probability, drifting.touch, steady.touch),
-        follows=_misfit(fit.residual) < _FITS_WELL,
+        factor=_mean(probability, other.factor, steady.factor),
+        touch=_mean(probability, other.touch, steady.touch),
+        follows=_is_noise(fit.residual),
         idle=idle,
     )
-
-
-def _slope_in_errors(travel: Floats, force: Floats) -> float:
-    """Return the slope of a zero line over its standard error [1]."""
-    arm = travel - travel.mean()
-    spread = max(float(arm @ arm), _TINY)
-    slope = float(arm @ force) / spread
-    residual = force - force.mean() - slope * arm
-    error = math.sqrt(float(residual @ residual) / (len(travel) - 2) / spread)
-    return abs(slope) / max(error, _TINY)
 
 
 def _mean(probability: float, first: Estimate, second: Estimate) -> Estimate:
@@ -118,26 +116,11 @@ def _mean(probability: float, first: Estimate, second: Estimate) -> Estimate:
     return Estimate(mean, math.sqrt(variance), first.unit)
 
 
-def _misfit(residual: Floats) -> float:
-    """Return the mean square of the means of groups of residuals, over what their noise makes them [1]."""
+def _is_noise(residual: Floats) -> bool:
+    """Say whether the means of groups of residuals are as small as noise makes them."""
     groups = np.array_split(residual, min(_GROUPS, max(3, len(residual) // 4)))
     curvature = residual[2:] - 2.0 * residual[1:-1] + residual[:-2]
     variance = float(np.mean(curvature**2)) / 6.0
+    squares = math.fsum(len(group) * group.mean() ** 2 for group in groups)
     freedom = max(1, len(groups) - 4)
-    if variance == 0.0:
-        return 0.0
-    return float(sum(len(group) * group.mean() ** 2 for group in groups)) / variance / freedom
-
-
-def _beyond_chance(best: Estimate, others: Sequence[Estimate]) -> float:
-    """Return how far the factors of other ranges lie from the best one, beyond what noise explains [N/mm^n].
-
-    The variance of the difference to a fit of more points is the difference of the variances: J. A. Hausman,
-    Econometrica 46 (1978) 1251, doi:10.2307/1913827.
-    """
-    excess = []
-    for factor in others:
-        if factor.error < _WIDE * best.error:
-            by_chance = max(0.0, factor.error**2 - best.error**2)
-            excess.append(max(0.0, (factor.value - best.value) ** 2 - by_chance))
-    return float(np.sqrt(np.mean(excess))) if excess else 0.0
+    return variance == 0.0 or squares / variance / freedom < _FITS_WELL

@@ -3,7 +3,7 @@
 import math
 import statistics
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -18,6 +18,7 @@ _MODULI = 7  # in the design's list, as in the paper's
 _WIDTH = 132
 _ONE_MM = 1.0
 _SOME_POISSON = 0.05
+_MOST_ERROR = 0.9  # of a modulus, that the range goes below it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,66 +40,53 @@ class DesignRange:
     E_max_MPa: float
     E_MPa: tuple[float, ...]
 
-    @property
-    def flags(self) -> str:
-        """Return the range as flags of `pipeline run`."""
-        moduli = ",".join(f"{value:g}" for value in self.E_MPa)
-        return f"--set fruit.E_max_MPa={self.E_max_MPa:g} --set fruit.E_MPa=[{moduli}]"
-
-    @property
-    def toml(self) -> str:
-        """Return the range as lines of a design file."""
-        moduli = ", ".join(f"{value:g}" for value in self.E_MPa)
-        return f"[fruit]\nE_max_MPa = {self.E_max_MPa:g}\nE_MPa = [{moduli}]"
-
 
 def fruit_summaries(results: Sequence[CompressionResult], *, by_folder: bool) -> list[FruitSummary]:
     """Return one summary for each file, whose specimens are tests of one fruit, or for each folder of such files."""
-    groups: dict[str, list[CompressionResult]] = {}
+    tests_of: dict[str, list[CompressionResult]] = {}
     for result in results:
         path = Path(result.specimen.file)
-        groups.setdefault(str(path.parent if by_folder else path), []).append(result)
-    summaries = []
-    for name, group in groups.items():
-        summaries.append(_summary(name, [test.E_hertz_MPa for test in group], [test.E_plate_MPa for test in group]))
-    return summaries
+        tests_of.setdefault(str(path.parent if by_folder else path), []).append(result)
+    return [_summary(name, tests) for name, tests in tests_of.items()]
 
 
 def overall(summaries: Sequence[FruitSummary]) -> FruitSummary:
     """Return mean and standard deviation [MPa] over the fruit, each counted once."""
-    return _summary("all fruit", [fruit.E_hertz_MPa for fruit in summaries], [fruit.E_plate_MPa for fruit in summaries])
+    return _summary("all fruit", summaries)
 
 
-def _summary(name: str, hertz: Sequence[float], plate: Sequence[float]) -> FruitSummary:
-    several = len(hertz) > 1
+def _summary(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> FruitSummary:
+    hertz = [test.E_hertz_MPa for test in tests]
+    plate = [test.E_plate_MPa for test in tests]
     return FruitSummary(
         name=name,
-        count=len(hertz),
+        count=len(tests),
         E_hertz_MPa=statistics.fmean(hertz),
-        E_hertz_deviation_MPa=statistics.stdev(hertz) if several else 0.0,
+        E_hertz_deviation_MPa=statistics.stdev(hertz) if len(tests) > 1 else 0.0,
         E_plate_MPa=statistics.fmean(plate),
-        E_plate_deviation_MPa=statistics.stdev(plate) if several else 0.0,
+        E_plate_deviation_MPa=statistics.stdev(plate) if len(tests) > 1 else 0.0,
     )
 
 
-def design_range(results: Iterable[CompressionResult]) -> DesignRange:
+def design_range(results: Sequence[CompressionResult]) -> DesignRange:
     """Return the range from the softest to the stiffest Hertz modulus, each with its error bar, rounded outwards.
 
     Of one specimen it is that modulus alone.
     """
-    tests = list(results)
-    highest = _rounded(max(test.E_hertz_MPa * (1.0 + 0.01 * test.u_percent) for test in tests), math.ceil)
-    if len(tests) == 1:
-        return DesignRange(E_max_MPa=highest, E_MPa=(float(f"{tests[0].E_hertz_MPa:.3g}"),))
-    lowest = _rounded(min(test.E_hertz_MPa * (1.0 - min(0.01 * test.u_percent, 0.9)) for test in tests), math.floor)
-    steps = [lowest + (highest - lowest) * index / (_MODULI - 1) for index in range(_MODULI)]
-    return DesignRange(E_max_MPa=highest, E_MPa=tuple(float(f"{value:.3g}") for value in steps))
+    highest = max(test.E_hertz_MPa * (1.0 + 0.01 * test.u_percent) for test in results)
+    lowest = min(test.E_hertz_MPa * (1.0 - min(0.01 * test.u_percent, _MOST_ERROR)) for test in results)
+    E_max = math.ceil(round(highest / _second_digit(highest), 9)) * _second_digit(highest)
+    E_min = math.floor(round(lowest / _second_digit(lowest), 9)) * _second_digit(lowest)
+    if len(results) == 1:
+        moduli = [results[0].E_hertz_MPa]
+    else:
+        moduli = [E_min + (E_max - E_min) * index / (_MODULI - 1) for index in range(_MODULI)]
+    return DesignRange(E_max_MPa=float(f"{E_max:.3g}"), E_MPa=tuple(float(f"{E:.3g}") for E in moduli))
 
 
-def _rounded(value: float, towards: Callable[[float], int]) -> float:
-    """Return a positive value with two digits, rounded by math.floor or math.ceil [same unit]."""
-    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return float(f"{towards(round(value / unit, 9)) * unit:.3g}")
+def _second_digit(value: float) -> float:
+    """Return what one step of the second digit of a positive value is worth [same unit]."""
+    return 10.0 ** (math.floor(math.log10(value)) - 1)
 
 
 def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[str, object]:
@@ -119,8 +107,8 @@ def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[st
         "force_rises_from_mm": chosen.fit.onset,
         "range_end_mm": chosen.last,
         "failure_mm": result.curve.failure,
-        "zero_N": chosen.fit.offset,
-        "drift_N_per_mm": chosen.fit.drift.value,
+        "zero_N": chosen.fit.parameters.offset,
+        "drift_N_per_mm": chosen.fit.parameters.drift,
         "noise_N": result.curve.noise,
         "follows_hertz": chosen.follows,
         "at_strain": [asdict(secant) for secant in result.secants],
@@ -134,75 +122,89 @@ def print_results(
 ) -> None:
     """Print each specimen, each fruit as in the paper's Table I, and the range for the design file."""
     console = Console(width=None if sys.stdout.isatty() else _WIDTH)
-    names = [escape(f"{Path(result.specimen.file).name} {result.specimen.name}") for result in results]
-    console.print(_specimen_table(results, names))
-    console.print(_strain_table(results, names))
+    console.print(_specimen_table(results))
+    console.print(_strain_table(results))
     if len(results) > 1:
         console.print(_fruit_table(fruit))
-    notes = [*assumed]
+    notes = list(assumed)
     for result in results:
         notes += result.notes
-    lines = [f"note: {escape(note)}" for note in dict.fromkeys(notes)]
-    lines += [_warning(results), _left_out(results[0].geometry)]
-    lines.append(f"for the design file:\n{escape(design.toml)}\nor: pipeline run {escape(design.flags)}")
-    for line in lines:
+    for note in dict.fromkeys(notes):
+        console.print(f"note: {escape(note)}", highlight=False)
+    for line in (_warning(results), _left_out(results[0].geometry)):
         console.print(line, highlight=False)
+    moduli = ", ".join(f"{E:g}" for E in design.E_MPa)
+    E_max = f"{design.E_max_MPa:g}"
+    toml = f"[fruit]\nE_max_MPa = {E_max}\nE_MPa = [{moduli}]"
+    flags = f"--set fruit.E_max_MPa={E_max} --set fruit.E_MPa=[{moduli.replace(' ', '')}]"
+    console.print(f"for the design file:\n{escape(toml)}\nor: pipeline run {escape(flags)}", highlight=False)
 
 
-def _table(title: str, heads: Sequence[str]) -> Table:
+def _table(title: str, heads: str, rows: Sequence[Sequence[str]]) -> Table:
+    """Return a table; its heads are parted by bars."""
     table = Table(title=title, title_justify="left")
-    for index, head in enumerate(heads):
+    for index, head in enumerate(heads.split(" | ")):
         table.add_column(head, justify="right" if index else "left")
+    for row in rows:
+        table.add_row(*row)
     return table
 
 
-def _specimen_table(results: Sequence[CompressionResult], names: Sequence[str]) -> Table:
-    heads = ["specimen", "E, Hertz [MPa]", "± [%]", "E, plate [MPa]", "± [%]", "plate reads low by"]
-    heads += ["first touch [mm]", "range to [mm]", "failure [mm]"]
-    table = _table("modulus of each specimen, errors at 95 %", heads)
-    for result, name in zip(results, names, strict=True):
+def _name(result: CompressionResult) -> str:
+    return escape(f"{Path(result.specimen.file).name} {result.specimen.name}")
+
+
+def _specimen_table(results: Sequence[CompressionResult]) -> Table:
+    heads = "specimen | E, Hertz [MPa] | ± [%] | E, plate [MPa] | ± [%] | plate reads low by | first touch [mm]"
+    heads += " | range to [mm] | failure [mm]"
+    rows = []
+    for result in results:
         failure = result.curve.failure
-        table.add_row(
-            name,
-            f"{result.E_hertz_MPa:.4g}",
-            f"{result.u_percent:.2g}",
-            f"{result.E_plate_MPa:.4g}",
-            f"{result.secants[0].u_secant_percent:.2g}",
-            f"{result.reads_low:.2f}",
-            f"{result.chosen.touch.value:.3f}",
-            f"{result.chosen.last:.2f}",
-            "none" if failure is None else f"{failure:.2f}",
+        rows.append(
+            [
+                _name(result),
+                f"{result.E_hertz_MPa:.4g}",
+                f"{result.u_percent:.2g}",
+                f"{result.E_plate_MPa:.4g}",
+                f"{result.secants[0].u_secant_percent:.2g}",
+                f"{result.reads_low:.2f}",
+                f"{result.chosen.touch.value:.3f}",
+                f"{result.chosen.last:.2f}",
+                "none" if failure is None else f"{failure:.2f}",
+            ]
         )
-    return table
+    return _table("modulus of each specimen, errors at 95 %", heads, rows)
 
 
-def _strain_table(results: Sequence[CompressionResult], names: Sequence[str]) -> Table:
-    heads = ["specimen", "strain [%]", "secant [MPa]", "± [%]", "tangent [MPa]", "± [%]"]
-    table = _table("force / plate area over travel / height, errors at 95 %", heads)
-    for result, name in zip(results, names, strict=True):
+def _strain_table(results: Sequence[CompressionResult]) -> Table:
+    rows = []
+    for result in results:
         for secant in result.secants:
-            table.add_row(
-                name,
-                f"{secant.strain_percent:g}",
-                f"{secant.E_secant_MPa:.4g}",
-                f"{secant.u_secant_percent:.2g}",
-                f"{secant.E_tangent_MPa:.4g}",
-                f"{secant.u_tangent_percent:.2g}",
+            rows.append(
+                [
+                    _name(result),
+                    f"{secant.strain_percent:g}",
+                    f"{secant.E_secant_MPa:.4g}",
+                    f"{secant.u_secant_percent:.2g}",
+                    f"{secant.E_tangent_MPa:.4g}",
+                    f"{secant.u_tangent_percent:.2g}",
+                ]
             )
-    return table
+    heads = "specimen | strain [%] | secant [MPa] | ± [%] | tangent [MPa] | ± [%]"
+    return _table("force / plate area over travel / height, errors at 95 %", heads, rows)
 
 
 def _fruit_table(summaries: Sequence[FruitSummary]) -> Table:
-    title = "modulus of each fruit, mean ± standard deviation [MPa], as in the paper's Table I"
-    table = _table(title, ["fruit", "tests", "E, Hertz", "E, plate"])
+    rows = []
     for fruit in (*summaries, overall(summaries)):
         hertz = f"{fruit.E_hertz_MPa:.3g}"
         plate = f"{fruit.E_plate_MPa:.3g}"
         if fruit.count > 1:
             hertz += f" ± {fruit.E_hertz_deviation_MPa:.2g}"
             plate += f" ± {fruit.E_plate_deviation_MPa:.2g}"
-        table.add_row(escape(fruit.name), f"{fruit.count}", hertz, plate)
-    return table
+        rows.append([escape(fruit.name), f"{fruit.count}", hertz, plate])
+    title = "modulus of each fruit, mean ± standard deviation [MPa], as in the paper's Table I"
+    return _table(title, "fruit | tests | E, Hertz | E, plate", rows)
 
 
 def _warning(results: Sequence[CompressionResult]) -> str:
@@ -217,9 +219,10 @@ def _warning(results: Sequence[CompressionResult]) -> str:
 
 
 def _left_out(geometry: TestGeometry) -> str:
-    radius = 50.0 * _ONE_MM / geometry.radius_mm
-    poisson = 200.0 * abs(geometry.poisson) * _SOME_POISSON / (1.0 - geometry.poisson**2)
+    """Return what the error bar does not hold: E goes with 1 / sqrt(radius) and with 1 - nu^2."""
+    by_radius = 50.0 * _ONE_MM / geometry.radius_mm
+    by_poisson = 200.0 * abs(geometry.poisson) * _SOME_POISSON / (1.0 - geometry.poisson**2)
     return (
-        f"not in the error bar: {_ONE_MM:g} mm of both radii moves E by {radius:.2g} %, {_SOME_POISSON:g} of Poisson's "
-        f"ratio by {poisson:.2g} % (E / (1 - nu^2), which a sensor reads, not at all)"
+        f"not in the error bar: {_ONE_MM:g} mm of both radii moves E by {by_radius:.2g} %, {_SOME_POISSON:g} of "
+        f"Poisson's ratio by {by_poisson:.2g} % (E / (1 - nu^2), which a sensor reads, not at all)"
     )

@@ -5,7 +5,7 @@ the same forces stands beside, and in the uncertainty.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,80 +15,71 @@ from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError
 from cad.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON, FleshLawName, large_strain_factor
 from pipeline.measure.unit.deep_pair import TOO_DEEP, DeepPair, Samples, one_sample
-from pipeline.measure.unit.fruit_reading import (
-    LEVEL,
-    FruitReading,
-    Sensitivity,
-    checked_reading,
-    flags_of_forces,
-    half_width,
-    pair_pose,
-    ratio_tilt_deviation,
-)
+from pipeline.measure.unit.fruit_reading import FruitReading, Sensitivity, checked_reading, half_width
 from pipeline.measure.unit.measuring import MeasuringUnit
+
+Floats = NDArray[np.float64]
 
 _STEP = 1e-4  # of a stiffness or a gain, for slopes of the modulus
 
 
 def deep_reading(sensor: MeasuringUnit, law: DeepPair, samples: Samples) -> FruitReading:
     """Return what the samples of a press tell: the modulus by the line, `others` by the force ratio and other laws."""
-    deepest = samples.forces[-1].tolist()
+    deepest = samples.forces[-1]
+    others = {}
     try:
         line = law.line(samples, sensor.noises)
-        others = _by_other_laws(sensor, law, lambda flesh: flesh.line(samples, sensor.noises).modulus)
+        for name, flesh in other_laws(sensor, law).items():
+            others[name] = flesh.line(samples, sensor.noises).modulus
     except ReadingError as error:
         too_deep = ("deeper_than_solved",) if str(error) == TOO_DEEP else ()
         return FruitReading(flags=("out_of_range", *too_deep))
     E = line.modulus
     u = _half_width(sensor, law, samples, E, line.error, others)
-    reading = checked_reading(sensor, E, u, pair_pose(sensor, line.lead), deepest)
+    tilt = sensor.pair_tilt_deg(line.lead)
+    reading = checked_reading(sensor, E, u, deepest, tilt=abs(tilt), direction=0.0 if tilt >= 0.0 else 180.0)
     try:
         by_ratio = law.ratio_modulus(deepest)
     except ReadingError:  # a tilt may leave the ratio no modulus
-        return _with_depth(law, replace(reading.flagged("read_outs_disagree"), others=others), deepest)
-    by_noise = _sensitivity(sensor, law, one_sample(deepest), by_ratio).by_noise(sensor, deepest)
-    noise = math.hypot(line.error, by_noise)
-    allowed = curve_contribution(law, samples, E) + sensor.model_error + COVERAGE * noise
-    if abs(by_ratio / E - 1.0) > allowed:
         reading = reading.flagged("read_outs_disagree")
-    return _with_depth(law, replace(reading, others={"force_ratio": by_ratio, **others}), deepest)
+    else:
+        others = {"force_ratio": by_ratio, **others}
+        by_noise = _sensitivity(sensor, law, one_sample(deepest), by_ratio).by_noise(sensor, deepest)
+        noise = math.hypot(line.error, by_noise)
+        allowed = curve_contribution(law, samples, E) + sensor.model_error + COVERAGE * noise
+        if abs(by_ratio / E - 1.0) > allowed:
+            reading = reading.flagged("read_outs_disagree")
+    if law.is_beyond(deepest, E):
+        reading = reading.flagged("deeper_than_solved")
+    return replace(reading, others=others)
 
 
-def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Sequence[float]) -> FruitReading:
-    """Return what one reading of a pair tells [N]: the force ratio, right only where no tilt offsets a tip."""
-    flags = flags_of_forces(sensor, forces)
-    if flags:
-        return FruitReading(flags=flags)
-    try:
-        E = law.ratio_modulus(forces)
-        others = _by_other_laws(sensor, law, lambda flesh: flesh.ratio_modulus(forces))
-    except ReadingError:
-        return FruitReading(flags=("out_of_range",))
+def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Floats) -> FruitReading:
+    """Return what one reading of a pair tells [N]: the force ratio, right only where no tilt offsets a tip.
+
+    Raises ReadingError for forces that tell no modulus.
+    """
+    E = law.ratio_modulus(forces)
+    others = {name: flesh.ratio_modulus(forces) for name, flesh in other_laws(sensor, law).items()}
     samples = one_sample(forces)
-    by_tilt = ratio_tilt_deviation(sensor, float(law.offset_slopes(forces, E).modulus))
+    by_tilt = sensor.ratio_tilt_deviation(float(law.offset_per_log_E(forces, E)))
     by_noise = _sensitivity(sensor, law, samples, E).by_noise(sensor, forces)
-    deviation = math.hypot(by_noise, by_tilt)
-    u = _half_width(sensor, law, samples, E, deviation, others)
-    return _with_depth(law, replace(checked_reading(sensor, E, u, LEVEL, forces), others=others), forces)
+    u = _half_width(sensor, law, samples, E, math.hypot(by_noise, by_tilt), others)
+    reading = replace(checked_reading(sensor, E, u, forces), others=others)
+    return reading.flagged("deeper_than_solved") if law.is_beyond(forces, E) else reading
 
 
 def _half_width(
-    sensor: MeasuringUnit, law: DeepPair, samples: Samples, E: float, deviation: float, others: dict[str, float]
+    sensor: MeasuringUnit, law: DeepPair, samples: Samples, E: float, deviation: float, others: Mapping[str, float]
 ) -> float:
     """Return the half width of E [1]: of a standard deviation [1], of springs and gains, curve, law and nu."""
-    by_law = max(abs(modulus / E - 1.0) for modulus in others.values())
     return half_width(
         sensor,
         E,
         [deviation, *_sensitivity(sensor, law, samples, E).by_unit(sensor)],
-        [curve_contribution(law, samples, E), by_law],
+        [curve_contribution(law, samples, E), max(abs(modulus / E - 1.0) for modulus in others.values())],
         curve_by_poisson=_by_poisson(sensor, law, samples, E),
     )
-
-
-def _by_other_laws(sensor: MeasuringUnit, law: DeepPair, read: Callable[[DeepPair], float]) -> dict[str, float]:
-    """Return the moduli [MPa] that other laws of flesh read."""
-    return {name: read(flesh) for name, flesh in other_laws(sensor, law).items()}
 
 
 def other_laws(sensor: MeasuringUnit, law: DeepPair) -> dict[str, DeepPair]:
@@ -98,17 +89,14 @@ def other_laws(sensor: MeasuringUnit, law: DeepPair) -> dict[str, DeepPair]:
     return {name: law.with_factors(_sharp_tip(law, nu, name) / neo_hooke) for name in FLESH_LAWS[1:]}
 
 
-def _sharp_tip(law: DeepPair, poisson: float, flesh: FleshLawName = "neo-hooke") -> NDArray[np.float64]:
+def _sharp_tip(law: DeepPair, poisson: float, flesh: FleshLawName = "neo-hooke") -> Floats:
     """Return the factors of large strain of a sharp tip at the depths of a curve [1]."""
-    return np.array([large_strain_factor(depth, poisson, flesh) for depth in law.depths])
+    return np.array([large_strain_factor(depth, poisson, flesh) for depth in law.depths.tolist()])
 
 
 def curve_contribution(law: DeepPair, samples: Samples, E: float) -> float:
-    """Return the most that any curve within the error bars moves E [1]: the contributions of all depths added.
-
-    A line tells slopes: a curve that bends within its bars moves E farther than one that is off alike everywhere.
-    """
-    return math.fsum(times * abs(law.shift(samples, E, curve)) for curve, times in law.perturbed())
+    """Return the most that any curve within the error bars moves E [1]."""
+    return law.curve_contributions(lambda curve: law.shift(samples, E, curve))
 
 
 def _by_poisson(sensor: MeasuringUnit, law: DeepPair, samples: Samples, E: float) -> float:
@@ -122,10 +110,9 @@ def _by_poisson(sensor: MeasuringUnit, law: DeepPair, samples: Samples, E: float
     if lowest >= highest:
         return 0.0
     nominal = _sharp_tip(law, fruit.poisson)
-    shifts = []
-    for nu in (lowest, highest):
-        shifts.append(law.shift(samples, E, law.with_factors(_sharp_tip(law, nu) / nominal)))
-    return (shifts[1] - shifts[0]) / (highest - lowest)
+    at_lowest = law.shift(samples, E, law.with_factors(_sharp_tip(law, lowest) / nominal))
+    at_highest = law.shift(samples, E, law.with_factors(_sharp_tip(law, highest) / nominal))
+    return (at_highest - at_lowest) / (highest - lowest)
 
 
 def _sensitivity(sensor: MeasuringUnit, law: DeepPair, samples: Samples, E: float) -> Sensitivity:
@@ -133,15 +120,9 @@ def _sensitivity(sensor: MeasuringUnit, law: DeepPair, samples: Samples, E: floa
     springs = []
     forces = []
     for tip in range(2):
-        stiffer = replace(law, C=sensor.with_stiffness(tip, 1.0 + _STEP).C)
+        stiffer = replace(law, C=np.array(sensor.with_stiffness(tip, 1.0 + _STEP).C))
         gains = np.ones(2)
         gains[tip] += _STEP
         springs.append(law.shift(samples, E, stiffer) / _STEP)
         forces.append(law.shift(samples, E, law, gains) / _STEP)
     return Sensitivity(np.array(springs), np.array(forces))
-
-
-def _with_depth(law: DeepPair, reading: FruitReading, deepest: Sequence[float]) -> FruitReading:
-    """Return a reading, flagged where a tip would stand deeper than large strain was solved for."""
-    too_deep = reading.E is not None and law.is_beyond(deepest, reading.E)
-    return reading.flagged("deeper_than_solved") if too_deep else reading

@@ -25,15 +25,6 @@ Floats = NDArray[np.float64]
 AT_THE_EDGE = 1e-3  # of the range's ends: a fruit at one of them is inside it, whatever round-off does
 IN_FIRMWARE = ("bad_force", "lift_off", "out_of_range")
 """Flags that firmware has too, from bit 0 on."""
-FLAGS = (
-    *IN_FIRMWARE,
-    "tilt_beyond_design",
-    "press_over_bruise_limit",
-    "read_outs_disagree",
-    "deeper_than_solved",
-    "uncertain",
-)
-"""All flags."""
 UNCERTAIN = 0.5
 """Above this half width [1] a reading hardly tells the modulus, and no symmetric interval holds it."""
 
@@ -62,17 +53,6 @@ class FruitReading:
         return replace(self, flags=(*self.flags, flag))
 
 
-class SkinPose(NamedTuple):
-    """The tilt of a sensor against the skin and its direction [deg], None where they are not known."""
-
-    tilt: float | None
-    direction: float | None
-
-
-LEVEL = SkinPose(None, None)
-"""What one reading of a pair tells of its pose."""
-
-
 def reading_as_mapping(reading: FruitReading) -> Plain:
     """Return a reading as JSON data, keys with their unit."""
     data: Plain = {} if reading.t is None else {"t_s": reading.t}
@@ -89,26 +69,33 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
     }
 
 
-def flags_of_forces(sensor: MeasuringUnit, forces: Sequence[float]) -> tuple[str, ...]:
+def flags_of_forces(sensor: MeasuringUnit, forces: Floats) -> tuple[str, ...]:
     """Return what is wrong with forces [N] by themselves: no numbers, below zero or far too large, or tips off."""
     flags = []
-    array = np.array(forces)
-    if not ((array >= -sensor.least_forces) & (array <= sensor.largest_forces)).all():
+    if not ((forces >= -sensor.least_forces) & (forces <= sensor.largest_forces)).all():
         flags.append("bad_force")
-    if not (array > sensor.least_forces).all():
+    if not (forces > sensor.least_forces).all():
         flags.append("lift_off")
     return tuple(flags)
 
 
-def checked_reading(sensor: MeasuringUnit, E: float, u: float, pose: SkinPose, forces: Sequence[float]) -> FruitReading:
-    """Return a reading E [MPa] +- u [1] of forces [N] with its flags and class."""
+def checked_reading(
+    sensor: MeasuringUnit,
+    E: float,
+    u: float,
+    forces: Floats,
+    *,
+    tilt: float | None = None,
+    direction: float | None = None,
+) -> FruitReading:
+    """Return a reading E [MPa] +- u [1] of forces [N] with its flags and class, tilt and direction [deg] if known."""
     flags = []
     least, largest = sensor.range_MPa
     if not least * (1.0 - AT_THE_EDGE) <= E <= largest * (1.0 + AT_THE_EDGE):
         flags.append("out_of_range")
-    if pose.tilt is not None and pose.tilt > sensor.steepest_deg:
+    if tilt is not None and tilt > sensor.steepest_deg:
         flags.append("tilt_beyond_design")
-    if sensor.bruised_tips(forces, E):
+    if sensor.bruises(forces, E):
         flags.append("press_over_bruise_limit")
     if u > UNCERTAIN:
         flags.append("uncertain")
@@ -116,8 +103,8 @@ def checked_reading(sensor: MeasuringUnit, E: float, u: float, pose: SkinPose, f
         E=E,
         reduced=sensor.reduced(E),
         u=u,
-        tilt=pose.tilt,
-        direction=pose.direction,
+        tilt=tilt,
+        direction=direction,
         flags=tuple(flags),
         ripeness=None if sensor.classes is None else sensor.classes.of(E),
     )
@@ -143,8 +130,8 @@ def half_width(
     fruit = sensor.design.fruit
     felt = -2.0 * fruit.poisson / (1.0 - fruit.poisson**2)
     by_poisson = (felt + curve_by_poisson) * fruit.poisson_spread
-    biases = [bound / math.sqrt(3.0) for bound in (sensor.bias(E), sensor.model_error, *bounds)]
-    return COVERAGE * math.hypot(math.hypot(*deviations), by_poisson, *biases)
+    by_bias = math.hypot(sensor.bias(E), sensor.model_error, *bounds) / math.sqrt(3.0)
+    return COVERAGE * math.hypot(*deviations, by_poisson, by_bias)
 
 
 class Sensitivity(NamedTuple):
@@ -159,44 +146,31 @@ class Sensitivity(NamedTuple):
         gains = 0.01 * self.forces * sensor.unit.gain_percent
         return [*springs, *gains]
 
-    def by_noise(self, sensor: MeasuringUnit, forces: Sequence[float]) -> float:
+    def by_noise(self, sensor: MeasuringUnit, forces: Floats) -> float:
         """Return the standard deviation of the modulus [1] by noise on forces [N]."""
         return float(np.linalg.norm(self.forces * sensor.noises / forces))
 
 
-def pair_pose(sensor: MeasuringUnit, lead: float) -> SkinPose:
-    """Return the tilt of a pair whose high tip stands before the low one by a lead [mm], and its direction."""
-    tilt = math.degrees(math.atan(-lead / sensor.design.tips.spacing_mm))
-    return SkinPose(abs(tilt), 0.0 if tilt >= 0.0 else 180.0)
-
-
-def ratio_tilt_deviation(sensor: MeasuringUnit, offset_by_modulus: float) -> float:
-    """Return the standard deviation of a modulus by a force ratio [1] by the tilts that the design allows for.
-
-    `offset_by_modulus` is by how much the height offset of the tips moves for the logarithm of the modulus [mm].
-    """
-    lead = math.tan(math.radians(sensor.steepest_deg)) * sensor.design.tips.spacing_mm
-    return lead / (math.sqrt(3.0) * abs(offset_by_modulus))
-
-
-def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Sequence[float]) -> FruitReading:
+def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats) -> FruitReading:
     """Return what one reading of a line or a square tells: forces [N], one for each tip."""
     flags = flags_of_forces(sensor, forces)
     if flags:
         return FruitReading(flags=flags)
+    contrast_forces = forces.tolist()
     try:
-        read = read_modulus(law, forces)
+        read = read_modulus(law, contrast_forces)
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
-    E = sensor.corrected(read)
-    slopes = contrast_slopes(law, forces, read)
-    sensitivity = Sensitivity(np.array(slopes.springs), np.multiply(slopes.forces, forces))
+    slopes = contrast_slopes(law, contrast_forces, read)
+    sensitivity = Sensitivity(np.array(slopes.springs), np.array(slopes.forces) * forces)
     by_heights = np.multiply(slopes.heights, sensor.unit.height_error_mm)
     deviations = [sensitivity.by_noise(sensor, forces), *sensitivity.by_unit(sensor), *by_heights]
+    E = sensor.corrected(read)
     u = half_width(sensor, E, deviations)
-    _, along, across = plane_through(sensor.places, lowered_tips(law, forces, read))
+
+    _, along, across = plane_through(sensor.places, lowered_tips(law, contrast_forces, read))
     # A dome rolls on a round fruit: a tilt by 1 lowers it as one by R / (r + R) would lower a point.
     rolling = 1.0 + (sensor.design.tips.dome_radius_mm or 0.0) / sensor.design.fruit.radii_mm[0]
     tilt = math.degrees(math.atan(rolling * math.hypot(along, across or 0.0)))
     direction = None if across is None else math.degrees(math.atan2(across, along))
-    return checked_reading(sensor, E, u, SkinPose(tilt, direction), forces)
+    return checked_reading(sensor, E, u, forces, tilt=tilt, direction=direction)

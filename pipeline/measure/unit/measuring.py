@@ -66,8 +66,7 @@ class MeasuringUnit:
         designed = self.report.read_out.contrast
         if designed is None:
             return None
-        gaps = tuple(gap - height for gap, height in zip(designed.gaps, self.unit.height_mm, strict=True))
-        return replace(designed, gaps=gaps, C=self.C)
+        return replace(designed, gaps=tuple(np.subtract(designed.gaps, self.unit.height_mm).tolist()), C=self.C)
 
     @cached_property
     def deep(self) -> DeepPair | None:
@@ -75,13 +74,14 @@ class MeasuringUnit:
         rows = self.report.read_out.large_strain
         if not rows:
             return None
+        depths, factors, percent = np.transpose([(row.depth_sides, row.factor, row.error_percent) for row in rows])
         return DeepPair(
-            C=self.C,
-            S=self.report.contact.compliance_per_mm,
+            C=np.array(self.C),
+            S=np.array(self.report.contact.compliance_per_mm),
             side=self.design.tips.side_mm,
-            depths=tuple(row.depth_sides for row in rows),
-            factors=tuple(row.factor for row in rows),
-            errors=tuple(0.01 * row.error_percent for row in rows),
+            depths=depths,
+            factors=factors,
+            errors=0.01 * percent,
         )
 
     @property
@@ -121,9 +121,20 @@ class MeasuringUnit:
         asked = self.design.reading
         if asked is None:
             return PAIR_TILT_DEG
-        fruit = self.design.fruit
-        aside = asked.off_centre_mm / (fruit.radii_mm[0] * (1.0 - asked.radius_spread))
-        return asked.tilt_deg + math.degrees(math.atan(aside))
+        least_radius = self.design.fruit.radii_mm[0] * (1.0 - asked.radius_spread)
+        return asked.tilt_deg + math.degrees(math.atan(asked.off_centre_mm / least_radius))
+
+    def pair_tilt_deg(self, lead: float) -> float:
+        """Return the tilt of a pair whose high tip stands before the low one by a lead [mm]: below 0 for one above."""
+        return math.degrees(math.atan(-lead / self.design.tips.spacing_mm))
+
+    def ratio_tilt_deviation(self, offset_by_modulus: float) -> float:
+        """Return the standard deviation of a modulus by a force ratio [1] by the tilts that the design allows for.
+
+        `offset_by_modulus` is by how much the height offset of the tips moves for the logarithm of the modulus [mm].
+        """
+        lead = math.tan(math.radians(self.steepest_deg)) * self.design.tips.spacing_mm
+        return lead / (math.sqrt(3.0) * abs(offset_by_modulus))
 
     def corrected(self, read: float) -> float:
         """Return the modulus [MPa] that a level sensor reads as `read` [MPa]: what the shape of the fruit adds."""
@@ -139,32 +150,32 @@ class MeasuringUnit:
         rows = self.report.moduli
         if not rows:
             return 0.0
-        biases = [0.01 * abs(row.E_bias_percent) for row in rows]
-        return float(np.interp(math.log(E), [math.log(row.E_MPa) for row in rows], biases))
+        logs = np.log([row.E_MPa for row in rows])
+        percent = np.abs([row.E_bias_percent for row in rows])
+        return 0.01 * float(np.interp(math.log(E), logs, percent))
 
     def reduced(self, E: float) -> float:
         """Return E / (1 - nu^2) [MPa] of a modulus [MPa] at the Poisson's ratio of the design."""
         return E / (1.0 - self.design.fruit.poisson**2)
 
-    def bruised_tips(self, forces: Sequence[float], E: float) -> bool:
+    def bruises(self, forces: Floats, E: float) -> bool:
         """Say whether forces [N] press a fruit of modulus E [MPa] harder than its bruise limit, where it has one."""
         fruit = self.design.fruit
         if not fruit.bruise_limits_MPa:
             return False
         limit = float(np.interp(E, fruit.E_MPa, fruit.bruise_limits_MPa))
         area = self.design.tips.tip_shape.contact_area_mm2
-        return any(force > limit * area(force, self.reduced(E), fruit.radii_mm[0]) for force in forces)
+        return any(force > limit * area(force, self.reduced(E), fruit.radii_mm[0]) for force in forces.tolist())
 
-    def gained(self, channels: Sequence[float]) -> list[float]:
+    def gained(self, channels: Sequence[float]) -> Floats:
         """Return the forces [N] of readings of the channels [N]."""
-        forces: list[float] = np.multiply(self.unit.gain, channels).tolist()
-        return forces
+        return np.multiply(self.unit.gain, channels)
 
-    def ratio_modulus(self, forces: Sequence[float]) -> float:
+    def ratio_modulus(self, forces: Floats) -> float:
         """Return the modulus [MPa] that a level pair reads of forces [N] by their ratio; raises ReadingError."""
         if self.deep is not None:
             return self.deep.ratio_modulus(forces)
-        return ratio_modulus(self.C, self.own_less_other, forces)
+        return ratio_modulus(self.C, self.own_less_other, forces.tolist())
 
     def with_stiffness(self, tip: int, factor: float) -> "MeasuringUnit":
         """Return the unit with the spring of one tip stiffer by a factor [1]."""

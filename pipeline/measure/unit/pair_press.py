@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import reduce
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cad.quantity import COVERAGE
 from cad.theory.contrast_law import ReadingError
@@ -17,16 +18,15 @@ from cad.theory.pair_line import FEWEST, PairLine, PressSums, line_of_sums
 from pipeline.measure.unit.deep_pair import Samples
 from pipeline.measure.unit.deep_reading import deep_reading, deep_single_reading
 from pipeline.measure.unit.fruit_reading import (
-    LEVEL,
     FruitReading,
     Sensitivity,
     checked_reading,
     flags_of_forces,
     half_width,
-    pair_pose,
-    ratio_tilt_deviation,
 )
 from pipeline.measure.unit.measuring import MeasuringUnit
+
+Floats = NDArray[np.float64]
 
 MOST_BLOCKS = 64
 """What is kept of a press of any length."""
@@ -34,26 +34,22 @@ _STEP = 1e-4  # of a stiffness, a gain or a force, for slopes of the modulus
 _ROUNDS = 3  # of finding modulus and tilt, and leaving out what is not seated at them
 
 
-class _Blocks:
+class Blocks:
     """Running sums over consecutive samples of two numbers, at most 64 of them: neighbours are joined as they fill."""
 
     def __init__(self) -> None:
-        self._full: list[PressSums] = []
-        self._open = PressSums()
+        """Begin without a sample."""
+        self.sums: list[PressSums] = []
         self._size = 1
 
     def add(self, low: float, high: float) -> None:
-        self._open = self._open.joined(PressSums(1, low, high))
-        if self._open.count < self._size:
-            return
-        self._full.append(self._open)
-        self._open = PressSums()
-        if len(self._full) == MOST_BLOCKS:
-            self._full = [_joined(self._full[index : index + 2]) for index in range(0, MOST_BLOCKS, 2)]
+        """Take the next sample."""
+        if not self.sums or self.sums[-1].count == self._size:
+            self.sums.append(PressSums())
+        self.sums[-1] = self.sums[-1].joined(PressSums(1, low, high))
+        if len(self.sums) == MOST_BLOCKS and self.sums[-1].count == self._size:
+            self.sums = [first.joined(second) for first, second in zip(self.sums[::2], self.sums[1::2], strict=True)]
             self._size *= 2
-
-    def all(self) -> list[PressSums]:
-        return [*self._full, self._open] if self._open.count else self._full
 
 
 class PairPress:
@@ -62,8 +58,8 @@ class PairPress:
     def __init__(self, sensor: MeasuringUnit) -> None:
         """Begin a press."""
         self._sensor = sensor
-        self._forces = _Blocks()
-        self._strokes = _Blocks()
+        self._forces = Blocks()
+        self._strokes = Blocks()
 
     def add(self, low: float, high: float, x: float | None = None) -> None:
         """Take the forces of both tips [N] in the next sample, and the travel x [mm] where it is measured."""
@@ -78,57 +74,68 @@ class PairPress:
 
         Samples after the deepest one are left out: on the way out a fruit gives back less than it took.
         """
-        blocks = self._forces.all()
+        blocks = self._forces.sums
         if not blocks:
             return FruitReading(flags=("lift_off",))
-        end = 1 + max(range(len(blocks)), key=lambda index: blocks[index].soft + blocks[index].stiff)
+        end = 1 + int(np.argmax([block.soft + block.stiff for block in blocks]))
         blocks = blocks[:end]
         if self._sensor.deep is not None:
             counts = np.array([float(block.count) for block in blocks])
             forces = np.array([[block.soft, block.stiff] for block in blocks])
             return deep_reading(self._sensor, self._sensor.deep, Samples(counts, forces))
         reading = _line_reading(self._sensor, blocks)
-        last = _joined(_last_third(self._strokes.all()[:end]))
-        if last.count < FEWEST or not last.soft_stiff > 0.0:
+        strokes = _joined(_last_third(self._strokes.sums[:end]))
+        if strokes.count < FEWEST or not strokes.soft_stiff > 0.0:
             return reading
         # The high tip sinks by (S F) / E = x - (C F) less a constant: the slope of that over S F is 1 / E.
-        return replace(reading, others={**reading.others, "stroke": last.soft_soft / last.soft_stiff})
+        return replace(reading, others={**reading.others, "stroke": strokes.soft_soft / strokes.soft_stiff})
 
 
-def single_reading(sensor: MeasuringUnit, forces: Sequence[float]) -> FruitReading:
+def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     """Return what one reading of a pair tells [N]: the force ratio, right only where no tilt leads one of its tips.
 
     The uncertainty holds the tilt that the design allows for.
     """
-    if sensor.deep is not None:
-        return deep_single_reading(sensor, sensor.deep, forces)
     flags = flags_of_forces(sensor, forces)
     if flags:
         return FruitReading(flags=flags)
     try:
+        if sensor.deep is not None:
+            return deep_single_reading(sensor, sensor.deep, forces)
         E = sensor.ratio_modulus(forces)
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
     yielded = float(np.subtract(sensor.C[0], sensor.C[1]) @ forces)  # farther by the low spring than by the high one
     sensitivity = _ratio_sensitivity(sensor, forces)
-    deviations = [sensitivity.by_noise(sensor, forces), ratio_tilt_deviation(sensor, yielded)]
+    deviations = [sensitivity.by_noise(sensor, forces), sensor.ratio_tilt_deviation(yielded)]
     u = half_width(sensor, E, [*deviations, *sensitivity.by_unit(sensor)])
-    return checked_reading(sensor, E, u, LEVEL, forces)
+    return checked_reading(sensor, E, u, forces)
 
 
 def _line_reading(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> FruitReading:
-    deepest = [blocks[-1].soft, blocks[-1].stiff]
+    deepest = np.array([blocks[-1].soft, blocks[-1].stiff])
     try:
         sums = _seated(sensor, blocks)
         line = _line(sensor, sums)
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
 
-    def modulus(unit: MeasuringUnit, gains: Sequence[float]) -> float:
-        return _line(unit, _with_gains(sums, *gains)).modulus
+    def modulus(unit: MeasuringUnit, low_gain: float, high_gain: float) -> float:
+        """Return the modulus [MPa] that a unit reads of forces that are larger by gains [1]."""
+        gained = PressSums(
+            count=sums.count,
+            soft=low_gain * sums.soft,
+            stiff=high_gain * sums.stiff,
+            soft_soft=low_gain**2 * sums.soft_soft,
+            soft_stiff=low_gain * high_gain * sums.soft_stiff,
+            stiff_stiff=high_gain**2 * sums.stiff_stiff,
+        )
+        return _line(unit, gained).modulus
 
     u = half_width(sensor, line.modulus, [line.error, *_sensitivity(sensor, modulus).by_unit(sensor)])
-    reading = checked_reading(sensor, line.modulus, u, pair_pose(sensor, line.lead), deepest)
+    tilt = sensor.pair_tilt_deg(line.lead)
+    direction = 0.0 if tilt >= 0.0 else 180.0
+    reading = checked_reading(sensor, line.modulus, u, deepest, tilt=abs(tilt), direction=direction)
     try:
         by_ratio = sensor.ratio_modulus(deepest)
         noise = _ratio_sensitivity(sensor, deepest).by_noise(sensor, deepest)
@@ -154,56 +161,41 @@ def _joined(blocks: Sequence[PressSums]) -> PressSums:
 
 def _seated(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> PressSums:
     """Return the sums over the part of a press in which both tips touch with their whole faces; raises ReadingError."""
-    if not sensor.design.tips.tip_shape.has_flat_face:
+    tips = sensor.design.tips
+    if not tips.tip_shape.has_flat_face:
         return _joined(blocks)
+    S = sensor.report.contact.compliance_per_mm
+    roundness = 0.5 * tips.spacing_mm / sensor.design.fruit.radii_mm[0]
     sums = _joined(_last_third(blocks))
     for _ in range(_ROUNDS):
         line = _line(sensor, sums)
-        seated = [block for block in blocks if _is_seated(sensor, block, line)]
+        slope = abs(line.lead) / tips.spacing_mm + roundness
+        least_force = tips.side_mm * slope * line.modulus  # times the compliance of the fruit under a tip
+        seated = []
+        for block in blocks:
+            if S[0][0] * block.soft >= least_force and S[1][1] * block.stiff >= least_force:
+                seated.append(block)
         sums = _joined(seated if len(seated) >= FEWEST else _last_third(blocks))
     return sums
 
 
-def _is_seated(sensor: MeasuringUnit, block: PressSums, line: PairLine) -> bool:
-    """Say whether both tips touch with their whole faces in a block, at the modulus and the tilt of a line."""
-    S = sensor.report.contact.compliance_per_mm
-    tips = sensor.design.tips
-    roundness = 0.5 * tips.spacing_mm / sensor.design.fruit.radii_mm[0]
-    slope = abs(line.lead) / tips.spacing_mm + roundness
-    indentations = (S[0][0] * block.soft / line.modulus, S[1][1] * block.stiff / line.modulus)
-    return min(indentations) >= tips.side_mm * slope
-
-
-def _sensitivity(sensor: MeasuringUnit, read: Callable[[MeasuringUnit, Sequence[float]], float]) -> Sensitivity:
-    """Return the sensitivity of the modulus that `read` gives for a unit, of forces that are larger by gains."""
-    exact = (1.0, 1.0)
-    E = read(sensor, exact)
-    springs = []
-    forces = []
-    for tip in range(len(exact)):
-        gains = list(exact)
-        gains[tip] += _STEP
-        springs.append((read(sensor.with_stiffness(tip, 1.0 + _STEP), exact) / E - 1.0) / _STEP)
-        forces.append((read(sensor, gains) / E - 1.0) / _STEP)
-    return Sensitivity(np.array(springs), np.array(forces))
-
-
-def _ratio_sensitivity(sensor: MeasuringUnit, forces: Sequence[float]) -> Sensitivity:
+def _ratio_sensitivity(sensor: MeasuringUnit, forces: Floats) -> Sensitivity:
     """Return the sensitivity of the modulus that the force ratio of forces [N] tells; raises ReadingError."""
 
-    def modulus(unit: MeasuringUnit, gains: Sequence[float]) -> float:
-        return unit.ratio_modulus(np.multiply(gains, forces).tolist())
+    def modulus(unit: MeasuringUnit, low_gain: float, high_gain: float) -> float:
+        return unit.ratio_modulus(forces * (low_gain, high_gain))
 
     return _sensitivity(sensor, modulus)
 
 
-def _with_gains(sums: PressSums, low: float, high: float) -> PressSums:
-    """Return the sums of forces that are larger by gains [1]."""
-    return PressSums(
-        sums.count,
-        low * sums.soft,
-        high * sums.stiff,
-        low * low * sums.soft_soft,
-        low * high * sums.soft_stiff,
-        high * high * sums.stiff_stiff,
-    )
+def _sensitivity(sensor: MeasuringUnit, read: Callable[[MeasuringUnit, float, float], float]) -> Sensitivity:
+    """Return the sensitivity of the modulus that `read` gives for a unit and the gains of both forces."""
+    more = 1.0 + _STEP
+    moduli = [
+        read(sensor.with_stiffness(0, more), 1.0, 1.0),
+        read(sensor.with_stiffness(1, more), 1.0, 1.0),
+        read(sensor, more, 1.0),
+        read(sensor, 1.0, more),
+    ]
+    changes = (np.array(moduli) / read(sensor, 1.0, 1.0) - 1.0) / _STEP
+    return Sensitivity(springs=changes[:2], forces=changes[2:])

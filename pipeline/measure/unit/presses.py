@@ -3,19 +3,24 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cad.quantity import validation_error
 from pipeline.measure.unit.fruit_reading import FruitReading, contrast_reading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import PairPress, single_reading
 from pipeline.measure.unit.signals import Sample, Signal
 
+Floats = NDArray[np.float64]
+
 _CHECK_CHANNEL = "check zero, sign and unit of the channel"
 
 
-def reading_of(sensor: MeasuringUnit, forces: Sequence[float]) -> FruitReading:
+def reading_of(sensor: MeasuringUnit, channels: Sequence[float]) -> FruitReading:
     """Return what one reading tells: forces [N] as the channels show them, in the order of the tips."""
-    gained = sensor.gained(forces)
-    return single_reading(sensor, gained) if sensor.law is None else contrast_reading(sensor, sensor.law, gained)
+    forces = sensor.gained(channels)
+    return single_reading(sensor, forces) if sensor.law is None else contrast_reading(sensor, sensor.law, forces)
 
 
 def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False) -> Iterator[FruitReading]:
@@ -23,23 +28,24 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
 
     A signal without a press yields one reading, flagged as lifted off. Raises InputError at a line that is no sample.
     """
-    press = _Press(sensor)
+    press: _Press | None = None
     pressed = False
     for sample in signal:
         forces = sensor.gained(sample.forces)
-        for tip, force in enumerate(forces):
-            if not _in_scale(sensor, tip, force):
-                raise signal.force_error(sample, tip, _scale_in_words(sensor, tip), _CHECK_CHANNEL)
+        tip = _first_out_of_scale(sensor, forces)
+        if tip is not None:
+            raise signal.force_error(sample, tip, _scale_in_words(sensor, tip), _CHECK_CHANNEL)
         if (forces > sensor.least_forces).all():
             pressed = True
+            press = press or _Press(sensor)
             press.add(sample, forces)
             if every_sample:
                 yield press.reading(sample)
-        elif press.deepest is not None:
+        elif press is not None:
             if not every_sample:
                 yield press.reading(press.deepest)
-            press = _Press(sensor)
-    if press.deepest is not None and not every_sample:
+            press = None
+    if press is not None and not every_sample:
         yield press.reading(press.deepest)
     if not pressed:
         yield FruitReading(flags=("lift_off",))
@@ -47,14 +53,15 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
 
 def refuse_bad_forces(sensor: MeasuringUnit, forces: Sequence[float]) -> None:
     """Raise InputError for forces [N] of `--forces` that are below zero or far beyond the scale."""
-    for tip, force in enumerate(forces):
-        if not _in_scale(sensor, tip, force):
-            name = f"--forces: tip {sensor.report.tips[tip].name}"
-            raise validation_error(name, force, "N", _scale_in_words(sensor, tip), _CHECK_CHANNEL)
+    tip = _first_out_of_scale(sensor, np.array(forces))
+    if tip is not None:
+        name = f"--forces: tip {sensor.report.tips[tip].name}"
+        raise validation_error(name, forces[tip], "N", _scale_in_words(sensor, tip), _CHECK_CHANNEL)
 
 
-def _in_scale(sensor: MeasuringUnit, tip: int, force: float) -> bool:
-    return bool(-sensor.least_forces[tip] <= force <= sensor.largest_forces[tip])
+def _first_out_of_scale(sensor: MeasuringUnit, forces: Floats) -> int | None:
+    in_scale = (-sensor.least_forces <= forces) & (forces <= sensor.largest_forces)
+    return None if in_scale.all() else int(in_scale.argmin())
 
 
 def _scale_in_words(sensor: MeasuringUnit, tip: int) -> str:
@@ -66,17 +73,17 @@ class _Press:
     """One press as it goes on: the samples of a pair, or the deepest sample of another layout."""
 
     def __init__(self, sensor: MeasuringUnit) -> None:
-        self.deepest: Sample | None = None
         self._sensor = sensor
         self._pair = PairPress(sensor)
         self._largest = 0.0
+        self.deepest = Sample(0, 0.0, None, ())
 
-    def add(self, sample: Sample, forces: Sequence[float]) -> None:
+    def add(self, sample: Sample, forces: Floats) -> None:
         if self._sensor.law is None:
-            low, high = forces
+            low, high = forces.tolist()
             self._pair.add(low, high, sample.x)
-        if self.deepest is None or sum(forces) > self._largest:
-            self._largest = sum(forces)
+        if forces.sum() > self._largest:  # above 0 from the first sample on
+            self._largest = forces.sum()
             self.deepest = sample
 
     def reading(self, sample: Sample) -> FruitReading:

@@ -24,7 +24,7 @@ class RipenessClasses:
 def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
     """Return the classes of a text like `ripe:0.8,turning:1.6,unripe`, limits in MPa; raises InputError."""
     names = []
-    limits = []
+    limits = [0.0]
     for part in text.split(","):
         name, colon, limit = part.strip().partition(":")
         if not name or not name.isprintable():
@@ -33,7 +33,8 @@ def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
             raise validation_error(flag, text, "", f"limits in MPa, not {limit!r}", _HINT)
         names.append(name)
         limits.append(float(limit) if colon else math.inf)
-    rising = all(low < high for low, high in zip([0.0, *limits], limits, strict=False))
-    if not rising or math.isfinite(limits[-1]):
-        raise validation_error(flag, text, "", "classes with rising limits in MPa, the last without one", _HINT)
-    return RipenessClasses(tuple(names), tuple(limits))
+        if limits[-1] <= limits[-2]:
+            raise validation_error(flag, text, "", "classes with rising limits in MPa", _HINT)
+    if math.isfinite(limits[-1]):
+        raise validation_error(flag, text, "", "classes of which the last has no limit", _HINT)
+    return RipenessClasses(tuple(names), tuple(limits[1:]))

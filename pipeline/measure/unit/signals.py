@@ -9,16 +9,13 @@ from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
     TIME,
-    Column,
     Quantity,
     format_of,
     is_number,
-    only_columns,
     place_of,
     refuse_other_length,
+    strict_columns,
 )
-
-_PAIR = "lh"  # how the tips of a pair are named, low and high
 
 
 @dataclass(frozen=True)
@@ -32,9 +29,10 @@ class Sample:
 
 
 def force_keys(tips: int) -> tuple[str, ...]:
-    """Return the names of the forces of a sensor of so many tips, without their unit."""
-    names = _PAIR if tips == len(_PAIR) else range(1, tips + 1)
-    return tuple(f"F_{name}" for name in names)
+    """Return the names of the forces of a sensor of so many tips, without their unit; those of a pair are l and h."""
+    if tips == 2:  # noqa: PLR2004 - a pair
+        return "F_l", "F_h"
+    return tuple(f"F_{tip}" for tip in range(1, tips + 1))
 
 
 def expected_header(tips: int) -> str:
@@ -52,45 +50,44 @@ class Signal:
         """Read the header."""
         self._lines = enumerate(lines, start=1)
         _, header = next(self._lines, (1, ""))
+        example = expected_header(tips)
         if not header.strip():
-            bound = f"a header like {expected_header(tips)} and lines of numbers"
+            bound = f"a header like {example} and lines of numbers"
             raise validation_error(source, "", "", bound, "record a press")
-        self._format = format_of(source, [header])
         quantities = {"t": Quantity(units=TIME, default="s"), "x": Quantity(units=LENGTH, default="mm")}
         for key in force_keys(tips):
             quantities[key] = Quantity(units=FORCE, default="N")
-        row = self._format.row(1, header)
-        self._columns = only_columns(source, row, quantities, needed=("t", *force_keys(tips)))
-        self._by_name = {column.name: column for column in self._columns}
-        self._force_columns = [self._by_name[key] for key in force_keys(tips)]
-        self.notes = tuple(f"{source}: {column.note}" for column in self._columns if column.note)
+        self._format = format_of(source, [header])
+        needed = ("t", *force_keys(tips))
+        columns = strict_columns(self._format, self._format.row(1, header), quantities, needed, example)
+        self._columns = {column.name: column for column in columns}
+        self._force_columns = [self._columns[key] for key in force_keys(tips)]
+        self.notes = tuple(f"{source}: {column.note}" for column in columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the samples; blank lines are left out."""
+        form = self._format
         before = -math.inf
-        x = self._by_name.get("x")
         for number, line in self._lines:
-            row = self._format.row(number, line)
+            row = form.row(number, line)
             if row.empty:
                 continue
-            refuse_other_length(self._format, row, len(self._columns))
-            t = self._format.number(row, self._by_name["t"])
+            refuse_other_length(form, row, len(self._columns))
+            t = form.number(row, self._columns["t"])
             if t < before:
-                bound = f"at least the {before:g} s of the line before"
-                raise self._error(number, self._by_name["t"], t, "s", bound, "sort the lines")
+                place = place_of(form.source, number, self._columns["t"].label)
+                raise validation_error(place, t, "s", f"at least the {before:g} s of the line before", "sort the lines")
             before = t
-            travel = None if x is None else self._format.number(row, x)
-            yield Sample(number, t, travel, tuple(self._format.number(row, column) for column in self._force_columns))
+            x = form.number(row, self._columns["x"]) if "x" in self._columns else None
+            yield Sample(number, t, x, tuple(form.number(row, column) for column in self._force_columns))
         if before == -math.inf:
             bound = "at least one line of numbers below the header"
-            raise validation_error(self._format.source, 0, "samples", bound, "record a press")
+            raise validation_error(form.source, 0, "samples", bound, "record a press")
 
     def force_error(self, sample: Sample, tip: int, bound: str, hint: str) -> InputError:
         """Return the error for the force of a tip in a sample."""
-        return self._error(sample.line, self._force_columns[tip], sample.forces[tip], "N", bound, hint)
-
-    def _error(self, line: int, column: Column, value: float, unit: str, bound: str, hint: str) -> InputError:
-        return validation_error(place_of(self._format.source, line, column.label), value, unit, bound, hint)
+        place = place_of(self._format.source, sample.line, self._force_columns[tip].label)
+        return validation_error(place, sample.forces[tip], "N", bound, hint)
 
 
 def forces_of_text(text: str, tips: int) -> list[float]:

@@ -11,7 +11,7 @@ from cad.parts.coupon import coupon_of, modulus_factor
 from cad.quantity import InputError
 from cad.theory.leaf_spring import pair_length, pair_stiffness
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
-from pipeline.measure.calibrating.calibration import calibrated, measured_rows, modulus_of_coupon
+from pipeline.measure.calibrating.calibration import calibrated, measured_print, modulus_of_coupon
 from pipeline.measure.calibrating.unit_table import level_forces, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import weighed_springs
@@ -33,7 +33,7 @@ def calibrate(tmp_path):
     def calibration(report, text):
         path = tmp_path / "measured.csv"
         path.write_text(text, encoding="utf-8")
-        return calibrated(report, path, measured_rows(path, report))
+        return calibrated(report, measured_print(path, report))
 
     return calibration
 
@@ -134,12 +134,14 @@ def test_trim_brings_a_spring_to_its_target(paper, rng, calibrate):
     """A stiff spring is filed longer, a soft one clamped shorter, by what the beam formula needs."""
     report = replace(paper.report, housing=default_housing())
     calibration = calibrate(report, weighed(paper, (1.2, 0.9), 0.0, rng))
-    assert [trim.longer > 0.0 for trim in calibration.trims] == [True, False]
-    for trim, arm in zip(calibration.trims, default_housing().arms, strict=True):
+    assert [longer > 0.0 for longer in calibration.trims] == [True, False]
+    for longer, K, target, arm in zip(
+        calibration.trims, calibration.unit.stiffnesses, paper.K, default_housing().arms, strict=True
+    ):
         leaf = arm.flexure
-        acting = trim.K / pair_stiffness(1.0, leaf.depth, leaf.thickness, leaf.length)
-        trimmed = pair_stiffness(acting, leaf.depth, leaf.thickness, leaf.length + trim.longer)
-        assert trimmed == pytest.approx(trim.target, rel=1e-9)
+        acting = K / pair_stiffness(1.0, leaf.depth, leaf.thickness, leaf.length)
+        trimmed = pair_stiffness(acting, leaf.depth, leaf.thickness, leaf.length + longer)
+        assert trimmed == pytest.approx(target, rel=1e-9)
 
 
 def on_rubbers(measured, factors, rng, noise, radius=None):
@@ -207,7 +209,7 @@ def test_second_print_from_the_coupon_is_within_a_hundredth(rng, tmp_path, paper
             lines.append(f"{arm.name};{weight};{sag * (1.0 + 0.005 * rng.normal()):.6f}")
     path = tmp_path / "coupon.csv"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    E = modulus_of_coupon(path, measured_rows(path, report), report)
+    E = modulus_of_coupon(measured_print(path, report), report)
     for arm, K in zip(report.housing.arms, paper.K, strict=True):
         leaf = arm.flexure
         length = pair_length(E.value, leaf.depth, leaf.thickness, K)
@@ -224,13 +226,13 @@ def test_level_forces_are_those_of_the_engine(mango, paper):
 
 def rows_of(path, report, text):
     path.write_text("tip,weight_g,deflection_mm\n" + text, encoding="utf-8")
-    return measured_rows(path, report)
+    return measured_print(path, report)
 
 
 def test_dial_that_hides_the_scatter_widens_the_spring(paper, tmp_path):
     """A dial of 0.1 mm shows 30 g and 60 g without scatter: the slope is as open as two rounded numbers leave it."""
     rows = rows_of(tmp_path / "dial.csv", paper.report, "".join(f"low,{g},{0.01 * g:.1f}\n" for g in (0, 30, 60)))
-    (low,) = weighed_springs("dial.csv", rows, "tip", ["low"])
+    (low,) = weighed_springs(rows, "tip", ["low"])
     assert low.value == pytest.approx(GRAM / 0.01)
     spread = np.sqrt(2.0) * 30.0 * GRAM
     assert low.relative == pytest.approx(0.1 / np.sqrt(12.0) / spread * low.value, rel=1e-6)
@@ -239,7 +241,7 @@ def test_dial_that_hides_the_scatter_widens_the_spring(paper, tmp_path):
 def test_spring_of_few_rows_is_wider_by_student_s_t(paper, tmp_path):
     """Residuals 1, -2, 1 um: three rows leave one degree of freedom, whose t is 12.71; 2 sigma hold 95 %."""
     rows = rows_of(tmp_path / "few.csv", paper.report, "low,0,0.001000\nlow,50,0.498000\nlow,100,1.001000\n")
-    (low,) = weighed_springs("few.csv", rows, "tip", ["low"])
+    (low,) = weighed_springs(rows, "tip", ["low"])
     deviation = np.sqrt(6e-6) / (np.sqrt(2.0) * 50.0 * GRAM)
     assert low.relative == pytest.approx(12.71 / 2.0 * deviation * low.value, rel=1e-4)
 
@@ -249,13 +251,13 @@ RUBBERS = "rubber,E_over_1_minus_nu2_MPa,F_l_N,F_h_N\n"
 BAD = {
     "one row each": (TIPS + "low,10,0.1\nhigh,10,0.1\n", ": compliance of low", 1),
     "one weight": (TIPS + "low,10,0.1\n" * 4, ": compliance of low", 4),
-    "no deflection": ("tip,weight_g\nlow,1\n", ", line 1", "force"),
+    "no deflection": ("tip,weight_g\nlow,1\n", ", line 1", "tip,weight_g"),
     "unknown tip": (TIPS + "middle,1,0.1\n", ", line 2, column 'tip'", "middle"),
     "spring that rises": (TIPS + "low,0,0.5\nlow,10,0.4\nlow,20,0.3\n", ": compliance of low", -1.0197),
     "known to nothing": (TIPS + "low,0,0\nlow,10,3\nlow,20,0.1\n", ": compliance of low", 0.50986),
     "nothing moves": (TIPS + "low,0,0\nlow,50000,1e-6\nlow,99999,2e-6\n", ": compliance of low", 2.0395e-9),
-    "nothing named": ("weight_g,deflection_mm\n1,2\n", ", line 1", ""),
-    "two things": ("tip,rubber,weight_g,deflection_mm\nlow,a,1,1\n", ", line 1", "tip, rubber"),
+    "nothing named": ("weight_g,deflection_mm\n1,2\n", ", line 1", "weight_g,deflection_mm"),
+    "two things": ("tip,rubber,weight_g,deflection_mm\nlow,a,1,1\n", ", line 1", "tip,rubber,weight_g,deflection_mm"),
     "no modulus": ("rubber,E_MPa,F_l_N,F_h_N\na,1,0.2,0.5\nb,2,0.3,1\n", ", line 1", None),
     "negative modulus": (RUBBERS + "a,-1,0.2,0.5\nb,2,0.3,1\n", ", line 2", -1.0),
     "one rubber": (RUBBERS + "a,1,0.2,0.5\n", "", 1),

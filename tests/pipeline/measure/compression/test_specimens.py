@@ -5,7 +5,7 @@ import pytest
 
 from cad.quantity import InputError
 from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
-from pipeline.measure.measured_table import NO_FLAGS, header_flags
+from pipeline.measure.measured_table import told_quantities
 
 TRAVEL = np.array([0.0, 0.5, 1.0, 1.5])  # [mm]
 FORCE = np.array([0.25, 0.5, 4.0, 9.75])  # [N]
@@ -22,10 +22,10 @@ SECTIONS = (
 )
 
 
-def read(tmp_path, content, flags=NO_FLAGS):
+def read(tmp_path, content, columns=None, units=None):
     path = tmp_path / "test.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return read_specimens(path, flags)
+    return read_specimens(path, told_quantities(QUANTITIES, columns, units))
 
 
 def assert_is_the_curve(specimen):
@@ -71,15 +71,14 @@ def test_sections_are_specimens_with_their_own_units(tmp_path):
 def test_unit_that_is_assumed_is_noted_and_given_by_a_flag(tmp_path):
     (assumed,) = read(tmp_path, f"force,travel\n{PLAIN}")
     assert len(assumed.notes) == 2
-    (given,) = read(tmp_path, f"force,travel\n{PLAIN}", header_flags(None, "force=kN,travel=um", QUANTITIES))
+    (given,) = read(tmp_path, f"force,travel\n{PLAIN}", units="force=kN,travel=um")
     assert given.notes == ()
     np.testing.assert_allclose(given.force, 1e3 * FORCE)
     np.testing.assert_allclose(given.travel, 1e-3 * TRAVEL)
 
 
 def test_headers_that_no_machine_has_are_named_by_a_flag(tmp_path):
-    flags = header_flags("force=Last [kN],travel=Pfad", "travel=um", QUANTITIES)
-    (specimen,) = read(tmp_path, f"Last [kN],Pfad\n{PLAIN}", flags)
+    (specimen,) = read(tmp_path, f"Last [kN],Pfad\n{PLAIN}", "force=Last [kN],travel=Pfad", "travel=um")
     np.testing.assert_allclose(specimen.force, 1e3 * FORCE)
     np.testing.assert_allclose(specimen.travel, 1e-3 * TRAVEL)
 
@@ -105,5 +104,5 @@ def test_wrong_file_is_refused_with_its_place(content, place, value, tmp_path):
 
 def test_unit_of_flag_and_file_may_not_differ(tmp_path):
     with pytest.raises(InputError) as caught:
-        read(tmp_path, f"force_N,travel_mm\n{PLAIN}", header_flags(None, "force=kN", QUANTITIES))
+        read(tmp_path, f"force_N,travel_mm\n{PLAIN}", units="force=kN")
     assert caught.value.value == "N"

@@ -79,7 +79,7 @@ def test_level_press_is_read_by_line_and_by_ratio(deep, E):
     assert pytest.approx(E, rel=1e-4) == reading.E
     assert reading.others["force_ratio"] == pytest.approx(E, rel=1e-4)
     assert reading.flags == ()
-    assert pytest.approx(E, rel=1e-4) == single_reading(deep.measuring(), forces[-1].tolist()).E
+    assert pytest.approx(E, rel=1e-4) == single_reading(deep.measuring(), forces[-1]).E
     level = deep.measuring().deep.forces(E, 0.6)
     np.testing.assert_allclose(level, deep.press(E, travels=np.array([0.6]))[0], rtol=1e-5)
 
@@ -209,7 +209,7 @@ def test_press_deeper_than_was_solved_is_flagged_and_far_deeper_refused(deep):
 def test_forces_of_no_fruit_tell_no_modulus(deep):
     forces = deep.press(1.3)[:, ::-1]
     assert read(deep.measuring(), forces).E is None
-    assert single_reading(deep.measuring(), forces[-1].tolist()).flags == ("out_of_range",)
+    assert single_reading(deep.measuring(), forces[-1]).flags == ("out_of_range",)
 
 
 def test_firmware_is_refused_by_name(deep):

@@ -56,7 +56,7 @@ def test_unit_that_is_not_given_is_noted():
         ("t_s,F_1_N,F_2_N,F_3_N,F_4_N\n", "press.csv, line 1, column 'F_1_N'"),
         ("t_s,F_l_N\n", "press.csv, line 1"),
         ("F_l_N,F_h_N\n", "press.csv, line 1"),
-        ("t_s,F_l_N,F_l_mN,F_h_N\n", "press.csv, line 1, column 'F_l_N'"),
+        ("t_s,F_l_N,F_l_mN,F_h_N\n", "press.csv, line 1, column 'F_l_mN'"),
         (HEAD + "0,0,25,0,5\n", "press.csv, line 2"),
         (HEAD + "0,1\n", "press.csv, line 2"),
         (HEAD + "0,1,2\n1,one,2\n", "press.csv, line 3, column 'F_l_N'"),
