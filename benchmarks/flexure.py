@@ -7,13 +7,16 @@ import itertools
 from collections.abc import Iterator
 from functools import partial
 
+import cadquery as cq
+
 from benchmarks.calculix import calculix
 from benchmarks.deck import SkfemMesh, flexure_deck
 from benchmarks.element_study import element_stiffness
 from benchmarks.harness import Bench, Measurement, Reference, print_measurements, timed
 from benchmarks.peers import NGSOLVE, Solver, deck_solvers
-from cad.parts.housing import Housing
-from cad.parts.housing_solid import housing_half
+from cad.parts.housing import Arm, Housing
+from cad.parts.housing_solid import housing_part, named_housing
+from cad.parts.part import FaceTest, Part, named_part, on_plane
 from cad.theory.leaf_spring import Flexure, pair_stiffness
 from mesh.housing.sweep import flexure_mesh
 from mesh.volume import SizeField, volume_mesh
@@ -93,6 +96,25 @@ def element_rows() -> Iterator[Measurement]:
             yield _element_row(f"{choice}, straight", name, mesh, choice, meshing)
         if finest == TET_SIZES[0]:
             yield from peer_rows(name, mesh, "tet P2", "C3D10", meshing)
+
+
+def housing_half(housing: Housing) -> Part:
+    """Return the half y >= 0 [mm] with the faces of the whole, the plane symmetry, and low_leaves and high_leaves."""
+    width, height = housing.right - housing.left + 2.0, housing.top_level + 2.0
+    box = cq.Solid.makeBox(width, housing.depth, height, cq.Vector(housing.left - 1.0, 0.0, -1.0))
+    outside = named_housing(housing_part(housing).shape.intersect(box), housing)
+    tests: dict[str, FaceTest] = {f"{arm.name}_leaves": _leaf_test(arm) for arm in housing.arms}
+    tests["symmetry"] = on_plane(1, 0.0)
+    inside = named_part("housing half", outside.shape, tests)
+    return Part(name=inside.name, shape=outside.shape, faces={**outside.faces, **inside.faces})
+
+
+def _leaf_test(arm: Arm) -> FaceTest:
+    """Return the test that picks the flat faces of the straight parts of both leaves, where strain is largest."""
+    half = 0.5 * arm.flexure.thickness
+    surfaces = [on_plane(2, level + side) for level in arm.levels for side in (-half, half)]
+    start, end = arm.roots
+    return lambda face: start < face.Center().x < end and any(on_surface(face) for on_surface in surfaces)
 
 
 def _element_row(method: str, name: str, mesh: SkfemMesh, choice: str, meshing: float) -> Measurement:

@@ -60,7 +60,7 @@ def _clearance(name: str, sensor: Sensor, shape: cq.Shape, tilt: float) -> Verdi
     return at_least(name, worst, 0.0, 0.0, unit="mm", reference=reference)
 
 
-def _signed_distance(shape: cq.Shape, fruit: cq.Solid) -> float:
+def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
     """Return the distance of a shape from the fruit, or minus the depth to which it reaches below the fruit's top."""
     distance = shape.distance(fruit)
     if distance > 0.0:

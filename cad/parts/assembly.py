@@ -23,9 +23,13 @@ from cad.parts.pose import in_place
 from cad.parts.sensor import STEEL_COLOUR, Body, Colour, Sensor
 
 COVER_COLOUR: Colour = (0.60, 0.60, 0.62)
-SCREW_MM, HEAD_MM, HEAD_HEIGHT_MM = 3.0, 5.5, 3.0  # M3, ISO 4762
-NUT_ACROSS_FLATS_MM, NUT_MM = 5.5, 2.4  # of M3, ISO 4032
-WASHER_THICKNESS_MM, WASHER_HOLE_MM = 0.5, 3.2  # of M3, ISO 7089
+SCREW_MM = 3.0  # diameter of M3
+HEAD_MM = 5.5  # diameter of the head of M3, ISO 4762
+HEAD_HEIGHT_MM = 3.0  # of M3, ISO 4762
+NUT_ACROSS_FLATS_MM = 5.5  # of M3, ISO 4032
+NUT_MM = 2.4  # thickness of M3, ISO 4032
+WASHER_THICKNESS_MM = 0.5  # of M3, ISO 7089
+WASHER_HOLE_MM = 3.2  # of M3, ISO 7089
 SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # of M3, ISO 4762
 DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # of 3 mm, ISO 8734
 _REACH = 1.0  # of a tool beyond what it cuts
@@ -50,25 +54,24 @@ def _with_pads(plate: cq.Shape, housing: Housing) -> cq.Shape:
 
     The pad lies where the rim of a cover lies on the frame, set back from what moves; it is open towards the tips.
     """
-    back, height = 0.5 * housing.depth, housing.pad_height
+    back = 0.5 * housing.depth
+    height = housing.pad_height
     if height > 0.0:
         foot = max(housing.cover_level, housing.protrusion)
         width = housing.right - housing.left
         post = housing.wall_width - SETBACK_MM
+        bar_level = housing.cavity_level + SETBACK_MM
         pad = cq.Solid.makeBox(width, height, housing.top_level - foot, cq.Vector(housing.left, back, foot))
-        opening = cq.Solid.makeBox(
-            width - 2.0 * post,
-            height + 2.0 * _REACH,
-            housing.cavity_level + SETBACK_MM - foot + _REACH,
-            cq.Vector(housing.left + post, back - _REACH, foot - _REACH),
-        )
+        opening_corner = cq.Vector(housing.left + post, back - _REACH, foot - _REACH)
+        opening = cq.Solid.makeBox(width - 2.0 * post, height + 2.0 * _REACH, bar_level - foot + _REACH, opening_corner)
         plate = plate.fuse(pad.cut(opening))
-    drill = cq.Workplane("XZ", origin=(0.0, back + height + _REACH, 0.0))
+
+    outside = cq.Workplane("XZ", origin=(0.0, back + height + _REACH, 0.0))
     through = housing.depth + height + 2.0 * _REACH
-    for points, diameter in ((housing.holes, housing.hole_diameter), (housing.dowels, housing.dowel_hole)):
-        plate = plate.cut(drill.pushPoints(list(points)).circle(0.5 * diameter).extrude(through).findSolid())
-    plate = plate.clean()  # a hole through plate and pad is one face
-    return plate.Solids()[0] if len(plate.Solids()) == 1 else plate
+    screw_holes = outside.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(through)
+    dowel_holes = outside.pushPoints(list(housing.dowels)).circle(0.5 * housing.dowel_hole).extrude(through)
+    plate = plate.cut(screw_holes.findSolid(), dowel_holes.findSolid())
+    return plate.clean()  # a hole through plate and pad is one face
 
 
 def turned_twin(shape: cq.Shape) -> cq.Shape:
@@ -78,23 +81,25 @@ def turned_twin(shape: cq.Shape) -> cq.Shape:
 
 def assembly_bodies(sensor: Sensor) -> tuple[Body, ...]:
     """Return every body of a sensor before the press: housing or both plates, covers, screws, dowels, pins, fruit."""
+    housing = sensor.housing
     printed = [sensor.housing_body()]
     pins = list(sensor.pin_bodies())
-    if sensor.housing.back_to_back:
-        printed = _twins(replace(printed[0], name="plate"), sensor.housing)
-        pins = [body for pin in pins for body in _twins(pin, sensor.housing)]
+    if housing.back_to_back:
+        printed = _in_both_plates([replace(printed[0], name="plate")], housing)
+        pins = _in_both_plates(pins, housing)
     covers = [Body(name=name, shape=shape, colour=COVER_COLOUR) for name, shape in cover_pair(sensor).items()]
     bought = [Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in fasteners(sensor).items()]
     return (*printed, *covers, *pins, *bought, sensor.fruit_body())
 
 
-def _twins(body: Body, housing: Housing) -> list[Body]:
-    """Return a body of a plate of a square, numbered, in its place in both plates."""
-    shape = in_place(body.shape, housing)
-    return [
-        replace(body, name=f"{body.name} 1", shape=shape),
-        replace(body, name=f"{body.name} 2", shape=turned_twin(shape)),
-    ]
+def _in_both_plates(bodies: list[Body], housing: Housing) -> list[Body]:
+    """Return bodies of a plate of a square, numbered, in their places in both plates."""
+    twins = []
+    for body in bodies:
+        shape = in_place(body.shape, housing)
+        twins.append(replace(body, name=f"{body.name} 1", shape=shape))
+        twins.append(replace(body, name=f"{body.name} 2", shape=turned_twin(shape)))
+    return twins
 
 
 def cover_pair(sensor: Sensor) -> dict[str, cq.Shape]:
@@ -127,33 +132,38 @@ def dowel_length(housing: Housing) -> int | None:
 def fasteners(sensor: Sensor) -> dict[str, cq.Shape]:
     """Return by name screws, nuts, washers and dowels [mm], the heads of the screws on the side -y."""
     housing = sensor.housing
-    half_grip = 0.5 * grip(sensor)
-    length = screw_length(2.0 * half_grip) or math.ceil(2.0 * half_grip + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
-    dowel = float(dowel_length(housing) or housing.stack)
-    back = cq.Vector(0.0, 1.0, 0.0)
     shapes: dict[str, cq.Shape] = {}
+    screw_set = _screw_set(grip(sensor))
     for number, (x, z) in enumerate(housing.holes, start=1):
-        for name, shape in _screw_set(x, z, half_grip, float(length)).items():
-            shapes[f"{name} {number}"] = shape
+        for name, shape in screw_set.items():
+            shapes[f"{name} {number}"] = shape.translate(cq.Vector(x, 0.0, z))
+    length = float(dowel_length(housing) or housing.stack)
     for number, (x, z) in enumerate(housing.dowels, start=1):
-        start = cq.Vector(x, -0.5 * dowel, z)
-        shapes[f"dowel {number}"] = cq.Solid.makeCylinder(0.5 * DOWEL_MM, dowel, start, back)
+        shapes[f"dowel {number}"] = _along_y(DOWEL_MM, -0.5 * length, length).translate(cq.Vector(x, 0.0, z))
     return shapes
 
 
-def _screw_set(x: float, z: float, half_grip: float, length: float) -> dict[str, cq.Shape]:
-    """Return screw, nut and washers in one hole."""
-    back = cq.Vector(0.0, 1.0, 0.0)
-    under_head = -half_grip - WASHER_THICKNESS_MM
-    shank = cq.Solid.makeCylinder(0.5 * SCREW_MM, length, cq.Vector(x, under_head, z), back)
-    head_start = cq.Vector(x, under_head - HEAD_HEIGHT_MM, z)
-    head = cq.Solid.makeCylinder(0.5 * HEAD_MM, HEAD_HEIGHT_MM, head_start, back)
+def _screw_set(grip_mm: float) -> dict[str, cq.Shape]:
+    """Return screw, nut and washers about the axis y, in the middle of what they hold."""
+    front, back = -0.5 * grip_mm, 0.5 * grip_mm
+    length = screw_length(grip_mm) or math.ceil(grip_mm + NUT_MM + 2.0 * WASHER_THICKNESS_MM)
+    under_head = front - WASHER_THICKNESS_MM
+    shank = _along_y(SCREW_MM, under_head, float(length))
+    head = _along_y(HEAD_MM, under_head - HEAD_HEIGHT_MM, HEAD_HEIGHT_MM)
+    washer = _along_y(WASHER_MM, 0.0, WASHER_THICKNESS_MM).cut(_along_y(WASHER_HOLE_MM, 0.0, WASHER_THICKNESS_MM))
 
     # A workplane XZ looks along -y: what it extrudes grows that way.
-    nut_plane = cq.Workplane("XZ", origin=(x, half_grip + WASHER_THICKNESS_MM + NUT_MM, z))
-    nut = nut_plane.polygon(6, NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)).circle(0.5 * SCREW_MM).extrude(NUT_MM)
-    shapes: dict[str, cq.Shape] = {"screw": shank.fuse(head).Solids()[0], "nut": nut.findSolid()}
-    for name, end in (("front washer", -half_grip), ("back washer", half_grip + WASHER_THICKNESS_MM)):
-        ring = cq.Workplane("XZ", origin=(x, end, z)).circle(0.5 * WASHER_MM).circle(0.5 * WASHER_HOLE_MM)
-        shapes[name] = ring.extrude(WASHER_THICKNESS_MM).findSolid()
-    return shapes
+    nut_back = cq.Workplane("XZ", origin=(0.0, back + WASHER_THICKNESS_MM + NUT_MM, 0.0))
+    across_corners = NUT_ACROSS_FLATS_MM / math.cos(math.pi / 6.0)
+    nut = nut_back.polygon(6, across_corners).circle(0.5 * SCREW_MM).extrude(NUT_MM)
+    return {
+        "screw": shank.fuse(head).Solids()[0],
+        "nut": nut.findSolid(),
+        "front washer": washer.translate(cq.Vector(0.0, under_head, 0.0)),
+        "back washer": washer.translate(cq.Vector(0.0, back, 0.0)),
+    }
+
+
+def _along_y(diameter: float, start: float, length: float) -> cq.Solid:
+    """Return a cylinder about the axis y from `start` on [mm]."""
+    return cq.Solid.makeCylinder(0.5 * diameter, length, cq.Vector(0.0, start, 0.0), cq.Vector(0.0, 1.0, 0.0))

@@ -19,28 +19,30 @@ def cover_of(sensor: Sensor) -> Cover:
 
 def cover_part(cover: Cover) -> Part:
     """Return the back cover as one solid with the faces `rim` and `mounting_holes`."""
-    housing, inner = cover.housing, 0.5 * cover.housing.depth
-    width, height = housing.right - housing.left, housing.top_level - cover.foot_level
-    outside = cq.Vector(housing.left, inner, cover.foot_level)
-    plate = cq.Workplane(obj=cq.Solid.makeBox(width, cover.thickness, height, outside))
-    if cover.recess > 0.0:
-        plate = plate.cut(cq.Workplane(obj=_inside_the_rim(cover)))
-    back = cq.Workplane("XZ", origin=(0.0, inner + cover.thickness + 1.0, 0.0))
-    drill = back.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter).extrude(cover.thickness + 2.0)
+    housing = cover.housing
+    frame_face = 0.5 * housing.depth
+    width = housing.right - housing.left
+    height = housing.top_level - cover.foot_level
+    corner = cq.Vector(housing.left, frame_face, cover.foot_level)
+    plate = cq.Workplane(obj=cq.Solid.makeBox(width, cover.thickness, height, corner))
+
+    # The recess is open towards the tips; a cut reaches as far beyond the plate as it is deep.
+    post = housing.wall_width - cover.setback
+    below = cover.foot_level - cover.recess
+    recess_corner = cq.Vector(housing.left + post, frame_face - cover.recess, below)
+    recess_height = housing.cavity_level + cover.setback - below
+    plate = plate.cut(
+        cq.Workplane(obj=cq.Solid.makeBox(width - 2.0 * post, 2.0 * cover.recess, recess_height, recess_corner))
+    )
+
+    outside = cq.Workplane("XZ", origin=(0.0, frame_face + cover.thickness, 0.0))
+    screw_holes = outside.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
+    plate = plate.cut(screw_holes.extrude(cover.thickness))
     faces: dict[str, FaceTest] = {
-        "rim": on_plane(1, inner),
+        "rim": on_plane(1, frame_face),
         "mounting_holes": lambda face: is_hole(face, housing.hole_diameter),
     }
-    return named_part("cover", plate.cut(drill).findSolid().Solids()[0], faces)
-
-
-def _inside_the_rim(cover: Cover) -> cq.Solid:
-    """Return what is cut from the plate, so that its rim alone touches the frame; open towards the tips."""
-    housing, beyond = cover.housing, cover.recess
-    wall, top = housing.wall_width - cover.setback, housing.cavity_level + cover.setback
-    width, height = housing.right - housing.left - 2.0 * wall, top - cover.foot_level + beyond
-    corner = cq.Vector(housing.left + wall, 0.5 * housing.depth - beyond, cover.foot_level - beyond)
-    return cq.Solid.makeBox(width, 2.0 * cover.recess, height, corner)
+    return named_part("cover", plate.findSolid(), faces)
 
 
 def turned(shape: cq.Shape, housing: Housing) -> cq.Shape:

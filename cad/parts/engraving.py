@@ -50,8 +50,7 @@ def marked(part: Part, housing: Housing, name: str) -> Part:
             tools += [_tool(area, panel, housing) for area in outlines(fitting, height, PEN_MM)]
     if not tools:
         return part
-    shape = part.shape.cut(*tools)
-    return named_housing(shape.Solids()[0] if len(shape.Solids()) == 1 else shape, housing)
+    return named_housing(part.shape.cut(*tools), housing)
 
 
 def _bar(housing: Housing) -> _Panel:

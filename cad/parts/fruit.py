@@ -21,7 +21,7 @@ def fruit_block(fruit: Fruit, tips: Tips) -> Part:
 
     Raises InputError when a tip stands beyond the fruit.
     """
-    return _imprinted_block("fruit block", fruit, tips, ())
+    return _imprinted_block("fruit block", fruit, tips)
 
 
 def solved_block(fruit: Fruit, tips: Tips) -> Part:
@@ -34,7 +34,7 @@ def fruit_half(fruit: Fruit, tips: Tips) -> Part:
 
     Raises InputError when a tip stands beyond the fruit.
     """
-    return _imprinted_block("fruit half", fruit, tips, ("symmetry_y",))
+    return _imprinted_block("fruit half", fruit, tips, "symmetry_y")
 
 
 def fruit_quarter(fruit: Fruit, tips: Tips) -> Part:
@@ -43,37 +43,37 @@ def fruit_quarter(fruit: Fruit, tips: Tips) -> Part:
     Raises InputError when the tips are off the centre, or stand beyond the fruit.
     """
     if tips.offset_mm != 0.0:
-        raise validation_error(
-            "tips.offset_mm", tips.offset_mm, "mm", "0 for a quarter of the fruit", "take fruit_half"
-        )
-    return _imprinted_block("fruit quarter", fruit, tips, ("symmetry_x", "symmetry_y"))
+        bound = "0 for a quarter of the fruit"
+        raise validation_error("tips.offset_mm", tips.offset_mm, "mm", bound, "take fruit_half")
+    return _imprinted_block("fruit quarter", fruit, tips, "symmetry_x", "symmetry_y")
 
 
-def tip_centres(tips: Tips) -> dict[str, float]:
+def _tip_centres(tips: Tips) -> dict[str, float]:
     """Return x of the centre of each footprint by face name [mm]."""
     return dict(zip(("low_tip", "high_tip"), tips.centres_mm, strict=True))
 
 
-def _imprinted_block(name: str, fruit: Fruit, tips: Tips, symmetry: tuple[str, ...]) -> Part:
+def _imprinted_block(name: str, fruit: Fruit, tips: Tips, *mirror_planes: str) -> Part:
     check_tips_on_fruit(fruit, tips)
-    x = 0.0 if "symmetry_x" in symmetry else -0.5 * fruit.length_mm
-    y = 0.0 if "symmetry_y" in symmetry else -0.5 * fruit.width_mm
-    corner = cq.Vector(x, y, -fruit.height_mm)
-    block = cq.Solid.makeBox(0.5 * fruit.length_mm - x, 0.5 * fruit.width_mm - y, fruit.height_mm, corner)
-    centres = {face: centre for face, centre in tip_centres(tips).items() if centre > x}
-    imprinted = block.split(*(_footprint(tips, centre) for centre in centres.values())).Solids()[0]
-    planes = {plane: _MIRROR_PLANES[plane] for plane in symmetry}
-    faces = _top_faces(tips, centres, on_plane(2, 0.0), NEAR_MM)
-    return named_part(name, imprinted, {"base": on_plane(2, -fruit.height_mm), **planes, **faces})
+    right, back = 0.5 * fruit.length_mm, 0.5 * fruit.width_mm
+    left = 0.0 if "symmetry_x" in mirror_planes else -right
+    front = 0.0 if "symmetry_y" in mirror_planes else -back
+    corner = cq.Vector(left, front, -fruit.height_mm)
+    block = cq.Solid.makeBox(right - left, back - front, fruit.height_mm, corner)
+    centres = {face: x for face, x in _tip_centres(tips).items() if x > left}
+    faces: dict[str, FaceTest] = {"base": on_plane(2, -fruit.height_mm)}
+    faces.update({plane: _MIRROR_PLANES[plane] for plane in mirror_planes})
+    faces.update(_top_faces(tips, centres, on_plane(2, 0.0), NEAR_MM))
+    return named_part(name, block.split(*(_footprint(tips, x) for x in centres.values())), faces)
 
 
-def _footprint(tips: Tips, centre: float) -> cq.Face:
+def _footprint(tips: Tips, x: float) -> cq.Face:
     """Return the outline of a tip: a square, or a circle of four arcs, so that a mesh has its extreme points."""
-    middle, up = cq.Vector(centre, 0.0, 0.0), cq.Vector(0.0, 0.0, 1.0)
+    middle = cq.Vector(x, 0.0, 0.0)
     if not tips.tip_shape.is_round:
         return cq.Face.makePlane(tips.side_mm, tips.side_mm, middle)
-    radius = 0.5 * tips.side_mm
-    arcs = [cq.Edge.makeCircle(radius, middle, up, start, start + 90.0) for start in (0.0, 90.0, 180.0, 270.0)]
+    up = cq.Vector(0.0, 0.0, 1.0)
+    arcs = [cq.Edge.makeCircle(0.5 * tips.side_mm, middle, up, start, start + 90.0) for start in (0, 90, 180, 270)]
     return cq.Face.makeFromWires(cq.Wire.assembleEdges(arcs))
 
 
@@ -81,14 +81,14 @@ def _top_faces(tips: Tips, centres: dict[str, float], on_top: FaceTest, near: fl
     """Return the tests that pick on the top each face in the plan of a tip, and as `top` what is left of it."""
     reach = 0.5 * tips.side_mm + near
 
-    def under_tip(centre: float) -> FaceTest:
+    def under_tip(x: float) -> FaceTest:
         def is_under(face: cq.Face) -> bool:
             box = face.BoundingBox()
-            return on_top(face) and max(centre - box.xmin, box.xmax - centre, box.ymax) < reach
+            return on_top(face) and max(x - box.xmin, box.xmax - x, box.ymax) < reach
 
         return is_under
 
-    footprints = {name: under_tip(centre) for name, centre in centres.items()}
+    footprints = {name: under_tip(x) for name, x in centres.items()}
     return {"top": lambda face: on_top(face) and not any(test(face) for test in footprints.values()), **footprints}
 
 
@@ -103,13 +103,13 @@ def curved_fruit(fruit: Fruit, tips: Tips | None = None) -> Part:
     """
     if fruit.radius_mm is None:
         raise validation_error("fruit.shape", fruit.shape, "", "sphere or ellipsoid", "take fruit_block")
-    piece = _curved_piece(fruit, fruit.radius_mm)
-    faces: dict[str, FaceTest] = {"top": _is_curved}
+    piece: cq.Shape = _curved_piece(fruit, fruit.radius_mm)
+    faces: dict[str, FaceTest] = {"base": on_plane(2, -fruit.depth_mm), "top": _is_curved}
     if tips is not None:
-        centres = tip_centres(tips)
-        piece = piece.split(*(_outline(piece, tips, centre) for centre in centres.values())).Solids()[0]
-        faces = _top_faces(tips, centres, _is_curved, _NEAR_BOX_MM)
-    return named_part(f"fruit {fruit.shape}", piece, {"base": on_plane(2, -fruit.depth_mm), **faces})
+        centres = _tip_centres(tips)
+        faces.update(_top_faces(tips, centres, _is_curved, _NEAR_BOX_MM))
+        piece = piece.split(*(_outline(piece, tips, x) for x in centres.values()))
+    return named_part(f"fruit {fruit.shape}", piece, faces)
 
 
 def curved_half(fruit: Fruit, tips: Tips) -> Part:
@@ -119,30 +119,36 @@ def curved_half(fruit: Fruit, tips: Tips) -> Part:
     """
     whole = curved_fruit(fruit, tips).shape
     far = whole.BoundingBox().DiagonalLength
-    half = whole.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far))).Solids()[0]
+    half = whole.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far)))
     planes = {"base": on_plane(2, -fruit.depth_mm), "symmetry_y": _MIRROR_PLANES["symmetry_y"]}
-    faces = _top_faces(tips, tip_centres(tips), _is_curved, _NEAR_BOX_MM)
-    return named_part(f"half of a fruit {fruit.shape}", half, {**planes, **faces})
+    return named_part(
+        f"half of a fruit {fruit.shape}",
+        half,
+        {**planes, **_top_faces(tips, _tip_centres(tips), _is_curved, _NEAR_BOX_MM)},
+    )
 
 
 def bare_fruit(fruit: Fruit) -> cq.Shape:
     """Return the fruit without outlines of tips [mm], its apex or the middle of its top at the origin."""
-    if fruit.shape != "block":
-        return curved_fruit(fruit).shape
+    return outer_box(fruit) if fruit.shape == "block" else curved_fruit(fruit).shape
+
+
+def outer_box(fruit: Fruit, top: float = 0.0) -> cq.Solid:
+    """Return the box of a fruit's length, width and depth below z = 0, and up to a level above its top [mm]."""
     corner = cq.Vector(-0.5 * fruit.length_mm, -0.5 * fruit.width_mm, -fruit.depth_mm)
-    return cq.Solid.makeBox(fruit.length_mm, fruit.width_mm, fruit.depth_mm, corner)
+    return cq.Solid.makeBox(fruit.length_mm, fruit.width_mm, fruit.depth_mm + top, corner)
 
 
 def _curved_piece(fruit: Fruit, radius: float) -> cq.Solid:
     """Return the piece with its apex at the origin; poles and seam of the surface lie away from the top."""
-    length, width, depth = fruit.length_mm, fruit.width_mm, fruit.depth_mm
     if fruit.radius_across_mm is None:
         sphere: cq.Shape = cq.Solid.makeSphere(radius, angleDegrees1=-90, angleDegrees2=90)
         whole = sphere.rotate(cq.Vector(0.0, 0.0, 0.0), cq.Vector(0.0, 1.0, 0.0), 90.0)
     else:
-        whole = _ellipsoid(radius, (radius * fruit.radius_across_mm) ** 0.5, beyond_equator=depth > radius)
-    box = cq.Solid.makeBox(length, width, 2.0 * depth, cq.Vector(-0.5 * length, -0.5 * width, -depth))
-    return whole.translate(cq.Vector(0.0, 0.0, -radius)).intersect(box).Solids()[0]
+        across = (radius * fruit.radius_across_mm) ** 0.5
+        whole = _ellipsoid(radius, across, beyond_equator=fruit.depth_mm > radius)
+    lowered = whole.translate(cq.Vector(0.0, 0.0, -radius))
+    return lowered.intersect(outer_box(fruit, top=fruit.depth_mm)).Solids()[0]
 
 
 def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shape:
@@ -160,13 +166,14 @@ def _ellipsoid(radius: float, across: float, *, beyond_equator: bool) -> cq.Shap
     return upper.fuse(cq.Solid.revolve(outline, [], 180.0, middle, axis)) if beyond_equator else upper
 
 
-def _outline(piece: cq.Solid, tips: Tips, centre: float) -> cq.Face:
+def _outline(piece: cq.Shape, tips: Tips, x: float) -> cq.Face:
     """Return the part of the top that lies under a tip."""
-    side, far = tips.side_mm, piece.BoundingBox().DiagonalLength
-    if not tips.tip_shape.is_round:
-        above = cq.Solid.makeBox(side, side, 2.0 * far, cq.Vector(centre - 0.5 * side, -0.5 * side, -far))
+    side = tips.side_mm
+    far = piece.BoundingBox().DiagonalLength
+    if tips.tip_shape.is_round:
+        above = cq.Solid.makeCylinder(0.5 * side, 2.0 * far, cq.Vector(x, 0.0, -far))
     else:
-        above = cq.Solid.makeCylinder(0.5 * side, 2.0 * far, cq.Vector(centre, 0.0, -far))
-    curved = [face for face in piece.Faces() if face.geomType() != "PLANE"]
+        above = cq.Solid.makeBox(side, side, 2.0 * far, cq.Vector(x - 0.5 * side, -0.5 * side, -far))
+    curved = [face for face in piece.Faces() if _is_curved(face)]
     top = max(curved, key=lambda face: face.BoundingBox().zmax)
     return top.intersect(above).Faces()[0]

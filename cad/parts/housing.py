@@ -4,13 +4,14 @@ Sensor frame: x along the tips, low tip at -x; z against the press, both tip fac
 plate lies in |y| <= depth / 2. All lengths in mm.
 """
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 from cad.design.tips import Press
-from cad.quantity import validation_error
+from cad.quantity import InputError, validation_error
 from cad.theory.leaf_spring import Flexure
 from cad.theory.strain_gauge import Span
 
@@ -96,44 +97,21 @@ class Housing:
     dowel_hole: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse dimensions that do not make one plate: leaves, tips and levels that run into each other."""
-        for name, least, most in (*self._plate_bounds(), *self._pocket_bounds()):
-            key, value, closed = f"housing.{name}", getattr(self, name), name == "tip_side"
-            if not (least < value < most or (closed and value == most)):
-                bound = f"greater than {least:g} mm and {'at most' if closed else 'less than'} {most:g} mm"
-                raise validation_error(key, value, "mm", bound, _REMEDY)
-        for name in ("depth", "fillet"):
-            key, value, other = f"housing.high.{name}", getattr(self.high, name), getattr(self.low, name)
-            if value != other:
-                raise validation_error(key, value, "mm", f"that of the low flexure, {other:g} mm", _REMEDY)
+        """Refuse tips, shuttles and pockets for which a design leaves no room."""
+        widest_tip = min(self.depth, self.shuttle_width)
+        if not 0.0 < self.tip_side <= widest_tip:
+            raise self._error("tip_side", f"greater than 0 mm and at most {widest_tip:g} mm")
+        limits = {"shuttle_width": (0.0, self.spacing)}
+        if self.pin_side:
+            limits["pin_out"] = (0.0, math.inf)
+            limits["pocket_side"] = (self.pin_side, 0.5 * self.tip_side)
+            limits["pocket_depth"] = (0.0, self.neck_level)
+        for name, (least, most) in limits.items():
+            if not least < getattr(self, name) < most:
+                raise self._error(name, f"greater than {least:g} mm and less than {most:g} mm")
 
-    def _plate_bounds(self) -> tuple[tuple[str, float, float], ...]:
-        """Return name, least and largest of the dimensions of the plate."""
-        half = 0.5 * max(self.low.thickness, self.high.thickness) + self.low.fillet
-        lower = self.lower_leaf_level - half
-        upper = self.lower_leaf_level + max(self.low.separation, self.high.separation) + half
-        return (
-            ("tip_side", 0.0, min(self.depth, self.shuttle_width)),
-            ("shuttle_width", 0.0, self.spacing),
-            ("tip_height", 0.0, self.neck_level),
-            ("neck_level", self.tip_height, lower),
-            ("protrusion", 0.0, lower),
-            ("low_top_level", upper, self.cavity_level),
-            ("high_top_level", upper, self.cavity_level),
-            ("cavity_level", upper + self.low.fillet, self.top_level),
-            ("hole_diameter", 0.0, min(self.wall_width, 2.0 * self.hole_inset)),
-        )
-
-    def _pocket_bounds(self) -> tuple[tuple[str, float, float], ...]:
-        """Return name, least and largest of what makes a pocket in the foot of a pin; none for a printed tip."""
-        if self.pin_side == self.pin_out == self.pocket_side == self.pocket_depth == 0.0:
-            return ()
-        return (
-            ("pin_side", 0.0, math.inf),
-            ("pin_out", 0.0, math.inf),
-            ("pocket_side", self.pin_side, 0.5 * self.tip_side),
-            ("pocket_depth", 0.0, self.neck_level),
-        )
+    def _error(self, name: str, bound: str) -> InputError:
+        return validation_error(f"housing.{name}", getattr(self, name), "mm", bound, _REMEDY)
 
     @property
     def depth(self) -> float:
@@ -150,30 +128,28 @@ class Housing:
 
     def _arm(self, name: str, sign: float, flexure: Flexure, top_level: float) -> Arm:
         shuttle = sign * 0.5 * (self.spacing + self.shuttle_width)
-        wall = shuttle + sign * flexure.length
         longest = max(self.low.length, self.high.length) if self.back_to_back else flexure.length
         post = shuttle + sign * longest
-        outer = post + sign * self.wall_width
-        column = outer - sign * 0.5 * self.wall_width
-        rows = (self.protrusion + self.hole_inset, self.top_level - self.hole_inset)
+        hole_x = post + sign * 0.5 * self.wall_width
+        lower_hole = (hole_x, self.protrusion + self.hole_inset)
+        upper_hole = (hole_x, self.top_level - self.hole_inset)
         return Arm(
             name=name,
             flexure=flexure,
             sign=sign,
             centre=sign * 0.5 * self.spacing,
             shuttle=shuttle,
-            wall=wall,
+            wall=shuttle + sign * flexure.length,
             post=post,
-            outer=outer,
+            outer=post + sign * self.wall_width,
             levels=(self.lower_leaf_level, self.lower_leaf_level + flexure.separation),
             top_level=top_level,
-            holes=tuple((column, row) for row in rows),
+            holes=(lower_hole, upper_hole),
         )
 
     def with_flexures(self, flexures: Mapping[str, Flexure]) -> "Housing":
         """Return the housing with other flexures [mm] on the named arms."""
-        changes: dict[str, Any] = dict(flexures)
-        return replace(self, **changes)
+        return replace(self, low=flexures.get("low", self.low), high=flexures.get("high", self.high))
 
     @property
     def left(self) -> float:
@@ -242,8 +218,8 @@ def mounting_error(housing: Housing, accuracy: float) -> MountingError:
     if not housing.dowels:
         return MountingError(height_mm=0.0, roll=0.0, turn=0.0, contrast_mm=0.0)
     height = 2.0 * accuracy
-    places = [x for x, _ in housing.dowels]
-    turn = 2.0 * height / (max(places) - min(places))
+    (left, _), (right, _) = housing.dowels
+    turn = 2.0 * height / (right - left)
     return MountingError(
         height_mm=height, roll=height / housing.spacing, turn=turn, contrast_mm=0.5 * housing.spacing * turn
     )
@@ -251,8 +227,8 @@ def mounting_error(housing: Housing, accuracy: float) -> MountingError:
 
 def press_tilt(press: Press) -> float:
     """Return the angle [deg] between the press and the normal of the fruit, from tilt and roll."""
-    tilt, roll = math.radians(press.tilt_deg), math.radians(press.roll_deg)
-    return math.degrees(math.acos(math.cos(tilt) * math.cos(roll)))
+    cosine = math.cos(math.radians(press.tilt_deg)) * math.cos(math.radians(press.roll_deg))
+    return math.degrees(math.acos(cosine))
 
 
 def largest_tilt(press: Press) -> float:
@@ -260,36 +236,46 @@ def largest_tilt(press: Press) -> float:
     return max(TILT_DEG, press_tilt(press))
 
 
-def _shuttle_side(housing: Housing, centre: float, side: float) -> list[Point]:
-    """Return the way down from the neck to the tip face on one side of a shuttle, -1 or 1."""
-    half, tip = side * 0.5 * housing.shuttle_width, side * 0.5 * housing.tip_side
-    return [(centre + half, housing.neck_level), (centre + tip, housing.tip_height), (centre + tip, 0.0)]
-
-
-def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
-    """Return the outline from the wall's foot over lower leaf, tip, shuttle and upper leaf to the cavity corner."""
-    wall, shuttle, half = arm.wall, arm.shuttle, 0.5 * arm.flexure.thickness
-    lower, upper = arm.levels[0] - half, arm.levels[1] + half
-    inner = arm.sign * 0.5 * (housing.spacing - housing.shuttle_width)
-    below = [(wall, housing.protrusion), (wall, lower), (shuttle, lower)]
-    down = _shuttle_side(housing, arm.centre, arm.sign)
-    up = reversed(_shuttle_side(housing, arm.centre, -arm.sign))
-    above = [(inner, arm.top_level), (shuttle, arm.top_level), (shuttle, upper), (wall, upper)]
-    return [*below, *down, *up, *above, (wall, housing.cavity_level)]
-
-
 def profile(housing: Housing) -> list[Point]:
     """Return the corners (x, z) of the outline of the plate [mm], windows and holes left out."""
     left, right = housing.arms
     bottom, top = housing.protrusion, housing.top_level
-    outside = [(right.outer, bottom), (right.outer, top), (left.outer, top), (left.outer, bottom)]
-    return [*_arm_outline(housing, left), *reversed(_arm_outline(housing, right)), *outside]
+    frame = [(right.outer, bottom), (right.outer, top), (left.outer, top), (left.outer, bottom)]
+    return [*_arm_outline(housing, left), *reversed(_arm_outline(housing, right)), *frame]
+
+
+def _arm_outline(housing: Housing, arm: Arm) -> list[Point]:
+    """Return the outline from the wall's foot over lower leaf, tip, shuttle and upper leaf to the cavity corner."""
+    half_leaf = 0.5 * arm.flexure.thickness
+    lower = arm.levels[0] - half_leaf
+    upper = arm.levels[1] + half_leaf
+    outer_side = arm.sign * 0.5 * housing.shuttle_width
+    outer_tip = arm.sign * 0.5 * housing.tip_side
+    inner = arm.centre - outer_side
+    return [
+        (arm.wall, housing.protrusion),
+        (arm.wall, lower),
+        (arm.shuttle, lower),
+        (arm.centre + outer_side, housing.neck_level),
+        (arm.centre + outer_tip, housing.tip_height),
+        (arm.centre + outer_tip, 0.0),
+        (arm.centre - outer_tip, 0.0),
+        (arm.centre - outer_tip, housing.tip_height),
+        (inner, housing.neck_level),
+        (inner, arm.top_level),
+        (arm.shuttle, arm.top_level),
+        (arm.shuttle, upper),
+        (arm.wall, upper),
+        (arm.wall, housing.cavity_level),
+    ]
 
 
 def fillet_corners(housing: Housing) -> list[Point]:
     """Return the (x, z) of every corner that is rounded [mm]: eight a flexure and the two of the cavity."""
     corners = [(arm.wall, housing.cavity_level) for arm in housing.arms]
     for arm in housing.arms:
-        half = 0.5 * arm.flexure.thickness
-        corners += [(x, level + s) for level in arm.levels for x in (arm.wall, arm.shuttle) for s in (-half, half)]
+        half_leaf = 0.5 * arm.flexure.thickness
+        for level, x in itertools.product(arm.levels, (arm.wall, arm.shuttle)):
+            corners.append((x, level - half_leaf))
+            corners.append((x, level + half_leaf))
     return corners

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import cadquery as cq
 from OCP.BRepAdaptor import BRepAdaptor_Surface
 
-from cad.parts.housing import PartSize
+from cad.parts.housing import PartSize, Point
 
 FaceTest = Callable[["cq.Face"], bool]
 _NEAR_TURN = 1e-6  # [rad]
@@ -54,20 +54,22 @@ def named_part(name: str, shape: cq.Shape, faces: Mapping[str, FaceTest]) -> Par
 
     Raises ValueError when a name matches no face, or when two names match the same face.
     """
+    solids = shape.Solids()
+    if len(solids) == 1:  # what is left of a cut is a compound of it
+        shape = solids[0]
     every = shape.Faces()
     picked: dict[str, tuple[int, ...]] = {}
     owner: dict[int, str] = {}
     for face_name, belongs in faces.items():
-        indices = tuple(i for i, face in enumerate(every) if belongs(face))
-        if not indices:
+        picked[face_name] = tuple(index for index, face in enumerate(every) if belongs(face))
+        if not picked[face_name]:
             msg = f"part {name!r}: the name {face_name!r} matches no face; known names: {', '.join(faces)}"
             raise ValueError(msg)
-        for i in indices:
-            if i in owner:
-                msg = f"part {name!r}: face {i} is named both {owner[i]!r} and {face_name!r}"
+        for index in picked[face_name]:
+            if index in owner:
+                msg = f"part {name!r}: face {index} is named both {owner[index]!r} and {face_name!r}"
                 raise ValueError(msg)
-            owner[i] = face_name
-        picked[face_name] = indices
+            owner[index] = face_name
     return Part(name=name, shape=shape, faces=picked)
 
 
@@ -76,7 +78,8 @@ def on_plane(axis: int, place: float) -> FaceTest:
 
     def belongs(face: cq.Face) -> bool:
         box = face.BoundingBox()
-        start, end = ((box.xmin, box.xmax), (box.ymin, box.ymax), (box.zmin, box.zmax))[axis]
+        start = (box.xmin, box.ymin, box.zmin)[axis]
+        end = (box.xmax, box.ymax, box.zmax)[axis]
         return abs(start - place) < NEAR_MM and abs(end - place) < NEAR_MM
 
     return belongs
@@ -93,11 +96,15 @@ def is_hole(face: cq.Face, diameter: float) -> bool:
     return abs(2.0 * radius - diameter) < NEAR_MM and abs(turn - 2.0 * math.pi) < _NEAR_TURN
 
 
-def upright_edges(solid: cq.Shape, corners: Sequence[tuple[float, float]]) -> Iterator[cq.Edge]:
-    """Yield the edges that run straight over the depth at one of the corners (x, z) [mm]."""
-    for edge in solid.Edges():
+def round_upright_edges(plate: cq.Workplane, corners: Sequence[Point], radius: float) -> cq.Workplane:
+    """Return a plate with the edges over its depth at corners (x, z) rounded [mm]; raises ValueError without them."""
+    edges = []
+    for edge in plate.findSolid().Edges():
         box = edge.BoundingBox()
-        if edge.geomType() == "LINE" and max(box.xlen, box.zlen) <= NEAR_MM:
-            middle = box.center
-            if any(abs(middle.x - x) < NEAR_MM and abs(middle.z - z) < NEAR_MM for x, z in corners):
-                yield edge
+        is_upright = edge.geomType() == "LINE" and math.hypot(box.xlen, box.zlen) <= NEAR_MM
+        if is_upright and any(math.dist((box.center.x, box.center.z), corner) < NEAR_MM for corner in corners):
+            edges.append(edge)
+    if len(edges) != len(corners):
+        msg = f"{len(edges)} edges to round found, must be {len(corners)}; check the levels of the leaves"
+        raise ValueError(msg)
+    return plate.newObject(edges).fillet(radius)

@@ -22,12 +22,15 @@ def socketed(part: Part, housing: Housing) -> Part:
     """Return the housing with a pocket in each foot, closed above by a gable that prints without support."""
     if not housing.pin_side:
         return part
-    half, height = 0.5 * housing.pocket_side, housing.pocket_depth + _REACH
-    up = gable_side(housing)
-    section = [(-half, -up * half), (half, -up * half), (half, up * half), (0.0, up * 2.0 * half), (-half, up * half)]
-    below = [cq.Workplane("XY", origin=(arm.centre, 0.0, -_REACH)) for arm in housing.arms]
-    pockets = [plane.polyline(section).close().extrude(height).findSolid() for plane in below]
-    return named_housing(part.shape.cut(*pockets).Solids()[0], housing)
+    half = 0.5 * housing.pocket_side
+    eaves = gable_side(housing) * half
+    section = [(-half, -eaves), (half, -eaves), (half, eaves), (0.0, 2.0 * eaves), (-half, eaves)]
+    shape = part.shape
+    for arm in housing.arms:
+        below_foot = cq.Workplane("XY", origin=(arm.centre, 0.0, -_REACH))
+        pocket = below_foot.polyline(section).close().extrude(housing.pocket_depth + _REACH)
+        shape = shape.cut(pocket.findSolid())
+    return named_housing(shape, housing)
 
 
 def gable_side(housing: Housing) -> float:
@@ -39,8 +42,8 @@ def pins(housing: Housing, tips: Tips) -> dict[str, cq.Shape]:
     """Return by name the pins [mm] in their pockets, standing out to z = -pin_out; none for printed tips."""
     if not housing.pin_side:
         return {}
-    out, pin = housing.pin_out, tip_solid(tips.tip_shape, housing.pin_out + housing.pocket_depth)
-    return {f"{arm.name} pin": pin.translate(cq.Vector(arm.centre, 0.0, -out)) for arm in housing.arms}
+    pin = tip_solid(tips.tip_shape, housing.pin_out + housing.pocket_depth)
+    return {f"{arm.name} pin": pin.translate(cq.Vector(arm.centre, 0.0, -housing.pin_out)) for arm in housing.arms}
 
 
 def tip_solid(shape: TipShape, height: float) -> cq.Shape:

@@ -13,7 +13,7 @@ import cadquery as cq
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.parts.engraving import marked
-from cad.parts.fruit import bare_fruit, curved_fruit, fruit_block
+from cad.parts.fruit import bare_fruit, curved_fruit, fruit_block, outer_box
 from cad.parts.housing import Housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import pins
@@ -62,11 +62,12 @@ class Sensor:
     def fruit_body(self) -> Body:
         """Return the fruit before the press, with the outlines of a pair of tips on it."""
         below = cq.Vector(-self.tips.offset_mm, 0.0, -self.tips.gap_mm - self.housing.pin_out)
-        if self.tips.tip_layout.is_pair:
-            whole = fruit_block if self.fruit.shape == "block" else curved_fruit
-            shape = whole(self.fruit, self.tips).shape
-        else:
+        if not self.tips.tip_layout.is_pair:
             shape = bare_fruit(self.fruit)
+        elif self.fruit.shape == "block":
+            shape = fruit_block(self.fruit, self.tips).shape
+        else:
+            shape = curved_fruit(self.fruit, self.tips).shape
         return Body(name="fruit", shape=shape.translate(below), colour=_FRUIT_COLOUR)
 
     def pin_bodies(self) -> tuple[Body, ...]:
@@ -75,11 +76,9 @@ class Sensor:
             Body(name=name, shape=shape, colour=STEEL_COLOUR) for name, shape in pins(self.housing, self.tips).items()
         )
 
-    def fruit_box(self) -> cq.Solid:
+    def fruit_box(self) -> cq.Shape:
         """Return the undeformed fruit as a plain box whose top is z = 0, below the tips of the sensor frame.
 
         A curved fruit lies inside this box: it falls away from its apex.
         """
-        fruit = self.fruit
-        corner = (-0.5 * fruit.length_mm - self.tips.offset_mm, -0.5 * fruit.width_mm, -fruit.depth_mm)
-        return cq.Solid.makeBox(fruit.length_mm, fruit.width_mm, fruit.depth_mm, cq.Vector(*corner))
+        return outer_box(self.fruit).translate(cq.Vector(-self.tips.offset_mm, 0.0, 0.0))
