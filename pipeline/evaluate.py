@@ -7,7 +7,7 @@ from cad.design.parameters import Design
 from cad.design.tip_mount import plate_depth
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import analyse_readings, sensor_model
+from pipeline.reading.analysis import analyse_readings, read_out_of
 from pipeline.reading.poses import refuse_unsolvable_poses
 from pipeline.response.contact import fruit_compliance
 from pipeline.result import Evaluation, SensorResult, with_solids
@@ -55,7 +55,7 @@ def evaluate(
     with timed.stage("behaviour"):
         behaviour = solved_behaviour(springs, press)
     with timed.stage("reading"):
-        read_out = sensor_model(design, contact, springs, press, checked.readings)
+        read_out = read_out_of(design, contact, springs, press, checked.readings)
     with timed.stage("errors"):
         errors = sensor_errors(sensor, checked.reached, press, checked.options, checked.readings)
     with timed.stage("verdicts"):

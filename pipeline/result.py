@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from cad.design.parameters import Design
 from cad.verdict import Verdict, all_passed, failed
 from pipeline.options import RunOptions
-from pipeline.reading.analysis import Readings, SensorModel
+from pipeline.reading.analysis import Readings
+from pipeline.reading.read_out import ReadOut
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.behaviour import SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSprings
@@ -63,7 +64,7 @@ class SensorResult(Evaluation):
     press: ScenePress
     paper: tuple[Verdict, ...] | None
     behaviour: SpringBehaviour | None
-    read_out: SensorModel
+    read_out: ReadOut
     errors: SensorErrors
     left_out: str | None = None
     seconds: Seconds

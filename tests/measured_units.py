@@ -11,12 +11,14 @@ from cad.parts.housing import Housing
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.options import RunOptions, load_design
-from pipeline.reading.analysis import Readings, error_analysis, sensor_model
+from pipeline.reading.analysis import Readings, error_analysis, read_out_of
 from pipeline.reading.measurement import pressed_sensor
-from pipeline.report.mapping import stored_contact, stored_read_out, stored_reading, stored_tips
-from pipeline.report.stored import StoredContact, StoredModulus, StoredReadOut, StoredTip
+from pipeline.reading.read_out import ReadOut
+from pipeline.report.mapping import contact_keys, reading_keys, tip_keys
+from pipeline.report.stored import StoredContact, StoredModulus, StoredReading, StoredTip, as_data
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import scene_of
+from pipeline.storage.plain import from_plain, strict_converter
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 
@@ -31,9 +33,14 @@ class ReportOfUnits:
     design: Design
     tips: tuple[StoredTip, ...]
     contact: StoredContact
-    read_out: StoredReadOut
+    read_out: ReadOut
     moduli: tuple[StoredModulus, ...]
     housing: Housing | None = None
+
+
+def stored(kind, value):
+    """Return keys of a report as the record that reads them back."""
+    return from_plain(kind, as_data(value), converter=strict_converter(forbid_extra_keys=False))
 
 
 class MeasuredDesign:
@@ -55,13 +62,13 @@ class MeasuredDesign:
         readings = None if found is None else Readings(analysis=found, pressures=())
         level = self.forces([Pose(E=design.largest_E_MPa, travel=design.press.travel_mm)])
         press = SimpleNamespace(height_offsets=(), at_largest_E=SimpleNamespace(F=level[None]))
-        known = sensor_model(design, self.contact, SimpleNamespace(C=self.C), press, readings)
+        read_out = read_out_of(design, self.contact, SimpleNamespace(C=self.C), press, readings)
         self.report = ReportOfUnits(
             design=design,
-            tips=stored_tips(design.tips),
-            contact=stored_contact(self.contact),
-            read_out=stored_read_out(known),
-            moduli=() if readings is None else stored_reading(readings).moduli,
+            tips=stored(tuple[StoredTip, ...], tip_keys(design.tips)),
+            contact=stored(StoredContact, contact_keys(self.contact)),
+            read_out=read_out,
+            moduli=() if readings is None else stored(StoredReading, reading_keys(readings)).moduli,
         )
 
     def forces(self, poses, factors=1.0):

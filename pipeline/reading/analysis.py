@@ -1,7 +1,7 @@
 """The error analysis of readings over the poses that occur: bias, uncertainty, lift, and the pressure on the skin."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,9 @@ from cad.design.reading import LEAST_OVER_NOISE, Reading
 from cad.parts.housing import mounting_error
 from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
-from pipeline.reading.measurement import LineModel, MeasurementModel, PressedSensor, Presses, pressed_sensor
+from pipeline.reading.measurement import LineModel, MeasurementModel, PressedSensor, Presses, pressed_sensor, rows_of
 from pipeline.reading.poses import Placement, directed, occurring, press_of, read_moduli
+from pipeline.reading.read_out import DepthFactor, LevelReading, ReadOut
 from pipeline.reading.uncertainty import UncertaintySources, force_noises, noise_to_reach, uncertainty_sources
 from pipeline.response.scene_press import ScenePress, scene_of, tip_curve
 from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
@@ -266,43 +267,12 @@ def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
     return tuple(pressures)
 
 
-@dataclass(frozen=True, kw_only=True)
-class LevelReading:
-    """What is read [MPa] of a fruit of modulus E [MPa] by a level sensor in its middle: the shape of the fruit."""
-
-    E: float
-    read: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class DepthFactor:
-    """The force of a tip over the linear one [1] at a depth [tip sides], and its relative error [1]."""
-
-    depth: float
-    factor: float
-    error: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class SensorModel:
-    """The measurement model of a finished sensor, the largest force of each channel [N] (tips,), its error in E [1].
-
-    `level` are readings over the range of E which a contrast is corrected by; the line of a pair needs none. `deep` is
-    the curve of a tip at large strain, none where the flesh is linear.
-    """
-
-    model: MeasurementModel
-    full_scale: tuple[float, ...]
-    model_error: float
-    level: tuple[LevelReading, ...] = ()
-    deep: tuple[DepthFactor, ...] = ()
-
-
-def sensor_model(
+def read_out_of(
     design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress, readings: Readings | None
-) -> SensorModel:
-    """Return what a sensor is read by; raises SolveError when a solve is not exact."""
+) -> ReadOut:
+    """Return what a finished sensor is read by; raises SolveError when a solve is not exact."""
     sensor = pressed_sensor(design, contact, springs.C, press.height_offsets)
+    model = sensor.model
     error = max(contact.error_own, contact.error_pair)
     full_scale = press.at_largest_E.F[-1, -1]
     if readings is not None:
@@ -310,12 +280,24 @@ def sensor_model(
             full_scale = np.array(readings.analysis.full_scale)
         if readings.analysis.bias is not None:
             error = max(error, readings.analysis.bias.error)
-    return SensorModel(
-        model=sensor.model,
-        full_scale=tuple(np.maximum(full_scale, 0.0).tolist()),
-        model_error=error,
-        level=() if isinstance(sensor.model, LineModel) else _level_readings(sensor),
-        deep=_depth_factors(scene_of(design)) if design.press.strain == "large" else (),
+    by_line = ReadOut(
+        method=model.method,
+        springs_mm_per_N=rows_of(model.C),
+        full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),
+        model_error_percent=100.0 * error,
+        level=(),
+        large_strain=_depth_factors(scene_of(design)) if design.press.strain == "large" else (),
+    )
+    if isinstance(model, LineModel):
+        return replace(by_line, own_less_other_per_mm=model.own_less_other)
+    law = model.law
+    return replace(
+        by_line,
+        level=_level_readings(sensor),
+        weights=tuple(law.weights),
+        gaps_mm=tuple(law.gaps),
+        fruit_per_mm=rows_of(law.S),
+        hertz=law.hertz,
     )
 
 
@@ -331,7 +313,7 @@ def _level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
     rows = []
     for E, press in zip(moduli, forces, strict=True):
         if np.nanmin(press[-1]) > 0.0 and np.isfinite(press).all():
-            rows.append(LevelReading(E=E, read=sensor.model.modulus(press)))
+            rows.append(LevelReading(E_MPa=E, read_MPa=sensor.model.modulus(press)))
     return tuple(rows)
 
 
@@ -341,5 +323,9 @@ def _depth_factors(scene: Scene) -> tuple[DepthFactor, ...]:
     solved = len(curve.depths)
     positions = np.arange(DEPTHS_BETWEEN * (solved - 1) + 1) / DEPTHS_BETWEEN
     depths = np.interp(positions, np.arange(solved), curve.depths)
-    rows = zip(depths.tolist(), curve.factor(depths).tolist(), flesh_error(scene, curve, depths).tolist(), strict=True)
-    return tuple(DepthFactor(depth=depth, factor=factor, error=error) for depth, factor, error in rows)
+    factors = curve.factor(depths)
+    percents = 100.0 * flesh_error(scene, curve, depths)
+    rows = []
+    for depth, factor, percent in zip(depths.tolist(), factors.tolist(), percents.tolist(), strict=True):
+        rows.append(DepthFactor(depth_sides=depth, factor=factor, error_percent=percent))
+    return tuple(rows)

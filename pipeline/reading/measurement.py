@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.quantity import validation_error
-from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus, stiffened
+from cad.theory.contrast_law import ContrastLaw, Matrix, contrast_weights, read_modulus, stiffened
 from cad.theory.pair_line import line_over_press
 from pipeline.reading.poses import Placement, press_of
 from pipeline.response.scene_press import scene_of
@@ -40,9 +40,9 @@ class ContrastModel:
         return replace(self, law=replace(self.law, C=stiffened(self.law.C, factors.tolist())))
 
     @property
-    def deflection_per_force(self) -> Floats:
-        """Return the deflection of each spring per force [mm/N], (tips,): by it a hard plate gives heights."""
-        return np.diag(self.law.C)
+    def C(self) -> Matrix:
+        """Return the compliance of the springs [mm/N], shape (tips, tips)."""
+        return self.law.C
 
     def with_heights(self, heights: Floats) -> "ContrastModel":
         """Return the model that takes each tip for longer by a height [mm], shape (tips,)."""
@@ -52,9 +52,12 @@ class ContrastModel:
 
 @dataclass(frozen=True, kw_only=True)
 class LineModel:
-    """Reads a whole press by the straight line through its samples; how the tips are off level drops out."""
+    """Reads a whole press by the straight line through its samples; how the tips are off level drops out.
 
-    C: tuple[tuple[float, ...], ...]
+    C [mm/N] is the compliance of the springs, shape (tips, tips).
+    """
+
+    C: Matrix
     own_less_other: float
     method: str = "straight line through the samples of a press"
     samples: int = PRESS_TRAVELS
@@ -66,11 +69,6 @@ class LineModel:
     def with_springs(self, factors: Floats) -> "LineModel":
         """Return the model that takes each spring for stiffer by a factor [1], shape (tips,)."""
         return replace(self, C=stiffened(self.C, factors.tolist()))
-
-    @property
-    def deflection_per_force(self) -> Floats:
-        """Return the deflection of each spring per force [mm/N], (tips,): by it a hard plate gives heights."""
-        return np.diag(self.C)
 
     def with_heights(self, _heights: Floats) -> "LineModel":
         """Return the same model: heights move the intercept of the line alone."""
@@ -89,12 +87,12 @@ def measurement_model(
     """
     tips = design.tips
     if tips.tip_layout.is_pair:
-        return LineModel(C=_rows(C), own_less_other=1.0 / contact.K_m_over_E())
+        return LineModel(C=rows_of(C), own_less_other=1.0 / contact.K_m_over_E())
     weights = contrast_weights(tips.places_mm, tips.springs)
     if tips.dome_radius_mm is None:
         fall = [design.fruit.fall_mm(x, y) for x, y in tips.places_mm]
         gaps = tuple(np.subtract(fall, tips.height_offset_mm).tolist())
-        law = ContrastLaw(weights=weights, gaps=gaps, C=_rows(C), S=_rows(contact.S))
+        law = ContrastLaw(weights=weights, gaps=gaps, C=rows_of(C), S=rows_of(contact.S))
     else:
         law = _dome_law(design, contact, C, weights)
     model = ContrastModel(law=law)
@@ -111,13 +109,14 @@ def _dome_law(design: Design, contact: FruitCompliance, C: Floats, weights: tupl
     return ContrastLaw(
         weights=weights,
         gaps=tuple((fall - tips.height_offset_mm).tolist()),
-        C=_rows(C),
-        S=_rows(contrast.S),
+        C=rows_of(C),
+        S=rows_of(contrast.S),
         hertz=contrast.hertz,
     )
 
 
-def _rows(matrix: Floats) -> tuple[tuple[float, ...], ...]:
+def rows_of(matrix: Floats | Matrix) -> tuple[tuple[float, ...], ...]:
+    """Return a matrix as tuples of its rows, in its unit."""
     return tuple(tuple(row) for row in np.asarray(matrix, dtype=np.float64).tolist())
 
 

@@ -84,7 +84,8 @@ def _sources(
     springs = slopes(lambda step: model.with_springs(1.0 + step).modulus(press))
     gains = slopes(lambda step: model.modulus(press * (1.0 + step)))
     heights = np.abs(slopes(lambda step: model.with_heights(step).modulus(press)))
-    zeroed = heights * model.deflection_per_force / math.sqrt(_PLATE_READINGS)  # per noise in forces [1/N]
+    # A hard plate gives heights by the deflection of each spring under its force.
+    zeroed = heights * np.diag(model.C) / math.sqrt(_PLATE_READINGS)  # per noise in forces [1/N]
 
     by_percent = 0.01 * reading.noise_percent * full_scale
     by_force = np.full(tips, reading.noise_N)

@@ -5,9 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cad.design.design_file import design_as_toml
-from pipeline.report.mapping import report_mapping, stored_report
+from pipeline.report.mapping import report_mapping
 from pipeline.report.response_csv import response_csv
-from pipeline.report.stored import StoredFile, StoredReport
+from pipeline.report.stored import StoredFile, StoredReport, report_of
 from pipeline.result import SensorResult
 from pipeline.storage.digests import REPORT, file_digest
 
@@ -24,15 +24,11 @@ def write_outputs(result: SensorResult, folder: Path, page: Page | None = None) 
     (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
     if page is not None:
-        text = page(stored_report(result, _stored_files(folder)), result)
+        text = page(report_of(folder, report_mapping(result, listed_files(folder))), result)
         (folder / PAGE).write_text(text, encoding="utf-8")
-    report = report_mapping(result, _stored_files(folder))
+    report = report_mapping(result, listed_files(folder))
     text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(text + "\n", encoding="utf-8")
-
-
-def _stored_files(folder: Path) -> list[StoredFile]:
-    return [StoredFile(**entry) for entry in file_entries(folder)]
 
 
 def reproducing(result: SensorResult) -> str:
@@ -45,7 +41,7 @@ def reproducing(result: SensorResult) -> str:
     return f"# pipeline run --design design.toml {flags}\n{design_as_toml(result.design)}"
 
 
-def file_entries(folder: Path) -> list[dict[str, str]]:
-    """Return path and sha256 of every file in the folder but its report.json, in order of their names."""
+def listed_files(folder: Path) -> list[StoredFile]:
+    """Return every file in the folder but its report.json with its digest, in order of their names."""
     paths = sorted(path for path in folder.rglob("*") if path.is_file() and path != folder / REPORT)
-    return [{"path": path.relative_to(folder).as_posix(), "sha256": file_digest(path)} for path in paths]
+    return [StoredFile(path=path.relative_to(folder).as_posix(), sha256=file_digest(path)) for path in paths]

@@ -1,6 +1,6 @@
-"""Every number of report.json, stated once: the records that a run writes and that later commands read back.
+"""What later commands and the page take of report.json: its keys as typed fields, in their units.
 
-The fields are the keys of the file, in their units; docs/report-json.md says what each means.
+docs/report-json.md says what each key means, pipeline/report/mapping.py writes them all.
 """
 
 import json
@@ -9,23 +9,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_origin, get_type_hints
 
-from cattrs.gen import make_dict_unstructure_fn, override
+import numpy as np
 
 from cad.design.design_file import design_as_mapping, design_from_mapping
 from cad.design.parameters import Design
 from cad.parts.housing import Housing
 from cad.quantity import InputError, validation_error
-from cad.theory.contrast_law import ContrastLaw
 from cad.theory.leaf_spring import Flexure
 from cad.verdict import Verdict
+from pipeline.reading.read_out import Matrix, ReadOut
 from pipeline.storage.digests import has_digest, is_regular
 from pipeline.storage.plain import Plain, from_plain, strict_converter
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance
 
 SCHEMA = 1
 
 Numbers = tuple[float | None, ...]
 """Numbers over the travel or over moduli; None where a tip is off the fruit or no bound is."""
-Matrix = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,77 +47,20 @@ class StoredFile:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StoredSizing:
-    """The springs that were sized [N/m], and the fruit stiffness under one tip that sized them."""
-
-    K_l_N_per_m: float
-    K_h_N_per_m: float
-    K_m_max_N_per_m: float
-    K_m_over_E_mm: float
-    fruit_stiffness: str
-
-
-@dataclass(frozen=True, kw_only=True)
 class StoredSpring:
-    """A spring: target and stiffness by FE [N/m], errors [%], its leaves [mm]; None where it is not made."""
+    """A spring: target and stiffness by FE [N/m], its error [%], its leaves [mm]; None where it is not made."""
 
     target_N_per_m: float
     stiffness_N_per_m: float | None
     error_percent: float | None
     dimensions_mm: Flexure | None
-    root_strain: float | None
-    root_strain_error_percent: float | None
     safety_factor: float | None
-    dofs: int | None
     seconds: float | None
 
     @property
     def K_N_per_m(self) -> float:
         """Return the stiffness by FE, the target where it is not made [N/m]."""
         return self.target_N_per_m if self.stiffness_N_per_m is None else self.stiffness_N_per_m
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredMaterial:
-    """What the sensor is made of, and by which process."""
-
-    name: str
-    E_MPa: float
-    poisson: float
-    process: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredMode:
-    """A mode of the sensor in its mount: what moves how, at which frequency."""
-
-    frequency_Hz: float
-    error_percent: float
-    shape: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredArm:
-    """One spring at full travel; the bridge output is given at each modulus."""
-
-    tilt_at_full_force_rad: float
-    large_deflection_stiffening: float
-    natural_frequency_Hz: float
-    bridge_mV_per_V: Numbers
-    bridge_error_percent: float | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredBehaviour:
-    """The behaviour of both springs, one tip under the force of the other [1], and the lowest modes."""
-
-    crosstalk_C12_over_C22: float
-    gauge_factor: float
-    gauge_grid_mm: float
-    gauges: str
-    modes: tuple[StoredMode, ...]
-    low: StoredArm
-    high: StoredArm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,12 +74,11 @@ class StoredContact:
     seconds: float
     status: str
     compliance_per_mm: Matrix
-    K_m_over_E_mm: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class StoredResponse:
-    """The response at one modulus E [MPa] over the travel [mm]: P [1] and forces [N].
+    """The response at one modulus E [MPa] over the travel [mm]: P [1] with its error, and forces [N].
 
     `F_l_N` and `F_h_N` are means over the tips of a spring; `F_N` has a row for each tip, none for a pair.
     """
@@ -145,20 +88,13 @@ class StoredResponse:
     P: Numbers
     F_l_N: Numbers = ()
     F_h_N: Numbers = ()
-    slope_ratio: Numbers = ()
-    F_error_percent: Numbers = ()
     P_error_percent: Numbers = ()
     F_N: tuple[Numbers, ...] = ()
 
     @property
-    def kind_forces(self) -> tuple[Numbers, ...]:
-        """Return the force of a tip over the travel [N] for each spring, the low one's first; means over its tips."""
-        return self.F_l_N, self.F_h_N
-
-    @property
     def tip_forces(self) -> tuple[Numbers, ...]:
         """Return the forces of each tip over the travel [N], shape (tips, travels), in the order of the tips."""
-        return self.F_N or self.kind_forces
+        return self.F_N or (self.F_l_N, self.F_h_N)
 
     @property
     def last_P(self) -> float | None:
@@ -195,186 +131,52 @@ class StoredTip:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StoredLevel:
-    """What a level sensor reads [MPa] of a fruit of modulus E [MPa]."""
-
-    E_MPa: float
-    read_MPa: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredDepth:
-    """The force of a tip over the linear one [1] at a depth [tip sides], and its relative error [%]."""
-
-    depth_sides: float
-    factor: float
-    error_percent: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredReadOut:
-    """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line through a press.
-
-    `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, `weights` [1] and `gaps_mm`
-    (tips,). A pair has `own_less_other_per_mm` and None for the terms of a contrast; other layouts the other way round.
-    `large_strain` is the curve of a tip over rising depths; none where the flesh is linear.
-    """
-
-    method: str
-    springs_mm_per_N: Matrix
-    full_scale_N: tuple[float, ...]
-    model_error_percent: float
-    level: tuple[StoredLevel, ...]
-    own_less_other_per_mm: float | None = None
-    weights: tuple[float, ...] | None = None
-    gaps_mm: tuple[float, ...] | None = None
-    fruit_per_mm: Matrix | None = None
-    hertz: float | None = None
-    large_strain: tuple[StoredDepth, ...] = ()
-
-    @property
-    def contrast(self) -> ContrastLaw | None:
-        """Return the contrast law of the tips with the springs of the report; None for a pair."""
-        if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:
-            return None
-        return ContrastLaw(
-            weights=self.weights,
-            gaps=self.gaps_mm,
-            C=self.springs_mm_per_N,
-            S=self.fruit_per_mm,
-            hertz=self.hertz or 0.0,
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
 class StoredModulus:
-    """How well one modulus E [MPa] is read: its bias with its pose, and its standard deviation with its sources [%]."""
+    """How well one modulus E [MPa] is read: its bias with its pose, and its standard deviation [%]."""
 
     E_MPa: float
     E_bias_percent: float
     worst: str
     uncertainty_percent: float
-    sources: dict[str, float]
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredPressure:
-    """The mean pressure on the skin at one modulus, and its limit [MPa], with the pose."""
-
-    E_MPa: float
-    pressure_MPa: float
-    limit_MPa: float
-    worst: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class StoredReading:
-    """How well a sensor reads over the poses that occur [%]; None where a level press has no reading."""
+    """How a sensor reads over the poses that occur, and the tilt at which a tip lifts [deg]."""
 
-    E_bias_percent: float | None
-    E_bias_error_percent: float | None
-    uncertainty_percent: float | None
-    sources: dict[str, float]
     method: str
     lift_deg: float
-    plates_before_zeroing_percent: float
-    noise_for_10_percent: float | None
-    refused: str | None
     moduli: tuple[StoredModulus, ...]
-    skin_pressure: tuple[StoredPressure, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredTargets:
-    """P_max and NL [1] of a level sensor with flat sharp tips on flat fruit, with their errors [1]."""
-
-    P_max: float
-    P_max_error: float
-    NL: float
-    NL_error: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredContribution:
-    """One contribution to an error [%]: of what, how much, and why."""
-
-    effect: str
-    size_percent: float
-    reason: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredBudget:
-    """What the error of a number is made of [%]: of the mesh, of the model, of the inputs."""
-
-    discretisation_percent: float
-    model: tuple[StoredContribution, ...]
-    inputs: tuple[StoredContribution, ...]
-    model_percent: float
-    inputs_percent: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredPaper:
-    """The paper's own springs [N/m] under the same contact, and their verdicts."""
-
-    K_l_N_per_m: float
-    K_h_N_per_m: float
-    verdicts: tuple[Verdict, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredChoice:
-    """The error that was reached [%], and which model and mesh was chosen for it."""
-
-    error_percent: float
-    choice: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredAccuracy:
-    """What accuracy was asked for [1], and what was reached; `springs` is None where none are made."""
-
-    tolerance: float
-    springs: StoredChoice | None
-    contact: StoredChoice
 
 
 @dataclass(frozen=True, kw_only=True)
 class StoredReport:
-    """All of report.json but its digest.
+    """What is read back of report.json; what is shown and not computed with is left as plain data.
 
-    Tips have the order of all forces and of the compliance. `housing`, `behaviour` and the numbers of springs are None
-    where nothing can be made, `reading` where the design asks for none, `paper` where fruit or tips are not the
-    paper's. `tolerance` is how far prints scatter, known where files for fabrication were asked for.
+    Tips have the order of all forces and of the compliance. `housing` and the numbers of springs are None where nothing
+    can be made, `reading` where the design asks for none, `paper` where fruit or tips are not the paper's.
     """
 
-    schema: int = SCHEMA
     design: Design
-    springs: StoredSizing
+    springs: Plain
     flexures: dict[str, StoredSpring]
     housing: Housing | None
     deflections_mm: tuple[float, ...]
-    material: StoredMaterial
-    behaviour: StoredBehaviour | None
     contact: StoredContact
     response: tuple[StoredResponse, ...]
     curve: StoredCurve
     tips: tuple[StoredTip, ...]
-    read_out: StoredReadOut
+    read_out: ReadOut
     reading: StoredReading | None
-    level: StoredTargets
     verdicts: tuple[Verdict, ...]
     remedy: str | None
-    errors: dict[str, StoredBudget | None]
-    paper: StoredPaper | None
-    accuracy: StoredAccuracy
+    errors: Plain
+    paper: Plain | None
+    accuracy: Plain
     notes: tuple[str, ...]
     versions: dict[str, str]
     files: tuple[StoredFile, ...]
     seconds: dict[str, float]
-    cpu_seconds: dict[str, float]
-    tolerance: Plain | None = None
 
     def __post_init__(self) -> None:
         """Refuse deflections of other springs than those of the housing."""
@@ -387,19 +189,29 @@ class StoredReport:
         """Return how well each modulus is read, none where the design asks for no readings."""
         return () if self.reading is None else self.reading.moduli
 
+    @property
+    def compliance(self) -> FruitCompliance:
+        """Return the compliance of the fruit under the tips [1/mm] with its errors."""
+        contact = self.contact
+        return FruitCompliance(
+            tips=tuple(tip.name for tip in self.tips),
+            S=np.array(contact.compliance_per_mm),
+            error_pair=0.01 * contact.error_percent,
+            error_own=0.01 * contact.s11_error_percent,
+            info=SolveInfo(
+                method=contact.method, dofs=contact.dofs, seconds=contact.seconds, status="read from report.json"
+            ),
+        )
+
 
 _CONVERTER = strict_converter(forbid_extra_keys=False)
 _CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(data))
 _CONVERTER.register_unstructure_hook(Design, design_as_mapping)
-_CONVERTER.register_unstructure_hook(
-    StoredResponse,
-    make_dict_unstructure_fn(StoredResponse, _CONVERTER, F_N=override(omit_if_default=True)),
-)
 
 
-def as_data(record: object) -> Any:  # noqa: ANN401 - JSON data of any kind
-    """Return a record of a report as JSON data."""
-    return _CONVERTER.unstructure(record)
+def as_data(value: object) -> Any:  # noqa: ANN401 - JSON data of any kind
+    """Return records, in lists and mappings of any depth, as JSON data."""
+    return _CONVERTER.unstructure(value)
 
 
 def read_report(folder: Path) -> StoredReport:

@@ -1,13 +1,11 @@
 """The keys of report.json that a study may ask for, what has to be solved for each, and their values."""
 
-import dataclasses
 from collections.abc import Iterable
-from typing import Any, Literal
+from typing import Literal
 
 from cad.design.tips import Tips
 from cad.quantity import nearest, validation_error
 from pipeline.evaluate import Part
-from pipeline.report.stored import StoredContact, StoredReading, StoredSizing, StoredSpring, StoredTargets
 from pipeline.storage.plain import Plain
 
 Level = Literal["contact", "flexures", "files"]
@@ -25,24 +23,32 @@ _VERDICTS: dict[str, Level] = {
 }
 """The verdicts but those on solids, whose names begin with one of the next."""
 _ON_SOLIDS = ("geometry.", "fit.")
-_RECORDS: dict[str, tuple[type[Any], Level]] = {
-    "springs": (StoredSizing, "contact"),
-    "contact": (StoredContact, "contact"),
-    "level": (StoredTargets, "contact"),
-    "reading": (StoredReading, "contact"),
-    **{f"flexures.{name}": (StoredSpring, "flexures") for name in Tips().names},
-}
-"""The parts of report.json whose keys are those of a record."""
+_SPRING_KEYS = (
+    "target_N_per_m", "stiffness_N_per_m", "error_percent", "dimensions_mm", "root_strain",
+    "root_strain_error_percent", "safety_factor", "dofs",
+)  # fmt: skip
+_KEYS: dict[str, tuple[str, ...]] = {
+    "springs": ("K_l_N_per_m", "K_h_N_per_m", "K_m_max_N_per_m", "K_m_over_E_mm", "fruit_stiffness"),
+    "contact": (
+        "error_percent", "s11_error_percent", "method", "dofs", "status", "compliance_per_mm", "K_m_over_E_mm",
+    ),
+    "level": ("P_max", "P_max_error", "NL", "NL_error"),
+    "reading": (
+        "E_bias_percent", "E_bias_error_percent", "uncertainty_percent", "sources", "method", "lift_deg",
+        "plates_before_zeroing_percent", "noise_for_10_percent", "refused", "moduli", "skin_pressure",
+    ),
+    **dict.fromkeys((f"flexures.{name}" for name in Tips().names), _SPRING_KEYS),
+}  # fmt: skip
+"""The keys of some parts of report.json, but how long a solve took, which is another number every time."""
 
 
 def _levels_by_key() -> dict[str, Level]:
     """Return the level of each key that there is; further ones may lie below it."""
     levels: dict[str, Level] = {"response": "contact", "deflections_mm": "flexures"}
     levels |= dict.fromkeys(("behaviour", "errors", "paper", "passed"), "files")
-    for part, (record, level) in _RECORDS.items():
-        for item in dataclasses.fields(record):
-            if item.name != "seconds":  # how long it took is another number every time
-                levels[f"{part}.{item.name}"] = level
+    for part, keys in _KEYS.items():
+        level: Level = "flexures" if part.startswith("flexures") else "contact"
+        levels |= dict.fromkeys((f"{part}.{key}" for key in keys), level)
     return levels
 
 

@@ -2,28 +2,25 @@
 
 import errno
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
-
-import numpy as np
 
 from cad.design.parameters import Design
 from cad.quantity import InputError
 from pipeline.evaluate import check_targets
 from pipeline.options import RunOptions
 from pipeline.report.mapping import (
+    contact_keys,
+    reading_keys,
     report_mapping,
-    stored_contact,
-    stored_reading,
-    stored_response,
-    stored_row,
-    stored_sizing,
-    stored_spring,
-    stored_targets,
+    response_keys,
+    sizing_keys,
+    spring_keys,
+    target_keys,
 )
-from pipeline.report.stored import StoredResponse, as_data
+from pipeline.report.stored import as_data
 from pipeline.response.scene_press import scene_of
 from pipeline.result import Evaluation
 from pipeline.springs.fitted_springs import ideal_springs
@@ -36,7 +33,6 @@ from pipeline.study.report_keys import parts_of, value_at_key
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.study_file import Study
 from pipeline.study.variation import Setting
-from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 
 Status = Literal["done", "refused", "failed"]
@@ -150,27 +146,20 @@ def evaluation_mapping(evaluation: Evaluation) -> Plain:
     springs = evaluation.springs
     readings = evaluation.readings
     report: dict[str, object] = {
-        "springs": stored_sizing(evaluation.sizing),
-        "contact": stored_contact(evaluation.contact),
-        "level": stored_targets(evaluation.reached),
-        "reading": None if readings is None else stored_reading(readings),
+        "springs": sizing_keys(evaluation.sizing),
+        "contact": contact_keys(evaluation.contact),
+        "level": target_keys(evaluation.reached),
+        "reading": None if readings is None else reading_keys(readings),
         "verdicts": evaluation.verdicts,
     }
     if not springs.ideal:
-        report["flexures"] = {spring.name: stored_spring(spring, springs) for spring in springs.springs}
+        report["flexures"] = {spring.name: spring_keys(spring, springs) for spring in springs.springs}
         report["deflections_mm"] = springs.deflections
     if evaluation.press is not None:
-        report["response"] = _response(evaluation, evaluation.press.table)
+        tips = evaluation.design.tips
+        report["response"] = response_keys(tips, evaluation.contact, springs, evaluation.press.table)
     data: Plain = as_data(report)
     return data
-
-
-def _response(evaluation: Evaluation, table: SensorResponse) -> Sequence[StoredResponse]:
-    tips = evaluation.design.tips
-    if not evaluation.springs.ideal:
-        return stored_response(tips, evaluation.contact, evaluation.springs, table)
-    exact = np.zeros(len(tips.springs))  # springs exactly as sized have no error
-    return [stored_row(table, i, tips, exact) for i in range(len(table.E))]
 
 
 def solve_scene(study: Study, point: Point) -> FruitCompliance:

@@ -15,8 +15,6 @@ from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.vtu import write_vtu
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
-from solve.error_estimate import SolveInfo
-from solve.fruit.compliance import FruitCompliance
 from solve.housing.fields import fields_of
 from solve.housing.stiffness import displacements
 
@@ -73,16 +71,9 @@ def _write_housing(report: StoredReport, row: StoredResponse, folder: Path) -> N
 
 def _write_fruit(report: StoredReport, row: StoredResponse, folder: Path) -> None:
     """Write the fruit's block [mm] under the pressure of each travel, the sensor level but for the design's tilt."""
-    contact = FruitCompliance(
-        S=np.array(report.contact.compliance_per_mm),
-        tips=tuple(tip.name for tip in report.tips),
-        error_pair=0.01 * report.contact.error_percent,
-        error_own=0.01 * report.contact.s11_error_percent,
-        info=SolveInfo(method="stored", dofs=0, seconds=0.0, status="read from report.json"),
-    )
     # what one spring moves another is below the errors of both
     spring_compliance = np.diag([1e3 / report.flexures[tip.spring].K_N_per_m for tip in report.tips])
     for step, x in enumerate(row.x_mm):
-        pressure = footprint_pressure(scene_of(report.design), contact, spring_compliance, row.E_MPa, x)
+        pressure = footprint_pressure(scene_of(report.design), report.compliance, spring_compliance, row.E_MPa, x)
         mesh, fields = fruit_fields(report.design.fruit, pressure)
         write_vtu(folder / f"fruit_{step:02d}.vtu", mesh, field_arrays(fields))

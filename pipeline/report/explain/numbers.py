@@ -6,7 +6,7 @@ from cad.design.parameters import Design
 from cad.theory.two_spring_law import force_ratio, hayes_stiffness, nonlinearity, size_springs
 from cad.verdict import Verdict
 from pipeline.report.explain.entries import Entry
-from pipeline.report.stored import as_data, read_report
+from pipeline.report.stored import read_data, report_of
 from pipeline.storage.plain import Plain
 
 _OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
@@ -17,9 +17,10 @@ def number_in(folder: Path, entry: Entry, name: str) -> str:
 
     A report without it says so.
     """
-    report = read_report(folder)
+    data = read_data(folder)
+    report = report_of(folder, data)
     if not entry.is_verdict:
-        return _of_symbol(as_data(report), entry)
+        return _of_symbol(data, entry)
     names = entry.each if name == entry.name and entry.each else (name,)
     words = [_of_verdict(verdict) for verdict in report.verdicts if verdict.name in names]
     return "; ".join(words) or "no verdict in this design"

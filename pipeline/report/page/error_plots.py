@@ -23,7 +23,7 @@ def budget_plot(report: StoredReport) -> Picture:
     errors = {}
     for name, budget in report.errors.items():
         if budget is not None:
-            errors[name] = (budget.discretisation_percent, budget.model_percent, budget.inputs_percent)
+            errors[name] = tuple(budget[f"{part}_percent"] for part in ("discretisation", "model", "inputs"))
     if not errors:
         msg = "no number has a budget"
         raise ValueError(msg)
@@ -133,7 +133,7 @@ def speed_plot(report: StoredReport) -> Picture:
     if not solves:
         msg = "nothing was solved"
         raise ValueError(msg)
-    asked = 100.0 * report.accuracy.tolerance
+    asked = 100.0 * report.accuracy["tolerance"]
     _, times, percents = zip(*solves, strict=True)
     x = Scale(start=0.4 * min(times), end=12.0 * max(times), logarithmic=True)
     y = Scale(start=0.3 * min(percents), end=4.0 * max(asked, *percents), logarithmic=True)

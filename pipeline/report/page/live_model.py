@@ -18,8 +18,6 @@ from pipeline.response.scene_press import LINEAR_MODULI, TRAVELS, scene_of
 from pipeline.storage.plain import Plain
 from solve.arrays import Floats
 from solve.contact.linear_response import linear_response
-from solve.error_estimate import SolveInfo
-from solve.fruit.compliance import FruitCompliance
 
 _JUDGED = ("P_max", "NL", "P_displacement_independent")
 
@@ -77,7 +75,7 @@ class LiveModel:
 
 def live_model(report: StoredReport) -> LiveModel:
     """Return the model of a report; raises InputError as its scene does."""
-    design, tips, contact = report.design, report.design.tips, _compliance(report)
+    design, tips, contact = report.design, report.design.tips, report.compliance
     pair = contact.per_spring(*tips.spring_groups)
     level_by_weight = design.press.attitude == "side" or report.housing is None
     x = np.array([tip.x_mm for tip in report.tips])
@@ -91,18 +89,6 @@ def live_model(report: StoredReport) -> LiveModel:
         K_m_over_E=pair.K_m_over_E(),
         stiffness_ratio=pair.stiffness_ratio(),
         contrast=report.read_out.contrast,
-    )
-
-
-def _compliance(report: StoredReport) -> FruitCompliance:
-    return FruitCompliance(
-        tips=tuple(tip.name for tip in report.tips),
-        S=np.array(report.contact.compliance_per_mm),
-        error_pair=0.01 * report.contact.error_percent,
-        error_own=0.01 * report.contact.s11_error_percent,
-        info=SolveInfo(
-            method=report.contact.method, dofs=report.contact.dofs, seconds=report.contact.seconds, status="stored"
-        ),
     )
 
 

@@ -56,7 +56,7 @@ def page_of(report: StoredReport, result: SensorResult) -> str:
         scene=answer.scene_in_words(report.design),
         targets=[verdict for verdict in report.verdicts if not answer.is_on_the_part(verdict)],
         part=[verdict for verdict in report.verdicts if answer.is_on_the_part(verdict)],
-        paper={} if report.paper is None else {verdict.name: verdict for verdict in report.paper.verdicts},
+        paper={} if report.paper is None else {verdict["name"]: verdict for verdict in report.paper["verdicts"]},
         pictures=pictures,
         missing=missing,
         live=live_data(report, model),

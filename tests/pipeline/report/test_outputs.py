@@ -9,7 +9,7 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.input_file import read_toml
 from pipeline.options import RunOptions
-from pipeline.report.outputs import file_entries, write_outputs
+from pipeline.report.outputs import listed_files, write_outputs
 
 
 def test_design_file_is_the_design_and_says_how_it_was_run(tmp_path):
@@ -23,10 +23,10 @@ def test_design_file_is_the_design_and_says_how_it_was_run(tmp_path):
     assert first == f"# pipeline run --design design.toml {flags}"
 
 
-def test_entries_are_every_file_but_the_report_in_order_with_its_digest(tmp_path):
+def test_every_file_but_the_report_is_listed_with_its_digest(tmp_path):
     (tmp_path / "pictures").mkdir()
     for name in ("b.stl", "a.step", "pictures/c.png"):
         (tmp_path / name).write_text(name, encoding="utf-8")
     (tmp_path / "report.json").write_text("{}", encoding="utf-8")
     digests = {name: hashlib.sha256(name.encode()).hexdigest() for name in ("a.step", "b.stl", "pictures/c.png")}
-    assert file_entries(tmp_path) == [{"path": name, "sha256": digest} for name, digest in digests.items()]
+    assert {file.path: file.sha256 for file in listed_files(tmp_path)} == digests

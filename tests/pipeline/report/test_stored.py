@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import json
 
+import numpy as np
 import pytest
 from stand_ins import result_of
 
@@ -11,9 +12,9 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
-from pipeline.report.mapping import stored_report
-from pipeline.report.outputs import file_entries, write_outputs
-from pipeline.report.stored import StoredFile, StoredResponse, read_report, report_of
+from pipeline.report.mapping import report_mapping
+from pipeline.report.outputs import listed_files, write_outputs
+from pipeline.report.stored import StoredFile, StoredResponse, as_data, read_data, read_report, report_of
 from pipeline.storage.digests import file_digest
 
 GONE = "(left out)"
@@ -45,16 +46,35 @@ def put(data, path, value):
 @pytest.mark.parametrize("made", [True, False])
 @pytest.mark.parametrize("design", [Design(), KIWI], ids=["paper", "kiwi"])
 def test_report_comes_back_as_it_was_written(design, made, tmp_path):
+    """Every number of the file is that of the result, and what is read back is that number again."""
     result = result_of(design, made=made)
     write_outputs(result, tmp_path)
-    files = [StoredFile(**entry) for entry in file_entries(tmp_path)]
+    files = listed_files(tmp_path)
     assert [file.path for file in files] == ["design.toml", "response.csv"]
-    assert read_report(tmp_path) == stored_report(result, files)
+    data = read_data(tmp_path)
+    assert data == report_mapping(result, files)
+    report = read_report(tmp_path)
+    assert (report.design, report.housing, report.verdicts) == (design, result.springs.housing, result.verdicts)
+    for key, value in as_data(report).items():
+        assert_part(value, data[key])
+    np.testing.assert_allclose(report.compliance.S, result.contact.S, rtol=1e-15)
+    assert report.compliance.error_pair == pytest.approx(result.contact.error_pair, rel=1e-12)
+
+
+def assert_part(value, whole):
+    """Assert that nested data read back are, key by key, those of the file."""
+    if isinstance(value, dict):
+        for key, inside in value.items():
+            assert_part(inside, whole.get(key, []))
+    elif isinstance(value, list):
+        for inside, of_file in zip(value, whole, strict=True):
+            assert_part(inside, of_file)
+    else:
+        assert value == whole
 
 
 def test_run_lists_its_files_as_they_are(default_run):
     stored = read_report(default_run.folder)
-    assert stored == stored_report(default_run.result, stored.files)
     assert {file.path for file in stored.files} == {path.name for path in default_run.folder.iterdir()} - {
         "report.json"
     }
@@ -81,7 +101,7 @@ DAMAGED = [
     (("read_out", "level"), GONE, "read_out.level"),
     (("files", 0), "design.toml", "files[0]"),
     (("files", 1, "sha256"), 3, "files[1].sha256"),
-    (("accuracy", "tolerance"), GONE, "accuracy.tolerance"),
+    (("accuracy",), GONE, "accuracy"),
 ]
 
 

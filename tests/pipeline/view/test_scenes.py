@@ -9,7 +9,7 @@ from view_stand_ins import DEPTH, LENGTH
 
 from cad.design.design_file import design_from_mapping
 from pipeline.options import load_design
-from pipeline.report.stored import read_report
+from pipeline.report.stored import read_data, read_report
 from pipeline.view.scene import deformation_factor, deformed_surface, draw_scene, round_below
 from pipeline.view.scenes import (
     LARGEST_STRAIN,
@@ -157,15 +157,16 @@ def test_ranges_of_a_run_are_the_numbers_of_its_report(run_with_fields):
     report = read_report(run_with_fields)
     *sides, fruit = field_scenes(report, run_with_fields)
     travel = report.design.press.travel_mm
+    row = report.response[-1]
     depths = []
     for scene, name, deflection, F in zip(
-        sides, ("low", "high"), report.deflections_mm, report.response[-1].kind_forces, strict=True
+        sides, ("low", "high"), report.deflections_mm, (row.F_l_N, row.F_h_N), strict=True
     ):
-        spring = report.flexures[name]
+        spring = read_data(run_with_fields)["flexures"][name]
         _, strain = LARGEST_STRAIN.range_on(scene.mesh)
-        assert strain == pytest.approx(spring.root_strain, rel=0.01 * spring.root_strain_error_percent)
+        assert strain == pytest.approx(spring["root_strain"], rel=0.01 * spring["root_strain_error_percent"])
         # the face of a tip also tilts, by less than a hundredth of the way
         assert scene.largest_displacement_mm == pytest.approx(deflection, rel=0.01)
-        depths.append(travel - 1e3 * F[-1] / spring.stiffness_N_per_m)
+        depths.append(travel - 1e3 * F[-1] / spring["stiffness_N_per_m"])
     # the deeper tip goes in by the travel less what its spring yields
     assert fruit.largest_displacement_mm == pytest.approx(max(depths), rel=0.02)

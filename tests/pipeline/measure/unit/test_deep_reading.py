@@ -17,7 +17,7 @@ from pipeline.measure.unit.deep_reading import other_laws
 from pipeline.measure.unit.firmware import c_header
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import PairPress, single_reading
-from pipeline.report.stored import StoredDepth
+from pipeline.reading.read_out import DepthFactor
 from solve.contact.large_response import large_response
 from solve.contact.scene import Scene
 from solve.large_strain.force_curve import ForceCurve
@@ -54,7 +54,7 @@ class DeepDesign(MeasuredDesign):
         """Return a unit whose curve has these error bars [%]; with None its flesh is linear."""
         depths = np.linspace(DEPTHS[0], DEPTHS[-1], 61)
         rows = zip(depths.tolist(), CURVE.factor(depths).tolist(), strict=True)
-        table = tuple(StoredDepth(depth_sides=depth, factor=g, error_percent=percent or 0.0) for depth, g in rows)
+        table = tuple(DepthFactor(depth_sides=depth, factor=g, error_percent=percent or 0.0) for depth, g in rows)
         read_out = replace(self.report.read_out, large_strain=() if percent is None else table)
         return MeasuringUnit(report=replace(self.report, read_out=read_out), unit=self.measuring().unit)
 

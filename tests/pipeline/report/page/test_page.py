@@ -167,7 +167,7 @@ def test_picture_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
     result = result_of(made=False)
     write_outputs(result, tmp_path, page_of)
     report = read_report(tmp_path)
-    budget = dataclasses.replace(next(one for one in report.errors.values() if one), inputs_percent=float("inf"))
+    budget = {**next(one for one in report.errors.values() if one), "inputs_percent": float("inf")}
     text = Outline(page_of(dataclasses.replace(report, errors={"P_max": budget}), result)).text
     assert "flexures under load: no part is made" in text
     assert "error budget: " in text

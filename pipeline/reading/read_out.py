@@ -1,0 +1,60 @@
+"""What turns the forces of a finished sensor into a modulus; the fields are the keys of report.json, in its units."""
+
+from dataclasses import dataclass
+
+from cad.theory.contrast_law import ContrastLaw
+
+Matrix = tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelReading:
+    """What a level sensor in the middle of its fruit reads [MPa] where the modulus is E [MPa]: the fruit's shape."""
+
+    E_MPa: float
+    read_MPa: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class DepthFactor:
+    """The force of a tip over the linear one [1] at a depth [tip sides], and its relative error [%]."""
+
+    depth_sides: float
+    factor: float
+    error_percent: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadOut:
+    """What turns forces into a modulus, in the terms of the contrast law or, for a pair, of the line through a press.
+
+    `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, the largest force of each
+    channel, `weights` [1] and `gaps_mm` (tips,). A pair has `own_less_other_per_mm` and None for the terms of a
+    contrast; other layouts the other way round. `level` are readings over the range of E which a contrast is corrected
+    by. `large_strain` is the curve of a tip over rising depths; none where the flesh is linear.
+    """
+
+    method: str
+    springs_mm_per_N: Matrix
+    full_scale_N: tuple[float, ...]
+    model_error_percent: float
+    level: tuple[LevelReading, ...]
+    own_less_other_per_mm: float | None = None
+    weights: tuple[float, ...] | None = None
+    gaps_mm: tuple[float, ...] | None = None
+    fruit_per_mm: Matrix | None = None
+    hertz: float | None = None
+    large_strain: tuple[DepthFactor, ...] = ()
+
+    @property
+    def contrast(self) -> ContrastLaw | None:
+        """Return the contrast law of the tips with the springs as designed; None for a pair."""
+        if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:
+            return None
+        return ContrastLaw(
+            weights=self.weights,
+            gaps=self.gaps_mm,
+            C=self.springs_mm_per_N,
+            S=self.fruit_per_mm,
+            hertz=self.hertz or 0.0,
+        )
