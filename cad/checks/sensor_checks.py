@@ -11,9 +11,11 @@ from cad.checks.line_probe import Lines, MeshLines, SolidLines
 from cad.checks.part_checks import check_solid, existing_file, unreadable
 from cad.checks.tip_checks import socket_verdicts, tip_verdict
 from cad.checks.triangle_checks import closed_verdicts
-from cad.files.sensor_files import volume_of
+from cad.files.sensor_files import solid_tolerance, step_tolerance, volume_of
 from cad.files.step import read_step
 from cad.files.stl import read_stl
+from cad.files.threemf import read_3mf
+from cad.parts.assembly import assembly_bodies
 from cad.parts.pose import sensor_pose
 from cad.parts.sensor import Sensor
 from cad.verdict import Verdict, equal
@@ -55,3 +57,20 @@ def _round_trip(shape: cq.Shape, step: cq.Shape) -> Verdict:
     change = volume_of(step) / volume - 1.0
     reference = f"volume of housing.step against the solid, {volume:.6f} mm^3"
     return equal("geometry.step_round_trip", change, 0.0, ROUND_TRIP_TOLERANCE, unit="1", reference=reference)
+
+
+def volume_verdict(sensor: Sensor, folder: Path) -> Verdict:
+    """Return geometry.same_volume: how far housing.3mf and assembly.step are off the volume of a sensor's solids.
+
+    In tolerances of the file [1], the larger one. Raises ValueError for a file that cannot be read.
+    """
+    printed = sensor.printed_part().shape
+    assembly = cq.Compound.makeCompound([body.shape for body in assembly_bodies(sensor)])
+    off_3mf = read_3mf(folder / "housing.3mf").mesh.volume - printed.Volume()
+    off_step = volume_of(read_step(folder / "assembly.step")) - volume_of(assembly)
+    value = max(abs(off_3mf) / solid_tolerance(printed), abs(off_step) / step_tolerance(assembly))
+    reference = (
+        f"against the solids of report.json: housing.3mf {off_3mf:+.3g} mm^3, assembly.step {off_step:+.3g} mm^3; the "
+        "larger in tolerances of its file"
+    )
+    return equal("geometry.same_volume", value, 0.0, 1.0, unit="1", reference=reference)

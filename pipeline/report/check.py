@@ -1,15 +1,24 @@
 """Whether files are as they were written, and their geometry checked anew in a worker: a bad file may end a kernel."""
 
+import csv
+import io
+import math
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
 
+import numpy as np
+
 from cad.design.processes import PROCESSES
 from cad.verdict import Verdict, equal, failed
+from pipeline.options import load_design
+from pipeline.report.stored import StoredReport, read_data, read_report, report_of
 from pipeline.storage.digests import KEY, content_digest, is_regular
+from pipeline.storage.vtu import vtu_points
 from pipeline.storage.workers import close_workers, open_workers
 
 SECONDS = 300.0  # of wall time for a file or a folder: whole folders take some seconds
-_MEASURED = ("housing.step", "housing.stl", "housing.3mf")
+_MEASURED = ("housing.step", "housing.stl", "housing.3mf", "assembly.step")
+_WRITTEN = 1e-3  # relative: response.csv has four digits of a modulus that may show P
 
 
 def check_path(path: Path, process: str | None) -> tuple[Verdict, ...]:
@@ -35,17 +44,67 @@ def check_path(path: Path, process: str | None) -> tuple[Verdict, ...]:
 
 
 def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
-    """Return the verdicts on the digests of a report and of the files that it lists; raises InputError."""
-    from pipeline.report.stored import read_data, report_of
+    """Return the verdicts on the digests of a report and of the files that it lists, and on what these say.
 
+    Raises InputError.
+    """
     data = read_data(folder)
-    changed = [file.path for file in report_of(folder, data).files if not file.is_unchanged_in(folder)]
+    report = report_of(folder, data)
+    changed = [file.path for file in report.files if not file.is_unchanged_in(folder)]
+    others = files_of_another_run(folder, report)
+    of_others = f"files that say something else than report.json: {', '.join(others) or 'none'}"
     listed = f"files that are missing or changed since the run: {', '.join(changed) or 'none'}"
     edited = float(data.get(KEY) != content_digest(data))
     return (
         equal("files.unchanged", float(len(changed)), 0.0, 0.0, unit="1", reference=listed),
+        equal("files.of_this_run", float(len(others)), 0.0, 0.0, unit="1", reference=of_others),
         equal("report.digest", edited, 0.0, 0.0, unit="1", reference="report.json is as the run wrote it"),
     )
+
+
+def files_of_another_run(folder: Path, report: StoredReport) -> list[str]:
+    """Return the files among those of a report that say something else than the report: another run wrote them.
+
+    Digests tell which files are as they were listed; this tells files that were listed again.
+    """
+    says = {"design.toml": _is_design, "response.csv": _is_response, "flexure.vtu": _is_mesh}
+    others = []
+    for file in report.files:
+        if file.path in says and file.is_unchanged_in(folder):
+            try:
+                same = says[file.path](folder / file.path, report)
+            except (KeyError, ValueError):
+                same = False
+            if not same:
+                others.append(file.path)
+    return others
+
+
+def _is_design(path: Path, report: StoredReport) -> bool:
+    return load_design(path) == report.design
+
+
+def _is_response(path: Path, report: StoredReport) -> bool:
+    """Say whether the rows at full travel have the moduli and force ratios of the report, and who may show them."""
+    curve = report.curve
+    rows = list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+    at_full_travel = [row for row in rows if math.isclose(float(row["x_mm"]), curve.x_mm, rel_tol=_WRITTEN)]
+    for key in ("E_MPa", "P", "E_lower_as_printed_MPa", "E_upper_calibrated_MPa"):
+        written = [float(row[key]) if row[key] else math.nan for row in at_full_travel]
+        known = np.array(getattr(curve, key), dtype=np.float64)
+        if len(written) != len(known) or not np.allclose(written, known, rtol=_WRITTEN, equal_nan=True):
+            return False
+    return True
+
+
+def _is_mesh(path: Path, report: StoredReport) -> bool:
+    """Say whether the mesh of the housing is as wide and as high as the housing of the report."""
+    housing = report.housing
+    if housing is None:
+        return False
+    points = vtu_points(path)
+    ends = (points[:, 0].min(), points[:, 0].max(), points[:, 2].max())
+    return np.allclose(ends, (housing.left, housing.right, housing.top_level), rtol=_WRITTEN)
 
 
 def file_geometry(path: Path, process: str) -> tuple[Verdict, ...]:
@@ -59,11 +118,10 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     """Return the geometry verdicts on the files of an output folder; raises InputError."""
     from cad.checks.assembly_checks import cover_verdicts
     from cad.checks.part_checks import check_file
-    from cad.checks.sensor_checks import check_sensor
+    from cad.checks.sensor_checks import check_sensor, volume_verdict
     from cad.fabrication.mount_checks import mount_verdicts
     from cad.files.step import read_step
     from cad.parts.assembly import sensor_of
-    from pipeline.report.stored import read_report
 
     report = read_report(folder)
     process = report.design.process
@@ -74,6 +132,10 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
         return (_unreadable(f"{missing} cannot be measured, there is no such file; run the design again"),)
     sensor = sensor_of(report.design, report.housing)
     verdicts = list(check_sensor(sensor, report.deflections_mm, folder))
+    try:
+        verdicts.append(volume_verdict(sensor, folder))
+    except ValueError as error:
+        verdicts.append(_unreadable(str(error)))
     names = {verdict.name for verdict in verdicts}
     verdicts += [verdict for verdict in check_file(folder / "housing.3mf", process) if verdict.name not in names]
     for name, judge in (("cover.step", cover_verdicts), ("mount.step", mount_verdicts)):

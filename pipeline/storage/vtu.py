@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
+from xml.etree.ElementTree import ParseError
 
 import meshio
 import numpy as np
@@ -71,6 +72,15 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats]) -> None:
         msg = f"{path.name}: array {taken[0]!r} has the name of a boundary; give it another name, with its unit"
         raise FieldError(msg)
     meshio.Mesh(points, [(kind, cells)], point_data={**arrays, **marks}).write(path)
+
+
+def vtu_points(path: Path) -> Floats:
+    """Return the nodes of a VTU file [mm], shape (nodes, 3); raises ValueError where it is none."""
+    try:
+        return np.asarray(meshio.read(path).points, dtype=np.float64)
+    except (meshio.ReadError, ParseError) as error:
+        msg = f"{path.name}: must be a VTU file ({error}); run the design again"
+        raise ValueError(msg) from error
 
 
 def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:

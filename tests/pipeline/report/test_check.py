@@ -11,17 +11,23 @@ from pathlib import Path
 import pytest
 from stand_ins import result_of
 
+from cad.checks.sensor_checks import volume_verdict
+from cad.design.parameters import Design, Targets
 from cad.design.processes import PROCESSES
 from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
 from cad.files.stl import read_stl
 from cad.parts.assembly import sensor_of
 from cad.parts.cover_solid import cover_of, cover_part
+from cad.parts.layout import housing_for
 from cad.parts.sensor import Body
+from mesh.housing.sweep import flexure_mesh
 from pipeline.cli import main
 from pipeline.report import check
 from pipeline.report.check import check_path, folder_geometry, unchanged_verdicts
 from pipeline.report.outputs import write_outputs
+from pipeline.storage.digests import file_digest, with_digest
+from pipeline.storage.vtu import write_vtu
 
 
 def failed(folder):
@@ -90,6 +96,47 @@ def test_step_of_another_housing_fails_by_the_leaf_that_differs(folder, sensor, 
     shutil.copy(tmp_path / "other" / "housing.step", folder / "housing.step")
     expected = {"files.unchanged", "geometry.leaf_thickness_low", "geometry.leaf_thickness_high"}
     assert expected <= set(failed(folder))
+
+
+@pytest.fixture(scope="module")
+def of_another_run(tmp_path_factory, default_run):
+    """Return a folder with files of a run whose leaves are longer and whose springs are others."""
+    folder = tmp_path_factory.mktemp("another")
+    housing = default_run.result.springs.housing
+    longer = [1.05 * arm.flexure.length for arm in housing.arms]
+    another = housing_for(Design(), PROCESSES["fdm-petg"], longer, default_run.result.springs.deflections)
+    write_sensor(sensor_of(Design(), another), folder)
+    write_vtu(folder / "flexure.vtu", flexure_mesh(another, 4.0), {})
+    write_outputs(result_of(Design(targets=Targets(NL=0.06))), folder)
+    return folder
+
+
+def forge(folder, name, of_another_run):
+    """Put a file of another run in a folder, and make the digests of its report again."""
+    shutil.copy(of_another_run / name, folder / name)
+    path = folder / "report.json"
+    report = json.loads(path.read_text(encoding="utf-8"))
+    for entry in report["files"]:
+        entry["sha256"] = file_digest(folder / entry["path"])
+    path.write_text(json.dumps(with_digest(report)), encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", ["design.toml", "response.csv", "flexure.vtu"])
+def test_file_of_another_run_fails_though_its_digest_was_made_again(name, folder, of_another_run):
+    forge(folder, name, of_another_run)
+    (verdict,) = (each for each in unchanged_verdicts(folder) if each.passed is not True)
+    assert (verdict.name, verdict.value) == ("files.of_this_run", 1.0)
+    assert name in verdict.reference
+
+
+def test_solids_of_another_run_fail_though_their_digests_were_made_again(folder, sensor, of_another_run):
+    before = {name: (folder / name).read_bytes() for name in ("housing.3mf", "assembly.step")}
+    for name, content in before.items():
+        forge(folder, name, of_another_run)
+        assert volume_verdict(sensor, folder).passed is False
+        (folder / name).write_bytes(content)
+    forge(folder, "housing.3mf", of_another_run)
+    assert failed(folder) == ["geometry.same_volume"]
 
 
 def test_open_or_turned_stl_fails_watertight(folder):
