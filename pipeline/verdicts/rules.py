@@ -57,9 +57,9 @@ def target_verdict(
 
 
 def margin_verdict(name: str, estimate: Estimate, limit: float, reference: str, *, at_most: bool = False) -> Verdict:
-    """Return the verdict that passes when a value reaches its limit, or stays under it [unit of the estimate].
+    """Return the verdict that passes when a value reaches its limit, or does not exceed it [unit of the estimate].
 
-    Undecided where the error bar reaches across the limit.
+    Undecided where the error bar reaches across the limit; a value without an error that lies on its limit passes.
     """
     margin = limit - estimate.value if at_most else estimate.value - limit
     return Verdict(
@@ -68,7 +68,7 @@ def margin_verdict(name: str, estimate: Estimate, limit: float, reference: str, 
         unit=estimate.unit,
         limit=limit,
         tolerance=0.0,
-        passed=margin >= 0.0 if abs(margin) > estimate.error else None,
+        passed=margin >= 0.0 if abs(margin) >= estimate.error else None,
         reference=reference,
         error=estimate.error,
     )

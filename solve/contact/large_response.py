@@ -19,7 +19,7 @@ from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.force_curve import ForceCurve
-from solve.large_strain.tip_profile import FlatTip
+from solve.large_strain.tip_profile import RoundTip
 from solve.linear import SolveError
 
 # Fractions of a force, not recomputed here: 3-D finite elements of a square tip, sharp or with a fillet, against the
@@ -34,11 +34,11 @@ MOST_ITERATIONS = 30
 RESIDUAL_LIMIT = 1e-12  # of the travel
 
 
-def round_tip(scene: Scene) -> FlatTip:
+def round_tip(scene: Scene) -> RoundTip:
     """Return the round tip with the area of the scene's tips [tip sides]; its edge is wider by as much as a square."""
     tips = scene.tips
     radius = 0.5 if tips.tip_shape.is_round else 1.0 / math.sqrt(math.pi)
-    return FlatTip(radius=radius, edge=2.0 * radius * tips.fillet_mm / tips.side_mm)
+    return RoundTip(radius=radius, edge=2.0 * radius * tips.fillet_mm / tips.side_mm)
 
 
 def check_large_strain(scene: Scene) -> FleshLaw:

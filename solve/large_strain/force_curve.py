@@ -12,7 +12,7 @@ from solve.error_estimate import SolveInfo
 from solve.large_strain.curve_error import fillet_loss, rim_error, unseen_error
 from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.press import TipPress, pressed
-from solve.large_strain.tip_profile import FlatTip
+from solve.large_strain.tip_profile import RoundTip
 from solve.linear import SolveError
 
 DEPTH_FRACTIONS = (
@@ -95,7 +95,7 @@ class ForceCurve:
             raise validation_error("depth", deepest, "tip sides", bound, hint)
 
 
-def force_curve(tip: FlatTip, law: FleshLaw, deepest: float) -> ForceCurve:
+def force_curve(tip: RoundTip, law: FleshLaw, deepest: float) -> ForceCurve:
     """Return the curve of a tip down to a depth [tip sides], or as deep as both meshes found the same equilibrium.
 
     The tip grips the skin. Raises InputError where the depth is not positive, SolveError where no depth was found.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solve.arrays import Floats, Ints
-from solve.large_strain.tip_profile import FlatTip
+from solve.large_strain.tip_profile import RoundTip
 
 # The paper's block seen from its tip: 20 x 20 tip sides as a circle of equal area, 12 high. The force over the linear
 # one is that of any larger body within 0.1 %.
@@ -50,7 +50,7 @@ class Grid:
         return (2 * len(self.z) - 1) * np.arange(2 * len(self.r) - 1)
 
 
-def press_grid(tip: FlatTip, refinement: int = 1) -> Grid:
+def press_grid(tip: RoundTip, refinement: int = 1) -> Grid:
     """Return the grid for a tip; twice the refinement halves the elements where the tip's edge bites."""
     if tip.edge > 0.0:
         count = fillet_elements(tip.edge, refinement)

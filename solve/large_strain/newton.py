@@ -13,7 +13,7 @@ from solve.arrays import Flags, Floats
 from solve.large_strain.body import Deformed, RoundBody, whole_matrices
 from solve.large_strain.elements import COLUMNS, ROWS
 from solve.large_strain.grid import Grid
-from solve.large_strain.tip_profile import Distance, FlatTip
+from solve.large_strain.tip_profile import Distance, RoundTip
 from solve.linear import SolveError
 
 PENALTY = 1e4  # pressure over penetration [E / tip side]
@@ -59,7 +59,7 @@ class State:
 class PressedBody:
     """A round body under a rigid tip: its potential energy and its equilibrium at a depth [tip sides]."""
 
-    def __init__(self, grid: Grid, body: RoundBody, tip: FlatTip) -> None:
+    def __init__(self, grid: Grid, body: RoundBody, tip: RoundTip) -> None:
         """Set up the area of each node of the top and the places of all entries in the band of the matrix."""
         self.grid = grid
         self.body = body

@@ -10,7 +10,7 @@ from solve.large_strain.body import RoundBody
 from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.grid import press_grid
 from solve.large_strain.newton import Equilibrium, NoEquilibriumError, PressedBody
-from solve.large_strain.tip_profile import FlatTip
+from solve.large_strain.tip_profile import RoundTip
 
 LARGEST_STEP = 0.05  # of the depth [tip sides]
 LEAST_STEP = 1e-2  # of the deepest depth: below, the press ends
@@ -22,7 +22,7 @@ _FEW_ITERATIONS = 5
 class TipPress:
     """One press to be solved: a tip that grips the skin, its flesh, and the refinement of the mesh."""
 
-    tip: FlatTip
+    tip: RoundTip
     law: FleshLaw
     refinement: int = 1
 

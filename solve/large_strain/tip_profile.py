@@ -25,7 +25,7 @@ class Distance:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlatTip:
+class RoundTip:
     """A flat round face of radius `radius` with its edge rounded by `edge`, and the side wall above it [tip sides]."""
 
     radius: float

@@ -22,7 +22,7 @@ from solve.large_strain.curve_error import FAR_ELEMENTS, GRIP_OF_STEPS, PENALTY,
 from solve.large_strain.flesh_law import FleshLaw  # noqa: E402
 from solve.large_strain.force_curve import DEPTH_FRACTIONS, REFINEMENTS  # noqa: E402
 from solve.large_strain.press import PressedForces, TipPress, pressed  # noqa: E402
-from solve.large_strain.tip_profile import FlatTip  # noqa: E402
+from solve.large_strain.tip_profile import RoundTip  # noqa: E402
 
 RADIUS, DEEPEST = 1.0 / math.sqrt(math.pi), 0.4
 LAWS = (
@@ -38,7 +38,7 @@ HALVED = tuple(0.5 * (before + after) for before, after in zip((0.0, *DEPTHS), D
 
 def factors(edge: float, law: FleshLaw, depths: tuple[float, ...] = DEPTHS) -> tuple[np.ndarray, PressedForces]:
     """Return the forces over the linear ones [1] on the finer mesh of a curve, and all that was found."""
-    press = TipPress(tip=FlatTip(radius=RADIUS, edge=edge), law=law, refinement=REFINEMENTS[-1])
+    press = TipPress(tip=RoundTip(radius=RADIUS, edge=edge), law=law, refinement=REFINEMENTS[-1])
     found = pressed(press, depths)
     return found.forces / (found.sharp * found.depths), found
 

@@ -15,12 +15,12 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from cad.theory.soft_tissue import FLESH_LAWS  # noqa: E402
 from solve.large_strain.flesh_law import FleshLaw  # noqa: E402
 from solve.large_strain.force_curve import ForceCurve, force_curve  # noqa: E402
-from solve.large_strain.tip_profile import FlatTip  # noqa: E402
+from solve.large_strain.tip_profile import RoundTip  # noqa: E402
 
 DATA = ROOT / "cad" / "theory" / "large_strain.toml"
 POISSONS = (0.0, 0.15, 0.3, 0.4, 0.45, 0.49)
 DEPTHS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-SQUARE = FlatTip(radius=1.0 / math.sqrt(math.pi))  # the circle with the area of a square tip
+SQUARE = RoundTip(radius=1.0 / math.sqrt(math.pi))  # the circle with the area of a square tip
 
 
 def curve(law: FleshLaw) -> ForceCurve:

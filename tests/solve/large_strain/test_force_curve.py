@@ -18,7 +18,7 @@ from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.force_curve import force_curve
 from solve.large_strain.newton import NoEquilibriumError
 from solve.large_strain.press import TipPress, pressed
-from solve.large_strain.tip_profile import FlatTip
+from solve.large_strain.tip_profile import RoundTip
 
 RADIUS = 1.0 / math.sqrt(math.pi)  # of the circle with the area of a square tip
 DEPTHS = np.array([0.002, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
@@ -45,7 +45,7 @@ OTHER_LAWS = {  # over the force at first touch, at depths of 0.1, 0.3 and 0.6
 
 
 def sharp_curve(poisson: float, deepest: float = 0.6):
-    return force_curve(FlatTip(radius=RADIUS), FleshLaw(poisson=poisson), deepest)
+    return force_curve(RoundTip(radius=RADIUS), FleshLaw(poisson=poisson), deepest)
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_tips_on_less_compressible_flesh_are_too(poisson):
 @pytest.mark.slow
 @pytest.mark.parametrize(("poisson", "edge"), ROUNDED)
 def test_rounded_edges_are_too(poisson, edge):
-    curve = force_curve(FlatTip(radius=RADIUS, edge=edge), FleshLaw(poisson=poisson), 0.6)
+    curve = force_curve(RoundTip(radius=RADIUS, edge=edge), FleshLaw(poisson=poisson), 0.6)
     assert_agree(curve, np.array([0.1, 0.3, 0.6]), ROUNDED[poisson, edge])
     # In the first step of that program nothing grips yet; here the sharp tip beside it grips too.
     first = float(curve.factor(0.002))
@@ -89,7 +89,7 @@ def test_rounded_edges_are_too(poisson, edge):
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "poisson"), OTHER_LAWS)
 def test_other_laws_are_too(name, poisson):
-    curve = force_curve(FlatTip(radius=RADIUS), FleshLaw(name=name, poisson=poisson), 0.6)
+    curve = force_curve(RoundTip(radius=RADIUS), FleshLaw(name=name, poisson=poisson), 0.6)
     depths = np.array([0.1, 0.3, 0.6])
     expected = OTHER_LAWS[name, poisson]
     np.testing.assert_array_less(np.abs(curve.factor(depths) - expected), curve.error(depths) + STATED)
@@ -101,7 +101,7 @@ def test_small_strain_is_that_of_a_punch_on_a_bonded_layer(ratio, published, mon
     monkeypatch.setattr("solve.large_strain.grid.BODY_HEIGHT", RADIUS / ratio)
     depth = 1e-4
     coarse, fine = (
-        pressed(TipPress(tip=FlatTip(radius=RADIUS), law=FleshLaw(), refinement=each), (depth,)) for each in (1, 2)
+        pressed(TipPress(tip=RoundTip(radius=RADIUS), law=FleshLaw(), refinement=each), (depth,)) for each in (1, 2)
     )
     step = coarse.sliding - fine.sliding
     halfspace = 2.0 * RADIUS / (1.0 - 0.3**2)
@@ -113,7 +113,7 @@ def test_small_strain_is_that_of_a_punch_on_a_bonded_layer(ratio, published, mon
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])
 def test_grip_at_small_strain_is_that_of_spence(poisson):
     """On a half-space, which the body is but for 4 % of its force: of the grip too."""
-    found = pressed(TipPress(tip=FlatTip(radius=RADIUS), law=FleshLaw(poisson=poisson)), (1e-4,))
+    found = pressed(TipPress(tip=RoundTip(radius=RADIUS), law=FleshLaw(poisson=poisson)), (1e-4,))
     assert found.sharp / found.sliding - 1.0 == pytest.approx(no_slip(poisson), rel=0.06)
 
 
@@ -133,7 +133,7 @@ def test_depth_beyond_equilibrium_is_refused_with_the_depth_that_was_reached(mon
 
 def test_curve_ends_where_its_meshes_find_two_equilibria():
     """Hencky's law at nu = 0 snaps round a sharp edge where the mesh decides: at 0.25 sides they are 2.4 % apart."""
-    curve = force_curve(FlatTip(radius=RADIUS), FleshLaw(name="hencky", poisson=0.0), 0.6)
+    curve = force_curve(RoundTip(radius=RADIUS), FleshLaw(name="hencky", poisson=0.0), 0.6)
     assert curve.reached < 0.25
     assert max(curve.errors) < module.MOST_APART
 
@@ -151,7 +151,7 @@ def test_what_a_fillet_takes_off_is_known_to_half_of_it(edge):
 
 def test_small_fillet_is_a_sharp_edge_whose_loss_is_taken_off_and_in_the_error(soft):
     edge = module.LEAST_SOLVED_EDGE * RADIUS
-    curve = force_curve(FlatTip(radius=RADIUS, edge=edge), FleshLaw(poisson=0.3), 0.6)
+    curve = force_curve(RoundTip(radius=RADIUS, edge=edge), FleshLaw(poisson=0.3), 0.6)
     lost = fillet_loss(RADIUS, edge, np.array(soft.depths))
     np.testing.assert_allclose(curve.factors, np.array(soft.factors) * (1.0 - lost), rtol=1e-12)
     np.testing.assert_allclose(np.array(curve.errors) - soft.errors, 0.5 * lost, atol=1e-12)
@@ -173,7 +173,7 @@ def test_fillet_in_contact_fills_the_depth_of_sneddon():
 
 def test_step_that_does_not_converge_gives_no_number(monkeypatch):
     monkeypatch.setattr(newton, "MOST_ITERATIONS", 1)
-    found = pressed(TipPress(tip=FlatTip(radius=RADIUS), law=FleshLaw()), (0.05, 0.1))
+    found = pressed(TipPress(tip=RoundTip(radius=RADIUS), law=FleshLaw()), (0.05, 0.1))
     assert len(found.forces) == 0
     with pytest.raises(newton.SolveError):
         sharp_curve(0.3)
@@ -181,7 +181,7 @@ def test_step_that_does_not_converge_gives_no_number(monkeypatch):
 
 def test_residual_of_every_force_is_checked(monkeypatch):
     """The equilibrium at one depth is none at another: without iterations it is refused."""
-    march = press._DepthMarch(TipPress(tip=FlatTip(radius=RADIUS), law=FleshLaw()))
+    march = press._DepthMarch(TipPress(tip=RoundTip(radius=RADIUS), law=FleshLaw()))
     march.advance(0.05, least_step=0.01)
     monkeypatch.setattr(newton, "MOST_ITERATIONS", 1)
     with pytest.raises(NoEquilibriumError):
@@ -190,5 +190,5 @@ def test_residual_of_every_force_is_checked(monkeypatch):
 
 def test_depth_of_nothing_is_refused():
     with pytest.raises(InputError) as refused:
-        force_curve(FlatTip(radius=0.5), FleshLaw(), 0.0)
+        force_curve(RoundTip(radius=0.5), FleshLaw(), 0.0)
     assert refused.value.field == "deepest"

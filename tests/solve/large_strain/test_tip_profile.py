@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from solve.large_strain.tip_profile import FlatTip
+from solve.large_strain.tip_profile import RoundTip
 
-TIPS = {"sharp": FlatTip(radius=0.5), "rounded": FlatTip(radius=0.5, edge=0.1)}
+TIPS = {"sharp": RoundTip(radius=0.5), "rounded": RoundTip(radius=0.5, edge=0.1)}
 
 
 @pytest.mark.parametrize("tip", TIPS.values(), ids=TIPS)
@@ -25,7 +25,7 @@ def test_normal_and_curvature_are_derivatives(tip, rng):
 
 
 def test_points_know_whether_wall_or_face_is_nearest():
-    tip = FlatTip(radius=0.5, edge=0.1)
+    tip = RoundTip(radius=0.5, edge=0.1)
     r, z = np.array([0.1, 0.49, 0.47, 0.7]), np.array([0.01, 0.3, 0.03, 0.5])
     distance = tip.distance(r, z)
     np.testing.assert_allclose(distance.value, [-0.01, -0.01, np.hypot(0.07, 0.07) - 0.1, 0.2], atol=1e-15)
