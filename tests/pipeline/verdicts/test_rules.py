@@ -67,7 +67,8 @@ def test_value_is_undecided_only_where_its_error_bar_exceeds_the_tolerance(value
 
 
 @pytest.mark.parametrize(
-    ("value", "error", "passed"), [(1.2, 0.1, True), (0.8, 0.1, False), (1.05, 0.1, None), (0.95, 0.1, None), (1.0, 0.0, True)]
+    ("value", "error", "passed"),
+    [(1.2, 0.1, True), (0.8, 0.1, False), (1.05, 0.1, None), (0.95, 0.1, None), (1.0, 0.0, True)],
 )
 def test_margin_is_undecided_where_its_error_bar_reaches_across(value, error, passed):
     """A value above its least is as good as one as far under its largest."""
