@@ -123,7 +123,7 @@ def _strains(curve: Loading, chosen: RangeFit, geometry: TestGeometry) -> list[f
     last = per_mm * _LAST * (float(curve.travel[-1]) - chosen.touch.value)
     unsure = per_mm * COVERAGE * chosen.touch.error
     first, *others = geometry.strains_percent
-    smallest = min(first, *others)
+    smallest = min(geometry.strains_percent)
     if smallest < unsure:
         bound = f"at least {unsure:.2g} %, within which the first touch is known"
         raise validation_error("--strain", smallest, "%", bound, "take a larger strain, or a finer curve")
