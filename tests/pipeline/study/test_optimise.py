@@ -62,6 +62,23 @@ evaluations = 32
 """
 
 
+@pytest.fixture
+def runs(monkeypatch: pytest.MonkeyPatch) -> Callable[[Sequence[bool]], list[float]]:
+    """Put verdicts in the place of runs; return P_max of the designs that were run."""
+
+    def stand_in(passed: Sequence[bool]) -> list[float]:
+        ratios: list[float] = []
+
+        def run(design: Any, _options: Any) -> SimpleNamespace:
+            ratios.append(design.nominal_targets.P_max)
+            return SimpleNamespace(passed=passed[len(ratios) - 1])
+
+        monkeypatch.setattr(optimise, "run", run)
+        return ratios
+
+    return stand_in
+
+
 def test_search_ends_at_the_corner_that_the_law_names(written: Write, engine: Engine, tmp_path: Path) -> None:
     study = read_study(written(SOFTEST))
     best, *others = search(study, tmp_path / "out", engine)
@@ -178,6 +195,24 @@ def test_search_whose_candidates_are_all_refused_says_why(
     assert "at most 100" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize(("largest_ratio", "better"), [(5.0, False), (5.04, True)])
+def test_base_that_is_the_best_is_told(
+    written: Write,
+    tmp_path: Path,
+    runs: Callable[[Sequence[bool]], list[float]],
+    capsys: pytest.CaptureFixture[str],
+    largest_ratio: float,
+    *,
+    better: bool,
+) -> None:
+    """The softest low spring has the largest P_max of the span; the base has 5."""
+    text = SOFTEST.replace("to = 8", f"to = {largest_ratio}").replace('"targets.NL" = { from = 0.02, to = 0.1 }\n', "")
+    runs((True,))
+    assert main(["optimise", str(written(text.replace("400", "32"))), "--out", str(tmp_path / "out")]) == 0
+    assert ("nothing better than the base" in capsys.readouterr().out) is not better
+
+
 def test_study_with_a_goal_is_run_by_optimise(written: Write) -> None:
     assert main(["study", str(written(SOFTEST))]) == 2
     assert main(["optimise", str(written())]) == 2
@@ -190,23 +225,6 @@ def test_front_keeps_what_no_other_row_beats() -> None:
 
 
 CANDIDATES = [planted(P_max, number=i, targets__P_max=P_max) for i, P_max in enumerate((4.0, 5.0, 6.0))]
-
-
-@pytest.fixture
-def runs(monkeypatch: pytest.MonkeyPatch) -> Callable[[Sequence[bool]], list[float]]:
-    """Put verdicts in the place of runs; return P_max of the designs that were run."""
-
-    def stand_in(passed: Sequence[bool]) -> list[float]:
-        ratios: list[float] = []
-
-        def run(design: Any, _options: Any) -> SimpleNamespace:
-            ratios.append(design.nominal_targets.P_max)
-            return SimpleNamespace(passed=passed[len(ratios) - 1])
-
-        monkeypatch.setattr(optimise, "run", run)
-        return ratios
-
-    return stand_in
 
 
 def test_design_of_the_first_run_that_passes_is_written_and_gone_where_no_run_passes(
