@@ -16,7 +16,6 @@ from skfem.refdom import RefHex, RefQuad
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer[Any]]
 
-_SPACE = 3
 _SHARED = 2  # axes of points that all cells share
 _AREA_ORDER = 5
 
@@ -33,13 +32,12 @@ class ShapeTable(NamedTuple):
 
 def shape_table(element: Element, points: Floats) -> ShapeTable:
     """Return the shape functions of a scalar element at points (dim, q), or (dim, e, q)."""
-    values = []
-    slopes = []
-    for node in range(len(element.doflocs)):
-        value, slope = element.lbasis(points, node)
-        values.append(np.broadcast_to(value, points.shape[1:]))
-        slopes.append(np.broadcast_to(slope, points.shape))
-    return ShapeTable(np.stack(values), np.stack(slopes))
+    nodes = len(element.doflocs)
+    values = np.empty((nodes, *points.shape[1:]))
+    slopes = np.empty((nodes, *points.shape))
+    for node in range(nodes):
+        values[node], slopes[node] = element.lbasis(points, node)
+    return ShapeTable(values, slopes)
 
 
 def cell_points(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
@@ -73,17 +71,13 @@ def gradients(table: ShapeTable, jacobian: Floats) -> Floats:
 
 
 def determinant(jacobian: Floats) -> Floats:
-    """Return det of a Jacobian (dim, dim, ...) [mm], shape (...) [mm^dim]."""
-    if len(jacobian) != _SPACE:
-        return np.asarray(np.linalg.det(np.moveaxis(jacobian, (0, 1), (-2, -1))))
+    """Return det of a Jacobian (3, 3, ...) [mm], shape (...) [mm^3]."""
     first, second, third = jacobian.swapaxes(0, 1)
     return np.asarray((first * _cross(second, third)).sum(axis=0))
 
 
 def inverse(jacobian: Floats) -> Floats:
-    """Return the inverse of a Jacobian (dim, dim, ...) [mm], same shape [1/mm]."""
-    if len(jacobian) != _SPACE:
-        return np.asarray(np.moveaxis(np.linalg.inv(np.moveaxis(jacobian, (0, 1), (-2, -1))), (-2, -1), (0, 1)))
+    """Return the inverse of a Jacobian (3, 3, ...) [mm], same shape [1/mm]."""
     first, second, third = jacobian.swapaxes(0, 1)
     rows = np.stack([_cross(second, third), _cross(third, first), _cross(first, second)])
     return np.asarray(rows / (first * rows[0]).sum(axis=0))

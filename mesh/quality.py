@@ -5,8 +5,6 @@ from skfem import Mesh
 
 from mesh.session import Floats, Ints, MeshError
 
-_CORNERS = ((0, 1, 2, 3), (1, 2, 0, 3), (2, 0, 1, 3), (3, 0, 2, 1))
-
 
 def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
     """Return the scaled Jacobian of each tetrahedron [1]: 1 when regular, 0 when flat, negative when inverted.
@@ -18,9 +16,10 @@ def scaled_jacobian(points: Floats, tets: Ints) -> Floats:
     edges = corners[:, 1:] - corners[:, :1]
     jacobian = np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])
     largest = np.abs(jacobian)
-    for here, *neighbours in _CORNERS:
-        lengths = [np.linalg.norm(corners[:, neighbour] - corners[:, here], axis=0) for neighbour in neighbours]
-        largest = np.maximum(largest, np.prod(lengths, axis=0))
+    for corner in range(4):
+        others = np.delete(corners, corner, axis=1)
+        lengths = np.linalg.norm(others - corners[:, corner, None], axis=0)  # of the three edges at a corner
+        largest = np.maximum(largest, lengths.prod(axis=0))
     return np.asarray(np.sqrt(2.0) * jacobian / np.where(largest > 0.0, largest, 1.0))
 
 

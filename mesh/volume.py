@@ -14,7 +14,7 @@ import numpy as np
 from skfem import MeshTet1
 
 from mesh.quality import check_quality, compare, named_facets
-from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
+from mesh.session import MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
 
 if TYPE_CHECKING:
     from cad.parts.part import Part
@@ -36,16 +36,6 @@ class SizeField:
     growth: float = 0.0
     faces: tuple[str, ...] = ()
     cuts: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Refuse sizes that are not positive or not in order."""
-        least = self.smallest_mm if self.faces else self.largest_mm
-        if not 0.0 < least <= self.largest_mm < np.inf or not self.growth >= 0.0:
-            reason = (
-                f"smallest = {self.smallest_mm:g} mm, largest = {self.largest_mm:g} mm, growth = {self.growth:g}: "
-                "must be 0 < smallest <= largest and growth >= 0"
-            )
-            raise MeshError("size", reason, "give sizes in this order")
 
 
 def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_quality: float = 0.05) -> MeshTet1:
@@ -87,19 +77,12 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
 
 def check_against_part(mesh: MeshTet1, part: Part, tolerance: float) -> None:
     """Raise MeshError when volume or a named area differs from the part's by more than the relative tolerance [1]."""
-    corners = mesh.p[:, mesh.t]
-    edges = corners[:, 1:] - corners[:, :1]
-    volume = np.abs(np.einsum("im,im->m", np.cross(edges[:, 0], edges[:, 1], axis=0), edges[:, 2])).sum() / 6.0
-    compare("volume", float(volume), float(part.shape.Volume()), tolerance, _FINER)
+    mapping = mesh.mapping()
+    volume = float(np.abs(mapping.detA).sum()) / 6.0
+    compare("volume", volume, float(part.shape.Volume()), tolerance, _FINER)
     for name in part.faces:
-        facets = named_facets(mesh, name)
-        compare(f"area of face {name!r}", _area(mesh, facets), part.face_area(name), tolerance, _FINER)
-
-
-def _area(mesh: MeshTet1, facets: Ints) -> float:
-    corners = mesh.p[:, mesh.facets[:, facets]]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], axis=0)
-    return 0.5 * float(np.linalg.norm(normal, axis=0).sum())
+        area = 0.5 * float(mapping.detB[named_facets(mesh, name)].sum())
+        compare(f"area of face {name!r}", area, part.face_area(name), tolerance, _FINER)
 
 
 def _imported(part: Part) -> list[int]:
@@ -136,7 +119,13 @@ def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
     with stage("size", "check the sizes"):
         rule = repr(size.largest_mm)
         if size.faces:
-            outline = _curves(size.faces, tags) - _curves(size.cuts, tags)
+            around = gmsh.model.getBoundary(
+                [(2, tag) for name in size.faces for tag in tags[name]], combined=False, oriented=False
+            )
+            cut = gmsh.model.getBoundary(
+                [(2, tag) for name in size.cuts for tag in tags[name]], combined=False, oriented=False
+            )
+            outline = {curve for _, curve in around} - {curve for _, curve in cut}
             distance = field.add("Distance")
             field.setNumbers(distance, "CurvesList", sorted(outline))
             field.setNumber(distance, "Sampling", 200)
@@ -144,12 +133,3 @@ def _set_size(size: SizeField, tags: dict[str, list[int]]) -> None:
         formula = field.add("MathEval")
         field.setString(formula, "F", rule)
         field.setAsBackgroundMesh(formula)
-
-
-def _curves(names: Sequence[str], tags: dict[str, list[int]]) -> set[int]:
-    """Return the curves of named faces."""
-    curves: set[int] = set()
-    for name in names:
-        for tag in tags[name]:
-            curves.update(int(curve) for curve in gmsh.model.getAdjacencies(2, tag)[1])
-    return curves

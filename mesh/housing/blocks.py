@@ -97,7 +97,11 @@ def pieces_between(a: float, b: float, fans: Sequence[Fan], count: Counts) -> in
 
 def in_fan(a: float, b: float, fans: Sequence[Fan]) -> bool:
     """Say whether two levels [mm] lie in the same fan."""
-    return any(fan.levels[0] <= a and b <= fan.levels[2] for fan in fans)
+    for fan in fans:
+        lower, _, upper = fan.levels
+        if lower <= a and b <= upper:
+            return True
+    return False
 
 
 def fans_between(arm: Arm, bottom: float, top: float) -> tuple[Fan, ...]:
@@ -177,8 +181,9 @@ def straight_block(corners: Sequence[Point], along: int, across: int) -> Block:
 
 def rectangle(x: Point, z: Point, along: int, across: int) -> Block:
     """Return the block between two x and two levels z [mm]."""
-    (x0, x1), (z0, z1) = x, z
-    return straight_block(((x0, z0), (x1, z0), (x1, z1), (x0, z1)), along, across)
+    start, end = x
+    lower, upper = z
+    return straight_block(((start, lower), (end, lower), (end, upper), (start, upper)), along, across)
 
 
 def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
@@ -192,9 +197,10 @@ def shuttle(housing: Housing, arm: Arm, count: Counts) -> Iterator[Block]:
     for fan in fans:
         yield fan_block(arm, near, fan, middle - near, count)
     for a, b in pairwise([housing.neck_level, *fans[0].levels, *fans[1].levels, arm.top_level]):
-        columns = ((middle, far),) if in_fan(a, b, fans) else ((middle, far), (near, middle))
-        for x in columns:
-            yield rectangle(x, (a, b), count.sector, pieces_between(a, b, fans, count))
+        number = pieces_between(a, b, fans, count)
+        yield rectangle((middle, far), (a, b), count.sector, number)
+        if not in_fan(a, b, fans):
+            yield rectangle((near, middle), (a, b), count.sector, number)
     yield from _neck(housing, (near, middle), (middle - half_tip, middle), count)
     yield from _neck(housing, (middle, far), (middle, middle + half_tip), count)
 
@@ -205,8 +211,9 @@ def _neck(housing: Housing, top: Point, bottom: Point, count: Counts) -> Iterato
     b = (bottom[1], housing.tip_height)
     c = (top[1], housing.neck_level)
     d = (top[0], housing.neck_level)
-    cell = straight_block((a, b, c, d), count.sector, count.neck)
+    lower = Segment(start=a, end=b, count=count.sector)
     right = Segment(start=b, end=c, count=count.neck, growth=_NECK_GROWTH)
+    upper = Segment(start=c, end=d, count=count.sector)
     left = Segment(start=a, end=d, count=count.neck, growth=_NECK_GROWTH)
-    yield Block(sides=(cell.sides[0], (right,), cell.sides[2], (left,)))
+    yield Block(sides=((lower,), (right,), (upper,), (left,)))
     yield rectangle(bottom, (0.0, housing.tip_height), count.sector, count.sector)

@@ -49,41 +49,49 @@ class _Wall:
         self.fans = blocks.fans_between(arm, housing.protrusion, ceiling)
         levels = [housing.protrusion, *self.fans[0].levels, *self.fans[1].levels]
         levels += [ceiling, housing.cavity_level, housing.top_level]
-        lower, upper = arm.holes
-        self.rings = self._ring_edge(lower, 1.0, levels), self._ring_edge(upper, -1.0, levels)
-        self.levels = sorted({*levels, *self.rings})
+        lower_hole, upper_hole = arm.holes
+        self.lower_ring_top = self._ring_edge(lower_hole, 1.0, levels)
+        self.upper_ring_bottom = self._ring_edge(upper_hole, -1.0, levels)
+        self.levels = sorted({*levels, self.lower_ring_top, self.upper_ring_bottom})
 
         # x where the fans end, and where the rings begin: the same, but in a wall wider than its post
-        to_hole = _TO_HOLE * (abs(arm.holes[0][0] - arm.post) - self.radius)
+        to_hole = _TO_HOLE * (abs(lower_hole[0] - arm.post) - self.radius)
         reach = arm.sign * min(max(fan.height for fan in self.fans), to_hole)
         self.inner = arm.wall + reach
         self.ring_edge = arm.post + reach
 
     def blocks(self) -> Iterator[Block]:
         """Yield the blocks; raises MeshError where two holes leave no wall between them."""
-        (_, lower), (_, upper) = self.arm.holes
-        if not self.rings[0] <= self.rings[1]:
-            reason = f"the holes at z = {lower:.4g} and {upper:.4g} mm leave no wall between them"
+        lower_hole, upper_hole = self.arm.holes
+        if not self.lower_ring_top <= self.upper_ring_bottom:
+            reason = f"the holes at z = {lower_hole[1]:.4g} and {upper_hole[1]:.4g} mm leave no wall between them"
             raise MeshError("blocks", reason, "take smaller holes or a larger leaf separation")
+
+        # Beside the cavity
         for fan in self.fans:
             yield blocks.fan_block(self.arm, self.arm.wall, fan, self.inner - self.arm.wall, self.count)
         for a, b in pairwise(self.levels):
             if not blocks.in_fan(a, b, self.fans):
                 yield self._cell(a, b)
+
+        # Between there and the post
         before_post = abs(self.ring_edge - self.inner)
         if before_post > 0.0:
             columns = blocks.pieces(before_post, self.count)
             for a, b in pairwise(self.levels):
                 yield blocks.rectangle((self.inner, self.ring_edge), (a, b), columns, self._pieces(a, b))
-        middle = self.arm.holes[0][0]
-        for a, b in pairwise(self._levels_within(*self.rings)):
-            for x in ((self.ring_edge, middle), (middle, self.arm.outer)):
-                yield blocks.rectangle(x, (a, b), self.count.sector, self._pieces(a, b))
-        yield from self._ring(self.arm.holes[0], self.levels[0], self.rings[0])
-        yield from self._ring(self.arm.holes[1], self.rings[1], self.levels[-1])
 
-    def _levels_within(self, start: float, end: float) -> list[float]:
-        return [level for level in self.levels if start <= level <= end]
+        # In the post, two columns between the rings
+        middle = lower_hole[0]
+        for a, b in self._pairs_of_levels(self.lower_ring_top, self.upper_ring_bottom):
+            yield blocks.rectangle((self.ring_edge, middle), (a, b), self.count.sector, self._pieces(a, b))
+            yield blocks.rectangle((middle, self.arm.outer), (a, b), self.count.sector, self._pieces(a, b))
+        yield from self._ring(lower_hole, self.levels[0], self.lower_ring_top)
+        yield from self._ring(upper_hole, self.upper_ring_bottom, self.levels[-1])
+
+    def _pairs_of_levels(self, start: float, end: float) -> Iterator[tuple[float, float]]:
+        """Return the levels from start to end, each with the next one."""
+        return pairwise(level for level in self.levels if start <= level <= end)
 
     def _pieces(self, a: float, b: float) -> int:
         return blocks.pieces_between(a, b, self.fans, self.count)
@@ -91,15 +99,22 @@ class _Wall:
     def _ring_edge(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
         """Return the level at which the ring of a hole ends, above the hole or below it (sign -1).
 
-        It is one of the levels, or a new one where none is near; never one in a fan, whose sectors are fixed.
+        It is the nearest level that leaves the ring wide enough, or a new one where none is near; never one in a fan,
+        whose sectors are fixed.
         """
-        _, z = hole
-        near = [level for level in levels if _RING <= sign * (level - z) / self.radius <= 2.0 * _WIDE_RING]
-        if near:
-            return min(near, key=lambda level: sign * (level - z))
-        level = z + sign * _WIDE_RING * self.radius
-        edges = [fan.levels for fan in self.fans if fan.levels[0] < level < fan.levels[2]]
-        return edges[0][2 if sign > 0.0 else 0] if edges else level
+        nearest = None
+        for level in sorted(levels, reverse=sign < 0.0):
+            distance = sign * (level - hole[1]) / self.radius
+            if nearest is None and _RING <= distance <= 2.0 * _WIDE_RING:
+                nearest = level
+        if nearest is not None:
+            return nearest
+        new = hole[1] + sign * _WIDE_RING * self.radius
+        for fan in self.fans:
+            lower, _, upper = fan.levels
+            if lower < new < upper:
+                return upper if sign > 0.0 else lower
+        return new
 
     def _cell(self, a: float, b: float) -> Block:
         """Return the block between two levels, the fans' inner edge and the cavity; a fillet bends the corner's."""
@@ -116,25 +131,24 @@ class _Wall:
         return Block(sides=(cell.sides[0], (fillet,), *cell.sides[2:]))
 
     def _ring(self, hole: Point, start: float, end: float) -> Iterator[Block]:
-        """Yield the blocks between a hole and a frame around it that reaches from one level to another."""
-        for a, b, number in self._frame(hole, start, end):
-            on_a = _on_circle(hole, self.radius, a)
-            on_b = _on_circle(hole, self.radius, b)
-            sides = blocks.straight_block((a, b, on_b, on_a), number, self.count.ring).sides
-            arc = Segment(start=on_a, end=on_b, count=number, centre=hole, surface="mounting_holes")
-            yield Block(sides=(*sides[:2], (arc,), sides[3]))
-
-    def _frame(self, hole: Point, start: float, end: float) -> Iterator[tuple[Point, Point, int]]:
-        """Yield the edges of the frame around a hole with their numbers of elements."""
+        """Yield the blocks between a hole and the rectangle around it that reaches from one level to another."""
         inner = self.ring_edge
-        middle = hole[0]
+        middle, level = hole
         outer = self.arm.outer
-        for a, b in pairwise(self._levels_within(start, end)):
-            yield (inner, a), (inner, b), self._pieces(a, b)
-        far = [(outer, end), (outer, hole[1]), (outer, start)]
-        corners = [(inner, end), (middle, end), *far, (middle, start), (inner, start)]
-        for start_point, end_point in pairwise(corners):
-            yield start_point, end_point, self.count.sector
+        edges = []
+        for a, b in self._pairs_of_levels(start, end):
+            edges.append(((inner, a), (inner, b), self._pieces(a, b)))
+        far = [(outer, end), (outer, level), (outer, start)]
+        for corner, next_corner in pairwise([(inner, end), (middle, end), *far, (middle, start), (inner, start)]):
+            edges.append((corner, next_corner, self.count.sector))
+
+        for edge_start, edge_end, number in edges:
+            arc_start = _on_circle(hole, self.radius, edge_start)
+            arc_end = _on_circle(hole, self.radius, edge_end)
+            corners = (edge_start, edge_end, arc_end, arc_start)
+            sides = blocks.straight_block(corners, number, self.count.ring).sides
+            arc = Segment(start=arc_start, end=arc_end, count=number, centre=hole, surface="mounting_holes")
+            yield Block(sides=(sides[0], sides[1], (arc,), sides[3]))
 
 
 def _on_circle(centre: Point, radius: float, point: Point) -> Point:

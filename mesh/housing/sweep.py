@@ -123,11 +123,10 @@ def _swept(profile: Profile, levels: Floats) -> MeshHex1:
     layers = len(levels) - 1
     x, z = profile.points
     points = np.vstack([np.tile(x, layers + 1), np.repeat(levels, n), np.tile(z, layers + 1)])
+    # Corner (r, s, t) of the unit cube stands over a corner of a quadrilateral, on the lower or the upper level (t).
     cells = []
     for layer in range(layers):
-        corners = []
-        for r, s, upper in RefHex.p.T.astype(int).tolist():
-            corners.append(profile.quads[_CORNERS[r, s]] + n * (layer + upper))
+        corners = [profile.quads[_CORNERS[r, s]] + n * (layer + t) for r, s, t in RefHex.p.T.astype(int).tolist()]
         cells.append(np.stack(corners))
     return MeshHex1(points, np.hstack(cells))
 
@@ -138,20 +137,18 @@ def _curved(mesh: MeshHex2, profile: Profile) -> Floats:
     straight = profile.points[:, profile.arcs].mean(axis=1)
     shift = profile.midpoints - straight
 
-    # Pairs (quadrilateral, arc edge) of all quadrilaterals that have an edge on an arc.
-    owners = []
-    edges = []
+    # The centre of a quadrilateral moves half as far as all its curved edges together: it keeps the point that a
+    # 20-node element gives it.
+    centres = profile.points[:, profile.quads].mean(axis=1)
+    centre_shift = np.zeros_like(centres)
     for side in range(4):
-        edge = index_by_nodes(profile.arcs, profile.quads[[side, (side + 1) % 4]])
-        owners.append(np.flatnonzero(edge >= 0))
-        edges.append(edge[edge >= 0])
-    owner = np.concatenate(owners)
-    centres = profile.points[:, profile.quads[:, owner]].mean(axis=1)
-    # A centre moves with each of its curved edges: it keeps the point that a 20-node element gives it.
-    moved = 0.5 * np.array([np.bincount(owner, each)[owner] for each in shift[:, np.concatenate(edges)]])
+        arc = index_by_nodes(profile.arcs, profile.quads[[side, (side + 1) % 4]])
+        on_arc = arc >= 0
+        centre_shift[:, on_arc] += 0.5 * shift[:, arc[on_arc]]
 
+    # Both stand in the profile; the nodes of the mesh over them, in every layer, move alike.
     targets = np.hstack([straight, centres])
-    shifts = np.hstack([shift, moved])
+    shifts = np.hstack([shift, centre_shift])
     distance, index = cKDTree(targets.T).query(points[[0, 2]].T)
     points[[0, 2]] += np.where(distance < _NEAR, shifts[:, index], 0.0)
     return points

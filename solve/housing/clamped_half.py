@@ -21,22 +21,15 @@ HOLES = "mounting_holes"
 SIDES = "side_faces"
 BALANCE_LIMIT = 1e-5  # round-off grows with the slenderness of the leaves: 4e-7 at L/t 150
 REDUCED = 3  # polynomial degree: 2^3 Gauss points
-VERTICAL = 2  # the axis of the press
 _GAUSS = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])
 POINTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)])
 WEIGHTS = np.full(4, 0.25)
 
 
-@dataclass(frozen=True)
-class Direction:
-    """The axis of a load on the tips, and the components that the plane of symmetry holds then."""
-
-    axis: int
-    held: tuple[str, ...]
-
-
-PRESS = Direction(VERTICAL, ("u^2",))
-ACROSS = Direction(1, ("u^1", "u^3"))
+# Axes of a load on the tips, and the components that the plane of symmetry y = 0 holds under each.
+PRESS = 2
+ACROSS = 1
+SYMMETRY = {PRESS: ("u^2",), ACROSS: ("u^1", "u^3")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +47,7 @@ class ClampedHalf:
 
     def support(self, u: Floats) -> Floats:
         """Return the vertical force of holes or layers on the half [N], shape (loads,), for u (dofs, loads) [mm]."""
-        vertical = np.concatenate([self.basis.nodal_dofs[VERTICAL], self.basis.edge_dofs[VERTICAL]])
+        vertical = np.concatenate([self.basis.nodal_dofs[PRESS], self.basis.edge_dofs[PRESS]])
         if self.ground is not None:
             return -np.asarray((self.ground @ u)[vertical].sum(axis=0))
         held = np.intersect1d(self.clamped, vertical)
@@ -67,15 +60,14 @@ def foils_of(attached: Sequence[Attached]) -> tuple[BondedFoil, ...]:
 
 
 def clamped_half(
-    mesh: Mesh, E: float, poisson: float, attached: Sequence[Attached] = (), direction: Direction = PRESS
+    mesh: Mesh, E: float, poisson: float, attached: Sequence[Attached] = (), axis: int = PRESS
 ) -> ClampedHalf:
     """Return the half [N/mm from MPa, mm] held by the layers attached to it, or by its holes where there is none.
 
-    Raises SolveError where nothing holds it or a boundary is missing.
+    It is to be loaded along an axis, PRESS or ACROSS. Raises SolveError where nothing holds it.
     """
     layers = [each for each in attached if isinstance(each, ElasticLayer)]
     foils = foils_of(attached)
-    check_names(mesh, [HOLES, "symmetry", *(layer.name for layer in layers)])
     basis = vector_basis(mesh, ElementHexS2(), order=REDUCED)
     matrix = stiffness_matrix(basis, E, poisson)
     if foils:
@@ -87,14 +79,14 @@ def clamped_half(
     else:
         ground = None
         clamped = basis.get_dofs(HOLES).all()
-    factor = factorised(matrix, np.union1d(clamped, _symmetry_dofs(basis, direction)))
+    factor = factorised(matrix, np.union1d(clamped, _symmetry_dofs(basis, axis)))
     return ClampedHalf(basis, matrix, ground, clamped, factor)
 
 
-def _symmetry_dofs(basis: CellBasis, direction: Direction) -> Ints:
-    """Return the dofs that the plane y = 0 holds under a load of a direction."""
+def _symmetry_dofs(basis: CellBasis, axis: int) -> Ints:
+    """Return the dofs that the plane y = 0 holds under a load along an axis."""
     plane = basis.get_dofs("symmetry")
-    return np.concatenate([plane.all(component) for component in direction.held])
+    return np.concatenate([plane.all(component) for component in SYMMETRY[axis]])
 
 
 def with_layers(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poisson: float) -> ClampedHalf:
@@ -106,9 +98,9 @@ def with_layers(half: ClampedHalf, layers: Sequence[ElasticLayer], E: float, poi
     return ClampedHalf(half.basis, matrix, ground, np.zeros(0, dtype=np.int64), factor)
 
 
-def with_symmetry(half: ClampedHalf, direction: Direction) -> ClampedHalf:
-    """Return the same half with the components held on the plane y = 0 that a load of another direction asks for."""
-    held = np.union1d(half.clamped, _symmetry_dofs(half.basis, direction))
+def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
+    """Return the same half with the components held on the plane y = 0 that a load along another axis asks for."""
+    held = np.union1d(half.clamped, _symmetry_dofs(half.basis, axis))
     return replace(half, factor=factorised(half.matrix, held))
 
 
@@ -134,17 +126,6 @@ def weight_load(basis: CellBasis, axis: int) -> Floats:
     load = np.zeros(basis.N)
     np.add.at(load, np.asarray(basis.element_dofs)[axis::3], scalar_shapes(basis) @ basis.dx.T)
     return load
-
-
-def check_names(mesh: Mesh, names: Sequence[str]) -> None:
-    """Raise SolveError for a boundary that the mesh does not have."""
-    boundaries = mesh.boundaries or {}
-    for name in names:
-        if name not in boundaries:
-            msg = (
-                f"flexure: boundary {name!r} is unknown on the mesh; its boundaries: {', '.join(boundaries) or 'none'}"
-            )
-            raise SolveError(msg)
 
 
 def check_tips(work: Floats, support: Floats | None) -> None:

@@ -39,12 +39,6 @@ class ElasticLayer:
     discs: tuple[Disc, ...] = ()
     holes: tuple[Disc, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Refuse a layer without a thickness: what is rigid is no layer."""
-        if not self.thickness > 0.0:
-            msg = f"elastic layer on {self.name!r}: thickness = {self.thickness:g} mm: must be greater than 0"
-            raise ValueError(msg)
-
     def covers(self, x: Floats, z: Floats) -> Floats:
         """Say of points [mm] whether they lie under the layer, 1 or 0, of their shape."""
         covered = np.full(x.shape, not self.rectangles)
@@ -73,11 +67,6 @@ def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poi
                 modulus = E if axis == _ACROSS else shear
                 total = total + scattered(modulus / layer.thickness * springs, dofs[:, axis].T, basis.N)
     return total
-
-
-def layer_area(basis: CellBasis, layer: ElasticLayer) -> float:
-    """Return the area of the surface under a layer [mm^2], as the quadrature sees it."""
-    return sum(float(weights.sum()) for _, weights, _ in _pressed(basis, layer))
 
 
 def _pressed(basis: CellBasis, layer: ElasticLayer) -> Iterator[tuple[Ints, Floats, Floats]]:

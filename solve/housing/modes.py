@@ -3,18 +3,18 @@
 One coarse mesh serves: the stiffness of each spring is known from finer ones, and f goes with its square root.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
-from skfem import CellBasis, Mesh
+from skfem import CellBasis
 
 from solve.arrays import Floats
 from solve.displacement_basis import scalar_shapes
 from solve.elasticity import scattered
-from solve.housing.clamped_half import ACROSS, PRESS, Attached, ClampedHalf, clamped_half, with_symmetry
+from solve.housing.clamped_half import ACROSS, ClampedHalf, with_symmetry
 from solve.housing.stiffness import SPRINGS, PerTip, stiffness_of, tip_face
 from solve.linear import DIGITS, SolveError
 
@@ -49,35 +49,21 @@ class Modes:
     errors: tuple[float, ...]
     shapes: tuple[str, ...]
 
-    def __post_init__(self) -> None:
-        """Refuse modes that do not rise, or of which something is not told."""
-        counts = {len(self.frequencies_Hz), len(self.errors), len(self.shapes)}
-        if len(counts) > 1 or list(self.frequencies_Hz) != sorted(self.frequencies_Hz):
-            msg = f"modes {self.frequencies_Hz} Hz: must rise, each with an error and a shape"
-            raise ValueError(msg)
 
-
-def housing_modes(
-    mesh: Mesh, solid: Solid, stiffness: PerTip, attached: Sequence[Attached] = (), springs: Sequence[str] = SPRINGS
-) -> Modes:
-    """Return the three lowest modes of a housing of which half is meshed [mm], in its mount.
+def modes_of(half: ClampedHalf, solid: Solid, stiffness: PerTip) -> Modes:
+    """Return the three lowest modes of a housing of that solid in its mount, of which half is given.
 
     `stiffness` is that of each tip on finer meshes [N/mm]. Both symmetries about the plane y = 0 are solved. Raises
     SolveError when a mode is not exact.
     """
-    return modes_of(clamped_half(mesh, solid.E, solid.poisson, attached, PRESS), solid, stiffness, springs)
-
-
-def modes_of(half: ClampedHalf, solid: Solid, stiffness: PerTip, springs: Sequence[str] = SPRINGS) -> Modes:
-    """Return the three lowest modes of a clamped half of that solid, as `housing_modes` does."""
     mass = mass_matrix(half.basis, _TONNES * solid.density)
     # Frequencies along the press go with the root of the stiffness, which finer meshes know better.
     corrections = {}
-    for spring, fine, coarse in zip(springs, stiffness, stiffness_of(half, springs), strict=True):
+    for spring, fine, coarse in zip(SPRINGS, stiffness, stiffness_of(half), strict=True):
         corrections[f"{spring} spring {_PRESS}"] = (fine / coarse) ** 0.5
     modes = []
     for part in (half, with_symmetry(half, ACROSS)):
-        for frequency, shape in _lowest(part, mass, springs):
+        for frequency, shape in _lowest(part, mass):
             factor = corrections.get(shape, 1.0)
             modes.append((factor * frequency, ERROR_SHARE * abs(factor - 1.0) + FLOOR, shape))
     frequencies, errors, shapes = zip(*sorted(modes)[:COUNT], strict=True)
@@ -95,7 +81,7 @@ def mass_matrix(basis: CellBasis, density: float) -> csc_matrix:
     return csc_matrix(total)
 
 
-def _lowest(half: ClampedHalf, mass: csc_matrix, springs: Sequence[str]) -> Iterator[tuple[float, str]]:
+def _lowest(half: ClampedHalf, mass: csc_matrix) -> Iterator[tuple[float, str]]:
     """Yield frequency [Hz] and shape of the lowest modes of one symmetry; raises SolveError."""
     factor = half.factor
     block = mass[factor.free][:, factor.free]
@@ -117,15 +103,15 @@ def _lowest(half: ClampedHalf, mass: csc_matrix, springs: Sequence[str]) -> Iter
             raise SolveError(msg)
         u = np.zeros(half.basis.N)
         u[factor.free] = x
-        yield float(np.sqrt(value)) / (2.0 * np.pi), _shape(half.basis, u, springs)
+        yield float(np.sqrt(value)) / (2.0 * np.pi), _shape(half.basis, u)
 
 
-def _shape(basis: CellBasis, u: Floats, springs: Sequence[str]) -> str:
+def _shape(basis: CellBasis, u: Floats) -> str:
     """Return in words which tip moves most in a mode u (dofs,), and in which direction."""
-    moved = np.empty((len(springs), 3))
-    for tip, spring in enumerate(springs):
+    moved = np.empty((len(SPRINGS), 3))
+    for tip, spring in enumerate(SPRINGS):
         face = basis.get_dofs(tip_face(spring))
         for axis in range(3):
             moved[tip, axis] = u[face.all(f"u^{axis + 1}")].mean()
     tip, axis = divmod(int(np.argmax(np.abs(moved))), 3)
-    return f"{springs[tip]} spring {_DIRECTIONS[axis]}"
+    return f"{SPRINGS[tip]} spring {_DIRECTIONS[axis]}"

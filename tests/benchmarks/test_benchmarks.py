@@ -71,14 +71,6 @@ def test_who_is_cheapest_within_an_error_wins():
     assert "within 0.01 %: nobody" in section
 
 
-def test_growth_is_the_slope_of_a_power():
-    rows = [
-        Measurement(method="split", mesh="m", cpu=1e-6 * n**2, errors=(-2.0 * n**-1.5, 0.0), dofs=n)
-        for n in (10, 30, 100)
-    ]
-    assert "split: error ~ dofs^-1.50, CPU ~ dofs^2.00" in contact.BENCH.section(rows)
-
-
 def test_usage_of_a_program_is_its_own():
     large = resource_usage([sys.executable, "-c", "x = b'1' * (300 << 20); raise SystemExit(3)"])
     small = resource_usage([sys.executable, "-c", "print('out')"])
@@ -96,18 +88,6 @@ def test_comparison_with_the_products_element_is_the_product(housing_mesh):
     with pytest.raises(InputError) as refused:
         element_stiffness(housing_mesh, "hex 9", *material)
     assert refused.value.field == "element"
-
-
-def test_beams_are_the_guided_beam_and_shear_of_a_rectangle():
-    """K = 2 * 12 E I / L^3 of two leaves; shear gives L / (5/6 G A) more to each."""
-    leaf = flexure.HOUSING.low
-    E = flexure.E_MPA
-    G = 0.5 * E / (1.0 + flexure.POISSON)
-    area = leaf.depth * leaf.thickness
-    bending = leaf.length**3 / (E * area * leaf.thickness**2)
-    shear = leaf.length / (5.0 / 6.0 * G * area)
-    assert flexure.beam_stiffness(leaf, E, 0.0) == pytest.approx(2.0 / bending, rel=1e-12)
-    assert flexure.beam_stiffness(leaf, E, 1.0) == pytest.approx(2.0 / (bending + shear), rel=1e-12)
 
 
 @needs_ccx

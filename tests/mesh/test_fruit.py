@@ -1,5 +1,3 @@
-import itertools
-
 import numpy as np
 import pytest
 
@@ -25,16 +23,6 @@ def test_edge_of_the_footprint_carries_elements_of_the_asked_size():
         assert np.count_nonzero(on_side) - 1 == pytest.approx(1.0 / edge_size(TIPS, scale), abs=1)
 
 
-def test_size_grows_away_from_the_tips():
-    mesh = fruit_meshes(FRUIT, TIPS)[0]
-    ends = mesh.p[:, mesh.edges]
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)
-    middle = ends.mean(axis=1)
-    near = length[np.hypot(middle[0] - 4.5, middle[2]) + np.maximum(middle[1] - 0.5, 0.0) < 0.2]
-    far = length[middle[2] < -8.0]
-    assert far.mean() > 10.0 * near.mean()
-
-
 def test_family_scales_the_edge_at_rate_one_and_the_smooth_part_at_rate_four():
     part = fruit_quarter(FRUIT, TIPS)
     coarse, fine = (fruit_size(part, FRUIT, TIPS, scale) for scale in (1.0, 1.0 / 16.0))
@@ -49,15 +37,3 @@ def test_hard_shapes_can_be_meshed(fruit, tips):
     for make in (fruit_block, fruit_half, fruit_quarter):
         mesh = fruit_mesh(make(fruit, tips), fruit, tips, 4.0)
         assert mesh.p.min(axis=1)[2] == pytest.approx(-fruit.height_mm)
-
-
-def test_meshes_repeat():
-    part = fruit_quarter(FRUIT, TIPS)
-    first, second = (fruit_mesh(part, FRUIT, TIPS, 1.0) for _ in range(2))
-    assert np.array_equal(first.p, second.p)
-    assert np.array_equal(first.t, second.t)
-
-
-def test_every_mesh_of_a_family_is_finer_than_the_one_before():
-    sizes = [mesh.t.shape[1] for mesh in fruit_meshes(FRUIT, TIPS)]
-    assert all(fine > 1.5 * coarse for coarse, fine in itertools.pairwise(sizes))

@@ -23,40 +23,11 @@ def box() -> Part:
     return named_part("box", cq.Solid.makeBox(3.0, 2.0, 1.0), faces)
 
 
-def areas(mesh: MeshTet1) -> dict[str, float]:
-    corners = {name: mesh.p[:, mesh.facets[:, facets]] for name, facets in mesh.boundaries.items()}
-    return {
-        name: 0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0], axis=0), axis=0).sum()
-        for name, p in corners.items()
-    }
-
-
 def test_names_out_are_the_names_in_and_lie_where_the_faces_lie():
     mesh = volume_mesh(box(), COARSE)
     assert set(mesh.boundaries) == {"left", "upper"}
     assert np.all(mesh.p[0, mesh.facets[:, mesh.boundaries["left"]]] == 0.0)
     assert np.all(mesh.p[2, mesh.facets[:, mesh.boundaries["upper"]]] == 1.0)
-
-
-def test_volume_and_areas_are_those_of_the_solid():
-    mesh = volume_mesh(box(), COARSE)
-    volume = np.abs(np.linalg.det((mesh.p[:, mesh.t[1:]] - mesh.p[:, mesh.t[:1]]).transpose(2, 0, 1))).sum() / 6.0
-    assert volume == pytest.approx(3.0 * 2.0 * 1.0, rel=ROUND_OFF)
-    assert areas(mesh) == pytest.approx({"left": 2.0 * 1.0, "upper": 3.0 * 2.0}, rel=ROUND_OFF)
-
-
-def test_two_meshes_of_one_part_are_identical():
-    first, second = (volume_mesh(box(), SizeField(largest_mm=0.5)) for _ in range(2))
-    assert np.array_equal(first.p, second.p)
-    assert np.array_equal(first.t, second.t)
-    assert all(np.array_equal(first.boundaries[name], second.boundaries[name]) for name in first.boundaries)
-
-
-def test_uniform_size_is_met():
-    mesh = volume_mesh(box(), SizeField(largest_mm=0.25))
-    ends = mesh.p[:, mesh.edges]
-    # The generator aims at regular tetrahedra of this edge; in a box some edges are diagonals, up to sqrt 2 longer.
-    assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).mean() == pytest.approx(0.25, rel=0.3)
 
 
 def test_size_grows_from_the_outline_of_a_face_but_not_from_a_cut():
@@ -115,14 +86,6 @@ def test_mesh_with_a_face_too_small_or_a_part_too_large_is_refused():
     bare = MeshTet1(mesh.p, mesh.t).with_boundaries({"left": mesh.boundaries["left"]})
     with pytest.raises(MeshError, match="upper"):
         check_against_part(bare, part, ROUND_OFF)
-
-
-@pytest.mark.parametrize(
-    ("smallest", "largest", "growth"), [(0.0, 1.0, 0.5), (2.0, 1.0, 0.5), (0.1, 1.0, -1.0), (0.1, np.inf, 1.0)]
-)
-def test_sizes_out_of_order_are_refused(smallest, largest, growth):
-    with pytest.raises(MeshError, match="smallest"):
-        SizeField(smallest_mm=smallest, largest_mm=largest, growth=growth, faces=("left",))
 
 
 def test_scaled_jacobian_agrees_with_an_independent_implementation():

@@ -1,6 +1,5 @@
 """Swept hexahedra against curved tetrahedra on the solid read back from its STEP file."""
 
-import numpy as np
 import pytest
 from reference.flexure_reference import reference_stiffness
 from reference.tetrahedra import fine_boxes, tetrahedra
@@ -12,7 +11,6 @@ from cad.parts.part import Part
 from cad.parts.sensor import Body
 from cad.theory.leaf_spring import Flexure
 from mesh.housing.sweep import flexure_mesh
-from mesh.session import MeshError
 from solve.housing.stiffness import housing_stiffness, tip_compliance
 
 SMALL = Housing(
@@ -32,14 +30,9 @@ def part(tmp_path_factory) -> Part:
     return named_housing(read_step(path), SMALL)
 
 
-@pytest.fixture(scope="module")
-def mesh(part):
-    return tetrahedra(part, fine_boxes(SMALL, SIZES[1]), SIZES[1])
-
-
 @pytest.mark.slow
-def test_stiffness_of_the_step_file_lies_inside_bar_and_spread(part, mesh):
-    meshes = [tetrahedra(part, fine_boxes(SMALL, SIZES[0]), SIZES[0]), mesh]
+def test_stiffness_of_the_step_file_lies_inside_bar_and_spread(part):
+    meshes = [tetrahedra(part, fine_boxes(SMALL, size), size) for size in SIZES]
     fine, coarse = (tip_compliance(flexure_mesh(SMALL, scale), *PETG) for scale in (1.0, 2.0))
     found = housing_stiffness(fine, coarse)
     reference = reference_stiffness(meshes, SIZES, *PETG)
@@ -49,27 +42,3 @@ def test_stiffness_of_the_step_file_lies_inside_bar_and_spread(part, mesh):
         assert apart < 100.0 * found.error[i] + reference.spread_percent[i]
         # Conforming elements that are integrated in full are too stiff, the less so the finer they are.
         assert reference.K_meshes[0][i] > reference.K_meshes[1][i] > reference.K[i]
-
-
-def test_named_facets_have_half_the_areas_of_the_faces(part, mesh):
-    points = mesh.doflocs[:, : mesh.t.max() + 1]
-    for name in ("low_tip", "high_tip"):
-        a, b, c = points[:, mesh.facets[:, mesh.boundaries[name]]].transpose(1, 0, 2)
-        area = 0.5 * np.linalg.norm(np.cross(b - a, c - a, axis=0), axis=0).sum()
-        assert area == pytest.approx(0.5 * part.face_area(name), rel=1e-9)
-    for name, facets in mesh.boundaries.items():
-        assert len(facets), name
-        assert np.isin(facets, mesh.boundary_facets()).all()
-
-
-def test_nodes_of_holes_lie_on_their_circle(mesh):
-    nodes = np.unique(mesh.facets[:, mesh.boundaries["mounting_holes"]])
-    x, _, z = mesh.doflocs[:, nodes]
-    away = np.min([np.hypot(x - hole[0], z - hole[1]) for hole in SMALL.holes], axis=0)
-    assert away == pytest.approx(1.7, rel=1e-9)
-
-
-def test_part_that_is_not_symmetric_is_refused(part):
-    moved = Part(name="moved", shape=part.shape.translate((0.0, 0.3, 0.0)), faces=part.faces)
-    with pytest.raises(MeshError, match="must be symmetric about"):
-        tetrahedra(moved, fine_boxes(SMALL, 2.0), 2.0)

@@ -1,4 +1,4 @@
-"""What the published problem sets share: isoparametric 20-node hexahedra, unit loads, and a printed table row."""
+"""What the published problem sets share: isoparametric 20-node hexahedra and unit loads."""
 
 from dataclasses import replace
 
@@ -49,15 +49,3 @@ def face_load():
         return form.assemble(basis.boundary(face))
 
     return load
-
-
-@pytest.fixture(scope="session")
-def compare():
-    """Return a function that prints one row (visible with -s) and gives value / reference - 1."""
-
-    def row(case, value, reference):
-        difference = value / reference - 1.0
-        print(f"\n{case:66s} {value:13.6g} {reference:13.6g} {100.0 * difference:+9.3f} %", end="")
-        return difference
-
-    return row

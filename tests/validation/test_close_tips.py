@@ -3,6 +3,8 @@
 The elements are cells of uniform pressure with the exact potential between rectangles, on three grids, extrapolated.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from solve.halfspace.punch import graded_edges, influence
 GRIDS = (16, 22, 30)
 
 
+@cache
 def cells_pressed_against_each_other(spacing: float, cells: int) -> float:
     """Return s11 - s12 at nu = 0 of unit squares under uniform cells."""
     y = graded_edges(cells)

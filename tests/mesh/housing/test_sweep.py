@@ -8,8 +8,7 @@ from skfem import MeshHex1, MeshHex2
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
 from cad.theory.leaf_spring import Flexure
-from mesh.housing.blocks import Block, Segment, counts, straight_block
-from mesh.housing.frame import housing_blocks
+from mesh.housing.blocks import straight_block
 from mesh.housing.profile import meshed_profile
 from mesh.housing.sweep import check_flexure_mesh, check_jacobian, flexure_mesh, stretched
 from mesh.session import MeshError
@@ -20,7 +19,6 @@ HOUSING = Housing(
     low=LOW, high=HIGH, tip_side=1.0, tip_height=1.0, spacing=8.0, shuttle_width=6.0, neck_level=5.5,
     lower_leaf_level=7.6, low_top_level=24.0, high_top_level=24.45, cavity_level=24.75, top_level=30.75, protrusion=1.7,
 )  # fmt: skip
-ON_PLANE = 1e-9
 
 
 def changed(low: dict | None = None, high: dict | None = None, **sizes: float) -> Housing:
@@ -70,28 +68,6 @@ def test_named_facets_lie_where_their_faces_lie(mesh):
     x, _, z = nodes("low_leaves")
     assert (x.min(), x.max()) == pytest.approx(HOUSING.arms[0].roots)
     assert np.abs(np.abs(z - 14.6) - 7.0).max() == pytest.approx(0.4 + 0.5)
-
-
-def test_nodes_of_fillets_lie_on_their_arcs(mesh):
-    nodes = mesh.doflocs
-    left, r = HOUSING.arms[0].wall, 0.5
-    top = 7.6 + 0.4
-    near = (nodes[0] > left - ON_PLANE) & (nodes[0] < left + r + ON_PLANE) & (np.abs(nodes[2] - top) < r)
-    away = np.hypot(nodes[0] - left - r, nodes[2] - top - r)
-    # Everything in this corner is solid outside the circle of the fillet; its arc has nodes at edges and midpoints.
-    assert away[near].min() == pytest.approx(r)
-    assert np.count_nonzero(np.abs(away[near] - r) < ON_PLANE) >= 5 * 3
-
-
-def test_two_meshes_of_one_housing_are_identical(mesh):
-    again = flexure_mesh(HOUSING, 2.0)
-    assert np.array_equal(mesh.doflocs, again.doflocs)
-    assert np.array_equal(mesh.t, again.t)
-    assert all(np.array_equal(mesh.boundaries[name], again.boundaries[name]) for name in mesh.boundaries)
-
-
-def test_finer_scale_has_more_elements(mesh):
-    assert mesh.t.shape[1] < flexure_mesh(HOUSING, 1.0).t.shape[1] < flexure_mesh(HOUSING, 0.5).t.shape[1]
 
 
 def test_stretched_mesh_fills_the_solid_with_the_new_leaves(mesh):
@@ -152,30 +128,6 @@ def test_neighbours_with_different_counts_are_refused():
     with pytest.raises(MeshError, match="has 3 and 4 elements"):
         meshed_profile([left, right])
     assert not gmsh.isInitialized()
-
-
-def test_blocks_share_every_inner_side():
-    blocks = housing_blocks(HOUSING, counts(HOUSING, 1.0))
-    uses: dict[frozenset, int] = {}
-    for segment in (segment for block in blocks for side in block.sides for segment in side):
-        key = frozenset((round(x, 9), round(z, 9)) for x, z in (segment.start, segment.end))
-        uses[key] = uses.get(key, 0) + 1
-    assert set(uses.values()) == {1, 2}
-    assert sum(isinstance(block, Block) for block in blocks) == len(blocks)
-
-
-def test_segment_of_an_arc_gives_its_true_midpoint():
-    ring = Block(
-        sides=(
-            (Segment(start=(1.0, 0.0), end=(2.0, 0.0), count=1),),
-            (Segment(start=(2.0, 0.0), end=(0.0, 2.0), count=1, centre=(0.0, 0.0)),),
-            (Segment(start=(0.0, 2.0), end=(0.0, 1.0), count=1),),
-            (Segment(start=(0.0, 1.0), end=(1.0, 0.0), count=1, centre=(0.0, 0.0), surface="low_leaves"),),
-        )
-    )
-    profile = meshed_profile([ring])
-    assert np.sort(np.hypot(*profile.midpoints)) == pytest.approx([1.0, 2.0])
-    assert profile.surfaces["low_leaves"].shape == (2, 1)
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.0])

@@ -87,16 +87,6 @@ def test_line_of_flat_tips_in_many_poses_is_pressed_as_alone():
     np.testing.assert_array_equal(found.face_mm, 0.0)
 
 
-def test_line_stands_out_where_the_fruit_falls_away():
-    """Level on its sphere all three touch at once: to first order outer_mm = spacing^2 / (2 R)."""
-    scene = square(LINE)
-    gaps = [
-        scene._least_gap(centre) - ahead for centre, ahead in zip(scene.centres, LINE.height_offset_mm, strict=True)
-    ]
-    assert max(gaps) - min(gaps) < 0.5 * LINE.side_mm * LINE.spacing_mm / 35.0
-    assert scene.first_touch_mm == min(gaps)
-
-
 @pytest.mark.parametrize("pose", [LEVEL, TILTED])
 def test_too_steep(pose):
     steep = dataclasses.replace(pose, tilt_deg=(18.0, 12.0))

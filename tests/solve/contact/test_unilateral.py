@@ -2,9 +2,7 @@ import numpy as np
 import pytest
 
 from cad.design.fruit import Fruit
-from cad.tips.flat import Cube
 from solve.contact.cells import contact_cells, folded
-from solve.contact.gap import tip_gap
 from solve.contact.scene_cells import housing_travel
 from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact
 from solve.fruit.curved_shape import cap_gap
@@ -60,19 +58,6 @@ def test_cells_miss_of_a_level_press_what_they_miss_of_the_flat_punch(footprints
     assert missed < 1e-3
 
 
-@pytest.mark.parametrize("tilt", [0.0, 0.02, -0.02])
-@pytest.mark.parametrize("E", [0.5, 3.5])
-def test_tips_in_full_contact_follow_the_linear_law(footprints, linear, E, tilt):
-    """P within 1 % of the 2 x 2 model wherever both faces touch fully, tilted or not."""
-    x = 0.6
-    touch = pressed(footprints, x, E, tilt)
-    own = x + footprints.centres[:, 0] * np.tan(np.radians(tilt))
-    F = np.linalg.solve(linear + np.diag(E / K), own)
-    np.testing.assert_allclose(area(footprints, touch), 1.0, rtol=1e-12)
-    assert touch.F[1] / touch.F[0] == pytest.approx(F[1] / F[0], rel=1e-2)
-    np.testing.assert_allclose(touch.F, F, rtol=1e-2)
-
-
 @pytest.mark.parametrize(("tilt", "roll"), [(0.5, 0.0), (5.0, 0.0), (-5.0, 0.0), (10.0, 0.0), (0.0, 3.0), (2.0, -2.0)])
 @pytest.mark.parametrize("x", [0.02, 0.3])
 def test_tilted_contact_is_complementary(footprints, tilt, roll, x):
@@ -118,9 +103,3 @@ def test_a_state_that_is_not_complementary_is_refused(footprints, monkeypatch):
     monkeypatch.setattr("solve.contact.unilateral.MOST_STEPS", 1)
     with pytest.raises(SolveError, match="complementarity"):
         on_a_cap(footprints)
-
-
-def test_fillet_softens_the_first_touch(footprints):
-    gap = tip_gap(Cube(side_mm=1.0, fillet_mm=0.1), *footprints.local.T)
-    sharp, rounded = (pressed(footprints, 0.05, 2.0, gap=one).F for one in (0.0, gap))
-    assert np.all(rounded < sharp)

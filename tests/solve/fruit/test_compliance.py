@@ -25,8 +25,3 @@ def test_forces_of_a_level_square_are_those_of_its_pair():
     two = np.linalg.solve(np.diag([1.0, 0.05]) + pair.S / 2.0, np.full(2, 0.5))
     assert four[[0, 1]] == pytest.approx(two, rel=1e-12)
     assert (pair.error_pair, pair.error_own) == (1e-4, 2e-4)
-
-
-def test_pair_stands_for_itself():
-    contact = FruitCompliance(S=np.array([[0.8, 0.04], [0.04, 0.8]]), error_pair=0.0, error_own=0.0, info=INFO)
-    assert contact.per_spring((0,), (1,)) is contact

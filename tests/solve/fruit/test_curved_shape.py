@@ -71,10 +71,6 @@ def test_nothing_folds(fruit):
     assert jacobian(fruit).min() > 0.0
 
 
-def test_slope_has_no_end_beyond_the_fruit():
-    assert CurvedShape(EGG, CORE).slope(1e3, 0.0) == math.inf
-
-
 def test_slope_and_curvature_of_a_sphere_and_at_the_apex_of_an_ellipsoid():
     shape = CurvedShape(PIECE, CORE)
     assert math.degrees(math.atan(shape.slope(4.0, 3.0))) == pytest.approx(math.degrees(math.asin(5.0 / 35.0)))

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from skfem import ElementTetP1, ElementTetP2, MeshTet
+from skfem import ElementTetP2, MeshTet
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
@@ -94,15 +94,6 @@ def test_column_on_a_sliding_base_has_the_stiffness_of_a_bar():
     held = {"base": ("u^3",), "symmetry_x": ("u^1",), "symmetry_y": ("u^2",)}
     found = tip_stiffness(basis, stiffness_matrix(basis, E, poisson), held, ("high_tip",))
     assert found == pytest.approx(np.array([[E * 2.0 * 3.0 / 4.0]]), rel=SOLVER)
-
-
-def test_spring_to_nowhere_breaks_the_balance():
-    basis = vector_basis(column(), ElementTetP1(), 1)
-    K = stiffness_matrix(basis, 1.0, 0.3).tolil()
-    dof = basis.get_dofs(lambda x: np.abs(x[2] + 4.0 / 3.0) < 1e-9).all("u^3")[0]
-    K[dof, dof] += 0.01
-    with pytest.raises(SolveError):
-        tip_stiffness(basis, K.tocsc(), {"base": ("u^1", "u^2", "u^3")}, ("high_tip",))
 
 
 def test_reactions_that_do_not_balance_or_are_not_reciprocal_are_refused():

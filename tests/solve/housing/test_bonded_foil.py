@@ -92,13 +92,6 @@ def test_skins_on_stiff_leaves_act_as_on_a_beam(plain, gauged):
         assert found - 1.0 == pytest.approx(beam - 1.0, rel=0.08)
 
 
-def test_beam_check_catches_a_foil_of_half_the_stiffness(mesh, plain):
-    thin = tuple(dataclasses.replace(one, stiffness=0.5 * one.stiffness) for one in FOILS)
-    found = tip_compliance(mesh, *TITANIUM, thin).K[0] / plain[TITANIUM].K[0]
-    beam = sandwich_gain(TITANIUM[0], 10.0, 0.8, 32.0, 0.5, FOIL)
-    assert abs((found - 1.0) / (beam - 1.0) - 1.0) > 0.4
-
-
 def test_stiffness_is_carried_on_by_its_share_of_the_step_between_the_meshes(gauged):
     coarse = gauged[PETG]
     fine = dataclasses.replace(coarse, C=coarse.C / 0.99, dofs=coarse.dofs + 1)

@@ -56,8 +56,6 @@ def test_error_bar_holds_the_difference_to_a_mesh_of_four_times_the_dofs(fine, c
 
 
 def test_bar_is_for_the_finer_of_two_meshes(fine, coarse):
-    with pytest.raises(ValueError, match="fine mesh"):
-        housing_stiffness(coarse, fine)
     wrong = dataclasses.replace(coarse, C=1.01 * fine.C)
     assert housing_stiffness(fine, wrong).error == pytest.approx(2 * (flexure.ERROR_SHARE * (1.0 - 1.0 / 1.01),))
 

@@ -4,7 +4,7 @@ import pytest
 from cad.theory.soft_tissue import FLESH_LAWS
 from solve.large_strain.body import RoundBody, whole_matrices
 from solve.large_strain.flesh_law import FleshLaw
-from solve.large_strain.grid import Grid, graded
+from solve.large_strain.grid import Grid
 
 GRID = Grid(r=np.array([0.0, 0.4, 1.0, 1.7]), z=np.array([0.0, -0.5, -1.2]))
 
@@ -60,10 +60,3 @@ def test_projected_matrices_are_not_indefinite(rng):
     )
     assert exact.min() < -1e-3 * exact.max()
     assert projected.min() > -1e-12 * projected.max()
-
-
-def test_steps_of_a_graded_line_grow_from_the_first():
-    lines = graded(0.01, 3.0)
-    assert (lines[0], lines[-1]) == (0.0, pytest.approx(3.0, rel=1e-14))
-    assert lines[1] <= 0.01
-    assert (np.diff(lines, 2) > 0.0).all()

@@ -39,14 +39,6 @@ def test_slopes_and_curvatures_are_derivatives(name, poisson):
         np.testing.assert_allclose(curvature, (after[1] - before[1]) / (2.0 * step), rtol=1e-5, atol=1e-9 * largest)
 
 
-def test_foam_keeps_its_width_where_poisson_is_zero():
-    """Storakers: with nu = 0 a bar that is stretched by l carries mu / 2 (l^4 - 1) / l and does not thin."""
-    law = FleshLaw(name="foam", poisson=0.0)
-    stretch = np.array([0.6, 1.0, 1.5])
-    nominal = law.phi(stretch)[1] + law.U(np.log(stretch))[1] / stretch
-    np.testing.assert_allclose(nominal, 0.25 * (stretch**4 - 1.0) / stretch, rtol=1e-14, atol=1e-16)
-
-
 @pytest.mark.parametrize("poisson", [-0.1, 0.495, 0.5, float("nan")])
 def test_poisson_beyond_what_was_measured_is_refused(poisson):
     with pytest.raises(InputError) as refused:

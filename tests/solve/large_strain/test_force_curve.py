@@ -16,7 +16,6 @@ from solve.large_strain import newton, press
 from solve.large_strain.curve_error import fillet_covered, fillet_loss
 from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.force_curve import force_curve
-from solve.large_strain.newton import NoEquilibriumError
 from solve.large_strain.press import TipPress, pressed
 from solve.large_strain.tip_profile import RoundTip
 
@@ -177,15 +176,6 @@ def test_step_that_does_not_converge_gives_no_number(monkeypatch):
     assert len(found.forces) == 0
     with pytest.raises(newton.SolveError):
         sharp_curve(0.3)
-
-
-def test_residual_of_every_force_is_checked(monkeypatch):
-    """The equilibrium at one depth is none at another: without iterations it is refused."""
-    march = press._DepthMarch(TipPress(tip=RoundTip(radius=RADIUS), law=FleshLaw()))
-    march.advance(0.05, least_step=0.01)
-    monkeypatch.setattr(newton, "MOST_ITERATIONS", 1)
-    with pytest.raises(NoEquilibriumError):
-        march.advance(0.1, least_step=0.05)
 
 
 def test_depth_of_nothing_is_refused():
