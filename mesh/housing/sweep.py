@@ -38,7 +38,10 @@ def flexure_mesh(housing: Housing, scale: float = 1.0) -> MeshHex2:
     Raises MeshError with the stage that failed.
     """
     profile = meshed_profile(housing_blocks(housing, counts(housing, scale)))
-    levels = 0.5 * housing.depth * _layers(2 if scale >= 1.0 else 1 + round(1.0 / scale))
+    # Levels from the plane of symmetry to the side face, closer towards the face.
+    layers = 2 if scale >= 1.0 else 1 + round(1.0 / scale)
+    steps = _LAYER_GROWTH ** -np.arange(layers)
+    levels = 0.5 * housing.depth * np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
     straight = _swept(profile, levels)
     quadratic = MeshHex2.from_mesh(straight)
     curved = _curved(quadratic, profile)
@@ -101,12 +104,6 @@ def check_jacobian(mesh: MeshHex2) -> None:
         x, y, z = mesh.p[:, mesh.t[:, worst]].mean(axis=1)
         reason = f"smallest scaled Jacobian = {quality[worst]:.3g} at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
         raise MeshError("quality", f"{reason}: must be at least {LEAST_JACOBIAN:g}", "check the dimensions there")
-
-
-def _layers(number: int) -> Floats:
-    """Return levels from 0, the plane of symmetry, to 1, the side face, closer towards the face."""
-    steps = _LAYER_GROWTH ** -np.arange(number)
-    return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
 
 
 def _depth_fraction(housing: Housing, x: Floats, z: Floats) -> Floats:

@@ -80,8 +80,9 @@ def large_response(
     response = response_of_forces(moduli, x, F, rates, groups, info)
 
     # d ln F / d ln g: a stiff spring passes all of the flesh's error on to its force, a soft one little.
-    of_flesh = 1.0 / (1.0 + np.einsum("...ii->...i", balance.beside) * slope)
-    errors = of_flesh * flesh_error(scene, curve, np.maximum(depth / balance.side, 0.0))
+    own_compliance = np.einsum("...ii->...i", balance.beside)
+    passed_on = 1.0 / (1.0 + own_compliance * slope)
+    errors = passed_on * flesh_error(scene, curve, np.maximum(depth / balance.side, 0.0))
     low = errors[..., list(groups.low)].max(axis=2)
     high = errors[..., list(groups.high)].max(axis=2)
     return replace(
@@ -134,8 +135,8 @@ class _Balance:
 
 def flesh_error(scene: Scene, curve: ForceCurve, depth: Floats) -> Floats:
     """Return the relative error of the flesh's force [1] at depths [tip sides], of the same shape."""
-    square = SQUARE_ROUNDED if scene.tips.fillet_mm > 0.0 else SQUARE_SHARP
     tip = round_tip(scene)
-    body = FINITE_BODY + OF_ROUNDED * tip.edge / tip.radius
-    mapped = CROSSTALK + body + (0.0 if scene.tips.tip_shape.is_round else square)
-    return np.asarray(curve.error(depth) / curve.factor(depth) + mapped)
+    idealised = CROSSTALK + FINITE_BODY + OF_ROUNDED * tip.edge / tip.radius
+    if not scene.tips.tip_shape.is_round:
+        idealised += SQUARE_ROUNDED if scene.tips.fillet_mm > 0.0 else SQUARE_SHARP
+    return np.asarray(curve.error(depth) / curve.factor(depth) + idealised)

@@ -13,7 +13,7 @@ import numpy as np
 from skfem import MeshHex
 
 from cad.design.fruit import Fruit
-from solve.arrays import Flags, Floats
+from solve.arrays import Floats
 
 Lines = tuple[Floats, Floats, Floats]  # rising coordinates along x, y and z [mm]
 
@@ -44,19 +44,16 @@ def graded_line(start: float, end: float, size: Callable[[Floats], Floats], frac
 
 def box_mesh(lines: Lines) -> MeshHex:
     """Return the box over three rising lines [mm], z down: faces x_low, x_high, y_low, y_high, top (low z) and base."""
+    mesh = MeshHex.init_tensor(*lines)
+    middles = mesh.p[:, mesh.facets].mean(axis=1)
     faces = {}
-    names = ("x_low", "x_high", "y_low", "y_high", "top", "base")
-    for face, name in enumerate(names):
-        axis, is_high = divmod(face, 2)
-        line = lines[axis]
-        level = line[-1] if is_high else line[0]
-        faces[name] = partial(_on_plane, axis=axis, level=level, tolerance=1e-9 * (line[-1] - line[0]))
-    return MeshHex.init_tensor(*lines).with_boundaries(faces)
-
-
-def _on_plane(x: Floats, *, axis: int, level: float, tolerance: float) -> Flags:
-    near: Flags = np.abs(x[axis] - level) <= tolerance
-    return near
+    for axis, (low, high) in enumerate((("x_low", "x_high"), ("y_low", "y_high"), ("top", "base"))):
+        start = lines[axis][0]
+        end = lines[axis][-1]
+        near = 1e-9 * (end - start)
+        faces[low] = np.flatnonzero(np.abs(middles[axis] - start) <= near)
+        faces[high] = np.flatnonzero(np.abs(middles[axis] - end) <= near)
+    return mesh.with_boundaries(faces)
 
 
 @dataclass(frozen=True)

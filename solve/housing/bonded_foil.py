@@ -76,8 +76,8 @@ def bridge_strains(basis: CellBasis, foils: Sequence[BondedFoil], u: Floats) -> 
 
 def _patches(basis: CellBasis, foil: BondedFoil, rectangle: Rectangle) -> list[SurfacePatch]:
     """Return the parts of the half y >= 0 of a rectangle; raises SolveError where the mesh does not carry all of it."""
-    (x0, x1), (y0, y1) = (sorted(ends) for ends in rectangle)
-    window = np.array([[x0, x1], [max(y0, 0.0), y1]])
+    window = np.sort(np.array(rectangle), axis=1)  # ends in x and in y
+    window[1, 0] = max(window[1, 0], 0.0)
     patches = []
     for facet in surface_facets(basis, foil.name):
         patch = _clipped(basis, facet, foil.z, window)
@@ -105,23 +105,28 @@ def _clipped(basis: CellBasis, facet: ReferenceFacet, z: float, window: Floats) 
     inside = length * width > 0.0
     if not inside.any():
         return None
+
     # All pairs of Gauss points along both edges, as points of the unit cube (3, facets, 9).
-    in_along = np.multiply.outer(facet.along, np.repeat(first[inside], len(_GAUSS), axis=1))
-    in_across = np.multiply.outer(facet.across, np.tile(second[inside], len(_GAUSS)))
+    count = len(_GAUSS)
+    in_along = np.multiply.outer(facet.along, np.repeat(first[inside], count, axis=1))
+    in_across = np.multiply.outer(facet.across, np.tile(second[inside], count))
     points = np.asarray(facet.corner[:, None, None] + in_along + in_across)
-    weights = 0.25 * np.outer((length * width)[inside], np.outer(_WEIGHTS, _WEIGHTS))
+    area = (length * width)[inside]
+    weights = 0.25 * np.outer(area, np.outer(_WEIGHTS, _WEIGHTS))
     return patch_inside(basis, facet.elements[on_level][inside], points, weights)
 
 
 def _gauss_fractions(corner: Floats, edge: Floats, window: Floats) -> tuple[Floats, Floats]:
     """Return Gauss points inside a window as fractions of edges (x and y, facets), and the lengths inside it [mm]."""
-    axis = np.argmax(np.abs(edge), axis=0)[None]
-    if (np.abs(np.take_along_axis(edge, 1 - axis, axis=0)) > _NEAR).any():
+    axis = np.argmax(np.abs(edge), axis=0)  # along which each edge runs
+    facets = np.arange(len(axis))
+    if (np.abs(edge[1 - axis, facets]) > _NEAR).any():
         msg = "bonded foil: a facet below it is no rectangle along x and y; make a fresh mesh"
         raise SolveError(msg)
-    start = np.take_along_axis(corner, axis, axis=0)[0]
-    length = np.take_along_axis(edge, axis, axis=0)[0]
-    ends = np.clip((window[axis[0]] - start[:, None]) / length[:, None], 0.0, 1.0)
+    start = corner[axis, facets]
+    length = edge[axis, facets]
+    # Where the window begins and ends, as fractions of each edge.
+    ends = np.clip((window[axis] - start[:, None]) / length[:, None], 0.0, 1.0)
     ends = np.sort(ends, axis=1)
     inside = np.diff(ends, axis=1)
     return ends[:, :1] + 0.5 * inside * (1.0 + _GAUSS), inside[:, 0] * np.abs(length)

@@ -3,7 +3,7 @@
 A thin layer whose far side is held is a bed of springs: G / thickness along it, E / thickness across it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from scipy.sparse import csc_matrix
 from skfem import CellBasis
 
 from mesh.cells import cell_points, shape_table
-from solve.arrays import Floats, Ints
+from solve.arrays import Flags, Floats
 from solve.elasticity import lame_parameters, scattered
 from solve.surface import nodal_dofs, surface_facets
 
@@ -51,32 +51,26 @@ class ElasticLayer:
         return covered.astype(np.float64)
 
 
-def _in_disc(x: Floats, z: Floats, disc: Disc) -> np.ndarray:
+def _in_disc(x: Floats, z: Floats, disc: Disc) -> Flags:
     centre_x, centre_z, radius = disc
     return np.asarray((x - centre_x) ** 2 + (z - centre_z) ** 2 < radius**2)
 
 
 def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poisson: float) -> csc_matrix:
     """Return what layers add to the stiffness matrix [N/mm from MPa, mm], shape (dofs, dofs)."""
-    shear = lame_parameters(E, poisson)[1]
+    _, shear = lame_parameters(E, poisson)
     total = csc_matrix((basis.N, basis.N))
     for layer in layers:
-        for dofs, weights, shapes in _pressed(basis, layer):
+        for facet in surface_facets(basis, layer.name):
+            inside = facet.inside(_POINTS)
+            area = np.linalg.norm(facet.normals(basis.mesh, _POINTS), axis=0)
+            x, _, z = cell_points(basis.mesh, inside, facet.elements)
+            weights = area * _WEIGHT * layer.covers(x, z)  # (facets, points), 0 beside the layer
+            # The shape functions are those of the unit cube, the same on every facet.
+            shapes = shape_table(basis.elem.elem, inside).values
             springs = np.einsum("ap,bp,ep->eab", shapes, shapes, weights, optimize=True)
+            dofs = nodal_dofs(basis, facet.elements)
             for axis in range(3):
                 modulus = E if axis == _ACROSS else shear
                 total = total + scattered(modulus / layer.thickness * springs, dofs[:, axis].T, basis.N)
     return total
-
-
-def _pressed(basis: CellBasis, layer: ElasticLayer) -> Iterator[tuple[Ints, Floats, Floats]]:
-    """Yield dofs (nodes, 3, facets), weights [mm^2] (facets, q), zero beside the layer, and shape functions (nodes, q).
-
-    Many points need no gradients: the shape functions are those of the unit cube, the same on every facet.
-    """
-    for facet in surface_facets(basis, layer.name):
-        inside = facet.inside(_POINTS)
-        area = np.linalg.norm(facet.normals(basis.mesh, _POINTS), axis=0)
-        x, _, z = cell_points(basis.mesh, inside, facet.elements)
-        shapes = shape_table(basis.elem.elem, inside).values
-        yield nodal_dofs(basis, facet.elements), area * _WEIGHT * layer.covers(x, z), shapes

@@ -215,10 +215,12 @@ class _Law:
         _, distance = _between(state.approach.foot)
         radius = state.contact_radius
         body = self._body
-        over = OVER_CONTACT * np.abs(body.remainder) * (radius[:, None] / body.size) ** 2
+        # Compliances that are left out: what the body's varies over a contact, and the next moments of the crosstalk.
+        over_contact = OVER_CONTACT * np.abs(body.remainder) * (radius[:, None] / body.size) ** 2
         next_moment = NEXT_MOMENT * self._normal / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
-        sunk = np.einsum("pij,pj->pi", body.bound + over + next_moment, state.N) / self._E
-        return np.asarray(sunk + OF_DEPTH * state.contact_radius**2 / state.approach.radius)
+        by_forces = np.einsum("pij,pj->pi", body.bound + over_contact + next_moment, state.N) / self._E
+        depth = radius**2 / state.approach.radius
+        return np.asarray(by_forces + OF_DEPTH * depth)
 
     def rim(self, state: _State) -> Floats:
         """Return the contact radii that spheres with their own profile have at the same depths [mm], (poses, tips)."""
