@@ -1,6 +1,6 @@
 """`pipeline --print-completion SHELL`: the script by which a shell completes commands, flags and names."""
 
-from argparse import Action, ArgumentParser
+from argparse import ArgumentParser
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -22,38 +22,13 @@ def completion(parser: ArgumentParser, parsers: Mapping[str, ArgumentParser], wo
     shell = words[0] if words else ""
     if shell not in SHELLS or len(words) > 1:
         given = " ".join(words)
-        raise validation_error(
-            "--print-completion", given, "", f"one of {', '.join(SHELLS)}", f"did you mean {_close(given)}?"
-        )
+        hint = f"did you mean {nearest(given, SHELLS)}?"
+        raise validation_error("--print-completion", given, "", f"one of {', '.join(SHELLS)}", hint)
     import shtab
 
-    names = _names()
-    for each in parsers.values():
-        for action in each._actions:  # argparse has no other list of them
-            key = _key(action)
-            if key in names:
-                action.choices = names[key]
-            elif action.type is Path or str(action.metavar).startswith(_FILE):
-                kind = shtab.DIRECTORY if action.metavar in _FOLDERS else shtab.FILE
-                action.complete = kind  # type: ignore[attr-defined]
-    script: str = shtab.complete(parser, shell=shell)
-    return script if script.endswith("\n") else f"{script}\n"
-
-
-def _close(given: str) -> str:
-    return nearest(given, SHELLS)
-
-
-def _key(action: Action) -> str:
-    """Return the long flag of an action, or the name of a positional one."""
-    return next((flag for flag in action.option_strings if flag.startswith("--")), action.dest)
-
-
-def _names() -> dict[str, tuple[str, ...]]:
-    """Return by flag the names that it takes."""
     from pipeline.report.explain.entries import entry_names
 
-    return {
+    names = {
         "--design": preset_names(),
         "named": preset_names(),
         "--process": tuple(PROCESSES),
@@ -62,3 +37,13 @@ def _names() -> dict[str, tuple[str, ...]]:
         "--keep": tuple(every_key()),
         "name": entry_names(),
     }
+    for command in parsers.values():
+        for action in command._actions:  # argparse has no other list of them
+            flag = action.option_strings[-1] if action.option_strings else action.dest
+            if flag in names:
+                action.choices = names[flag]
+            elif action.type is Path or str(action.metavar).startswith(_FILE):
+                kind = shtab.DIRECTORY if action.metavar in _FOLDERS else shtab.FILE
+                action.complete = kind  # type: ignore[attr-defined]
+    script: str = shtab.complete(parser, shell=shell)
+    return script if script.endswith("\n") else f"{script}\n"

@@ -3,6 +3,7 @@
 from argparse import ArgumentParser, Namespace
 
 from pipeline.commands import run
+from pipeline.options import load_design
 
 PURPOSE = "make the files for fabrication and judge their geometry"
 EXAMPLE = "pipeline design"
@@ -19,6 +20,6 @@ def execute(arguments: Namespace) -> int:
     if arguments.list_processes:
         from pipeline.commands.processes import list_processes
 
-        own = run.asked(arguments)[0].printer
+        own = load_design(arguments.design, run.settings_of(arguments)).printer
         return list_processes(own, as_json=arguments.json)
     return run.execute(arguments, fabrication=True)

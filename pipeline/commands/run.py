@@ -2,12 +2,11 @@
 
 import json
 from argparse import ArgumentParser, Namespace
-from dataclasses import replace
 from pathlib import Path
 
 from cad.design.parameters import Design
 from cad.files.file_date import file_date
-from cad.quantity import validation_error
+from cad.quantity import validation_error, written_number
 from pipeline.commands.console import (
     FAILED,
     PASSED,
@@ -62,32 +61,25 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_json_flag(parser)
 
 
-def asked(arguments: Namespace) -> tuple[Design, RunOptions]:
-    """Return the design and the options that flags ask for; raises InputError."""
-    design = load_design(arguments.design, settings_of(arguments))
-    try:
-        tolerance = DEFAULT_TOLERANCE if arguments.tol is None else float(arguments.tol)
-    except ValueError as error:
-        raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "0.001 is 0.1 %") from error
-    options = RunOptions(
-        out=arguments.out or Path("outputs") / design.name,
-        fruit_stiffness=arguments.fruit_stiffness,
-        contact_method=arguments.contact_method,
-        fields=arguments.fields,
-        tolerance=tolerance,
-        force=arguments.force,
-    )
-    return design, options
-
-
 def execute(arguments: Namespace, *, fabrication: bool = False) -> int:
     """Run the design that the flags ask for, print the answer, return the exit code.
 
     Where the folder holds just what this run would write, it is answered from its report and nothing is solved.
     """
-    design, options = asked(arguments)
-    options = replace(options, fabrication=fabrication)
-    folder = options.out or Path("outputs") / design.name
+    design = load_design(arguments.design, settings_of(arguments))
+    tolerance = DEFAULT_TOLERANCE if arguments.tol is None else written_number(arguments.tol)
+    if tolerance is None:
+        raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "0.001 is 0.1 %")
+    folder = arguments.out or Path("outputs") / design.name
+    options = RunOptions(
+        out=folder,
+        fruit_stiffness=arguments.fruit_stiffness,
+        contact_method=arguments.contact_method,
+        fields=arguments.fields,
+        fabrication=fabrication,
+        tolerance=tolerance,
+        force=arguments.force,
+    )
     file_date()  # refuses a date that no file can have
     report = _kept_report(design, options, folder)
     if report is None:

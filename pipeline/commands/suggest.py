@@ -2,7 +2,7 @@
 
 import shlex
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 PURPOSE = "find the nearest design that passes"
 EXAMPLE = "pipeline suggest paper --set fruit.bruise_limit_MPa=0.29"
+_CHANGE = "{:<28}{:<14}{}"  # key, old value, new value
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -48,22 +49,22 @@ def execute(arguments: Namespace) -> int:
         arguments.design = arguments.named
     settings = settings_of(arguments)
     design = load_design(arguments.design, settings)
-    keep = frozenset(_known_key(key) for key in arguments.keep)
+    for key in arguments.keep:
+        if key not in every_key():
+            hint = f"did you mean {nearest(key, every_key())}?"
+            raise validation_error("--keep", key, "", "a key of the design file", hint)
     if arguments.out is not None:
-        if arguments.out.suffix != ".toml":
-            bound = "a file that ends in .toml"
-            raise validation_error("--out", str(arguments.out), "", bound, "name a design file, not a folder")
-        from pipeline.storage.files import refuse_taken
-
-        if not arguments.force:
-            refuse_taken([arguments.out], "--out")
+        _refuse_out(arguments.out, force=arguments.force)
     from pipeline.study.suggest.suggestion import suggestion
 
     with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
-        found = suggestion(design, RunOptions(), keep, progress)
+        found = suggestion(design, RunOptions(), frozenset(arguments.keep), progress)
     command = command_of(arguments.design, settings, found)
     with answering():
-        _print(found, command, as_json=arguments.json)
+        if arguments.json:
+            print_json(_as_mapping(found, command))
+        else:
+            _print(found, command)
     if found.changes is None:
         return FAILED
     if arguments.out is not None:
@@ -77,60 +78,65 @@ def execute(arguments: Namespace) -> int:
     return PASSED
 
 
-def _known_key(key: str) -> str:
-    if key not in every_key():
-        raise validation_error(
-            "--keep", key, "", "a key of the design file", f"did you mean {nearest(key, every_key())}?"
-        )
-    return key
+def _refuse_out(path: Path, *, force: bool) -> None:
+    """Raise InputError, before the search, for a file that could not be written after it."""
+    from pipeline.storage.files import refuse_taken
+
+    if path.suffix != ".toml":
+        bound = "a file that ends in .toml"
+        raise validation_error("--out", str(path), "", bound, "name a design file, not a folder")
+    if not force:
+        refuse_taken([path], "--out")
 
 
 def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") -> str:
     """Return the command that runs the design that was found; flags that set keys are `--set` there."""
     from pipeline.study.suggest.changes import written
 
-    every = {**settings, **{key: written(value) for key, value in (found.changes or {}).items()}}
-    sets = [word for key, value in every.items() for word in ("--set", f"{key}={value}")]
-    return shlex.join(["pipeline", "run", "--design", design, *sets])
+    words = ["pipeline", "run", "--design", design]
+    changes = {key: written(value) for key, value in (found.changes or {}).items()}
+    for key, value in {**settings, **changes}.items():
+        words += ["--set", f"{key}={value}"]
+    return shlex.join(words)
 
 
-def _print(found: "Suggestion", command: str, *, as_json: bool) -> None:
+def _as_mapping(found: "Suggestion", command: str) -> dict[str, object]:
     from pipeline.study.suggest.changes import value_of
 
-    rows = [(key, value_of(found.design, key), value) for key, value in (found.changes or {}).items()]
-    if as_json:
-        data = {
-            "design": design_as_mapping(found.changed),
-            "passes": found.changes is not None,
-            "changes": [{"key": key, "from": before, "to": after} for key, before, after in rows],
-            "command": None if found.changes is None else command,
-            "reason": found.reason,
-            "tried": found.tried,
-            "runs": found.runs,
-            "verdicts": [asdict(verdict) for verdict in found.verdicts],
-        }
-        print_json(data)
-        return
+    changes = []
+    for key, value in (found.changes or {}).items():
+        changes.append({"key": key, "from": value_of(found.design, key), "to": value})
+    return {
+        "design": design_as_mapping(found.changed),
+        "passes": found.changes is not None,
+        "changes": changes,
+        "command": None if found.changes is None else command,
+        "reason": found.reason,
+        "tried": found.tried,
+        "runs": found.runs,
+        "verdicts": [asdict(verdict) for verdict in found.verdicts],
+    }
+
+
+def _print(found: "Suggestion", command: str) -> None:
+    """Print what changes and the command, or which verdicts no change mends."""
+    from pipeline.study.suggest.changes import value_of
+
     print(f"{found.design.name}: {found.reason}")
     if found.changes is None:
         for verdict in found.verdicts:
             if verdict.passed is not True:
-                print(f"{'undecided' if verdict.passed is None else 'failed'} {verdict.name}: {verdict.reference}")
+                outcome = "undecided" if verdict.passed is None else "failed"
+                print(f"{outcome} {verdict.name}: {verdict.reference}")
         return
-    _print_changes(rows)
+    if found.changes:
+        print(_CHANGE.format("key", "from", "to"))
+    for key, value in found.changes.items():
+        print(_CHANGE.format(key, _formatted(value_of(found.design, key)), _formatted(value)))
     print(command)
 
 
-def _print_changes(rows: Sequence[tuple[str, object, object]]) -> None:
-    """Print the keys that change in columns, as wide as their longest word."""
-    heads = ("key", "from", "to")
-    table = [heads, *((key, _shown(before), _shown(after)) for key, before, after in rows)] if rows else []
-    widths = [max(len(row[column]) for row in table) for column in range(len(heads))] if table else []
-    for row in table:
-        print("  ".join(word.ljust(width) for word, width in zip(row, widths, strict=True)).rstrip())
-
-
-def _shown(value: object) -> str:
+def _formatted(value: object) -> str:
     if value is None:
         return "not set"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

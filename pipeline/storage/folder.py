@@ -123,9 +123,11 @@ def _listed_digests(folder: Path) -> dict[str, str] | None:
         report = json.loads(read_bytes(path, REPORT)) if is_regular(path) else None
         if not isinstance(report, dict) or report.get(KEY) != content_digest(report):
             return None
-        return {entry["path"]: entry["sha256"] for entry in report["files"]}
+        listed = {str(entry["path"]): entry["sha256"] for entry in report["files"]}
     except (OSError, ValueError, RecursionError, KeyError, TypeError):
         return None
+    leads_out = any(Path(name).name != name for name in listed)
+    return None if leads_out else listed
 
 
 def _refuse_unlisted(new: Path) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cad.input_file import MOST_BYTES, MOST_LEVELS, read_bytes, read_toml
+from cad.input_file import MOST_LEVELS, read_bytes, read_toml
 from cad.quantity import InputError
 
 
@@ -45,7 +45,7 @@ def test_deepest_toml_and_byte_order_mark_are_read(tmp_path):
     assert value == 1
 
 
-@pytest.mark.parametrize("size", [0, MOST_BYTES])
+@pytest.mark.parametrize("size", [0, 16 * 1024 * 1024])
 def test_regular_file_up_to_the_bound_is_read_whole(size, tmp_path):
     (tmp_path / "file").write_bytes(size * b"x")
     assert read_bytes(tmp_path / "file", "FILE") == size * b"x"
@@ -56,7 +56,7 @@ def test_no_other_file_is_waited_for_or_read(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "device").symlink_to("/dev/zero")
     with (tmp_path / "large").open("wb") as file:
-        file.truncate(MOST_BYTES + 1)
+        file.truncate(16 * 1024 * 1024 + 1)
     names = ("pipe", "device", "large", "none", ".", "x" * 300, "no\0file")
     for path in (tmp_path / name for name in names):
         with pytest.raises(InputError) as error:
@@ -69,4 +69,4 @@ def test_file_that_cannot_be_read_is_one_line(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "open", lambda *_, **__: (_ for _ in ()).throw(PermissionError(13, "Permission denied")))
     with pytest.raises(InputError) as error:
         read_bytes(tmp_path / "file", "FILE")
-    assert "Permission denied" in error.value.bound
+    assert error.value.bound == "a file that can be read (Permission denied)"

@@ -30,10 +30,10 @@ def found(monkeypatch, tmp_path):
 
 def test_command_that_is_printed_gives_the_design(found, capsys):
     assert main([*BRUISED, "--keep", "print.process"]) == 0
-    table, command = capsys.readouterr().out.splitlines()[1:3], None
+    table = capsys.readouterr().out.splitlines()[1:3]
     (design, _, keep) = found[0]
     assert keep == {"print.process"}
-    assert table == ["key              from  to", "press.travel_mm  0.6   0.07"]
+    assert [row.split() for row in table] == [["key", "from", "to"], ["press.travel_mm", "0.6", "0.07"]]
     command = _command(main, capsys)
     settings = dict(word.split("=", 1) for word in command if "=" in word)
     changed = load_design("paper", settings)

@@ -41,6 +41,12 @@ def test_second_time_is_not_made_and_is_the_same_to_the_last_bit():
     assert stage.times == 1
 
 
+def test_entry_as_large_as_the_files_of_a_design_is_kept():
+    large = {"housing.step": 2**22 * "x"}
+    cached("solids", {}, lambda: large, dict[str, str])
+    assert cached("solids", {}, dict, dict[str, str]) == large
+
+
 @pytest.mark.parametrize(("stage", "inputs"), [("flexures", {"a": 1.0}), ("contact", {"a": 1.0000000000000002})])
 def test_another_stage_or_input_is_made(stage, inputs):
     remembered("contact", {"a": 1.0}, Counted(1))

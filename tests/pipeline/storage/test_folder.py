@@ -194,6 +194,20 @@ def test_unchanged_folder_is_whole_and_one_that_lacks_a_file_is_not(tmp_path):
     assert whole_report(target) is None
 
 
+@pytest.mark.parametrize("path", ["{place}/letter", "../letter", "../../letter"])
+def test_report_that_lists_a_file_outside_is_none_of_ours(path, tmp_path):
+    letter = tmp_path / "letter"
+    letter.write_text("precious", encoding="utf-8")
+    run(tmp_path / "out", "1")
+    report = json.loads((tmp_path / "out" / "report.json").read_bytes())
+    entry = {"path": path.format(place=tmp_path), "sha256": hashlib.sha256(b"precious").hexdigest()}
+    forged = with_digest({**report, "files": [*report["files"], entry]})
+    (tmp_path / "out" / "report.json").write_text(json.dumps(forged), encoding="utf-8")
+    assert whole_report(tmp_path / "out") is None
+    run(tmp_path / "out", "2", force=True)
+    assert letter.read_text(encoding="utf-8") == "precious"
+
+
 def test_second_run_at_the_same_time_is_refused_and_a_repeat_of_the_first_is_answered(tmp_path):
     target = tmp_path / "out"
     with output_folder(target) as folder:
