@@ -18,19 +18,11 @@ from pipeline.study.study_file import read_study
 ROOT = Path(__file__).parents[2]
 
 VALUES = [
-    *((("--nl", text), "targets.NL = ") for text in ("0", "-0.1", "0.5", "nan", "five", "", "true")),
+    *((("--nl", text), "targets.NL = ") for text in ("0", "0.5", "five", "")),
     (("--nl=-inf",), "targets.NL = "),
     (("--p-max", "1"), "targets.P_max = 1"),
-    (("--p-max", "1e9"), "targets.P_max = 1e+09"),
-    (("--set", "targets.NL_definition=mean"), "targets.NL_definition = 'mean'"),
-    (("--set", "fruit.poisson=0.5"), "fruit.poisson = 0.5"),
     (("--set", "fruit.E_max_MPa=0"), "fruit.E_max_MPa = 0 MPa"),
-    (("--set", "fruit.E_MPa=[1, 0]"), "fruit.E_MPa = 0 MPa"),
-    (("--set", "fruit.E_MPa=[]"), "fruit.E_MPa = () MPa"),
     (("--set", "tips.spacing_mm=1"), "tips.spacing_mm = 1 mm"),
-    (("--set", "tips.spacing_mm=19.5"), "tips.spacing_mm = 19.5 mm"),
-    (("--set", "fruit.length_mm=1e12"), "fruit.length_mm = 1e+12 mm"),
-    (("--set", "press.travel_mm=12"), "press.travel_mm = 12 mm"),
     (("--set", "name=../x"), "name = '../x'"),
     (("--process", "fdm-abs"), "print.process = 'fdm-abs'"),
     (("--set", "tips.side=1"), "tips.side: "),

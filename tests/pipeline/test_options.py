@@ -1,6 +1,6 @@
 """A design from a preset or a file with changes on top, numbers or text; options that name what there is."""
 
-import re
+import math
 from pathlib import Path
 
 import pytest
@@ -37,8 +37,9 @@ def test_presets_beside_the_checkout_are_found_from_anywhere(tmp_path, monkeypat
 
 def test_without_presets_a_path_is_asked_for(tmp_path, monkeypatch):
     monkeypatch.setattr(options, "DESIGNS", tmp_path)
-    with pytest.raises(ValueError, match=r"--design = 'paper': must be one of , or a path .*; give a path"):
+    with pytest.raises(InputError) as caught:
         options.design_path("paper")
+    assert caught.value.field == "--design"
 
 
 def test_changes_are_numbers_lists_or_their_text():
@@ -58,49 +59,35 @@ def test_number_arrives_to_the_last_bit(number):
 
 
 BAD = [
-    ("targets.NL", float("nan"), "targets.NL = 'nan': must be a finite number, a list of them or text"),
-    ("targets.NL", float("inf"), "targets.NL = 'inf': must be a finite number"),
-    ("fruit.E_MPa", [1.0, float("nan")], "fruit.E_MPa = '[1.0, nan]': must be a finite number"),
-    pytest.param("targets.NL", object(), "targets.NL = '<object object at .*>': must be a finite number", id="object"),
-    ("targets.NL", {1, 2}, "targets.NL = '{1, 2}': must be a finite number"),
-    ("targets.NL", 1 + 2j, r"targets.NL = '(1+2j)': must be a finite number"),
-    ("targets.NL", True, "targets.NL = True: must be a number at least 1e-05 and at most 0.4999"),
-    ("targets.NL", {"a": 1}, "targets.NL = '{\"a\": 1}': must be a number at least 1e-05 and at most 0.4999"),
-    ("targets.NL", [0.05], "targets.NL = (0.05,): must be a number at least 1e-05"),
-    ("targets.NL", 0.7, "targets.NL = 0.7: must be at least 1e-05 and at most 0.4999"),
-    ("fruit.E_MPa", [], "fruit.E_MPa = () MPa: must be a list of at least one number"),
-    ("fruit.E_MPa", [1, "2"], "fruit.E_MPa = '2' MPa: must be a number at least 1e-06"),
-    ("fruit.E_MPa", [[1.0]], "fruit.E_MPa = (1.0,) MPa: must be a number at least 1e-06"),
-    ("fruit.E_MPa", 10**400, "fruit.E_MPa = .*: must be a list of at least one number"),
-    ("targets.N", 1, "targets.N: unknown key; must be one of"),
-    ("target.NL", 0.1, "target.NL: unknown setting; must be one of"),
-    ("NL", 0.1, "NL: unknown setting; must be one of"),
+    *(("targets.NL", value) for value in (math.nan, math.inf, {1, 2}, 1 + 2j, True, {"a": 1}, [0.05], 0.7)),
+    pytest.param("targets.NL", object(), id="object"),
+    *(("fruit.E_MPa", value) for value in ([1.0, math.nan], [], [1, "2"], [[1.0]], 10**400)),
+    ("targets.N", 1),
+    ("target.NL", 0.1),
+    ("NL", 0.1),
 ]
 
 
-@pytest.mark.parametrize(("key", "value", "message"), BAD, ids=str)
-def test_bad_value_is_one_line(key, value, message):
+@pytest.mark.parametrize(("key", "value"), BAD, ids=str)
+def test_bad_value_is_one_line(key, value):
     with pytest.raises(InputError) as caught:
         load_design("paper", {key: value})
+    assert caught.value.field == key
     assert "\n" not in str(caught.value)
-    assert re.match(".*".join(map(re.escape, message.split(".*"))), str(caught.value)), str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("option", "value", "flag"),
     [
-        ({"tolerance": 0.0}, r"^--tol = 0: must be at least 0.0001 and at most 0.1; the default is 0.001$"),
-        ({"tolerance": float("nan")}, r"^--tol = nan: must be at least"),
-        (
-            {"fruit_stiffness": "hays"},
-            r"^--fruit-stiffness = 'hays': must be one of contact, hayes; did you mean hayes",
-        ),
-        ({"contact_method": ""}, r"^--contact-method = '': must be one of auto, split, direct; did you mean"),
+        *(("tolerance", value, "--tol") for value in (0.0, 0.99e-4, 0.101, math.nan)),
+        ("fruit_stiffness", "hays", "--fruit-stiffness"),
+        ("contact_method", "", "--contact-method"),
     ],
 )
-def test_option_that_names_nothing_is_refused(changes, message):
-    with pytest.raises(InputError, match=message):
-        RunOptions(**changes)
+def test_option_that_names_nothing_is_refused(option, value, flag):
+    with pytest.raises(InputError) as caught:
+        RunOptions(**{option: value})
+    assert caught.value.field == flag
 
 
 def test_contact_takes_a_quarter_of_the_tolerance():

@@ -7,7 +7,7 @@ import pytest
 from cad.design.design_file import TABLE_TYPES
 from cad.design.parameters import Design, Print
 from cad.design.processes import PROCESSES
-from cad.design.tips import Press, Tips
+from cad.design.tips import Press
 from cad.quantity import InputError
 
 KINDS = TABLE_TYPES
@@ -46,10 +46,6 @@ def test_unit_is_told_by_the_name(table, item):
     assert item.metadata["unit"] == (UNIT_OF_ENDING[ending] if ending else "1"), f"{table}.{item.name}"
     assert item.metadata["hint"], f"{table}.{item.name}"
     assert item.metadata["meaning"], f"{table}.{item.name}"
-
-
-def test_tips_may_reach_the_edge_of_the_fruit():
-    assert Design(tips=Tips(spacing_mm=19.0)).tips.spacing_mm == 19.0
 
 
 def refused(table, key, value):

@@ -23,17 +23,6 @@ def test_script_knows_commands_presets_processes_and_names(shell, capsys):
         assert word in script
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
-def test_bash_completes_a_preset(tmp_path, capsys):
-    assert main(["--print-completion", "bash"]) == 0
-    script = tmp_path / "pipeline.bash"
-    script.write_text(capsys.readouterr().out, encoding="utf-8")
-    words = "COMP_WORDS=(pipeline run --design pap); COMP_CWORD=3"
-    program = f'source {script}; {words}; _shtab_pipeline; echo "${{COMPREPLY[@]}}"'
-    done = subprocess.run(["bash", "-c", program], capture_output=True, encoding="utf-8", check=True, timeout=60)
-    assert done.stdout.split() == ["paper", "paper-on-mango"]
-
-
 @pytest.mark.parametrize("words", [["fish"], [], ["bash", "more"]])
 def test_other_shell_is_refused_in_a_line(words, capsys):
     assert main(["--print-completion", *words]) == 2
