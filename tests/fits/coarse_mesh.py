@@ -1,22 +1,16 @@
 """_lift: by how much the stiffness on the coarse mesh lies above that on a finer one, over length / depth of the leaf.
 
-`python tests/fits/coarse_mesh.py` (20 s) fits a / (1 + b L / w) to six processes on meshes of scale 2 and 1.
+`python tests/fits coarse_mesh` (20 s) fits a / (1 + b L / w) to six processes on meshes of scale 2 and 1.
 """
 
-import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
+from fits.comparison import Comparison, covering, fitted
+from fits.springs import EVERY, Case, stiffness
 from scipy.optimize import curve_fit
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from fits.comparison import Comparison, covering, fitted  # noqa: E402
-from fits.springs import EVERY, Case, stiffness  # noqa: E402
-
-from pipeline.springs import leaf_lengths  # noqa: E402
+from pipeline.springs import leaf_lengths
 
 FINE = 1.0
 AS_A_RULE = 5e-4  # of the stiffness: what the docstring of _lift promises
@@ -50,9 +44,3 @@ def compared(cases: Sequence[Case] = EVERY) -> list[Comparison]:
         *(fitted(f"_lift at L / w {x[i]:.3g}", code[i], law(x[i], a, b), scatter) for i in places),
         covering(f"_lift, to within (fit {a:.4f} / (1 + {b:.3g} L / w))", AS_A_RULE, np.abs(measured - code)),
     ]
-
-
-if __name__ == "__main__":
-    for case in EVERY:
-        print(f"{case}: L / w {slendernesses(case)}, K coarse / K fine - 1 {lifts(case)}, in the code {in_code(case)}")
-    print(*compared(), sep="\n")

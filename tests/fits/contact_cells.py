@@ -1,27 +1,21 @@
 """SAFETY and RIM of unilateral contact: errors on the product's cells against much finer ones.
 
-`python tests/fits/contact_cells.py` (1 minute): error over bar of tilted and rounded tips and of spheres,
+`python tests/fits contact_cells` (1 minute): error over bar of tilted and rounded tips and of spheres,
 where the bar is SAFETY times the step from coarser cells, RIM over the touching cells, and the compliance's own.
 """
 
-import sys
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
+from fits.comparison import Comparison, covering, fitted
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from fits.comparison import Comparison, covering, fitted  # noqa: E402
-
-from cad.design.parameters import Fruit, Press, Tips  # noqa: E402
-from solve.contact import response  # noqa: E402
-from solve.contact.scene import Scene  # noqa: E402
-from solve.contact.scene_cells import HALF_CELLS  # noqa: E402
-from solve.fruit.split import split_compliance  # noqa: E402
+from cad.design.parameters import Fruit, Press, Tips
+from solve.contact import response
+from solve.contact.scene import Scene
+from solve.contact.scene_cells import HALF_CELLS
+from solve.fruit.split import split_compliance
 
 FRUIT = Fruit()
 ORDER = 1.5  # of the cells' error in their number
@@ -82,6 +76,5 @@ def compared(partly: Sequence[Scene] = PARTLY, spheres: Sequence[Scene] = SPHERE
     ]
 
 
-if __name__ == "__main__":
-    print(f"RIM {response.RIM:g}, error times touching cells of spheres: {[of_rim(scene) for scene in SPHERES]}")
-    print(*compared(), sep="\n")
+def details() -> list[str]:
+    return [f"RIM {response.RIM:g}, error times touching cells of spheres: {[of_rim(scene) for scene in SPHERES]}"]

@@ -1,28 +1,22 @@
 """PENALTY, FAR_ELEMENTS, STEPS and GRIP_OF_STEPS of solve/large_strain/curve_error.py.
 
-`python tests/fits/curve_errors.py` (1 minute) prints by how much a finer choice of each moves a curve.
+`python tests/fits curve_errors` (1 minute) prints by how much a finer choice of each moves a curve.
 """
 
 import math
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
+from fits.comparison import Comparison, covering
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from fits.comparison import Comparison, covering  # noqa: E402
-
-from solve.large_strain import grid, newton  # noqa: E402
-from solve.large_strain.curve_error import FAR_ELEMENTS, GRIP_OF_STEPS, PENALTY, STEPS  # noqa: E402
-from solve.large_strain.flesh_law import FleshLaw  # noqa: E402
-from solve.large_strain.force_curve import DEPTH_FRACTIONS, REFINEMENTS  # noqa: E402
-from solve.large_strain.press import PressedForces, TipPress, pressed  # noqa: E402
-from solve.large_strain.tip_profile import RoundTip  # noqa: E402
+from solve.large_strain import grid, newton
+from solve.large_strain.curve_error import FAR_ELEMENTS, GRIP_OF_STEPS, PENALTY, STEPS
+from solve.large_strain.flesh_law import FleshLaw
+from solve.large_strain.force_curve import DEPTH_FRACTIONS, REFINEMENTS
+from solve.large_strain.press import PressedForces, TipPress, pressed
+from solve.large_strain.tip_profile import RoundTip
 
 RADIUS, DEEPEST = 1.0 / math.sqrt(math.pi), 0.4
 LAWS = (
@@ -78,8 +72,3 @@ def compared(laws: tuple[FleshLaw, ...] = LAWS, edges: tuple[float, ...] = EDGES
 
 def _most(difference: np.ndarray) -> float:
     return float(np.abs(difference).max())
-
-
-if __name__ == "__main__":
-    for row in compared():
-        print(row)

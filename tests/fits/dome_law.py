@@ -1,32 +1,26 @@
 """OVER_CONTACT, NEXT_MOMENT and OF_DEPTH of the law of domes: its forces against contact on fine cells.
 
-`python tests/fits/dome_law.py` (1 minute): error over bar of squares on deep and shallow flesh. The fruits are blunt,
+`python tests/fits dome_law` (1 minute): error over bar of squares on deep and shallow flesh. The fruits are blunt,
 so that what the cells leave out, squares of slopes, is small: radii and domes are 25 times those of a mango, travel and
 tilt as many times less.
 """
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
+from fits.comparison import Comparison, covering
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from fits.comparison import Comparison, covering  # noqa: E402
-
-from cad.design.fruit import Fruit  # noqa: E402
-from cad.design.tips import Press, Tips  # noqa: E402
-from solve.contact.domes.law import domes_on  # noqa: E402
-from solve.contact.linear_response import spring_compliance  # noqa: E402
-from solve.contact.scene import Scene  # noqa: E402
-from solve.contact.scene_cells import scene_cells  # noqa: E402
-from solve.contact.unilateral import UnilateralContact  # noqa: E402
-from solve.fruit.compliance import FruitCompliance  # noqa: E402
-from solve.fruit.split import split_compliance  # noqa: E402
+from cad.design.fruit import Fruit
+from cad.design.tips import Press, Tips
+from solve.contact.domes.law import domes_on
+from solve.contact.linear_response import spring_compliance
+from solve.contact.scene import Scene
+from solve.contact.scene_cells import scene_cells
+from solve.contact.unilateral import UnilateralContact
+from solve.fruit.compliance import FruitCompliance
+from solve.fruit.split import split_compliance
 
 BLUNT = 25.0
 FINER = (16, 24)  # cells a side
@@ -103,7 +97,3 @@ def on_cells(scene: Scene, known: FruitCompliance, C: np.ndarray, E: float) -> n
 
 def compared(squares: Sequence[Square] = (GENTLE, COMPACT, SHALLOW, NEARLY)) -> list[Comparison]:
     return [covering("bar of the law of domes", 1.0, [of_bar(square) for square in squares], SPARE)]
-
-
-if __name__ == "__main__":
-    print(*compared(), sep="\n")

@@ -1,23 +1,17 @@
 """FRAME_FRACTIONS: what the frame adds to 1/K, times E w / K, from a housing whose frame is rigid against the real one.
 
-`python tests/fits/frame_share.py` (2 minutes). Rigid is what may carry marks: the bar above the cavity, and the walls
+`python tests/fits frame_share` (2 minutes). Rigid is what may carry marks: the bar above the cavity, and the walls
 from 2.5 mm behind the leaf roots on, where the letters L and H begin.
 """
 
-import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
+from fits.comparison import Comparison, covering
+from fits.springs import Case, mesh, stiffness
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from fits.comparison import Comparison, covering  # noqa: E402
-from fits.springs import PETG, STEEL, Case, mesh, stiffness  # noqa: E402
-
-from pipeline.verdicts.errors.effects import FRAME_FRACTIONS  # noqa: E402
-from solve.housing.stiffness import tip_compliance  # noqa: E402
+from pipeline.verdicts.errors.effects import FRAME_FRACTIONS
+from solve.housing.stiffness import tip_compliance
 
 BEHIND = 2.5  # [mm]
 SCALE = 0.66  # the coarsest mesh with a line of nodes between leaf root and holes
@@ -42,10 +36,3 @@ def compared(cases: Sequence[Case] = (PAPER,)) -> list[Comparison]:
         covering(f"FRAME_FRACTIONS of the {name} spring, {', '.join(map(str, cases))}", constant, seen)
         for name, constant, seen in zip(("low", "high"), FRAME_FRACTIONS, np.transpose(scaled), strict=True)
     ]
-
-
-if __name__ == "__main__":
-    for case in (PAPER, PETG, STEEL):
-        low, high = 100.0 * shares(case)
-        print(f"{case}: K {stiffness(case, SCALE)} N/mm, frame {low:.3g} and {high:.3g} % of 1/K")
-        print(*compared((case,)), sep="\n")

@@ -1,27 +1,21 @@
 """EDGE_STIFFNESS and EDGE_STRAIN: what both meshes leave to come at the edges of foils, over the step between them.
 
-`python tests/fits/gauge_edges.py` (1 minute): scales 2 and 1 against eight times the elements along the leaves.
+`python tests/fits gauge_edges` (1 minute): scales 2 and 1 against eight times the elements along the leaves.
 """
 
 import dataclasses
-import sys
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
+from fits.comparison import Comparison, covering
+from fits.springs import Case
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from fits.comparison import Comparison, covering  # noqa: E402
-from fits.springs import Case  # noqa: E402
-
-from mesh.housing.blocks import counts  # noqa: E402
-from mesh.housing.sweep import flexure_mesh  # noqa: E402
-from pipeline.springs.mounts import bonded_foils  # noqa: E402
-from solve.housing.stiffness import EDGE_STIFFNESS, EDGE_STRAIN, TipCompliance, tip_compliance  # noqa: E402
+from mesh.housing.blocks import counts
+from mesh.housing.sweep import flexure_mesh
+from pipeline.springs.mounts import bonded_foils
+from solve.housing.stiffness import EDGE_STIFFNESS, EDGE_STRAIN, TipCompliance, tip_compliance
 
 PLASTIC = Case("fdm-petg", (32.0, 17.0), gauges="foil")
 STEEL = Case("dmls-17-4ph", (70.0, 37.0), gauges="foil")
@@ -58,9 +52,3 @@ def compared(cases: Sequence[Case] = (PLASTIC,)) -> list[Comparison]:
             ("EDGE_STRAIN", EDGE_STRAIN, strain),
         )
     ]
-
-
-if __name__ == "__main__":
-    for case in (PLASTIC, STEEL):
-        print(f"{case}: to come of the stiffness {left(case)[0]}, of the strain {left(case)[1]}")
-        print(*compared((case,)), sep="\n", flush=True)

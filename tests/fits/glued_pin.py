@@ -1,32 +1,26 @@
 """PIN_GIVE: how far a glued pin moves against the foot of a housing, from solids of foot, glue and pin.
 
-`python tests/fits/glued_pin.py` (1 minute). The half x >= 0 of one foot with its neck and a piece of the shuttle,
+`python tests/fits glued_pin` (1 minute). The half x >= 0 of one foot with its neck and a piece of the shuttle,
 held at its top, in 20-node bricks: once solid with 1 N spread over its face, as the housing is solved, and once with
 pocket, gable, glue and pin, with 1 N spread over the pin's end. The difference is what a pin gives.
 """
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
+from fits.comparison import Comparison, covering
 from skfem import CellBasis, ElementHexS2, ElementVector, FacetBasis, MeshHex
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from fits.comparison import Comparison, covering  # noqa: E402
-
-from cad.design.parameters import Design  # noqa: E402
-from cad.design.processes import PROCESSES, Process  # noqa: E402
-from cad.design.tips import Tips  # noqa: E402
-from cad.parts.housing import Housing  # noqa: E402
-from cad.parts.layout import housing_for  # noqa: E402
-from cad.parts.pin import STEEL_MPA, pin_compliance  # noqa: E402
-from solve.elasticity import stiffness_matrix  # noqa: E402
-from solve.linear import factorised  # noqa: E402
+from cad.design.parameters import Design
+from cad.design.processes import PROCESSES, Process
+from cad.design.tips import Tips
+from cad.parts.housing import Housing
+from cad.parts.layout import housing_for
+from cad.parts.pin import STEEL_MPA, pin_compliance
+from solve.elasticity import stiffness_matrix
+from solve.linear import factorised
 
 STEEL, GLUE_POISSON = (STEEL_MPA, 0.29), 0.35
 GLUES_MPA = (1500.0, 3000.0, 4500.0)  # hard epoxies
@@ -143,10 +137,3 @@ def compared(cases: Sequence[tuple[str, float]] = CASES) -> list[Comparison]:
         form = pin_compliance(foot.housing, *foot.plastic)
         filled.append(abs(foot.give() - form.compliance) / form.error)
     return [covering("bar of a glued pin", 1.0, filled)]
-
-
-if __name__ == "__main__":
-    for case in CASES:
-        feet = [replace(foot_of(PROCESSES[case[0]], case[1]), glue=glue) for glue in GLUES_MPA]
-        print(case, [foot.give() for foot in feet], pin_compliance(feet[0].housing, *feet[0].plastic), flush=True)
-    print(*compared(), sep="\n")

@@ -1,26 +1,21 @@
 """LOCKING: what three meshes of quadratic tetrahedra leave as nu tends to 0.5, direct against split.
 
-`python tests/fits/locking.py` (3 minutes) solves the paper's block on the product's own three meshes. What they
+`python tests/fits locking` (3 minutes) solves the paper's block on the product's own three meshes. What they
 leave at nu 0.3, where nothing locks, is their extrapolation's and is taken off.
 """
 
 import dataclasses
-import sys
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+from fits.comparison import Comparison, covering
+from skfem import Mesh
 
-from fits.comparison import Comparison, covering  # noqa: E402
-from skfem import Mesh  # noqa: E402
-
-from cad.design.parameters import Fruit, Tips  # noqa: E402
-from cad.parts.fruit import fruit_quarter  # noqa: E402
-from mesh.fruit import REFINEMENTS, fruit_mesh  # noqa: E402
-from solve.fruit.direct import direct_compliance, locking  # noqa: E402
-from solve.fruit.split import split_compliance  # noqa: E402
+from cad.design.parameters import Fruit, Tips
+from cad.parts.fruit import fruit_quarter
+from mesh.fruit import REFINEMENTS, fruit_mesh
+from solve.fruit.direct import direct_compliance, locking
+from solve.fruit.split import split_compliance
 
 TIPS = Tips()
 POISSON = (0.45, 0.49, 0.499, 0.4999)
@@ -47,8 +42,3 @@ def compared(poissons: Sequence[float] = POISSON, refinements: tuple[float, ...]
     return [
         covering(f"locking at nu {nu:g}", locking(nu), [abs(apart(nu, refinements) - free)], SPARE) for nu in poissons
     ]
-
-
-if __name__ == "__main__":
-    for poisson in POISSON:
-        print(*compared((poisson,)), flush=True)

@@ -1,21 +1,15 @@
 """STRAIN_ERROR_SHARE: error of the root strain over what continuing it to the edges of the elements adds.
 
-`python tests/fits/root_strain.py` (3 minutes): six processes on meshes of scale 1 against scale 0.5.
+`python tests/fits root_strain` (3 minutes): six processes on meshes of scale 1 against scale 0.5.
 """
 
-import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
+from fits.comparison import Comparison, covering
+from fits.springs import EVERY, Case, solved
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from fits.comparison import Comparison, covering  # noqa: E402
-from fits.springs import EVERY, Case, solved  # noqa: E402
-
-from solve.housing.stiffness import STRAIN_ERROR_SHARE  # noqa: E402
+from solve.housing.stiffness import STRAIN_ERROR_SHARE
 
 FINE, REFERENCE = 1.0, 0.5
 
@@ -29,9 +23,3 @@ def shares(case: Case) -> np.ndarray:
 
 def compared(cases: Sequence[Case] = EVERY) -> list[Comparison]:
     return [covering("STRAIN_ERROR_SHARE", STRAIN_ERROR_SHARE, np.concatenate([shares(case) for case in cases]))]
-
-
-if __name__ == "__main__":
-    for case in EVERY:
-        print(f"{case}: {shares(case)}", flush=True)
-    print(*compared(), sep="\n")

@@ -1,25 +1,19 @@
 """SAFETY, LEAST_STEP and ROUGH_ERROR of the split: errors on its coarsest meshes against its finest one.
 
-`python tests/fits/split_errors.py` (2 minutes). An error is compared with the step to the next coarser mesh, and with
+`python tests/fits split_errors` (2 minutes). An error is compared with the step to the next coarser mesh, and with
 what the finite block changes of the half-space, the part that the mesh solves for.
 """
 
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
+from fits.block_scenes import MUCH, Scene, block, on_mesh, paired, random_scenes
+from fits.comparison import Comparison, covering, fitted
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from fits.block_scenes import MUCH, Scene, block, on_mesh, paired, random_scenes  # noqa: E402
-from fits.comparison import Comparison, covering, fitted  # noqa: E402
-
-from solve.fruit.box import COARSER  # noqa: E402
-from solve.fruit.split import LEAST_STEP, LEVELS, ROUGH, ROUGH_ERROR, SAFETY  # noqa: E402
-from solve.linear import SolveError  # noqa: E402
+from solve.fruit.box import COARSER
+from solve.fruit.split import LEAST_STEP, LEVELS, ROUGH, ROUGH_ERROR, SAFETY
+from solve.linear import SolveError
 
 COARSE, FINE, FINEST = LEVELS[0].coarser(), LEVELS[0], LEVELS[2]
 ORDER = 4
@@ -58,7 +52,7 @@ def _shares(scene: Scene) -> np.ndarray:
     return np.array([abs(far / near - 1.0) for far, near in pairs])
 
 
-def compared(blocks: Sequence[Scene] = tuple(BLOCKS.values()), count: int = 10, seed: int = 1) -> list[Comparison]:
+def compared(blocks: Sequence[Scene] = tuple(BLOCKS.values()), count: int = 40, seed: int = 1) -> list[Comparison]:
     """`count` random blocks are solved on the rough mesh."""
     errors = [error for error in map(rough, random_scenes(count, seed)) if error is not None]
     left = 1.0 / (COARSER**-ORDER - 1.0)
@@ -73,7 +67,8 @@ def compared(blocks: Sequence[Scene] = tuple(BLOCKS.values()), count: int = 10, 
     ]
 
 
-if __name__ == "__main__":
-    for name, scene in (BLOCKS | MORE).items():
-        print(f"{name}: error over step {of_step(scene):.3g}, over remainder {of_remainder(scene):.3g}", flush=True)
-    print(*compared(count=40), sep="\n")
+def details() -> list[str]:
+    return [
+        f"{name}: error over step {of_step(scene):.3g}, over remainder {of_remainder(scene):.3g}"
+        for name, scene in (BLOCKS | MORE).items()
+    ]

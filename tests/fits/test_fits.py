@@ -31,9 +31,9 @@ BLOCKS = (split_errors.BLOCKS["paper"], split_errors.BLOCKS["low"])
 REDUCED = {
     "frame": frame_share.compared,
     "coarse mesh": coarse_mesh.compared,
-    "cheapest pair": partial(mesh_pairs.compared, mesh_pairs.CHEAPEST, EVERY, TO_SCALE_1),
-    "odd shapes": partial(mesh_pairs.compared, mesh_pairs.CHEAPEST, ODD, TO_SCALE_1),
-    "default pair": partial(mesh_pairs.compared, mesh_pairs.DEFAULT, (TITANIUM,)),
+    "cheapest pair": partial(mesh_pairs.compared, [mesh_pairs.CHEAPEST], [EVERY], TO_SCALE_1),
+    "odd shapes": partial(mesh_pairs.compared, [mesh_pairs.CHEAPEST], [ODD], TO_SCALE_1),
+    "default pair": partial(mesh_pairs.compared, [mesh_pairs.DEFAULT], [(TITANIUM,)]),
     "root strain": partial(root_strain.compared, (TITANIUM,)),
     "gauge edges": gauge_edges.compared,
     "glued pin": partial(glued_pin.compared, (("fdm-petg", 0.7), ("dmls-17-4ph", 1.0))),

@@ -1,3 +1,6 @@
+"""A sensor passes on its own solid and files, and each planted mistake fails the verdict that is there for it."""
+
+import shutil
 from dataclasses import replace
 
 import cadquery as cq
@@ -18,127 +21,114 @@ DEFLECTIONS = (0.55, 0.2)
 
 
 @pytest.fixture(scope="module")
-def folder(sensor, tmp_path_factory):
-    place = tmp_path_factory.mktemp("sensor")
-    write_sensor(sensor, place)
-    return place
+def written(sensor, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sensor")
+    write_sensor(sensor, folder)
+    return folder
 
 
-def failures(findings):
-    return {finding.name for finding in findings if finding.passed is not True}
+@pytest.fixture
+def folder(written, tmp_path):
+    """Return a copy of the files of the sensor that a test may spoil."""
+    for name in ("housing.step", "housing.stl"):
+        shutil.copy(written / name, tmp_path)
+    return tmp_path
 
 
-def test_good_sensor_passes_every_check(sensor, folder):
-    findings = check_sensor(sensor, DEFLECTIONS, folder)
-    assert {finding.name.removeprefix("geometry.") for finding in findings} >= {
+def checked(sensor, folder):
+    """Return the verdicts by name."""
+    return {verdict.name.removeprefix("geometry."): verdict for verdict in check_sensor(sensor, DEFLECTIONS, folder)}
+
+
+def failures(verdicts):
+    return {name: verdict.value for name, verdict in verdicts.items() if verdict.passed is not True}
+
+
+def solid_failures(shape):
+    return failures({verdict.name: verdict for verdict in check_solid(shape)})
+
+
+def test_good_sensor_passes_every_check(sensor, written):
+    verdicts = checked(sensor, written)
+    assert failures(verdicts) == {}
+    assert set(verdicts) == {
         "valid", "one_solid", "watertight", "step_round_trip", "leaf_thickness_low", "leaf_thickness_high",
         "frame_clearance", "neck_clearance", "stops_low", "stops_high", "deflected_gap_low", "deflected_gap_high",
         "manifold", "fillets", "tips",
     }  # fmt: skip
-    assert failures(findings) == set()
 
 
-def test_two_solids_fail():
-    pair = cq.Compound.makeCompound([cq.Solid.makeBox(1, 1, 1), cq.Solid.makeBox(1, 1, 1, cq.Vector(5, 0, 0))])
-    assert failures(check_solid(pair)) == {"geometry.one_solid"}
-
-
-def test_shell_is_no_solid():
-    assert failures(check_solid(cq.Solid.makeBox(1, 1, 1).Shells()[0])) == {"geometry.one_solid"}
-
-
-def test_solid_with_an_open_shell_fails():
+def test_solids_that_are_none_fail():
+    box = cq.Solid.makeBox(1, 1, 1)
+    pair = cq.Compound.makeCompound([box, cq.Solid.makeBox(1, 1, 1, cq.Vector(5, 0, 0))])
+    assert solid_failures(pair) == {"geometry.one_solid": 2.0}
+    assert solid_failures(box.Shells()[0]) == {"geometry.one_solid": 0.0}
     builder, shell = BRep_Builder(), TopoDS_Shell()
     builder.MakeShell(shell)
-    for face in cq.Solid.makeBox(1, 1, 1).Faces()[:5]:
+    for face in box.Faces()[:5]:
         builder.Add(shell, face.wrapped)
     solid = cq.Shape.cast(BRepBuilderAPI_MakeSolid(shell).Solid())
-    findings = check_solid(solid)
-    assert failures(findings) == {"geometry.valid"}
-    assert findings[0].value >= 1.0
+    assert solid_failures(solid)["geometry.valid"] >= 1.0
 
 
-def test_swapped_leaf_thickness_fails(sensor, folder):
-    housing = sensor.housing
-    swapped = replace(housing, low=replace(housing.low, thickness=1.2), high=replace(housing.high, thickness=0.8))
-    findings = {f.name: f for f in check_sensor(replace(sensor, housing=swapped), DEFLECTIONS, folder)}
+def with_leaves(sensor, **changes):
+    """Return the housing whose leaves, by spring, have other dimensions."""
+    leaves = {spring: replace(getattr(sensor.housing, spring), **sizes) for spring, sizes in changes.items()}
+    return replace(sensor.housing, **leaves)
+
+
+def test_swapped_leaf_thickness_fails(sensor, written):
+    swapped = with_leaves(sensor, low={"thickness": 1.2}, high={"thickness": 0.8})
+    verdicts = checked(replace(sensor, housing=swapped), written)
     for side, declared, measured in (("low", 1.2, 0.8), ("high", 0.8, 1.2)):
-        finding = findings[f"geometry.leaf_thickness_{side}"]
-        assert (finding.passed, finding.limit) == (False, declared)
-        assert finding.value == pytest.approx(measured, abs=1e-5)
+        verdict = verdicts[f"leaf_thickness_{side}"]
+        assert (verdict.passed, verdict.limit) == (False, declared)
+        assert verdict.value == pytest.approx(measured, abs=1e-5)
 
 
-def thicker(sensor):
-    housing = sensor.housing
-    return housing_part(replace(housing, low=replace(housing.low, thickness=0.85)))
+def test_missing_leaf_fails_with_its_place(sensor, written):
+    shifted = replace(sensor.housing, lower_leaf_level=4.6, neck_level=2.4)
+    verdict = checked(replace(sensor, housing=shifted), written)["leaf_thickness_low"]
+    assert (verdict.passed, verdict.value) == (False, None)
+    assert "z = 4.600 mm" in verdict.reference
 
 
-def test_step_file_of_another_housing_fails(sensor, folder, tmp_path):
-    (tmp_path / "housing.stl").write_bytes((folder / "housing.stl").read_bytes())
-    write_step((replace(sensor.bodies()[0], shape=thicker(sensor).shape),), tmp_path / "housing.step", "housing")
-    findings = check_sensor(sensor, DEFLECTIONS, tmp_path)
-    assert failures(findings) == {"geometry.step_round_trip", "geometry.leaf_thickness_low"}
-    (leaf,) = (finding for finding in findings if finding.name == "geometry.leaf_thickness_low")
-    assert "farthest in the STEP" in leaf.reference
+def test_files_of_another_housing_fail(sensor, folder):
+    thicker = housing_part(with_leaves(sensor, low={"thickness": 0.85})).shape
+    write_stl(print_pose(thicker), folder / "housing.stl")
+    assert failures(checked(sensor, folder)) == {"leaf_thickness_low": pytest.approx(0.85, abs=1e-5)}
+    write_step((replace(sensor.housing_body(), shape=thicker),), folder / "housing.step", "housing")
+    assert set(failures(checked(sensor, folder))) == {"step_round_trip", "leaf_thickness_low"}
 
 
-def test_stl_file_of_another_housing_fails(sensor, folder, tmp_path):
-    (tmp_path / "housing.step").write_bytes((folder / "housing.step").read_bytes())
-    write_stl(print_pose(thicker(sensor).shape), tmp_path / "housing.stl")
-    findings = check_sensor(sensor, DEFLECTIONS, tmp_path)
-    assert failures(findings) == {"geometry.leaf_thickness_low"}
-    (leaf,) = (finding for finding in findings if finding.name == "geometry.leaf_thickness_low")
-    assert leaf.value == pytest.approx(0.85, abs=1e-5)
-
-
-def test_missing_leaf_fails_with_its_place(sensor, folder):
-    shift = replace(sensor.housing, lower_leaf_level=4.6, neck_level=2.4)
-    findings = check_sensor(replace(sensor, housing=shift), DEFLECTIONS, folder)
-    (leaf,) = (finding for finding in findings if finding.name == "geometry.leaf_thickness_low")
-    assert (leaf.passed, leaf.value) == (False, None)
-    assert leaf.reference.startswith("no leaf at x = ")
-
-
-def test_missing_fillet_fails_with_its_place(sensor, folder):
-    housing = sensor.housing
-    x, z = housing.arms[0].wall, housing.lower_leaf_level + 0.4
+def test_missing_fillet_fails_with_its_place(sensor, written):
+    x, z = sensor.housing.arms[0].wall, sensor.housing.lower_leaf_level + 0.4
     filled = sensor.part.shape.cut(cq.Solid.makeBox(1.0, 8.0, 1.0, cq.Vector(x, -4.0, z)))
-    findings = check_sensor(replace(sensor, part=replace(sensor.part, shape=filled)), DEFLECTIONS, folder)
-    (fillet,) = (finding for finding in findings if finding.name == "geometry.fillets")
-    assert (fillet.passed, fillet.limit) == (False, 0.5)
-    assert fillet.value == pytest.approx(0.0, abs=1e-6)
-    assert f"x = {x:.3f}, z = {z:.3f}" in fillet.reference
+    verdict = checked(replace(sensor, part=replace(sensor.part, shape=filled)), written)["fillets"]
+    assert (verdict.passed, verdict.limit, verdict.value) == (False, 0.5, pytest.approx(0.0, abs=1e-6))
+    assert f"x = {x:.3f}, z = {z:.3f}" in verdict.reference
 
 
-def test_smaller_fillet_fails(sensor, folder):
-    low, high = (replace(flexure, fillet=0.4) for flexure in (sensor.housing.low, sensor.housing.high))
-    part = housing_part(replace(sensor.housing, low=low, high=high))
-    findings = check_sensor(replace(sensor, part=part), DEFLECTIONS, folder)
-    (fillet,) = (finding for finding in findings if finding.name == "geometry.fillets")
-    assert (fillet.passed, fillet.value) == (False, pytest.approx(0.4, abs=1e-6))
-
-
-def test_tips_at_another_spacing_fail(sensor, folder):
-    part = housing_part(replace(sensor.housing, spacing=8.1))
-    findings = check_sensor(replace(sensor, part=part), DEFLECTIONS, folder)
-    (tips,) = (finding for finding in findings if finding.name == "geometry.tips")
-    assert (tips.passed, tips.value) == (False, pytest.approx(0.05, abs=1e-6))
+def test_smaller_fillets_and_tips_at_another_spacing_fail(sensor, written):
+    smaller = housing_part(with_leaves(sensor, low={"fillet": 0.4}, high={"fillet": 0.4}))
+    verdict = checked(replace(sensor, part=smaller), written)["fillets"]
+    assert (verdict.passed, verdict.value) == (False, pytest.approx(0.4, abs=1e-6))
+    apart = housing_part(replace(sensor.housing, spacing=8.1))
+    verdict = checked(replace(sensor, part=apart), written)["tips"]
+    assert (verdict.passed, verdict.value) == (False, pytest.approx(0.05, abs=1e-6))
 
 
 @pytest.mark.parametrize("name", ["housing.step", "housing.stl"])
-def test_file_that_cannot_be_read_fails_and_a_missing_one_is_named(sensor, folder, tmp_path, name):
-    for each in ("housing.step", "housing.stl"):
-        (tmp_path / each).write_bytes((folder / each).read_bytes())
-    (tmp_path / name).write_bytes(b"hello")
-    assert failures(check_sensor(sensor, DEFLECTIONS, tmp_path)) == {"geometry.readable"}
-    (tmp_path / name).unlink()
+def test_file_that_cannot_be_read_fails_and_a_missing_one_is_named(sensor, folder, name):
+    (folder / name).write_bytes(b"hello")
+    assert failures(checked(sensor, folder)) == {"readable": None}
+    (folder / name).unlink()
     with pytest.raises(FileNotFoundError, match=name):
-        check_sensor(sensor, DEFLECTIONS, tmp_path)
+        checked(sensor, folder)
 
 
-def test_open_stl_in_the_folder_fails(sensor, folder, tmp_path):
-    (tmp_path / "housing.step").write_bytes((folder / "housing.step").read_bytes())
+def test_open_stl_in_the_folder_fails(sensor, folder):
     mesh = read_stl(folder / "housing.stl")
     mesh.update_faces(mesh.face_normals[:, 2] < 0.999)
-    mesh.export(tmp_path / "housing.stl")
-    assert "geometry.watertight" in failures(check_sensor(sensor, DEFLECTIONS, tmp_path))
+    mesh.export(folder / "housing.stl")
+    assert "watertight" in failures(checked(sensor, folder))

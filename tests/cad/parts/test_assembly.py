@@ -10,7 +10,7 @@ import pytest
 from squares import GENTLE, RESIN, square_housing, square_sensor
 
 from cad.design.parameters import Print
-from cad.parts.assembly import assembly_bodies, dowel_length, finished_part, screw_length, turned_twin
+from cad.parts.assembly import assembly_bodies, dowel_length, finished_part, grip, screw_length, turned_twin
 from cad.parts.housing import mounting_error
 from cad.parts.housing_solid import housing_part
 from cad.parts.pose import in_place
@@ -28,68 +28,73 @@ def bodies(square):
     return {body.name: body.shape for body in assembly_bodies(square)}
 
 
-def test_frame_has_equal_halves_whichever_arm_is_longer():
-    for lengths in ((20.0, 8.0), (8.0, 20.0), (12.0, 12.0)):
-        housing = square_housing(lengths=lengths)
-        assert housing.left == -housing.right
-        for places in (housing.holes, housing.dowels):
-            assert sorted(places) == sorted((-x, z) for x, z in places)
-        for arm in housing.arms:
-            assert abs(arm.post) >= abs(arm.wall)
-            assert abs(arm.outer) - abs(arm.post) == pytest.approx(housing.wall_width)
+@pytest.mark.parametrize("lengths", [(20.0, 8.0), (8.0, 20.0), (12.0, 12.0)])
+def test_frame_has_equal_halves_whichever_arm_is_longer(lengths):
+    housing = square_housing(lengths=lengths)
+    assert housing.left == -housing.right
+    for points in (housing.holes, housing.dowels):
+        assert sorted(points) == sorted((-x, z) for x, z in points)
+    for arm in housing.arms:
+        assert abs(arm.post) >= abs(arm.wall)
+        assert abs(arm.outer) - abs(arm.post) == pytest.approx(housing.wall_width)
 
 
-def test_plate_is_one_valid_solid_in_every_process_with_its_named_faces():
-    for name in ("fdm-petg", "sls-pa12", "dmls-ti64"):
-        design = replace(GENTLE, print=Print(process=name))
-        part = finished_part(square_housing(design))
-        assert part.shape.isValid()
-        assert part.shape.ShapeType() == "Solid"
-        assert len(part.faces["mounting_holes"]) == 4
+@pytest.mark.parametrize("process", ["fdm-petg", "sls-pa12", "dmls-ti64"])
+def test_plate_is_one_valid_solid_in_every_process_with_its_named_faces(process):
+    part = finished_part(square_housing(replace(GENTLE, print=Print(process=process))))
+    assert part.shape.isValid()
+    assert part.shape.ShapeType() == "Solid"
+    assert len(part.faces["mounting_holes"]) == 4
 
 
 def test_pads_and_holes_change_the_volume_by_their_own(square):
-    """Plate, pad of the posts and the bar, less its holes, less two holes for dowels, less what the domes take."""
-    housing = square.housing
-    flat = replace(housing, dome_radius=0.0)
-    foot, top, wide = housing.cover_level, housing.top_level, housing.right - housing.left
-    inner = wide - 2.0 * (housing.wall_width - 1.0)
-    area = wide * (top - foot) - inner * (housing.cavity_level + 1.0 - foot)
-    on_pad = 4.0 * math.pi * (0.5 * housing.hole_diameter) ** 2
-    dowels = 2.0 * math.pi * (0.5 * housing.dowel_hole) ** 2
-    assert housing.dowels[0][1] - 0.5 * housing.dowel_hole > housing.cavity_level + 1.0  # whole in the pad
-    expected = housing_part(flat).shape.Volume() + (area - on_pad - dowels) * housing.pad_height
-    expected -= dowels * housing.depth
+    """Plate, pad of the posts and the bar, less its holes, less two holes for dowels; domes left out."""
+    flat = replace(square.housing, dome_radius=0.0)
+    foot, top, width = flat.cover_level, flat.top_level, flat.right - flat.left
+    inner = width - 2.0 * (flat.wall_width - 1.0)
+    on_pad = 4.0 * math.pi * (0.5 * flat.hole_diameter) ** 2
+    dowels = 2.0 * math.pi * (0.5 * flat.dowel_hole) ** 2
+    pad = width * (top - foot) - inner * (flat.cavity_level + 1.0 - foot) - on_pad - dowels
+    assert flat.dowels[0][1] - 0.5 * flat.dowel_hole > flat.cavity_level + 1.0  # whole in the pad
+    expected = housing_part(flat).shape.Volume() + pad * flat.pad_height - dowels * flat.depth
     assert finished_part(flat).shape.Volume() == pytest.approx(expected, rel=1e-9)
 
 
 def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each_diagonal(square):
-    """The low tip is the one whose leaves are longer."""
-    housing, found = square.housing, []
     every = square.part.shape.Faces()
-    for twin in (False, True):
-        for kind in ("low", "high"):
-            cap = in_place(cq.Compound.makeCompound([every[i] for i in square.part.faces[f"{kind}_tip"]]), housing)
-            box = (turned_twin(cap) if twin else cap).BoundingBox()
-            assert box.zmin == pytest.approx(0.0, abs=KERNEL)
-            found.append((kind, (box.center.x, box.center.y)))
+    caps = []
+    for kind in ("low", "high"):
+        faces = [every[index] for index in square.part.faces[f"{kind}_tip"]]
+        caps.append((kind, in_place(cq.Compound.makeCompound(faces), square.housing)))
+    caps += [(kind, turned_twin(cap)) for kind, cap in caps]
     asked = zip(GENTLE.tips.springs, GENTLE.tips.places_mm, strict=True)
-    for (kind, place), (spring, wanted) in zip(found, asked, strict=True):
+    for (kind, cap), (spring, place) in zip(caps, asked, strict=True):
+        box = cap.BoundingBox()
         assert kind == spring
-        assert place == pytest.approx(wanted, abs=KERNEL)
+        assert (box.center.x, box.center.y, box.zmin) == pytest.approx((*place, 0.0), abs=KERNEL)
 
 
 def test_every_body_is_named_once_and_valid(bodies):
-    assert [name for name in bodies if not name.endswith(("1", "2", "3", "4"))] == [
-        "front cover",
-        "back cover",
-        "fruit",
-    ]
     counts = {"plate": 2, "screw": 4, "nut": 4, "front washer": 4, "back washer": 4, "dowel": 2}
-    for name, count in counts.items():
-        assert {f"{name} {number}" for number in range(1, count + 1)} <= set(bodies)
-    assert len(bodies) == sum(counts.values()) + 3
+    numbered = {f"{name} {number}" for name, count in counts.items() for number in range(1, count + 1)}
+    assert set(bodies) == numbered | {"front cover", "back cover", "fruit"}
     assert all(shape.isValid() for shape in bodies.values())
+
+
+def shared_places(bodies, *, pressed=()):
+    """Return the pairs of bodies that share a place, but those that are pressed into each other."""
+    shared = []
+    for first, second in itertools.combinations(bodies, 2):
+        is_pressed = {first.split()[0], second.split()[0]} == set(pressed)
+        volume = sum(solid.Volume() for solid in bodies[first].intersect(bodies[second]).Solids())
+        if volume >= KERNEL and not is_pressed:
+            shared.append((first, second))
+    return shared
+
+
+def test_no_two_bodies_share_a_place_but_a_dowel_that_is_pressed_in(bodies):
+    upper = {name: shape for name, shape in bodies.items() if not name.endswith((" 3", " 4"))}
+    assert shared_places(upper, pressed=("plate", "dowel")) == []
 
 
 def test_pair_is_put_together_with_covers_and_screws(housing, sensor):
@@ -97,51 +102,50 @@ def test_pair_is_put_together_with_covers_and_screws(housing, sensor):
     found = {body.name: body.shape for body in assembly_bodies(covered)}
     assert {"housing", "front cover", "back cover", "fruit"} <= set(found)
     assert sum(name.startswith("screw") for name in found) == len(housing.holes)
-    for a, b in itertools.combinations(found, 2):
-        assert sum(solid.Volume() for solid in found[a].intersect(found[b]).Solids()) < KERNEL, (a, b)
+    assert shared_places({name: shape for name, shape in found.items() if not name.endswith((" 2", " 3", " 4"))}) == []
     assert not any("cover" in body.name for body in assembly_bodies(sensor))
-
-
-def test_no_two_bodies_share_a_place_but_a_dowel_that_is_pressed_in(bodies):
-    for a, b in itertools.combinations(bodies, 2):
-        if {a.split()[0], b.split()[0]} == {"plate", "dowel"}:
-            continue
-        common = bodies[a].intersect(bodies[b]).Solids()
-        assert sum(solid.Volume() for solid in common) < KERNEL, (a, b)
 
 
 def test_dowels_are_pressed_by_the_accuracy_of_the_process_and_end_inside(square, bodies):
     housing = square.housing
     assert housing.dowel_hole == 3.0 - RESIN.accuracy_mm
-    for number in (1, 2):
-        box = bodies[f"dowel {number}"].BoundingBox()
-        assert box.xlen == pytest.approx(3.0, abs=KERNEL)
-        assert -0.5 * housing.stack <= box.ymin < -0.3 * housing.stack
-        assert box.ymax == pytest.approx(-box.ymin)
+    for number, (x, z) in enumerate(housing.dowels, start=1):
+        dowel = bodies[f"dowel {number}"]
+        box = dowel.BoundingBox()
+        length = dowel_length(housing)
+        assert dowel.Volume() == pytest.approx(0.25 * math.pi * 3.0**2 * length)
+        assert (box.center.x, box.center.z) == pytest.approx((x, z), abs=KERNEL)
+        assert (box.ymin, box.ymax) == pytest.approx((-0.5 * length, 0.5 * length), abs=KERNEL)
     thin = {kind: replace(getattr(housing, kind), depth=1.0) for kind in ("low", "high")}
     assert dowel_length(replace(housing, **thin, tip_side=1.0, spacing=2.0, shuttle_width=1.5)) is None
 
 
-def test_screw_reaches_through_its_nut_and_two_washers(bodies):
-    screw, nut = bodies["screw 1"].BoundingBox(), bodies["nut 1"].BoundingBox()
-    assert screw.ymax >= nut.ymax
-    assert nut.ymin == pytest.approx(0.5 * 17.6 + 0.5)
-    assert screw_length(17.6) == 25
-    assert screw_length(60.0) is None
+@pytest.mark.parametrize(("grip_mm", "length"), [(6.6, 10), (6.61, 12), (17.6, 25), (46.6, 50), (46.61, None)])
+def test_screw_reaches_through_its_nut_and_two_washers(grip_mm, length):
+    """M3: a nut of 2.4 mm, ISO 4032, and washers of 0.5 mm, ISO 7089."""
+    assert screw_length(grip_mm) == length
 
 
-def test_plates_between_washers_have_no_covers():
-    sensor = square_sensor(square_housing(replace(GENTLE, print=Print(process="sla-resin", mount="washers"))))
-    names = [body.name for body in assembly_bodies(sensor)]
-    assert "front cover" not in names
-    assert "plate 2" in names
+def test_screws_hold_what_lies_between_their_washers(square, bodies):
+    half_grip = 0.5 * grip(square)
+    assert half_grip == pytest.approx(0.5 * 17.6)
+    ends = {}
+    for name in ("screw", "nut", "front washer", "back washer"):
+        box = bodies[f"{name} 1"].BoundingBox()
+        ends[name] = (box.ymin, box.ymax)
+        assert (box.center.x, box.center.z) == pytest.approx(square.housing.holes[0], abs=KERNEL)
+    assert ends["front washer"] == pytest.approx((-half_grip - 0.5, -half_grip), abs=KERNEL)
+    assert ends["back washer"] == pytest.approx((half_grip, half_grip + 0.5), abs=KERNEL)
+    assert ends["nut"] == pytest.approx((half_grip + 0.5, half_grip + 2.9), abs=KERNEL)
+    assert ends["screw"] == pytest.approx((-half_grip - 3.5, -half_grip - 0.5 + 25.0), abs=KERNEL)
 
 
-def test_pins_stand_in_both_plates():
-    design = replace(GENTLE, tips=replace(GENTLE.tips, side_mm=1.4, dome_radius_mm=2.0, spacing_mm=6.0, socket="pin"))
-    sensor = square_sensor(design=design)
-    names = [body.name for body in assembly_bodies(sensor)]
-    assert {"low pin 1", "low pin 2", "high pin 1", "high pin 2"} <= set(names)
+def test_plates_between_washers_have_no_covers_and_pins_stand_in_both_plates():
+    tips = replace(GENTLE.tips, side_mm=1.4, dome_radius_mm=2.0, spacing_mm=6.0, socket="pin")
+    design = replace(GENTLE, tips=tips, print=Print(process="sla-resin", mount="washers"))
+    names = {body.name for body in assembly_bodies(square_sensor(design=design))}
+    assert {"plate 1", "plate 2", "low pin 1", "low pin 2", "high pin 1", "high pin 2"} <= names
+    assert not {"front cover", "back cover"} & names
 
 
 def test_mounting_error_is_that_of_a_plate_moved_as_a_rigid_body(square):
@@ -149,9 +153,8 @@ def test_mounting_error_is_that_of_a_plate_moved_as_a_rigid_body(square):
 
     What is left of the heights of the four tips after the best plane is what the contrast of the kinds reads.
     """
-    housing = square.housing
-    error = mounting_error(housing, 0.05)
-    (left, _), (right, _) = sorted(housing.dowels)
+    error = mounting_error(square.housing, 0.05)
+    (left, _), (right, _) = sorted(square.housing.dowels)
     places = np.array(GENTLE.tips.places_mm)
     weights = np.array([-0.5 if kind == "low" else 0.5 for kind in GENTLE.tips.springs])
     of_twin = places[:, 1] > 0.0

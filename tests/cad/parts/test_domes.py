@@ -13,7 +13,6 @@ from cad.design.tips import Tips
 from cad.files.sensor_files import write_sensor
 from cad.parts.housing_solid import domed, housing_part
 from cad.parts.layout import housing_for
-from cad.parts.pin_socket import tip_solid
 
 LEFT_OUT = 5e-4  # of the stiffness of the high spring
 K_HIGH = 20.0  # [N/mm]
@@ -57,7 +56,10 @@ def test_plate_with_half_balls_is_exported_whole(tmp_path):
     assert [verdict.name for verdict in verdicts if verdict.passed is not True] == []
 
 
-def test_pair_may_have_domes_too():
+def test_pair_may_have_domes_too_and_flat_tips_have_none():
+    flat = housing_for(Design(), PROCESSES["fdm-petg"], (28.9, 14.7), (0.5, 0.1))
+    whole = housing_part(flat)
+    assert domed(whole, flat) is whole
     design = Design(tips=Tips(shape="dome", dome_radius_mm=3.0, side_mm=2.0))
     housing = housing_for(design, PROCESSES["fdm-petg"], (28.9, 14.7), (0.5, 0.1))
     part = domed(housing_part(housing), housing)
@@ -70,12 +72,6 @@ def test_flat_tip_where_a_dome_is_declared_fails():
     found = tip_verdict(housing_part(housing), housing)
     assert found.passed is False
     assert found.value == pytest.approx(10.0 - math.sqrt(100.0 - 0.5 * housing.tip_side**2), rel=1e-6)
-
-
-def test_flat_face_has_no_dome():
-    housing = housing_for(Design(), PROCESSES["fdm-petg"], (28.9, 14.7), (0.5, 0.1))
-    part = housing_part(housing)
-    assert domed(part, housing) is part
 
 
 @pytest.mark.parametrize("name", ["fdm-petg", "fdm-pla", "sls-pa12", "sla-resin"])
@@ -91,13 +87,3 @@ def test_flat_tips_of_the_solve_are_stiffer_than_domes_by_less_than_half_a_thous
     cap = math.log(end / start) / (2.0 * math.pi * r * E)
     give = cap - (end - start) / (E * area)
     assert 0.0 < give * K_HIGH < LEFT_OUT
-
-
-@pytest.mark.parametrize(("radius", "side"), [(10.0, 2.0), (1.0, 2.0), (5.0, 1.2)])
-def test_pin_with_a_dome_is_a_cylinder_on_a_cap(radius, side):
-    pin = tip_solid(Tips(shape="dome", dome_radius_mm=radius, side_mm=side).tip_shape, 4.0)
-    cap = radius - math.sqrt(radius**2 - 0.25 * side**2)
-    volume = 0.25 * math.pi * side**2 * (4.0 - cap) + math.pi * cap**2 * (radius - cap / 3.0)
-    assert pin.isValid()
-    assert pin.Volume() == pytest.approx(volume, rel=1e-9)
-    assert pin.BoundingBox().zmin == pytest.approx(0.0, abs=1e-6)
