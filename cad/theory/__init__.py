@@ -1,1 +1,1 @@
-"""Closed forms of springs, leaves, gauges and flesh; the standard library only."""
+"""Closed forms of springs, leaves, gauges and flesh."""

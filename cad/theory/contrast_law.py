@@ -14,6 +14,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from cad.quantity import validation_error
 
 Matrix = Sequence[Sequence[float]]
@@ -44,9 +46,9 @@ class ContrastLaw:
     def __post_init__(self) -> None:
         """Refuse tables of another number of tips."""
         count = len(self.weights)
-        rows = (len(self.gaps), len(self.C), len(self.S), *(len(row) for row in (*self.C, *self.S)))
-        if set(rows) != {count}:
-            msg = f"contrast law of {count} tips: {rows} entries; must have one for each tip in every row"
+        shapes = (np.shape(self.gaps), np.shape(self.C), np.shape(self.S))
+        if shapes != ((count,), (count, count), (count, count)):
+            msg = f"contrast law of {count} tips: tables of {shapes}; must have a row and a column for each tip"
             raise ValueError(msg)
 
 
@@ -55,14 +57,13 @@ def contrast_weights(positions: Sequence[Place], springs: Sequence[str]) -> tupl
 
     `positions` are x and y [mm], `springs` low or high. Raises InputError where a tilt would not drop out.
     """
-    weights = tuple(1.0 / springs.count(spring) * (1.0 if spring == "high" else -1.0) for spring in springs)
-    reach = max(max(abs(x), abs(y)) for x, y in positions)
-    for coordinates in zip(*positions, strict=True):
-        if abs(_dot(weights, coordinates)) > _LEVEL * reach:
-            bound = "a line or a square: low and high tips about one middle"
-            hint = "one reading of a pair cannot tell tilt from stiffness"
-            raise validation_error("tips.layout", "pair", "", bound, hint)
-    return weights
+    weights = [1.0 / springs.count("high") if spring == "high" else -1.0 / springs.count("low") for spring in springs]
+    let_through = np.abs(np.array(weights) @ np.array(positions))
+    if let_through.max() > _LEVEL * np.abs(positions).max():
+        bound = "a line or a square: low and high tips about one middle"
+        hint = "one reading of a pair cannot tell tilt from stiffness"
+        raise validation_error("tips.layout", "pair", "", bound, hint)
+    return tuple(weights)
 
 
 def read_modulus(law: ContrastLaw, forces: Sequence[float]) -> float:
@@ -83,10 +84,12 @@ def contrast_terms(law: ContrastLaw, forces: Sequence[float]) -> tuple[float, fl
         if not 0.0 < force < math.inf:
             msg = f"force of tip {tip} = {force:g} N: must be above 0; the tip is off the fruit, press more level"
             raise ReadingError(msg)
-    rigid = _dot(law.weights, _product(law.C, forces)) + _dot(law.weights, law.gaps)
-    dome = law.hertz * _dot(law.weights, [force ** (2.0 / 3.0) for force in forces])
-    body = _dot(law.weights, _product(law.S, forces))
-    return rigid, dome, body
+    weights = np.array(law.weights)
+    F = np.array(forces)
+    rigid = weights @ (np.array(law.C) @ F + law.gaps)
+    dome = law.hertz * weights @ F ** (2.0 / 3.0)
+    body = weights @ (np.array(law.S) @ F)
+    return float(rigid), float(dome), float(body)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,11 +106,9 @@ class ReadingSlopes:
 
 def stiffened(C: Matrix, factors: Sequence[float]) -> tuple[tuple[float, ...], ...]:
     """Return the compliance C [mm/N] of springs that are stiffer by factors [1], coupled in the same measure."""
-    scales = [1.0 / math.sqrt(factor) for factor in factors]
-    rows = []
-    for scale_of_row, row in zip(scales, C, strict=True):
-        rows.append(tuple(scale_of_row * entry * scale for entry, scale in zip(row, scales, strict=True)))
-    return tuple(rows)
+    scales = 1.0 / np.sqrt(factors)
+    rows = np.array(C) * np.outer(scales, scales)
+    return tuple(tuple(row) for row in rows.tolist())
 
 
 def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> ReadingSlopes:
@@ -115,26 +116,26 @@ def contrast_slopes(law: ContrastLaw, forces: Sequence[float], E: float) -> Read
     _, dome, body = contrast_terms(law, forces)
     softer = E ** (-2.0 / 3.0)
     falling = dome * softer / 1.5 + body / E  # -E dg/dE [mm]
-    hertz = law.hertz * softer / 1.5
-    by_force = []
-    by_spring = []
-    contracted = zip(_contracted(law.weights, law.C), _contracted(law.weights, law.S), strict=True)
-    rows = zip(law.weights, forces, _product(law.C, forces), contracted, strict=True)
-    for weight, force, deflection, (spring, fruit) in rows:
-        by_force.append((spring + fruit / E + hertz * weight * force ** (-1.0 / 3.0)) / falling)
-        by_spring.append(-0.5 * (weight * deflection + spring * force) / falling)
-    by_height = tuple(-weight / falling for weight in law.weights)
-    return ReadingSlopes(forces=tuple(by_force), springs=tuple(by_spring), heights=by_height)
+    weights = np.array(law.weights)
+    C = np.array(law.C)
+    F = np.array(forces)
+    of_springs = weights @ C
+    of_fruit = weights @ np.array(law.S) / E
+    of_domes = law.hertz * softer / 1.5 * weights * F ** (-1.0 / 3.0)
+    by_force = (of_springs + of_fruit + of_domes) / falling
+    by_spring = -0.5 * (weights * (C @ F) + of_springs * F) / falling  # a coupled spring softens both ways
+    by_height = -weights / falling
+    return ReadingSlopes(
+        forces=tuple(by_force.tolist()), springs=tuple(by_spring.tolist()), heights=tuple(by_height.tolist())
+    )
 
 
 def lowered_tips(law: ContrastLaw, forces: Sequence[float], E: float) -> tuple[float, ...]:
     """Return how far the housing has lowered each tip [mm] where a fruit of modulus E [MPa] answers with forces [N]."""
-    hertz = law.hertz * E ** (-2.0 / 3.0)
-    lowered = []
-    for springs, fruit, force, gap in zip(law.C, law.S, forces, law.gaps, strict=True):
-        compliance = [spring + body / E for spring, body in zip(springs, fruit, strict=True)]
-        lowered.append(_dot(compliance, forces) + hertz * force ** (2.0 / 3.0) + gap)
-    return tuple(lowered)
+    F = np.array(forces)
+    flattened = law.hertz * (F / E) ** (2.0 / 3.0)
+    lowered = (np.array(law.C) + np.array(law.S) / E) @ F + flattened + law.gaps
+    return tuple(lowered.tolist())
 
 
 def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple[float, float, float | None]:
@@ -142,13 +143,12 @@ def plane_through(positions: Sequence[Place], heights: Sequence[float]) -> tuple
 
     The positions lie in mirror images about their middle. The slope across is None where they lie in one line.
     """
-    slopes: list[float | None] = []
-    for coordinates in zip(*positions, strict=True):
-        middle = math.fsum(coordinates) / len(positions)
-        arms = [coordinate - middle for coordinate in coordinates]
-        spread = _dot(arms, arms)
-        slopes.append(_dot(arms, heights) / spread if spread > 0.0 else None)
-    return math.fsum(heights) / len(heights), slopes[0] or 0.0, slopes[1]
+    arms = np.array(positions) - np.mean(positions, axis=0)
+    along, across = (arms**2).sum(axis=0)
+    moment_along, moment_across = np.array(heights) @ arms
+    slope_along = float(moment_along / along) if along > 0.0 else 0.0
+    slope_across = float(moment_across / across) if across > 0.0 else None
+    return float(np.mean(heights)), slope_along, slope_across
 
 
 def _smallest_root(rigid: float, dome: float, body: float) -> float:
@@ -183,16 +183,3 @@ def _beyond_root(rigid: float, dome: float, body: float) -> float:
     by_body = abs(rigid / body) ** (1.0 / 3.0) if body != 0.0 else math.inf
     nearer = min(by_dome, by_body)
     return 2.0 * nearer if math.isfinite(nearer) else 1.0
-
-
-def _dot(a: Sequence[float], b: Sequence[float]) -> float:
-    return math.fsum(x * y for x, y in zip(a, b, strict=True))
-
-
-def _product(matrix: Matrix, forces: Sequence[float]) -> list[float]:
-    return [_dot(row, forces) for row in matrix]
-
-
-def _contracted(weights: Sequence[float], matrix: Matrix) -> list[float]:
-    """Return the sum of the rows of a matrix, each times its weight."""
-    return [_dot(weights, column) for column in zip(*matrix, strict=True)]

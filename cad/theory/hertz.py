@@ -6,9 +6,6 @@ one of them is rigid. K. L. Johnson, Contact Mechanics (1985), chapter 4, doi:10
 
 import math
 
-_HALVINGS = 60  # of the ratio of the axes: to rounding
-_ROUND = 1e-9  # two radii that are alike to this share make a circular contact
-
 
 def hertz_factor(radius: float, poisson: float) -> float:
     """Return h [mm (MPa/N)^(2/3)] of d = h (F / E)^(2/3) for a relative radius of curvature [mm].
@@ -68,48 +65,23 @@ def plate_stiffness(radius: float, plates: int) -> float:
 def equivalent_radius(radius: float, radius_across: float) -> float:
     """Return the radius of the sphere that a plate presses in by the same force as a body of two radii [mm].
 
-    The contact is an ellipse: Johnson (4.26) to (4.28). Where both radii are alike, it is that radius.
+    The contact is an ellipse: Johnson (4.26) to (4.28), its elliptic integrals K and E of the square m of the
+    eccentricity in Carlson's form R_D, which takes no difference of near numbers: K - E = m / 3 R_D(0, 1 - m, 1) and
+    E / (1 - m) - K = m / 3 R_D(0, 1, 1 - m), https://dlmf.nist.gov/19.25.
     """
+    from scipy.optimize import brentq  # seldom needed, and slow to load
+    from scipy.special import elliprd, elliprf
+
     smaller, larger = sorted((radius, radius_across))
-    if larger - smaller <= _ROUND * larger:
-        return radius
-    ratio = _axis_ratio(larger / smaller)
-    first, second = _elliptic_integrals(ratio)
-    eccentricity_squared = 1.0 - ratio**2
-    spread = math.sqrt((second / ratio**2 - first) * (first - second))
-    F1 = math.cbrt(4.0 / (math.pi * eccentricity_squared) * ratio**1.5 * spread)
-    F2 = 2.0 / math.pi * math.sqrt(ratio) * first / F1
+
+    def excess(m: float) -> float:
+        """Return by how much the ratio of the radii is larger that makes an ellipse of this m on a plate [1]."""
+        return float(elliprd(0.0, 1.0, 1.0 - m) / elliprd(0.0, 1.0 - m, 1.0)) - larger / smaller
+
+    m = brentq(excess, 0.0, 1.0 - 1e-15, xtol=1e-16)
+    axis_ratio = math.sqrt(1.0 - m)
+    K = float(elliprf(0.0, 1.0 - m, 1.0))
+    spread = math.sqrt(elliprd(0.0, 1.0, 1.0 - m) * elliprd(0.0, 1.0 - m, 1.0)) / 3.0
+    F1 = math.cbrt(4.0 / math.pi * axis_ratio**1.5 * spread)
+    F2 = 2.0 / math.pi * math.sqrt(axis_ratio) * K / F1
     return math.sqrt(smaller * larger) / F2**3
-
-
-def _axis_ratio(radii: float) -> float:
-    """Return b / a of the ellipse that a body of this ratio of radii, above 1, makes on a plate [1]; Johnson (4.28)."""
-    low = 0.0
-    high = 1.0
-    for _ in range(_HALVINGS):
-        ratio = 0.5 * (low + high)
-        first, second = _elliptic_integrals(ratio)
-        if (second / ratio**2 - first) / (first - second) > radii:
-            low = ratio
-        else:
-            high = ratio
-    return 0.5 * (low + high)
-
-
-def _elliptic_integrals(ratio: float) -> tuple[float, float]:
-    """Return K and E of the eccentricity of an ellipse with this ratio of its axes [1], by arithmetic-geometric mean.
-
-    M. Abramowitz and I. A. Stegun, Handbook of Mathematical Functions (1964), 17.6.
-    """
-    a = 1.0
-    b = ratio
-    power = 0.5
-    lost = power * (1.0 - ratio**2)
-    while abs(a - b) > math.ulp(a):
-        a, b, c = 0.5 * (a + b), math.sqrt(a * b), 0.5 * (a - b)
-        power *= 2.0
-        lost += power * c * c
-        if c < math.ulp(1.0):
-            break
-    first = math.pi / (2.0 * a)
-    return first, first * (1.0 - lost)

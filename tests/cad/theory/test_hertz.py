@@ -83,6 +83,6 @@ def test_ellipse_of_contact_has_the_force_of_its_integrals(ratio: float):
 
 
 def test_alike_radii_are_a_sphere_and_order_does_not_matter():
-    assert equivalent_radius(35.0, 35.0) == 35.0
+    assert equivalent_radius(35.0, 35.0) == pytest.approx(35.0, rel=1e-14)
     assert equivalent_radius(35.0, 35.0 * (1.0 + 1e-6)) == pytest.approx(35.0, rel=1e-6)
     assert equivalent_radius(20.0, 45.0) == equivalent_radius(45.0, 20.0)
