@@ -5,6 +5,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.theory.hertz import plate_stiffness
+from pipeline.measure.compression.specimens import Specimen
+
+
+def specimen(travel, force, file="virtual.csv", time=None):
+    """Return a curve as if it were read of a file with a header."""
+    return Specimen(
+        file=file,
+        name="1",
+        travel=travel,
+        force=force,
+        time=time,
+        lines=tuple(range(2, len(travel) + 2)),
+        labels={"force": "force_N", "travel": "travel_mm", "time": "time_s"},
+        notes=(),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,34 +1,20 @@
-"""Virtual compression tests of fruit of known modulus: what is found, its error bar, and curves that are refused."""
+"""Virtual compression tests of fruit of known modulus: what is found, its error bar, and what a batch of them says."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from virtual_compression import VirtualTest
+from virtual_compression import VirtualTest, specimen
 
 from cad.quantity import InputError
 from pipeline.measure.compression.force_law import TestGeometry, force_law
-from pipeline.measure.compression.loading import noise_of
 from pipeline.measure.compression.modulus import measured_modulus
-from pipeline.measure.compression.specimens import Specimen
 from pipeline.measure.compression.summary import design_range, fruit_summaries, overall
 
 BALL = TestGeometry(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
 QUIET = VirtualTest(E_MPa=1.0, noise_percent=0.05, toe_mm=0.0, offset_N=0.0, failure_strain=0.11)
-
-
-def specimen(travel, force, file="virtual.csv", time=None):
-    return Specimen(
-        file=file,
-        name="1",
-        travel=travel,
-        force=force,
-        time=time,
-        lines=tuple(range(2, len(travel) + 2)),
-        labels={"force": "force_N", "travel": "travel_mm", "time": "time_s"},
-        notes=(),
-    )
+X, F = QUIET.curve()
 
 
 def measure(test, geometry=BALL):
@@ -68,9 +54,10 @@ def least_inside(count):
 @pytest.mark.parametrize(
     ("count", "seed", "largest", "fixed"),
     [
-        (12, 1, 0.03, {}),
-        (6, 4, 0.03, {"drift_N_per_mm": 0.5, "noise_percent": 0.2}),
-        (4, 5, 2e-4, {"noise_percent": 0.0}),
+        (8, 1, 0.03, {}),
+        (4, 4, 0.03, {"drift_N_per_mm": 0.5, "noise_percent": 0.2}),
+        (3, 5, 2e-4, {"noise_percent": 0.0}),
+        (4, 6, 0.05, {"rows": 20, "noise_percent": 0.3}),
         *(
             pytest.param(40, 3, 0.06, fixed, marks=pytest.mark.slow)
             for fixed in ({"rows": 200}, {"rows": 4000}, {"gap_mm": 0.0}, {"noise_percent": 0.1})
@@ -84,19 +71,11 @@ def test_modulus_is_found_and_its_error_bar_holds_it(count, seed, largest, fixed
     assert inside >= least_inside(count)
 
 
-@pytest.mark.slow
-def test_two_hundred_fruit_are_within_two_per_cent():
-    """Measured at writing: bias 0.05 %, scatter 0.45 %, largest error 1.8 %, 98.5 % inside their error bar."""
-    errors, inside = runs(200, seed=2)
-    assert abs(errors.mean()) < 0.002
-    assert np.mean(np.abs(errors) < 0.02) >= 0.99
-    assert inside >= 190
-
-
 @pytest.mark.parametrize("settling", ["exponential in travel", "soft layer", "linear foot", "noise of the force"])
 def test_what_the_fit_does_not_know_is_inside_the_error_bar(settling):
     """Laws of settling that the fit does not have, and noise in proportion to the force."""
-    E, inside = 1.5, 0
+    E = 1.5
+    inside = 0
     factor = force_law(BALL).stiffness * E / (1.0 - 0.3**2)
     depth = np.linspace(-0.8, 5.0, 700)
     D = np.maximum(depth, 0.0)
@@ -107,49 +86,39 @@ def test_what_the_fit_does_not_know_is_inside_the_error_bar(settling):
         "noise of the force": factor * D**1.5,
     }[settling]
     scale = force if settling == "noise of the force" else force.max()
-    for seed in range(6):
+    for seed in range(4):
         noise = 0.01 * scale * np.random.default_rng(seed).normal(size=len(force))
         error, held = error_of(measured_modulus(specimen(depth + 0.8, force + noise), BALL), E)
         assert abs(error) < 0.03
         inside += held
-    assert inside >= least_inside(6)
+    assert inside >= least_inside(4)
 
 
-def test_range_ends_at_the_failure_whatever_comes_behind():
-    """Apples yield, and bear more again after it: the larger force is not the fruit's first failure."""
-    test = VirtualTest(E_MPa=2.0, failure_strain=0.06, noise_percent=0.5)
-    travel, force = test.curve()
+def yields_and_bears_more(travel, force):
+    """Return the curve of an apple that yields and bears more again: the larger force is not its first failure."""
     further = np.linspace(0.0, 8.0, 700)[1:]
-    longer = specimen(np.r_[travel, travel[-1] + further], np.r_[force, force[-1] + 12.0 * further])
-    for result in (measure(test), measured_modulus(longer, BALL)):
-        assert result.curve.failure == pytest.approx(test.first_touch_mm + 0.06 * 70.0, abs=0.15)
-        assert result.chosen.last <= result.curve.failure
-        assert result.E_hertz_MPa == pytest.approx(2.0, rel=0.02)
+    return np.r_[travel, travel[-1] + further], np.r_[force, force[-1] + 12.0 * further]
 
 
-def test_zero_line_that_falls_is_no_failure_and_long_idle_travel_no_depth():
-    """The load cell settles by 5 % of the largest force before the touch; the plate travels farther than the fruit."""
-    test = VirtualTest(E_MPa=2.0, gap_mm=2.0, offset_N=40.0, noise_percent=0.1)
-    travel, force = test.curve()
-    settling = 0.05 * force.max() * np.exp(-travel / 0.2)
-    result = measured_modulus(specimen(travel, force + settling), BALL)
-    assert result.curve.failure == pytest.approx(test.first_touch_mm + 0.07 * 70.0, abs=0.15)
-    assert measure(test).curve.zero == pytest.approx(40.0, abs=0.03)
-    idle = measure(VirtualTest(E_MPa=2.0, gap_mm=75.0, rows=6000, noise_percent=0.2))
-    assert idle.E_hertz_MPa == pytest.approx(2.0, rel=0.02)
-
-
-def test_unloading_and_flesh_that_softens_do_not_pull_the_modulus():
-    """The force bends away from Hertz's by 15 % before it falls; the machine then drives back."""
-    test = VirtualTest(E_MPa=2.0, noise_percent=0.3)
-    travel, force = test.curve()
-    D = np.maximum(travel - test.first_touch_mm, 0.0)
-    soft = (force - test.offset_N) * (1.0 - 0.15 * np.clip((D - 3.5) / 1.4, 0.0, 1.0) ** 2) + test.offset_N
+def softens_and_is_unloaded(travel, force):
+    """Return a curve that bends away from Hertz's by 15 % before it falls; the machine then drives back."""
+    softer = force * (1.0 - 0.15 * np.clip((travel - 4.45) / 1.4, 0.0, 1.0) ** 2)
     back = np.linspace(1.0, 0.3, 200)
-    returned = (soft[-1] - test.offset_N) * back**4 + test.offset_N
-    result = measured_modulus(specimen(np.r_[travel, travel[-1] * back], np.r_[soft, returned]), BALL)
+    return np.r_[travel, travel[-1] * back], np.r_[softer, softer[-1] * back**4]
+
+
+def loses_rows(travel, force):
+    """Return a curve of a machine that has sent no data for a while."""
+    return np.delete(travel, slice(250, 330)), np.delete(force, slice(250, 330))
+
+
+@pytest.mark.parametrize("change", [yields_and_bears_more, softens_and_is_unloaded, loses_rows])
+def test_what_fruit_and_machine_do_besides_does_not_move_the_modulus(change):
+    test = VirtualTest(E_MPa=2.0, offset_N=0.0, noise_percent=0.3)
+    result = measured_modulus(specimen(*change(*test.curve())), BALL)
     assert result.E_hertz_MPa == pytest.approx(2.0, rel=0.03)
-    assert result.chosen.last < test.first_touch_mm + 4.5
+    assert result.curve.failure == pytest.approx(test.first_touch_mm + 0.07 * 70.0, abs=0.15)
+    assert result.chosen.last <= result.curve.failure
 
 
 def test_curve_of_a_block_is_said_not_to_follow_hertz():
@@ -177,23 +146,31 @@ def test_paper_modulus_of_a_ball_is_that_of_the_formula():
     assert result.reads_low == pytest.approx(1.0 / 0.447, rel=0.01)
 
 
-def test_secant_lies_in_its_error_bar():
-    """The exact secant at 5 %, in 12 noisy tests of E 1."""
-    exact = 4.0 / 3.0 * np.sqrt(35.0 / 8.0) / 0.91 * np.sqrt(3.5) * 70.0 / 900.0
-    inside = 0
-    for seed in range(12):
-        secant = measure(VirtualTest(E_MPa=1.0, seed=seed)).secants[0]
-        inside += abs(secant.E_secant_MPa / exact - 1.0) <= 0.01 * secant.u_secant_percent
-        assert secant.u_secant_percent < 3.0
-    assert inside >= 9
+def test_secant_and_tangent_are_as_uncertain_as_said():
+    """Their scatter in 12 noisy tests of E 1 is that of their error bars: with 12 draws within a factor of 2."""
+    secants = [measure(VirtualTest(E_MPa=1.0, seed=seed)).secants[0] for seed in range(12)]
+    for name in ("secant", "tangent"):
+        values = np.array([getattr(secant, f"E_{name}_MPa") for secant in secants])
+        stated = np.mean([getattr(secant, f"u_{name}_percent") for secant in secants])
+        assert 0.5 * stated < 196.0 * values.std() / values.mean() < 2.0 * stated
 
 
 def test_strain_beyond_the_curve_is_taken_at_its_end():
-    result = measure(QUIET, replace(BALL, strains_percent=(40.0, 5.0)))
-    strains = [secant.strain_percent for secant in result.secants]
+    result = measure(QUIET, replace(BALL, strains_percent=(40.0, 5.0, 30.0)))
+    first, second = (secant.strain_percent for secant in result.secants)
     reach = 100.0 * (result.curve.travel[-1] - result.chosen.touch.value) / 70.0
-    assert 0.8 * reach < strains[0] <= 0.95 * reach
-    assert strains[1:] == [5.0]
+    assert first == pytest.approx(0.95 * reach, rel=0.05)  # two digits
+    assert first <= 0.95 * reach
+    assert second == 5.0
+
+
+def test_strain_within_the_error_of_the_touch_is_refused():
+    result = measure(QUIET)
+    smallest = 196.0 * result.chosen.touch.error / 70.0
+    assert measure(QUIET, replace(BALL, strains_percent=(5.0, 1.01 * smallest))).secants[0].strain_percent == 5.0
+    with pytest.raises(InputError) as caught:
+        measure(QUIET, replace(BALL, strains_percent=(5.0, 0.99 * smallest)))
+    assert caught.value.field == "--strain"
 
 
 def test_seat_and_radii_change_the_modulus_by_their_formulas():
@@ -205,62 +182,31 @@ def test_seat_and_radii_change_the_modulus_by_their_formulas():
     assert measure(QUIET, larger).E_hertz_MPa == pytest.approx(E * math.sqrt(35.0 / 45.0), rel=0.01)
 
 
-def test_few_or_lost_rows_do_not_move_the_modulus():
-    travel, force = QUIET.curve()
-    kept = np.r_[0:250, 330:600]
-    assert measured_modulus(specimen(travel[kept], force[kept]), BALL).E_hertz_MPa == pytest.approx(1.0, rel=0.01)
-    few = VirtualTest(E_MPa=2.0, rows=20, noise_percent=0.3)
-    assert measure(few).E_hertz_MPa == pytest.approx(2.0, rel=0.05)
-
-
-def test_noise_is_seen_below_a_curve():
-    smooth = np.linspace(0.0, 5.0, 2000) ** 1.5
-    noise = np.random.default_rng(2).normal(0.0, 0.03, 2000)
-    assert noise_of(smooth + noise) == pytest.approx(0.03, rel=0.1)
-    assert noise_of(np.round(smooth, 1)) == pytest.approx(0.1 / math.sqrt(12.0), rel=0.01)
-
-
-def changed(rows, force=0.0, travel=0.0):
-    """Return the quiet test with some rows moved."""
-    x, F = QUIET.curve()
-    x[rows] += travel
-    F[rows] += force
-    return specimen(x, F)
-
-
-X, F = QUIET.curve()
-UPWARD = VirtualTest(E_MPa=1.0, noise_percent=1.0).curve()[::-1]
-REFUSED = {
-    "one force far below zero": (changed(300, force=-500.0), "line 302, column 'force_N'"),
-    "plate turns back": (changed(slice(300, 500), travel=-3.0), "line 302, column 'travel_mm'"),
-    "dead load cell": (specimen(X, np.ones(600)), "line 2, column 'force_N'"),
-    "stuck travel": (specimen(np.ones(600), F), "line 2, column 'travel_mm'"),
-    "force falls": (specimen(X, -F), "line 511, column 'force_N'"),
-    "time runs back": (specimen(X, F, time=np.where(np.arange(600) == 40, 5.0, np.arange(600))), "line 42, column"),
-    "few rows": (specimen(X[:11], F[:11]), "specimen '1'"),
-    "columns are swapped": (specimen(F, X), "specimen '1'"),
-    "noisy columns are swapped": (specimen(*UPWARD), "specimen '1'"),
-    "force in mN": (specimen(X, 1e-3 * F), "specimen '1': modulus"),
-    "force in kN": (specimen(X, 1e3 * F), "specimen '1': modulus"),
-    "travel in um": (specimen(1e-3 * X, F), "specimen '1': modulus"),
-    "travel in m": (specimen(1e3 * X, F), "specimen '1': travel under load"),
-}
-
-
-@pytest.mark.parametrize(("curve", "place"), REFUSED.values(), ids=REFUSED)
-def test_impossible_curve_is_refused_at_its_place(curve, place):
+@pytest.mark.parametrize(
+    ("travel", "force", "place"),
+    [
+        (X, 1e-3 * F, ": modulus"),
+        (X, 1e3 * F, ": modulus"),
+        (1e-3 * X, F, ": modulus"),
+        (1e3 * X, F, ": travel under load"),
+    ],
+    ids=["force in mN", "force in kN", "travel in um", "travel in m"],
+)
+def test_number_in_another_unit_is_refused(travel, force, place):
     with pytest.raises(InputError) as caught:
-        measured_modulus(curve, BALL)
-    assert caught.value.field.startswith(f"virtual.csv, {place}")
+        measured_modulus(specimen(travel, force), BALL)
+    assert caught.value.field == f"virtual.csv, specimen '1'{place}"
 
 
-@pytest.mark.parametrize("signs", [(-1.0, -1.0), (1.0, -1.0)])
-def test_compression_that_is_counted_negative_is_turned_by_its_flag(signs):
-    turned = specimen(signs[0] * X, signs[1] * F)
-    result = measured_modulus(turned, BALL, compression_negative=True)
-    assert result.E_hertz_MPa == pytest.approx(1.0, rel=0.005)
+def test_travel_under_load_may_be_as_long_as_the_fruit_is_high():
+    """From a tenth of the largest force on: the plate has travelled 75 mm through air before."""
+    test = VirtualTest(E_MPa=2.0, gap_mm=75.0, rows=6000, noise_percent=0.2)
+    assert measure(test).E_hertz_MPa == pytest.approx(2.0, rel=0.02)
+    risen = np.interp(0.1 * F.max(), F[: F.argmax()], X[: F.argmax()])
+    loaded = float(X[F.argmax()] - risen)
+    measure(QUIET, replace(BALL, height_mm=1.03 * loaded, strains_percent=(50.0,)))
     with pytest.raises(InputError):
-        measured_modulus(turned, BALL)
+        measure(QUIET, replace(BALL, height_mm=0.97 * loaded, strains_percent=(50.0,)))
 
 
 def test_what_is_unusual_is_noted():
@@ -274,19 +220,21 @@ def test_what_is_unusual_is_noted():
 
 
 def test_batch_has_mean_deviation_and_the_range_for_the_design():
+    result = measure(QUIET)
     results = []
     for file, E in (("a/1", 0.8), ("a/2", 1.0), ("b/1", 3.0), ("b/2", 3.2)):
-        curve = VirtualTest(E_MPa=E, noise_percent=0.05).curve()
-        results.append(measured_modulus(specimen(*curve, file=file), BALL))
+        results.append(replace(result, E_hertz_MPa=E, u_percent=2.0, specimen=specimen(X, F, file=file)))
     assert len(fruit_summaries(results, by_folder=False)) == 4
-    summaries = fruit_summaries(results, by_folder=True)
-    assert [summary.count for summary in summaries] == [2, 2]
-    assert [summary.E_hertz_MPa for summary in summaries] == pytest.approx([0.9, 3.1], rel=0.005)
-    assert summaries[0].E_hertz_deviation_MPa == pytest.approx(0.2 / np.sqrt(2.0), rel=0.05)
-    assert overall(summaries).E_hertz_MPa == pytest.approx(2.0, rel=0.005)
+    first, second = fruit_summaries(results, by_folder=True)
+    assert (first.count, second.count) == (2, 2)
+    assert (first.E_hertz_MPa, second.E_hertz_MPa) == pytest.approx((0.9, 3.1))
+    assert first.E_hertz_deviation_MPa == pytest.approx(0.2 / np.sqrt(2.0))
+    assert overall([first, second]).E_hertz_MPa == pytest.approx(2.0)
+    # 0.8 less 2 % is 0.784, 3.2 and 2 % is 3.264; equal steps between, in three digits
     span = design_range(results)
-    assert (span.E_max_MPa, span.E_MPa[-1]) == (3.3, 3.3)
-    assert (span.E_MPa[0], len(span.E_MPa)) == (0.79, 7)
+    assert span.E_max_MPa == 3.3
+    assert span.E_MPa == (0.78, 1.2, 1.62, 2.04, 2.46, 2.88, 3.3)
     single = design_range(results[:1])
-    assert single.E_MPa == (pytest.approx(0.8, rel=0.005),)
-    assert single.E_max_MPa == 0.81
+    assert (single.E_max_MPa, single.E_MPa) == (0.82, (0.8,))
+    wide = design_range([replace(results[0], u_percent=300.0), results[1]])
+    assert (wide.E_max_MPa, wide.E_MPa[0]) == (3.2, 0.08)
