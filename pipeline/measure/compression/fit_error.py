@@ -23,13 +23,15 @@ def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
     neighbouring residuals are alike.
     """
     points, numbers = jacobian.shape
-    variance = ((np.linalg.pinv(jacobian) * residual) ** 2).sum(axis=1) * points / max(1, points - numbers)
+    by_each_point = np.linalg.pinv(jacobian) * residual
+    variance = (by_each_point**2).sum(axis=1)
+    variance *= points / max(1, points - numbers)
     total = float(residual @ residual)
     correlation = float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
-    if correlation <= _CHANCE / math.sqrt(points):
-        return np.asarray(np.sqrt(variance))
-    correlation = min(correlation, _MOST_ALIKE)
-    return np.asarray(np.sqrt(variance * (1.0 + correlation) / (1.0 - correlation)))
+    if correlation > _CHANCE / math.sqrt(points):
+        correlation = min(correlation, _MOST_ALIKE)
+        variance *= (1.0 + correlation) / (1.0 - correlation)
+    return np.asarray(np.sqrt(variance))
 
 
 def with_choice(best: Estimate, others: Sequence[Estimate]) -> Estimate:

@@ -172,13 +172,16 @@ def _up_to_failure(travel: Floats, force: Floats) -> Loading:
     noise = noise_of(force)
     width = max(1, round(_MOVING_MEAN * len(force)))
     smooth = _moving_mean(force, width)
-    highest = np.maximum.accumulate(smooth)
     span = float(np.ptp(smooth))
-    large_fall = max(_FALL * span, _NOISE_FALLEN * noise * math.sqrt(2.0 / width))
-    fallen = np.flatnonzero((highest - smooth > large_fall) & (highest - smooth[0] > _RISEN * span))
+    noise_of_difference = noise * math.sqrt(2.0 / width)
+    large_fall = max(_FALL * span, _NOISE_FALLEN * noise_of_difference)
+    highest_before = np.maximum.accumulate(smooth)
+    has_risen = highest_before - smooth[0] > _RISEN * span
+    has_fallen = highest_before - smooth > large_fall
+    failures = np.flatnonzero(has_risen & has_fallen)
     failure = None
-    if fallen.size:
-        peak = min(int(np.argmax(smooth[: fallen[0] + 1])) + width // 2, len(force) - 1)
+    if failures.size:
+        peak = int(np.argmax(smooth[: failures[0] + 1])) + width // 2
         failure = float(travel[peak])
         travel = travel[: peak + 1]
         force = force[: peak + 1]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -73,15 +74,16 @@ def design_range(results: Sequence[CompressionResult]) -> DesignRange:
 
     Of one specimen it is that modulus alone.
     """
-    highest = max(test.E_hertz_MPa * (1.0 + 0.01 * test.u_percent) for test in results)
-    lowest = min(test.E_hertz_MPa * (1.0 - min(0.01 * test.u_percent, _MOST_ERROR)) for test in results)
-    E_max = math.ceil(round(highest / _second_digit(highest), 9)) * _second_digit(highest)
-    E_min = math.floor(round(lowest / _second_digit(lowest), 9)) * _second_digit(lowest)
-    if len(results) == 1:
-        moduli = [results[0].E_hertz_MPa]
-    else:
-        moduli = [E_min + (E_max - E_min) * index / (_MODULI - 1) for index in range(_MODULI)]
-    return DesignRange(E_max_MPa=float(f"{E_max:.3g}"), E_MPa=tuple(float(f"{E:.3g}") for E in moduli))
+    E = np.array([test.E_hertz_MPa for test in results])
+    u = 0.01 * np.array([test.u_percent for test in results])
+    highest = float((E * (1.0 + u)).max())
+    step = _second_digit(highest)
+    E_max = step * math.ceil(round(highest / step, 9))
+    lowest = float((E * (1.0 - np.minimum(u, _MOST_ERROR))).min())
+    step = _second_digit(lowest)
+    E_min = step * math.floor(round(lowest / step, 9))
+    moduli = E if len(results) == 1 else np.linspace(E_min, E_max, _MODULI)
+    return DesignRange(E_max_MPa=float(f"{E_max:.3g}"), E_MPa=tuple(float(f"{modulus:.3g}") for modulus in moduli))
 
 
 def _second_digit(value: float) -> float:

@@ -65,7 +65,8 @@ def deep_single_reading(sensor: MeasuringUnit, law: DeepPair, forces: Floats) ->
     by_tilt = sensor.ratio_tilt_deviation(float(law.offset_per_log_E(forces, E)))
     by_noise = _sensitivity(sensor, law, samples, E).by_noise(sensor, forces)
     u = _half_width(sensor, law, samples, E, math.hypot(by_noise, by_tilt), others)
-    reading = replace(checked_reading(sensor, E, u, forces), others=others)
+    reading = checked_reading(sensor, E, u, forces)
+    reading = replace(reading, others=others)
     return reading.flagged("deeper_than_solved") if law.is_beyond(forces, E) else reading
 
 

@@ -208,10 +208,10 @@ BAD = {
     "nothing named": ("weight_g,deflection_mm\n1,2\n", ", line 1", "weight_g,deflection_mm"),
     "two things": ("tip,rubber,weight_g,deflection_mm\nlow,a,1,1\n", ", line 1", "tip,rubber,weight_g,deflection_mm"),
     "no modulus": ("rubber,E_MPa,F_l_N,F_h_N\na,1,0.2,0.5\nb,2,0.3,1\n", ", line 1", None),
-    "negative modulus": (RUBBERS + "a,-1,0.2,0.5\nb,2,0.3,1\n", ", line 2", -1.0),
+    "no modulus above 0": (RUBBERS + "a,0,0.2,0.5\nb,2,0.3,1\n", ", line 2", 0.0),
     "one rubber": (RUBBERS + "a,1,0.2,0.5\n", "", 1),
     "alike rubbers": (RUBBERS + "a,1,0.2,0.5\nb,1,0.2,0.5\n", "", 2),
-    "tip is off": (RUBBERS + "a,1,0.2,-0.5\nb,2,0.3,1\n", ", line 2", -0.5),
+    "tip is off": (RUBBERS + "a,1,0.2,0\nb,2,0.3,1\n", ", line 2", 0.0),
     "forces of no sensor": (
         RUBBERS + "a,1,0.2,0.8\na,1,0.4,1.6\nb,3,0.2,0.5\nb,3,0.4,1\n",
         ": spring of tip low",
