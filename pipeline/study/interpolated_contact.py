@@ -164,48 +164,43 @@ def fitted_contact(
 
     `solve` returns the compliances of the scenes of some points. Raises InputError where an interpolation is asked for.
     """
+    spans = {key: span for key in contact_keys(study) if isinstance(span := study.vary[key], Span)}
     check_points = drawn_points(study, CHECKED, _CHECK_SEED)
     check_contacts = solve(check_points)
     contacts: list[FruitCompliance] = []
     for count in SCENES:
         points = drawn_points(study, count, _FIT_SEED)
         contacts += solve(points[len(contacts) :])
-        model = _through(study, points, contacts)
-        largest_miss = 0.0
-        for point, contact in zip(check_points, check_contacts, strict=True):
-            scene = unit_scene(design_of(study, point.settings))
-            K_m_over_E = model.compliance(scene, point.settings).K_m_over_E()
-            largest_miss = max(largest_miss, abs(K_m_over_E / contact.K_m_over_E() - 1.0))
-        if SAFETY * largest_miss <= _FRACTION * study.tol:
-            solved = [*contacts, *check_contacts]
-            return replace(
-                model,
-                error=SAFETY * largest_miss,
-                solve_error=max(contact.error_pair for contact in solved),
-                own_error=max(contact.error_own for contact in solved),
-                solves=len(solved),
-            )
+        solved = [*contacts, *check_contacts]
+        remainders = [_remainder(study, point, contact) for point, contact in zip(points, contacts, strict=True)]
+        model = InterpolatedContact(
+            spans=spans,
+            fractions=np.array([_fractions_of(spans, point.settings) for point in points]),
+            remainders=np.array(remainders),
+            error=0.0,
+            solve_error=max(contact.error_pair for contact in solved),
+            own_error=max(contact.error_own for contact in solved),
+            solves=len(solved),
+        )
+        misses = [_miss(study, model, point, truth) for point, truth in zip(check_points, check_contacts, strict=True)]
+        model = replace(model, error=SAFETY * max(misses))
+        if model.error <= _FRACTION * study.tol:
+            return model
     if study.contact == "surrogate":
         bound = f"auto or solve, as no interpolation is within half of tol = {study.tol:g}"
         raise validation_error("contact", study.contact, "", bound, "narrow the spans, or allow a larger tol")
     return None
 
 
-def _through(study: Study, points: Sequence[Point], contacts: Sequence[FruitCompliance]) -> InterpolatedContact:
-    """Return the interpolation through solved scenes, its errors not yet known."""
-    spans = {key: span for key in contact_keys(study) if isinstance(span := study.vary[key], Span)}
-    remainders = []
-    for point, contact in zip(points, contacts, strict=True):
-        scene = unit_scene(design_of(study, point.settings))
-        height_over_side = scene.fruit.height_mm / scene.tips.side_mm
-        remainder = contact.S * scene.side_mm - half_space_compliance(scene)
-        remainders.append(height_over_side * remainder.ravel())
-    return InterpolatedContact(
-        spans=spans,
-        fractions=np.array([_fractions_of(spans, point.settings) for point in points]),
-        remainders=np.array(remainders),
-        error=math.inf,
-        solve_error=math.inf,
-        own_error=math.inf,
-        solves=0,
-    )
+def _remainder(study: Study, point: Point, contact: FruitCompliance) -> Floats:
+    """Return what the free sides and the base add to S of the half-space, times the height, (entries of S) [1]."""
+    scene = unit_scene(design_of(study, point.settings))
+    height_over_side = scene.fruit.height_mm / scene.tips.side_mm
+    remainder = contact.S * scene.side_mm - half_space_compliance(scene)
+    return np.ravel(height_over_side * remainder)
+
+
+def _miss(study: Study, model: InterpolatedContact, point: Point, truth: FruitCompliance) -> float:
+    """Return by how much the interpolated K_m / E of a point is off [1]."""
+    scene = unit_scene(design_of(study, point.settings))
+    return abs(model.compliance(scene, point.settings).K_m_over_E() / truth.K_m_over_E() - 1.0)

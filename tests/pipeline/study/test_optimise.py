@@ -24,7 +24,6 @@ from pipeline.study.optimise import (
     candidate_of,
     front,
     prove,
-    refuse_occupied,
     search,
 )
 from pipeline.study.store import study_store
@@ -243,21 +242,12 @@ def test_design_of_the_first_run_that_passes_is_written_and_gone_where_no_run_pa
         assert prove(study, [planted(1.0, 0.5)], tmp_path / "out") is None
 
 
-def test_design_of_a_person_is_kept(
-    written: Write, tmp_path: Path, runs: Callable[[Sequence[bool]], list[float]]
-) -> None:
-    study = read_study(written(SOFTEST))
-    with study_store(tmp_path / "out", study):
-        path = tmp_path / "out" / "design.toml"
-        path.write_text("mine", encoding="utf-8")
-        runs((True, True))
-        with pytest.raises(InputError):
-            refuse_occupied(tmp_path / "out")
-        with pytest.raises(InputError):
-            prove(study, CANDIDATES, tmp_path / "out")
-        assert path.read_text(encoding="utf-8") == "mine"
-        prove(study, CANDIDATES, tmp_path / "out", force=True)
-        assert (tmp_path / "out" / "design.toml.bak").read_text(encoding="utf-8") == "mine"
+def test_design_of_a_person_is_refused_before_anything_is_solved(written: Write, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    path = tmp_path / "out" / "design.toml"
+    path.write_text("mine", encoding="utf-8")
+    assert main(["optimise", str(written(SOFTEST)), "--out", str(tmp_path / "out")]) == 2
+    assert [file.name for file in path.parent.iterdir()] == ["design.toml"]
 
 
 @pytest.mark.study

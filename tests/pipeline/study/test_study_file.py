@@ -43,6 +43,7 @@ def test_study_file_is_read(written: Write) -> None:
         ("{ from = 3, to = 8 }", "[3.0, nan]", "value", "nan"),
         ("{ from = 3, to = 8 }", "[3.0, 2026-01-01]", "value", "2026-01-01"),
         ("{ from = 3, to = 8 }", "[[3.0, inf]]", "value", "inf"),
+        ("{ from = 3, to = 8 }", "[[3.0, true]]", "value", "[3.0, True]"),
         ("{ from = 3, to = 8 }", "3", "value", "3"),
         ("samples = 8", "samples = 0", "samples", 0),
         ("samples = 8", "samples = 8.0", "study.samples", 8.0),
@@ -178,26 +179,34 @@ def test_distributions_have_their_quantiles() -> None:
         ("verdicts.P_max.value", "contact", ()),
         ("verdicts.bruise.value", "contact", ("response",)),
         ("response.0.P.3", "contact", ("response",)),
+        ("verdicts.P_monotonic.value", "contact", ("response",)),
         ("verdicts.geometry.tip_face.value", "contact", ("response",)),
         ("reading.lift_deg", "contact", ("reading",)),
         ("verdicts.reading.bias.error", "contact", ("reading",)),
         ("flexures.low.dimensions_mm.length", "flexures", ()),
         ("verdicts.K_h.value", "flexures", ()),
         ("deflections_mm.0", "flexures", ()),
-        ("verdicts.geometry.valid.passed", "files", ()),
+        ("verdicts.geometry.valid.passed", "files", ("response",)),
         ("passed", "files", ()),
     ],
 )
 def test_key_needs_no_more_than_its_level(key: str, level: str, parts: tuple[str, ...]) -> None:
     assert level_of("wanted", [key]) == level
     assert level_of("wanted", [key, "springs.K_l_N_per_m"]) == level
-    if level == "contact":
-        assert parts_of([key], reads=False, linear=True) == parts
+    assert parts_of([key], reads=False, linear=True) == parts
+    scene_is_not_linear = ("response",) if key == "verdicts.P_max.value" else parts
+    assert parts_of([key], reads=False, linear=False) == scene_is_not_linear
+    design_reads = ("reading",) if key == "verdicts.bruise.value" else parts
+    assert parts_of([key], reads=True, linear=True) == design_reads
 
 
-def test_ratio_of_a_scene_that_is_not_linear_needs_its_press() -> None:
-    assert parts_of(["verdicts.NL.value"], reads=False, linear=False) == ("response",)
-    assert parts_of(["verdicts.bruise.value"], reads=True, linear=False) == ("reading",)
+@pytest.mark.parametrize(
+    "key", ["springs", "springs.seconds", "springs.K", "verdicts.K_l", "verdicts.geometry.x", "x.y"]
+)
+def test_key_that_no_report_has_is_refused(key: str) -> None:
+    with pytest.raises(InputError) as refused:
+        level_of("optimise.minimise", ["passed", key])
+    assert (refused.value.field, refused.value.value) == ("optimise.minimise", key)
 
 
 def test_value_is_found_by_its_path() -> None:
