@@ -18,6 +18,7 @@ from pipeline.view.scenes import (
     FLEXURE,
     STRAIN_OVER_LIMIT,
     assembly,
+    draw_apart,
     draw_assembly,
     field_scenes,
     read_mesh,
@@ -51,7 +52,13 @@ def pictures(folder: Path) -> list[Picture]:
         title = f"{report.design.name}: housing as printed, {x:.1f} x {y:.1f} x {z:.1f} mm"
         draw = partial(draw_part, part=part, title=title, direction=_PRINTED_DIRECTION)
         drawn.append(Picture(name="housing", draw=draw))
-    drawn += _assembly_pictures(report)
+    bodies = assembly(report)
+    if bodies:
+        title = f"{report.design.name}: the sensor over its fruit"
+        drawn.append(Picture(name="assembly", draw=partial(draw_assembly, bodies=bodies, title=title)))
+    if len(bodies) > _HOUSING_AND_FRUIT:
+        apart = partial(draw_apart, bodies=bodies, title=f"{report.design.name}: drawn apart")
+        drawn.append(Picture(name="exploded", draw=apart, in_window=False))
     for scene in field_scenes(report, folder):
         drawn.append(Picture(name=scene.name, draw=partial(draw_scene, scene=scene)))
         if STRAIN_OVER_LIMIT in scene.fields:
@@ -66,18 +73,6 @@ def pictures(folder: Path) -> list[Picture]:
     if not drawn:
         bound = "an output folder with a housing.stl, a .vtu file or a response to show"
         raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run")
-    return drawn
-
-
-def _assembly_pictures(report: StoredReport) -> list[Picture]:
-    bodies = assembly(report)
-    if not bodies:
-        return []
-    title = f"{report.design.name}: the sensor over its fruit"
-    drawn = [Picture(name="assembly", draw=partial(draw_assembly, bodies=bodies, title=title))]
-    if len(bodies) > _HOUSING_AND_FRUIT:
-        apart = partial(draw_assembly, bodies=bodies, title=f"{report.design.name}: drawn apart", apart=True)
-        drawn.append(Picture(name="exploded", draw=apart, in_window=False))
     return drawn
 
 

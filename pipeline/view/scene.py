@@ -51,7 +51,7 @@ class Field:
 class FieldScene:
     """A whole mesh [mm] with its fields, the first one drawn by default, and how it is looked at.
 
-    `factor` is by how much displacements are drawn larger [1], `direction` points from the body to the eye. `cut_y` is
+    `enlarged` says that displacements may be drawn larger, `direction` points from the body to the eye. `cut_y` is
     where the body is cut open [mm], `focus` are the bounds (x, x, y, y, z, z) of the picture [mm].
     """
 
@@ -59,7 +59,7 @@ class FieldScene:
     title: str
     mesh: Mesh
     fields: tuple[Field, ...]
-    factor: float = 1.0
+    enlarged: bool = False
     direction: Vector = FRONT
     cut_y: float | None = None
     focus: tuple[float, ...] | None = None
@@ -69,6 +69,11 @@ class FieldScene:
         """Return the title, and how the displacements are drawn."""
         scale = "as they are" if self.factor == 1.0 else f"{self.factor:g} times"
         return f"{self.title}; displacements drawn {scale}, at most {self.largest_displacement_mm:.3g} mm"
+
+    @property
+    def factor(self) -> float:
+        """Return by how much displacements are drawn larger [1]."""
+        return deformation_factor(self.largest_displacement_mm, float(self.mesh.length)) if self.enlarged else 1.0
 
     @property
     def largest_displacement_mm(self) -> float:

@@ -12,7 +12,7 @@ from cad.design.parameters import Design
 from cad.parts.assembly import assembly_bodies, sensor_of
 from cad.quantity import validation_error
 from pipeline.report.stored import StoredReport
-from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, deformation_factor, frame, sharp_edges
+from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
 from solve.fruit.curved_body import core_of
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import smooth_loads
@@ -77,22 +77,24 @@ def field_scenes(report: StoredReport, folder: Path) -> tuple[FieldScene, ...]:
 
 def _flexure_scenes(report: StoredReport, mesh: Mesh) -> list[FieldScene]:
     """Return the housing on the side of each spring, cut off midway between the tips."""
-    mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
-    strain_limit = report.design.process.strain_limit
-    mesh.point_data[STRAIN_OVER_LIMIT.array] = np.asarray(mesh.point_data[STRAIN]) / strain_limit
-    x = np.asarray(mesh.points)[:, 0]
-    tip_x = np.array([x[np.asarray(mesh.point_data[tip_face(spring)]) == 1].mean() for spring in SPRINGS])
-    from_middle = np.asarray(mesh.cell_centers().points)[:, 0] - tip_x.mean()
+    data = mesh.point_data
+    data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(data[DISPLACEMENT], axis=1)
+    data[STRAIN_OVER_LIMIT.array] = np.asarray(data[STRAIN]) / report.design.process.strain_limit
+    node_x = np.asarray(mesh.points)[:, 0]
+    cell_x = np.asarray(mesh.cell_centers().points)[:, 0]
+    tip_x = {spring: node_x[np.asarray(data[tip_face(spring)]) == 1].mean() for spring in SPRINGS}
+    middle = sum(tip_x.values()) / len(tip_x)
     scenes = []
-    for spring, side in zip(SPRINGS, np.sign(tip_x - tip_x.mean()).tolist(), strict=True):
+    for spring, x in tip_x.items():
+        same_side = (cell_x > middle) if x > middle else (cell_x < middle)
         scene = FieldScene(
             name=f"flexure-{spring}",
             title=f"{report.design.name}: {spring} spring",
-            mesh=mesh.extract_cells(np.flatnonzero(side * from_middle > 0.0)),
+            mesh=mesh.extract_cells(np.flatnonzero(same_side)),
             fields=(VON_MISES, STRAIN_OVER_LIMIT, LARGEST_STRAIN, TOTAL_DISPLACEMENT),
+            enlarged=True,
         )
-        factor = deformation_factor(scene.largest_displacement_mm, float(scene.mesh.length))
-        scenes.append(replace(scene, factor=factor))
+        scenes.append(scene)
     return scenes
 
 
@@ -115,20 +117,21 @@ def _fruit_scene(design: Design, block: Mesh) -> FieldScene:
     mesh = on_true_shape(design, block)
     mesh.point_data[TOTAL_DISPLACEMENT.array] = np.linalg.norm(mesh.point_data[DISPLACEMENT], axis=1)
     mesh.point_data[VERTICAL_PRESSURE.array] = -np.asarray(mesh.point_data[STRESS])[:, _ZZ]
-    x, y = np.array(design.tips.places_mm).T
-    row = float(y.min())
+    # The picture reaches a little around the tips, as deep as it is wide, and not beyond the block.
+    positions = np.array(design.tips.places_mm)
+    first_x, row_y = positions.min(axis=0)
+    last_x, last_y = positions.max(axis=0)
     reach = _FOCUS * design.tips.spacing_mm
-    lower = [x.min() - reach, row, -0.5 * (float(np.ptp(x)) + reach)]
-    upper = [x.max() + reach, y.max() + reach, mesh.bounds[5]]
-    lower = np.maximum(lower, mesh.bounds[0::2])
-    upper = np.minimum(upper, mesh.bounds[1::2])
+    depth = 0.5 * (last_x - first_x + reach)
+    lower = np.maximum([first_x - reach, row_y, -depth], mesh.bounds[0::2])
+    upper = np.minimum([last_x + reach, last_y + reach, mesh.bounds[5]], mesh.bounds[1::2])
     return FieldScene(
         name="fruit",
         title=f"{design.name}: fruit under the tips, cut through a row of them",
         mesh=mesh,
         fields=(VERTICAL_PRESSURE, VON_MISES, LARGEST_STRAIN, TOTAL_DISPLACEMENT),
         direction=Vector(0.2, -1.0, 0.55),
-        cut_y=row,
+        cut_y=float(row_y),
         focus=tuple(np.stack([lower, upper], axis=1).ravel().tolist()),
     )
 
@@ -158,15 +161,6 @@ def assembly(report: StoredReport) -> tuple[DrawnBody, ...]:
     return tuple(bodies)
 
 
-def drawn_apart(bodies: tuple[DrawnBody, ...]) -> tuple[DrawnBody, ...]:
-    """Return the bodies moved outwards across the sensor, so that each shows; what stands in the middle stays."""
-    moved = []
-    for body in bodies:
-        across = float(body.surface.center[1])
-        moved.append(replace(body, surface=body.surface.translate((0.0, _APART * across, 0.0))))
-    return tuple(moved)
-
-
 def draw_bodies(plotter: Plotter, bodies: tuple[DrawnBody, ...]) -> None:
     """Draw bodies in their colours, with their edges."""
     for body in bodies:
@@ -174,14 +168,22 @@ def draw_bodies(plotter: Plotter, bodies: tuple[DrawnBody, ...]) -> None:
         plotter.add_mesh(sharp_edges(body.surface), color=EDGE, line_width=1)
 
 
-def draw_assembly(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str, *, apart: bool = False) -> None:
-    """Draw bodies in their colours; apart, with the name of each kind at its first body."""
-    direction = ASSEMBLY_DIRECTION
-    if apart:
-        direction = _APART_DIRECTION
-        bodies = drawn_apart(bodies)
-        first = {body.name.rstrip("0123456789 "): body for body in reversed(bodies)}
-        tops = [(body.surface.center[0], body.surface.center[1], body.surface.bounds[5]) for body in first.values()]
-        plotter.add_point_labels(tops, list(first), font_size=18, always_visible=True, show_points=False)
+def draw_assembly(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str) -> None:
+    """Draw bodies in their colours, where they are."""
     draw_bodies(plotter, bodies)
-    frame(plotter, pv.merge([body.surface for body in bodies]), title, direction)
+    frame(plotter, pv.merge([body.surface for body in bodies]), title, ASSEMBLY_DIRECTION)
+
+
+def draw_apart(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str) -> None:
+    """Draw bodies moved outwards across the sensor, so that each shows; each kind is named at its first body."""
+    moved = []
+    first_of_kind: dict[str, Mesh] = {}
+    for body in bodies:
+        outwards = _APART * float(body.surface.center[1])
+        surface = body.surface.translate((0.0, outwards, 0.0))
+        moved.append(replace(body, surface=surface))
+        first_of_kind.setdefault(body.name.rstrip("0123456789 "), surface)
+    tops = [(surface.center[0], surface.center[1], surface.bounds[5]) for surface in first_of_kind.values()]
+    plotter.add_point_labels(tops, list(first_of_kind), font_size=18, always_visible=True, show_points=False)
+    draw_bodies(plotter, tuple(moved))
+    frame(plotter, pv.merge([body.surface for body in moved]), title, _APART_DIRECTION)

@@ -4,7 +4,6 @@ import base64
 import io
 import json
 import zipfile
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -36,18 +35,6 @@ _COLOURS = 12
 _ICONS = b"https://kitware.github.io/vtk-js/icon/"
 
 
-@dataclass(frozen=True, kw_only=True)
-class WebScene:
-    """A scene of the page: its label and title, the field with the ends of its colours as text, the body as data."""
-
-    label: str
-    title: str
-    data: str
-    field: str | None = None
-    lowest: str | None = None
-    highest: str | None = None
-
-
 def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
     """Write the scenes of an output folder as one web page; return its path.
 
@@ -76,30 +63,33 @@ def web_page(folder: Path) -> bytes:
     templates = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=select_autoescape(["j2"]))
     page = templates.get_template("scenes.html.j2").render(
         name=report.design.name,
-        scenes=[asdict(scene) for scene in scenes],
+        scenes=scenes,
         viewer=base64.b64encode(viewer).decode(),
         colours=[mpl.colors.to_hex(colours(index)) for index in range(_COLOURS)],
     )
     return page.encode()
 
 
-def _web_scenes(report: StoredReport, folder: Path) -> list[WebScene]:
-    """Return each scene with each of its fields, then the assembly."""
-    scenes = []
+def _web_scenes(report: StoredReport, folder: Path) -> list[dict[str, str | None]]:
+    """Return each scene with each of its fields, then the assembly, as the page's script reads them.
+
+    A scene has its label and title, the body as data, and its field with the ends of its colours as text.
+    """
+    scenes: list[dict[str, str | None]] = []
     for scene in field_scenes(report, folder):
         for field in scene.fields:
             plotter: Plotter = pv.Plotter(off_screen=True)
             draw_field(plotter, scene, field, subdivision=_SUBDIVISION)
             look_at(plotter, scene.focus or tuple(scene.mesh.bounds), scene.direction)
             lowest, highest = field.range_on(scene.mesh)
-            web_scene = WebScene(
-                label=f"{scene.name}: {field.title}",
-                title=scene.caption,
-                data=_archived(plotter),
-                field=field.title,
-                lowest=f"{lowest:.3g}",
-                highest=f"{highest:.3g}",
-            )
+            web_scene: dict[str, str | None] = {
+                "label": f"{scene.name}: {field.title}",
+                "title": scene.caption,
+                "data": _archived(plotter),
+                "field": field.title,
+                "lowest": f"{lowest:.3g}",
+                "highest": f"{highest:.3g}",
+            }
             scenes.append(web_scene)
     bodies = assembly(report)
     if bodies:
@@ -107,7 +97,8 @@ def _web_scenes(report: StoredReport, folder: Path) -> list[WebScene]:
         draw_bodies(plotter, bodies)
         look_at(plotter, tuple(plotter.bounds), ASSEMBLY_DIRECTION)
         title = f"{report.design.name}: the sensor over its fruit"
-        scenes.append(WebScene(label="assembly", title=title, data=_archived(plotter)))
+        no_field = dict.fromkeys(("field", "lowest", "highest"))
+        scenes.append({"label": "assembly", "title": title, "data": _archived(plotter), **no_field})
     return scenes
 
 

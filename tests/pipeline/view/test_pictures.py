@@ -90,10 +90,10 @@ def test_empty_solid_is_refused_and_leaves_no_picture(tmp_path):
     assert not (tmp_path / "png").exists()
 
 
-def test_picture_folder_that_is_a_file_is_refused(tmp_path):
+def test_picture_folder_that_is_a_file_is_refused(stand_in_folder, tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        write_pictures([], tmp_path / "file")
+        write_pictures(pictures(stand_in_folder)[:1], tmp_path / "file")
     assert caught.value.field == "--png"
 
 

@@ -63,19 +63,6 @@ def test_vectors_and_tensors_are_mirrored(half):
         np.testing.assert_array_equal(values[image], values[at] * np.array(signs))
 
 
-def test_quadratic_cells_are_mirrored_right_side_out():
-    cell = pv.examples.cells.QuadraticHexahedron()
-    cell.points[:, 1] -= cell.points[:, 1].min()
-    cell.point_data["symmetry"] = (cell.points[:, 1] == 0.0).astype(np.int8)
-    whole = whole_model(cell)
-    assert whole.n_cells == 2
-    assert whole.volume == pytest.approx(2.0 * cell.volume, rel=DIGITS)
-    for number, edge in ((8, (0, 1)), (13, (5, 6)), (16, (0, 4))):  # middles of edges, by VTK's figure
-        nodes = whole.cells_dict[int(pv.CellType.QUADRATIC_HEXAHEDRON)][1]
-        middle = whole.points[nodes[list(edge)]].mean(axis=0)
-        assert np.linalg.norm(whole.points[nodes[number]] - middle) < 0.2
-
-
 def test_mesh_without_a_plane_of_symmetry_stays(half):
     bare = half.copy()
     del bare.point_data["symmetry"]
