@@ -6,13 +6,14 @@ from typing import Literal
 from cad.design.parameters import Design
 from cad.design.tip_mount import plate_depth
 from cad.verdict import Verdict
+from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import analyse_readings, read_out_of
 from pipeline.reading.poses import refuse_unsolvable_poses
 from pipeline.response.contact import fruit_compliance
 from pipeline.result import Evaluation, SensorResult, with_solids
-from pipeline.springs.behaviour import solved_behaviour
-from pipeline.springs.fitted_springs import FittedSprings, fit_springs, press_of_springs
+from pipeline.springs.behaviour import sensor_modes, spring_behaviour
+from pipeline.springs.fitted_springs import FittedSprings, fit_springs, other_mounts, press_of_springs
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.effects import level_sensor
@@ -20,6 +21,7 @@ from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.hints import with_hints
 from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
 from solve.fruit.compliance import FruitCompliance
+from solve.linear import SolveError
 
 Part = Literal["response", "reading"]
 PARTS: tuple[Part, ...] = ("response", "reading")
@@ -50,10 +52,21 @@ def evaluate(
     contact = checked.contact
     springs = checked.springs
     press = checked.solved_press
+    left_out = []  # what no verdict needs does not undo what was solved
     with timed.stage("mounts"):
-        sensor = level_sensor(design, contact, checked.sizing, springs)
+        mounts = {}
+        try:
+            mounts = other_mounts(springs.per_spring)
+        except (MeshError, SolveError) as error:
+            left_out.append(f"the stiffness in other mounts is left out: {error}")
+        sensor = level_sensor(design, contact, checked.sizing, springs, mounts)
     with timed.stage("behaviour"):
-        behaviour = solved_behaviour(springs, press)
+        modes = None
+        try:
+            modes = sensor_modes(springs)
+        except (MeshError, SolveError) as error:
+            left_out.append(f"modes of vibration are left out: {error}")
+        behaviour = spring_behaviour(springs, press, modes)
     with timed.stage("reading"):
         read_out = read_out_of(design, contact, springs, press, checked.readings)
     with timed.stage("errors"):
@@ -66,6 +79,7 @@ def evaluate(
         behaviour=behaviour,
         read_out=read_out,
         errors=errors,
+        left_out=tuple(left_out),
         seconds=timed.seconds(),
     )
 

@@ -57,8 +57,8 @@ class SensorResult(Evaluation):
     """A design with all that is known of its sensor.
 
     `paper` are the verdicts on the paper's own springs, None where fruit or tips are not the paper's. `read_out` is
-    what a finished sensor is read by. `left_out` says why a file of fields is not there. `seconds` are wall and
-    processor seconds by stage.
+    what a finished sensor is read by. `left_out` says what could not be solved or written after the verdicts. `seconds`
+    are wall and processor seconds by stage.
     """
 
     press: ScenePress
@@ -66,7 +66,7 @@ class SensorResult(Evaluation):
     behaviour: SpringBehaviour | None
     read_out: ReadOut
     errors: SensorErrors
-    left_out: str | None = None
+    left_out: tuple[str, ...] = ()
     seconds: Seconds
 
 

@@ -50,7 +50,7 @@ def run(
 
         result = evaluate(design, options, contact=contact, sizing=sizing, springs=springs, timed=timed)
         with timed.stage("fields"):
-            left_out = write_fields(design, contact, springs, result.press, options, folder)
+            fields_left_out = write_fields(design, contact, springs, result.press, options, folder)
         with timed.stage("fabrication"):
             sideways = sideways_verdicts(springs, options)
         with timed.stage("solids"):
@@ -58,6 +58,6 @@ def run(
         with timed.stage("fabrication"):
             making = (*fabrication.result(), *sideways)
         verdicts = with_file_verdicts(result, geometry, making)
-        result = replace(result, verdicts=verdicts, left_out=left_out, seconds=timed.seconds())
+        result = replace(result, verdicts=verdicts, left_out=result.left_out + fields_left_out, seconds=timed.seconds())
         write_outputs(result, folder, None if options.out is None else page_of)
     return result

@@ -139,7 +139,6 @@ def fresh_result(design: Design, options: RunOptions, *, made: bool = True) -> S
         read_out=read_out_of(design, CONTACT, springs, press, None),
         verdicts=verdicts,
         errors=sensor_errors(sensor, reached, press, RunOptions()),
-        left_out=None,
         seconds=Seconds(wall={"contact": 0.5, "total": 1.0}, cpu={"contact": 0.5, "total": 1.0}),
     )
 

@@ -169,6 +169,11 @@ class Fruit:
         return self.radius_across_mm or self.radius_mm or math.inf
 
     @property
+    def can_roll(self) -> bool:
+        """Say whether it rolls when it lies free on a table: a whole curved fruit whose table is below its middle."""
+        return self.radius_mm is not None and self.whole and self.depth_mm > self.radius_mm
+
+    @property
     def whole(self) -> bool:
         """Say whether a curved fruit is whole down to its base: no side of its plan cuts it."""
         length, width = self._whole_plan_mm

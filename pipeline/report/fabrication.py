@@ -40,13 +40,13 @@ def begin_fabrication(
     The result is the verdicts on cover and bracket. The future raises OSError where a file cannot be written,
     ExportError where one read back has another volume.
     """
-    housing, process = springs.housing, springs.process
+    housing = springs.housing
     if not options.fabrication or housing is None:
         return finished(())
     to_read = springs_to_read(springs)
     inputs = {
         "design": design_as_mapping(design),
-        "process": process,
+        "process": springs.process,
         "housing": housing,
         "springs": to_read,
     }
@@ -61,18 +61,18 @@ def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:
     if springs.fitted is None:
         msg = "read-out: springs that are not made have none; ask for it after a fit"
         raise ValueError(msg)
-    arms, strains = springs.fitted.housing.arms, springs.fitted.stiffness.gauge_strain_per_N
-    rows = enumerate(zip(arms, springs.springs, springs.deflections, strict=True))
-    return tuple(
-        Spring(
+    strains = springs.fitted.stiffness.gauge_strain_per_N
+    to_read = []
+    for i, arm in enumerate(springs.fitted.housing.arms):
+        spring = Spring(
             name=arm.name,
             flexure=arm.flexure,
-            K=spring.stiffness,
-            deflection=deflection,
+            K=springs.springs[i].stiffness,
+            deflection=springs.deflections[i],
             strain_per_N=None if strains is None else float(strains[i]),
         )
-        for i, (arm, spring, deflection) in rows
-    )
+        to_read.append(spring)
+    return tuple(to_read)
 
 
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:
@@ -80,7 +80,8 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
 
     Raises SolveError.
     """
-    housing, process = springs.housing, springs.process
+    housing = springs.housing
+    process = springs.process
     if not options.fabrication or housing is None:
         return ()
 

@@ -19,6 +19,10 @@ from solve.elasticity import NodalFields
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.fields import flexure_fields, most_strained_node
 from solve.housing.stiffness import leaf_faces
+from solve.linear import SolveError
+
+_ROWS = (0, 1, 2, 0, 1, 0)  # of a tensor: xx, yy, zz, xy, yz, xz
+_COLUMNS = (0, 1, 2, 1, 2, 2)
 
 
 def write_fields(
@@ -28,36 +32,40 @@ def write_fields(
     press: ScenePress,
     options: RunOptions,
     folder: Path,
-) -> str | None:
+) -> tuple[str, ...]:
     """Write flexure.vtu, the mesh of the half housing y >= 0 [mm]; with `options.fields` its fields, and fruit.vtu.
 
     Fields at the nodes are displacement [mm], stress and its von Mises value [MPa], and the largest principal strain
     [1], with a mark where it is largest on the leaves of each spring. The housing is under the forces at which the root
-    strain of each spring is judged, the fruit under those of the scene. Returns why fruit.vtu is left out, if it is.
-    Raises SolveError.
+    strain of each spring is judged, the fruit under those of the scene. Returns why a file is left out, if one is.
     """
     if not options.fields:
         if springs.housing is not None:
             write_vtu(folder / "flexure.vtu", flexure_mesh(springs.housing), {})
-        return None
-    _write_flexure(springs, folder)
+        return ()
+    try:
+        _write_flexure(springs, folder)
+    except SolveError as error:
+        return (f"the fields of housing and fruit are left out: {error}",)
     if design.press.strain == "large":
-        return "fruit.vtu is left out: its fields are those of small strain; take press.strain = 'linear' for them"
-    scene, E = scene_of(design, press.height_offsets), float(press.at_largest_E.E[-1])
+        return ("fruit.vtu is left out: its fields are those of small strain; take press.strain = 'linear' for them",)
+    scene = scene_of(design, press.height_offsets)
+    E = float(press.at_largest_E.E[-1])
     try:
         pressure = footprint_pressure(scene, contact, springs.C, E, design.press.travel_mm)
-    except InputError as error:
-        return f"fruit.vtu is left out: {error}"
-    mesh, fields = fruit_fields(design.fruit, pressure)
+        mesh, fields = fruit_fields(design.fruit, pressure)
+    except (InputError, SolveError) as error:
+        return (f"fruit.vtu is left out: {error}",)
     write_vtu(folder / "fruit.vtu", mesh, field_arrays(fields))
-    return None
+    return ()
 
 
 def _write_flexure(springs: FittedSprings, folder: Path) -> None:
     """Write the housing under the forces [N] that the root strain of each spring is judged at."""
     if springs.housing is None:
         return
-    mesh, process = flexure_mesh(springs.housing), springs.process
+    process = springs.process
+    mesh = flexure_mesh(springs.housing)
     pairs = zip(springs.springs, springs.deflections, strict=True)
     forces = [spring.stiffness * deflection for spring, deflection in pairs]
     fields = flexure_fields(mesh, process.E_MPa, process.poisson, forces, attached_to(springs.housing))
@@ -75,5 +83,5 @@ def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:
         "displacement_mm": fields.displacement,
         "von_mises_MPa": fields.von_mises,
         "largest_principal_strain": fields.largest_principal_strain,
-        "stress_MPa": fields.stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]].T,
+        "stress_MPa": fields.stress[_ROWS, _COLUMNS].T,
     }

@@ -20,28 +20,29 @@ FIRST_TRAVEL = 0.1  # of the whole, from which the change of P over the travel i
 
 def notes(result: SensorResult) -> list[str]:
     """Return the notes of a result, closed forms of its numbers only."""
-    process, table = result.springs.process, result.press.table
-    moved = [100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in process.leaf_thicknesses_mm]
-    return [
-        *_paper(result),
-        *(_of_the_ratio(result) if result.readings is None else _of_the_reading(result, result.readings)),
-        *_weight(result),
-        *_free_fruit(result),
-        f"response: {table.info.method}; {table.info.status}",
-        *(_press(result) if result.readings is None else ()),
-        f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved[0]:.0f} % "
-        f"and K_h by {moved[1]:.0f} %",
-        *([result.left_out] if result.left_out else []),
-    ]
-
-
-def _of_the_ratio(result: SensorResult) -> list[str]:
-    """Return for what fruit the targets hold, and what a level sensor would reach."""
-    return [
-        f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the paper's "
-        "have 1.3226 mm; its tips on a cube of 12 mm 15 % less)",
-        *_beyond_the_law(result),
-    ]
+    process = result.springs.process
+    info = result.press.table.info
+    # A leaf's stiffness goes with the third power of its thickness.
+    moved_l, moved_h = (300.0 * process.accuracy_mm / thickness for thickness in process.leaf_thicknesses_mm)
+    lines = _paper(result)
+    if result.readings is None:
+        lines.append(
+            f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the "
+            "paper's have 1.3226 mm; its tips on a cube of 12 mm 15 % less)"
+        )
+        lines += _beyond_the_law(result)
+    else:
+        lines += _of_the_reading(result, result.readings)
+    lines += _weight(result)
+    lines += _free_fruit(result)
+    lines.append(f"response: {info.method}; {info.status}")
+    if result.readings is None:
+        lines += _press(result)
+    lines.append(
+        f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved_l:.0f} % "
+        f"and K_h by {moved_h:.0f} %"
+    )
+    return [*lines, *result.left_out]
 
 
 def _press(result: SensorResult) -> list[str]:
@@ -57,7 +58,8 @@ def _press(result: SensorResult) -> list[str]:
 
 def _large_strain(result: SensorResult) -> str:
     """Return what flesh at large strain does to P and to E read from it, by the curves of one tip."""
-    design, travel = result.design, result.design.press.travel_mm
+    design = result.design
+    travel = design.press.travel_mm
     if not design.tips.tip_shape.has_flat_face or travel > deepest_solved() * design.tips.side_mm:
         if design.press.strain == "large":
             return "large strain is solved, deeper than the table that tells what the linear law would read"
@@ -78,25 +80,25 @@ def _large_strain(result: SensorResult) -> str:
 
 def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:
     """Return the force ratio as a fact, the noise that the reading stands, and what it takes for known."""
-    found, P_max = readings.analysis, result.reached.P_max
+    analysis = readings.analysis
+    P_max = result.reached.P_max
     fruit = result.design.fruit
     ratio = "a tip is off" if P_max is None else f"{P_max.value:.4g}"
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
-    noise = found.noise_percent
+    noise = analysis.noise_percent
     loud = "even without noise it is above" if noise is None else f"noise of {noise:.2g} % of full scale brings it to"
-    return [
-        f"read-out: {found.method}; P at E_max and full travel is {ratio}, a fact that is not judged",
+    lines = [
+        f"read-out: {analysis.method}; P at E_max and full travel is {ratio}, a fact that is not judged",
         f"uncertainty of E: {loud} 10 %",
-        *_of_plates(readings.plates),
-        f"what is read is E / (1 - nu^2): E takes nu = {fruit.poisson:g}, which within {fruit.poisson_spread:g} moves "
-        f"it by {moved:.2g} %; twice the time of a press lowers the E of flesh by some 4 %",
     ]
-
-
-def _of_plates(share: float) -> list[str]:
-    if share == 0.0:
-        return []
-    return [f"plates: mounted as far off as their holes allow they move E by {100.0 * share:.2g} %: zero the tips"]
+    if readings.plates > 0.0:
+        percent = 100.0 * readings.plates
+        lines.append(f"plates: mounted as far off as their holes allow they move E by {percent:.2g} %: zero the tips")
+    lines.append(
+        f"what is read is E / (1 - nu^2): E takes nu = {fruit.poisson:g}, which within {fruit.poisson_spread:g} moves "
+        f"it by {moved:.2g} %; twice the time of a press lowers the E of flesh by some 4 %"
+    )
+    return lines
 
 
 def _paper(result: SensorResult) -> list[str]:
@@ -104,9 +106,10 @@ def _paper(result: SensorResult) -> list[str]:
     if result.paper is None:
         return []
     paper = characteristic(result.contact, result.sizing, PAPER_SPRINGS)
-    P_max, NL = paper.P_max().value, paper.NL(PAPER_TARGETS).value
+    P_max = paper.P_max().value
+    NL_percent = 100.0 * paper.NL(PAPER_TARGETS).value
     return [
-        f"the paper's own springs reach P_max {P_max:.3f} and NL {100.0 * NL:.2f} % under this contact "
+        f"the paper's own springs reach P_max {P_max:.3f} and NL {NL_percent:.2f} % under this contact "
         f"(targets {PAPER_TARGETS.P_max:g} and {100.0 * PAPER_TARGETS.NL:g} %)"
     ]
 
@@ -138,16 +141,18 @@ def _weight(result: SensorResult) -> list[str]:
 
 def _free_fruit(result: SensorResult) -> list[str]:
     """Return what a table does to a whole fruit that lies free on it, which is solved as held at its base."""
-    fruit, travel = result.design.fruit, result.design.press.travel_mm
-    if fruit.radius_mm is None or not fruit.whole or fruit.depth_mm <= fruit.radius_mm:
+    fruit = result.design.fruit
+    if not fruit.can_roll or fruit.radius_mm is None:
         return []
-    hardest = result.press.at_largest_E
-    forces, E = hardest.F[-1, -1], float(hardest.E[-1])
-    share = table_share(float(forces.sum()), travel, E, fruit.poisson, fruit.radius_mm)
-    own = np.diag(result.springs.C) + (np.diag(result.contact.S) - result.contact.crosstalk) / E
-    rolled = roll(forces.tolist(), result.design.tips.centres_mm, (1.0 / own).tolist(), fruit.radius_mm)
+    at_largest_E = result.press.at_largest_E
+    E = float(at_largest_E.E[-1])
+    forces = at_largest_E.F[-1, -1]
+    travel = result.design.press.travel_mm
+    by_table = table_share(float(forces.sum()), travel, E, fruit.poisson, fruit.radius_mm)
+    under_tip = np.diag(result.springs.C) + (np.diag(result.contact.S) - result.contact.crosstalk) / E  # [mm/N]
+    rolled = roll(forces.tolist(), result.design.tips.centres_mm, (1.0 / under_tip).tolist(), fruit.radius_mm)
     rolls = f"rolls by {rolled.angle_deg:.2g} deg" if rolled.steady else "rolls away under the tips"
     return [
-        f"a whole fruit is solved as held at its base; free on a table it gives {100.0 * share:.2g} % of the travel at "
-        f"the table, and {rolls} unless friction of at least {rolled.friction:.2g} holds it: hold the fruit"
+        f"a whole fruit is solved as held at its base; free on a table it gives {100.0 * by_table:.2g} % of the travel "
+        f"at the table, and {rolls} unless friction of at least {rolled.friction:.2g} holds it: hold the fruit"
     ]

@@ -34,61 +34,54 @@ def contact_compliance(
     tolerance, else direct finite elements. Raises InputError for an unknown method, where "split" is asked for outside
     its domain, or for a curved fruit outside that of its own (`solve/fruit/curved_body.py`).
     """
+    _check_method(method, tips)
+    block = fruit.equivalent_block
+    curved = block != fruit
+    if curved:
+        check_curved(fruit, contact_footprints(fruit, tips))  # before the block is solved
+    compliance = None
+    cause = ""
+    if method != "direct":
+        try:
+            compliance = split_compliance(fruit, tips, tolerance)
+        except SplitDomainError as outside:
+            if not _is_flat_pair(tips):
+                reason = str(outside).partition(" for the split")[0]
+                msg = f"{reason} for lines, squares and domes; move the tips, or take smaller ones"
+                raise InputError(msg) from outside
+            if method == "split":
+                raise InputError(str(outside)) from outside
+            cause = f"; {str(outside).partition(';')[0]}, so solved by direct finite elements"
+    if compliance is None:
+        compliance = _with_status(direct_contact(block, tips.flat), after=cause)
+    if curved:
+        footprints = contact_footprints(fruit, tips)
+        compliance = curved_compliance(compliance, fruit, footprints, tips.tip_shape.obeys_hertz)
+    return _with_status(compliance, before=_stand_ins(fruit, tips))
+
+
+def _is_flat_pair(tips: Tips) -> bool:
+    """Say whether direct finite elements can solve the tips."""
+    return tips.tip_layout.is_pair and not tips.tip_shape.obeys_hertz
+
+
+def _check_method(method: str, tips: Tips) -> None:
+    """Raise InputError for a method that is none, or that cannot solve the tips."""
     if method not in CONTACT_METHODS:
         known = ", ".join(CONTACT_METHODS)
         raise validation_error("contact method", method, "", f"one of {known}", "auto fits every scene")
-    block = fruit.equivalent_block
-    is_dome = tips.tip_shape.obeys_hertz
-    if block != fruit:
-        check_curved(fruit, contact_footprints(fruit, tips))  # before the block is solved
-    if not tips.tip_layout.is_pair or is_dome:
-        compliance = _compliance_of_any_layout(fruit, tips, method, tolerance)
-    else:
-        compliance = _compliance_of_pair(block, tips.flat, method, tolerance)
-    if block != fruit:
-        compliance = curved_compliance(compliance, fruit, contact_footprints(fruit, tips), is_dome)
-    status = compliance.info.status
-    if is_dome:
-        circle = contact_footprints(fruit, tips)[0].side
-        return _with_status(compliance, f"the domes count as flat circles of {circle:g} mm where they touch; {status}")
-    if tips.flat != tips:
-        flat = tips.flat
-        return _with_status(compliance, f"the tips count as a sharp {flat.shape} of {flat.side_mm:g} mm; {status}")
-    return compliance
-
-
-def _compliance_of_any_layout(fruit: Fruit, tips: Tips, method: str, tolerance: float) -> FruitCompliance:
-    """Return the compliance of the block under any layout [1/mm]; only the split knows layouts other than a flat pair.
-
-    Raises InputError outside its domain.
-    """
-    if method == "direct":
+    if method == "direct" and not _is_flat_pair(tips):
         bound = "split or auto for lines, squares and domes"
         raise validation_error("contact method", method, "", bound, "auto fits every scene")
-    try:
-        return split_compliance(fruit, tips, tolerance)
-    except SplitDomainError as outside:
-        reason = str(outside).partition(" for the split")[0]
-        msg = f"{reason} for lines, squares and domes; move the tips, or take smaller ones"
-        raise InputError(msg) from outside
 
 
-def _compliance_of_pair(block: Fruit, tips: Tips, method: str, tolerance: float) -> FruitCompliance:
-    """Return the compliance of a block under a flat pair [1/mm]; "auto" solves it directly where the split is not for.
-
-    Raises InputError outside the domain of the split.
-    """
-    if method == "direct":
-        return direct_contact(block, tips)
-    try:
-        return split_compliance(block, tips, tolerance)
-    except SplitDomainError as outside:
-        reason = str(outside)
-        if method == "split":
-            raise InputError(reason) from outside
-    compliance = direct_contact(block, tips)
-    cause = reason.partition(";")[0]
-    return _with_status(compliance, f"{compliance.info.status}; {cause}, so solved by direct finite elements")
+def _stand_ins(fruit: Fruit, tips: Tips) -> str:
+    """Return in words which flat sharp tips stand for those of the design, nothing where they are their own."""
+    flat = tips.flat
+    if tips.tip_shape.obeys_hertz:
+        circle = contact_footprints(fruit, tips)[0].side
+        return f"the domes count as flat circles of {circle:g} mm where they touch; "
+    return f"the tips count as a sharp {flat.shape} of {flat.side_mm:g} mm; " if flat != tips else ""
 
 
 def direct_contact(block: Fruit, tips: Tips) -> FruitCompliance:
@@ -105,5 +98,6 @@ def direct_contact(block: Fruit, tips: Tips) -> FruitCompliance:
     return direct_compliance([volume_mesh(part, size, tolerance=_FACETED) for size in sizes], block.poisson)
 
 
-def _with_status(compliance: FruitCompliance, status: str) -> FruitCompliance:
-    return dataclasses.replace(compliance, info=dataclasses.replace(compliance.info, status=status))
+def _with_status(compliance: FruitCompliance, before: str = "", after: str = "") -> FruitCompliance:
+    info = dataclasses.replace(compliance.info, status=f"{before}{compliance.info.status}{after}")
+    return dataclasses.replace(compliance, info=info)

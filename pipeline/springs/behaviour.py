@@ -1,6 +1,5 @@
 """How the printed springs behave beside their stiffness: tilt, crosstalk, stiffening, frequency, gauge output."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cad.design.processes import Process
@@ -53,7 +52,9 @@ def sensor_modes(springs: FittedSprings) -> Modes | None:
     """
     if springs.fitted is None:
         return None
-    housing, process, K = springs.fitted.housing, springs.process, springs.fitted.stiffness.K
+    housing = springs.fitted.housing
+    process = springs.process
+    K = springs.fitted.stiffness.K
     solid = Solid(E=process.E_MPa, poisson=process.poisson, density=process.density_g_per_cm3)
 
     def solve() -> Modes:
@@ -61,14 +62,6 @@ def sensor_modes(springs: FittedSprings) -> Modes | None:
         return modes_of(coarse_half(housing, process.E_MPa, process.poisson), solid, K)
 
     return cached("modes", {"housing": housing, "solid": solid, "K": K}, solve, Modes)
-
-
-def solved_behaviour(springs: FittedSprings, press: ScenePress) -> SpringBehaviour | None:
-    """Return the behaviour at full travel with the modes, which are solved; None where nothing is made.
-
-    Raises MeshError or SolveError.
-    """
-    return spring_behaviour(springs, press, sensor_modes(springs))
 
 
 def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | None = None) -> SpringBehaviour | None:
@@ -80,32 +73,28 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | N
     """
     if springs.fitted is None:
         return None
-    stiffness, housing = springs.fitted.stiffness, springs.fitted.housing
-    forces = press.table.F[:, -1]
-    hardest = [forces[:, list(kind)].max(axis=1).tolist() for kind in springs.tips.spring_groups]
-    arms = {arm.name: _arm_behaviour(springs, i, arm, hardest[i]) for i, arm in enumerate(housing.arms)}
+    housing = springs.fitted.housing
+    stiffness = springs.fitted.stiffness
+    forces_at_full_travel = press.table.F[:, -1]
+    arms = {}
+    for i, arm in enumerate(housing.arms):
+        tips = list(springs.tips.spring_groups[i])
+        forces = forces_at_full_travel[:, tips].max(axis=1).tolist()  # one for each modulus
+        K = stiffness.K[i]
+        if stiffness.gauge_strain_per_N is None:
+            outputs = tuple(_beam_bridge(arm.flexure, force / K) for force in forces)
+        else:
+            strain_per_N = stiffness.gauge_strain_per_N[i]
+            outputs = tuple(bridge_output(strain_per_N * force) for force in forces)
+        arms[arm.name] = ArmBehaviour(
+            tilt_at_full_force_rad=float(stiffness.tilt_per_N[i]) * max(forces),
+            large_deflection_stiffening=stiffening(arm.flexure, springs.deflections[i]),
+            natural_frequency_Hz=_frequency(housing, arm, K, springs.process),
+            bridge_mV_per_V=outputs,
+            bridge_error=None if stiffness.gauge_error is None else stiffness.gauge_error[i],
+        )
     crosstalk = float(stiffness.C[0, -1] / stiffness.C[-1, -1])
     return SpringBehaviour(crosstalk=crosstalk, gauges=housing.gauges, arms=arms, modes=modes)
-
-
-def _arm_behaviour(springs: FittedSprings, tip: int, arm: Arm, forces: Sequence[float]) -> ArmBehaviour:
-    """Return the behaviour of the spring of a tip under its force [N] at full travel, one for each modulus."""
-    if springs.fitted is None:
-        msg = "behaviour: springs that are not made have none; ask for it after a fit"
-        raise ValueError(msg)
-    stiffness = springs.fitted.stiffness
-    K, strain, errors = stiffness.K[tip], stiffness.gauge_strain_per_N, stiffness.gauge_error
-    if strain is None:
-        outputs = tuple(_beam_bridge(arm.flexure, force / K) for force in forces)
-    else:
-        outputs = tuple(bridge_output(strain[tip] * force) for force in forces)
-    return ArmBehaviour(
-        tilt_at_full_force_rad=float(stiffness.tilt_per_N[tip]) * max(forces),
-        large_deflection_stiffening=stiffening(arm.flexure, springs.deflections[tip]),
-        natural_frequency_Hz=_frequency(springs.fitted.housing, arm, K, springs.process),
-        bridge_mV_per_V=outputs,
-        bridge_error=None if errors is None else errors[tip],
-    )
 
 
 def stiffening(flexure: Flexure, deflection: float) -> float:
@@ -127,7 +116,8 @@ def bridge_output(strain: float) -> float:
 def _frequency(housing: Housing, arm: Arm, K: float, process: Process) -> float:
     """Return the first frequency [Hz] of a shuttle of block, tapered neck and tip on its leaves."""
     density = 1e-3 * process.density_g_per_cm3  # g/mm^3
-    section, face = housing.shuttle_width * housing.depth, housing.tip_side**2
+    section = housing.shuttle_width * housing.depth
+    face = housing.tip_side**2
     block = section * (arm.top_level - housing.neck_level)
     neck = (housing.neck_level - housing.tip_height) * (section + face + (section * face) ** 0.5) / 3.0
     shuttle = density * (block + neck + face * housing.tip_height)

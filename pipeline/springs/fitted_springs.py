@@ -72,8 +72,8 @@ def springs_as_sized(design: Design, sizing: SpringSizing) -> tuple[FittedSpring
 
     The beam law gives the length of their leaves, and says whether the process can print these.
     """
-    process, ratio = design.process, sizing.sizing_stiffness_ratio
-    printable = check_printable(design, sizing.springs, sizing.K_m_max, process, stiffness_ratio=ratio)
+    ratio = sizing.sizing_stiffness_ratio
+    printable = check_printable(design, sizing.springs, sizing.K_m_max, design.process, stiffness_ratio=ratio)
     rows = zip(("low", "high"), sizing.springs.stiffnesses, printable, strict=True)
     return tuple(FittedSpring(name=name, target=K, printable=leaves) for name, K, leaves in rows)
 
@@ -262,9 +262,10 @@ def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:
 
 def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:
     """Return by name what other mounts than the design's change of each spring's stiffness [1], kept; none unmade."""
-    housing, process = springs.housing, springs.process
+    housing = springs.housing
     if housing is None:
         return {}
-    E, poisson = process.E_MPa, process.poisson
+    E = springs.process.E_MPa
+    poisson = springs.process.poisson
     inputs = {"housing": asdict(housing), "E": E, "poisson": poisson}
     return cached("mounts", inputs, lambda: mount_changes(housing, E, poisson), dict[str, tuple[float, ...]])

@@ -1,8 +1,6 @@
 """From the targets and the fruit's compliance to the two spring stiffnesses, by the law that also judges them."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Literal
 
 from cad.design.parameters import Design
@@ -45,10 +43,11 @@ class SpringSizing:
 
     def deflections(self, travels: tuple[float, ...]) -> tuple[float, ...]:
         """Return how far each spring gives on the stiffest fruit [mm] at the full travel [mm] of its tip."""
-        fruit = (self.K_m_at_largest_E, self.stiffness_ratio * self.K_m_at_largest_E)
-        return tuple(
-            spring_give(K, K_m, max(0.0, travel))
-            for travel, K, K_m in zip(travels, self.springs.stiffnesses, fruit, strict=True)
+        travel_l, travel_h = travels
+        K_m = self.K_m_at_largest_E
+        return (
+            spring_give(self.springs.K_l, K_m, max(0.0, travel_l)),
+            spring_give(self.springs.K_h, self.stiffness_ratio * K_m, max(0.0, travel_h)),
         )
 
 
@@ -59,11 +58,15 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     More tips than two are sized as the pair that stands for them. At large strain the true contact sizes at full
     travel. Raises InputError where no springs meet the targets.
     """
-    fruit, tips, of_tips = design.fruit, design.tips, contact
-    contact = contact.per_spring(*tips.spring_groups)
+    fruit = design.fruit
+    pair = contact.per_spring(*design.tips.spring_groups)
     by_hayes = options.fruit_stiffness == "hayes"
-    K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * tips.side_mm) if by_hayes else contact.K_m_over_E()
-    ratio = 1.0 if by_hayes else contact.stiffness_ratio()
+    if by_hayes:
+        K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * design.tips.side_mm)
+        ratio = 1.0
+    else:
+        K_m_over_E = pair.K_m_over_E()
+        ratio = pair.stiffness_ratio()
     K_m_max = fruit.E_max_MPa * K_m_over_E
     springs = _springs(design, K_m_max, ratio)
     if design.press.strain == "large" and not design.springs.given:
@@ -71,22 +74,22 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
             raise validation_error(
                 "--fruit-stiffness", "hayes", "", "contact at large strain", "leave it out, or give springs"
             )
-        law = partial(size_springs, K_m_max=K_m_max, stiffness_ratio=ratio)
-        springs = _at_large_strain(design, of_tips, law, springs)
+        springs = _at_large_strain(design, contact, K_m_max, ratio, springs)
     return SpringSizing(
         springs=springs,
         K_m_over_E=K_m_over_E,
         K_m_max=K_m_max,
-        K_m_max_contact=fruit.E_max_MPa * contact.K_m_over_E(),
-        K_m_at_largest_E=design.largest_E_MPa * contact.K_m_over_E(),
-        stiffness_ratio=contact.stiffness_ratio(),
+        K_m_max_contact=fruit.E_max_MPa * pair.K_m_over_E(),
+        K_m_at_largest_E=design.largest_E_MPa * pair.K_m_over_E(),
+        stiffness_ratio=pair.stiffness_ratio(),
         sizing_stiffness_ratio=ratio,
         basis=options.fruit_stiffness,
     )
 
 
 def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
-    given, targets = design.springs, design.nominal_targets
+    given = design.springs
+    targets = design.nominal_targets
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
         springs = Springs(K_l=1e-3 * given.K_l_N_per_m, K_h=1e-3 * given.K_h_N_per_m)
         if force_ratio(springs, K_m_max, ratio) < (1.0 + LEAST_RISE) * ratio:
@@ -101,25 +104,28 @@ def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
 
 
 def _at_large_strain(
-    design: Design, contact: FruitCompliance, law: Callable[..., Springs], springs: Springs
+    design: Design, contact: FruitCompliance, K_m_max: float, ratio: float, springs: Springs
 ) -> Springs:
     """Return springs whose response has the targets at full travel; raises InputError where none are found.
 
-    The linear law is asked for other targets until the response has the wanted ones.
+    The linear law is asked for other targets, by as much as the response missed the wanted ones, until it has them.
     """
-    scene, targets = scene_of(design), design.nominal_targets
-    moduli, sized = curve_moduli(scene), springs
-    P_max, NL = targets.P_max, targets.NL
+    scene = scene_of(design)
+    moduli = curve_moduli(scene)
+    targets = design.nominal_targets
+    P_max_asked = targets.P_max
+    NL_asked = targets.NL
     for _ in range(MOST_ROUNDS):
-        C = spring_compliance(*design.tips.each(*sized.stiffnesses))
+        C = spring_compliance(*design.tips.each(*springs.stiffnesses))
         P = pressed_at(scene, contact, C, moduli, 1).P[:, -1]
-        NL_found = curve_nonlinearity(P.tolist(), moduli.tolist(), targets.NL_definition)
-        times, off = float(P[-1]) / targets.P_max, NL_found - targets.NL
-        if max(abs(times - 1.0), abs(off)) <= SETTLED:
-            return sized
-        P_max, NL = P_max / times, NL - off
+        P_factor = float(P[-1]) / targets.P_max
+        NL_miss = curve_nonlinearity(P.tolist(), moduli.tolist(), targets.NL_definition) - targets.NL
+        if max(abs(P_factor - 1.0), abs(NL_miss)) <= SETTLED:
+            return springs
+        P_max_asked /= P_factor
+        NL_asked -= NL_miss
         try:
-            sized = law(P_max, NL, definition=targets.NL_definition)
+            springs = size_springs(P_max_asked, NL_asked, K_m_max, targets.NL_definition, ratio)
         except ValueError:
             break
     bound = "one that springs meet at large strain"

@@ -97,7 +97,8 @@ def _ratio(_verdict: Verdict, design: Design, springs: FittedSprings) -> str | N
 
 
 def _straight(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str | None:
-    press, tips = design.press, design.tips
+    press = design.press
+    tips = design.tips
     if press.tilt_deg != 0.0 or press.roll_deg != 0.0:
         return "press level: --set press.tilt_deg=0 --set press.roll_deg=0"
     if tips.fillet_mm != 0.0:

@@ -40,7 +40,8 @@ def reached_targets(
 
     More tips than two are evaluated by the pair that stands for them.
     """
-    contact, springs = contact.per_spring(*design.tips.spring_groups), springs.per_spring
+    contact = contact.per_spring(*design.tips.spring_groups)
+    springs = springs.per_spring
     pair = characteristic(contact, sizing, springs.stiffnesses, springs.errors)
     return scene_targets(pair, design.nominal_targets, contact, springs.C, press)
 
@@ -57,7 +58,8 @@ def sensor_verdicts(
 
     A design with a reading is evaluated by that, not by its force ratio.
     """
-    contact, springs = contact.per_spring(*design.tips.spring_groups), springs.per_spring
+    contact = contact.per_spring(*design.tips.spring_groups)
+    springs = springs.per_spring
     by_ratio = design.reading is None
     verdicts = list(reading_verdicts(design, readings))
     if by_ratio and design.targets is not None and (press is not None or scene_of(design).linear):

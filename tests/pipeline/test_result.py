@@ -3,9 +3,12 @@
 import dataclasses
 
 import pytest
-from stand_ins import result_of
+from stand_ins import CONTACT, result_of, sizing_of, springs_of
 
+import pipeline.evaluate
 from cad.design.parameters import Design, GivenSprings
+from pipeline.evaluate import evaluate
+from solve.linear import SolveError
 
 
 def test_result_passes_as_its_verdicts_do():
@@ -32,3 +35,21 @@ def test_result_and_what_it_holds_are_frozen():
         name = dataclasses.fields(record)[0].name
         with pytest.raises(dataclasses.FrozenInstanceError, match=name):
             setattr(record, name, None)
+
+
+@pytest.mark.parametrize("stage", ["other_mounts", "sensor_modes"])
+def test_solve_that_fails_after_the_verdicts_is_named_and_loses_no_number(stage, monkeypatch):
+    """Neither other mounts nor modes are part of a verdict."""
+
+    def fail(_):
+        msg = "linear solve: residual"
+        raise SolveError(msg)
+
+    solves = {"other_mounts": lambda _: {}, "sensor_modes": lambda _: None, stage: fail}
+    for name, solve in solves.items():
+        monkeypatch.setattr(pipeline.evaluate, name, solve)
+    given = {"contact": CONTACT, "sizing": sizing_of(Design()), "springs": springs_of(Design())}
+    result = evaluate(Design(), **given)
+    assert [text.endswith("linear solve: residual") for text in result.left_out] == [True]
+    assert [verdict.name for verdict in result.verdicts if verdict.passed is not True] == []
+    assert result.behaviour.modes is None

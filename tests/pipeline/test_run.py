@@ -176,6 +176,17 @@ def test_planted_tilt_of_one_degree_fails_displacement_independence(tmp_path):
     assert found["P_displacement_independent"]["value"] > 0.1
 
 
+def test_noise_that_leaves_no_reading_fails_the_verdicts_and_writes_every_file(default_run, tmp_path):
+    """At 26 % of full scale no force is over the noise; the page says why it has no plot of readings."""
+    folder = tmp_path / "noisy"
+    assert main(["run", "--nl", "0.05", "--set", "reading.noise_percent=26", "--out", str(folder)]) == 1
+    found = verdicts_of(report_of(folder))
+    for name in ("reading.bias", "reading.uncertainty"):
+        assert (found[name]["value"], found[name]["passed"]) == (None, False)
+    assert {path.name for path in folder.iterdir()} == {path.name for path in default_run.folder.iterdir()}
+    assert "error against tilt: no modulus is read" in (folder / "report.html").read_text(encoding="utf-8")
+
+
 @pytest.mark.usefixtures("without_page")
 def test_bruise_limit_makes_a_verdict_at_the_largest_modulus(default_run, tmp_path):
     """2.24 N on 1 mm^2 of the high tip at 3.5 MPa, whichever moduli are shown: over the 0.29 MPa of apple flesh."""

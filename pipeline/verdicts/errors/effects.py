@@ -20,7 +20,7 @@ from cad.theory.strain_gauge import GAUGES, sandwich_gain
 from cad.theory.two_spring_law import series_stiffness, spring_give
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.behaviour import LONGEST_SHARE
-from pipeline.springs.fitted_springs import FittedSprings, other_mounts, tip_height_offsets
+from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.targets import Characteristic, characteristic
 from solve.fruit.compliance import FruitCompliance
@@ -96,13 +96,10 @@ def level_sensor(
     contact: FruitCompliance,
     sizing: SpringSizing,
     springs: FittedSprings,
-    mounts: Mapping[str, PerTip] | None = None,
+    mounts: Mapping[str, PerTip],
     slopes: PerTip = BEAM_SLOPES,
 ) -> LevelSensor:
-    """Return what effects act on; `mounts` are solved for where they are not given.
-
-    A pair stands for more tips than two. Raises SolveError.
-    """
+    """Return what effects act on; a pair stands for more tips than two."""
     contact = contact.per_spring(*design.tips.spring_groups)
     springs = springs.per_spring
     return LevelSensor(
@@ -111,7 +108,7 @@ def level_sensor(
         sizing=sizing,
         springs=springs,
         characteristic=characteristic(contact, sizing, springs.stiffnesses, springs.errors),
-        mounts=other_mounts(springs) if mounts is None else mounts,
+        mounts=mounts,
         slopes=slopes,
     )
 
@@ -269,7 +266,7 @@ def free_fruit(sensor: LevelSensor, travel: float) -> Effect | None:
 def free_roll(sensor: LevelSensor, travel: float) -> Roll | None:
     """Return how the tips roll a whole fruit that lies free, at E_max and a travel [mm]; None for a part of one."""
     fruit = sensor.design.fruit
-    if fruit.radius_mm is None or not fruit.whole or fruit.depth_mm <= fruit.radius_mm:
+    if not fruit.can_roll or fruit.radius_mm is None:
         return None
     K_m = sensor.characteristic.K_m_max
     under = (K_m, sensor.characteristic.stiffness_ratio * K_m)

@@ -73,7 +73,8 @@ def print_scatter(
     design: Design, contact: FruitCompliance, sizing: SpringSizing, springs: FittedSprings
 ) -> ScatterBands | None:
     """Return the bands of prints of a sensor, the surrogate solved by finite elements and kept; None where not made."""
-    housing, process = springs.housing, springs.process
+    housing = springs.housing
+    process = springs.process
     if housing is None:
         return None
 

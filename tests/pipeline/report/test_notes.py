@@ -99,4 +99,4 @@ def test_whole_fruit_on_a_table_is_told_to_be_held():
 
 
 def test_file_that_is_left_out_is_noted_last():
-    assert notes(dataclasses.replace(result_of(), left_out="too steep"))[-1] == "too steep"
+    assert notes(dataclasses.replace(result_of(), left_out=("too steep",)))[-1] == "too steep"
