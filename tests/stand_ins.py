@@ -74,7 +74,7 @@ def housing_stiffness(K: tuple[float, ...], **changes: object) -> HousingStiffne
 
 def fitted_housing(housing: Housing, stiffness: HousingStiffness) -> FittedHousing:
     """Return a housing that a fit would have ended with."""
-    return FittedHousing(housing=housing, stiffness=stiffness, solves=(1, 1), seconds={})
+    return FittedHousing(housing=housing, stiffness=stiffness)
 
 
 def sizing_of(design: Design, contact: FruitCompliance = CONTACT) -> SpringSizing:

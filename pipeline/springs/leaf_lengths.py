@@ -6,6 +6,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from cad.theory.leaf_spring import Flexure
 from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, stretched
 from pipeline.springs.mounts import attached_to
 from pipeline.springs.solid_size import solid_size
+from solve.arrays import Floats
 from solve.housing.stiffness import ERROR_SHARE, HousingStiffness, TipCompliance, housing_stiffness, tip_compliance
 from solve.linear import SolveError
 
@@ -50,11 +52,11 @@ class MeshPair:
         """
         if housing.gauges != "none":
             return estimated
-        share = self.share / ERROR_SHARE
-        return tuple(
-            odd_shape_factor(arm.flexure) * share * error + self.floor
-            for arm, error in zip(housing.arms, estimated, strict=True)
-        )
+        errors = []
+        for arm, error in zip(housing.arms, estimated, strict=True):
+            difference = error / ERROR_SHARE  # of the two meshes
+            errors.append(odd_shape_factor(arm.flexure) * self.share * difference + self.floor)
+        return tuple(errors)
 
 
 DEFAULT = MeshPair(fine=1.0, coarse=2.0, share=ERROR_SHARE, floor=1e-4, least_tolerance=1e-3)
@@ -87,82 +89,68 @@ def odd_shape_factor(flexure: Flexure) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class FittedHousing:
-    """A housing [mm] with its stiffness; `solves` counts those on its own mesh and all others, `seconds` by step."""
+    """A housing [mm] with its stiffness."""
 
     housing: Housing
     stiffness: HousingStiffness
-    solves: tuple[int, int]
-    seconds: dict[str, float]
+
+
+class _Solved(NamedTuple):
+    housing: Housing
+    mesh: FlexureMesh
+    compliance: TipCompliance
 
 
 class HousingSolver:
-    """Solves housings of one material on meshes of several scales, no step twice, and counts what that costs."""
+    """Solves housings of one material on meshes of several scales, the last one of each scale only once."""
 
     def __init__(self, E: float, poisson: float, executor: Executor | None = None) -> None:
         """Take a material [MPa], and a worker that makes the solids with which meshes are compared."""
         self._E = E
         self._poisson = poisson
         self._executor = executor
-        self._counts: dict[float, int] = {}
-        self._seconds = {"mesh": 0.0, "solve": 0.0, "compare": 0.0}
-        self._meshes: dict[float, tuple[Housing, FlexureMesh]] = {}
-        self._solutions: dict[float, tuple[Housing, TipCompliance]] = {}
+        self._start = time.perf_counter()
+        self._last: dict[float, _Solved] = {}  # by the scale of the mesh
         self._solid: tuple[Housing, Future[PartSize]] | None = None
 
     def solve(self, housing: Housing, scale: float, *, stretch: bool = False) -> TipCompliance:
         """Return the compliance [mm/N] on a mesh of a scale; with `stretch` on the last one, if it stretches."""
-        if scale in self._solutions and self._solutions[scale][0] == housing:
-            return self._solutions[scale][1]
-        start = time.perf_counter()
+        last = self._last.get(scale)
+        if last is not None and last.housing == housing:
+            return last.compliance
         mesh = None
-        if stretch and scale in self._meshes:
-            before, last = self._meshes[scale]
-            mesh = stretched(last, before, housing)
+        if stretch and last is not None:
+            mesh = stretched(last.mesh, last.housing, housing)
         if mesh is None:
             mesh = flexure_mesh(housing, scale)
-        meshed = time.perf_counter()
         compliance = tip_compliance(mesh, self._E, self._poisson, attached_to(housing))
-        self._meshes[scale] = (housing, mesh)
-        self._solutions[scale] = (housing, compliance)
-        self._counts[scale] = self._counts.get(scale, 0) + 1
-        self._seconds["mesh"] += meshed - start
-        self._seconds["solve"] += time.perf_counter() - meshed
+        self._last[scale] = _Solved(housing, mesh, compliance)
         return compliance
 
     def last_solution(self, scale: float) -> TipCompliance:
         """Return the last compliance on a mesh of a scale [mm/N]."""
-        return self._solutions[scale][1]
+        return self._last[scale].compliance
 
     def begin_solid(self, housing: Housing) -> None:
         """Let a worker, if there is one, make the solid beside the solves that come."""
         if self._executor is not None and (self._solid is None or self._solid[0] != housing):
             self._solid = (housing, self._executor.submit(solid_size, housing))
 
-    def stiffness(self, housing: Housing, pair: MeshPair, coarse: TipCompliance | None = None) -> HousingStiffness:
-        """Return the stiffness [N/mm] with its error bars; the coarse mesh is solved unless its result is given."""
-        self.begin_solid(housing)
-        fine = self.solve(housing, pair.fine)
-        stiffness = housing_stiffness(fine, coarse or self.solve(housing, pair.coarse))
-        stiffness = dataclasses.replace(stiffness, error=pair.errors(housing, stiffness.error))
-        status = f"mesh of scale {pair.fine:g} judged by scale {pair.coarse:g} ({stiffness.info.status})"
-        return _with_status(stiffness, status)
-
-    def fitted(self, housing: Housing, pair: MeshPair, coarse: TipCompliance | None = None) -> FittedHousing:
-        """Return the housing with its stiffness [N/mm], its mesh compared with its solid; raises MeshError."""
-        stiffness = self.stiffness(housing, pair, coarse)
-        start = time.perf_counter()
+    def fitted(self, housing: Housing, pair: MeshPair, stiffness: HousingStiffness) -> FittedHousing:
+        """Return the housing with its stiffness [N/mm], its fine mesh compared with its solid; raises MeshError."""
         self.begin_solid(housing)
         size = solid_size(housing) if self._solid is None else self._solid[1].result()
-        check_flexure_mesh(self._meshes[pair.fine][1], size)
-        self._seconds["compare"] += time.perf_counter() - start
-        fine = self._counts[pair.fine]
-        info = dataclasses.replace(stiffness.info, seconds=sum(self._seconds.values()))
-        return FittedHousing(
-            housing=housing,
-            stiffness=dataclasses.replace(stiffness, info=info),
-            solves=(fine, sum(self._counts.values()) - fine),
-            seconds=dict(self._seconds),
-        )
+        check_flexure_mesh(self._last[pair.fine].mesh, size)
+        info = dataclasses.replace(stiffness.info, seconds=time.perf_counter() - self._start)
+        return FittedHousing(housing=housing, stiffness=dataclasses.replace(stiffness, info=info))
+
+
+def stiffness_on(pair: MeshPair, housing: Housing, fine: TipCompliance, coarse: TipCompliance) -> HousingStiffness:
+    """Return the stiffness [N/mm] of a housing solved on a pair of meshes, with the error bars of the pair."""
+    stiffness = housing_stiffness(fine, coarse)
+    stiffness = dataclasses.replace(stiffness, error=pair.errors(housing, stiffness.error))
+    status = f"mesh of scale {pair.fine:g} judged by scale {pair.coarse:g} ({stiffness.info.status})"
+    return _with_status(stiffness, status)
 
 
 def _with_status(stiffness: HousingStiffness, status: str) -> HousingStiffness:
@@ -170,21 +158,14 @@ def _with_status(stiffness: HousingStiffness, status: str) -> HousingStiffness:
 
 
 def solve_on(pair: MeshPair, housing: Housing, E: float, poisson: float) -> FittedHousing:
-    """Return the stiffness of a housing [N/mm from mm, E in MPa] on one pair of meshes; raises as `solve_housing`."""
-    return HousingSolver(E, poisson).fitted(housing, pair)
-
-
-def solve_housing(housing: Housing, E: float, poisson: float, tolerance: float = TOLERANCE) -> FittedHousing:
-    """Return the stiffness of a housing as it is [N/mm from mm, E in MPa], to a relative tolerance where a mesh has it.
+    """Return the stiffness of a housing as it is [N/mm from mm, E in MPa] on one pair of meshes.
 
     Raises MeshError or SolveError.
     """
     solver = HousingSolver(E, poisson)
-    for pair in mesh_pairs_for(housing, tolerance):
-        solution = solver.fitted(housing, pair)
-        if max(solution.stiffness.error) <= tolerance:
-            break
-    return _checked(solution, tolerance)
+    fine = solver.solve(housing, pair.fine)
+    coarse = solver.solve(housing, pair.coarse)
+    return solver.fitted(housing, pair, stiffness_on(pair, housing, fine, coarse))
 
 
 def fit_lengths(
@@ -238,10 +219,12 @@ class SecantModel:
 
     def learn(self, length: float, K: float) -> None:
         """Put the line through a new point [mm, N/mm] and, where the last one is far enough away, through both."""
-        step, root = length - self.length, K ** (-1.0 / 3.0)
+        root = K ** (-1.0 / 3.0)
+        step = length - self.length
         if abs(step) > _SHORTEST_STEP * length and (root - self.root) * step > 0.0:
             self.slope = step / (root - self.root)
-        self.length, self.root = length, root
+        self.length = length
+        self.root = root
 
     def stiffness(self, length: float) -> float:
         """Return the stiffness [N/mm] at a length [mm]."""
@@ -255,6 +238,7 @@ class SecantModel:
 
 
 def _with_length(name: str, flexure: Flexure, length: float, K: float) -> Flexure:
+    """Return the leaf with another length [mm], which gives K [N/mm]; raises InputError where none is left of it."""
     if not length > 2.0 * flexure.fillet:
         bound = f"greater than 2 fillets = {2.0 * flexure.fillet:g} mm to reach {1e3 * K:.6g} N/m"
         key = f"flexures.{name}.length"
@@ -265,23 +249,48 @@ def _with_length(name: str, flexure: Flexure, length: float, K: float) -> Flexur
 class _LengthFit:
     """All leaf lengths at once: what the coarse mesh says of them, and by how much it lies above a finer one."""
 
-    def __init__(self, solver: HousingSolver, housing: Housing, targets: tuple[float, ...], E: float) -> None:
+    def __init__(self, solver: HousingSolver, housing: Housing, targets: Sequence[float], E: float) -> None:
         """Start from the beam law."""
         self._solver = solver
         self._housing = housing
-        self._targets = targets
+        self._targets = np.array(targets)
         self._near = False
-        self._models = [
-            SecantModel(slope=arm.flexure.thickness * math.cbrt(2.0 * E * arm.flexure.depth)) for arm in housing.arms
-        ]
+        self._models = []
+        for arm in housing.arms:
+            leaf = arm.flexure
+            self._models.append(SecantModel(slope=leaf.thickness * math.cbrt(2.0 * E * leaf.depth)))
 
     def on(self, pair: MeshPair, allowed_miss: float) -> FittedHousing:
         """Return the housing that meets the targets within a relative miss on the fine mesh of a pair."""
         coarse_is_fine = pair.fine == COARSE
-        aims = self._targets
+        aims = self._targets  # on the coarse mesh, which is stiffer than a fine one
         if not coarse_is_fine:
-            aims = self._scaled_targets([_lift(arm.flexure) for arm in self._housing.arms])
-        for _ in range(0 if self._near else _MOST_COARSE_SOLVES):
+            aims = aims * [_lift(arm.flexure) for arm in self._housing.arms]
+        if not self._near:
+            self._approach(aims)
+        for attempt in range(MOST_FINE_SOLVES):
+            if attempt or not coarse_is_fine:
+                self._move(aims)
+            self._solver.begin_solid(self._housing)
+            fine = self._solver.solve(self._housing, pair.fine)
+            coarse = self._coarse_here() if pair.coarse == COARSE else None
+            if coarse is None:
+                coarse = self._solver.solve(self._housing, pair.coarse)
+            stiffness = stiffness_on(pair, self._housing, fine, coarse)
+            if _miss(stiffness.K, self._targets) <= allowed_miss:
+                return self._solver.fitted(self._housing, pair, stiffness)
+            aims = self._targets * self._coarse_K() / stiffness.K
+        found = ", ".join(f"{K:.6g}" for K in stiffness.K)
+        wanted = ", ".join(f"{K:.6g}" for K in self._targets)
+        msg = (
+            f"flexures: K = {found} N/mm after {MOST_FINE_SOLVES} fine solves: must be {wanted} N/mm within "
+            f"{allowed_miss:g}; start from other lengths"
+        )
+        raise SolveError(msg)
+
+    def _approach(self, aims: Floats) -> None:
+        """Go to the lengths at which the coarse mesh has the aims [N/mm], its elements stretched from step to step."""
+        for _ in range(_MOST_COARSE_SOLVES):
             K = self._solver.solve(self._housing, COARSE, stretch=True).K
             for model, arm, stiffness in zip(self._models, self._housing.arms, K, strict=True):
                 model.learn(arm.flexure.length, stiffness)
@@ -289,46 +298,26 @@ class _LengthFit:
                 break
             self._move(aims)
         self._near = True
-        for attempt in range(MOST_FINE_SOLVES):
-            if attempt or not coarse_is_fine:
-                self._move(aims)
-            coarse = self._coarse_here() if pair.coarse == COARSE else None
-            K = self._solver.stiffness(self._housing, pair, coarse).K
-            if _miss(K, self._targets) <= allowed_miss:
-                return self._solver.fitted(self._housing, pair, coarse)
-            aims = self._scaled_targets(
-                [coarse_K / fine_K for coarse_K, fine_K in zip(self._coarse_K(), K, strict=True)]
-            )
-        stiffnesses = ", ".join(f"{value:.6g}" for value in K)
-        wanted = ", ".join(f"{value:.6g}" for value in self._targets)
-        msg = (
-            f"flexures: K = {stiffnesses} N/mm after {MOST_FINE_SOLVES} fine solves: must be {wanted} N/mm within "
-            f"{allowed_miss:g}; start from other lengths"
-        )
-        raise SolveError(msg)
 
-    def _move(self, aims: Sequence[float]) -> None:
+    def _move(self, aims: Floats) -> None:
         """Give each spring the length at which the coarse mesh has its aim [N/mm]."""
         flexures = {}
-        for arm, model, K in zip(self._housing.arms, self._models, aims, strict=True):
+        for arm, model, K in zip(self._housing.arms, self._models, aims.tolist(), strict=True):
             flexures[arm.name] = _with_length(arm.name, arm.flexure, model.length_for(K), K)
         self._housing = self._housing.with_flexures(flexures)
 
-    def _scaled_targets(self, factors: Sequence[float]) -> tuple[float, ...]:
-        return tuple(factor * target for factor, target in zip(factors, self._targets, strict=True))
-
-    def _coarse_K(self) -> tuple[float, ...]:
+    def _coarse_K(self) -> Floats:
         """Return what the coarse mesh would give here: its last step was so short that a solve tells nothing new."""
         pairs = zip(self._models, self._housing.arms, strict=True)
-        return tuple(model.stiffness(arm.flexure.length) for model, arm in pairs)
+        return np.array([model.stiffness(arm.flexure.length) for model, arm in pairs])
 
     def _coarse_here(self) -> TipCompliance | None:
         """Return the coarse mesh's last result, scaled to these lengths; None with gauges, which need their own."""
         last = self._solver.last_solution(COARSE)
         if last.gauge_strain_per_N is not None:
             return None
-        scale = np.sqrt(np.array(last.K) / np.array(self._coarse_K()))
-        sag = tuple((scale**2 * np.array(last.weight_sag)).tolist())
+        scale = np.sqrt(last.K / self._coarse_K())
+        sag = tuple((scale**2 * last.weight_sag).tolist())
         return dataclasses.replace(last, C=last.C * np.outer(scale, scale), weight_sag=sag)
 
 
@@ -340,8 +329,9 @@ def _lift(flexure: Flexure) -> float:
     return 1.0 + 0.0035 / (1.0 + 0.55 * flexure.length / flexure.depth)
 
 
-def _miss(stiffnesses: Sequence[float], targets: Sequence[float]) -> float:
-    return max(abs(K / target - 1.0) for K, target in zip(stiffnesses, targets, strict=True))
+def _miss(stiffnesses: Sequence[float], targets: Floats) -> float:
+    """Return the largest relative distance of a stiffness from its target [1]."""
+    return float(np.abs(stiffnesses / targets - 1.0).max())
 
 
 def targets_without_pins(housing: Housing, targets: Sequence[float], E: float, poisson: float) -> tuple[float, ...]:
