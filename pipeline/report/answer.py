@@ -32,8 +32,7 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
     table.add_row(f"{len(rest)} on geometry and print", "", "", "", "", f"{passed} passed")
     yield _headline(report, verdicts)
     yield table
-    for name, spring in report["flexures"].items():
-        yield escape(_spring_line(name, spring, report["material"]["process"]))
+    yield from _spring_lines(report)
     wrong = [verdict for verdict in verdicts if verdict.passed is not True]
     wrong.sort(key=lambda verdict: verdict.passed is None)
     yield from reasons(wrong[:_REASONS])
@@ -51,7 +50,7 @@ def everything(report: Json) -> Iterator[RenderableType]:
     yield _headline(report, verdicts)
     yield verdict_table(f"twintip · {escape(report['design']['name'])}", verdicts)
     yield from reasons(verdict for verdict in verdicts if verdict.passed is not True)
-    yield _spring_table(report)
+    yield from _spring_lines(report)
     yield _error_table(report)
     yield _response_table(report)
     paper = report["paper"]
@@ -77,38 +76,21 @@ def _headline(report: Json, verdicts: list[Verdict]) -> str:
     return f"{OUTCOME[passed]}  twintip · {escape(report['design']['name'])}: {words}"
 
 
-def _leaf(spring: Json) -> str:
-    leaf = spring["dimensions_mm"]
-    return "" if leaf is None else f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g}"
-
-
-def _spring_line(name: str, spring: Json, process: str) -> str:
-    K = spring["stiffness_N_per_m"]
-    strain = spring["root_strain"]
-    if K is None or strain is None:
-        return f"{name} spring: {spring['target_N_per_m']:.6g} N/m, not made"
-    stiffness = f"{K:.5g} N/m ± {spring['error_percent']:.2g} % by FE"
-    line = f"{name} spring: {stiffness}, leaves {_leaf(spring)} mm in {process}, strain {strain:.2g} at full travel"
-    safety = spring["safety_factor"]
-    return line if safety is None else f"{line}, limit {safety * strain:.2g}"
-
-
-def _spring_table(report: Json) -> Table:
-    table = Table("spring", "target N/m", "FE N/m", "± %", "leaf L x t x w mm", "strain", "safety", "dofs", "s")
+def _spring_lines(report: Json) -> Iterator[str]:
+    """Yield a line for each spring: its stiffness with its error, its leaves, their strain and the limit of that."""
+    process = report["material"]["process"]
     for name, spring in report["flexures"].items():
-        numbers = [spring[key] for key in ("stiffness_N_per_m", "error_percent")]
-        bent = [spring[key] for key in ("root_strain", "safety_factor")]
-        dofs = spring["dofs"]
-        table.add_row(
-            name,
-            f"{spring['target_N_per_m']:.6g}",
-            *map(formatted, numbers),
-            _leaf(spring),
-            *map(formatted, bent),
-            "" if dofs is None else str(dofs),
-            formatted(spring["seconds"]),
-        )
-    return table
+        target = f"{spring['target_N_per_m']:.6g} N/m"
+        leaf = spring["dimensions_mm"]
+        strain = spring["root_strain"]
+        if leaf is None:
+            yield f"{name} spring: {target}, not made"
+            continue
+        size = f"{leaf['length']:g} x {leaf['thickness']:g} x {leaf['depth']:g} mm"
+        stiffness = f"{spring['stiffness_N_per_m']:.5g} N/m ± {spring['error_percent']:.2g} % by FE"
+        limit = "" if spring["safety_factor"] is None else f", limit {spring['safety_factor'] * strain:.2g}"
+        words = f"leaves {size} in {process}, strain {strain:.2g} at full travel{limit}"
+        yield escape(f"{name} spring: {stiffness}, {words}")
 
 
 def _error_table(report: Json) -> Table:
@@ -117,20 +99,19 @@ def _error_table(report: Json) -> Table:
     for name, budget in report["errors"].items():
         if budget is None:
             continue
+        totals = [formatted(budget[f"{part}_percent"], digits=2) for part in ("discretisation", "model", "inputs")]
         contributions = sorted((*budget["model"], *budget["inputs"]), key=lambda one: -abs(one["size_percent"]))
-        largest = ", ".join(f"{one['effect']} {one['size_percent']:+.2g}" for one in contributions[:2])
-        totals = [budget[key] for key in ("discretisation_percent", "model_percent", "inputs_percent")]
-        table.add_row(name, *(f"{total:.2g}" for total in totals), largest)
+        largest = [f"{one['effect']} {one['size_percent']:+.2g}" for one in contributions[:2]]
+        table.add_row(name, *totals, ", ".join(largest))
     return table
 
 
 def _response_table(report: Json) -> Table:
-    tips = [tip["name"] for tip in report["tips"]]
-    table = Table("E MPa", "P first", "P last", *(f"F_{tip} N" for tip in tips), "slope ratio")
+    table = Table("E MPa", "P first", "P last", *(f"F_{tip['name']} N" for tip in report["tips"]), "slope ratio")
     for row in report["response"]:
         forces = row.get("F_N") or [row["F_l_N"], row["F_h_N"]]
         numbers = [row["P"][0], row["P"][-1], *(force[-1] for force in forces), row["slope_ratio"][-1]]
-        table.add_row(f"{row['E_MPa']:g}", *("off" if number is None else f"{number:.5g}" for number in numbers))
+        table.add_row(f"{row['E_MPa']:g}", *(formatted(number) or "off" for number in numbers))
     return table
 
 

@@ -63,11 +63,11 @@ def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
     return table
 
 
-def formatted(value: float | str | None, unit: str = "") -> str:
-    """Return a number with five digits and its unit, or a text; nothing for None."""
+def formatted(value: float | str | None, unit: str = "", digits: int = 5) -> str:
+    """Return a number with some digits and its unit, or a text; nothing for None."""
     if value is None:
         return ""
-    text = escape(value) if isinstance(value, str) else f"{value:.5g}"
+    text = escape(value) if isinstance(value, str) else f"{value:.{digits}g}"
     return f"{text} {unit}" if unit not in ("", "1") else text
 
 

@@ -66,6 +66,7 @@ def test_springs_that_were_not_made_are_null():
         ({"tips": Tips(side_mm=1.5)}, False),
         ({"tips": Tips(shape="cylinder")}, False),
         ({"tips": Tips(spacing_mm=7.0)}, False),
+        ({"tips": Tips(fillet_mm=0.1)}, False),
     ],
     ids=str,
 )
@@ -73,8 +74,11 @@ def test_paper_is_null_unless_fruit_and_tips_are_the_papers(tables, paper):
     """Whatever moduli are shown, however it is pressed, and by pins of the same face."""
     design = Design(**tables)
     assert design.has_paper_scene is paper
-    if "press" not in tables:
-        assert (report_mapping(result_of(design))["paper"] is not None) is paper
+
+
+def test_paper_is_in_the_report_of_its_scene_alone():
+    assert report_mapping(result_of())["paper"] is not None
+    assert report_mapping(result_of(Design(fruit=Fruit(poisson=0.45))))["paper"] is None
 
 
 def test_paper_has_its_springs_and_four_verdicts():
