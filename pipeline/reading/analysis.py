@@ -164,15 +164,16 @@ def _biases(model: MeasurementModel, presses: Presses, least: Floats) -> tuple[F
     """
     biases = np.full(presses.F.shape[:2], np.nan)
     forces = np.where(least < presses.F, presses.F, 0.0)
-    first_reason = ""
+    reasons = []
     for i, E in enumerate(presses.moduli):
         for j, placement in enumerate(presses.placements):
             try:
                 biases[i, j] = model.modulus(forces[i, j]) / E - 1.0
             except ReadingError as refused:
-                first_reason = first_reason or f"as at {E:.3g} MPa, {placement}: {refused}"
-    count = int(np.isnan(biases).sum())
-    return biases, f"{count} of {biases.size} poses have no reading, {first_reason}" if count else None
+                reasons.append(f"as at {E:.3g} MPa, {placement}: {refused}")
+    if not reasons:
+        return biases, None
+    return biases, f"{len(reasons)} of {biases.size} poses have no reading, {reasons[0]}"
 
 
 def _largest_bias(biases: Sequence[float]) -> int:
@@ -189,17 +190,15 @@ def _modulus_errors(sensor: PressedSensor, moduli: Sequence[float], forces: Floa
 
 def _pose_contributions(biases: Floats, placements: Sequence[Placement]) -> list[dict[str, float]]:
     """Return the root mean square of the bias [1] over tilts, over positions and over radii, for each modulus."""
-    tilted = [placement.only_tilted for placement in placements]
-    off_centre = [placement.only_off_centre for placement in placements]
-    other_radius = [placement.only_other_radius for placement in placements]
-    return [
-        {
-            "tilt": _root_mean_square(row[tilted]),
-            "off_centre": _root_mean_square(row[off_centre]),
-            "radius": _root_mean_square(row[other_radius]),
-        }
-        for row in biases
-    ]
+    occurs_by = {
+        "tilt": [placement.only_tilted for placement in placements],
+        "off_centre": [placement.only_off_centre for placement in placements],
+        "radius": [placement.only_other_radius for placement in placements],
+    }
+    contributions = []
+    for row in biases:
+        contributions.append({source: _root_mean_square(row[chosen]) for source, chosen in occurs_by.items()})
+    return contributions
 
 
 def _root_mean_square(values: Floats) -> float:
@@ -224,6 +223,7 @@ def lift_tilt(sensor: PressedSensor, reading: Reading) -> Estimate:
                 poses.append(Placement(tilt_deg=direction).pressed(E, design.press.travel_mm))
         return bool(sensor.in_poses(poses).touching.all())
 
+    # The tilt that the design allows for is tried itself, so that a lift beyond it is never found below.
     touching = 0.0
     lifted = steepest
     for tilt in (min(reading.tilt_deg, steepest), steepest):
@@ -257,14 +257,15 @@ def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
         poses += [placement.pressed(E, design.press.travel_mm) for placement in placements]
     forces = sensor.in_poses(poses)
     shape = (len(limits), len(placements))
-    largest = np.nan_to_num(forces.mean_pressure).max(axis=1).reshape(shape)
-    errors = np.nan_to_num(forces.error).reshape(shape)
-    pressures = []
+    pressures = np.nan_to_num(forces.mean_pressure).max(axis=1).reshape(shape)  # of the tips of a pose; 0 off the fruit
+    errors = pressures * np.nan_to_num(forces.error).reshape(shape)
+    worst_at_each = []
     for i, E in enumerate(design.fruit.E_MPa):
-        worst = first_largest(largest[i].tolist())
-        pressure = Estimate(float(largest[i, worst]), float((largest * errors)[i, worst]), "MPa")
-        pressures.append(SkinPressure(E=E, placement=placements[worst], pressure=pressure, limit=limits[i]))
-    return tuple(pressures)
+        worst = first_largest(pressures[i].tolist())
+        pressure = Estimate(float(pressures[i, worst]), float(errors[i, worst]), "MPa")
+        skin = SkinPressure(E=E, placement=placements[worst], pressure=pressure, limit=limits[i])
+        worst_at_each.append(skin)
+    return tuple(worst_at_each)
 
 
 def read_out_of(

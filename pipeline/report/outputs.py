@@ -24,11 +24,11 @@ def write_outputs(result: SensorResult, folder: Path, page: Page | None = None) 
     (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
     if page is not None:
-        text = page(report_of(folder, report_mapping(result, listed_files(folder))), result)
-        (folder / PAGE).write_text(text, encoding="utf-8")
+        shown = report_of(folder, report_mapping(result, listed_files(folder)))
+        (folder / PAGE).write_text(page(shown, result), encoding="utf-8")
     report = report_mapping(result, listed_files(folder))
     text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
-    (folder / REPORT).write_text(text + "\n", encoding="utf-8")
+    (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")
 
 
 def reproducing(result: SensorResult) -> str:

@@ -115,11 +115,15 @@ def bridge_output(strain: float) -> float:
 
 def _frequency(housing: Housing, arm: Arm, K: float, process: Process) -> float:
     """Return the first frequency [Hz] of a shuttle of block, tapered neck and tip on its leaves."""
-    density = 1e-3 * process.density_g_per_cm3  # g/mm^3
     section = housing.shuttle_width * housing.depth
-    face = housing.tip_side**2
-    block = section * (arm.top_level - housing.neck_level)
-    neck = (housing.neck_level - housing.tip_height) * (section + face + (section * face) ** 0.5) / 3.0
-    shuttle = density * (block + neck + face * housing.tip_height)
-    leaf = density * arm.flexure.thickness * arm.flexure.length * arm.flexure.depth
-    return natural_frequency(K, shuttle, leaf)
+    tip_face = housing.tip_side**2
+    block_volume = section * (arm.top_level - housing.neck_level)
+    tip_volume = tip_face * housing.tip_height
+    # The neck is a truncated pyramid from the section of the block to the face of the tip.
+    neck_height = housing.neck_level - housing.tip_height
+    neck_volume = neck_height * (section + tip_face + (section * tip_face) ** 0.5) / 3.0
+    leaf = arm.flexure
+    density = 1e-3 * process.density_g_per_cm3  # g/mm^3
+    shuttle_mass = density * (block_volume + neck_volume + tip_volume)
+    leaf_mass = density * leaf.thickness * leaf.length * leaf.depth
+    return natural_frequency(K, shuttle_mass, leaf_mass)

@@ -18,7 +18,14 @@ from mesh.housing.sweep import FlexureMesh, check_flexure_mesh, flexure_mesh, st
 from pipeline.springs.mounts import attached_to
 from pipeline.springs.solid_size import solid_size
 from solve.arrays import Floats
-from solve.housing.stiffness import ERROR_SHARE, HousingStiffness, TipCompliance, housing_stiffness, tip_compliance
+from solve.housing.stiffness import (
+    ERROR_SHARE,
+    HousingStiffness,
+    TipCompliance,
+    housing_stiffness,
+    tip_compliance,
+    tip_stiffnesses,
+)
 from solve.linear import SolveError
 
 TOLERANCE = 1e-3  # of the stiffnesses, and of their targets on the mesh that is solved
@@ -352,11 +359,12 @@ def add_pin_compliance(stiffness: HousingStiffness, housing: Housing, E: float, 
     if not pin.compliance:
         return stiffness
     C = stiffness.C + pin.compliance * np.eye(len(stiffness.C))
-    K = tuple(1.0 / float(compliance) for compliance in np.diag(C))
+    K = tip_stiffnesses(C)
     errors = []
     for with_pin, foot, mesh_error in zip(K, stiffness.K, stiffness.error, strict=True):
-        # The error of the mesh shrinks with the part of the foot in the compliance.
-        errors.append(with_pin / foot * mesh_error + pin.error * with_pin)
+        of_foot = with_pin / foot  # fraction of the compliance that is the foot's, and so of its error
+        errors.append(of_foot * mesh_error + pin.error * with_pin)
     bars = " and ".join(f"{100.0 * error:.2g}" for error in errors)
     status = f"{stiffness.info.status}; with what pins give in their feet {bars} %"
-    return _with_status(dataclasses.replace(stiffness, C=C, K=K, error=tuple(errors)), status)
+    pinned = dataclasses.replace(stiffness, C=C, K=K, error=tuple(errors))
+    return _with_status(pinned, status)

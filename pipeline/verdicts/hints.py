@@ -51,17 +51,18 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
     grows. The mean pressure under a dome goes with its square root (Hertz: force ~ x^1.5, area ~ x).
     """
     travel = design.press.travel_mm
-    if verdict.name == "bruise" and verdict.value and isinstance(verdict.limit, int | float):
-        fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
-        bound = travel * (fraction**2 if design.tips.tip_shape.obeys_hertz else fraction)
-    elif verdict.name in CLEARANCES and verdict.value is not None and isinstance(verdict.limit, int | float):
-        bound = travel - (verdict.limit - verdict.value)
-    else:
-        strained = [spring for spring in springs.springs if spring.printable.name == verdict.name]
-        if not strained or strained[0].root_strain is None:
-            return None
-        strain = strained[0].root_strain
-        bound = travel * strained[0].printable.strain_limit / (strain.value + strain.error)
+    bound = travel
+    if isinstance(verdict.limit, int | float) and verdict.value is not None:
+        if verdict.name == "bruise" and verdict.value > 0.0:
+            fraction = verdict.limit / (verdict.value + (verdict.error or 0.0))
+            bound = travel * (fraction**2 if design.tips.tip_shape.obeys_hertz else fraction)
+        elif verdict.name in CLEARANCES:
+            missing = verdict.limit - verdict.value
+            bound = travel - missing
+    for spring in springs.springs:
+        strain = spring.root_strain
+        if spring.printable.name == verdict.name and strain is not None:
+            bound = travel * spring.printable.strain_limit / (strain.value + strain.error)
     return rounded(_WITHIN * bound, 0.0) if 0.0 < bound < travel else None
 
 

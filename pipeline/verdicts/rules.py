@@ -27,7 +27,7 @@ SPREAD_TOLERANCE = 0.01
 PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
 UNDECIDED = "undecided by its error bar"
 
-_ZERO = Estimate(0.0, 0.0)
+_NO_VALUE = Estimate(0.0, 0.0)  # stands in a verdict until `without_value` takes it out
 
 
 def target_verdict(
@@ -120,8 +120,8 @@ def target_verdicts(
     """
     P_words = f"force ratio at E_max {of_what}; tolerance relative to the target"
     NL_words = f"departure of P from its straight line, {targets.NL_definition}, {of_what}; tolerance absolute"
-    of_P = target_verdict("P_max", P_max or _ZERO, targets.P_max, P_MAX_TOLERANCE, P_words, relative=True)
-    of_NL = target_verdict("NL", NL or _ZERO, targets.NL, NL_TOLERANCE, NL_words)
+    of_P = target_verdict("P_max", P_max or _NO_VALUE, targets.P_max, P_MAX_TOLERANCE, P_words, relative=True)
+    of_NL = target_verdict("NL", NL or _NO_VALUE, targets.NL, NL_TOLERANCE, NL_words)
     lifted = "a tip is off the fruit at full travel, so that there is no force ratio"
     if P_max is None:
         of_P = without_value(of_P, lifted)
@@ -139,33 +139,38 @@ def displacement_verdict(table: SensorResponse, drift: str = "") -> Verdict:
     one travel than at another; where P is one number it is exact.
     """
     name = "P_displacement_independent"
-    spreads = []
+    largest = 0.0
     for P in table.P:
         touching = P[np.isfinite(P)]
         if touching.size <= 1:
             lifted = "a tip is off the fruit for the whole travel, or for all but one step of it"
-            return without_value(target_verdict(name, _ZERO, 0.0, SPREAD_TOLERANCE, lifted), lifted)
-        spreads.append(float(np.ptp(touching) / touching.mean()))
+            return without_value(target_verdict(name, _NO_VALUE, 0.0, SPREAD_TOLERANCE, lifted), lifted)
+        largest = max(largest, float(np.ptp(touching) / touching.mean()))
     errors = table.P_error[np.isfinite(table.P_error)]
-    error = 2.0 * float(errors.max()) if table.cells and errors.size else float(np.ptp(table.P_step, axis=1).max())
-    words = "(max P - min P) / mean P over the travel, the worst of all E" + drift
-    return target_verdict(name, Estimate(max(spreads), error), 0.0, SPREAD_TOLERANCE, words)
+    error = float(np.ptp(table.P_step, axis=1).max())
+    if table.cells and errors.size:
+        error = 2.0 * float(errors.max())
+    words = f"(max P - min P) / mean P over the travel, the worst of all E{drift}"
+    return target_verdict(name, Estimate(largest, error), 0.0, SPREAD_TOLERANCE, words)
 
 
 def monotonic_verdict(scan: SensorResponse) -> Verdict:
     """Return the verdict on P rising with E at the end of the travel [1]; moduli in rising order, at least two."""
     P = scan.P[:, -1]
-    least = float((np.diff(P) / P[:-1]).min()) if np.isfinite(P).all() else None
-    reference = "smallest relative step of P between neighbouring E at full travel"
-    return Verdict(
+    steps = np.diff(P) / P[:-1]
+    least = float(steps.min())
+    verdict = Verdict(
         name="P_monotonic",
         value=least,
         unit="1",
         limit="greater than 0",
         tolerance=None,
-        passed=least is not None and least > 0.0,
-        reference="a tip is off the fruit at full travel" if least is None else reference,
+        passed=least > 0.0,
+        reference="smallest relative step of P between neighbouring E at full travel",
     )
+    if not np.isfinite(P).all():
+        return without_value(verdict, "a tip is off the fruit at full travel")
+    return verdict
 
 
 # Springs

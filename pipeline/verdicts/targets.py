@@ -134,10 +134,12 @@ def _scene_NL(law: Characteristic, targets: Targets, curve: SensorResponse) -> E
     """
     E = curve.E.tolist()
     coarse_P = curve.P * (1.0 - curve.P_step)
-    steps = []
+    largest_step = 0.0
     for travel in (-2, -1):
         NL = curve_nonlinearity(curve.P[:, travel].tolist(), E, targets.NL_definition)
         coarse_NL = curve_nonlinearity(coarse_P[:, travel].tolist(), E, targets.NL_definition)
-        steps.append(abs(NL - coarse_NL))
-    step = max(steps)
-    return Estimate(NL, SAFETY * step + law.NL(targets).error) if math.isfinite(step) else None
+        step = abs(NL - coarse_NL)
+        if not math.isfinite(step):
+            return None
+        largest_step = max(largest_step, step)
+    return Estimate(NL, SAFETY * largest_step + law.NL(targets).error)

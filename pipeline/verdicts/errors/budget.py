@@ -153,19 +153,22 @@ def ratio_budget(sensor: LevelSensor, at: Pressed, numerical: float, effects: Se
 def ratio_with(sensor: LevelSensor, at: Pressed, effect: Effect, times: float) -> float:
     """Return P [1] with a multiple of an effect; nan where that takes a tip off the fruit.
 
-    From (C + S / E) F = travel + height offset, times E: the fruit under each tip has the stiffness
-    1 / (s_ii - crosstalk).
+    The forces solve (E C + S) F = E (travel + height offset).
     """
     crosstalk = sensor.contact.crosstalk
-    diagonal = []
+    own = []  # compliance of each tip under its own force, times E [1/mm]
     for i, K in enumerate(sensor.characteristic.springs.stiffnesses):
-        of_spring = at.E / (K * (1.0 + times * effect.springs[i]))
-        of_fruit = (float(sensor.contact.S[i, i]) - crosstalk) / (1.0 + times * effect.fruit[i])
-        diagonal.append(of_spring + of_fruit + crosstalk)
-    travel = [at.travel + times * offset for offset in effect.height_offsets]
-    F_l = diagonal[1] * travel[0] - crosstalk * travel[1]
-    F_h = diagonal[0] * travel[1] - crosstalk * travel[0]
-    return F_h / F_l if min(F_l, F_h) > 0.0 else math.nan
+        spring = K * (1.0 + times * effect.springs[i])
+        fruit_compliance = (float(sensor.contact.S[i, i]) - crosstalk) / (1.0 + times * effect.fruit[i])
+        own.append(at.E / spring + fruit_compliance + crosstalk)
+    travel_l = at.travel + times * effect.height_offsets[0]
+    travel_h = at.travel + times * effect.height_offsets[1]
+    # Cramer's rule: the determinant is the same for both forces, and their ratio needs none of it.
+    F_l = own[1] * travel_l - crosstalk * travel_h
+    F_h = own[0] * travel_h - crosstalk * travel_l
+    if min(F_l, F_h) <= 0.0:
+        return math.nan
+    return F_h / F_l
 
 
 def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget:
@@ -200,9 +203,12 @@ def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget
 
 def _magnified(effect: Effect, travel: float) -> float:
     """Return the factor that brings the largest change of an effect up to one that round-off does not drown."""
-    offsets = (offset / travel for offset in effect.height_offsets)
-    largest = max(map(abs, (*effect.springs, *effect.fruit, *offsets)))
-    return max(1.0, LEAST_CHANGE / largest) if largest > 0.0 else 1.0
+    changes = [*effect.springs, *effect.fruit]
+    changes += [offset / travel for offset in effect.height_offsets]
+    largest = max(map(abs, changes))
+    if largest == 0.0:
+        return 1.0
+    return max(1.0, LEAST_CHANGE / largest)
 
 
 def _spring_budget(sensor: LevelSensor, spring: int, effects: Sequence[Effect]) -> UncertaintyBudget | None:
@@ -229,9 +235,13 @@ def _budget(numerical: float, effects: Sequence[Effect], change: Change) -> Unce
             # A height offset acts far more to one side than to the other: the larger side counts.
             one_sided = any(effect.height_offsets)
             size = max(abs(size), abs(down)) if one_sided else 0.5 * abs(size - down)
-        if size != 0.0:
-            contribution = Contribution(effect=effect.name, size=size, reason=effect.reason)
-            (inputs if effect.scatters else model).append(contribution)
+        if size == 0.0:
+            continue
+        contribution = Contribution(effect=effect.name, size=size, reason=effect.reason)
+        if effect.scatters:
+            inputs.append(contribution)
+        else:
+            model.append(contribution)
     return UncertaintyBudget(numerical=numerical, model=tuple(model), input=tuple(inputs))
 
 
@@ -242,7 +252,11 @@ def _with_pose(budget: UncertaintyBudget, number: Estimate, tilted: Sequence[flo
     """
     if not tilted:
         return budget
-    moves = [abs(value / number.value - 1.0) for value in tilted]
-    size = max(move if math.isfinite(move) else LIFTED for move in moves)
-    inputs = [replace(one, size=size) if one.effect == "pose" else one for one in budget.input]
+    size = 0.0
+    for value in tilted:
+        change = abs(value / number.value - 1.0)
+        size = max(size, change if math.isfinite(change) else LIFTED)
+    inputs = []
+    for contribution in budget.input:
+        inputs.append(replace(contribution, size=size) if contribution.effect == "pose" else contribution)
     return replace(budget, input=tuple(inputs))

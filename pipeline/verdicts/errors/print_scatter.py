@@ -118,16 +118,18 @@ def fit_surrogate(housing: Housing, offset: float, stiffnesses: Stiffnesses) -> 
     changes = np.log([solved(thinner), solved(thicker)])
     slopes = []
     curves = []
-    for s, change in zip(shifts.T, changes.T, strict=True):
-        slope, curve = np.linalg.solve(np.stack([s, s * s], axis=1), change).tolist()
+    for spring in range(count):  # the parabola through nominal, thinner and thicker
+        s = shifts[:, spring]
+        slope, curve = np.linalg.solve(np.stack([s, s * s], axis=1), changes[:, spring]).tolist()
         slopes.append(slope)
         curves.append(curve)
     surrogate = StiffnessSurrogate(slopes=tuple(slopes), curves=tuple(curves), corner_error=0.0)
-    errors = []
+    corner_error = 0.0
     for sign in (-1.0, 1.0):
         mixed = [sign * offset * (-1.0) ** spring for spring in range(count)]
-        errors.append(np.abs(surrogate.factors(_shifts(housing, mixed)) / solved(mixed) - 1.0).max())
-    return replace(surrogate, corner_error=float(max(errors)))
+        predicted = surrogate.factors(_shifts(housing, mixed))
+        corner_error = max(corner_error, float(np.abs(predicted / solved(mixed) - 1.0).max()))
+    return replace(surrogate, corner_error=corner_error)
 
 
 def _shifts(housing: Housing, offsets: Sequence[float]) -> Floats:
@@ -142,12 +144,14 @@ def scatter_bands(
     """Return the bands over a Sobol sample of thickness offset and modulus, both normal."""
     from scipy.stats import qmc  # a tenth of all imports, and only fabrication needs it
 
-    K_m_max = law.K_m_max
     points = qmc.Sobol(2, seed=1).random(SAMPLES)
     normal = ndtri(np.clip(points, 1e-9, 1.0 - 1e-9))
-    offset = normal[:, 0] * process.accuracy_mm / COVERAGE
-    shifts = np.stack([np.log1p(offset / arm.flexure.thickness) for arm in housing.arms])
-    factors = (1.0 + process.E_scatter * normal[:, 1]) * surrogate.factors(shifts)
+    thickness_offset = normal[:, 0] * process.accuracy_mm / COVERAGE
+    modulus_factor = 1.0 + process.E_scatter * normal[:, 1]
+    shifts = np.stack([np.log1p(thickness_offset / arm.flexure.thickness) for arm in housing.arms])
+    factors = modulus_factor * surrogate.factors(shifts)
+
+    K_m_max = law.K_m_max
     prints = [law.springs.scaled(pair) for pair in factors.T.tolist()]
     P_max = [force_ratio(springs, K_m_max, law.stiffness_ratio) for springs in prints]
     NL = [nonlinearity(springs, K_m_max, targets.NL_definition, law.stiffness_ratio) for springs in prints]

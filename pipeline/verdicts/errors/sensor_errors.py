@@ -70,17 +70,19 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
         scale = _RatioScale(law, curve.P[:, j], curve.E)
         if not scale.rises:
             continue
-        for i in range(1, len(curve.E)):
+        for i, E in enumerate(curve.E.tolist()):
             P = float(curve.P[i, j])
-            if not math.isfinite(P):
+            if i == 0 or not math.isfinite(P):  # the first modulus is no fruit's
                 continue
-            at = Pressed(E=float(curve.E[i]), travel=travel)
-            of_springs = float(spring_shares(sensor.contact, sensor.springs.C, at.E) @ spring_errors)
+            at = Pressed(E=E, travel=travel)
+            of_springs = float(spring_shares(sensor.contact, sensor.springs.C, E) @ spring_errors)
             numerical = float(curve.P_error[i, j]) + of_springs
-            effects = effects_at(sensor, at)
-            printed[i, j] = scale.band(P, ratio_budget(sensor, at, numerical, effects).total)
-            calibrated_effects = effects_after_calibration(effects)
-            calibrated[i, j] = scale.band(P, ratio_budget(sensor, at, numerical, calibrated_effects).total)
+            effects_printed = effects_at(sensor, at)
+            effects_calibrated = effects_after_calibration(effects_printed)
+            error_printed = ratio_budget(sensor, at, numerical, effects_printed).total
+            error_calibrated = ratio_budget(sensor, at, numerical, effects_calibrated).total
+            printed[i, j] = scale.band(P, error_printed)
+            calibrated[i, j] = scale.band(P, error_calibrated)
     return ReadingTable(response=curve, printed=printed, calibrated=calibrated)
 
 
@@ -137,11 +139,15 @@ def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budget
 def _bands(curve: SensorResponse, rows: Sequence[ModulusReading], spring_error: float) -> Floats:
     """Return the bands of readings at full travel whose springs are off by an error [1] beyond calibration."""
     bands = np.full((*curve.P.shape, 2), np.nan)
-    if rows:
-        widths = []
-        for row in rows:
-            two_sigma = math.hypot(2.0 * row.sources.total, spring_error * row.sources.stiffness_slope)
-            widths.append(abs(row.bias) + two_sigma)
-        width = np.interp(np.log(curve.E[1:]), np.log([row.E for row in rows]), widths)
-        bands[1:, -1] = curve.E[1:, None] * np.stack([1.0 - width, 1.0 + width], axis=1)
+    if not rows:
+        return bands
+    widths = []
+    for row in rows:
+        two_sigma = math.hypot(2.0 * row.sources.total, spring_error * row.sources.stiffness_slope)
+        widths.append(abs(row.bias) + two_sigma)
+    E_read = [row.E for row in rows]
+    E = curve.E[1:]  # without the softest fruit, which is a limit
+    width = np.interp(np.log(E), np.log(E_read), widths)
+    bands[1:, -1, 0] = E * (1.0 - width)
+    bands[1:, -1, 1] = E * (1.0 + width)
     return bands
