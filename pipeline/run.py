@@ -8,7 +8,6 @@ from pipeline.options import RunOptions
 from pipeline.report.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.report.fields import write_fields
 from pipeline.report.outputs import write_outputs
-from pipeline.report.page.page import page_of
 from pipeline.report.solids import begin_solids
 from pipeline.response.contact import fruit_compliance
 from pipeline.result import SensorResult
@@ -59,5 +58,5 @@ def run(
             making = (*fabrication.result(), *sideways)
         verdicts = with_file_verdicts(result, geometry, making)
         result = replace(result, verdicts=verdicts, left_out=result.left_out + fields_left_out, seconds=timed.seconds())
-        write_outputs(result, folder, None if options.out is None else page_of)
+        write_outputs(result, folder, page=options.out is not None)
     return result

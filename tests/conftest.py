@@ -76,8 +76,8 @@ def plant(tmp_path: Path) -> Callable[[Mapping[str, str]], Path]:
 
 @pytest.fixture
 def without_page(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let runs write no report.html; tests of pages have their own."""
-    monkeypatch.setattr(importlib.import_module("pipeline.run"), "page_of", None)
+    """Let runs write an empty report.html; tests of pages have their own."""
+    monkeypatch.setattr(importlib.import_module("pipeline.report.outputs"), "page_of", lambda *_: "")
 
 
 @pytest.fixture

@@ -1,31 +1,29 @@
 """The outputs that say what a run has found: design.toml, response.csv, report.html, report.json."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 from cad.design.design_file import design_as_toml
 from pipeline.report.mapping import report_mapping
+from pipeline.report.page.page import page_of
 from pipeline.report.response_csv import response_csv
-from pipeline.report.stored import StoredFile, StoredReport, report_of
+from pipeline.report.stored import StoredFile, report_of
 from pipeline.result import SensorResult
 from pipeline.storage.digests import REPORT, file_digest
 
 PAGE = "report.html"
-Page = Callable[[StoredReport, SensorResult], str]
-"""Makes the page of a report and of the result that it was made of."""
 
 
-def write_outputs(result: SensorResult, folder: Path, page: Page | None = None) -> None:
+def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> None:
     """Write the files, report.json last, with the digest of every other; raises ValueError for nan or infinity.
 
-    A page is made of the report without the page itself, and is report.html.
+    A `page`, report.html, is made of the report without the page itself.
     """
     (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
-    if page is not None:
+    if page:
         shown = report_of(folder, report_mapping(result, listed_files(folder)))
-        (folder / PAGE).write_text(page(shown, result), encoding="utf-8")
+        (folder / PAGE).write_text(page_of(shown, result), encoding="utf-8")
     report = report_mapping(result, listed_files(folder))
     text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")

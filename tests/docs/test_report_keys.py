@@ -76,7 +76,7 @@ def read_report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
     """Return the report of a sensor that is judged by what it reads, its springs solved roughly."""
     folder = tmp_path_factory.mktemp("docs") / "mango"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(importlib.import_module("pipeline.run"), "page_of", None)
+        patch.setattr(importlib.import_module("pipeline.report.outputs"), "page_of", lambda *_: "")
         assert main(["run", "--design", "mango", "--tol", "0.02", "--out", os.fspath(folder)]) in (0, 1)
     data: dict[str, object] = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     return data

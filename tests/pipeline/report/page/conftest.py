@@ -13,7 +13,6 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
 from pipeline.report.outputs import PAGE, write_outputs
-from pipeline.report.page.page import page_of
 from pipeline.report.stored import StoredReport, read_report
 from pipeline.result import SensorResult
 
@@ -41,7 +40,7 @@ class WrittenPage:
 
 
 def written(result: SensorResult, folder: Path) -> WrittenPage:
-    write_outputs(result, folder, page_of)
+    write_outputs(result, folder, page=True)
     text = (folder / PAGE).read_text(encoding="utf-8")
     return WrittenPage(result=result, folder=folder, report=read_report(folder), text=text)
 

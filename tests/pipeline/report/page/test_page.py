@@ -91,7 +91,7 @@ def test_numbers_of_the_page_are_those_of_the_report(page):
 def test_page_is_a_listed_file_and_the_same_every_time(page, tmp_path):
     (entry,) = (file for file in page.report.files if file.path == PAGE)
     assert entry.sha256 == file_digest(page.folder / PAGE)
-    write_outputs(page.result, tmp_path, page_of)
+    write_outputs(page.result, tmp_path, page=True)
     assert (tmp_path / PAGE).read_bytes() == (page.folder / PAGE).read_bytes()
 
 
@@ -165,7 +165,7 @@ def test_verdict_without_a_scale_has_no_bar(changes):
 def test_picture_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
     """Springs that were not made bend no flexure; an infinite error has no scale."""
     result = result_of(made=False)
-    write_outputs(result, tmp_path, page_of)
+    write_outputs(result, tmp_path, page=True)
     report = read_report(tmp_path)
     budget = {**next(one for one in report.errors.values() if one), "inputs_percent": float("inf")}
     text = Outline(page_of(dataclasses.replace(report, errors={"P_max": budget}), result)).text
