@@ -11,7 +11,7 @@ from cad.parts.housing import Housing
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.options import RunOptions, load_design
-from pipeline.reading.analysis import Readings, error_analysis, read_out_of
+from pipeline.reading.analysis import error_analysis, read_out_of
 from pipeline.reading.measurement import pressed_sensor
 from pipeline.reading.read_out import ReadOut
 from pipeline.report.mapping import contact_keys, reading_keys, tip_keys
@@ -58,8 +58,7 @@ class MeasuredDesign:
         self.K = np.array(design.tips.each(*(1e-3 * K for K in kinds)))
         self.C = spring_compliance(*self.K)
         sensor = pressed_sensor(design, self.contact, self.C)
-        found = error_analysis(sensor, design.reading) if assessed and design.reading else None
-        readings = None if found is None else Readings(analysis=found, pressures=())
+        readings = error_analysis(sensor, design.reading) if assessed and design.reading else None
         level = self.forces([Pose(E=design.largest_E_MPa, travel=design.press.travel_mm)])
         press = SimpleNamespace(height_offsets=(), at_largest_E=SimpleNamespace(F=level[None]))
         read_out = read_out_of(design, self.contact, SimpleNamespace(C=self.C), press, readings)

@@ -45,36 +45,6 @@ class ModulusReading:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ErrorAnalysis:
-    """How good readings are: at each modulus, the worst bias and uncertainty [1], the tilt of first lift [deg].
-
-    `refused` says in how many poses there is no reading, and why, None where there always is: bias and uncertainty are
-    those of the others, None where a level press has no reading.
-    `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
-    `full_scale` is the largest force of each channel over all poses [N], (tips,).
-    """
-
-    method: str
-    lift: Estimate
-    moduli: tuple[ModulusReading, ...] = ()
-    bias: Estimate | None = None
-    uncertainty: Estimate | None = None
-    noise_percent: float | None = None
-    refused: str | None = None
-    full_scale: tuple[float, ...] | None = None
-
-    @property
-    def worst_bias(self) -> ModulusReading:
-        """Return the reading at the modulus of the largest bias."""
-        return self.moduli[_largest_bias([row.bias for row in self.moduli])]
-
-    @property
-    def worst_uncertainty(self) -> ModulusReading:
-        """Return the reading at the modulus of the largest uncertainty."""
-        return self.moduli[first_largest(row.sources.total for row in self.moduli)]
-
-
-@dataclass(frozen=True, kw_only=True)
 class SkinPressure:
     """The largest mean pressure under a tip at one modulus, with its error, and the limit of the fruit [MPa]."""
 
@@ -91,15 +61,36 @@ class SkinPressure:
 
 @dataclass(frozen=True, kw_only=True)
 class Readings:
-    """The error analysis of a design's readings, and the pressure on the skin at each modulus.
+    """How good readings are: at each modulus, the worst bias and uncertainty [1], the tilt of first lift [deg].
 
-    `plates` is by how much E moves where the two plates of a square are mounted as far off as their holes allow, before
-    the tips are zeroed on a hard plate [1]; 0 for one plate.
+    `refused` says in how many poses there is no reading, and why, None where there always is: bias and uncertainty are
+    those of the others, None where a level press has no reading.
+    `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
+    `full_scale` is the largest force of each channel over all poses [N], (tips,). `pressures` are those on the skin at
+    each modulus. `plates` is by how much E moves where the two plates of a square are mounted as far off as their holes
+    allow, before the tips are zeroed on a hard plate [1]; 0 for one plate.
     """
 
-    analysis: ErrorAnalysis
-    pressures: tuple[SkinPressure, ...]
+    method: str
+    lift: Estimate
+    moduli: tuple[ModulusReading, ...] = ()
+    bias: Estimate | None = None
+    uncertainty: Estimate | None = None
+    noise_percent: float | None = None
+    refused: str | None = None
+    full_scale: tuple[float, ...] | None = None
+    pressures: tuple[SkinPressure, ...] = ()
     plates: float = 0.0
+
+    @property
+    def worst_bias(self) -> ModulusReading:
+        """Return the reading at the modulus of the largest bias."""
+        return self.moduli[_largest_bias([row.bias for row in self.moduli])]
+
+    @property
+    def worst_uncertainty(self) -> ModulusReading:
+        """Return the reading at the modulus of the largest uncertainty."""
+        return self.moduli[first_largest(row.sources.total for row in self.moduli)]
 
 
 def analyse_readings(design: Design, contact: FruitCompliance, springs: FittedSprings) -> Readings | None:
@@ -115,10 +106,10 @@ def analyse_readings(design: Design, contact: FruitCompliance, springs: FittedSp
     contrast_mm = 0.0  # how far the high tips may stand out before the low ones by the mounting of two plates
     if springs.housing is not None:
         contrast_mm = mounting_error(springs.housing, springs.process.accuracy_mm).contrast_mm
-    return Readings(analysis=analysis, pressures=skin_pressures(sensor), plates=contrast_mm * contrast_slope)
+    return replace(analysis, pressures=skin_pressures(sensor), plates=contrast_mm * contrast_slope)
 
 
-def error_analysis(sensor: PressedSensor, reading: Reading) -> ErrorAnalysis:
+def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     """Return how good the readings of a sensor are.
 
     Raises InputError where the poses are outside the domain of contact or a contact runs off the face of a dome,
@@ -131,7 +122,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> ErrorAnalysis:
     biases, refused = _biases(model, presses, least_forces)
     level_has_no_reading = np.isnan(biases[:, 0]).any()
     if level_has_no_reading or np.isnan(biases).all(axis=1).any():
-        return ErrorAnalysis(method=model.method, lift=lift, refused=refused)
+        return Readings(method=model.method, lift=lift, refused=refused)
 
     level = presses.F[:, 0]
     errors = _modulus_errors(sensor, presses.moduli, level, presses.error[:, 0])
@@ -145,7 +136,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> ErrorAnalysis:
     widest = first_largest(row.sources.total for row in rows)
     largest = _largest_bias([row.bias for row in rows])
     uncertainty = sources[widest].total
-    return ErrorAnalysis(
+    return Readings(
         method=model.method,
         lift=lift,
         moduli=tuple(rows),
@@ -277,10 +268,10 @@ def read_out_of(
     error = max(contact.error_own, contact.error_pair)
     full_scale = press.at_largest_E.F[-1, -1]
     if readings is not None:
-        if readings.analysis.full_scale is not None:
-            full_scale = np.array(readings.analysis.full_scale)
-        if readings.analysis.bias is not None:
-            error = max(error, readings.analysis.bias.error)
+        if readings.full_scale is not None:
+            full_scale = np.array(readings.full_scale)
+        if readings.bias is not None:
+            error = max(error, readings.bias.error)
     by_line = ReadOut(
         method=model.method,
         springs_mm_per_N=rows_of(model.C),

@@ -1,7 +1,6 @@
 """What a maker needs beside the part: drawing, coupon, cover, sheet; verdicts on cover and sideways stiffness."""
 
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass
 from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
@@ -22,14 +21,6 @@ from pipeline.verdicts.rules import margin_verdict
 from solve.housing.stiffness import sideways_stiffness
 
 SIDEWAYS_LEAST = {"low": 3.0, "high": 1.2}  # of the travel stiffness
-
-
-@dataclass(frozen=True, kw_only=True)
-class SidewaysStiffness:
-    """The stiffness of each tip across the plate on a fine and on a coarse mesh [N/mm]."""
-
-    fine: tuple[float, ...]
-    coarse: tuple[float, ...]
 
 
 def begin_fabrication(
@@ -89,14 +80,17 @@ def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verd
         mesh = flexure_mesh(housing, scale)
         return sideways_stiffness(mesh, process.E_MPa, process.poisson, attached_to(housing))
 
-    stiffness = cached(
+    inputs = {"housing": housing, "E": process.E_MPa, "nu": process.poisson}
+    on_mesh = cached(
         "sideways",
-        {"housing": housing, "E": process.E_MPa, "nu": process.poisson},
-        lambda: SidewaysStiffness(fine=solve(1.0), coarse=solve(COARSE)),
-        SidewaysStiffness,
+        inputs,
+        lambda: {"fine": solve(1.0), "coarse": solve(COARSE)},
+        dict[str, tuple[float, ...]],
     )
-    rows = zip(springs.springs, stiffness.fine, stiffness.coarse, strict=True)
-    return tuple(sideways_verdict(spring, fine, abs(fine - coarse)) for spring, fine, coarse in rows)
+    verdicts = []
+    for spring, fine, coarse in zip(springs.springs, on_mesh["fine"], on_mesh["coarse"], strict=True):
+        verdicts.append(sideways_verdict(spring, fine, abs(fine - coarse)))
+    return tuple(verdicts)
 
 
 def sideways_verdict(spring: FittedSpring, K: float, error: float) -> Verdict:

@@ -184,11 +184,10 @@ def tip_keys(tips: Tips) -> list[Plain]:
 
 def reading_keys(readings: Readings) -> Plain:
     """Return how good readings are, in per cent of the modulus, and how hard the tips press the skin."""
-    analysis = readings.analysis
-    bias = analysis.bias
-    uncertainty = analysis.uncertainty
+    bias = readings.bias
+    uncertainty = readings.uncertainty
     moduli = []
-    for row in analysis.moduli:
+    for row in readings.moduli:
         modulus = {
             "E_MPa": row.E,
             "E_bias_percent": 100.0 * row.bias,
@@ -210,12 +209,12 @@ def reading_keys(readings: Readings) -> Plain:
         "E_bias_percent": None if bias is None else 100.0 * bias.value,
         "E_bias_error_percent": None if bias is None else 100.0 * bias.error,
         "uncertainty_percent": None if uncertainty is None else 100.0 * uncertainty.value,
-        "sources": {} if uncertainty is None else _percent(analysis.worst_uncertainty.sources.contributions),
-        "method": analysis.method,
-        "lift_deg": analysis.lift.value,
+        "sources": {} if uncertainty is None else _percent(readings.worst_uncertainty.sources.contributions),
+        "method": readings.method,
+        "lift_deg": readings.lift.value,
         "plates_before_zeroing_percent": 100.0 * readings.plates,
-        "noise_for_10_percent": analysis.noise_percent,
-        "refused": analysis.refused,
+        "noise_for_10_percent": readings.noise_percent,
+        "refused": readings.refused,
         "moduli": moduli,
         "skin_pressure": pressures,
     }

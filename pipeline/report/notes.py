@@ -80,15 +80,14 @@ def _large_strain(result: SensorResult) -> str:
 
 def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:
     """Return the force ratio as a fact, the noise that the reading stands, and what it takes for known."""
-    analysis = readings.analysis
     P_max = result.reached.P_max
     fruit = result.design.fruit
     ratio = "a tip is off" if P_max is None else f"{P_max.value:.4g}"
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
-    noise = analysis.noise_percent
+    noise = readings.noise_percent
     loud = "even without noise it is above" if noise is None else f"noise of {noise:.2g} % of full scale brings it to"
     lines = [
-        f"read-out: {analysis.method}; P at E_max and full travel is {ratio}, a fact that is not judged",
+        f"read-out: {readings.method}; P at E_max and full travel is {ratio}, a fact that is not judged",
         f"uncertainty of E: {loud} 10 %",
     ]
     if readings.plates > 0.0:

@@ -13,7 +13,7 @@ from cad.quantity import Estimate
 from cad.theory.hertz import contact_reach, relative_curvature
 from cad.verdict import Verdict, failed
 from pipeline.options import TOLERANCES
-from pipeline.reading.analysis import ErrorAnalysis, Readings, SkinPressure
+from pipeline.reading.analysis import Readings, SkinPressure
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.storage.plain import first_largest
@@ -291,44 +291,44 @@ def reading_verdicts(design: Design, readings: Readings | None) -> tuple[Verdict
     if design.reading is None or readings is None:
         return ()
     bruise = (skin_verdict(readings.pressures),) if readings.pressures else ()
-    return *analysis_verdicts(readings.analysis, design.reading), *bruise
+    return *analysis_verdicts(readings, design.reading), *bruise
 
 
-def analysis_verdicts(analysis: ErrorAnalysis, reading: Reading) -> tuple[Verdict, ...]:
+def analysis_verdicts(readings: Readings, reading: Reading) -> tuple[Verdict, ...]:
     """Return the verdicts reading.bias and reading.uncertainty [1], and reading.lift [deg].
 
     A pose that occurs and has no reading fails the first two, whose values are those of the other poses.
     """
     words = "tilt at which the first tip leaves the fruit, the worst direction and modulus; at least the limit"
-    lift = margin_verdict("reading.lift", analysis.lift, reading.tilt_deg, words)
-    bias = bias_verdict(analysis, reading.bias_limit)
-    uncertainty = uncertainty_verdict(analysis, reading.uncertainty_limit)
-    if analysis.refused is not None:
-        bias = _refused(bias, analysis.refused)
-        uncertainty = _refused(uncertainty, analysis.refused)
+    lift = margin_verdict("reading.lift", readings.lift, reading.tilt_deg, words)
+    bias = bias_verdict(readings, reading.bias_limit)
+    uncertainty = uncertainty_verdict(readings, reading.uncertainty_limit)
+    if readings.refused is not None:
+        bias = _refused(bias, readings.refused)
+        uncertainty = _refused(uncertainty, readings.refused)
     return bias, uncertainty, lift
 
 
-def bias_verdict(analysis: ErrorAnalysis, limit: float) -> Verdict:
+def bias_verdict(readings: Readings, limit: float) -> Verdict:
     """Return the verdict on the largest bias of all poses [1]; failed where a level press has no reading."""
     words = "largest |E read / E - 1| without noise"
-    if analysis.bias is None:
+    if readings.bias is None:
         return failed("reading.bias", limit, unit="1", reference=words)
-    worst = analysis.worst_bias
+    worst = readings.worst_bias
     words = f"{words}: at {worst.E:.3g} MPa, {worst.worst}"
-    return margin_verdict("reading.bias", analysis.bias, limit, words, at_most=True)
+    return margin_verdict("reading.bias", readings.bias, limit, words, at_most=True)
 
 
-def uncertainty_verdict(analysis: ErrorAnalysis, limit: float) -> Verdict:
+def uncertainty_verdict(readings: Readings, limit: float) -> Verdict:
     """Return the verdict on the standard deviation of a level reading [1]; failed where there is no reading."""
     words = "standard deviation of E read / E, level and in the middle"
-    if analysis.uncertainty is None:
+    if readings.uncertainty is None:
         return failed("reading.uncertainty", limit, unit="1", reference=words)
-    widest = analysis.worst_uncertainty
+    widest = readings.worst_uncertainty
     sources = widest.sources.contributions
     largest = list(sources)[first_largest(sources.values())]
     words = f"{words}, at {widest.E:.3g} MPa; largest source: {largest}"
-    return margin_verdict("reading.uncertainty", analysis.uncertainty, limit, words, at_most=True)
+    return margin_verdict("reading.uncertainty", readings.uncertainty, limit, words, at_most=True)
 
 
 def _refused(verdict: Verdict, reason: str) -> Verdict:

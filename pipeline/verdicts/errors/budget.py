@@ -94,14 +94,6 @@ class Budgets:
         return max((budget.input_total for budget in springs), default=0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pressed:
-    """A modulus of the fruit [MPa] and a travel of the sensor [mm]."""
-
-    E: float
-    travel: float
-
-
 def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: ScenePress) -> Budgets:
     """Return the budget of every number; raises ValueError where a size is not a number.
 
@@ -115,8 +107,9 @@ def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: Scene
     NL = None
     if sensor.design.reading is None:
         if reached.P_max is not None:
-            full = Pressed(E=sensor.design.fruit.E_max_MPa, travel=travel)
-            P_max = ratio_budget(sensor, full, reached.P_max.relative, effects_at(sensor, full))
+            E_max = sensor.design.fruit.E_max_MPa
+            effects = effects_at(sensor, E_max, travel)
+            P_max = ratio_budget(sensor, E_max, travel, reached.P_max.relative, effects)
             P_max = _with_pose(P_max, reached.P_max, [float(tilted.P[-1, -1]) for tilted in press.tilted])
         if reached.NL is not None:
             NL = _nonlinearity_budget(sensor, reached.NL)
@@ -132,25 +125,27 @@ def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: Scene
     )
 
 
-def effects_at(sensor: LevelSensor, at: Pressed) -> tuple[Effect, ...]:
-    """Return what moves the force ratio of a level sensor at a modulus and a travel."""
-    K_m = at.E * sensor.contact.K_m_over_E()
-    return effects_on(sensor, at.travel, sensor.deflections(K_m, at.travel))
+def effects_at(sensor: LevelSensor, E: float, travel: float) -> tuple[Effect, ...]:
+    """Return what moves the force ratio of a level sensor at a modulus [MPa] and a travel [mm]."""
+    K_m = E * sensor.contact.K_m_over_E()
+    return effects_on(sensor, travel, sensor.deflections(K_m, travel))
 
 
-def ratio_budget(sensor: LevelSensor, at: Pressed, numerical: float, effects: Sequence[Effect]) -> UncertaintyBudget:
-    """Return the budget of P at a modulus and a travel by effects that act there."""
-    P = ratio_with(sensor, at, NO_EFFECT, 0.0)
+def ratio_budget(
+    sensor: LevelSensor, E: float, travel: float, numerical: float, effects: Sequence[Effect]
+) -> UncertaintyBudget:
+    """Return the budget of P at a modulus [MPa] and a travel [mm] by effects that act there."""
+    P = ratio_with(sensor, E, travel, NO_EFFECT, 0.0)
 
     def change(effect: Effect, sign: float) -> float:
-        factor = _magnified(effect, at.travel)
-        moved = ratio_with(sensor, at, effect, sign * factor)
+        factor = _magnified(effect, travel)
+        moved = ratio_with(sensor, E, travel, effect, sign * factor)
         return (moved / P - 1.0) / factor if math.isfinite(moved) else sign * LIFTED
 
     return _budget(numerical, effects, change)
 
 
-def ratio_with(sensor: LevelSensor, at: Pressed, effect: Effect, times: float) -> float:
+def ratio_with(sensor: LevelSensor, E: float, travel: float, effect: Effect, times: float) -> float:
     """Return P [1] with a multiple of an effect; nan where that takes a tip off the fruit.
 
     The forces solve (E C + S) F = E (travel + height offset).
@@ -160,9 +155,9 @@ def ratio_with(sensor: LevelSensor, at: Pressed, effect: Effect, times: float) -
     for i, K in enumerate(sensor.characteristic.springs.stiffnesses):
         spring = K * (1.0 + times * effect.springs[i])
         fruit_compliance = (float(sensor.contact.S[i, i]) - crosstalk) / (1.0 + times * effect.fruit[i])
-        own.append(at.E / spring + fruit_compliance + crosstalk)
-    travel_l = at.travel + times * effect.height_offsets[0]
-    travel_h = at.travel + times * effect.height_offsets[1]
+        own.append(E / spring + fruit_compliance + crosstalk)
+    travel_l = travel + times * effect.height_offsets[0]
+    travel_h = travel + times * effect.height_offsets[1]
     # Cramer's rule: the determinant is the same for both forces, and their ratio needs none of it.
     F_l = own[1] * travel_l - crosstalk * travel_h
     F_h = own[0] * travel_h - crosstalk * travel_l
@@ -180,17 +175,15 @@ def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget
     E_max = sensor.design.fruit.E_max_MPa
     K_m_max = sensor.characteristic.K_m_max
     K_m = sensor.characteristic.K_m_of_NL(sensor.design.nominal_targets)
-    softest = Pressed(E=0.0, travel=travel)
-    middle = Pressed(E=E_max * K_m / K_m_max, travel=travel)
-    top = Pressed(E=E_max, travel=travel)
+    E_middle = E_max * K_m / K_m_max
     effects = effects_on(sensor, travel, sensor.deflections(K_m_max, travel))
     in_middle = {effect.name: effect for effect in effects_on(sensor, travel, sensor.deflections(K_m, travel))}
     scale = abs(NL.value) or 1.0
 
     def rise(effect: Effect, times: float) -> float:
-        P_softest = ratio_with(sensor, softest, effect, times)
-        P_middle = ratio_with(sensor, middle, in_middle[effect.name], times)
-        P_top = ratio_with(sensor, top, effect, times)
+        P_softest = ratio_with(sensor, 0.0, travel, effect, times)
+        P_middle = ratio_with(sensor, E_middle, travel, in_middle[effect.name], times)
+        P_top = ratio_with(sensor, E_max, travel, effect, times)
         return (P_middle - P_softest) / (P_top - P_softest)
 
     def change(effect: Effect, sign: float) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings
 from pipeline.response.scene_press import ScenePress, spring_shares
-from pipeline.verdicts.errors.budget import Budgets, Pressed, effects_at, ratio_budget, uncertainty_budgets
+from pipeline.verdicts.errors.budget import Budgets, effects_at, ratio_budget, uncertainty_budgets
 from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
 from pipeline.verdicts.errors.print_scatter import ScatterBands, print_scatter
 from pipeline.verdicts.targets import Characteristic, SceneTargets
@@ -74,13 +74,12 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
             P = float(curve.P[i, j])
             if i == 0 or not math.isfinite(P):  # the first modulus is no fruit's
                 continue
-            at = Pressed(E=E, travel=travel)
             of_springs = float(spring_shares(sensor.contact, sensor.springs.C, E) @ spring_errors)
             numerical = float(curve.P_error[i, j]) + of_springs
-            effects_printed = effects_at(sensor, at)
+            effects_printed = effects_at(sensor, E, travel)
             effects_calibrated = effects_after_calibration(effects_printed)
-            error_printed = ratio_budget(sensor, at, numerical, effects_printed).total
-            error_calibrated = ratio_budget(sensor, at, numerical, effects_calibrated).total
+            error_printed = ratio_budget(sensor, E, travel, numerical, effects_printed).total
+            error_calibrated = ratio_budget(sensor, E, travel, numerical, effects_calibrated).total
             printed[i, j] = scale.band(P, error_printed)
             calibrated[i, j] = scale.band(P, error_calibrated)
     return ReadingTable(response=curve, printed=printed, calibrated=calibrated)
@@ -128,7 +127,7 @@ def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budget
 
     As printed its springs are known as well as the print is, after calibrating as the design's reading says.
     """
-    rows = readings.analysis.moduli
+    rows = readings.moduli
     return ReadingTable(
         response=curve,
         printed=_bands(curve, rows, budgets.widest_spring),

@@ -19,7 +19,7 @@ from cad.theory.strain_gauge import FOIL, sandwich_gain
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity, series_ratio
 from pipeline.springs.fitted_springs import GRAVITY
 from pipeline.verdicts.errors import effects
-from pipeline.verdicts.errors.budget import Contribution, Pressed, effects_at, ratio_budget, uncertainty_budgets
+from pipeline.verdicts.errors.budget import Contribution, effects_at, ratio_budget, uncertainty_budgets
 from pipeline.verdicts.errors.effects import BEAM_SLOPES, effects_after_calibration, level_sensor
 from pipeline.verdicts.errors.print_scatter import StiffnessSurrogate, scatter_bands
 from pipeline.verdicts.rules import target_verdicts
@@ -338,10 +338,9 @@ def test_whole_fruit_that_lies_free_is_rolled_by_a_pair():
 
 def test_calibrating_leaves_one_per_cent_a_spring_and_takes_the_print_away():
     sensor = sensor_of(Design())
-    at = Pressed(E=3.5, travel=0.6)
-    printed_effects = effects_at(sensor, at)
-    printed = ratio_budget(sensor, at, 1e-4, printed_effects)
-    calibrated = ratio_budget(sensor, at, 1e-4, effects_after_calibration(printed_effects))
+    printed_effects = effects_at(sensor, 3.5, 0.6)
+    printed = ratio_budget(sensor, 3.5, 0.6, 1e-4, printed_effects)
+    calibrated = ratio_budget(sensor, 3.5, 0.6, 1e-4, effects_after_calibration(printed_effects))
     left = names_of((*calibrated.model, *calibrated.input))
     assert not {*OF_PRINT, "engraved marks", "elephant's foot", "mount"} & set(left)
     for effect, K in zip(("low spring", "high spring"), SPRINGS.stiffnesses, strict=True):
