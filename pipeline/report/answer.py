@@ -8,7 +8,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from cad.verdict import Verdict, all_passed
-from pipeline.report.verdict_table import OUTCOME, formatted, reasons, verdict_table
+from pipeline.report.verdict_rule import number_text
+from pipeline.report.verdict_table import OUTCOME, reasons, verdict_table
 from pipeline.storage.digests import Json
 
 _TARGETS = (
@@ -67,12 +68,15 @@ def _verdicts(data: Json) -> list[Verdict]:
 
 def _headline(report: Json, verdicts: list[Verdict]) -> str:
     passed = all_passed(verdicts)
-    outcomes = [verdict.passed for verdict in verdicts]
     words = f"all {len(verdicts)} verdicts passed"
     if not passed:
-        counts = {"failed": outcomes.count(False), "undecided": outcomes.count(None)}
-        listed = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
-        words = f"of {len(verdicts)} verdicts {listed}"
+        outcomes = [verdict.passed for verdict in verdicts]
+        counts = []
+        if False in outcomes:
+            counts.append(f"{outcomes.count(False)} failed")
+        if None in outcomes:
+            counts.append(f"{outcomes.count(None)} undecided")
+        words = f"of {len(verdicts)} verdicts {', '.join(counts)}"
     return f"{OUTCOME[passed]}  twintip · {escape(report['design']['name'])}: {words}"
 
 
@@ -99,10 +103,16 @@ def _error_table(report: Json) -> Table:
     for name, budget in report["errors"].items():
         if budget is None:
             continue
-        totals = [formatted(budget[f"{part}_percent"], digits=2) for part in ("discretisation", "model", "inputs")]
-        contributions = sorted((*budget["model"], *budget["inputs"]), key=lambda one: -abs(one["size_percent"]))
-        largest = [f"{one['effect']} {one['size_percent']:+.2g}" for one in contributions[:2]]
-        table.add_row(name, *totals, ", ".join(largest))
+        contributions = [*budget["model"], *budget["inputs"]]
+        contributions.sort(key=lambda contribution: -abs(contribution["size_percent"]))
+        largest = [f"{part['effect']} {part['size_percent']:+.2g}" for part in contributions[:2]]
+        table.add_row(
+            name,
+            number_text(budget["discretisation_percent"], digits=2),
+            number_text(budget["model_percent"], digits=2),
+            number_text(budget["inputs_percent"], digits=2),
+            ", ".join(largest),
+        )
     return table
 
 
@@ -111,7 +121,7 @@ def _response_table(report: Json) -> Table:
     for row in report["response"]:
         forces = row.get("F_N") or [row["F_l_N"], row["F_h_N"]]
         numbers = [row["P"][0], row["P"][-1], *(force[-1] for force in forces), row["slope_ratio"][-1]]
-        table.add_row(f"{row['E_MPa']:g}", *(formatted(number) or "off" for number in numbers))
+        table.add_row(f"{row['E_MPa']:g}", *(number_text(number) or "off" for number in numbers))
     return table
 
 

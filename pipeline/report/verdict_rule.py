@@ -1,4 +1,4 @@
-"""On which side the limit of a verdict bounds its value, from its name."""
+"""A verdict in words: on which side its limit bounds its value, from its name, and its numbers as text."""
 
 from fnmatch import fnmatchcase
 
@@ -25,6 +25,26 @@ def bound_sense(verdict: Verdict) -> str | None:
 def bound_sign(verdict: Verdict) -> str:
     """Return the sign that stands before a limit which bounds its value on one side; an empty text before others."""
     return {"at most": "≤ ", "at least": "≥ "}.get(bound_sense(verdict) or "", "")
+
+
+def number_text(value: float | str | None, unit: str = "", digits: int = 5) -> str:
+    """Return a number with some digits and its unit, or a text; nothing for None."""
+    if value is None:
+        return ""
+    text = value if isinstance(value, str) else f"{value:.{digits}g}"
+    return text if unit in ("", "1") else f"{text} {unit}"
+
+
+def limit_text(verdict: Verdict, unit: str = "") -> str:
+    """Return the target or limit of a verdict with a unit, its sign before it where it bounds the value on one side."""
+    return bound_sign(verdict) + number_text(verdict.limit, unit)
+
+
+def tolerance_text(verdict: Verdict) -> str:
+    """Return the tolerance of a verdict, in per cent where it is relative; nothing where it has none."""
+    if verdict.relative and isinstance(verdict.tolerance, int | float):
+        return f"{100.0 * verdict.tolerance:.5g} %"
+    return "" if verdict.tolerance == 0.0 else number_text(verdict.tolerance)
 
 
 def fails_unread(verdict: Verdict) -> bool:

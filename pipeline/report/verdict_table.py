@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 from cad.verdict import Verdict
-from pipeline.report.verdict_rule import UNREAD, bound_sign, fails_unread
+from pipeline.report.verdict_rule import UNREAD, fails_unread, limit_text, number_text, tolerance_text
 
 WIDTH = 132
 OUTCOME = {True: "[green]passed[/]", False: "[red]failed[/]", None: "[yellow]undecided[/]"}
@@ -54,24 +54,10 @@ def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
         outcome = OUTCOME[verdict.passed]
         table.add_row(
             verdict.name,
-            formatted(verdict.value, verdict.unit),
-            formatted(verdict.error),
-            bound_sign(verdict) + formatted(verdict.limit),
-            _tolerance(verdict),
+            number_text(verdict.value, verdict.unit),
+            number_text(verdict.error),
+            escape(limit_text(verdict)),
+            escape(tolerance_text(verdict)),
             f"{outcome}: {UNREAD}" if fails_unread(verdict) else outcome,
         )
     return table
-
-
-def formatted(value: float | str | None, unit: str = "", digits: int = 5) -> str:
-    """Return a number with some digits and its unit, or a text; nothing for None."""
-    if value is None:
-        return ""
-    text = escape(value) if isinstance(value, str) else f"{value:.{digits}g}"
-    return f"{text} {unit}" if unit not in ("", "1") else text
-
-
-def _tolerance(verdict: Verdict) -> str:
-    if verdict.relative and isinstance(verdict.tolerance, float):
-        return f"{100.0 * verdict.tolerance:.5g} %"
-    return formatted(verdict.tolerance)

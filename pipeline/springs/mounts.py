@@ -4,6 +4,8 @@ import functools
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from cad.parts.cover import PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.pin import STEEL_MPA
@@ -76,12 +78,12 @@ def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple
     that they carry by bending alone. On a coarse mesh, which moves a change by a tenth of it. Raises SolveError.
     """
     half = coarse_half(housing, E, poisson)
-    mounted = stiffness_of(half)
+    own_K = np.array(stiffness_of(half))
     mounts = {"screws so loose that they bend": (_bending_screws(housing, E, poisson),), **_other_layers(housing)}
     changes = {}
     for name, layers in mounts.items():
-        changed = stiffness_of(with_layers(half, layers, E, poisson))
-        changes[name] = tuple(K / before - 1.0 for K, before in zip(changed, mounted, strict=True))
+        other_K = stiffness_of(with_layers(half, layers, E, poisson))
+        changes[name] = tuple((other_K / own_K - 1.0).tolist())
     return changes
 
 

@@ -244,11 +244,13 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     tips = design.tips
     curvature = relative_curvature(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
     slopes = [_slope_under(design, x, y) for x, y in tips.places_mm]
-    reaches = [0.0]
-    for E, forces in zip(press.table.E, press.table.F[:, -1], strict=True):
+    farthest = 0.0
+    forces_at_full_travel = press.table.F[:, -1]
+    for E, forces in zip(press.table.E, forces_at_full_travel, strict=True):
         for force, slope in zip(forces, slopes, strict=True):
             if np.isfinite(force):
-                reaches.append(contact_reach(force, E, design.fruit.poisson, curvature, slope))
+                reach = contact_reach(force, E, design.fruit.poisson, curvature, slope)
+                farthest = max(farthest, reach)
     steepest = math.degrees(math.atan(max(slopes)))
     towards = "across the sides of" if tips.socket == "none" else "under"
     half_face = 0.5 * tips.side_mm
@@ -256,7 +258,7 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
         f"farthest contact from the axis of a dome, Hertz, at full travel and every E; the fruit is up to "
         f"{steepest:.2g} deg steep {towards} a tip; must be at most half of tips.side_mm"
     )
-    return margin_verdict("geometry.tip_face", Estimate(max(reaches), 0.0, "mm"), half_face, words, at_most=True)
+    return margin_verdict("geometry.tip_face", Estimate(farthest, 0.0, "mm"), half_face, words, at_most=True)
 
 
 def _slope_under(design: Design, x: float, y: float) -> float:

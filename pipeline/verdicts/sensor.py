@@ -92,9 +92,9 @@ def bruise_verdicts(
 def tip_pressure(design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress) -> Estimate:
     """Return the largest mean pressure under a tip at the largest modulus and full travel, with its error [MPa]."""
     shares = spring_shares(contact, springs.C, float(press.at_largest_E.E[-1]))
-    of_springs = max(
-        share * spring.error / spring.stiffness for share, spring in zip(shares, springs.springs, strict=True)
-    )
+    of_springs = 0.0
+    for share, spring in zip(shares.tolist(), springs.springs, strict=True):
+        of_springs = max(of_springs, share * spring.error / spring.stiffness)
     return mean_pressure_estimate(design, press, of_springs)
 
 
@@ -133,15 +133,17 @@ def edge_drift(design: Design, contact: FruitCompliance, springs: Springs, radiu
     """
     worst = 0.0
     for E in design.fruit.E_MPa:
-        K_m = (E * contact.K_m_over_E(0), E * contact.K_m_over_E(-1))
+        fruit = (E * contact.K_m_over_E(0), E * contact.K_m_over_E(-1))  # under low and high tip [N/mm]
         ratios = []
         for travel in travels(design.press.travel_mm, TRAVELS).tolist():
             softer = []
-            for K, fruit in zip(springs.stiffnesses, K_m, strict=True):
-                depth = travel - spring_give(K, fruit, travel)
-                softer.append(fruit * (1.0 - edge_loss(depth, design.tips.side_mm, radius)))
+            for K, K_m in zip(springs.stiffnesses, fruit, strict=True):
+                depth = travel - spring_give(K, K_m, travel)
+                loss = edge_loss(depth, design.tips.side_mm, radius)
+                softer.append(K_m * (1.0 - loss))
             ratios.append(series_ratio(*springs.stiffnesses, *softer))
-        worst = max(worst, (max(ratios) - min(ratios)) * len(ratios) / sum(ratios))
+        mean = sum(ratios) / len(ratios)
+        worst = max(worst, (max(ratios) - min(ratios)) / mean)
     return worst
 
 

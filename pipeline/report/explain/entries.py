@@ -50,14 +50,14 @@ def entry_names() -> tuple[str, ...]:
 
 def entry_of(name: str) -> Entry:
     """Return the entry of a name; raises InputError for a name that nothing explains, with one that is near it."""
-    by_name: dict[str, Entry] = {}
+    known = {}  # names by how they are written in lower case
     for entry in entries():
-        by_name |= dict.fromkeys((entry.name, *entry.each, *entry.aliases), entry)
-    if name in by_name:
-        return by_name[name]
-    in_lower_case = {each.lower(): each for each in by_name}
-    near = [in_lower_case[match] for match in difflib.get_close_matches(name.lower(), in_lower_case, n=1)]
-    hint = f"did you mean {near[0]}? " if near else ""
+        for alias in (entry.name, *entry.each, *entry.aliases):
+            if alias == name:
+                return entry
+            known[alias.lower()] = alias
+    near = difflib.get_close_matches(name.lower(), known, n=1)
+    hint = f"did you mean {known[near[0]]}? " if near else ""
     bound = "a verdict or a symbol"
     msg = f"NAME = {name!r}: must be {bound}; {hint}`pipeline explain` lists them all"
     raise InputError(msg, field="NAME", value=name, bound=bound)

@@ -6,7 +6,7 @@ from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
 from cad.verdict import Verdict
 from pipeline.report.stored import StoredReport
-from pipeline.report.verdict_rule import bound_sense, bound_sign
+from pipeline.report.verdict_rule import bound_sense
 
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _SIDEWAYS = 3.0  # tolerances that a bar shows to each side of its target
@@ -77,26 +77,6 @@ def scene_in_words(design: Design) -> str:
 def is_on_the_part(verdict: Verdict) -> bool:
     """Say whether a verdict is on the part and its print, not on targets and readings."""
     return verdict.name.startswith(_ON_THE_PART)
-
-
-def limit_text(verdict: Verdict, unit: str = "") -> str:
-    """Return the target or limit of a verdict with a unit, its sign before it where it bounds the value on one side."""
-    return bound_sign(verdict) + number_text(verdict.limit, unit)
-
-
-def number_text(value: float | str | None, unit: str = "") -> str:
-    """Return a number with five digits and its unit, or a text; nothing for None."""
-    if value is None:
-        return ""
-    text = f"{value:.5g}" if isinstance(value, int | float) else value
-    return text if unit in ("", "1") else f"{text} {unit}"
-
-
-def tolerance_text(verdict: Verdict) -> str:
-    """Return the tolerance of a verdict; nothing where it has none."""
-    if verdict.relative and isinstance(verdict.tolerance, int | float):
-        return f"{100.0 * verdict.tolerance:.5g} %"
-    return "" if verdict.tolerance == 0.0 else number_text(verdict.tolerance)
 
 
 def bar_of(verdict: Verdict) -> Bar | None:

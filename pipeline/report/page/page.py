@@ -14,7 +14,7 @@ from pipeline.report.page.live_model import live_data, live_model
 from pipeline.report.page.mangoes import alike_pairs, seen_mangoes
 from pipeline.report.page.response_plots import modulus_plot, pressure_plot, travel_plot
 from pipeline.report.stored import StoredReport
-from pipeline.report.verdict_rule import UNREAD, fails_unread
+from pipeline.report.verdict_rule import UNREAD, fails_unread, limit_text, number_text, tolerance_text
 from pipeline.result import SensorResult
 from solve.linear import SolveError
 
@@ -64,9 +64,9 @@ def page_of(report: StoredReport, result: SensorResult) -> str:
         resolved=resolved,
         dimensions=answer.dimensions(report),
         outcomes=answer.OUTCOMES,
-        number_text=answer.number_text,
-        limit_text=answer.limit_text,
-        tolerance_text=answer.tolerance_text,
+        number_text=number_text,
+        limit_text=limit_text,
+        tolerance_text=tolerance_text,
         bar_of=answer.bar_of,
         meanings={name: entry.meaning for entry in entries() for name in entry.each or (entry.name,)},
         unread=UNREAD,

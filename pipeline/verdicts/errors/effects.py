@@ -80,9 +80,11 @@ class LevelSensor:
     def deflections(self, K_m: float, travel: float) -> PerTip:
         """Return the deflection of each spring at a fruit stiffness [N/mm] and a travel [mm]."""
         travel = max(LEAST_TRAVEL, travel)
-        fruit = (K_m, self.characteristic.stiffness_ratio * K_m)
-        pairs = zip(self.characteristic.springs.stiffnesses, fruit, strict=True)
-        return tuple(spring_give(K, stiffness, travel) for K, stiffness in pairs)
+        law = self.characteristic
+        return (
+            spring_give(law.springs.K_l, K_m, travel),
+            spring_give(law.springs.K_h, law.stiffness_ratio * K_m, travel),
+        )
 
     @property
     def largest_deflections(self) -> PerTip:
@@ -193,8 +195,10 @@ def elephants_foot(sensor: LevelSensor) -> Effect | None:
         return None
     stiffer = []
     for arm, slope in zip(housing.arms, sensor.slopes, strict=True):
-        wider = math.expm1(slope * math.log1p(2.0 * FOOT_MM / arm.flexure.thickness))
-        stiffer.append(FOOT_HIGH_MM / arm.flexure.depth * wider)
+        leaf = arm.flexure
+        thicker = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
+        of_depth = FOOT_HIGH_MM / leaf.depth
+        stiffer.append(of_depth * (thicker**slope - 1.0))
     reason = f"a first layer {FOOT_MM:g} mm wider on each side, {FOOT_HIGH_MM:g} mm high; cut it off or calibrate"
     return Effect(name="elephant's foot", reason=reason, springs=tuple(stiffer), calibrated=True)
 
@@ -268,10 +272,11 @@ def free_roll(sensor: LevelSensor, travel: float) -> Roll | None:
     fruit = sensor.design.fruit
     if not fruit.can_roll or fruit.radius_mm is None:
         return None
-    K_m = sensor.characteristic.K_m_max
-    under = (K_m, sensor.characteristic.stiffness_ratio * K_m)
-    pairs = zip(sensor.characteristic.springs.stiffnesses, under, strict=True)
-    stiffness = [series_stiffness(K, fruit_stiffness) for K, fruit_stiffness in pairs]
+    law = sensor.characteristic
+    stiffness = [
+        series_stiffness(law.springs.K_l, law.K_m_max),
+        series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
+    ]
     forces = [K * travel for K in stiffness]
     return roll(forces, sensor.design.tips.centres_mm, stiffness, fruit.radius_mm)
 
@@ -294,11 +299,14 @@ def glue(sensor: LevelSensor) -> Effect | None:
     if housing is None or gauge is None:
         return None
     E = sensor.springs.process.E_MPa
-    leaves = [arm.flexure for arm in housing.arms]
-    gains = [sandwich_gain(E, leaf.depth, leaf.thickness, leaf.length, leaf.fillet, gauge) for leaf in leaves]
-    stiffer = tuple(GLUED * (1.0 - 1.0 / gain) for gain in gains)
+    stiffer = []
+    for arm in housing.arms:
+        leaf = arm.flexure
+        gain = sandwich_gain(E, leaf.depth, leaf.thickness, leaf.length, leaf.fillet, gauge)
+        by_foils = 1.0 - 1.0 / gain  # fraction of the stiffness
+        stiffer.append(GLUED * by_foils)
     reason = f"glue left out, foils within {100.0 * GLUED:g} % of what they stiffen, as beams"
-    return Effect(name="gauges", reason=reason, springs=stiffer, scatters=True, calibrated=True)
+    return Effect(name="gauges", reason=reason, springs=tuple(stiffer), scatters=True, calibrated=True)
 
 
 def leaf_thickness(sensor: LevelSensor) -> Effect:
@@ -306,10 +314,12 @@ def leaf_thickness(sensor: LevelSensor) -> Effect:
     process = sensor.springs.process
     off = process.accuracy_mm
     slopes = sensor.slopes
-    pairs = zip(slopes, process.leaf_thicknesses_mm, strict=True)
-    stiffer = tuple(math.expm1(slope * math.log1p(off / thickness)) for slope, thickness in pairs)
+    stiffer = []
+    for slope, thickness in zip(slopes, process.leaf_thicknesses_mm, strict=True):
+        thicker = (thickness + off) / thickness
+        stiffer.append(thicker**slope - 1.0)
     reason = f"leaves {off:g} mm off; K goes with t to the {slopes[0]:.3g} and {slopes[1]:.3g}"
-    return Effect(name="leaf thickness", reason=reason, springs=stiffer, scatters=True, calibrated=True)
+    return Effect(name="leaf thickness", reason=reason, springs=tuple(stiffer), scatters=True, calibrated=True)
 
 
 # How inputs scatter: of tips that are off by a length [mm]

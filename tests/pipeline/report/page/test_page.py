@@ -10,9 +10,10 @@ from stand_ins import result_of
 
 from cad.verdict import Verdict
 from pipeline.report.outputs import PAGE, write_outputs
-from pipeline.report.page.answer import answer_of, bar_of, limit_text, scene_in_words
+from pipeline.report.page.answer import answer_of, bar_of, scene_in_words
 from pipeline.report.page.page import page_of
 from pipeline.report.stored import read_report
+from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest
 
 MOST_BYTES = 3_000_000
