@@ -5,7 +5,6 @@ import dataclasses
 import pytest
 from stand_ins import CONTACT, result_of, sizing_of, springs_of
 
-from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Targets
 from cad.design.tips import Tips
 from pipeline.response.scene_press import press_scene
@@ -22,13 +21,6 @@ def verdicts_of(design, *, made=True):
 def test_every_run_has_the_same_verdicts_then_those_on_its_solid():
     assert [verdict.name for verdict in verdicts_of(Design())] == [*ALWAYS, "geometry.valid"]
     assert [verdict.name for verdict in verdicts_of(Design(), made=False)] == [*ALWAYS, "geometry.made"]
-
-
-def test_bruise_is_a_verdict_only_where_the_fruit_has_a_limit():
-    design = Design(fruit=Fruit(bruise_limit_MPa=0.29))
-    (bruise,) = (verdict for verdict in verdicts_of(design) if verdict.name == "bruise")
-    assert (bruise.passed, bruise.limit) == (False, 0.29)
-    assert "bruise" not in [verdict.name for verdict in verdicts_of(Design())]
 
 
 @pytest.mark.parametrize(
