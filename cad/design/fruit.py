@@ -118,7 +118,8 @@ class Fruit:
         check_fields(self, "fruit")
         wanted = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
         for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
-            name, value = f"fruit.{key}", getattr(self, key)
+            name = f"fruit.{key}"
+            value = getattr(self, key)
             if value is None and key in wanted:
                 raise validation_error(name, None, "", f"given for fruit.shape = {self.shape!r}", "give it in mm")
             if value is not None and key not in wanted and (key != "thickness_mm" or self.shape == "block"):

@@ -120,21 +120,15 @@ class _Target:
     value: float
     others: tuple[float, ...]
     stiffness: Callable[[float], float]
-
-    @property
-    def unit(self) -> str:
-        """Return the unit as it stands behind a number."""
-        return " N/m" if self.key.endswith("N_per_m") else ""
+    unit: str = ""  # as it stands behind a number
 
     def nearest(self, leaf: _Leaf) -> float | None:
         """Return the value nearest in ratio whose spring passes with NEAREST_MARGIN, if there is one."""
-
-        def can_be_made(value: float) -> bool:
+        for value in sorted(self.others, key=lambda value: abs(math.log(value / self.value))):
             K = self.stiffness(value)
-            return not leaf.faults(K, leaf.length(K), NEAREST_MARGIN)
-
-        by_ratio = sorted(self.others, key=lambda value: abs(math.log(value / self.value)))
-        return next(filter(can_be_made, by_ratio), None)
+            if not leaf.faults(K, leaf.length(K), NEAREST_MARGIN):
+                return value
+        return None
 
 
 def check_printable(
@@ -175,10 +169,9 @@ def check_printable(
 def _targets(design: Design, springs: Springs, K_m_max: float, stiffness_ratio: float) -> tuple[_Target, _Target]:
     """Return what asks for the low and for the high spring: given stiffnesses, or P_max and NL."""
     if design.springs.given:
-        return (
-            _given_stiffness("springs.K_l_N_per_m", 1e3 * springs.K_l),
-            _given_stiffness("springs.K_h_N_per_m", 1e3 * springs.K_h),
-        )
+        low = _given_stiffness("springs.K_l_N_per_m", springs.K_l)
+        high = _given_stiffness("springs.K_h_N_per_m", springs.K_h)
+        return low, high
     targets = design.nominal_targets
     definition = targets.NL_definition
 
@@ -195,13 +188,10 @@ def _targets(design: Design, springs: Springs, K_m_max: float, stiffness_ratio: 
     )
 
 
-def _given_stiffness(key: str, K_N_per_m: float) -> _Target:
-    others = tuple(float(f"{K_N_per_m * factor:.3g}") for factor in _FACTORS)
-    return _Target(key=key, value=K_N_per_m, others=others, stiffness=_from_N_per_m)
-
-
-def _from_N_per_m(K: float) -> float:
-    return 1e-3 * K
+def _given_stiffness(key: str, K: float) -> _Target:
+    """Return the key that gives a stiffness [N/mm] in N/m, and stiffnesses of three digits around it."""
+    others = tuple(float(f"{1e3 * K * factor:.3g}") for factor in _FACTORS)
+    return _Target(key=key, value=1e3 * K, unit=" N/m", others=others, stiffness=lambda N_per_m: 1e-3 * N_per_m)
 
 
 def _verdict(leaf: _Leaf, target: _Target, K: float, solved: float | None) -> Printable:

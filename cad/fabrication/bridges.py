@@ -16,7 +16,8 @@ from cad.theory.leaf_spring import Flexure, gauge_strain
 from cad.theory.strain_gauge import FOIL, shortest_gauged
 
 _DATA = tomllib.loads(Path(__file__).with_name("electronics.toml").read_text(encoding="utf-8"))
-AMPLIFIER, _BRIDGE = _DATA["amplifier"], _DATA["bridge"]
+AMPLIFIER = _DATA["amplifier"]
+_BRIDGE = _DATA["bridge"]
 RESISTANCE_OHM: float = _BRIDGE["resistance_ohm"]
 _METAL_MPA = 2e4  # a modulus beyond that of any plastic
 _LEAST_OUTPUT = 0.1  # [mV/V] at full force: below it 1 % of it is lost in drift of a few microvolts per volt

@@ -12,7 +12,7 @@ from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.bridges import Spring, bridges
-from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
+from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount import mount_solid
 from cad.files.sensor_files import export_step, export_stl
 from cad.parts.assembly import COVER_COLOUR
@@ -39,9 +39,12 @@ def write_fabrication(sensor: Sensor, title: Title, springs: Sequence[Spring], f
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
-    housing, process = sensor.housing, title.process
-    coupon, cover = coupon_of(housing), cover_of(sensor)
-    coupon_solid, cover_solid = coupon_part(coupon), cover_part(cover)
+    housing = sensor.housing
+    process = title.process
+    coupon = coupon_of(housing)
+    cover = cover_of(sensor)
+    coupon_solid = coupon_part(coupon)
+    cover_solid = cover_part(cover)
     sheets = {
         "drawing": housing_drawing(sensor.part, housing, title),
         "drawing-coupon": coupon_drawing(coupon_solid, coupon, replace(title, part="coupon")),
@@ -58,7 +61,8 @@ def write_fabrication(sensor: Sensor, title: Title, springs: Sequence[Spring], f
 
     read_back = {}
     for body in bodies:
-        step, stl = folder / f"{body.name}.step", folder / f"{body.name}.stl"
+        step = folder / f"{body.name}.step"
+        stl = folder / f"{body.name}.stl"
         read_back[body.name] = export_step([body], step)
         export_stl(print_pose(body.shape), stl)
         paths += [step, stl]
@@ -69,7 +73,7 @@ def write_fabrication(sensor: Sensor, title: Title, springs: Sequence[Spring], f
     bill = bill_of_materials(sensor, process, wired, masses)
     texts = {
         "bom.csv": bill_csv(bill),
-        "fabrication.md": fabrication_sheet(sensor, title, SheetFacts(bill=bill, bridges=wired)),
+        "fabrication.md": fabrication_sheet(sensor, title, bill, wired),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -3,7 +3,6 @@
 import math
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from cad.design.processes import Process
@@ -27,17 +26,10 @@ _JIG_FRACTION = 0.9  # of the largest deflection that a calibration presses
 _HEAT = {"17-4PH steel": "heat_17_4ph", "Ti-6Al-4V": "heat_ti64"}  # section of the sheet by material
 
 
-@dataclass(frozen=True, kw_only=True)
-class SheetFacts:
-    """What a sheet tells beside the dimensions: the bill and the read-out."""
-
-    bill: tuple[Row, ...]
-    bridges: tuple[Bridge, ...]
-
-
-def fabrication_sheet(sensor: Sensor, title: Title, facts: SheetFacts) -> str:
-    """Return the sheet in Markdown."""
-    process, housing = title.process, sensor.housing
+def fabrication_sheet(sensor: Sensor, title: Title, bill: Sequence[Row], bridges: Sequence[Bridge]) -> str:
+    """Return the sheet in Markdown: dimensions, the bill, and the read-out by the bridges."""
+    process = title.process
+    housing = sensor.housing
     has_gauges = housing.gauges != "none"
     mounting = mounting_error(housing, process.accuracy_mm)
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()
@@ -48,7 +40,7 @@ def fabrication_sheet(sensor: Sensor, title: Title, facts: SheetFacts) -> str:
         material=as_markdown(process.material),
         housing=housing,
         gauge=GAUGES[housing.gauges],
-        bill=bill_table(facts.bill),
+        bill=bill_table(bill),
         tool="Make" if process.kind == "other" else "Print",
         lines=[arm.flexure.thickness / (process.line_width_mm or 1.0) for arm in housing.arms],
         coupon_rows=_coupon_rows(coupon_of(housing), process),
@@ -76,13 +68,13 @@ def fabrication_sheet(sensor: Sensor, title: Title, facts: SheetFacts) -> str:
         turn_deg=math.degrees(mounting.turn),
         half_accuracy=0.5 * process.accuracy_mm,
         # the read-out, and the weights on the balance
-        readout_rows="\n".join(_readout_row(bridge, with_noise=has_gauges) for bridge in facts.bridges),
-        readout_advice=readout_advice(facts.bridges),
+        readout_rows="\n".join(_readout_row(bridge, with_noise=has_gauges) for bridge in bridges),
+        readout_advice=readout_advice(bridges),
         amplifier=AMPLIFIER,
         ohms=RESISTANCE_OHM,
         excitation=excitation(process),
         resistor=series_resistor(process),
-        jig_rows="\n".join(_jig_row(bridge) for bridge in facts.bridges),
+        jig_rows="\n".join(_jig_row(bridge) for bridge in bridges),
     )
 
 
@@ -116,7 +108,9 @@ def _jig_row(bridge: Bridge) -> str:
 
 def _template(process: Process, housing: Housing) -> str:
     """Return the sections of the sheet that this process and this housing ask for; one without a rule is in all."""
-    has_covers, is_square, has_gauges = housing.mount == "covers", housing.back_to_back, housing.gauges != "none"
+    has_covers = housing.mount == "covers"
+    is_square = housing.back_to_back
+    has_gauges = housing.gauges != "none"
     wanted: dict[str, object] = {
         "nozzle": process.line_width_mm,
         "layer": process.layer_mm,

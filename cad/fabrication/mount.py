@@ -12,7 +12,9 @@ from cad.parts.cover_solid import cover_of
 from cad.parts.housing import largest_tilt
 from cad.parts.sensor import Sensor
 
-FLANGE_CIRCLE_MM, FLANGE_HOLE_MM, FLANGE_MM = 50.0, 6.6, 63.0  # ISO 9409-1-50-4-M6; holes for M6, ISO 273 medium
+FLANGE_CIRCLE_MM = 50.0  # ISO 9409-1-50-4-M6
+FLANGE_HOLE_MM = 6.6  # for M6, ISO 273 medium
+FLANGE_MM = 63.0
 FLANGE_SCREW_MM = 12.0  # through the bracket, and 7 mm into the flange
 PLATE_MM = 5.0
 HEAD_ROOM_MM = 8.0  # under the flange's screws, whose heads are 6 mm high: ISO 4762
@@ -50,8 +52,10 @@ def flange_holes(sensor: Sensor) -> tuple[tuple[float, float], ...]:
 
 def mount_solid(sensor: Sensor) -> cq.Solid:
     """Return the bracket in its place behind the sensor [mm]."""
-    housing, back = sensor.housing, back_of(sensor)
-    shelf, through = housing.top_level + HEAD_ROOM_MM, PLATE_MM + 2.0 * _REACH
+    housing = sensor.housing
+    back = back_of(sensor)
+    shelf = housing.top_level + HEAD_ROOM_MM
+    through = PLATE_MM + 2.0 * _REACH
     body = cq.Workplane(obj=_upright(sensor, shelf + PLATE_MM).fuse(_shelf(back, shelf)).clean())
     across = cq.Workplane("XZ", origin=(0.0, back + PLATE_MM + _REACH, 0.0))
     down = cq.Workplane("XY", origin=(0.0, 0.0, shelf - _REACH))
@@ -65,7 +69,8 @@ def mount_solid(sensor: Sensor) -> cq.Solid:
 
 def _upright(sensor: Sensor, top: float) -> cq.Solid:
     """Return the plate behind the sensor [mm], whose foot stays above the cover's in every tilt."""
-    housing, back = sensor.housing, back_of(sensor)
+    housing = sensor.housing
+    back = back_of(sensor)
     rise = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
     foot = cover_of(sensor).foot_level + math.ceil(10.0 * rise) / 10.0
     return cq.Solid.makeBox(housing.right - housing.left, PLATE_MM, top - foot, cq.Vector(housing.left, back, foot))
@@ -80,7 +85,8 @@ def _shelf(back: float, level: float) -> cq.Solid:
 
 def flange_heads(sensor: Sensor) -> cq.Shape:
     """Return the heads of the flange's screws under the bracket [mm], as high as the room for them."""
-    level, up = sensor.housing.top_level, cq.Vector(0.0, 0.0, 1.0)
+    level = sensor.housing.top_level
+    up = cq.Vector(0.0, 0.0, 1.0)
     heads = [
         cq.Solid.makeCylinder(0.5 * HEAD_MM, HEAD_ROOM_MM - _REACH, cq.Vector(x, y, level + _REACH), up)
         for x, y in flange_holes(sensor)

@@ -33,7 +33,9 @@ def mount_verdicts(sensor: Sensor, mount: cq.Shape, process: Process) -> tuple[V
 
 def _holes(sensor: Sensor, mount: cq.Shape) -> Verdict:
     """Return how far a hole is off the housing's screw or off the circle of the flange: its axis, or its radius."""
-    name, housing, faces = "geometry.mount_holes", sensor.housing, mount.Faces()
+    name = "geometry.mount_holes"
+    housing = sensor.housing
+    faces = mount.Faces()
     across = hole_axes(face for face in faces if is_hole(face, housing.hole_diameter))
     upright = hole_axes((face for face in faces if _is_upright_hole(face)), second_axis="y")
     screws = sorted((x, z, 0.5 * housing.hole_diameter) for x, z in housing.holes)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cad.design.mango_tests import MANGO_TESTS, CompressedMango
+from cad.design.mango_tests import MANGOES, CompressedMango
 from pipeline.report.stored import StoredReport
 from solve.arrays import Floats
 
@@ -36,7 +36,7 @@ def seen_mangoes(report: StoredReport) -> tuple[SeenMango, ...]:
     E = numbers(curve.E_MPa)
     P = numbers(curve.P)
     seen = []
-    for mango in MANGO_TESTS.mangoes:
+    for mango in MANGOES:
         ratio = float(np.interp(mango.E_MPa, E, P))
         if E[0] <= mango.E_MPa <= E[-1] and math.isfinite(ratio):
             printed = _bar(mango.E_MPa, E, curve.E_lower_as_printed_MPa, curve.E_upper_as_printed_MPa)

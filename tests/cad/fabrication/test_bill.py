@@ -14,7 +14,7 @@ from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials, bill_table
 from cad.fabrication.bridges import Spring, bridges, excitation, series_resistor
-from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
+from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.theory.leaf_spring import gauge_strain
 
 MASSES = {"housing": 1.0, "cover": 2.0, "coupon": 3.0, "mount": 4.0}
@@ -94,8 +94,8 @@ def test_text_of_a_printer_is_no_markup_in_the_bill_and_the_sheet(sensor):
     hostile = "<script>x</script> | [a](javascript:x) *b* `c` \\"
     process = replace(PETG, material=hostile)
     rows = bill(sensor, process)
-    facts = SheetFacts(bill=rows, bridges=bridges(springs(sensor.housing), sensor.housing, process))
-    sheet = fabrication_sheet(sensor, Title(name="own", process=process), facts)
+    wired = bridges(springs(sensor.housing), sensor.housing, process)
+    sheet = fabrication_sheet(sensor, Title(name="own", process=process), rows, wired)
     for text, shown in ((bill_table(rows), f"<td>housing.stl, {escape(hostile)}</td>"), (sheet, escape(hostile))):
         page = MarkdownIt("commonmark").enable("table").render(text)
         assert shown in page

@@ -13,7 +13,7 @@ from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.bridges import Spring, bridges
 from cad.fabrication.fabrication_files import write_fabrication
-from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
+from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.files.sensor_files import write_sensor
 from cad.parts.coupon import modulus_factor
@@ -37,31 +37,46 @@ def sheet_of(sensor, title=TITLE):
     wired = bridges(springs_of(sensor), sensor.housing, title.process)
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
     bill = bill_of_materials(sensor, title.process, wired, masses)
-    return fabrication_sheet(sensor, title, SheetFacts(bill=bill, bridges=wired))
+    return fabrication_sheet(sensor, title, bill, wired)
 
 
-def test_every_file_is_written_and_the_same_bytes_again_but_for_step_and_3mf(sensor, tmp_path):
+@pytest.fixture(scope="module")
+def curved(sensor):
+    """Return the sensor over a curved fruit, with its name engraved."""
+    fruit = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
+    return replace(sensor, name="paper", fruit=fruit)
+
+
+def write_all(sensor, folder):
+    """Return the paths of every file in their order, and cover and bracket as they were read back."""
+    paths = write_sensor(sensor, folder)
+    made = write_fabrication(sensor, TITLE, springs_of(sensor), folder)
+    return [*paths, *made.paths], made
+
+
+@pytest.fixture(scope="module")
+def written(curved, tmp_path_factory):
+    return write_all(curved, tmp_path_factory.mktemp("fabrication"))
+
+
+def test_every_file_is_written_and_the_same_bytes_again_but_for_step_and_3mf(curved, written, tmp_path):
     """OCCT counts in its text and lib3mf draws numbers: their files hold equal solids, not equal bytes."""
-    named = replace(sensor, name="paper", fruit=Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0))
-    written = []
-    for folder in (tmp_path / "here", tmp_path / "over there"):
-        folder.mkdir()
-        paths = (*write_sensor(named, folder), *write_fabrication(named, TITLE, springs_of(named), folder).paths)
-        assert [path.name for path in paths] == [*FILES, *SHEETS]
-        written.append({path.name: path.read_bytes() for path in paths if path.suffix not in (".step", ".3mf")})
-    assert written[0] == written[1]
+    first, _ = written
+    again, _ = write_all(curved, tmp_path)
+    assert [path.name for path in first] == [path.name for path in again] == [*FILES, *SHEETS]
+    for path, other in zip(first, again, strict=True):
+        assert path.suffix in (".step", ".3mf") or path.read_bytes() == other.read_bytes()
 
 
-def test_coupon_cover_and_3mf_pass_their_own_check(sensor, tmp_path):
-    write_sensor(sensor, tmp_path)
-    made = write_fabrication(sensor, TITLE, springs_of(sensor), tmp_path)
-    findings = (
-        *cover_verdicts(sensor, made.cover, TITLE.process),
-        *mount_verdicts(sensor, made.mount, TITLE.process),
-    )
-    assert [finding.name for finding in findings if finding.passed is not True] == []
+def test_coupon_cover_and_3mf_pass_their_own_check(curved, written):
+    paths, made = written
+    findings = [
+        *cover_verdicts(curved, made.cover, TITLE.process),
+        *mount_verdicts(curved, made.mount, TITLE.process),
+    ]
     for name in ("housing.3mf", "coupon.stl", "coupon.step", "cover.stl", "cover.step"):
-        assert [finding.name for finding in check_file(tmp_path / name) if finding.passed is not True] == []
+        findings += check_file(paths[0].with_name(name))
+    assert [finding.name for finding in findings if finding.passed is not True] == []
 
 
 def test_sheet_says_how_to_print_and_what_to_measure(sensor):

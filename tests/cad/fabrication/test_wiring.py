@@ -9,7 +9,7 @@ import pytest
 from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
 from cad.fabrication.bridges import RESISTANCE_OHM, Spring, bridges
-from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
+from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.theory.strain_gauge import FOIL
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
@@ -31,7 +31,7 @@ def bridge(spring, sensor):
 @pytest.fixture(scope="module")
 def sheet(bridge, sensor):
     gauged = replace(sensor, housing=replace(sensor.housing, gauges="foil"))
-    return fabrication_sheet(gauged, TITLE, SheetFacts(bill=(), bridges=(bridge,)))
+    return fabrication_sheet(gauged, TITLE, (), (bridge,))
 
 
 def wires(sheet):
