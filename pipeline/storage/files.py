@@ -57,7 +57,7 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
                 else:
                     content(part)
                 digest = file_digest(part)
-                if os.path.lexists(path) and not is_ours(path):
+                if os.path.lexists(path) and not (renew and is_ours(path)):
                     keep_aside(path, path.parent)
                 part.replace(path)
         except OSError as error:

@@ -18,7 +18,7 @@ from cad.design.tips import Press, Tips
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Title
 from cad.fabrication.bridges import Bridge
-from cad.fabrication.fabrication_sheet import SheetFacts, fabrication_sheet
+from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.files.sensor_files import write_sensor
 from cad.files.step import read_step
 from cad.files.stl import triangles
@@ -143,7 +143,7 @@ def test_drawing_and_sheet_tell_of_the_pins(pinned, foot):
     texts = housing_drawing(pinned.part, foot, title).canvas.space.query("TEXT")
     assert "steel pin 1 x 1 x 4 2x, 1 out" in [text.dxf.text for text in texts]
     bridge = Bridge(name="low", force=1.0, deflection=0.5, output=1.0, noise_mN=1.0)
-    sheet = fabrication_sheet(pinned, title, SheetFacts(bill=(), bridges=(bridge,)))
+    sheet = fabrication_sheet(pinned, title, (), (bridge,))
     assert all(line in sheet for line in SHEET_LINES)
 
 

@@ -19,11 +19,19 @@ def test_unchanged_file_of_ours_is_replaced_where_it_may_be_and_a_changed_one_ne
     with pytest.raises(InputError) as refused:
         write_files({path: b"three"}, "--html", renew=True)
     assert (refused.value.field, refused.value.value, path.read_bytes()) == ("--html", str(path), b"mine")
-    write_files({path: b"three"}, "--html", force=True)
+    write_files({path: b"three"}, "--html", force=True, renew=True)
+    write_files({path: b"four"}, "--html", force=True, renew=True)
     assert {each.name: each.read_bytes() for each in path.parent.iterdir()} == {
-        "page.html": b"three",
+        "page.html": b"four",
         "page.html.bak": b"mine",
     }
+
+
+def test_what_is_not_to_be_renewed_is_kept_by_force_though_it_is_ours(tmp_path):
+    write_files({tmp_path / "unit.toml": b"one"}, "--out")
+    write_files({tmp_path / "unit.toml": b"two"}, "--out", force=True)
+    assert (tmp_path / "unit.toml").read_bytes() == b"two"
+    assert (tmp_path / "unit.toml.bak").read_bytes() == b"one"
 
 
 @pytest.mark.parametrize("make", [Path.mkdir, os.mkfifo, lambda path: path.symlink_to("nowhere")])
