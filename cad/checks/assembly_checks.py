@@ -27,21 +27,22 @@ def cover_verdicts(sensor: Sensor, cover: cq.Shape, process: Process) -> tuple[V
     """
     covers = {} if sensor.housing.back_to_back else {"back": cover}
     covers["front"] = turned(cover, sensor.housing)
-    clearance, pose, side = min(
-        (float(shape.distance(arm)), pose, side) for pose, arm in _arm_poses(sensor) for side, shape in covers.items()
+    distances = {}
+    for pose, arm in _arm_poses(sensor):
+        for side, shape in covers.items():
+            distances[f"{side}, {pose}"] = float(shape.distance(arm))
+    nearest = min(distances, key=distances.__getitem__)
+    clearance = at_least(
+        "geometry.cover_clearance",
+        distances[nearest],
+        process.min_gap_mm,
+        PLACE_TOLERANCE_MM,
+        unit="mm",
+        reference=f"least distance of what moves from a cover: {nearest}; {process.name}",
     )
-    return (
-        at_least(
-            "geometry.cover_clearance",
-            clearance,
-            process.min_gap_mm,
-            PLACE_TOLERANCE_MM,
-            unit="mm",
-            reference=f"least distance of what moves from a cover: {side}, {pose}; {process.name}",
-        ),
-        _cover_holes(sensor, covers),
-        fruit_clearance_verdict("geometry.cover_over_fruit", sensor, cq.Compound.makeCompound(list(covers.values()))),
-    )
+    both = cq.Compound.makeCompound(list(covers.values()))
+    over_fruit = fruit_clearance_verdict("geometry.cover_over_fruit", sensor, both)
+    return clearance, _cover_holes(sensor, covers), over_fruit
 
 
 def _arm_poses(sensor: Sensor) -> list[tuple[str, cq.Shape]]:
@@ -52,7 +53,7 @@ def _arm_poses(sensor: Sensor) -> list[tuple[str, cq.Shape]]:
         stop = sensor.housing.cavity_level - arm.top_level
         for fraction in _TO_THE_STOP:
             moved = shape.translate(cq.Vector(0.0, 0.0, fraction * stop))
-            poses.append((f"{100.0 * fraction:g} % of the way to the stop", moved))
+            poses.append((f"{arm.name} arm {100.0 * fraction:g} % of the way to the stop", moved))
     return poses
 
 
@@ -62,17 +63,15 @@ def _cover_holes(sensor: Sensor, covers: dict[str, cq.Shape]) -> Verdict:
     count = len(sensor.housing.holes)
     faces = sensor.part.shape.Faces()
     declared = hole_axes(faces[index] for index in sensor.part.faces["mounting_holes"])
-    off = 0.0
+    worst = 0.0
     for side, shape in covers.items():
         drilled = hole_axes(face for face in shape.Faces() if face.geomType() == "CYLINDER")
         if not len(drilled) == len(declared) == count:
-            reference = (
-                f"{len(drilled)} holes in the {side} cover, {len(declared)} in the housing: must be {count} each"
-            )
-            return failed(name, 0.0, unit="mm", reference=reference)
-        off = max(off, float(np.abs(np.subtract(drilled, declared)).max()))
+            counts = f"{len(drilled)} holes in the {side} cover, {len(declared)} in the housing"
+            return failed(name, 0.0, unit="mm", reference=f"{counts}: must be {count} each")
+        worst = max(worst, _farthest_apart(drilled, declared))
     reference = f"axes and radii of {count} holes in each cover against the housing's"
-    return equal(name, off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
+    return equal(name, worst, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
 
 
 def plate_verdicts(sensor: Sensor) -> tuple[Verdict, ...]:
@@ -98,30 +97,37 @@ def _plates(sensor: Sensor) -> Verdict:
     if apart > PLACE_TOLERANCE_MM:
         reference = f"the pads of the plates do not meet: screws would bend the plates by {apart:.3g} mm"
         return failed(name, PLATES_GAP_MM, unit="mm", reference=reference)
-    least, pose = min((float(in_place(arm, sensor.housing).distance(twin)), pose) for pose, arm in _arm_poses(sensor))
-    reference = f"plates meet at their pads; least distance of what moves in one from the other, {pose}"
-    return at_least(name, least, PLATES_GAP_MM, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
+    distances = {pose: float(in_place(arm, sensor.housing).distance(twin)) for pose, arm in _arm_poses(sensor)}
+    nearest = min(distances, key=distances.__getitem__)
+    reference = f"plates meet at their pads; least distance of what moves in one from the other, {nearest}"
+    return at_least(name, distances[nearest], PLATES_GAP_MM, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
 
 
 def _plate_holes(sensor: Sensor) -> Verdict:
     """Return how far a hole for a screw or a dowel is off that of the turned plate: its axis, or its radius."""
-    name, housing = "geometry.plate_holes", sensor.housing
-    drilled = hole_axes(
-        face
-        for face in sensor.part.shape.Faces()
-        if is_hole(face, housing.hole_diameter) or is_hole(face, housing.dowel_hole)
-    )
+    name = "geometry.plate_holes"
+    housing = sensor.housing
+    diameters = (housing.hole_diameter, housing.dowel_hole)
+    round_holes = [face for face in sensor.part.shape.Faces() if any(is_hole(face, d) for d in diameters)]
+    drilled = hole_axes(round_holes)
     expected = len(housing.holes) + len(housing.dowels)
     if len(drilled) != expected:
         reference = f"{len(drilled)} holes for screws and dowels in a plate: must be {expected}"
         return failed(name, 0.0, unit="mm", reference=reference)
     of_twin = sorted((-x, z, radius) for x, z, radius in drilled)
-    off = float(np.abs(np.subtract(drilled, of_twin)).max())
     reference = f"axes and radii of {expected} holes for screws and dowels in one plate against the turned one's"
+    off = _farthest_apart(drilled, of_twin)
     return equal(name, off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
 
 
-def hole_axes(faces: Iterable[cq.Face], second_axis: str = "z") -> list[tuple[float, float, float]]:
+HoleAxis = tuple[float, float, float]
+
+
+def _farthest_apart(holes: list[HoleAxis], other_holes: list[HoleAxis]) -> float:
+    return float(np.abs(np.subtract(holes, other_holes)).max())
+
+
+def hole_axes(faces: Iterable[cq.Face], second_axis: str = "z") -> list[HoleAxis]:
     """Return x and z, or another second coordinate, of the axis and the radius of round holes [mm], in order."""
     axes = []
     for face in faces:

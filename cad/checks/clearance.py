@@ -1,10 +1,11 @@
 """Distances that must stay open: frame and necks from the fruit at full travel, moving parts from their stops."""
 
+import itertools
 import math
 
 import cadquery as cq
 
-from cad.checks.line_probe import SolidLines, Vector
+from cad.checks.line_probe import UP, SolidLines, Vector
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
 from cad.parts.pose import in_place, pressed
 from cad.parts.sensor import Sensor
@@ -13,7 +14,6 @@ from cad.verdict import Verdict, at_least, failed
 LEAF_GAP_MM = 0.1  # a leaf printed this much off its place still moves freely
 STOP_SAFETY = 1.2  # a stop stands this much above the deflection at full travel
 _HEADINGS = tuple(22.5 * step for step in range(16))  # [deg] from the high tip round to the side +y
-_UP: Vector = (0.0, 0.0, 1.0)
 _REACH = 1.0  # [mm] beyond the plate, so that a cut leaves no skin
 _ON_SHUTTLE = (0.02, 0.5, 0.98)  # places that are measured, as shares of its width
 _ON_LEAF = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # and of the length from the wall
@@ -25,12 +25,15 @@ def clearance_verdicts(sensor: Sensor) -> tuple[Verdict, ...]:
     The housing is lowered by the travel. The frame is tilted by 3 degrees, or the press's own tilt where that is
     more, in 16 directions, the necks by the press's own tilt. The fruit is taken undeformed: it gives way.
     """
-    housing, solid = sensor.housing, sensor.part.shape
-    walls = [arm.wall for arm in housing.arms]
-    moving = _box(housing, min(walls), max(walls), -_REACH, housing.cavity_level)
-    necks = solid.cut(_outside_necks(housing))
+    housing = sensor.housing
+    low, high = housing.arms
+    half = 0.5 * (housing.spacing + housing.shuttle_width)
+    tip_height = 0.0 if housing.pin_side else housing.tip_height
+    moving = _box(housing, low.wall, high.wall, -_REACH, housing.cavity_level)
+    frame = sensor.part.shape.cut(moving)
+    necks = sensor.part.shape.intersect(_box(housing, -half, half, tip_height, housing.neck_level))
     return (
-        fruit_clearance_verdict("geometry.frame_clearance", sensor, solid.cut(moving)),
+        fruit_clearance_verdict("geometry.frame_clearance", sensor, frame),
         _clearance("geometry.neck_clearance", sensor, necks, press_tilt(sensor.press)),
     )
 
@@ -49,15 +52,17 @@ def moving_part(sensor: Sensor, arm: Arm) -> cq.Shape:
 
 
 def _clearance(name: str, sensor: Sensor, shape: cq.Shape, tilt: float) -> Verdict:
-    pose = f"travel {sensor.press.travel_mm:g} mm, tilt {tilt:g} deg any way"
-    above = cq.Vector(0.0, 0.0, sensor.housing.pin_out)
-    fruit, shape = sensor.fruit_box(), in_place(shape, sensor.housing).translate(above)
-    headings = _HEADINGS if tilt > 0.0 else (0.0,)
-    distances = [_signed_distance(pressed(shape, sensor.press.travel_mm, tilt, heading), fruit) for heading in headings]
-    worst = min(distances)
-    least = f"least where the side {headings[distances.index(worst)]:g} deg from +x goes down"
+    travel = sensor.press.travel_mm
+    fruit = sensor.fruit_box()
+    above_fruit = in_place(shape, sensor.housing).translate(cq.Vector(0.0, 0.0, sensor.housing.pin_out))
+    distances = {}
+    for heading in _HEADINGS if tilt > 0.0 else (0.0,):
+        distances[heading] = _signed_distance(pressed(above_fruit, travel, tilt, heading), fruit)
+    worst = min(distances, key=distances.__getitem__)
+    pose = f"travel {travel:g} mm, tilt {tilt:g} deg any way"
+    least = f"least where the side {worst:g} deg from +x goes down"
     reference = f"smallest distance to the undeformed fruit: {pose}, {least}"
-    return at_least(name, worst, 0.0, 0.0, unit="mm", reference=reference)
+    return at_least(name, distances[worst], 0.0, 0.0, unit="mm", reference=reference)
 
 
 def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
@@ -67,16 +72,6 @@ def _signed_distance(shape: cq.Shape, fruit: cq.Shape) -> float:
         return float(distance)
     common = shape.intersect(fruit)
     return float(common.BoundingBox().zmin) if common.Solids() else 0.0
-
-
-def _outside_necks(housing: Housing) -> cq.Shape:
-    """Return all but the necks between the tips and the level of the lower leaves."""
-    half = 0.5 * (housing.spacing + housing.shuttle_width)
-    far = max(abs(housing.left), abs(housing.right)) + _REACH
-    tips = _box(housing, -far, far, -_REACH, 0.0 if housing.pin_side else housing.tip_height)
-    above = _box(housing, -far, far, housing.neck_level, housing.top_level + _REACH)
-    beside = [_box(housing, x0, x1, -_REACH, housing.top_level) for x0, x1 in ((-far, -half), (half, far))]
-    return tips.fuse(above, *beside)
 
 
 def _box(housing: Housing, x0: float, x1: float, z0: float, z1: float) -> cq.Shape:
@@ -101,40 +96,39 @@ def _arm_stop_verdicts(lines: SolidLines, housing: Housing, arm: Arm, deflection
     stops = f"geometry.stops_{arm.name}"
     gap = f"geometry.deflected_gap_{arm.name}"
     limit = STOP_SAFETY * deflection
-    shuttle_stop = min(
-        _gap_above(lines, (arm.shuttle - arm.sign * fraction * housing.shuttle_width, 0.0, housing.neck_level))
-        for fraction in _ON_SHUTTLE
-    )
-    # The deflection at which each point of the upper leaf touches, by what it moves of the shuttle's deflection.
-    leaf_stops = {}
+    shuttle_stop = math.inf
+    for fraction in _ON_SHUTTLE:
+        x = arm.shuttle - arm.sign * fraction * housing.shuttle_width
+        shuttle_stop = min(shuttle_stop, _gap_above(lines, (x, 0.0, housing.neck_level)))
+    leaf_gaps = {}  # of points of the upper leaf, by how much of the shuttle's deflection they move
     for fraction in _ON_LEAF:
         moved = 3.0 * fraction**2 - 2.0 * fraction**3  # the shape of a guided leaf
         x = arm.wall + fraction * (arm.shuttle - arm.wall)
-        leaf_stops[moved] = _gap_above(lines, (x, 0.0, arm.levels[1])) / moved
+        leaf_gaps[moved] = _gap_above(lines, (x, 0.0, arm.levels[1]))
 
-    for blocked, stop in (("shuttle", shuttle_stop), ("leaf", max(leaf_stops.values()))):
-        if math.isinf(stop):
-            none = f"no stop: the {blocked} touches it already, or nothing is above"
-            return (
-                failed(stops, limit, unit="mm", reference=none),
-                failed(gap, LEAF_GAP_MM, unit="mm", reference=none),
-            )
-    leaf_stop = min(leaf_stops.values())
+    for blocked, open_distance in (("shuttle", shuttle_stop), ("leaf", max(leaf_gaps.values()))):
+        if math.isinf(open_distance):
+            reference = f"no stop: the {blocked} touches it already, or nothing is above"
+            no_stop = failed(stops, limit, unit="mm", reference=reference)
+            return no_stop, failed(gap, LEAF_GAP_MM, unit="mm", reference=reference)
+
+    leaf_stop = min(open_distance / moved for moved, open_distance in leaf_gaps.items())
     first = "shuttle" if shuttle_stop <= leaf_stop else "leaf"
     least = f"{STOP_SAFETY:g} x {deflection:.4g} mm at full travel"
-    stopped = f"lines from shuttle and leaf to the frame; limit is {least}; the {first} touches first"
-    left = min((stop - shuttle_stop) * moved for moved, stop in leaf_stops.items())
-    free = f"least distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
-    return (
-        at_least(stops, min(shuttle_stop, leaf_stop), limit, 0.0, unit="mm", reference=stopped),
-        at_least(gap, left, LEAF_GAP_MM, 0.0, unit="mm", reference=free),
-    )
+    reference = f"lines from shuttle and leaf to the frame; limit is {least}; the {first} touches first"
+    stop = at_least(stops, min(shuttle_stop, leaf_stop), limit, 0.0, unit="mm", reference=reference)
+    left = min(open_distance - shuttle_stop * moved for moved, open_distance in leaf_gaps.items())
+    reference = f"least distance between leaf and frame with the shuttle at its stop, {shuttle_stop:.4g} mm up"
+    return stop, at_least(gap, left, LEAF_GAP_MM, 0.0, unit="mm", reference=reference)
 
 
 def _gap_above(lines: SolidLines, point: Vector) -> float:
-    """Return the first open distance above the material around a point [mm]; 0 where there is no such material."""
-    spans = lines.spans(point, _UP)
-    for i, (start, end) in enumerate(spans):
-        if start <= 0.0 <= end:
-            return spans[i + 1][0] - end if i + 1 < len(spans) else math.inf
-    return 0.0
+    """Return the open distance above the material around a point [mm]; infinite where there is no such, or none above.
+
+    A bar that touches the material is one with it.
+    """
+    spans = lines.spans(point, UP)
+    for here, above in itertools.pairwise(spans):
+        if here.enter <= 0.0 <= here.leave:
+            return above.enter - here.leave
+    return math.inf

@@ -2,10 +2,10 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
-from cad.checks.line_probe import Lines, Vector
-from cad.parts.housing import Arm, Housing, Point, fillet_corners
+from cad.checks.line_probe import UP, Lines, Vector
+from cad.parts.housing import Arm, Housing, fillet_corners
 from cad.verdict import Verdict, at_least, equal, failed
 
 THICKNESS_TOLERANCE_MM = 1e-3  # a mesh file holds single precision, 4e-6 mm at 60 mm; the drawing rounds to 0.001
@@ -14,7 +14,13 @@ _BESIDE_MIDDLE = 0.03  # share of the depth, not on the plane of symmetry, where
 _ACROSS = (-0.42, _BESIDE_MIDDLE, 0.42)  # shares of the depth
 _RADIUS_TOLERANCE_MM = 0.02  # a chord of a mesh, 0.005 mm, moves the radius by 1 / (sqrt 2 - 1) of it
 _INSIDE = 0.05  # [mm] behind the sharp corner, where there is material with or without a fillet
-_DIAGONALS = tuple((x * math.sqrt(0.5), z * math.sqrt(0.5)) for x in (-1.0, 1.0) for z in (-1.0, 1.0))
+_HALF = math.sqrt(0.5)
+_DIAGONALS: tuple[Vector, ...] = (
+    (-_HALF, 0.0, -_HALF),
+    (-_HALF, 0.0, _HALF),
+    (_HALF, 0.0, -_HALF),
+    (_HALF, 0.0, _HALF),
+)
 
 
 def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Verdict, ...]:
@@ -26,26 +32,32 @@ def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tup
 
 
 def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Lines]) -> Verdict:
-    name, declared = f"geometry.leaf_thickness_{arm.name}", arm.flexure.thickness
-    worst, where = declared, ""
-    for form, lines in forms.items():
-        for x, y, z in _leaf_places(housing, arm):
-            around = [end - start for start, end in lines.spans((x, y, z), (0.0, 0.0, 1.0)) if start < 0.0 < end]
-            if not around:
-                reference = f"no leaf at x = {x:.3f}, z = {z:.3f} mm in the {form}"
-                return failed(name, declared, unit="mm", reference=reference)
-            if abs(around[0] - declared) > abs(worst - declared):
-                worst, where = around[0], f", farthest in the {form} at x = {x:.3f}, z = {z:.3f} mm"
-    reference = f"lines through both leaves at 15 places each in {', '.join(forms)}{where}"
+    name = f"geometry.leaf_thickness_{arm.name}"
+    declared = arm.flexure.thickness
+    worst = declared
+    place = ""
+    for form, point in itertools.product(forms, _leaf_points(housing, arm)):
+        here = f"in the {form} at x = {point[0]:.3f}, z = {point[2]:.3f} mm"
+        leaves = [span for span in forms[form].spans(point, UP) if span.enter < 0.0 < span.leave]
+        if not leaves:
+            return failed(name, declared, unit="mm", reference=f"no leaf {here}")
+        thickness = leaves[0].leave - leaves[0].enter
+        if abs(thickness - declared) > abs(worst - declared):
+            worst = thickness
+            place = f", farthest {here}"
+    reference = f"lines through both leaves at 15 places each in {', '.join(forms)}{place}"
     return equal(name, worst, declared, THICKNESS_TOLERANCE_MM, unit="mm", reference=reference)
 
 
-def _leaf_places(housing: Housing, arm: Arm) -> Iterator[Vector]:
-    """Yield points [mm] on the middle planes of the straight parts of both leaves."""
+def _leaf_points(housing: Housing, arm: Arm) -> list[Vector]:
+    """Return points [mm] on the middle planes of the straight parts of both leaves."""
     left, right = arm.roots
-    start, end = left + arm.flexure.fillet, right - arm.flexure.fillet
-    for level, along, across in itertools.product(arm.levels, _ALONG, _ACROSS):
-        yield start + along * (end - start), across * housing.depth, level
+    start = left + arm.flexure.fillet
+    straight = right - arm.flexure.fillet - start
+    return [
+        (start + along * straight, across * housing.depth, level)
+        for level, along, across in itertools.product(arm.levels, _ALONG, _ACROSS)
+    ]
 
 
 def fillet_verdict(housing: Housing, forms: Mapping[str, Lines]) -> Verdict:
@@ -53,19 +65,20 @@ def fillet_verdict(housing: Housing, forms: Mapping[str, Lines]) -> Verdict:
 
     The forms stand in the sensor frame. A corner without a fillet counts as radius 0.
     """
-    corners, limit = fillet_corners(housing), housing.low.fillet
-    radius, form, (x, z) = min(
-        (_radius(lines, corner, _BESIDE_MIDDLE * housing.depth), form, corner)
-        for form, lines in forms.items()
-        for corner in corners
-    )
-    reference = f"diagonals through {len(corners)} corners; least in the {form} at x = {x:.3f}, z = {z:.3f} mm"
-    return at_least("geometry.fillets", radius, limit, _RADIUS_TOLERANCE_MM, unit="mm", reference=reference)
+    corners = fillet_corners(housing)
+    beside_middle = _BESIDE_MIDDLE * housing.depth
+    radii = {}
+    for form, (x, z) in itertools.product(forms, corners):
+        radii[f"in the {form} at x = {x:.3f}, z = {z:.3f} mm"] = _radius(forms[form], (x, beside_middle, z))
+    place = min(radii, key=radii.__getitem__)
+    reference = f"diagonals through {len(corners)} corners; least {place}"
+    limit = housing.low.fillet
+    return at_least("geometry.fillets", radii[place], limit, _RADIUS_TOLERANCE_MM, unit="mm", reference=reference)
 
 
-def _radius(lines: Lines, corner: Point, y: float) -> float:
+def _radius(lines: Lines, corner: Vector) -> float:
     """Return the radius [mm] of the arc that a diagonal meets where it leaves the material into the open quarter."""
-    start: Vector = (corner[0], y, corner[1])
-    spans = [span for x, z in _DIAGONALS for span in lines.spans(start, (x, 0.0, z))]
-    exits = [end for begin, end in spans if begin < -_INSIDE < end]
+    exits = []
+    for diagonal in _DIAGONALS:
+        exits += [span.leave for span in lines.spans(corner, diagonal) if span.enter < -_INSIDE < span.leave]
     return max(0.0, min(exits, default=0.0)) / (math.sqrt(2.0) - 1.0)

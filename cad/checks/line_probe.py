@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+import math
+from typing import NamedTuple, Protocol
 
 import cadquery as cq
 import numpy as np
@@ -13,8 +14,14 @@ from cad.checks.triangle_checks import Floats
 from cad.parts.part import NEAR_MM
 
 Vector = tuple[float, float, float]
-Span = tuple[float, float]
-"""Where a line enters the material and where it leaves it [mm along the line]."""
+UP: Vector = (0.0, 0.0, 1.0)
+
+
+class Span(NamedTuple):
+    """Where a line enters the material and where it leaves it [mm along the line]."""
+
+    enter: float
+    leave: float
 
 
 class Lines(Protocol):
@@ -63,4 +70,12 @@ def _paired(crossings: Floats) -> tuple[Span, ...]:
     single = ordered[is_new]
     if len(single) % 2:
         return ()
-    return tuple((float(entry), float(leave)) for entry, leave in single.reshape(-1, 2))
+    return tuple(Span(float(enter), float(leave)) for enter, leave in single.reshape(-1, 2))
+
+
+def open_ahead(lines: Lines, start: Vector, direction: Vector) -> float:
+    """Return the open distance from a point to the first material [mm]; nan inside material, inf without any."""
+    spans = lines.spans(start, direction)
+    if any(span.enter <= 0.0 <= span.leave for span in spans):
+        return math.nan
+    return min((span.enter for span in spans if span.enter > 0.0), default=math.inf)

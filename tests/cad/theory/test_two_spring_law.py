@@ -1,6 +1,5 @@
 """The paper's numbers: WCECS 2019, ISBN 978-988-14048-7-9; stiffnesses there in N/m, so some tests use N/m."""
 
-import dataclasses
 import math
 
 import pytest
@@ -27,6 +26,7 @@ P_MAX = st.floats(1.01, 100.0)
 NL = st.floats(1e-4, 0.49)
 STIFFNESS = st.floats(1e-6, 1e6)
 DEFINITION = st.sampled_from(["mid-range", "largest"])
+RATIO = st.sampled_from([1.0, 0.8, 0.953, 1.3])
 
 
 def test_paper_springs_follow_from_its_targets():
@@ -75,20 +75,22 @@ def test_largest_nonlinearity_is_not_at_mid_range():
     assert nonlinearity(springs, PAPER_K_M, "largest") == pytest.approx(0.05013, abs=5e-6)
 
 
-@given(P_max=P_MAX, NL=NL, K_m_max=STIFFNESS)
-def test_largest_is_the_largest_over_the_range(P_max, NL, K_m_max):
-    springs = size_springs(P_max, NL, K_m_max)
-    departures = [(force_ratio(springs, i / 200 * K_m_max) - 1.0) / (P_max - 1.0) - i / 200 for i in range(1, 201)]
-    largest = nonlinearity(springs, K_m_max, "largest")
+@given(P_max=P_MAX, NL=NL, K_m_max=STIFFNESS, q=RATIO)
+def test_largest_is_the_largest_over_the_range(P_max, NL, K_m_max, q):
+    springs = size_springs(P_max * q, NL, K_m_max, stiffness_ratio=q)
+    steps = [step / 200 for step in range(1, 201)]
+    departures = [(force_ratio(springs, x * K_m_max, q) / q - 1.0) / (P_max - 1.0) - x for x in steps]
+    largest = nonlinearity(springs, K_m_max, "largest", q)
     assert largest >= max(departures) - 1e-9
     assert largest == pytest.approx(max(departures), rel=1e-2)  # the grid's own error, 1/200 beside a flat top
 
 
-@given(P_max=P_MAX, NL=NL, K_m_max=STIFFNESS, definition=DEFINITION)
-def test_sized_springs_meet_both_targets(P_max, NL, K_m_max, definition):
-    springs = size_springs(P_max, NL, K_m_max, definition)
-    assert force_ratio(springs, K_m_max) == pytest.approx(P_max, rel=ROUND_OFF)
-    assert nonlinearity(springs, K_m_max, definition) == pytest.approx(NL, rel=1e-6, abs=1e-9)  # P - 1 cancels digits
+@given(P_max=P_MAX, NL=NL, K_m_max=STIFFNESS, definition=DEFINITION, q=RATIO)
+def test_sized_springs_meet_both_targets(P_max, NL, K_m_max, definition, q):
+    """On the middle of a fruit, q = 1, and off it."""
+    springs = size_springs(P_max * q, NL, K_m_max, definition, q)
+    assert force_ratio(springs, K_m_max, q) == pytest.approx(P_max * q, rel=ROUND_OFF)
+    assert nonlinearity(springs, K_m_max, definition, q) == pytest.approx(NL, rel=1e-6, abs=1e-9)  # P - q cancels
 
 
 @given(P_max=P_MAX, NL=NL, K_m_max=STIFFNESS, share=st.floats(0.001, 1.0))
@@ -104,71 +106,35 @@ def test_springs_scale_with_the_fruit_and_with_the_unit(P_max, NL, K_m_max, defi
     assert (other.K_l, other.K_h) == pytest.approx((unit * one.K_l, unit * one.K_h), rel=ROUND_OFF)
 
 
-@pytest.mark.parametrize("P_max", [2.0, 5.0, 50.0])
-@pytest.mark.parametrize("NL", [0.01, 0.05, 0.3])
-def test_high_spring_depends_on_NL_alone(P_max, NL):
-    assert size_springs(P_max, NL, 1.0).K_h == pytest.approx((1.0 - 2.0 * NL) / (4.0 * NL), rel=ROUND_OFF)
-
-
 def test_springs_in_series_are_softer_than_either():
     assert series_stiffness(3.0, 6.0) == pytest.approx(2.0)
 
 
-def test_planted_wrong_spring_misses_both_targets():
-    springs = size_springs(5.0, 0.05, PAPER_K_M)
-    wrong = dataclasses.replace(springs, K_h=1.01 * springs.K_h)
-    assert abs(force_ratio(wrong, PAPER_K_M) / 5.0 - 1.0) > 1e-3
-    assert abs(nonlinearity(wrong, PAPER_K_M) - 0.05) > 3e-4
-
-
 @pytest.mark.parametrize("P", [1.0, 0.5, 17300.0 / 753.0, 23.0, math.nan, math.inf])
 def test_force_ratio_out_of_reach_is_refused(P):
-    with pytest.raises(ValueError, match=rf"^P = {P:g}: must be greater than 1 and less than K_h/K_l = 22.9748; check"):
+    with pytest.raises(ValueError, match=f"^P = {P:g}"):
         fruit_stiffness(PAPER, P)
 
 
-@pytest.mark.parametrize(
-    ("targets", "shown"),
-    [
-        ((1.0, 0.05, 4.0), "P_max = 1, NL = 0.05, K_m_max = 4 N/mm: must be"),
-        ((5.0, 0.0, 4.0), "NL = 0,"),
-        ((5.0, 0.5, 4.0), "NL = 0.5,"),
-        ((5.0, math.nan, 4.0), "NL = nan,"),
-        ((5.0, 0.05, 0.0), "K_m_max = 0 N/mm: must be"),
-        ((5.0, 0.05, math.inf), "K_m_max = inf N/mm: must be"),
-    ],
-)
-def test_targets_that_no_springs_meet_are_refused(targets, shown):
-    with pytest.raises(ValueError, match=r"must be P_max > 1, 0 < NL < 0.5, K_m_max > 0") as caught:
-        size_springs(*targets)
-    assert shown in str(caught.value)
+@pytest.mark.parametrize("K_m_max", [0.0, 4.0, math.inf])
+@pytest.mark.parametrize(("P_max", "NL"), [(1.0, 0.05), (5.0, 0.0), (5.0, 0.5), (5.0, math.nan), (5.0, 0.05)])
+def test_targets_that_no_springs_meet_are_refused(P_max, NL, K_m_max):
+    if (P_max, NL, K_m_max) == (5.0, 0.05, 4.0):
+        assert size_springs(P_max, NL, K_m_max)
+        return
+    with pytest.raises(ValueError, match=f"P_max = {P_max:g}, NL = {NL:g}, K_m_max = {K_m_max:g}"):
+        size_springs(P_max, NL, K_m_max)
 
 
 @pytest.mark.parametrize(("K_l", "K_h"), [(0.0, 1.0), (-1.0, 1.0), (1.0, 0.0), (1.0, math.inf), (math.nan, 1.0)])
 def test_springs_that_are_none_are_refused(K_l, K_h):
-    message = (
-        rf"^K_l = {K_l * 1e3:g} N/m, K_h = {K_h * 1e3:g} N/m: must be greater than 0 and finite; check the stiffnesses$"
-    )
-    with pytest.raises(ValueError, match=message.replace("+", r"\+")):
+    with pytest.raises(ValueError, match="^K_l = "):
         Springs(K_l=K_l, K_h=K_h)
 
 
 def test_springs_that_scatter_out_of_order_still_have_a_ratio():
     """Springs sized for P_max near 1 lie closer together than a print scatters: P is then under 1, and no error."""
     assert force_ratio(Springs(K_l=2.0, K_h=1.0), 1.0) == pytest.approx((1.0 / 2.0) / (2.0 / 3.0))
-
-
-def test_springs_are_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        PAPER.K_l = 1.0
-
-
-@pytest.mark.parametrize("definition", ["mid-range", "largest"])
-@pytest.mark.parametrize("q", [0.8, 0.953, 1.0, 1.3])
-def test_springs_sized_off_the_middle_of_a_fruit_meet_both_targets(q, definition):
-    springs = size_springs(5.0, 0.05, 4.6, definition, q)
-    assert force_ratio(springs, 4.6, q) == pytest.approx(5.0, rel=1e-12)
-    assert nonlinearity(springs, 4.6, definition, q) == pytest.approx(0.05, rel=1e-10)
 
 
 def test_force_ratio_off_the_middle_is_that_of_two_springs_in_series_each():
@@ -179,14 +145,6 @@ def test_force_ratio_off_the_middle_is_that_of_two_springs_in_series_each():
     found = force_ratio(springs, E / (s11 - s12), (s11 - s12) / (s22 - s12))
     assert found == pytest.approx(exact, rel=1e-12)
     assert fruit_stiffness(springs, found, (s11 - s12) / (s22 - s12)) == pytest.approx(E / (s11 - s12), rel=1e-9)
-
-
-def test_largest_nonlinearity_off_the_middle_is_the_largest():
-    springs, q = Springs(K_l=0.9, K_h=20.0), 0.9
-    largest = nonlinearity(springs, 4.6, "largest", q)
-    rise = force_ratio(springs, 4.6, q) - q
-    everywhere = [(force_ratio(springs, 4.6 * i / 400, q) - q) / rise - i / 400 for i in range(1, 400)]
-    assert largest == pytest.approx(max(everywhere), rel=1e-4)
 
 
 @pytest.mark.parametrize("definition", ["mid-range", "largest"])
