@@ -15,12 +15,7 @@ _ACROSS = (-0.42, _BESIDE_MIDDLE, 0.42)  # shares of the depth
 _RADIUS_TOLERANCE_MM = 0.02  # a chord of a mesh, 0.005 mm, moves the radius by 1 / (sqrt 2 - 1) of it
 _INSIDE = 0.05  # [mm] behind the sharp corner, where there is material with or without a fillet
 _HALF = math.sqrt(0.5)
-_DIAGONALS: tuple[Vector, ...] = (
-    (-_HALF, 0.0, -_HALF),
-    (-_HALF, 0.0, _HALF),
-    (_HALF, 0.0, -_HALF),
-    (_HALF, 0.0, _HALF),
-)
+_DIAGONALS = tuple((x, 0.0, z) for x in (-_HALF, _HALF) for z in (-_HALF, _HALF))
 
 
 def leaf_thickness_verdicts(housing: Housing, forms: Mapping[str, Lines]) -> tuple[Verdict, ...]:

@@ -112,7 +112,7 @@ def test_springs_in_series_are_softer_than_either():
 
 @pytest.mark.parametrize("P", [1.0, 0.5, 17300.0 / 753.0, 23.0, math.nan, math.inf])
 def test_force_ratio_out_of_reach_is_refused(P):
-    with pytest.raises(ValueError, match=f"^P = {P:g}"):
+    with pytest.raises(ValueError, match=f"P = {P:g}"):
         fruit_stiffness(PAPER, P)
 
 
@@ -128,7 +128,7 @@ def test_targets_that_no_springs_meet_are_refused(P_max, NL, K_m_max):
 
 @pytest.mark.parametrize(("K_l", "K_h"), [(0.0, 1.0), (-1.0, 1.0), (1.0, 0.0), (1.0, math.inf), (math.nan, 1.0)])
 def test_springs_that_are_none_are_refused(K_l, K_h):
-    with pytest.raises(ValueError, match="^K_l = "):
+    with pytest.raises(ValueError, match="K_l = "):
         Springs(K_l=K_l, K_h=K_h)
 
 
