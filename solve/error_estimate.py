@@ -3,8 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from scipy.optimize import brentq
-
 RATE_BAND = (0.5, 2.0)  # of the expected rate: outside, the meshes are not yet in the range where the rate holds
 _SEARCH = (0.05, 10.0)  # of the expected rate
 _WIDE = 3.0  # factor where the observed rate is not sane; P. J. Roache, J. Fluids Eng. 116, 1994
@@ -66,6 +64,8 @@ def richardson(values: Sequence[float], sizes: Sequence[float], expected_rate: f
     rate = None
     spread = 0.0  # of the limits at the observed and at the expected rate
     if excess(slowest) * excess(fastest) <= 0.0:
+        from scipy.optimize import brentq  # seldom needed, and slow to load: a reading is instant
+
         rate = float(brentq(excess, slowest, fastest))
         spread = abs(last_step / (last_ratio**rate - 1.0) - correction)
 
