@@ -77,13 +77,10 @@ def _write(calibration: "Calibration", arguments: Namespace) -> None:
 def _as_mapping(calibration: "Calibration") -> dict[str, object]:
     from dataclasses import asdict
 
-    keys = ("K_N_per_m", "K_percent")
-    return {
-        "tips": list(calibration.unit.tips),
-        "method": calibration.unit.method,
-        **{key: list(getattr(calibration.unit, key)) for key in keys},
-        "design_K_N_per_m": [1e3 * K for K in calibration.nominal],
-        "table": [
+    unit = calibration.unit
+    table = []
+    for row in calibration.table:
+        table.append(
             {
                 "E_MPa": row.E,
                 "F_N": list(row.forces),
@@ -91,13 +88,19 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
                 "u_percent": 100.0 * row.u,
                 "with_design_stiffness_percent": 100.0 * row.with_design,
             }
-            for row in calibration.table
-        ],
+        )
+    trims = []
+    for tip, longer in zip(unit.tips, calibration.trims, strict=False):
+        trims.append({"tip": tip, "leaf_longer_mm": longer})
+    return {
+        "tips": list(unit.tips),
+        "method": unit.method,
+        "K_N_per_m": list(unit.K_N_per_m),
+        "K_percent": list(unit.K_percent),
+        "design_K_N_per_m": [1e3 * K for K in calibration.nominal],
+        "table": table,
         "verdicts": [asdict(verdict) for verdict in calibration.verdicts],
-        "trims": [
-            {"tip": tip, "leaf_longer_mm": longer}
-            for tip, longer in zip(calibration.unit.tips, calibration.trims, strict=False)
-        ],
+        "trims": trims,
     }
 
 

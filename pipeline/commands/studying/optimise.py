@@ -38,60 +38,66 @@ def execute(arguments: Namespace) -> int:
             "how", study.how, "", "search, with [optimise] in the file", "leave samples and points out"
         )
     refuse_two_engines(arguments)
-    folder, force = arguments.out or Path("outputs") / study.name, arguments.force
-    refuse_occupied(folder, force=force)
+    folder = arguments.out or Path("outputs") / study.name
+    refuse_occupied(folder, force=arguments.force)
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         candidates = search(study, folder, engine, progress)
     with stored_study(folder) as store:
-        write_pareto(study, candidates, folder, force=force)
-        proof = prove(study, candidates, folder, force=force)
+        write_pareto(study, candidates, folder, force=arguments.force)
+        proof = prove(study, candidates, folder, force=arguments.force)
         messages = store.messages()
     with answering():
-        _print(folder, candidates, proof, messages, as_json=arguments.json)
-        if not arguments.json and proof is not None and proof.candidate == base_candidate(study, candidates):
-            print("nothing better than the base was found: it is the base itself")
+        if arguments.json:
+            print_json(_as_mapping(candidates, proof, messages))
+        else:
+            _print_counts(candidates, messages)
+            _print_proof(candidates, proof, folder)
+            if proof is not None and proof.candidate == base_candidate(study, candidates):
+                print("nothing better than the base was found: it is the base itself")
     return PASSED if proof is not None and proof.passed else FAILED
 
 
-def _print(
-    folder: Path,
-    candidates: "tuple[Candidate, ...]",
-    proof: "Proof | None",
-    messages: dict[str, int],
-    *,
-    as_json: bool,
-) -> None:
-    possible = sum(one.violation == 0.0 for one in candidates)
-    if as_json:
-        counts = {"candidates": len(candidates), "possible": possible, "messages": messages}
-        print_json(counts | ({"design": None, "passed": None} if proof is None else _plain(proof)))
-        return
+def _as_mapping(
+    candidates: "tuple[Candidate, ...]", proof: "Proof | None", messages: dict[str, int]
+) -> dict[str, object]:
+    data: dict[str, object] = {
+        "candidates": len(candidates),
+        "possible": sum(candidate.violation == 0.0 for candidate in candidates),
+        "messages": messages,
+        "design": None,
+        "passed": None,
+    }
+    if proof is not None:
+        data["design"] = None if proof.design is None else str(proof.design)
+        data["passed"] = proof.passed
+        data["value"] = proof.candidate.value
+        data["settings"] = dict(proof.candidate.result.settings)
+    return data
+
+
+def _print_counts(candidates: "tuple[Candidate, ...]", messages: dict[str, int]) -> None:
+    possible = sum(candidate.violation == 0.0 for candidate in candidates)
     print(f"{len(candidates)} candidates, {possible} of them pass the verdicts that the file names")
     for message, count in messages.items():
         print(f"  {count} x {message}")
-    if proof is None and all(one.result.status != "done" for one in candidates):
-        print("no candidate has results: change what the messages name, under [vary], [set] or in the base")
-        return
+
+
+def _print_proof(candidates: "tuple[Candidate, ...]", proof: "Proof | None", folder: Path) -> None:
+    """Print the best candidate and how its run ended, or why there is none."""
     if proof is None:
-        print("no candidate passes: widen the spans under [vary], or name fewer verdicts")
+        if any(candidate.result.status == "done" for candidate in candidates):
+            print("no candidate passes: widen the spans under [vary], or name fewer verdicts")
+        else:
+            print("no candidate has results: change what the messages name, under [vary], [set] or in the base")
         return
-    _print_best(proof, folder)
-    if (folder / "pareto.svg").exists():
-        print(f"{folder / 'pareto.svg'}")
-
-
-def _plain(proof: "Proof") -> dict[str, object]:
-    best = proof.candidate
-    settings = dict(best.result.settings)
-    design = None if proof.design is None else str(proof.design)
-    return {"design": design, "passed": proof.passed, "value": best.value, "settings": settings}
-
-
-def _print_best(proof: "Proof", folder: Path) -> None:
     best = proof.candidate
     title = "best" if proof.passed else "the last that was run, as none passes in full"
     print(f"{title}: {best.value:.4g} at point {best.result.number}")
     for key, value in best.result.settings.items():
-        print(f"  {key} = {value:.6g}" if isinstance(value, float) else f"  {key} = {value}")
+        shown = f"{value:.6g}" if isinstance(value, float) else value
+        print(f"  {key} = {shown}")
     print(f"its run {'passes' if proof.passed else 'does not pass'} all verdicts")
-    print(f"{proof.design or folder / 'best'}")
+    print(proof.design or folder / "best")
+    plot = folder / "pareto.svg"
+    if plot.exists():
+        print(plot)

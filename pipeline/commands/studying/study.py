@@ -11,8 +11,6 @@ from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_f
 if TYPE_CHECKING:
     from pipeline.study.execute import StudySummary
     from pipeline.study.sensitivity import Sensitivity
-    from pipeline.study.store import StudyStore
-    from pipeline.study.study_file import Study
 
 PURPOSE = "solve many designs around one: what varies, how, and what is wanted stand in a file"
 EXAMPLE = "pipeline study springs.toml --export springs.csv"
@@ -60,31 +58,30 @@ def execute(arguments: Namespace) -> int:
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         summary = run_study(study, folder, engine, progress)
     with stored_study(folder) as store:
-        _write(store, study, arguments.export, page, force=arguments.force)
+        if arguments.export is not None:
+            from pipeline.study.table import export_table
+
+            export_table(store, study, arguments.export, force=arguments.force)
+        if page is not None:
+            from pipeline.study.page import write_page
+
+            write_page(store, study, page, force=arguments.force)
         refusals = store.messages()
-        shares = sensitivities(store, study) if study.how == "sensitivity" else ()
+        indices = sensitivities(store, study) if study.how == "sensitivity" else ()
     with answering():
-        _print(summary, refusals, shares, as_json=arguments.json)
+        if arguments.json:
+            print_json(_as_mapping(summary, refusals, indices))
+        else:
+            _print_counts(summary, refusals)
+            _print_sensitivities(indices)
     return FAILED if summary.failed or not summary.done else PASSED
-
-
-def _write(store: "StudyStore", study: "Study", table: Path | None, page: Path | None, *, force: bool) -> None:
-    """Write what is asked for beside the points."""
-    if table is not None:
-        from pipeline.study.table import export_table
-
-        export_table(store, study, table, force=force)
-    if page is not None:
-        from pipeline.study.page import write_page
-
-        write_page(store, study, page, force=force)
 
 
 def _refuse_outputs(table: Path | None, page: Path | None, folder: Path, *, force: bool) -> None:
     """Raise InputError where what is asked for beside the points could not be written."""
-    from pipeline.study.table import refuse_export
-
     if table is not None:
+        from pipeline.study.table import refuse_export
+
         refuse_export(table, folder, force=force)
     if page is not None:
         from pipeline.study.page import refuse_page
@@ -95,47 +92,47 @@ def _refuse_outputs(table: Path | None, page: Path | None, folder: Path, *, forc
 def refuse_two_engines(arguments: Namespace) -> None:
     """Raise InputError where both processes and a scheduler are asked for."""
     if arguments.processes is not None and arguments.scheduler is not None:
-        raise validation_error(
-            "--processes", arguments.processes, "", "left out beside --scheduler", "the cluster has its workers"
-        )
+        hint = "the cluster has its workers"
+        raise validation_error("--processes", arguments.processes, "", "left out beside --scheduler", hint)
 
 
-def _plain(summary: "StudySummary") -> dict[str, object]:
+def _as_mapping(
+    summary: "StudySummary", refusals: dict[str, int], indices: "tuple[Sensitivity, ...]"
+) -> dict[str, object]:
     model = summary.interpolation
-    names = ("points", "done", "refused", "failed", "solved", "seconds")
     return {
         "folder": str(summary.folder),
-        **{name: getattr(summary, name) for name in names},
+        "points": summary.points,
+        "done": summary.done,
+        "refused": summary.refused,
+        "failed": summary.failed,
+        "solved": summary.solved,
+        "seconds": summary.seconds,
         "surrogate": None if model is None else {"solves": model.solves, "error": model.error},
+        "messages": refusals,
+        "sensitivities": [asdict(index) for index in indices],
     }
 
 
-def _print(
-    summary: "StudySummary", messages: dict[str, int], shares: "tuple[Sensitivity, ...]", *, as_json: bool
-) -> None:
-    if as_json:
-        print_json({**_plain(summary), "messages": messages, "sensitivities": [asdict(one) for one in shares]})
-    else:
-        _print_counts(summary, messages)
-        _print_sensitivities(shares)
-
-
-def _print_counts(summary: "StudySummary", messages: dict[str, int]) -> None:
+def _print_counts(summary: "StudySummary", refusals: dict[str, int]) -> None:
+    """Print how the points ended, why some were refused, and what the solved ones cost."""
     print(f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed")
     model = summary.interpolation
     if model is not None:
         print(f"contact interpolated between {model.solves} solves, K_m / E off by at most {100.0 * model.error:.2g} %")
-    for message, count in messages.items():
+    for message, count in refusals.items():
         print(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")
     if summary.solved:
         rate = summary.solved / summary.seconds
         print(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points a second")
-    print(f"{summary.folder / 'study.sqlite'}")
+    print(summary.folder / "study.sqlite")
 
 
-def _print_sensitivities(shares: "tuple[Sensitivity, ...]") -> None:
-    """Print which share of the variance of each number a key makes, alone and with others, with 95 % intervals."""
-    for one in shares:
-        first, total = one.first_interval, one.total_interval
-        alone = f"alone {one.first:.3f} ({first[0]:.3f} to {first[1]:.3f})"
-        print(f"{one.wanted} by {one.key}: {alone}, with others {one.total:.3f} ({total[0]:.3f} to {total[1]:.3f})")
+def _print_sensitivities(indices: "tuple[Sensitivity, ...]") -> None:
+    """Print which fraction of the variance of each number a key makes, alone and with others, with 95 % intervals."""
+    for index in indices:
+        alone_low, alone_high = index.first_interval
+        total_low, total_high = index.total_interval
+        alone = f"alone {index.first:.3f} ({alone_low:.3f} to {alone_high:.3f})"
+        total = f"with others {index.total:.3f} ({total_low:.3f} to {total_high:.3f})"
+        print(f"{index.wanted} by {index.key}: {alone}, {total}")
