@@ -187,18 +187,20 @@ def candidate_of(study: Study, result: PointResult) -> Candidate:
 
 
 def _violation(name: str, values: Mapping[str, object]) -> float:
-    """Return by how much a verdict fails [1]; whether a process can make a spring may be left to the run to decide."""
+    """Return by how much a verdict fails, or comes too near to its limit [1]; 0 where it passes."""
     value, limit, tolerance, passed = (values[f"verdicts.{name}.{word}"] for word in VERDICT_FIELDS)
     if passed is None and name.startswith("printable."):
-        return 0.0
+        return 0.0  # whether a process can make a spring is left to the run to decide
     if not _is_number(value) or not _is_number(limit):
         return 0.0 if passed else 1.0
-    # A limit of 0 is no measure of a distance: its tolerance is, or the unit of the verdict.
-    scale = abs(limit) or (abs(tolerance) if _is_number(tolerance) else 0.0) or 1.0
+    scale = abs(limit)
+    if scale == 0.0:  # no measure of a distance: the tolerance is, or the unit of the verdict
+        scale = abs(tolerance) if _is_number(tolerance) and tolerance else 1.0
     distance = abs(value - limit) / scale
     if not passed:
         return MARGIN + distance
-    return 0.0 if tolerance else max(0.0, MARGIN - distance)  # a target has a tolerance, a limit has none
+    is_target = bool(tolerance)  # which is met on either side; a limit is kept by a margin
+    return 0.0 if is_target else max(0.0, MARGIN - distance)
 
 
 def refuse_occupied(folder: Path, *, force: bool = False) -> None:

@@ -82,17 +82,22 @@ def sobol_fractions(keys: int, seed: int, start: int, stop: int) -> list[list[fl
 
 
 def _exchanged(study: Study, start: int, stop: int) -> Iterator[Point]:
-    """Yield points of a study of sensitivities: sample A, sample B, then for each key A with this key from B."""
+    """Yield points of a study of sensitivities, in blocks of `samples`.
+
+    Block 0 is sample A, block 1 sample B, and each further one, for one key after the other, A with this key from B.
+    """
     keys = len(study.vary)
     while start < stop:
-        block, row = divmod(start, study.samples)
+        block, first_row = divmod(start, study.samples)
         end = min(stop, (block + 1) * study.samples)
-        for number, drawn in enumerate(sobol_fractions(2 * keys, study.seed, row, row + end - start), start):
-            sample_A = drawn[:keys]
-            sample_B = drawn[keys:]
+        rows = sobol_fractions(2 * keys, study.seed, first_row, first_row + end - start)
+        for number, row in enumerate(rows, start):
+            sample_A = row[:keys]
+            sample_B = row[keys:]
             fractions = sample_B if block == 1 else sample_A
             if block > 1:
-                fractions[block - 2] = sample_B[block - 2]
+                exchanged = block - 2
+                fractions[exchanged] = sample_B[exchanged]
             yield point_at(study, number, fractions)
         start = end
 

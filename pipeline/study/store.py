@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import asdict
 from importlib.metadata import version
@@ -235,8 +235,8 @@ def _refuse_other(path: Path, kept: Plain, asked: Plain) -> None:
     for key in {**before, **now}:
         if before.get(key) == now.get(key) or (key in growing and now[key] > before[key]):
             continue
-        bound = f"{_short(before.get(key))}, as in {path}"
-        raise validation_error(key, _short(now.get(key)), "", bound, "change it back, or name another --out")
+        bound = f"{_json(before.get(key))[:_LONGEST_VALUE]}, as in {path}"
+        raise validation_error(key, _json(now.get(key)), "", bound, "change it back, or name another --out")
 
 
 def _leaves(name: str, data: object) -> Plain:
@@ -249,21 +249,9 @@ def _leaves(name: str, data: object) -> Plain:
     return leaves
 
 
-def _short(value: object) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
-
-
 def _json(value: object) -> str:
-    """Return a value as JSON; raises TypeError for what is no plain data, ValueError for a number not finite."""
-    return json.dumps(value, allow_nan=False, default=_as_dict)
-
-
-def _as_dict(value: object) -> object:
-    if isinstance(value, Mapping):
-        return dict(value)
-    msg = f"{type(value).__name__}: must be plain data; turn it into some first"
-    raise TypeError(msg)
+    """Return plain data as JSON; raises TypeError for anything else, ValueError for a number not finite."""
+    return json.dumps(value, allow_nan=False, default=dict)
 
 
 def _digest(cells: Sequence[object]) -> str:

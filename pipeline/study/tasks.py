@@ -85,7 +85,8 @@ def _solved(study: Study, interpolation: InterpolatedContact | None, folder: Pat
     audit = None
     try:
         values = _values(study, interpolation, folder, point)
-        if interpolation is not None and _is_audited(study, point.number):
+        # An audit is drawn by the number of the point, so that a resumed study draws the same ones.
+        if interpolation is not None and np.random.default_rng([study.seed, point.number]).random() < study.audit:
             audit = _values(study, None, folder, point)
     except Exception as failure:
         causes = (failure, failure.__cause__)
@@ -104,11 +105,6 @@ def _solved(study: Study, interpolation: InterpolatedContact | None, folder: Pat
         seconds=time.process_time() - start,
         audit=audit,
     )
-
-
-def _is_audited(study: Study, number: int) -> bool:
-    """Say whether a point is drawn for a full solve: by its number, so that a resumed study draws the same ones."""
-    return np.random.default_rng([study.seed, number]).random() < study.audit
 
 
 def _values(

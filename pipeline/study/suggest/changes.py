@@ -74,7 +74,8 @@ def in_words(changes: Changes) -> str:
 def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[Sweep]:
     """Return the changes that may mend some verdicts, with fewer steps where contact is solved on cells."""
     if "geometry.layout" in failed:  # no housing is drawn for a line: no other key mends it
-        return [[_other_layout(design, layout.name)] for layout in LAYOUTS.values() if layout.has_housing]
+        without_line = _unset(design, "tips.order", "tips.outer_mm")
+        return [[{"tips.layout": layout.name, **without_line}] for layout in LAYOUTS.values() if layout.has_housing]
     reads = not _OF_THE_READING.isdisjoint(failed)
     springs_fail = not _OF_THE_SPRINGS.isdisjoint(failed)
     smaller, larger = _factors(design, on_cells=on_cells)
@@ -171,11 +172,6 @@ def _of_the_reading(design: Design, failed: Collection[str]) -> list[Sweep]:
     if not {"reading.lift", "reading.bias"}.isdisjoint(failed):
         found += _scaled(design, "reading.tilt_deg", SMALLER[:7])
     return found
-
-
-def _other_layout(design: Design, layout: str) -> Changes:
-    """Return another layout, without the keys of a line."""
-    return {"tips.layout": layout, **_unset(design, "tips.order", "tips.outer_mm")}
 
 
 def _unset(design: Design, *keys: str) -> dict[str, None]:

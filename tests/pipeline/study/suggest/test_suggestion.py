@@ -12,7 +12,7 @@ from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.options import RunOptions, load_design
 from pipeline.study.suggest import suggestion as room
-from pipeline.study.suggest.changes import changed, size, written
+from pipeline.study.suggest.changes import changed, size, sweeps, written
 from pipeline.study.suggest.suggestion import Search, suggestion
 
 BRUISED = Design(fruit=Fruit(bruise_limit_MPa=0.29))
@@ -127,6 +127,59 @@ def test_design_that_passes_stays_and_one_that_fails_is_proved_by_a_run(runs):
     assert list(mended.changes) == ["press.travel_mm"]
     assert runs[2:] == [mended.changed]
     assert all(verdict.passed for verdict in mended.verdicts)
+
+
+@pytest.mark.usefixtures("runs")
+@pytest.mark.parametrize(("free", "tried"), [("none", 0), ("tips.spacing_mm", 15)])
+def test_nothing_is_suggested_where_no_key_that_may_change_helps(free, tried):
+    """Of the spacing there are ten smaller and five larger ones, and none takes a tenth of the pressure away."""
+    keys = {"press.travel_mm", "tips.side_mm", "tips.spacing_mm"} - {free}
+    stays = suggestion(BRUISED, RunOptions(), frozenset(keys))
+    assert (stays.changes, stays.runs) == (None, 1)
+    assert stays.tried <= tried
+    assert ("tips.spacing_mm" in stays.reason) is (tried > 0)
+
+
+def test_travel_is_shortened_by_what_the_worst_clearance_lacks(monkeypatch):
+    """A clearance grows by as much as the travel shrinks; 2 % are kept. What passes, and a bruise, ask for nothing."""
+    designs = []
+
+    def too_tight(design, _options):
+        designs.append(design)
+        if len(designs) > 1:
+            return dataclasses.replace(result_of(design), verdicts=(GOOD,))
+        clearance = dataclasses.replace(GOOD, name="geometry.frame_clearance", limit=0.2, passed=False)
+        rows = [
+            dataclasses.replace(clearance, value=0.15),
+            dataclasses.replace(clearance, name="geometry.neck_clearance", value=0.1),
+            dataclasses.replace(clearance, name="geometry.cover_over_fruit", value=0.0, passed=True),
+            dataclasses.replace(clearance, name="bruise", value=2.0),
+        ]
+        return dataclasses.replace(result_of(design), verdicts=tuple(rows))
+
+    monkeypatch.setattr(room, "run", too_tight)
+    mended = suggestion(Design(), RunOptions())
+    assert (mended.changes, mended.runs) == ({"press.travel_mm": 0.49}, 2)  # 0.98 (0.6 - 0.1)
+    designs.clear()
+    kept = frozenset({"press.travel_mm", "tips.side_mm", "tips.spacing_mm"})
+    assert (suggestion(Design(), RunOptions(), kept).changes, len(designs)) == (None, 1)
+
+
+@pytest.mark.parametrize(
+    ("design", "failed", "keys"),
+    [
+        (STIFF, {"printable.high"}, {"targets.NL", "targets.P_max", "print.process", "press.travel_mm"}),
+        (dataclasses.replace(LINE, targets=Targets()), {"K_l"}, {"springs.K_l_N_per_m", "springs.K_h_N_per_m",
+         "print.process", "press.travel_mm"}),
+        (Design(), {"geometry.frame_clearance"}, {"press.travel_mm"}),
+        (Design(), {"geometry.tip_shape"}, {"tips.socket", "press.travel_mm"}),
+        (Design(), {"bruise"}, {"tips.side_mm", "tips.spacing_mm", "press.travel_mm"}),
+        (load_design("mango"), {"reading.lift"}, {"reading.tilt_deg", "press.travel_mm", "springs.K_l_N_per_m",
+         "springs.K_h_N_per_m", "tips.dome_radius_mm", "tips.side_mm", "tips.spacing_mm"}),
+    ],
+)  # fmt: skip
+def test_keys_that_may_mend_a_verdict(design, failed, keys):
+    assert {key for sweep in sweeps(design, failed, on_cells=False) for change in sweep for key in change} == keys
 
 
 def test_candidate_that_its_run_refutes_is_not_suggested(monkeypatch):
