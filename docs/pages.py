@@ -24,7 +24,7 @@ DESIGN_HEAD = """\
 
 A design file is TOML text. It holds every number that a person may choose. A key that is left out has its default,
 which is the sensor of the paper that twintip starts from. An unknown key is refused, and the message names the nearest
-known one. Lengths are in millimetres, moduli in megapascals, angles in degrees.
+known one. A key carries its unit; one without is a plain number.
 
     name = "mine"
 
@@ -124,16 +124,11 @@ def design_tables() -> dict[str, list[dataclasses.Field[Any]]]:
 
 
 def design_row(item: dataclasses.Field[Any]) -> tuple[str, ...]:
-    """Return one key of the design file: name, unit, bounds, default and meaning."""
+    """Return one key of the design file: its name, which carries its unit, bounds, default and meaning."""
     data = item.metadata
     choices = ", ".join(data.get("options", ()))
     bounds = f"one of {choices}" if choices else str(data.get("bounds") or data["text"])
-    return f"`{item.name}`", unit_shown(data.get("unit", "text")), bounds, shown(item.default), data["meaning"]
-
-
-def unit_shown(unit: str) -> str:
-    """Return a unit, a dash for a plain number."""
-    return "-" if unit == "1" else unit
+    return f"`{item.name}`", bounds, shown(item.default), data["meaning"]
 
 
 def shown(value: object) -> str:
@@ -148,7 +143,7 @@ def shown(value: object) -> str:
 def design_page() -> str:
     """Return the page on the design file."""
     tables = design_tables()
-    heads = ("key", "unit", "bounds", "default", "meaning")
+    heads = ("key", "bounds", "default", "meaning")
     parts = [DESIGN_HEAD]
     for name, items in tables.items():
         rows = [design_row(item) for item in items]
@@ -159,12 +154,12 @@ def design_page() -> str:
 def process_page() -> str:
     """Return the page on the print processes."""
     numbers = {item.name: item.metadata for item in dataclasses.fields(Process) if "unit" in item.metadata}
-    heads = ("", "unit", *PROCESSES, "meaning")
-    rows: list[tuple[str, ...]] = [("material", "", *(process.material for process in PROCESSES.values()), "")]
+    heads = ("", *PROCESSES, "meaning")
+    rows: list[tuple[str, ...]] = [("material", *(process.material for process in PROCESSES.values()), "")]
     for key, declared in numbers.items():
         values = (getattr(process, key) for process in PROCESSES.values())
         cells = ("-" if value is None else f"{value:g}" for value in values)
-        rows.append((f"`{key}`", unit_shown(declared["unit"]), *cells, declared["meaning"]))
+        rows.append((f"`{key}`", *cells, declared["meaning"]))
     sources = [(f"`{key}`", sources_of(key)) for key in numbers]
     parts = [PROCESS_HEAD, table(heads, rows) + "\n", "## Where each number comes from\n"]
     return "\n".join([*parts, table(("number", "source"), sources) + "\n", PROCESS_TAIL])
