@@ -12,15 +12,12 @@ from cad.theory.leaf_spring import pair_length, pair_stiffness
 from pipeline.measure.calibrating.calibration import calibrated, measured_print, modulus_of_coupon
 from pipeline.measure.calibrating.unit_table import level_forces, unit_table
 from pipeline.measure.calibrating.weighing import weighed_springs
-from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import reading_of
-from pipeline.measure.unit.printed_unit import nominal_unit
 from pipeline.measure.unit.signals import force_keys
 from solve.contact.poses import Pose
 
 THICKER = (1.19, 1.11)  # leaves of 0.8 and 1.2 mm that are 0.05 mm too thick
 GRAM = 9.80665e-3  # [N]
-WEIGHTS = {"low": 2 * list(range(0, 60, 5)), "high": 2 * list(range(0, 240, 20))}  # [g] put on and taken off
 
 
 @pytest.fixture
@@ -35,62 +32,41 @@ def calibrate(tmp_path):
     return calibration
 
 
-def weighed(measured, factors, noise, rng):
-    """Return deflections of a unit under weights, with noise as a fraction of them and a zero that is off."""
-    lines = ["tip,weight_g,deflection_mm"]
-    for tip, factor, K in zip(measured.report.tips, factors, measured.K, strict=True):
-        for weight in WEIGHTS[tip.spring]:
-            deflection = weight * GRAM / (K * factor) * (1.0 + noise * rng.normal())
-            lines.append(f"{tip.name},{weight},{deflection + 0.03:.6f}")
-    return "\n".join(lines) + "\n"
-
-
-def test_unit_that_is_a_fifth_too_stiff_reads_right_after_weighing(paper, rng, calibrate):
-    """Leaves 0.05 mm too thick, deflections with 1 % noise: E within 1.5 % after, 17 % too low before."""
-    before, after = [], []
-    designed = MeasuringUnit(report=paper.report, unit=nominal_unit(paper.report))
-    presses = [(E, paper.forces([Pose(E=E, travel=0.6)], THICKER)[0].tolist()) for E in (0.5, 1.0, 2.0, 3.5)]
-    for _ in range(6):
-        calibration = calibrate(paper.report, weighed(paper, THICKER, 0.01, rng))
-        sensor = MeasuringUnit(report=paper.report, unit=calibration.unit)
-        for E, forces in presses:
-            after.append(reading_of(sensor, forces).E / E - 1.0)
-            before.append(reading_of(designed, forces).E / E - 1.0)
-        assert calibration.table[0].with_design == pytest.approx(before[-4], abs=0.02)
-    assert np.mean(before) == pytest.approx(-0.17, abs=0.01)
-    assert np.percentile(np.abs(after), 95) < 0.015
-
-
 @pytest.mark.parametrize("name", ["paper", "mango"])
 def test_table_of_a_unit_is_that_of_its_springs(name, request):
     """The error is that of reading with each spring 1 % off; P is of the means of high and low tips."""
     measured = request.getfixturevalue(name)
     sensor = measured.measuring(percent=1.0)
-    row = unit_table(sensor, sensor)[0]
-    assert (row.E, row.with_design) == (pytest.approx(0.5), pytest.approx(0.0, abs=5e-3))
+    thinner = measured.measuring(1.0 / np.array(measured.design.tips.each(*THICKER)))
+    rows = unit_table(sensor, thinner)
+    assert pytest.approx([0.5, 3.5]) == [rows[0].E, rows[-1].E]
+    row = rows[0]
     low, high = ([row.forces[tip] for tip in kind] for kind in measured.design.tips.spring_groups)
     assert pytest.approx(np.mean(high) / np.mean(low)) == row.P
+    reading = reading_of(sensor, row.forces)
+    assert pytest.approx(1.0 + row.with_design, rel=5e-3) == reading_of(thinner, row.forces).E / reading.E
     moved = []
     for tip in range(len(row.forces)):
-        factors = np.ones(len(row.forces))
-        factors[tip] = 1.001
-        E = reading_of(measured.measuring(factors), row.forces).E
-        moved.append(10.0 * (E / reading_of(sensor, row.forces).E - 1.0))
+        E = reading_of(sensor.with_stiffness(tip, 1.001), row.forces).E
+        moved.append(10.0 * (E / reading.E - 1.0))
     assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.01)
 
 
-def test_trim_brings_a_spring_to_its_target(paper, rng, calibrate):
-    """A stiff spring is filed longer, a soft one clamped shorter, by what the beam formula needs."""
+def test_weights_tell_the_springs_and_how_to_trim_them(paper, calibrate):
+    """A stiff spring is filed longer, a soft one clamped shorter, by what the beam formula needs; the zero is off."""
     report = replace(paper.report, housing=default_housing())
-    calibration = calibrate(report, weighed(paper, (1.2, 0.9), 0.0, rng))
+    stiffnesses = paper.K * (1.2, 0.9)
+    lines = ["tip,weight_g,deflection_mm"]
+    for tip, K in zip(report.tips, stiffnesses.tolist(), strict=True):
+        lines += [f"{tip.name},{grams},{grams * GRAM / K + 0.03:.9f}" for grams in (0, 20, 40)]
+    calibration = calibrate(report, "\n".join(lines))
+    assert calibration.unit.stiffnesses == pytest.approx(stiffnesses.tolist(), rel=1e-6)
     assert [longer > 0.0 for longer in calibration.trims] == [True, False]
-    for longer, K, target, arm in zip(
-        calibration.trims, calibration.unit.stiffnesses, paper.K, default_housing().arms, strict=True
-    ):
+    for longer, K, target, arm in zip(calibration.trims, stiffnesses, paper.K, report.housing.arms, strict=True):
         leaf = arm.flexure
         acting = K / pair_stiffness(1.0, leaf.depth, leaf.thickness, leaf.length)
         trimmed = pair_stiffness(acting, leaf.depth, leaf.thickness, leaf.length + longer)
-        assert trimmed == pytest.approx(target, rel=1e-9)
+        assert trimmed == pytest.approx(target, rel=1e-6)
 
 
 def on_rubbers(measured, factors, rng, noise, radius=None):

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from cad.design.reading import Reading
+from cad.quantity import InputError
 from pipeline.measure.unit.pair_press import MOST_BLOCKS, PairPress
-from pipeline.measure.unit.presses import reading_of, readings_of
+from pipeline.measure.unit.presses import reading_of, readings_of, refuse_bad_forces
 from pipeline.measure.unit.signals import Signal
 from solve.contact.poses import Pose
 
@@ -91,6 +92,40 @@ def test_each_press_of_a_signal_is_one_reading(paper):
 def test_signal_without_a_press_is_told(paper):
     (reading,) = readings_of(paper.measuring(), signal([(0.0, (0.0, 0.0)), (1.0, (0.0, 0.001))]))
     assert (reading.E, reading.flags) == (None, ("lift_off",))
+
+
+@pytest.mark.parametrize("tip", [0, 1])
+@pytest.mark.parametrize("field", ["K_percent", "gain_percent"])
+def test_springs_and_gains_move_the_reading_as_is_said(field, tip, paper):
+    """One per cent of one of them, against a reading with it off by a thousandth; of a press and of one sample."""
+    forces = press(paper, 1.3)
+    sensor = paper.measuring()
+    factors = np.ones(2)
+    factors[tip] = 1.001
+    off = sensor.with_stiffness(tip, 1.001) if field == "K_percent" else sensor
+    off_forces = forces if field == "K_percent" else forces * factors
+    percent = np.full(2, 1e-9)
+    percent[tip] = 1.0
+    open_unit = replace(sensor, unit=replace(sensor.unit, **{field: tuple(percent.tolist())}))
+    for tell in (read, lambda unit, rows: reading_of(unit, rows[-1])):
+        plain = tell(sensor, forces)
+        moved = abs(tell(off, off_forces).E / plain.E - 1.0)
+        wider = tell(open_unit, forces).u
+        assert np.sqrt(wider**2 - plain.u**2) == pytest.approx(2.0 * 10.0 * moved, rel=0.02)
+
+
+def test_force_beyond_zero_or_the_scale_is_refused_at_its_tip(paper):
+    """Four deviations of noise below zero, and twenty full scales, are just allowed."""
+    sensor = paper.measuring()
+    lowest, highest = -4.0 * sensor.noises, 20.0 * np.array(sensor.report.read_out.full_scale_N)
+    refuse_bad_forces(sensor, [lowest[0], highest[1]])
+    for forces, name in (([1.01 * lowest[0], 0.1], "low"), ([0.1, 1.01 * highest[1]], "high")):
+        with pytest.raises(InputError) as caught:
+            refuse_bad_forces(sensor, forces)
+        assert caught.value.field == f"--forces: tip {name}"
+        with pytest.raises(InputError) as caught:
+            list(readings_of(sensor, signal([(0.0, forces)])))
+        assert caught.value.field == f"-, line 2, column 'F_{name[0]}_N'"
 
 
 def test_tilt_that_a_design_allows_is_in_the_uncertainty_of_one_reading(paper):
