@@ -85,6 +85,24 @@ class MeasuredDesign:
         )
 
 
+def stated_and_moved(sensor, forces, read, field, tip):
+    """Return what one per cent of a spring or a gain adds to the uncertainty of a reading, and how far it moves E.
+
+    `read` takes a unit and forces; the second is twice what a spring or a gain that is off by a thousandth does, times
+    ten.
+    """
+    factors = np.ones(len(sensor.report.tips))
+    factors[tip] = 1.001
+    plain = read(sensor, forces)
+    is_spring = field == "K_percent"
+    off = read(sensor.with_stiffness(tip, 1.001), forces) if is_spring else read(sensor, forces * factors)
+    percent = np.full(len(factors), EXACT)
+    percent[tip] = 1.0
+    unit = replace(sensor.unit, **{field: tuple(percent.tolist())})
+    wider = read(replace(sensor, unit=unit), forces).u
+    return np.sqrt(wider**2 - plain.u**2), 2.0 * 10.0 * abs(off.E / plain.E - 1.0)
+
+
 def random_pose(design, rng, E, travel):
     """Return a pose at random among those that a design's [reading] allows."""
     asked = design.reading

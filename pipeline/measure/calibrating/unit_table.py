@@ -78,13 +78,12 @@ def level_forces(sensor: MeasuringUnit, E: float) -> Floats:
     linear = np.array(sensor.C) + S / E
     depth = travel + gaps.min() - gaps  # travel counts from the first touch
 
-    def balance(roots: Floats) -> tuple[Floats, Floats]:
-        """Return the residual [mm] and its slopes, for the cube roots of the forces: in these it is a polynomial."""
-        slopes = 3.0 * linear * roots**2 + np.diag(2.0 * dome * roots)
-        return linear @ roots**3 + dome * roots**2 - depth, slopes
+    def balance(roots: Floats) -> Floats:
+        """Return the residual [mm] for the cube roots of the forces: in these it is a polynomial."""
+        return np.asarray(linear @ roots**3 + dome * roots**2 - depth)
 
     start = np.cbrt(np.maximum(depth, 0.0) / (np.diag(linear) + dome))
-    solution = root(balance, start, jac=True, tol=1e-13)
+    solution = root(balance, start, tol=1e-13)
     if not np.abs(solution.fun).max() <= 1e-9 * np.abs(depth).max() or solution.x.min() < 0.0:
         msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
         raise ReadingError(msg)

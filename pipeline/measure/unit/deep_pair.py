@@ -178,13 +178,12 @@ class DeepPair:
         coupling = self.S - np.diag(np.diag(self.S))
         compliance = self.C + coupling / E
 
-        def balance(forces: Floats) -> tuple[Floats, Floats]:
-            """Return the residual [mm] and its slopes [mm/N]."""
-            residual = compliance @ forces + self.depth(forces, E) - travel
-            return residual, compliance + np.diag(self._depth_per_force(forces, E))
+        def balance(forces: Floats) -> Floats:
+            """Return the residual [mm]."""
+            return np.asarray(compliance @ forces + self.depth(forces, E) - travel)
 
         start = travel / np.diag(self.C + self.S / E)
-        solution = root(balance, start, jac=True, tol=_SETTLED)
+        solution = root(balance, start, tol=_SETTLED)
         if not np.abs(solution.fun).max() <= 1e-9 * abs(travel):
             msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are far from the design"
             raise ReadingError(msg)

@@ -35,11 +35,6 @@ def force_keys(tips: int) -> tuple[str, ...]:
     return tuple(f"F_{tip}" for tip in range(1, tips + 1))
 
 
-def expected_header(tips: int) -> str:
-    """Return the header of a signal of a sensor of so many tips."""
-    return ",".join(["t_s", *(f"{key}_N" for key in force_keys(tips))])
-
-
 class Signal:
     """A signal that is read as its lines come; `notes` say which units were assumed.
 
@@ -50,18 +45,18 @@ class Signal:
         """Read the header."""
         self._lines = enumerate(lines, start=1)
         _, header = next(self._lines, (1, ""))
-        example = expected_header(tips)
+        keys = force_keys(tips)
+        example = ",".join(["t_s", *(f"{key}_N" for key in keys)])
         if not header.strip():
             bound = f"a header like {example} and lines of numbers"
             raise validation_error(source, "", "", bound, "record a press")
         quantities = {"t": Quantity(units=TIME, default="s"), "x": Quantity(units=LENGTH, default="mm")}
-        for key in force_keys(tips):
+        for key in keys:
             quantities[key] = Quantity(units=FORCE, default="N")
         self._format = format_of(source, [header])
-        needed = ("t", *force_keys(tips))
-        columns = strict_columns(self._format, self._format.row(1, header), quantities, needed, example)
+        columns = strict_columns(self._format, self._format.row(1, header), quantities, ("t", *keys), example)
         self._columns = {column.name: column for column in columns}
-        self._force_columns = [self._columns[key] for key in force_keys(tips)]
+        self._force_columns = [self._columns[key] for key in keys]
         self.notes = tuple(f"{source}: {column.note}" for column in columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:

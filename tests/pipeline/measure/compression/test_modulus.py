@@ -10,7 +10,7 @@ from virtual_compression import VirtualTest, specimen
 from cad.quantity import InputError
 from pipeline.measure.compression.force_law import TestGeometry, force_law
 from pipeline.measure.compression.modulus import measured_modulus
-from pipeline.measure.compression.summary import design_range, fruit_summaries, overall
+from pipeline.measure.compression.summary import design_range, fruit_summaries, overall, result_mapping
 
 BALL = TestGeometry(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
 QUIET = VirtualTest(E_MPa=1.0, noise_percent=0.05, toe_mm=0.0, offset_N=0.0, failure_strain=0.11)
@@ -224,6 +224,7 @@ def test_batch_has_mean_deviation_and_the_range_for_the_design():
     results = []
     for file, E in (("a/1", 0.8), ("a/2", 1.0), ("b/1", 3.0), ("b/2", 3.2)):
         results.append(replace(result, E_hertz_MPa=E, u_percent=2.0, specimen=specimen(X, F, file=file)))
+    assert result_mapping(results[0], [])["E_over_1_minus_nu2_MPa"] == pytest.approx(0.8 / 0.91)
     assert len(fruit_summaries(results, by_folder=False)) == 4
     first, second = fruit_summaries(results, by_folder=True)
     assert (first.count, second.count) == (2, 2)
