@@ -46,7 +46,7 @@ def cell_points(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats
     nodes = _nodes(mesh, cells)
     if points.ndim > _SHARED:
         return np.asarray(np.einsum("neq,ien->ieq", values, nodes))
-    return np.asarray(nodes @ values)
+    return nodes @ values
 
 
 def cell_jacobian(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floats:
@@ -55,7 +55,7 @@ def cell_jacobian(mesh: Mesh, points: Floats, cells: Ints | None = None) -> Floa
     nodes = _nodes(mesh, cells)
     if points.ndim > _SHARED:
         return np.asarray(np.einsum("njeq,ien->ijeq", slopes, nodes))
-    return np.asarray(np.stack([nodes @ slopes[:, axis] for axis in range(slopes.shape[1])], axis=1))
+    return np.stack([nodes @ slopes[:, axis] for axis in range(slopes.shape[1])], axis=1)
 
 
 def _nodes(mesh: Mesh, cells: Ints | None) -> Floats:
@@ -99,14 +99,14 @@ class ReferenceFacet:
 
     def inside(self, points: Floats) -> Floats:
         """Return points (2, q) of a unit square as points of the unit cube (3, q) [1]."""
-        return np.asarray(self.corner[:, None] + np.stack([self.along, self.across], axis=1) @ points)
+        return self.corner[:, None] + np.stack([self.along, self.across], axis=1) @ points
 
     def normals(self, mesh: Mesh, points: Floats) -> Floats:
         """Return the normals at points (2, q) of a unit square, as long as its area there [mm^2], (3, elements, q)."""
         jacobian = cell_jacobian(mesh, self.inside(points), self.elements)
         along = np.einsum("ijeq,j->ieq", jacobian, self.along)
         across = np.einsum("ijeq,j->ieq", jacobian, self.across)
-        return np.asarray(np.cross(along, across, axis=0))
+        return np.cross(along, across, axis=0)
 
 
 def reference_facets(mesh: Mesh, facets: Ints) -> Iterator[ReferenceFacet]:

@@ -120,4 +120,4 @@ def index_by_nodes(facets: Ints, wanted: Ints) -> Ints:
     _, label = np.unique(nodes, axis=1, return_inverse=True)
     column = np.full(nodes.shape[1], -1, dtype=np.int64)
     column[label[: facets.shape[1]]] = np.arange(facets.shape[1])
-    return np.asarray(column[label[facets.shape[1] :]])
+    return column[label[facets.shape[1] :]]

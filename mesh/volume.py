@@ -69,7 +69,7 @@ def volume_mesh(part: Part, size: SizeField, *, tolerance: float = 1e-9, least_q
         index = index_by_nodes(mesh.facets[:, outside], np.hstack([triangles[i] for i in indices]))
         if (index < 0).any():
             raise MeshError("read", "a triangle of a face is no outer facet of the mesh", "check the solid")
-        boundaries[name] = np.asarray(outside[index])
+        boundaries[name] = outside[index]
     mesh = mesh.with_boundaries(boundaries)
     check_against_part(mesh, part, tolerance)
     return mesh

@@ -124,7 +124,7 @@ def _view_mesh(block: Fruit, tips: Sequence[_Patches]) -> MeshHex:
             distance = np.full_like(s, np.inf)
             for low, high in spans:
                 distance = np.minimum(distance, np.maximum(np.maximum(low - s, s - high), 0.0))
-            return np.asarray(np.minimum(finest + GROWTH * distance, largest))
+            return np.minimum(finest + GROWTH * distance, largest)
 
         return graded_line(start, end, size)
 
@@ -152,7 +152,7 @@ def _evaluated(basis: CellBasis, lines: Lines, v: Floats, points: Floats) -> tup
     origin = np.zeros((3, 1))
     inverse = basis.mapping.invDF(origin, tind=cells)[..., 0]
     from_corner = points - basis.mapping.F(origin, tind=cells)[..., 0]
-    inside = np.asarray(np.einsum("ijn,jn->in", inverse, from_corner)[:, :, None])
+    inside = np.einsum("ijn,jn->in", inverse, from_corner)[:, :, None]
 
     patch = patch_inside(basis, cells, inside, np.ones((len(cells), 1)))
     local = v[patch.dofs]

@@ -115,7 +115,7 @@ class _Balance:
 
     def tangent(self, slope: Floats) -> Floats:
         """Return the derivative of the balance (moduli, travels, tips, tips) [1]."""
-        return np.asarray(np.eye(slope.shape[-1]) + self.beside * slope[..., None, :])
+        return np.eye(slope.shape[-1]) + self.beside * slope[..., None, :]
 
     def depths(self) -> Floats:
         """Return the depths [mm] by Newton's method; raises SolveError, and InputError beyond the curve."""
@@ -128,7 +128,7 @@ class _Balance:
             if np.abs(residual).max() <= RESIDUAL_LIMIT * np.abs(self.travel).max():
                 self.curve.factor(np.maximum(depths / self.side, 0.0))  # refuses what is beyond the curve
                 return depths
-            depths = np.asarray(depths - np.linalg.solve(self.tangent(slope), residual[..., None])[..., 0])
+            depths = depths - np.linalg.solve(self.tangent(slope), residual[..., None])[..., 0]
         msg = "large strain: springs and flesh found no equilibrium; check springs and travel"
         raise SolveError(msg)
 
@@ -139,4 +139,4 @@ def flesh_error(scene: Scene, curve: ForceCurve, depth: Floats) -> Floats:
     idealised = CROSSTALK + FINITE_BODY + OF_ROUNDED * tip.edge / tip.radius
     if not scene.tips.tip_shape.is_round:
         idealised += SQUARE_ROUNDED if scene.tips.fillet_mm > 0.0 else SQUARE_SHARP
-    return np.asarray(curve.error(depth) / curve.factor(depth) + idealised)
+    return curve.error(depth) / curve.factor(depth) + idealised

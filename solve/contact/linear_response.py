@@ -120,17 +120,20 @@ def _touching_forces(compliance: Floats, travel: Floats) -> tuple[Floats, Floats
     Force and gap are never negative, and one of them is 0: compliance F >= travel, F >= 0. Where all tips touch the
     force is a linear solve; elsewhere non-negative least squares on the Cholesky factor finds the tips that do.
     """
-    F = travel @ np.linalg.inv(compliance).T
-    touching = F > 0.0
-    partly = ~touching.all(axis=1)
+    touching = travel @ np.linalg.inv(compliance).T > 0.0
+    is_partial = ~touching.all(axis=1)
     lower = cholesky(compliance, lower=True)
-    for row in np.flatnonzero(partly):
-        touching[row] = nnls(lower.T, solve_triangular(lower, travel[row], lower=True))[0] > 0.0
-    rates = np.zeros_like(F)
+    for row in np.flatnonzero(is_partial):
+        forces, _ = nnls(lower.T, solve_triangular(lower, travel[row], lower=True))
+        touching[row] = forces > 0.0
+
+    # One stiffness for all travels at which the same tips touch.
+    F = np.zeros(touching.shape)
+    rates = np.zeros(touching.shape)
     for tips in np.unique(touching, axis=0):
         rows = (touching == tips).all(axis=1)
+        entries = np.ix_(rows, tips)
         stiffness = np.linalg.inv(compliance[np.ix_(tips, tips)])
-        F[rows] = 0.0
-        F[np.ix_(rows, tips)] = np.maximum(travel[np.ix_(rows, tips)] @ stiffness.T, 0.0)
-        rates[np.ix_(rows, tips)] = stiffness.sum(axis=1)
+        F[entries] = np.maximum(travel[entries] @ stiffness.T, 0.0)
+        rates[entries] = stiffness.sum(axis=1)
     return F, rates

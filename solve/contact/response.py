@@ -14,7 +14,7 @@ from solve.contact.domes.law import domes_on
 from solve.contact.linear_response import SensorResponse, linear_response, response_of_forces
 from solve.contact.scene import Scene, check_scene, joined
 from solve.contact.scene_cells import SceneCells, scene_cells
-from solve.contact.unilateral import ContactState, UnilateralContact
+from solve.contact.unilateral import UnilateralContact
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 
@@ -126,16 +126,12 @@ def _grid_response(
             state = contact.solve(interference, modulus * C + grid.compliance_correction)
             F[i, j] = modulus * state.F
             rates[i, j] = state.slope
-            rim[i, j] = _rim_error(grid, state)
+            # The rim runs through cells of a tip that touches with part of its face.
+            tips = len(C)
+            touching = np.bincount(grid.cells.owner, state.pressure > 0.0, minlength=tips)
+            faces = np.bincount(grid.cells.owner, np.isfinite(state.gap), minlength=tips)
+            partly = (touching > 0) & (touching < faces)
+            rim[i, j] = np.max(RIM / touching[partly], initial=0.0)
     info = SolveInfo(method="unilateral", dofs=len(grid.gap), seconds=0.0, status="one grid")
     response = response_of_forces(moduli, x, F, rates, groups, info)
     return replace(response, F_error=response.F_error + rim, P_error=response.P_error + rim)
-
-
-def _rim_error(grid: SceneCells, state: ContactState) -> float:
-    """Return the largest error of a tip that touches with part of its face [1]."""
-    count = len(grid.cells.centres)
-    touching = np.bincount(grid.cells.owner, state.pressure > 0.0, minlength=count)
-    faces = np.bincount(grid.cells.owner, np.isfinite(state.gap), minlength=count)
-    partly = (touching > 0) & (touching < faces)
-    return float(np.max(RIM / touching[partly], initial=0.0))

@@ -106,7 +106,7 @@ class UnilateralContact:
         return f
 
     def _gap(self, f: Floats, b: Floats, compliance: Floats) -> Floats:
-        return np.asarray(self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b)
+        return self._cells.compliance @ f + self._tips @ (compliance @ (self._tips.T @ f)) - b
 
     def _least_squares(self, faces: Flags, b: Floats, compliance: Floats) -> Floats:
         """Return argmin f.M f / 2 - b.f over f >= 0 as the least-squares problem |L^T f - L^-1 b|, M = L L^T."""

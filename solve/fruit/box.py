@@ -4,7 +4,6 @@ A tensor-product box needs no mesher: its lines follow the loads of the scene, k
 cost milliseconds; the fields of a fruit of any shape stay with the meshes of `mesh`.
 """
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -104,17 +103,20 @@ def _distance_to_image(s: Floats, axis: int, extent: Sequence[float], points: Fl
     """Return the distance [mm] from coordinates s of one axis to the nearest image of a load behind a face."""
     height = extent[UP]
     if axis == UP:
-        along = s[:, None] - 0.0
-        # a slender column is clamped at its foot over its width, however high it is
+        along = s[:, None]  # the loads stand at 0
+        # A slender column is clamped at its foot over its width, however high it is.
         distance = np.minimum(DEPTH * (2.0 * height - s), SLENDER * min(extent[:UP]) + height - s)
     else:
         along = s[:, None] - points[:, axis]
         distance = np.hypot(along, height).min(axis=1)
-    for across, end in itertools.product(range(UP), (-1.0, 1.0)):
-        gap = 0.5 * extent[across] - end * points[:, across]
-        to_image = np.abs(2.0 * gap - end * along) if axis == across else np.hypot(along, gap)
-        distance = np.minimum(distance, to_image.min(axis=1))
-    return np.asarray(distance)
+    for across in range(UP):
+        for end in (-1.0, 1.0):
+            to_face = 0.5 * extent[across] - end * points[:, across]
+            to_image = np.abs(2.0 * to_face - end * along)
+            if across != axis:  # the face itself counts, which is nearer than the image behind it
+                to_image = np.hypot(along, to_face)
+            distance = np.minimum(distance, to_image.min(axis=1))
+    return distance
 
 
 def _with_layer(line: Floats, layer: tuple[float, ...]) -> Floats:

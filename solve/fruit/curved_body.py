@@ -157,17 +157,19 @@ def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_
     slope = shape.slope(tip.x, tip.y)
     curvature = shape.mean_curvature(tip.x, tip.y)
     least = least_deviation(tip)
-    half_space = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least
+    half_space = 0.5 * (1.0 - fruit.poisson**2) / math.sqrt(math.pi) / least  # compliance of the rigid tip
     ratio = least / load.deviation
     if along_normals:
         # the contact of a dome is round along the skin, not as seen from above
-        sloped = half_space * ratio * (1.0 - stretch_factor(slope))
+        by_slope = half_space * ratio * (1.0 - stretch_factor(slope))
         slope = 0.0
     else:
-        sloped = half_space * (1.0 - ratio) * (slope_factor(fruit.poisson, slope) - 1.0)
+        by_slope = half_space * (1.0 - ratio) * (slope_factor(fruit.poisson, slope) - 1.0)
+    # Curvature acts by the mean logarithm of the distance, which the two loads have apart.
     logarithm = -math.log(ratio) - LOG_OFFSET
+    by_curvature = log_coefficient(fruit.poisson, slope) * curvature * logarithm
     bound = half_space * (FLOOR + SECOND_ORDER * (tip.side * curvature) ** 2)
-    return sloped + log_coefficient(fruit.poisson, slope) * curvature * logarithm, bound
+    return by_slope + by_curvature, bound
 
 
 def curvature_correction(

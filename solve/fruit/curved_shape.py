@@ -107,7 +107,7 @@ class CurvedShape:
         return np.stack([x, y, fall + z * (1.0 - fall / self.fruit.depth_mm)])
 
     def _fall(self, x: Floats, y: Floats) -> Floats:
-        return np.asarray(np.minimum(cap_gap(x, y, *self.fruit.radii_mm), self.semi_axes[2]))
+        return np.minimum(cap_gap(x, y, *self.fruit.radii_mm), self.semi_axes[2])
 
     def _bent_whole(self, points: Floats) -> Floats:
         """Turn the plan of the block into discs, then each half section through the axis into one of the fruit."""

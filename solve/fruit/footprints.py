@@ -157,4 +157,4 @@ def level_compliance(footprints: Sequence[Footprint], poisson: float, remainder:
         msg = f"tip forces: relative residual {residual:.1e} must be at most {RESIDUAL_LIMIT:.0e}; check the scene"
         raise SolveError(msg)
     S = np.linalg.inv(level.T @ forces)
-    return np.asarray(0.5 * (S + S.T))  # symmetric by Betti's theorem, here to the last bit
+    return 0.5 * (S + S.T)  # symmetric by Betti's theorem, here to the last bit

@@ -66,4 +66,4 @@ def line_forces(line: Floats, centre: float, deviation: float, sign: int) -> tup
 
 
 def _normal(distance: Floats, deviation: float) -> Floats:
-    return np.asarray(np.exp(-0.5 * (distance / deviation) ** 2) / (deviation * math.sqrt(2.0 * math.pi)))
+    return np.exp(-0.5 * (distance / deviation) ** 2) / (deviation * math.sqrt(2.0 * math.pi))

@@ -228,9 +228,13 @@ def relative_changes(change: Floats, S: Floats) -> Floats:
 
     Both have shape (tips, tips) and one unit.
     """
-    units = np.eye(len(S))
-    pairs = [units[i] - units[j] for i, j in itertools.combinations(range(len(S)), 2)]
-    return np.array([abs((load @ change @ load) / (load @ S @ load)) for load in (*pairs, *units)])
+    # The work of a pair of opposed forces is s_ii + s_jj - 2 s_ij, that of a single one s_ii.
+    single = list(np.eye(len(S)))
+    opposed = [a - b for a, b in itertools.combinations(single, 2)]
+    changes = []
+    for load in (*opposed, *single):
+        changes.append(abs((load @ change @ load) / (load @ S @ load)))
+    return np.array(changes)
 
 
 def check_domain(fruit: Fruit, footprints: Sequence[Footprint]) -> None:

@@ -120,7 +120,7 @@ def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Float
     values = np.kron(legendre.legvander(2.0 * along_x, degree), legendre.legvander(2.0 * along_y, degree))
     inverse = np.linalg.inv(values)
     stiffness = inverse.T @ moments @ inverse
-    return np.asarray(0.5 * (stiffness + stiffness.T))
+    return 0.5 * (stiffness + stiffness.T)
 
 
 def graded_edges(cells: int, grading: float = GRADING) -> Floats:

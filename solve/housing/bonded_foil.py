@@ -110,7 +110,7 @@ def _clipped(basis: CellBasis, facet: ReferenceFacet, z: float, window: Floats) 
     count = len(_GAUSS)
     in_along = np.multiply.outer(facet.along, np.repeat(first[inside], count, axis=1))
     in_across = np.multiply.outer(facet.across, np.tile(second[inside], count))
-    points = np.asarray(facet.corner[:, None, None] + in_along + in_across)
+    points = facet.corner[:, None, None] + in_along + in_across
     area = (length * width)[inside]
     weights = 0.25 * np.outer(area, np.outer(_WEIGHTS, _WEIGHTS))
     return patch_inside(basis, facet.elements[on_level][inside], points, weights)

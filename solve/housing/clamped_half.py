@@ -112,13 +112,15 @@ def face_mean(basis: CellBasis, name: str, axis: int, *, turn: bool = False) -> 
     patches = list(surface_patches(basis, name, POINTS, WEIGHTS))
     area = sum(float(patch.weights.sum()) for patch in patches)
     centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
-    vector = np.zeros(basis.N)
-    total = 0.0
+
+    # The mean is int u / int 1, the slope int u (x - centre) / int (x - centre)^2.
+    integral = np.zeros(basis.N)
+    norm = 0.0
     for patch in patches:
-        arm = patch.points[0] - centre if turn else np.ones_like(patch.weights)
-        np.add.at(vector, patch.dofs[:, axis], (patch.shapes * arm * patch.weights).sum(axis=2))
-        total += float((arm**2 * patch.weights).sum())
-    return vector / total
+        lever = patch.points[0] - centre if turn else np.ones_like(patch.weights)
+        np.add.at(integral, patch.dofs[:, axis], (patch.shapes * lever * patch.weights).sum(axis=2))
+        norm += float((lever**2 * patch.weights).sum())
+    return integral / norm
 
 
 def weight_load(basis: CellBasis, axis: int) -> Floats:

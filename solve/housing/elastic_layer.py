@@ -53,7 +53,7 @@ class ElasticLayer:
 
 def _in_disc(x: Floats, z: Floats, disc: Disc) -> Flags:
     centre_x, centre_z, radius = disc
-    return np.asarray((x - centre_x) ** 2 + (z - centre_z) ** 2 < radius**2)
+    return (x - centre_x) ** 2 + (z - centre_z) ** 2 < radius**2
 
 
 def layer_matrix(basis: CellBasis, layers: Sequence[ElasticLayer], E: float, poisson: float) -> csc_matrix:

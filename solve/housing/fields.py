@@ -62,9 +62,9 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
     misses its peak.
     """
     corners = basis.elem.elem.doflocs  # nodes of the unit cube
-    nodes = np.asarray(basis.mesh.dofs.element_dofs[: len(corners)])  # (20, cells), the first of the mesh's 27
+    nodes = basis.mesh.dofs.element_dofs[: len(corners)]  # (20, cells), the first of the mesh's 27
     count = 1 + int(nodes.max())
-    weights = np.asarray(1.0 / basis.dx.sum(axis=1))  # what is extrapolated over a small cell is off by less
+    weights = 1.0 / basis.dx.sum(axis=1)  # what is extrapolated over a small cell is off by less
 
     cells = np.arange(basis.mesh.nelements)
     gradient = np.einsum("nic,njcq->ijcq", u[nodal_dofs(basis, cells)], scalar_gradients(basis))
@@ -91,7 +91,7 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
     on_surface = surface_weight > 0.0
     total[on_surface] = surface_total[on_surface]
     weight[on_surface] = surface_weight[on_surface]
-    return np.asarray((total / weight[:, None, None]).transpose(1, 2, 0))
+    return (total / weight[:, None, None]).transpose(1, 2, 0)
 
 
 def _add_weighted(total: Floats, weight: Floats, nodes: Ints, strain: Floats, weights: Floats) -> None:

@@ -74,7 +74,7 @@ def mass_matrix(basis: CellBasis, density: float) -> csc_matrix:
     """Return the consistent mass matrix of a displacement basis [t from t/mm^3, mm], shape (dofs, dofs)."""
     shapes = scalar_shapes(basis)
     blocks = density * np.einsum("ap,bp,ep->eab", shapes, shapes, basis.dx, optimize=True)
-    dofs = np.asarray(basis.element_dofs)
+    dofs = basis.element_dofs
     total = csc_matrix((basis.N, basis.N))
     for axis in range(3):
         total = total + scattered(blocks, dofs[axis::3].T, basis.N)

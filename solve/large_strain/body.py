@@ -107,7 +107,7 @@ class RoundBody:
 
     def _nodal_forces(self, stress: Floats) -> Floats:
         """Return the forces (18, elements) of stresses conjugate to F times their volumes (5, points, elements)."""
-        return np.asarray(self._gradient.T @ (self._elements.scale * stress).reshape(len(self._gradient), -1))
+        return self._gradient.T @ (self._elements.scale * stress).reshape(len(self._gradient), -1)
 
     def _projected(self, values: Floats) -> Floats:
         """Return values at all points (points, elements) by the linear functions nearest to them [same unit]."""

@@ -30,7 +30,7 @@ def unseen_error(press: TipPress, grip: float, depths: Floats) -> Floats:
     if tip.edge == 0.0:
         return error
     of_grip = GRIP_OF_STEPS * (grip - 1.0) * tip.edge / tip.radius
-    return np.asarray(error + (STEPS + of_grip))
+    return error + (STEPS + of_grip)
 
 
 def rim_error(press: TipPress, depths: Floats) -> Floats:
@@ -44,7 +44,7 @@ def rim_error(press: TipPress, depths: Floats) -> Floats:
         return np.zeros_like(depths)
     element = tip.edge / fillet_elements(tip.edge, press.refinement)
     change = np.minimum(0.75 * element / fillet_covered(tip.radius, tip.edge, depths), 1.0)
-    return np.asarray(0.25 * element / tip.radius * change)
+    return 0.25 * element / tip.radius * change
 
 
 def fillet_covered(radius: float, edge: float, depths: Floats) -> Floats:
@@ -53,7 +53,7 @@ def fillet_covered(radius: float, edge: float, depths: Floats) -> Floats:
     d = sqrt(8 radius) s^(3/2) / (3 edge): a fillet that is narrow against the radius, as a parabola, in
     I. N. Sneddon, Int. J. Eng. Sci. 3, 1965, doi 10.1016/0020-7225(65)90019-4.
     """
-    return np.asarray(np.minimum((3.0 * edge * depths / math.sqrt(8.0 * radius)) ** (2.0 / 3.0), edge))
+    return np.minimum((3.0 * edge * depths / math.sqrt(8.0 * radius)) ** (2.0 / 3.0), edge)
 
 
 def fillet_loss(radius: float, edge: float, depths: Floats) -> Floats:
@@ -64,4 +64,4 @@ def fillet_loss(radius: float, edge: float, depths: Floats) -> Floats:
     """
     whole = math.sqrt(8.0 * radius * edge) / 3.0
     short = edge - 0.6 * fillet_covered(radius, edge, depths)
-    return np.asarray(short / radius * np.minimum(whole / depths, 1.0))
+    return short / radius * np.minimum(whole / depths, 1.0)

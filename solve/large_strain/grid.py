@@ -42,7 +42,7 @@ class Grid:
         rows = 2 * len(self.z) - 1
         corner = 2 * rows * np.arange(len(self.r) - 1)[:, None] + 2 * np.arange(len(self.z) - 1)
         local = rows * np.arange(3)[:, None] + np.arange(3)
-        return np.asarray(corner.reshape(-1, 1) + local.reshape(1, -1))
+        return corner.reshape(-1, 1) + local.reshape(1, -1)
 
     @property
     def top(self) -> Ints:

@@ -214,4 +214,4 @@ class PressedBody:
 def _solved(band: Floats, right: Floats) -> Floats:
     """Return the solution of a positive definite system in a lower band; raises LinAlgError."""
     factor = cholesky_banded(band, lower=True, overwrite_ab=True, check_finite=False)
-    return np.asarray(cho_solve_banded((factor, True), right, check_finite=False))
+    return cho_solve_banded((factor, True), right, check_finite=False)

@@ -24,7 +24,7 @@ from pipeline.response.contact import contact_compliance
 from solve.linear import SolveError
 
 QUICK = (
-    "level press: ", "press: tilt 5 deg", "press: tilt 21 deg", "paper: split", "contact: tip 10 mm on the paper",
+    "level press: ", "press: tilt -5 deg", "press: tilt 21 deg", "paper: split", "contact: tip 10 mm on the paper",
     "design: E_max", "leaf: L/t 1.2", "clamp: ", "moved nodes: inner ones by 0.3",
 )  # fmt: skip
 

@@ -32,8 +32,7 @@ def cells():
     return contact_cells(LARGE, [Footprint(0.0, 0.0, SIDE)], np.linspace(-0.5, 0.5, CELLS + 1))
 
 
-@pytest.mark.parametrize("half_angle", [50.0, 70.3, 85.0])
-@pytest.mark.parametrize("radius", [0.05, 0.09])
+@pytest.mark.parametrize(("half_angle", "radius"), [(50.0, 0.09), (70.3, 0.05), (85.0, 0.09)])
 def test_force_radius_and_mean_pressure(cells, half_angle, radius):
     depth = radius / cone_contact_radius(1.0, half_angle)
     gap = tip_gap(Cone(side_mm=SIDE, half_angle_deg=half_angle), *cells.local.T)

@@ -108,7 +108,7 @@ def _nearest(point: Floats, squares: Floats) -> Floats:
         size = np.linalg.norm(q, axis=-1)
         slope = (q**2 / along).sum(axis=-1) / size**3
         stretch = stretch - (1.0 / size - 1.0) / slope
-    return np.asarray(squares * point / (stretch[..., None] + squares))
+    return squares * point / (stretch[..., None] + squares)
 
 
 def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:

@@ -208,7 +208,7 @@ class _Law:
         cosine = state.approach.cosine
         springs = cosine[:, :, None] * self._C * cosine[:, None, :]
         compliance = springs + (state.action + self._body.remainder) / self._E[..., None]
-        return np.asarray(np.eye(len(self._C)) + compliance * state.stiffness[:, None, :])
+        return np.eye(len(self._C)) + compliance * state.stiffness[:, None, :]
 
     def bound(self, state: _State) -> Floats:
         """Return how far the interference that belongs to the forces may be off [mm], (poses, tips)."""
@@ -237,7 +237,7 @@ class _Law:
 
     def _fruit_curvature(self, state: _State) -> Floats:
         """Return the curvature of the fruit under the domes [1/mm], (poses, tips)."""
-        return np.asarray(1.0 / state.approach.radius - 1.0 / self._poses.dome_radius)
+        return 1.0 / state.approach.radius - 1.0 / self._poses.dome_radius
 
 
 def _between(feet: Floats) -> tuple[Floats, Floats]:
@@ -249,4 +249,4 @@ def _between(feet: Floats) -> tuple[Floats, Floats]:
 
 def _moments(radius: Floats, felt: float, acting: float) -> Floats:
     """Return felt a_i^2 + acting a_j^2 [mm^2] of contact radii a (poses, tips) [mm], (poses, tips, tips)."""
-    return np.asarray(felt * radius[:, :, None] ** 2 + acting * radius[:, None, :] ** 2)
+    return felt * radius[:, :, None] ** 2 + acting * radius[:, None, :] ** 2

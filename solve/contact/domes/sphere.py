@@ -27,13 +27,13 @@ def sphere_contact_radius(depth: Floats, sphere: float, curvature: Floats) -> Fl
         slope = x + _artanh_less(x) + x / (1.0 - x**2) + 2.0 * x * beside
         above = x * (x + _artanh_less(x)) + x**2 * beside - sunk
         x = x - np.divide(above, slope, out=np.zeros_like(x), where=x > 0.0)
-    return np.asarray(sphere * x)
+    return sphere * x
 
 
 def sphere_force(contact_radius: Floats, sphere: float, curvature: Floats) -> Floats:
     """Return the force over E* [mm^2] at a contact radius [mm]; `curvature` [1/mm] is that of the surface."""
     x = contact_radius / sphere
-    return np.asarray(sphere**2 * ((1.0 + x**2) * _artanh_less(x) + x**3 * (1.0 + 4.0 / 3.0 * sphere * curvature)))
+    return sphere**2 * ((1.0 + x**2) * _artanh_less(x) + x**3 * (1.0 + 4.0 / 3.0 * sphere * curvature))
 
 
 def paraboloid_force(contact_radius: Floats, radius: Floats) -> Floats:
@@ -41,7 +41,7 @@ def paraboloid_force(contact_radius: Floats, radius: Floats) -> Floats:
 
     F / E* = 4/3 a^3 / R: Johnson (4.22) with (4.23).
     """
-    return np.asarray(4.0 / 3.0 * contact_radius**3 / radius)
+    return 4.0 / 3.0 * contact_radius**3 / radius
 
 
 def _artanh_less(x: Floats) -> Floats:
