@@ -23,7 +23,7 @@ def notes(result: SensorResult) -> list[str]:
     process = result.springs.process
     info = result.press.table.info
     # A leaf's stiffness goes with the third power of its thickness.
-    moved_l, moved_h = (300.0 * process.accuracy_mm / thickness for thickness in process.leaf_thicknesses_mm)
+    moved_l, moved_h = (100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in process.leaf_thicknesses_mm)
     lines = _paper(result)
     if result.readings is None:
         lines.append(
