@@ -67,8 +67,12 @@ class RunOptions:
 
 def contact_inputs(design: Design, options: RunOptions) -> dict[str, object]:
     """Return what the compliance of a fruit times its modulus depends on."""
-    method, tolerance = options.contact_method, options.contact_tolerance
-    return {"fruit": _relevant(design.fruit), "tips": _relevant(design.tips), "method": method, "tol": tolerance}
+    return {
+        "fruit": _relevant(design.fruit),
+        "tips": _relevant(design.tips),
+        "method": options.contact_method,
+        "tol": options.contact_tolerance,
+    }
 
 
 def _relevant(record: Fruit | Tips) -> dict[str, object]:

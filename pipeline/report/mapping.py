@@ -9,7 +9,6 @@ import numpy as np
 
 from cad.design.tips import Tips
 from cad.theory.two_spring_law import PAPER_SPRINGS
-from cad.verdict import Verdict
 from pipeline.reading.analysis import Readings
 from pipeline.report.notes import notes
 from pipeline.report.run_key import run_key
@@ -29,6 +28,8 @@ from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 
 PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy", "scipy", "meshio", "pyvista")
+
+PAPER_KEYS = {"K_l_N_per_m": 1e3 * PAPER_SPRINGS.K_l, "K_h_N_per_m": 1e3 * PAPER_SPRINGS.K_h}
 
 
 def report_mapping(result: SensorResult, files: Iterable[StoredFile] = ()) -> Plain:
@@ -60,7 +61,7 @@ def report_mapping(result: SensorResult, files: Iterable[StoredFile] = ()) -> Pl
         "verdicts": result.verdicts,
         "remedy": remedies[0] if remedies else None,
         "errors": {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()},
-        "paper": None if result.paper is None else _paper(result.paper),
+        "paper": None if result.paper is None else {**PAPER_KEYS, "verdicts": result.paper},
         "accuracy": _accuracy(result),
         "notes": notes(result),
         "versions": {name: version(name) for name in PACKAGES},
@@ -240,10 +241,6 @@ def _budget(budget: UncertaintyBudget | None) -> Plain | None:
 
 def _contribution(part: Contribution) -> Plain:
     return {"effect": part.effect, "size_percent": 100.0 * part.size, "reason": part.reason}
-
-
-def _paper(verdicts: tuple[Verdict, ...]) -> Plain:
-    return {"K_l_N_per_m": 1e3 * PAPER_SPRINGS.K_l, "K_h_N_per_m": 1e3 * PAPER_SPRINGS.K_h, "verdicts": verdicts}
 
 
 def _accuracy(result: SensorResult) -> Plain:

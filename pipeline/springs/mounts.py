@@ -121,10 +121,14 @@ def walls(housing: Housing) -> tuple[Rectangle, ...]:
 
 def rim(housing: Housing) -> tuple[Rectangle, ...]:
     """Return where the rim of a cover, or a pad, lies on the frame [mm]: on posts and bar, set back from its edges."""
-    foot, top = max(housing.cover_level, housing.protrusion), housing.top_level
-    sides = [(_sorted(arm.post + arm.sign * SETBACK_MM, arm.outer), (foot, top)) for arm in housing.arms]
+    foot = max(housing.cover_level, housing.protrusion)
+    top = housing.top_level
+    rectangles = []
+    for arm in housing.arms:
+        across_post = _sorted(arm.post + arm.sign * SETBACK_MM, arm.outer)
+        rectangles.append((across_post, (foot, top)))
     bar = ((housing.left, housing.right), (housing.cavity_level + SETBACK_MM, top))
-    return (*sides, bar)
+    return (*rectangles, bar)
 
 
 def _discs(housing: Housing, diameter: float) -> tuple[Disc, ...]:

@@ -138,11 +138,11 @@ def speed_plot(report: StoredReport) -> Picture:
     x = Scale(start=0.4 * min(times), end=12.0 * max(times), logarithmic=True)
     y = Scale(start=0.3 * min(percents), end=4.0 * max(asked, *percents), logarithmic=True)
     panel = plot_panel("speed", x, "wall time of the solve [s]", y, "error bar [%]")
-    labels = []
+    texts = []
     for colour, (name, seconds, percent) in zip(SERIES, solves, strict=False):
         panel.points([seconds], [percent], colour, 4.0)
-        labels.append((f"{name}: {percent:.2g} %", Words(right=9.0)))
-    write_beside(panel, times, percents, labels)
+        texts.append(f"{name}: {percent:.2g} %")
+    write_beside(panel, times, percents, texts, [Words(right=9.0)] * len(texts))
     _draw_limit(panel, asked, "asked for (--tol)", BAD)
     caption = f"What each solve of this run took for its error; {report.contact.method} for the contact."
     return plot_picture([panel], "speed", "Speed against error", caption)

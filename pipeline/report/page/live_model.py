@@ -75,7 +75,9 @@ class LiveModel:
 
 def live_model(report: StoredReport) -> LiveModel:
     """Return the model of a report; raises InputError as its scene does."""
-    design, tips, contact = report.design, report.design.tips, report.compliance
+    design = report.design
+    tips = design.tips
+    contact = report.compliance
     pair = contact.per_spring(*tips.spring_groups)
     level_by_weight = design.press.attitude == "side" or report.housing is None
     x = np.array([tip.x_mm for tip in report.tips])
@@ -94,7 +96,9 @@ def live_model(report: StoredReport) -> LiveModel:
 
 def live_data(report: StoredReport, model: LiveModel) -> Plain:
     """Return what the page's own script needs, as plain data; units are mm, N, MPa, stiffness in N/mm."""
-    design, tips = report.design, report.design.tips
+    design = report.design
+    tips = design.tips
+    middle = len(design.fruit.E_MPa) // 2
     return {
         "linear": model.linear,
         "S": model.S.tolist(),
@@ -110,7 +114,7 @@ def live_data(report: StoredReport, model: LiveModel) -> Plain:
         "contrast": None if model.contrast is None else asdict(model.contrast),
         "face": tips.face_mm2,
         "dome": _dome(report),
-        "start": {"E": design.fruit.E_MPa[len(design.fruit.E_MPa) // 2], "travel": design.press.travel_mm},
+        "start": {"E": design.fruit.E_MPa[middle], "travel": design.press.travel_mm},
         "scene": {"travels": TRAVELS, "moduli": LINEAR_MODULI, "softest": SOFTEST},
         **_asked(report),
         "table": _table(report),
@@ -119,15 +123,19 @@ def live_data(report: StoredReport, model: LiveModel) -> Plain:
 
 def _asked(report: StoredReport) -> Plain:
     """Return what is asked of the sensor: its range, the targets and tolerances judged, what the fruit stands."""
-    design, fruit = report.design, report.design.fruit
+    fruit = report.design.fruit
+    judged = {}
+    for verdict in report.verdicts:
+        if verdict.name in _JUDGED:
+            judged[verdict.name] = {
+                "limit": verdict.limit,
+                "tolerance": verdict.tolerance,
+                "relative": verdict.relative,
+            }
     return {
         "E_max": fruit.E_max_MPa,
-        "definition": design.nominal_targets.NL_definition,
-        "judged": {
-            verdict.name: {"limit": verdict.limit, "tolerance": verdict.tolerance, "relative": verdict.relative}
-            for verdict in report.verdicts
-            if verdict.name in _JUDGED
-        },
+        "definition": report.design.nominal_targets.NL_definition,
+        "judged": judged,
         "bruise": {"E": list(fruit.E_MPa), "limit": list(fruit.bruise_limits_MPa)},
     }
 
@@ -144,7 +152,8 @@ def _table(report: StoredReport) -> Plain:
 
 def _dome(report: StoredReport) -> Plain | None:
     """Return relative radius [mm] and Poisson's ratio, which the contact radius of a dome follows from; else None."""
-    radius, fruit = report.design.tips.dome_radius_mm, report.design.fruit
+    radius = report.design.tips.dome_radius_mm
+    fruit = report.design.fruit
     if radius is None:
         return None
     return {"radius": mean_relative_curvature(radius, *fruit.radii_mm), "poisson": fruit.poisson}

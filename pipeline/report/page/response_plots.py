@@ -141,10 +141,9 @@ def _panel_over_travel(report: StoredReport, name: str, label: str, highest: flo
 
 def _label_moduli(panel: Panel, report: StoredReport, rows: Sequence[StoredResponse], ends: Sequence[float]) -> None:
     """Write the modulus at the end of each line, apart from each other."""
-    labels = []
-    for index, row in enumerate(rows):
-        labels.append((f"{row.E_MPa:g} MPa", Words(colour=SERIES[index % len(SERIES)], size=9.0)))
-    write_beside(panel, 1.02 * report.design.press.travel_mm, ends, labels)
+    texts = [f"{row.E_MPa:g} MPa" for row in rows]
+    words = [Words(colour=SERIES[index % len(SERIES)], size=9.0) for index in range(len(rows))]
+    write_beside(panel, 1.02 * report.design.press.travel_mm, ends, texts, words)
 
 
 def pressure_plot(report: StoredReport) -> Picture:

@@ -12,20 +12,20 @@ from pipeline.report.page.drawing.scale import Floats
 _ROW = 11.0  # [pt] from one label to the next
 
 
-def write_beside(panel: Panel, x: ArrayLike, y: ArrayLike, labels: Sequence[tuple[str, Words]]) -> None:
-    """Write a label beside each place (n,) on the scales of a panel, at least a row from the next; inner ones may go.
+def write_beside(panel: Panel, x: ArrayLike, y: ArrayLike, texts: Sequence[str], words: Sequence[Words]) -> None:
+    """Write a text beside each place (n,) on the scales of a panel, at least a row from the next; inner ones may go.
 
     Where there are more labels than rows, as many as there are rows are written: the outermost, and some between them.
     """
-    places, box = panel.places(x, y), panel.box
+    box = panel.box
+    places = panel.places(x, y)
     rise = box.top + box.height - places[:, 1]
     rows = int(box.height / _ROW)
     ascending = np.argsort(rise, kind="stable")
     written = ascending[_spread_out(len(ascending), rows)]
     levels = apart(rise[written], _ROW, 0.5 * _ROW, box.height - 0.5 * _ROW)
     for place, level in zip(written.tolist(), levels.tolist(), strict=True):
-        text, words = labels[place]
-        panel.write_at(text, float(places[place, 0]), box.top + box.height - level, words)
+        panel.write_at(texts[place], float(places[place, 0]), box.top + box.height - level, words[place])
 
 
 def _spread_out(count: int, most: int) -> NDArray[np.int64]:

@@ -28,7 +28,8 @@ class Entry:
 
 def draw_legend(panel: Panel, place: Place, entries: Sequence[Entry]) -> None:
     """Write a legend in a corner or at the right end of a panel, or in one row above it."""
-    box, count = panel.box, len(entries)
+    box = panel.box
+    count = len(entries)
     if place == "above":
         left = box.left
         for entry in entries:

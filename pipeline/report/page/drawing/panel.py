@@ -15,7 +15,8 @@ from pipeline.report.page.drawing.scale import Floats, Scale
 
 INK, MUTED, LINE, GOOD, BAD = (f"var(--{name})" for name in ("ink", "muted", "line", "good", "bad"))
 SERIES = tuple(f"var(--c{number})" for number in range(1, 8))
-DASHED, DOTTED = "4 2.5", "1.2 2"
+DASHED = "4 2.5"
+DOTTED = "1.2 2"
 Anchor = Literal["start", "middle", "end"]
 
 _TICK = 3.5  # [pt] long
@@ -134,7 +135,8 @@ class Panel:
 
     def _scales(self) -> str:
         """Return both scales: their lines, ticks, numbers and labels."""
-        box, foot = self.box, self._foot
+        box = self.box
+        foot = self._foot
         frame = f"M{box.left:.2f} {box.top:.2f}v{box.height:.2f}h{box.width:.2f}"
         below = "".join(f"M{box.left + share * box.width:.2f} {foot:.2f}v{size:.2f}" for share, size in _ticks(self.x))
         beside = "".join(
@@ -146,7 +148,8 @@ class Panel:
     def _numbers_of_x(self) -> list[str]:
         if self.x_label is None:
             return []
-        box, words = self.box, Words(anchor="middle")
+        box = self.box
+        words = Words(anchor="middle")
         found = [
             _text(text, box.left + share * box.width, self._foot + 14.0, words)
             for share, (_, text) in zip(_numbered(self.x), self.x.ticks, strict=True)
@@ -157,7 +160,8 @@ class Panel:
     def _numbers_of_y(self) -> list[str]:
         if self.y_label is None:
             return []
-        box, words = self.box, Words(anchor="end")
+        box = self.box
+        words = Words(anchor="end")
         found = [
             _text(text, box.left - 6.0, self._foot - share * box.height + _UNDER_MIDDLE * words.size, words)
             for share, (_, text) in zip(_numbered(self.y), self.y.ticks, strict=True)
