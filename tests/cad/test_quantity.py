@@ -5,6 +5,7 @@ import pytest
 
 from cad.quantity import (
     Bounds,
+    Estimate,
     InputError,
     as_float,
     check_fields,
@@ -129,3 +130,11 @@ def test_numbers_as_people_write_them(text, number):
 def test_nearest_name_is_found_whatever_its_case():
     assert nearest("PETG", ["sla-resin", "fdm-petg", "E_MPa"]) == "fdm-petg"
     assert nearest("e_mpa", ["sla-resin", "fdm-petg", "E_MPa"]) == "E_MPa"
+
+
+def test_estimate_in_another_unit_has_the_same_relative_error():
+    estimate = Estimate(2.0, 0.125, "N/mm").times(1e3, "N/m")
+    assert (estimate.value, estimate.error, estimate.unit) == (2000.0, 125.0, "N/m")
+    assert (estimate.relative, estimate.percent) == (0.0625, 6.25)
+    assert Estimate(-2.0, 0.125).relative == 0.0625
+    assert (Estimate(0.0, 0.0).relative, Estimate(0.0, 0.1).relative) == (0.0, math.inf)
