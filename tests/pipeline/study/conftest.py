@@ -90,15 +90,15 @@ def is_worker(process: str) -> bool:
 class Run:
     """A process that a test has started, the first of a group of its own; every wait for it has a deadline."""
 
-    def __init__(self, words: list[str], stderr: int = subprocess.PIPE, **environment: str) -> None:
-        """Start it at the root of the project; stderr goes to a descriptor where one is named."""
+    def __init__(self, words: list[str], **environment: str) -> None:
+        """Start it at the root of the project."""
         self.process = subprocess.Popen(
             words,
             cwd=Path(__file__).parents[3],
             env={**os.environ, **environment},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=stderr,
+            stderr=subprocess.PIPE,
             encoding="utf-8",
             start_new_session=True,
         )
@@ -127,14 +127,10 @@ class Run:
                 found += [int(child) for child in thread.read_text(encoding="utf-8").split() if is_worker(child)]
         return found
 
-    def kill(self) -> None:
-        """Kill whatever is left of its group."""
-        with suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)
-
     def clear(self) -> None:
         """Kill whatever is left of its group, and wait for its end."""
-        self.kill()
+        with suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
         self.process.communicate(timeout=DEADLINE_S)
 
 
@@ -143,15 +139,13 @@ def start() -> Iterator[Callable[..., Run]]:
     """Start processes by their words; none of them outlives the test."""
     started: list[Run] = []
 
-    def begin(*words: str | Path, stderr: int = subprocess.PIPE, **environment: str) -> Run:
-        started.append(Run([sys.executable, *map(str, words)], stderr, **environment))
+    def begin(*words: str | Path, **environment: str) -> Run:
+        started.append(Run([sys.executable, *map(str, words)], **environment))
         return started[-1]
 
     try:
         yield begin
     finally:
-        for run in started:
-            run.kill()
         for run in started:
             run.clear()
 

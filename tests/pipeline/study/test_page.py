@@ -124,7 +124,7 @@ def _check_parquet(store: StudyStore, study: Study, path: Path) -> None:
 def test_export_holds_a_few_rows_at_a_time(written: Callable[..., Path], tmp_path: Path) -> None:
     """Eight times the points ask for no more memory; held as a list they ask for eight times as much."""
     peaks = []
-    for samples in (1_000, 8_000):
+    for samples in (500, 4_000):
         study = many(written, samples)
         with study_store(tmp_path / str(samples), study) as store:
             store.put(planted(study))

@@ -126,7 +126,8 @@ def test_workers_that_never_come_back_are_refused() -> None:
 def test_study_that_is_ended_goes_on_to_the_same_table(
     start: Start, written: Write, whole: bytes, tmp_path: Path, number: int
 ) -> None:
-    path, folder = written(TEXT), tmp_path / "ended"
+    path = written(TEXT)
+    folder = tmp_path / "ended"
     run = start(*words_of(path, folder, "--processes", "2"))
     run.wait_for(lambda: stored_count(folder) >= 1)
     run.process.send_signal(number)
@@ -140,7 +141,8 @@ def test_study_that_is_ended_goes_on_to_the_same_table(
 
 @pytest.mark.slow
 def test_killed_workers_are_replaced(start: Start, written: Write, whole: bytes, tmp_path: Path) -> None:
-    path, folder = written(TEXT), tmp_path / "killed"
+    path = written(TEXT)
+    folder = tmp_path / "killed"
     run = start(*words_of(path, folder, "--processes", "2"))
     for stored in (0, 2):  # while workers start, and while they solve
         run.wait_for(lambda stored=stored: run.workers() and stored_count(folder) >= stored)
@@ -166,7 +168,9 @@ def assert_same_numbers(one: bytes, other: bytes) -> None:
 def test_cluster_agrees_and_a_lost_one_is_one_line(
     start: Start, written: Write, whole: bytes, dask_cluster: tuple[Any, str], tmp_path: Path
 ) -> None:
-    path, folder, (cluster, address) = written(TEXT), tmp_path / "lost", dask_cluster
+    path = written(TEXT)
+    folder = tmp_path / "lost"
+    cluster, address = dask_cluster
     run = start(*words_of(path, tmp_path / "dask", "--scheduler", address))
     run.wait_for(lambda: stored_count(tmp_path / "dask") >= 1)
     os.kill(cluster.workers()[0], signal.SIGKILL)  # its nanny starts another
@@ -186,7 +190,9 @@ def test_cluster_agrees_and_a_lost_one_is_one_line(
 def test_killed_at_random_moments_it_ends_with_the_same_table(
     start: Start, written: Write, whole: bytes, tmp_path: Path
 ) -> None:
-    path, folder, draw = written(TEXT), tmp_path / "killed", random.Random(17)
+    path = written(TEXT)
+    folder = tmp_path / "killed"
+    draw = random.Random(17)
     for _ in range(10):
         run = start(*words_of(path, folder, "--processes", "2"))
         time.sleep(draw.uniform(0.0, 6.0))
