@@ -7,7 +7,7 @@ the pads of its back. Letters are made of straight strokes at 0, 45 or 90 degree
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import cadquery as cq
 import shapely
@@ -22,8 +22,7 @@ _EDGE_MM = 1.0  # left free around a text
 _PAD_EDGE_MM = 0.95  # the same on the bar of a pad: the widest of the least walls, and the corners of oblique strokes
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Panel:
+class _Panel(NamedTuple):
     """A rectangle on the frame for one text: its middle (x, z), width and height [mm]."""
 
     x: float
@@ -37,13 +36,13 @@ def marked(part: Part, housing: Housing, name: str) -> Part:
 
     A name that is too long is cut short; a panel that is too small for letters of 3 mm stays blank.
     """
-    half_wall = 0.5 * housing.wall_width
-    middle = 0.5 * (housing.protrusion + housing.top_level)
-    between_holes = housing.top_level - housing.protrusion - 4.0 * housing.hole_inset
-    left = _Panel(x=housing.left + half_wall, z=middle, width=housing.wall_width, height=between_holes)
-    right = _Panel(x=housing.right - half_wall, z=middle, width=housing.wall_width, height=between_holes)
+    texts = [(name, _bar(housing))]
+    for letter, arm in zip(("L", "H"), housing.arms, strict=True):
+        (x, lower), (_, upper) = arm.holes
+        between_holes = upper - lower - 2.0 * housing.hole_inset
+        texts.append((letter, _Panel(x, 0.5 * (lower + upper), housing.wall_width, between_holes)))
     tools: list[cq.Solid] = []
-    for text, panel in ((name, _bar(housing)), ("L", left), ("H", right)):
+    for text, panel in texts:
         height = min(TALLEST_MM, panel.height - PEN_MM - 2.0 * _EDGE_MM)
         if height >= SMALLEST_MM:
             fitting = letters_that_fit(text, height, panel.width - PEN_MM - 2.0 * _EDGE_MM)
@@ -62,15 +61,17 @@ def _bar(housing: Housing) -> _Panel:
         width -= 4.0 * housing.dowel_hole
         height = height - SETBACK_MM + 2.0 * (_EDGE_MM - _PAD_EDGE_MM)
         foot += SETBACK_MM
-    x = 0.5 * (housing.left + housing.right)
-    return _Panel(x=x, z=0.5 * (foot + housing.top_level), width=width, height=height)
+    return _Panel(0.5 * (housing.left + housing.right), 0.5 * (foot + housing.top_level), width, height)
 
 
 def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
     """Return what an area takes away; on the back of a plate of a square it is mirrored, to be read from there."""
-    sign, face = 1.0, -0.5 * housing.depth
     if housing.back_to_back:
-        sign, face = -1.0, 0.5 * housing.depth + housing.pad_height
+        sign = -1.0
+        face = 0.5 * housing.depth + housing.pad_height
+    else:
+        sign = 1.0
+        face = -0.5 * housing.depth
 
     def wire(ring: shapely.LinearRing) -> cq.Wire:
         points = [cq.Vector(panel.x + sign * x, face - ENGRAVED_MM, panel.z + z) for x, z in ring.coords[:-1]]

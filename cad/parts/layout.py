@@ -27,40 +27,45 @@ def housing_for(
     The frame stands back so far that it clears the fruit at full travel and 3 degrees of tilt. Raises InputError
     when a leaf is too short for its fillets.
     """
-    tips, mount, depth = design.tips, tip_mount(design, process), plate_depth(design, process)
+    tips = design.tips
     layout = tips.tip_layout
-    thicknesses = process.leaf_thicknesses_mm
+    mount = tip_mount(design, process)
+    depth = plate_depth(design, process)
     separation = layout.leaf_separation_mm
-    leaves = [
-        Flexure(thickness=t, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
-        for t, length in zip(thicknesses, lengths, strict=True)
-    ]
-    side = mount.side if mount.pocket else _tip_side(tips, depth)
-    shuttle = max(side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
-    standing = max(
-        min(tips.side_mm, LEDGE),
-        1.5 * design.press.travel_mm,
-        _cap_height(tips, tips.side_mm if mount.pocket else side),
-        tips.tip_shape.height_mm if mount.pocket else 0.0,
+    low, high = (
+        Flexure(thickness=thickness, length=length, depth=depth, separation=separation, fillet=process.fillet_mm)
+        for thickness, length in zip(process.leaf_thicknesses_mm, lengths, strict=True)
     )
-    tip_height, pin_out = (LEDGE, standing) if mount.pocket else (standing, 0.0)
+
+    # From the tips up: a printed tip stands out itself, a pin out of a foot that is a low tip.
+    side = mount.side if mount.pocket else _tip_side(tips, depth)
+    standing_out = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
+    if mount.pocket:
+        pin_out = max(standing_out, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
+        tip_height = LEDGE
+    else:
+        pin_out = 0.0
+        tip_height = max(standing_out, _cap_height(tips, side))
+    shuttle = max(side, min(layout.shuttle_width_mm, tips.spacing_mm - process.min_gap_mm))
     neck = tip_height + _taper(depth, shuttle, side)
     protrusion = max(_protrusion(design, lengths, depth) - pin_out, _LEAST_PROTRUSION)
-    half_leaf = 0.5 * max(thicknesses) + process.fillet_mm
-    lower = max(neck, protrusion) + LEDGE + half_leaf
-    stops = [round(max(process.min_gap_mm, STOP_MARGIN * deflection), 2) for deflection in deflections]
-    cavity = lower + separation + half_leaf + LEDGE + max(stops)
+
+    # A fillet and a ledge lie between a leaf and the next corner.
+    half_leaf = 0.5 * max(low.thickness, high.thickness) + process.fillet_mm
+    lower_leaf = max(neck, protrusion) + LEDGE + half_leaf
+    low_stop, high_stop = (round(max(process.min_gap_mm, STOP_MARGIN * each), 2) for each in deflections)
+    cavity = lower_leaf + separation + half_leaf + LEDGE + max(low_stop, high_stop)
     housing = Housing(
-        low=leaves[0],
-        high=leaves[1],
+        low=low,
+        high=high,
         tip_side=side,
         tip_height=tip_height,
         spacing=tips.spacing_mm,
         shuttle_width=shuttle,
         neck_level=neck,
-        lower_leaf_level=lower,
-        low_top_level=cavity - stops[0],
-        high_top_level=cavity - stops[1],
+        lower_leaf_level=lower_leaf,
+        low_top_level=cavity - low_stop,
+        high_top_level=cavity - high_stop,
         cavity_level=cavity,
         top_level=cavity + layout.top_bar_mm,
         protrusion=protrusion,
@@ -111,9 +116,10 @@ def _taper(depth: float, shuttle: float, tip: float) -> float:
 
 def _protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> float:
     """Return how far the tips stand out of the frame [mm]: full travel, the drop of a tilted edge, a clearance."""
-    fruit, press = design.fruit, design.press
-    along = min(0.5 * fruit.length_mm + abs(design.tips.offset_mm), 0.5 * design.tips.spacing_mm + max(lengths) + 20.0)
-    reach = 0.5 * depth + 0.5 * design.tips.tip_layout.width * design.tips.spacing_mm
-    across = min(0.5 * fruit.width_mm, reach)
+    fruit, tips, press = design.fruit, design.tips, design.press
+    frame_length = 0.5 * tips.spacing_mm + max(lengths) + 20.0
+    along = min(0.5 * fruit.length_mm + abs(tips.offset_mm), frame_length)
+    frame_width = 0.5 * depth + 0.5 * tips.tip_layout.width * tips.spacing_mm
+    across = min(0.5 * fruit.width_mm, frame_width)
     drop = math.tan(math.radians(max(TILT_DEG, abs(press.tilt_deg)))) * max(along, across)
     return math.ceil(10.0 * (press.travel_mm + drop + CLEARANCE)) / 10.0

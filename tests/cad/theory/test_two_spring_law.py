@@ -14,7 +14,6 @@ from cad.theory.two_spring_law import (
     fruit_stiffness,
     hayes_stiffness,
     nonlinearity,
-    series_stiffness,
     size_springs,
     stiffness_at_largest_nonlinearity,
 )
@@ -104,10 +103,6 @@ def test_fruit_stiffness_is_the_inverse_of_the_force_ratio(P_max, NL, K_m_max, s
 def test_springs_scale_with_the_fruit_and_with_the_unit(P_max, NL, K_m_max, definition, unit):
     one, other = (size_springs(P_max, NL, K, definition) for K in (K_m_max, unit * K_m_max))
     assert (other.K_l, other.K_h) == pytest.approx((unit * one.K_l, unit * one.K_h), rel=ROUND_OFF)
-
-
-def test_springs_in_series_are_softer_than_either():
-    assert series_stiffness(3.0, 6.0) == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("P", [1.0, 0.5, 17300.0 / 753.0, 23.0, math.nan, math.inf])
