@@ -5,6 +5,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
@@ -52,6 +54,22 @@ def test_one_dome_on_a_rigid_spring():
     np.testing.assert_allclose(found.rates[:, 0], 2.0 * a * modulus, rtol=1e-9)
 
 
+def test_one_dome_on_an_ellipsoid_is_the_elliptic_contact_of_hertz():
+    """Johnson (1985), equations (4.24), (4.28) and (4.31), with elliptic integrals; the law is good to 0.1 %."""
+    dome, depth, axes = 20.0, 0.1, np.array([40.0, 20.0, 40.0])
+    low, high = 1.0 / dome + 1.0 / axes[0], 1.0 / dome + axes[0] / axes[1] ** 2  # relative curvatures at the apex
+    m = brentq(lambda m: (ellipe(m) / (1.0 - m) - ellipk(m)) / (ellipk(m) - ellipe(m)) - high / low, 1e-6, 1.0 - 1e-6)
+    shape = (ellipe(m) / (1.0 - m) - ellipk(m)) * (ellipk(m) - ellipe(m))
+    F1 = (4.0 / (np.pi * m) * (1.0 - m) ** 0.75 * np.sqrt(shape)) ** (1.0 / 3.0)
+    F2 = 2.0 / np.pi * (1.0 - m) ** 0.25 * ellipk(m) / F1
+    expected = 4.0 / 3.0 / (1.0 - POISSON**2) * (low * high) ** -0.25 * (depth / F2) ** 1.5
+    poses = DomePoses(dome, np.array([[[0.0, 0.0, dome - depth]]]), np.array([[0.0, 0.0, 1.0]]), axes[None])
+    none = np.zeros((1, 1, 1))
+    body = Body(poisson=POISSON, remainder=none, bound=none, size=np.inf)
+    found = dome_forces(poses, np.ones(1), np.zeros((1, 1)), body)
+    assert found.F[0, 0] == pytest.approx(expected, rel=1e-3)
+
+
 def test_profile_of_a_sphere_is_told_apart():
     """Segedin's force at the same depth lies below Hertz's by what is told, to the next order of a / r."""
     a, modulus = 0.4, E / (1.0 - POISSON**2)
@@ -91,7 +109,7 @@ def test_square_is_the_same_seen_from_its_sides():
     np.testing.assert_allclose(rolled.F[:, [0, 3, 2, 1]], tilted.F, rtol=1e-9)
 
 
-@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.4, 0.0), (0.4, 0.3)])
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.4, 0.3)])
 def test_contact_cells_find_the_same_forces(tilt):
     """Within both bars: the law's, and twice the step from the coarse to the fine cells."""
     posed = scene(*tilt)
