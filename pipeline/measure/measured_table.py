@@ -75,15 +75,15 @@ class Quantity:
     """What a column may hold: a number in one of some units, or a text where there are none.
 
     `default` is the unit of a header that gives none; without it a unit must be given. `most` bounds the size of the
-    number in the unit whose factor is 1. `words` are other names that headers have for it. `told_unit` is the unit that
-    a person has told us, which a header may leave out and not contradict.
+    number in the unit whose factor is 1. `words` are other names that headers have for it. `flag_unit` is the unit that
+    a flag gives, which a header may leave out and not contradict.
     """
 
     units: Mapping[str, float]
     default: str = ""
     most: float = math.inf
     words: tuple[str, ...] = ()
-    told_unit: str = ""
+    flag_unit: str = ""
 
 
 class Row(NamedTuple):
@@ -235,23 +235,25 @@ def _refuse_unclear_commas(source: str, rows: Sequence[Row]) -> None:
     raise validation_error(place_of(source, line), cell, "", bound, "export it with one decimal sign, a point")
 
 
-def told_quantities(quantities: Mapping[str, Quantity], columns: str | None, units: str | None) -> dict[str, Quantity]:
-    """Return quantities with what `--columns NAME=HEADER,...` and `--units NAME=UNIT,...` tell of them.
+def quantities_by_flags(
+    quantities: Mapping[str, Quantity], columns: str | None, units: str | None
+) -> dict[str, Quantity]:
+    """Return quantities with what `--columns NAME=HEADER,...` and `--units NAME=UNIT,...` say of them.
 
     Raises InputError for another name or unit.
     """
-    told = dict(quantities)
+    flagged = dict(quantities)
     for name, header in _named_values("--columns", columns, quantities):
         bracketed = _IN_BRACKETS.fullmatch(header)
-        told[name] = replace(told[name], words=(*told[name].words, bracketed[1] if bracketed else header))
+        flagged[name] = replace(flagged[name], words=(*flagged[name].words, bracketed[1] if bracketed else header))
     for name, unit in _named_values("--units", units, quantities):
-        told[name] = with_unit(told[name], unit, "--units")
-    return told
+        flagged[name] = with_unit(flagged[name], unit, "--units")
+    return flagged
 
 
 def with_unit(quantity: Quantity, unit: str, flag: str) -> Quantity:
-    """Return a quantity in the unit that a flag tells; raises InputError for a unit that it does not have."""
-    return replace(quantity, told_unit=_unit_of(flag, quantity, unit))
+    """Return a quantity in the unit that a flag gives; raises InputError for a unit that it does not have."""
+    return replace(quantity, flag_unit=_unit_of(flag, quantity, unit))
 
 
 def _named_values(flag: str, text: str | None, names: Mapping[str, Quantity]) -> Iterator[tuple[str, str]]:
@@ -267,7 +269,7 @@ def _named_values(flag: str, text: str | None, names: Mapping[str, Quantity]) ->
 def columns_of(source: str, header: Row, quantities: Mapping[str, Quantity]) -> list[Column]:
     """Return the columns of a header that name a quantity, by their order; others are left out.
 
-    Raises InputError for a unit that the quantity does not have, or that is another than a flag tells.
+    Raises InputError for a unit that the quantity does not have, or that is another than a flag gives.
     """
     names = {}
     for name, quantity in quantities.items():
@@ -284,11 +286,11 @@ def columns_of(source: str, header: Row, quantities: Mapping[str, Quantity]) -> 
             columns.append(Column(index=index, label=label, name=name))
             continue
         place = place_of(source, header.line, label)
-        unit = _unit_of(place, quantity, written_unit or quantity.told_unit or quantity.default)
-        if quantity.told_unit not in ("", unit):
-            bound = f"in {quantity.told_unit}, as a flag says"
+        unit = _unit_of(place, quantity, written_unit or quantity.flag_unit or quantity.default)
+        if quantity.flag_unit not in ("", unit):
+            bound = f"in {quantity.flag_unit}, as a flag says"
             raise validation_error(place, written_unit, "", bound, "leave that flag out")
-        is_assumed = not written_unit and not quantity.told_unit
+        is_assumed = not written_unit and not quantity.flag_unit
         note = f"the unit of {label!r} is not given: {unit} is assumed" if is_assumed else ""
         factor = quantity.units[unit]
         columns.append(Column(index=index, label=label, name=name, factor=factor, most=quantity.most, note=note))

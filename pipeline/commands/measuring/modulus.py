@@ -63,7 +63,7 @@ def execute(arguments: Namespace) -> int:
 
     _refuse_plot(arguments.plot)
     geometry, assumed = _geometry(arguments)
-    quantities = _told_quantities(arguments)
+    quantities = _quantities(arguments)
     results = []
     for file in dict.fromkeys(arguments.files):
         for specimen in read_specimens(file, quantities):
@@ -93,12 +93,12 @@ def _refuse_plot(path: Path | None) -> None:
         raise validation_error("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
 
 
-def _told_quantities(arguments: Namespace) -> "dict[str, Quantity]":
+def _quantities(arguments: Namespace) -> "dict[str, Quantity]":
     """Return what headers mean, with what the flags say of them and of their units."""
     from pipeline.measure.compression.specimens import QUANTITIES
-    from pipeline.measure.measured_table import told_quantities, with_unit
+    from pipeline.measure.measured_table import quantities_by_flags, with_unit
 
-    quantities = told_quantities(QUANTITIES, arguments.columns, arguments.units)
+    quantities = quantities_by_flags(QUANTITIES, arguments.columns, arguments.units)
     for name, unit in (("force", arguments.force_unit), ("travel", arguments.travel_unit)):
         if unit is not None:
             quantities[name] = with_unit(quantities[name], unit, f"--{name}-unit")

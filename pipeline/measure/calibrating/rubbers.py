@@ -205,7 +205,7 @@ def _on_rubber(sensor: MeasuringUnit, law: ContrastLaw, radius: float) -> Contra
     """Return the law on a rubber of a radius [mm], infinite for a flat one, instead of on the design's fruit."""
     dome = sensor.design.tips.dome_radius_mm or 0.0
     fruit = sensor.design.fruit.radii_mm[0]
-    squares = np.square(sensor.places).sum(axis=1)
+    squares = np.square(sensor.positions).sum(axis=1)
     fall = 0.5 * squares * (1.0 / (dome + radius) - 1.0 / (dome + fruit))
     hertz = law.hertz
     if dome:

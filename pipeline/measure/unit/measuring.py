@@ -50,7 +50,7 @@ class MeasuringUnit:
         return self.report.design
 
     @cached_property
-    def places(self) -> tuple[Place, ...]:
+    def positions(self) -> tuple[Place, ...]:
         """Return x and y of each tip [mm]."""
         return tuple((tip.x_mm, tip.y_mm) for tip in self.report.tips)
 

@@ -15,8 +15,8 @@ from pipeline.measure.measured_table import (
     Quantity,
     is_number,
     numbers_of,
+    quantities_by_flags,
     read_csv,
-    told_quantities,
 )
 
 QUANTITIES = {
@@ -144,14 +144,14 @@ def test_source_has_to_be_a_regular_file_of_some_size(tmp_path):
 
 
 def test_flags_name_headers_and_units():
-    told = told_quantities(QUANTITIES, "force=Last,travel=Pfad [mm]", "force=KN")
-    assert [told[name].words for name in QUANTITIES] == [(), ("weight", "Last"), ("Pfad",)]
-    assert [told[name].told_unit for name in QUANTITIES] == ["", "kN", ""]
+    flagged = quantities_by_flags(QUANTITIES, "force=Last,travel=Pfad [mm]", "force=KN")
+    assert [flagged[name].words for name in QUANTITIES] == [(), ("weight", "Last"), ("Pfad",)]
+    assert [flagged[name].flag_unit for name in QUANTITIES] == ["", "kN", ""]
     for columns, units, field in (
         ("Last", None, "--columns"),
         ("mass=M", None, "--columns"),
         (None, "force=t", "--units"),
     ):
         with pytest.raises(InputError) as caught:
-            told_quantities(QUANTITIES, columns, units)
+            quantities_by_flags(QUANTITIES, columns, units)
         assert caught.value.field == field

@@ -5,7 +5,7 @@ import pytest
 
 from cad.quantity import InputError
 from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
-from pipeline.measure.measured_table import told_quantities
+from pipeline.measure.measured_table import quantities_by_flags
 
 TRAVEL = np.array([0.0, 0.5, 1.0, 1.5])  # [mm]
 FORCE = np.array([0.25, 0.5, 4.0, 9.75])  # [N]
@@ -25,7 +25,7 @@ SECTIONS = (
 def read(tmp_path, content, columns=None, units=None):
     path = tmp_path / "test.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    return read_specimens(path, told_quantities(QUANTITIES, columns, units))
+    return read_specimens(path, quantities_by_flags(QUANTITIES, columns, units))
 
 
 def assert_is_the_curve(specimen):
