@@ -144,8 +144,7 @@ class Fruit:
             raise validation_error(self.depth_key, self.depth_mm, "mm", bound, "the piece is thicker than the fruit")
         if self.whole:
             return
-        half_length, half_width = 0.5 * self.length_mm, 0.5 * self.width_mm
-        if self.fall_mm(half_length, half_width) >= self.depth_mm:
+        if self.fall_mm(0.5 * self.length_mm, 0.5 * self.width_mm) >= self.depth_mm:
             bound = "so small that the corners of the piece lie on the fruit, above its base"
             hint = "take a smaller length and width, or leave both out for the whole fruit"
             raise validation_error("fruit.length_mm", self.length_mm, "mm", bound, hint)

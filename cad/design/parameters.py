@@ -32,7 +32,8 @@ Mount = Literal["covers", "washers"]
 _STIFFNESS = Bounds(at_least=1e-6, at_most=1e9)
 # P must rise by more than a stiffness is known to, 0.1 %; beyond the limits of NL one spring is too stiff or too soft
 # by ten thousand times to be made or read.
-_FORCE_RATIO, _NONLINEARITY = Bounds(at_least=1.001, at_most=100.0), Bounds(at_least=1e-5, at_most=0.4999)
+_FORCE_RATIO = Bounds(at_least=1.001, at_most=100.0)
+_NONLINEARITY = Bounds(at_least=1e-5, at_most=0.4999)
 _LONGEST_NAME = 64
 
 
@@ -90,7 +91,8 @@ class GivenSprings:
     def __post_init__(self) -> None:
         """Check each field, that both are given and that the low spring is the softer one."""
         check_fields(self, "springs")
-        K_l, K_h = self.K_l_N_per_m, self.K_h_N_per_m
+        K_l = self.K_l_N_per_m
+        K_h = self.K_h_N_per_m
         if (K_l is None) != (K_h is None):
             names = ("springs.K_l_N_per_m", "springs.K_h_N_per_m")
             missing, partner = names if K_l is None else names[::-1]
@@ -192,7 +194,8 @@ class Design:
 
     def _check_process(self) -> None:
         """Refuse the name of a process that is neither known nor the design's own."""
-        name, own = self.print.process, self.printer
+        name = self.print.process
+        own = self.printer
         if own is None:
             check_choice("print.process", name, Print)
         elif own.name != name or name in PROCESSES:
@@ -262,7 +265,8 @@ class Design:
         With a reading the sensor may be tilted towards any tip.
         """
         centres = self.tips.centres_mm
-        slope, middle = math.tan(math.radians(self.press.tilt_deg)), sum(centres) / len(centres)
+        slope = math.tan(math.radians(self.press.tilt_deg))
+        middle = sum(centres) / len(centres)
         farthest = max(math.hypot(x - middle, y) for x, y in self.tips.places_mm)
         tilted = 0.0 if self.reading is None else farthest * math.tan(math.radians(self.reading.tilt_deg))
         travels = [self.press.travel_mm + tilted + (x - middle) * slope for x in centres]

@@ -47,7 +47,8 @@ def plate_depth(design: Design, process: Process) -> float:
     side = tip_mount(design, process).side
     if not design.tips.tip_layout.is_back_to_back:
         return max(process.depth_mm, side)
-    spacing, pads = design.tips.spacing_mm, 2.0 * pad_height(process)
+    spacing = design.tips.spacing_mm
+    pads = 2.0 * pad_height(process)
     depth = round(spacing - pads, 3)
     least = max(side, _LEAST_ASPECT * max(process.leaf_thicknesses_mm))
     if depth < least:
