@@ -148,3 +148,6 @@ def test_reading_tells_the_plane_of_its_pose():
     forces = np.linalg.solve(C + S / E, 0.6 + np.array(SQUARE) @ slopes - gaps)
     assert plane_through(SQUARE, lowered_tips(law, forces.tolist(), E)) == pytest.approx((0.6, *slopes), rel=ROUND_OFF)
     assert plane_through(LINE, (0.5, 0.6, 0.7)) == (pytest.approx(0.6), pytest.approx(0.04), None)
+    law, forces = dome_reading()
+    lowered = lowered_tips(law, forces, read_modulus(law, forces))
+    assert np.dot(law.weights, lowered) == pytest.approx(0.0, abs=ROUND_OFF)  # no contrast is left at the modulus read
