@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 _CHANCE = 2.0  # standard errors up to which neighbouring residuals are alike by chance
 _MOST_ALIKE = 0.95  # correlation of neighbours: a larger one is taken for this
 _WIDE = 3.0  # times the chosen range's error: a range that tells so little tells nothing about the choice
-_TABULATED = 1e-4  # of the factor: more than the straight lines between the tabulated forces take from it
+_TABULATED = 1e-4  # of the modulus: more than the straight lines between the tabulated forces take from it
 
 
 def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
@@ -35,16 +35,16 @@ def standard_errors(jacobian: Floats, residual: Floats) -> Floats:
 
 
 def with_choice(best: Estimate, others: Sequence[Estimate]) -> Estimate:
-    """Return the factor of the chosen range with what the factors of other ranges add to its error [N/mm^n].
+    """Return the modulus of the chosen range with what those of other ranges add to its error [MPa].
 
     What noise explains of their difference is left out: the variance of the difference to a fit of more points is the
     difference of the variances (J. A. Hausman, Econometrica 46 (1978) 1251, doi:10.2307/1913827).
     """
     excess = []
-    for factor in others:
-        if factor.error < _WIDE * best.error:
-            by_noise = max(0.0, factor.error**2 - best.error**2)
-            excess.append(max(0.0, (factor.value - best.value) ** 2 - by_noise))
+    for other in others:
+        if other.error < _WIDE * best.error:
+            by_noise = max(0.0, other.error**2 - best.error**2)
+            excess.append(max(0.0, (other.value - best.value) ** 2 - by_noise))
     by_choice = float(np.mean(excess)) if excess else 0.0
     error = math.sqrt(best.error**2 + by_choice + (_TABULATED * best.value) ** 2)
     return Estimate(best.value, error, best.unit)

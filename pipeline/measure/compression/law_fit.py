@@ -31,9 +31,9 @@ _SETTLED = 1e-6  # [mm]: less settling is none
 
 
 class CurveParameters(NamedTuple):
-    """What describes a curve: ln k of the law, x0 and s [mm], ln F_s, f0 [N] and f1 [N/mm]."""
+    """What describes a curve: ln E of the law, x0 and s [mm], ln F_s, f0 [N] and f1 [N/mm]."""
 
-    log_factor: float
+    log_modulus: float
     touch: float
     settling: float
     log_settling_force: float
@@ -57,10 +57,10 @@ class LawFit:
     residual: Floats
 
     @property
-    def factor(self) -> Estimate:
-        """Return k of the law [N/mm^n]."""
-        factor = float(np.exp(self.parameters.log_factor))
-        return Estimate(factor, factor * self.errors.log_factor, f"N/mm^{self.law.exponent:g}")
+    def modulus(self) -> Estimate:
+        """Return E [MPa]."""
+        E = float(np.exp(self.parameters.log_modulus))
+        return Estimate(E, E * self.errors.log_modulus, "MPa")
 
     @property
     def touch(self) -> Estimate:
@@ -95,7 +95,7 @@ def fit_law(law: ForceLaw, travel: Floats, force: Floats, zero: float, *, with_d
         return None
     reach = float(travel[-1] - travel[0])
     start = CurveParameters(
-        log_factor=law.exponent * np.log(slope),
+        log_modulus=law.exponent * np.log(slope) - np.log(law.stiffness),
         touch=-level / slope,
         settling=_GUESS_TRAVEL * reach,
         log_settling_force=np.log(_GUESS * largest),
@@ -135,5 +135,5 @@ def _force(law: ForceLaw, parameters: CurveParameters, travel: Floats, largest: 
     """Return the force that the load cell shows [N] at travels [mm]: the law is tabulated over force and inverted."""
     force = _TABLE_END * largest * _FINE
     unsettled = parameters.settling * np.exp(-force / np.exp(parameters.log_settling_force))
-    position = parameters.touch + law.depth(force, float(np.exp(parameters.log_factor))) - unsettled
+    position = parameters.touch + law.depth(force, float(np.exp(parameters.log_modulus))) - unsettled
     return np.asarray(np.interp(travel, position, force) + parameters.offset + parameters.drift * travel)

@@ -1,13 +1,14 @@
 """The modulus of a fruit from one compression test: by its force law, and as force over plate area over strain."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cad.quantity import Bounds, validation_error
-from pipeline.measure.compression.force_law import TestGeometry, force_law
+from pipeline.measure.compression.force_law import TestGeometry, hertz_law, solved_law
 from pipeline.measure.compression.loading import Loading, loading
 from pipeline.measure.compression.range_choice import RangeFit, choose_range
 from pipeline.measure.compression.specimens import Specimen
@@ -39,14 +40,21 @@ class PlateModulus:
 
 @dataclass(frozen=True, kw_only=True)
 class CompressionResult:
-    """What one specimen says: `E_hertz_MPa` with `u_percent` at 95 %, and the moduli of a plate at several strains."""
+    """What one specimen says: `E_MPa` with `u_percent` at 95 %, and the moduli that literature has beside it.
+
+    `shares_percent` are the parts of the error, whose root of squares it is. `E_hertz_MPa` is the apparent modulus of
+    ASAE S368, None where Hertz's law cannot be fitted; `follows_hertz` says whether the curve follows it.
+    """
 
     specimen: Specimen
     geometry: TestGeometry
     curve: Loading
     chosen: RangeFit
-    E_hertz_MPa: float
+    E_MPa: float
     u_percent: float
+    shares_percent: Mapping[str, float]
+    E_hertz_MPa: float | None
+    follows_hertz: bool
     secants: tuple[PlateModulus, ...]
     notes: tuple[str, ...]
 
@@ -57,8 +65,8 @@ class CompressionResult:
 
     @property
     def reads_low(self) -> float:
-        """Return by which factor the paper's modulus lies below Hertz's [1]."""
-        return self.E_hertz_MPa / self.E_plate_MPa
+        """Return by which factor the paper's modulus lies below that of the flesh [1]."""
+        return self.E_MPa / self.E_plate_MPa
 
 
 def measured_modulus(
@@ -67,24 +75,30 @@ def measured_modulus(
     """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit."""
     curve = loading(specimen, compression_negative=compression_negative)
     _refuse_long_travel(specimen, curve, geometry)
-    law = force_law(geometry)
+    law = solved_law(geometry)
     chosen = choose_range(curve, law)
     if chosen is None:
         hint = "check that it is a whole loading, from before the touch on"
-        raise validation_error(str(specimen), "curve", "", "one that Hertz's law can be fitted to", hint)
-    E = (1.0 - geometry.poisson**2) / law.stiffness * chosen.factor.value
+        raise validation_error(str(specimen), "curve", "", "one that the force of a fruit can be fitted to", hint)
+    E = chosen.modulus.value
     if not PLAUSIBLE.hold(E):
         hint = "check the units of force and travel, and the radius"
         name = f"{specimen}: modulus"
         raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
+    by_fit = {"scatter of the points": COVERAGE * chosen.modulus.relative}
+    shares = by_fit | law.shares(min(chosen.last - chosen.touch.value, law.deepest))
+    hertz = choose_range(curve, hertz_law(geometry))
     secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
     return CompressionResult(
         specimen=specimen,
         geometry=geometry,
         curve=curve,
         chosen=chosen,
-        E_hertz_MPa=E,
-        u_percent=COVERAGE * chosen.factor.percent,
+        E_MPa=E,
+        u_percent=100.0 * math.hypot(*shares.values()),
+        shares_percent={name: 100.0 * share for name, share in shares.items()},
+        E_hertz_MPa=None if hertz is None else hertz.modulus.value,
+        follows_hertz=hertz is not None and hertz.follows,
         secants=tuple(secants),
         notes=(*specimen.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
     )
@@ -108,7 +122,7 @@ def _notes(E: float, chosen: RangeFit, asked_strain: float, first_strain: float)
         notes.append(f"a modulus of {E:.3g} MPa is unusual for a fruit: check the units of force and travel")
     if not chosen.follows:
         cause = "the shape of the fruit or its flesh differs"
-        notes.append(f"the curve does not follow Hertz's law within its noise: {cause}")
+        notes.append(f"the curve does not follow the force of such a fruit within its noise: {cause}")
     if chosen.idle == 0:
         notes.append("no rows before the touch: the zero of the force is fitted with the rest")
     drift = chosen.fit.parameters.drift

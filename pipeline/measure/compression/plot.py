@@ -1,4 +1,4 @@
-"""The plot of compression tests: force over travel with Hertz's law, and stress over strain as the paper shows it."""
+"""The plot of compression tests: force over travel with the fitted law, and stress over strain as in the paper."""
 
 import io
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ def plotted(results: Sequence[CompressionResult], kind: str) -> bytes:
         for index, result in enumerate(results):
             _draw_load(loads, result, f"C{index % 10}", named=index < _MOST_NAMED)
             _draw_stress(stresses, result, f"C{index % 10}")
-        loads.set(xlabel="travel [mm]", ylabel="force [N]", title="force, and Hertz's law where it is fitted")
+        loads.set(xlabel="travel [mm]", ylabel="force [N]", title="force, and the law where it is fitted")
         stresses.set(xlabel="strain: travel / height [%]", ylabel="stress: force / plate area [MPa]")
         stresses.set_title("stress over strain, and the secant")
         loads.legend(fontsize=7.0)
@@ -40,7 +40,7 @@ def _draw_load(axes: Axes, result: CompressionResult, colour: str, *, named: boo
     axes.plot(curve.travel, curve.force, ".", color=colour, markersize=2.0, alpha=0.4)
     travel = np.linspace(float(curve.travel[0]), chosen.last, _STEPS)
     name = f"{Path(result.specimen.file).stem} {result.specimen.name}"
-    label = f"{name}: {result.E_hertz_MPa:.3g} MPa ± {result.u_percent:.2g} %" if named else None
+    label = f"{name}: {result.E_MPa:.3g} MPa ± {result.u_percent:.2g} %" if named else None
     axes.plot(travel, chosen.fit.force(travel, float(curve.force.max())), color=colour, label=label)
     axes.axvline(chosen.touch.value, color=colour, linewidth=0.6, linestyle=":")
     if curve.failure is not None:

@@ -28,14 +28,14 @@ _TINY = float(np.finfo(float).tiny)
 class RangeFit:
     """A law fitted over a range of travel that ends at `last` [mm].
 
-    `fit` is the more probable of the fits with and without a drift of the zero line; `factor` [N/mm^n] and `touch` [mm]
+    `fit` is the more probable of the fits with and without a drift of the zero line; `modulus` [MPa] and `touch` [mm]
     are means of both by their probability, with standard errors. `follows` says whether the residuals are noise, `idle`
     how many points lie before the touch.
     """
 
     fit: LawFit
     last: float
-    factor: Estimate
+    modulus: Estimate
     touch: Estimate
     follows: bool
     idle: int
@@ -52,8 +52,8 @@ def choose_range(curve: Loading, law: ForceLaw) -> RangeFit | None:
         return None
     following = [fit for fit in candidates if fit.follows]
     best = following[0] if following else min(candidates, key=lambda fit: float(fit.fit.residual.std()))
-    others = [fit.factor for fit in following or candidates if fit is not best]
-    return replace(best, factor=with_choice(best.factor, others))
+    others = [fit.modulus for fit in following or candidates if fit is not best]
+    return replace(best, modulus=with_choice(best.modulus, others))
 
 
 def _fit_up_to(curve: Loading, end: float, law: ForceLaw) -> RangeFit | None:
@@ -101,9 +101,9 @@ def _fit(curve: Loading, count: int, law: ForceLaw) -> RangeFit | None:
     return RangeFit(
         fit=fit,
         last=float(travel[-1]),
-        factor=_mean(probability, other.factor, steady.factor),
+        modulus=_mean(probability, other.modulus, steady.modulus),
         touch=_mean(probability, other.touch, steady.touch),
-        follows=_is_noise(fit.residual),
+        follows=_is_noise(fit.residual) or bool((np.abs(fit.residual) <= law.error * np.abs(force)).all()),
         idle=idle,
     )
 

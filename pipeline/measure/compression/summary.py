@@ -28,8 +28,8 @@ class FruitSummary:
 
     name: str
     count: int
-    E_hertz_MPa: float
-    E_hertz_deviation_MPa: float
+    E_MPa: float
+    E_deviation_MPa: float
     E_plate_MPa: float
     E_plate_deviation_MPa: float
 
@@ -57,24 +57,24 @@ def overall(summaries: Sequence[FruitSummary]) -> FruitSummary:
 
 
 def _summary(name: str, tests: Sequence[CompressionResult | FruitSummary]) -> FruitSummary:
-    hertz = [test.E_hertz_MPa for test in tests]
+    flesh = [test.E_MPa for test in tests]
     plate = [test.E_plate_MPa for test in tests]
     return FruitSummary(
         name=name,
         count=len(tests),
-        E_hertz_MPa=statistics.fmean(hertz),
-        E_hertz_deviation_MPa=statistics.stdev(hertz) if len(tests) > 1 else 0.0,
+        E_MPa=statistics.fmean(flesh),
+        E_deviation_MPa=statistics.stdev(flesh) if len(tests) > 1 else 0.0,
         E_plate_MPa=statistics.fmean(plate),
         E_plate_deviation_MPa=statistics.stdev(plate) if len(tests) > 1 else 0.0,
     )
 
 
 def design_range(results: Sequence[CompressionResult]) -> DesignRange:
-    """Return the range from the softest to the stiffest Hertz modulus, each with its error bar, rounded outwards.
+    """Return the range from the softest to the stiffest modulus, each with its error bar, rounded outwards.
 
     Of one specimen it is that modulus alone.
     """
-    E = np.array([test.E_hertz_MPa for test in results])
+    E = np.array([test.E_MPa for test in results])
     u = 0.01 * np.array([test.u_percent for test in results])
     highest = float((E * (1.0 + u)).max())
     step = _second_digit(highest)
@@ -99,10 +99,12 @@ def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[st
     return {
         "file": result.specimen.file,
         "specimen": result.specimen.name,
+        "E_MPa": result.E_MPa,
         "E_hertz_MPa": result.E_hertz_MPa,
-        "E_over_1_minus_nu2_MPa": result.E_hertz_MPa / (1.0 - result.geometry.poisson**2),
+        "E_over_1_minus_nu2_MPa": result.E_MPa / (1.0 - result.geometry.poisson**2),
         "E_plate_MPa": result.E_plate_MPa,
         "u_percent": result.u_percent,
+        "u_shares_percent": dict(result.shares_percent),
         "u_plate_percent": result.secants[0].u_secant_percent,
         "plate_reads_low_by": result.reads_low,
         "first_touch_mm": chosen.touch.value,
@@ -112,7 +114,8 @@ def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[st
         "zero_N": chosen.fit.parameters.offset,
         "drift_N_per_mm": chosen.fit.parameters.drift,
         "noise_N": result.curve.noise,
-        "follows_hertz": chosen.follows,
+        "follows_law": chosen.follows,
+        "follows_hertz": result.follows_hertz,
         "at_strain": [asdict(secant) for secant in result.secants],
         "geometry": geometry,
         "notes": [*assumed, *result.notes],
@@ -133,7 +136,7 @@ def print_results(
         notes += result.notes
     for note in dict.fromkeys(notes):
         console.print(f"note: {escape(note)}", highlight=False)
-    for line in (_warning(results), _left_out(results[0].geometry)):
+    for line in (_warning(results), _shares(results), _left_out(results[0].geometry)):
         console.print(line, highlight=False)
     moduli = ", ".join(f"{E:g}" for E in design.E_MPa)
     E_max = f"{design.E_max_MPa:g}"
@@ -157,16 +160,17 @@ def _name(result: CompressionResult) -> str:
 
 
 def _specimen_table(results: Sequence[CompressionResult]) -> Table:
-    heads = "specimen | E, Hertz [MPa] | ± [%] | E, plate [MPa] | ± [%] | plate reads low by | first touch [mm]"
-    heads += " | range to [mm] | failure [mm]"
+    heads = "specimen | E [MPa] | ± [%] | apparent, Hertz [MPa] | E, plate [MPa] | ± [%] | plate reads low by"
+    heads += " | first touch [mm] | range to [mm] | failure [mm]"
     rows = []
     for result in results:
         failure = result.curve.failure
         rows.append(
             [
                 _name(result),
-                f"{result.E_hertz_MPa:.4g}",
+                f"{result.E_MPa:.4g}",
                 f"{result.u_percent:.2g}",
+                "none" if result.E_hertz_MPa is None else f"{result.E_hertz_MPa:.4g}",
                 f"{result.E_plate_MPa:.4g}",
                 f"{result.secants[0].u_secant_percent:.2g}",
                 f"{result.reads_low:.2f}",
@@ -199,25 +203,32 @@ def _strain_table(results: Sequence[CompressionResult]) -> Table:
 def _fruit_table(summaries: Sequence[FruitSummary]) -> Table:
     rows = []
     for fruit in (*summaries, overall(summaries)):
-        hertz = f"{fruit.E_hertz_MPa:.3g}"
+        flesh = f"{fruit.E_MPa:.3g}"
         plate = f"{fruit.E_plate_MPa:.3g}"
         if fruit.count > 1:
-            hertz += f" ± {fruit.E_hertz_deviation_MPa:.2g}"
+            flesh += f" ± {fruit.E_deviation_MPa:.2g}"
             plate += f" ± {fruit.E_plate_deviation_MPa:.2g}"
-        rows.append([escape(fruit.name), f"{fruit.count}", hertz, plate])
+        rows.append([escape(fruit.name), f"{fruit.count}", flesh, plate])
     title = "modulus of each fruit, mean ± standard deviation [MPa], as in the paper's Table I"
-    return _table(title, "fruit | tests | E, Hertz | E, plate", rows)
+    return _table(title, "fruit | tests | E | E, plate", rows)
 
 
 def _warning(results: Sequence[CompressionResult]) -> str:
     lowest = min(result.reads_low for result in results)
     highest = max(result.reads_low for result in results)
     factor = f"{highest:.2f}" if f"{lowest:.2f}" == f"{highest:.2f}" else f"{lowest:.2f} to {highest:.2f}"
-    here = f"here it reads {factor} times low" if lowest >= 1.0 else f"here Hertz's modulus is {factor} times it"
+    here = f"here it reads {factor} times low" if lowest >= 1.0 else f"here E is {factor} times it"
     return (
         f"warning: force / plate area over travel / height, as in the paper, is no modulus of a convex fruit: {here}. "
-        "Design with Hertz's."
+        "Hertz's law takes the fruit for two half-spaces and reads high. Design with E."
     )
+
+
+def _shares(results: Sequence[CompressionResult]) -> str:
+    """Return what the error bar is made of, each part at its largest over the specimens."""
+    names = results[0].shares_percent
+    parts = [f"{name} {max(result.shares_percent[name] for result in results):.2g} %" for name in names]
+    return f"in the error bar: {', '.join(parts)}"
 
 
 def _left_out(geometry: TestGeometry) -> str:

@@ -1,0 +1,233 @@
+"""The upper half of a body that is pressed along z: its section in quadratic elements, its energy at finite strain.
+
+The body is one of revolution about z, or long across the section and kept from growing that way (plane strain). Its
+lower half is the mirror image of the upper one.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.sparse import csc_matrix
+
+from solve.arrays import Floats, Ints
+from solve.large_strain.flesh_law import FleshLaw
+from solve.large_strain.stretch import mode_stiffness, principal_modes, principal_stretches
+
+# Two Gauss points each way: with three, quadratic elements lock as nu nears 0.5. O. C. Zienkiewicz, R. L. Taylor,
+# The Finite Element Method (2000), volume 1, section 12.5.
+_POINTS = 2
+_DOFS = 18  # of an element with nine nodes
+_REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])  # F_rr, F_rz, F_zr, F_zz, F_tt without displacement
+_FIRST_ELEMENT = 0.08  # of the contact at its largest: at the axis and under the plate
+_GROWTH = 1.2  # of one element to the next: a contact of any size then is as many elements wide
+_LARGEST_ELEMENT = 0.15
+
+
+class Section(Protocol):
+    """The section of a body along the press; lengths in mm."""
+
+    @property
+    def half_height(self) -> float:
+        """Return the height over the middle [mm]."""
+
+    @property
+    def length(self) -> float | None:
+        """Return the length across the section [mm]; None for a body of revolution."""
+
+    def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
+        """Return r and z [mm] of points of the unit square, whose edges are axis, middle, side and top."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoundSection:
+    """An ellipse: of a ball or an ellipsoid of revolution or, with a length, of a cylinder on its side.
+
+    `radius` is its radius of curvature at the top [mm].
+    """
+
+    half_height: float
+    radius: float
+    length: float | None = None
+
+    def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
+        """Return r and z [mm]: a smooth map of the square on a disc, stretched."""
+        half_width = math.sqrt(self.radius * self.half_height)
+        return half_width * across * np.sqrt(1.0 - 0.5 * up**2), self.half_height * up * np.sqrt(1.0 - 0.5 * across**2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StraightSection:
+    """A rectangle: of a cylinder on its end with a `radius` [mm], or of a block as a cylinder of equal area."""
+
+    half_height: float
+    radius: float
+    length: float | None = None
+
+    def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
+        """Return r and z [mm]."""
+        return self.radius * across, self.half_height * up
+
+
+class HalfBody:
+    """The elements of the upper half of a body with a law of flesh, E = 1 MPa; displacements (nodes, 2) are r, z [mm].
+
+    `x` (nodes, 2) [mm] are the nodes, `surface` those that a plate may touch, outwards from the axis, with the `area`
+    that belongs to each [mm^2]. `held` (2 nodes,) are the dofs that symmetry holds.
+    """
+
+    def __init__(self, section: Section, law: FleshLaw, contact: float, refinement: float = 1.0) -> None:
+        """Place the nodes for a contact of a radius [mm], and set up the strain of all elements."""
+        self.law = law
+        half_width = float(section.place(np.array(1.0), np.array(0.0))[0])
+        across = _with_midpoints(_graded(min(1.0, contact / half_width), refinement))
+        up = 1.0 - across[::-1]
+        columns = len(across)
+        rows = len(up)
+        r, z = section.place(*np.meshgrid(across, up, indexing="ij"))
+        self.x = np.stack([r.ravel(), z.ravel()], axis=1)
+        self.count = len(self.x)
+
+        index = np.arange(self.count).reshape(columns, rows)
+        corners = index[:-1:2, :-1:2].reshape(-1, 1)
+        nodes = corners + (rows * np.arange(3)[:, None] + np.arange(3)).reshape(1, -1)
+        self.dofs: Ints = (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, _DOFS)
+        held = np.zeros((self.count, 2), dtype=bool)
+        held[index[0], 0] = True
+        held[index[:, 0], 1] = True
+        self.held = held.ravel()
+        self.surface: Ints = np.concatenate([index[:, -1], index[-1, -2::-1]])
+        self.area = _area_of_nodes(self.x[self.surface], section.length)
+        self._strain, self._volumes = _strain_operator(self.x[nodes], section.length)
+
+    @property
+    def volume(self) -> float:
+        """Return the volume [mm^3]."""
+        return float(self._volumes.sum())
+
+    def deformed(self, u: Floats) -> "Deformed":
+        """Return the strain and its energy at displacements (nodes, 2) [mm]."""
+        F = np.einsum("eqid,ed->ieq", self._strain, u.ravel()[self.dofs], optimize=True)
+        F = F + _REST[:, None, None]
+        stretches = principal_stretches(F)
+        if not stretches.min() > 0.0:
+            return Deformed(u=u, F=F, stretches=stretches, energy=math.inf)
+        density = self.law.phi(stretches)[0].sum(axis=0) + self.law.U(np.log(stretches.prod(axis=0)))[0]
+        return Deformed(u=u, F=F, stretches=stretches, energy=float((self._volumes * density).sum()))
+
+    def tangent(self, body: "Deformed", *, convex: bool) -> tuple[Floats, csc_matrix]:
+        """Return the forces that hold a body, (2 nodes,) [N], and their slope, (2 nodes, 2 nodes) [N/mm].
+
+        With `convex` negative curvatures of the energy at the points are left out, so that the slope is definite.
+        """
+        _, slope, curvature = self.law.phi(body.stretches)
+        _, pressure, bulk = self.law.U(np.log(body.stretches.prod(axis=0)))
+        modes = principal_modes(body.F)
+        stiffness = mode_stiffness(body.stretches, slope, curvature, pressure)
+        if convex:
+            stiffness = np.maximum(stiffness, 0.0)
+        in_plane = np.einsum("meq,mieq,mjeq->ijeq", stiffness[:4], modes, modes, optimize=True)
+        growth = _by_parts(modes, 1.0 / body.stretches)
+        moduli = bulk * growth[:, None] * growth[None, :]
+        moduli[:4, :4] += in_plane
+        moduli[4, 4] += stiffness[4]
+        stress = _by_parts(modes, slope + pressure / body.stretches)
+
+        matrices = np.einsum("eqid,ijeq,eqjf->edf", self._strain, self._volumes * moduli, self._strain, optimize=True)
+        forces = np.einsum("ieq,eqid->ed", self._volumes * stress, self._strain, optimize=True)
+        size = 2 * self.count
+        rows = np.repeat(self.dofs, _DOFS, axis=1)
+        columns = np.tile(self.dofs, (1, _DOFS))
+        matrix = csc_matrix((matrices.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
+        total = np.bincount(self.dofs.ravel(), forces.ravel(), minlength=size)
+        return total.astype(np.float64, copy=False), matrix
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Deformed:
+    """A half body at displacements u (nodes, 2) [mm]: F (5, elements, points) [1], its principal stretches, its energy.
+
+    The energy [N mm at E = 1 MPa] is infinite where the body is turned inside out.
+    """
+
+    u: Floats
+    F: Floats
+    stretches: Floats
+    energy: float
+
+
+def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
+    """Return what turns displacements of elements into F less its value at rest, and the volumes of the points [mm^3].
+
+    Of nodes x (elements, 9, 2) [mm] they have the shapes (elements, points, 5, 18) [1/mm] and (elements, points).
+    """
+    points, weights = np.polynomial.legendre.leggauss(_POINTS)
+    along = np.repeat(points, _POINTS)
+    upward = np.tile(points, _POINTS)
+    value = _products(_quadratic(along), _quadratic(upward))
+    slope = np.stack(
+        [
+            _products(_quadratic_slope(along), _quadratic(upward)),
+            _products(_quadratic(along), _quadratic_slope(upward)),
+        ],
+        axis=-1,
+    )
+    jacobian = np.einsum("qnk,eni->eqik", slope, x)
+    gradient = np.einsum("qnk,eqki->eqni", slope, np.linalg.inv(jacobian))
+    r = np.einsum("qn,en->eq", value, x[:, :, 0])
+    across = 2.0 * np.pi * r if length is None else 2.0 * length * np.ones_like(r)
+    volumes = np.linalg.det(jacobian) * np.outer(weights, weights).ravel() * across
+
+    strain = np.zeros((*volumes.shape, 5, 9, 2))
+    strain[:, :, 0, :, 0] = gradient[..., 0]
+    strain[:, :, 1, :, 0] = gradient[..., 1]
+    strain[:, :, 2, :, 1] = gradient[..., 0]
+    strain[:, :, 3, :, 1] = gradient[..., 1]
+    if length is None:
+        strain[:, :, 4, :, 0] = value / r[:, :, None]
+    return strain.reshape(*volumes.shape, 5, _DOFS), volumes
+
+
+def _area_of_nodes(x: Floats, length: float | None) -> Floats:
+    """Return the surface that belongs to each node of a row x (nodes, 2) [mm], by Simpson's rule [mm^2]."""
+    edges = np.linalg.norm(x[2::2] - x[:-2:2], axis=1)
+    area = np.zeros(len(x))
+    for node, weight in enumerate((1.0, 4.0, 1.0)):
+        np.add.at(area, 2 * np.arange(len(edges)) + node, weight / 6.0 * edges)
+    return area * (2.0 * np.pi * x[:, 0] if length is None else 2.0 * length)
+
+
+def _by_parts(modes: Floats, principal: Floats) -> Floats:
+    """Return slopes along the principal stretches (3, ...) as slopes along the parts of F, shape (5, ...)."""
+    in_plane = principal[0] * modes[0] + principal[1] * modes[1]
+    return np.concatenate([in_plane, principal[2:]])
+
+
+def _graded(contact: float, refinement: float) -> Floats:
+    """Return lines from 0 to 1 between elements, each larger than the one before, for a contact as a fraction of 1."""
+    growth = 1.0 + (_GROWTH - 1.0) / refinement
+    lines = [0.0]
+    step = _FIRST_ELEMENT * contact / refinement
+    while lines[-1] < 1.0:
+        lines.append(lines[-1] + step)
+        step = min(growth * step, _LARGEST_ELEMENT / refinement)
+    return np.array(lines) / lines[-1]
+
+
+def _with_midpoints(lines: Floats) -> Floats:
+    return np.sort(np.concatenate([lines, 0.5 * (lines[1:] + lines[:-1])]))
+
+
+def _products(along: Floats, upward: Floats) -> Floats:
+    """Return the products of three functions each way, both (points, 3), shape (points, 9)."""
+    return (along[:, :, None] * upward[:, None, :]).reshape(len(along), 9)
+
+
+def _quadratic(x: Floats) -> Floats:
+    """Return the Lagrange functions of -1, 0, 1 at points x, shape (points, 3)."""
+    return np.stack([0.5 * x * (x - 1.0), 1.0 - x**2, 0.5 * x * (x + 1.0)], axis=1)
+
+
+def _quadratic_slope(x: Floats) -> Floats:
+    return np.stack([x - 0.5, -2.0 * x, x + 0.5], axis=1)
