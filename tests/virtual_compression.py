@@ -22,9 +22,9 @@ def specimen(travel, force, file="virtual.csv", time=None):
     )
 
 
-# F over Hertz's law of a ball between slippery plates, by the travel over the height: neo-Hooke at finite strain, nu 0.3,
-# solved with finite elements that share nothing with the product, each to 0.3 %. Between them the ratio goes smoothly
-# with the root of the travel, from 1 at the touch.
+# F over Hertz's law of a ball between slippery plates, by the travel over the height: neo-Hooke at finite strain,
+# nu 0.3, solved with finite elements that share nothing with the product, each to 0.3 %. Between them the ratio goes
+# smoothly with the root of the travel, from 1 at the touch.
 OVER_HERTZ = {0.01: 1.046, 0.02: 1.069, 0.05: 1.120, 0.10: 1.190}
 
 
@@ -35,6 +35,12 @@ def over_hertz(strain):
     excess = np.array(list(OVER_HERTZ.values())) - 1.0
     coefficients, *_ = np.linalg.lstsq(roots[:, None] ** powers, excess)
     return 1.0 + np.sqrt(strain)[:, None] ** powers @ coefficients
+
+
+def true_force(E, travel, radius=35.0, poisson=0.3):
+    """Return the force [N] on a ball of a modulus [MPa] at travels of plates towards each other [mm]."""
+    stiffness = plate_stiffness(radius, 2) * E / (1.0 - poisson**2)
+    return stiffness * travel**1.5 * over_hertz(travel / (2.0 * radius))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,9 +73,8 @@ class VirtualTest:
 
     def curve(self):
         """Return travel [mm] and force [N], shape (rows,) each."""
-        stiffness = plate_stiffness(self.radius_mm, 2) * self.E_MPa / (1.0 - self.poisson**2)
         depth = np.linspace(0.0, self.failure_strain * 2.0 * self.radius_mm, 4000)
-        force = stiffness * depth**1.5 * over_hertz(depth / (2.0 * self.radius_mm))
+        force = true_force(self.E_MPa, depth, self.radius_mm, self.poisson)
         strongest = force[-1]
         settled = self.toe_mm * (1.0 - np.exp(-force / (self.toe_share * strongest)))
         travelled = self.gap_mm + depth + settled
