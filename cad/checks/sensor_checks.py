@@ -32,7 +32,8 @@ def check_sensor(sensor: Sensor, deflections: tuple[float, ...], folder: Path) -
     shape = sensor.part.shape
     step_path, stl_path = (existing_file(folder / name) for name in ("housing.step", "housing.stl"))
     try:
-        step, printed = read_step(step_path), read_stl(stl_path)
+        step = read_step(step_path)
+        printed = read_stl(stl_path)
     except ValueError as error:
         return (*check_solid(shape), unreadable(error))
     stl = sensor_pose(printed, sensor.housing.depth, back_up=sensor.housing.back_to_back)

@@ -16,7 +16,8 @@ Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 RAY_TOLERANCE_MM = 1e-3  # a mesh file holds single precision
-SHORTEST_MM, LONGEST_MM = 5.0, 1000.0  # a sensor or a coupon; a part in metres is 0.07 long, one in micrometres 70000
+SHORTEST_MM = 5.0  # of a sensor or a coupon; a part in metres is 0.07 long
+LONGEST_MM = 1000.0  # likewise; a part in micrometres is 70000 long
 REACH_MM = 1.0  # a ledge up to this wide needs no support: Formlabs, design guide, unsupported overhangs
 AS_IT_STANDS = "as it stands"
 POSES = {

@@ -55,7 +55,8 @@ def _draw_front_lengths(canvas: Canvas, cover: Cover) -> None:
 
 def _draw_across(canvas: Canvas, cover: Cover, start: float) -> None:
     """Draw the section across the middle seen from the left: plate to the left, rim to the right."""
-    foot, top = cover.foot_level, cover.housing.top_level
+    foot = cover.foot_level
+    top = cover.housing.top_level
     bar = cover.housing.cavity_level + cover.setback
     plate = start + cover.plate
     end = start + cover.thickness

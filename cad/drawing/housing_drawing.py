@@ -119,7 +119,8 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm) -> None:
     """Draw the gap over a shuttle, its text in the top bar."""
     height = canvas.text_height
     x = arm.centre
-    shuttle, stop = arm.top_level, housing.cavity_level
+    shuttle = arm.top_level
+    stop = housing.cavity_level
     text_at = (x - 0.8 * height, stop + height + 0.5 * canvas.label_width(MEASURED, stop - shuttle))
     canvas.length("z", (x, shuttle), (x, stop), text_at, x, text_rotation=90.0)
 
@@ -127,7 +128,8 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm) -> None:
 def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
     """Draw radii and diameters: of fillets, holes for screws, and where there are any of dowels and domes."""
     height = canvas.text_height
-    low, radius = housing.arms[0], housing.low.fillet
+    low = housing.arms[0]
+    radius = housing.low.fillet
     root_top = low.levels[0] + 0.5 * low.flexure.thickness
     centre = (low.wall + radius, root_top + radius)
     label = f"{MEASURED} {len(fillet_corners(housing))}x"
@@ -153,7 +155,9 @@ def call_out_screw_holes(canvas: Canvas, housing: Housing) -> None:
 
 def _draw_pins(canvas: Canvas, housing: Housing) -> None:
     """Draw the pins in their pockets and say what they are."""
-    side, out, height = housing.pin_side, housing.pin_out, canvas.text_height
+    side = housing.pin_side
+    out = housing.pin_out
+    height = canvas.text_height
     for arm in housing.arms:
         canvas.rectangle(Box(arm.centre - 0.5 * side, -out, arm.centre + 0.5 * side, housing.pocket_depth), "NOTES")
     cross_section = f"Ø{side:g}" if housing.pin_round else f"{side:g} x {side:g}"
@@ -163,7 +167,8 @@ def _draw_pins(canvas: Canvas, housing: Housing) -> None:
 
 def _draw_from_the_left(canvas: Canvas, housing: Housing, start: float) -> None:
     """Draw the view from the left, from x = `start` [mm] of the sheet on: the front of the plate to its right."""
-    top, pad = housing.top_level, housing.pad_height
+    top = housing.top_level
+    pad = housing.pad_height
     plate = Box(start + pad, housing.protrusion, start + pad + housing.depth, top)
     canvas.rectangle(plate)
     middle = 0.5 * (plate.left + plate.right)

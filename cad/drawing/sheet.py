@@ -13,7 +13,8 @@ from cad.files.file_date import given_date
 SCALES = {"2:1": 2.0, "1:1": 1.0, "1:2": 0.5, "1:5": 0.2}  # ISO 5455
 GENERAL_MM = 0.2  # what no dimension says otherwise: the accuracy of a printed part in print-service guides
 BETWEEN_MM = 14.0  # on paper, between the dimensions of one view and the next
-_NOTE_MM, _NOTE_STEP_MM = 2.0, 4.0
+_NOTE_MM = 2.0  # height of a note
+_NOTE_STEP_MM = 4.0  # from one note to the next
 _ROOM_MM = 4.0  # between views and frame
 
 

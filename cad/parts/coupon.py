@@ -42,7 +42,8 @@ def modulus_factor(flexure: Flexure, beyond: float) -> float:
     Euler-Bernoulli cantilever, C = integral of 12 (a - s)^2 / (w t(s)^3) ds over the leaf with its fillets,
     a = length + beyond; S. Timoshenko, Strength of Materials I, 1930, art. 34. The pad is taken rigid.
     """
-    r, length = flexure.fillet, flexure.length
+    r = flexure.fillet
+    length = flexure.length
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     factor = 0.0
     for start, end in ((0.0, r), (r, length - r), (length - r, length)):

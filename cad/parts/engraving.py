@@ -17,7 +17,8 @@ from cad.parts.housing_solid import named_housing
 from cad.parts.part import Part
 
 PEN_MM = 0.5  # the widest of the least gaps of the processes
-TALLEST_MM, SMALLEST_MM = 4.0, 3.0  # smaller letters would leave walls under 0.8 mm between their strokes
+TALLEST_MM = 4.0  # of the letters
+SMALLEST_MM = 3.0  # smaller letters would leave walls under 0.8 mm between their strokes
 _EDGE_MM = 1.0  # left free around a text
 _PAD_EDGE_MM = 0.95  # the same on the bar of a pad: the widest of the least walls, and the corners of oblique strokes
 
@@ -82,7 +83,9 @@ def _tool(area: shapely.Polygon, panel: _Panel, housing: Housing) -> cq.Solid:
 
 
 Stroke = tuple[Point, ...]
-_TALL, _STEP, _GAP = 6, 7, 3  # grid units from foot to top; a letter is 4 wide
+_TALL = 6  # grid units from foot to top of a letter
+_GAP = 3  # between letters
+_STEP = 7  # from one letter to the next: a letter is 4 wide
 
 # Each stroke is a row of two-digit points, x then y, on a grid 4 wide and 6 tall.
 _STROKES = {

@@ -38,7 +38,8 @@ def housing_part(housing: Housing) -> Part:
 
 def _beside_tips(housing: Housing) -> cq.Workplane:
     """Return what the 45 degree taper of the necks takes from both sides of the plate."""
-    face, tip = 0.5 * housing.depth, 0.5 * housing.tip_side
+    face = 0.5 * housing.depth
+    tip = 0.5 * housing.tip_side
     outside = face + 1.0
     shoulder = (tip, housing.tip_height)
     neck_end = (face, housing.neck_level)

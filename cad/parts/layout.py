@@ -116,7 +116,9 @@ def _taper(depth: float, shuttle: float, tip: float) -> float:
 
 def _protrusion(design: Design, lengths: tuple[float, ...], depth: float) -> float:
     """Return how far the tips stand out of the frame [mm]: full travel, the drop of a tilted edge, a clearance."""
-    fruit, tips, press = design.fruit, design.tips, design.press
+    fruit = design.fruit
+    tips = design.tips
+    press = design.press
     frame_length = 0.5 * tips.spacing_mm + max(lengths) + 20.0
     along = min(0.5 * fruit.length_mm + abs(tips.offset_mm), frame_length)
     frame_width = 0.5 * depth + 0.5 * tips.tip_layout.width * tips.spacing_mm

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 
 from cad.parts.housing import Housing
 
-STEEL_MPA, STEEL_G_PER_CM3 = 206000.0, 7.85  # typical of carbon steel
+STEEL_MPA = 206000.0  # modulus, typical of carbon steel
+STEEL_G_PER_CM3 = 7.85  # likewise
 GLUE_SHEAR_MPA = 1100.0  # of a hard epoxy, E 3 GPa; half of it to twice is taken as possible
 _BONDED_SIDES = 3.0  # the gable leaves the fourth side of a pocket without glue
 # What the foot gives around a pin, over that of its whole face, times E side / (1 - nu^2): middle and half range over
 # processes and pins of 0.7 to 1.4 mm. tests/fits/glued_pin.py
-FOOT_GIVE, FOOT_SPREAD = 0.01, 0.08
+FOOT_GIVE = 0.01
+FOOT_SPREAD = 0.08
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,10 +32,11 @@ def pin_compliance(housing: Housing, E: float, poisson: float) -> PinCompliance:
     """
     if not housing.pin_side:
         return PinCompliance(compliance=0.0, error=0.0)
-    side, area = housing.pin_side, 0.25 * math.pi if housing.pin_round else 1.0
-    bar = housing.pin_out / (STEEL_MPA * area * side**2)
-    gap = 0.5 * (housing.pocket_side - side)
-    glue = gap / (GLUE_SHEAR_MPA * _BONDED_SIDES * area * side * housing.pocket_depth)
+    side = housing.pin_side
+    of_square = 0.25 * math.pi if housing.pin_round else 1.0  # section and perimeter of a circle over a square's
+    bar = housing.pin_out / (STEEL_MPA * of_square * side**2)
+    layer = 0.5 * (housing.pocket_side - side)
+    glue = layer / (GLUE_SHEAR_MPA * _BONDED_SIDES * of_square * side * housing.pocket_depth)
     foot = (1.0 - poisson**2) / (E * side)
     return PinCompliance(compliance=bar + glue + FOOT_GIVE * foot, error=0.5 * glue + FOOT_SPREAD * foot)
 

@@ -39,7 +39,8 @@ class FlatTip(TipShape):
     @property
     def meridian(self) -> Meridian:
         """Return the face, and the quarter circle of a rounded edge."""
-        half, fillet = 0.5 * self.side_mm, self.fillet_mm
+        half = 0.5 * self.side_mm
+        fillet = self.fillet_mm
         face = Straight(MeridianPoint(0.0, 0.0), MeridianPoint(half - fillet, 0.0))
         return (face, arc(half - fillet, half, half - fillet, fillet)) if fillet > 0.0 else (face,)
 

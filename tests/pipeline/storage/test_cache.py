@@ -108,7 +108,7 @@ def test_entry_that_is_not_as_it_was_stored_is_made_again(folder, damage):
 
 
 @pytest.mark.parametrize("link", [Path.hardlink_to, Path.symlink_to])
-@pytest.mark.parametrize("suffix", ["", f".{os.getpid()}.part"])
+@pytest.mark.parametrize("suffix", ["", f".{os.getpid()}.part"], ids=["entry", "part"])
 def test_nothing_is_written_through_a_link(folder, link, suffix, tmp_path):
     """A person's file under the name of an entry, or of the part that is written first, stays as it is."""
     remembered("contact", {}, Counted(1))
