@@ -26,7 +26,7 @@ MOST_BYTES = 4.0 * 2**30  # for one factor: what takes more takes minutes
 FACTOR_BYTES = 14.0 * 31.0
 # Columns of the bottom of the elimination tree that SuperLU joins: none, by measurement.
 _RELAXED = 1
-_SMALL = 8000  # free dofs under which SuperLU is done before pardiso has started
+_PARDISO_FROM_DOFS = 8000  # free dofs under which SuperLU is done before pardiso has started
 
 
 class SolveError(RuntimeError):
@@ -79,7 +79,7 @@ def factorised(matrix: csc_matrix, fixed: Ints) -> Factor:
     if not len(free):
         return Factor(matrix, block, free, fixed, np.copy)
     back_substitute: Callable[[Floats], Floats]
-    if len(free) > _SMALL and _has_pardiso():
+    if len(free) > _PARDISO_FROM_DOFS and _has_pardiso():
         back_substitute = _PardisoFactor(block)
     else:
         symmetric = {"SymmetricMode": True}
@@ -103,7 +103,7 @@ def _has_pardiso() -> bool:
 
 def solver_in_words() -> str:
     """Return the name of the direct solver that factorises matrices here."""
-    return f"pypardiso, SuperLU of SciPy up to {_SMALL} dofs" if _has_pardiso() else "SuperLU of SciPy"
+    return f"pypardiso, SuperLU of SciPy up to {_PARDISO_FROM_DOFS} dofs" if _has_pardiso() else "SuperLU of SciPy"
 
 
 def factor_bytes(unknowns: int) -> float:

@@ -10,12 +10,14 @@ ROOT = Path(__file__).parents[1]
 HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk", "matplotlib", "trimesh", "meshio"}
 COMMANDS = ("run", "design", "check", "view", "doctor", "calibrate", "read")
 ROOT_ROOMS = ("quantity", "verdict")
+NUMERICAL = {"contrast_law", "pair_line"}  # fit lines through forces with NumPy; no sizing and no help needs them
 SIZING = (
     *ROOT_ROOMS,
     *(
         f"{room}.{path.stem}"
         for room in ("theory", "design")
         for path in sorted((ROOT / "cad" / room).glob("[a-z]*.py"))
+        if path.stem not in NUMERICAL
     ),
 )
 

@@ -30,7 +30,7 @@ def housing_blocks(housing: Housing, count: Counts) -> list[Block]:
 def post_columns(housing: Housing, arm: Arm, count: Counts) -> tuple[float, float]:
     """Return x [mm] at which the plain cells between a wall's fans and the rings of its post begin and end."""
     wall = _Wall(housing, arm, count)
-    return wall.inner, wall.ring_edge
+    return wall.fan_end_x, wall.ring_start_x
 
 
 class _Wall:
@@ -50,15 +50,15 @@ class _Wall:
         levels = [housing.protrusion, *self.fans[0].levels, *self.fans[1].levels]
         levels += [ceiling, housing.cavity_level, housing.top_level]
         lower_hole, upper_hole = arm.holes
-        self.lower_ring_top = self._ring_edge(lower_hole, 1.0, levels)
-        self.upper_ring_bottom = self._ring_edge(upper_hole, -1.0, levels)
+        self.lower_ring_top = self._ring_end_level(lower_hole, 1.0, levels)
+        self.upper_ring_bottom = self._ring_end_level(upper_hole, -1.0, levels)
         self.levels = sorted({*levels, self.lower_ring_top, self.upper_ring_bottom})
 
         # x where the fans end, and where the rings begin: the same, but in a wall wider than its post
         to_hole = _TO_HOLE * (abs(lower_hole[0] - arm.post) - self.radius)
         reach = arm.sign * min(max(fan.height for fan in self.fans), to_hole)
-        self.inner = arm.wall + reach
-        self.ring_edge = arm.post + reach
+        self.fan_end_x = arm.wall + reach
+        self.ring_start_x = arm.post + reach
 
     def blocks(self) -> Iterator[Block]:
         """Yield the blocks; raises MeshError where two holes leave no wall between them."""
@@ -69,22 +69,22 @@ class _Wall:
 
         # Beside the cavity
         for fan in self.fans:
-            yield blocks.fan_block(self.arm, self.arm.wall, fan, self.inner - self.arm.wall, self.count)
+            yield blocks.fan_block(self.arm, self.arm.wall, fan, self.fan_end_x - self.arm.wall, self.count)
         for a, b in pairwise(self.levels):
             if not blocks.in_fan(a, b, self.fans):
                 yield self._cell(a, b)
 
         # Between there and the post
-        before_post = abs(self.ring_edge - self.inner)
+        before_post = abs(self.ring_start_x - self.fan_end_x)
         if before_post > 0.0:
             columns = blocks.pieces(before_post, self.count)
             for a, b in pairwise(self.levels):
-                yield blocks.rectangle((self.inner, self.ring_edge), (a, b), columns, self._pieces(a, b))
+                yield blocks.rectangle((self.fan_end_x, self.ring_start_x), (a, b), columns, self._pieces(a, b))
 
         # In the post, two columns between the rings
         middle = lower_hole[0]
         for a, b in self._pairs_of_levels(self.lower_ring_top, self.upper_ring_bottom):
-            yield blocks.rectangle((self.ring_edge, middle), (a, b), self.count.sector, self._pieces(a, b))
+            yield blocks.rectangle((self.ring_start_x, middle), (a, b), self.count.sector, self._pieces(a, b))
             yield blocks.rectangle((middle, self.arm.outer), (a, b), self.count.sector, self._pieces(a, b))
         yield from self._ring(lower_hole, self.levels[0], self.lower_ring_top)
         yield from self._ring(upper_hole, self.upper_ring_bottom, self.levels[-1])
@@ -96,7 +96,7 @@ class _Wall:
     def _pieces(self, a: float, b: float) -> int:
         return blocks.pieces_between(a, b, self.fans, self.count)
 
-    def _ring_edge(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
+    def _ring_end_level(self, hole: Point, sign: float, levels: Sequence[float]) -> float:
         """Return the level at which the ring of a hole ends, above the hole or below it (sign -1).
 
         It is the nearest level that leaves the ring wide enough, or a new one where none is near; never one in a fan,
@@ -124,7 +124,7 @@ class _Wall:
         start = knuckle if a == ceiling else (wall, a)
         end = knuckle if b == ceiling else (wall, b)
         number = self._pieces(a, b)
-        cell = blocks.straight_block(((self.inner, a), start, end, (self.inner, b)), self.count.sector, number)
+        cell = blocks.straight_block(((self.fan_end_x, a), start, end, (self.fan_end_x, b)), self.count.sector, number)
         if b != ceiling:
             return cell
         fillet = _half_fillet(self.housing, self.arm, (wall, a), number)
@@ -132,7 +132,7 @@ class _Wall:
 
     def _ring(self, hole: Point, start: float, end: float) -> Iterator[Block]:
         """Yield the blocks between a hole and the rectangle around it that reaches from one level to another."""
-        inner = self.ring_edge
+        inner = self.ring_start_x
         middle, level = hole
         outer = self.arm.outer
         edges = []

@@ -207,6 +207,7 @@ def _points_file(path: Path) -> tuple[dict[str, Variation], tuple[Row, ...]]:
     for row in points:
         refuse_other_length(form, row, len(keys))
         rows.append(tuple(setting_of_cell(key, cell) for key, cell in zip(keys, row.cells, strict=True)))
+    # The rows hold the values; what varies only names the keys, each with a first value in its place.
     return {key: Choices(values=(value,)) for key, value in zip(keys, rows[0], strict=True)}, tuple(rows)
 
 

@@ -176,17 +176,17 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     jacobian = np.einsum("qnk,eni->eqik", slope, x)
     gradient = np.einsum("qnk,eqki->eqni", slope, np.linalg.inv(jacobian))
     r = np.einsum("qn,en->eq", value, x[:, :, 0])
-    across = 2.0 * np.pi * r if length is None else 2.0 * length * np.ones_like(r)
-    volumes = np.linalg.det(jacobian) * np.outer(weights, weights).ravel() * across
+    extent = 2.0 * np.pi * r if length is None else 2.0 * length * np.ones_like(r)
+    volumes = np.linalg.det(jacobian) * np.outer(weights, weights).ravel() * extent
 
-    strain = np.zeros((*volumes.shape, 5, 9, 2))
-    strain[:, :, 0, :, 0] = gradient[..., 0]
-    strain[:, :, 1, :, 0] = gradient[..., 1]
-    strain[:, :, 2, :, 1] = gradient[..., 0]
-    strain[:, :, 3, :, 1] = gradient[..., 1]
+    to_gradient = np.zeros((*volumes.shape, 5, 9, 2))  # parts of F: rr, rz, zr, zz, hoop
+    to_gradient[:, :, 0, :, 0] = gradient[..., 0]
+    to_gradient[:, :, 1, :, 0] = gradient[..., 1]
+    to_gradient[:, :, 2, :, 1] = gradient[..., 0]
+    to_gradient[:, :, 3, :, 1] = gradient[..., 1]
     if length is None:
-        strain[:, :, 4, :, 0] = value / r[:, :, None]
-    return strain.reshape(*volumes.shape, 5, _DOFS), volumes
+        to_gradient[:, :, 4, :, 0] = value / r[:, :, None]
+    return to_gradient.reshape(*volumes.shape, 5, _DOFS), volumes
 
 
 def _area_of_nodes(x: Floats, length: float | None) -> Floats:

@@ -64,26 +64,27 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
         patches = _patches(pressure, tip)
         if len(patches.forces):
             tips.append(patches)
-    points = [_as_points(patches) for patches in tips]
+    point_loads = [_as_points(patches) for patches in tips]
     mesh = _view_mesh(block, tips)
     x, y, z = mesh.p * UPWARD[:, None]  # z down, as in all that follows
 
-    loads = np.concatenate([each.centres for each in points])
-    forces = np.concatenate([each.forces for each in points])
-    lines = block_lines(block, loads, (False, False), GRADING)
-    basis, v = remainder_field(box_mesh(lines), block.poisson, loads, forces)
-    smooth, gradient = _evaluated(basis, lines, v, np.stack([x, y, z]))
+    # All at E = 1 MPa, until the last lines divide by E.
+    load_places = np.concatenate([each.centres for each in point_loads])
+    forces = np.concatenate([each.forces for each in point_loads])
+    lines = block_lines(block, load_places, (False, False), GRADING)
+    basis, v = remainder_field(box_mesh(lines), block.poisson, load_places, forces)
+    u_remainder, gradient = _evaluated(basis, lines, v, np.stack([x, y, z]))
 
     # The half-space in closed form, its stress at the surface taken a little below.
     skin = SKIN * min(float(patches.sides.min()) for patches in tips)
-    below_skin = _half_space(x, y, np.maximum(z, skin), tips, points)
+    below_skin = _half_space(x, y, np.maximum(z, skin), tips, point_loads)
     u = halfspace.displacement(below_skin, 1.0, block.poisson)
     top = z == 0.0
-    at_surface = _half_space(x[top], y[top], np.full(np.count_nonzero(top), SURFACE * skin), tips, points)
+    at_surface = _half_space(x[top], y[top], np.full(np.count_nonzero(top), SURFACE * skin), tips, point_loads)
     u[:, top] = halfspace.displacement(at_surface, 1.0, block.poisson)
     sigma = halfspace.stress(below_skin, block.poisson) + stress(gradient, 1.0, block.poisson)
 
-    displacement = (u + smooth).T * UPWARD / pressure.E
+    displacement = (u + u_remainder).T * UPWARD / pressure.E
     sigma = sigma * np.multiply.outer(UPWARD, UPWARD)[:, :, None]
     return mesh, NodalFields(displacement=displacement, stress=sigma, strain=strain(sigma, pressure.E, block.poisson))
 

@@ -75,13 +75,15 @@ def scene_cells(
     grids = []
     for count in HALF_CELLS if is_half else WHOLE_CELLS:
         cells = _cells(scene.fruit.equivalent_block, footprints, count, grading, is_half)
-        gap = initial_gap(scene, scene, cells)
+        gap = initial_gap(scene, built=scene, cells=cells)
         correction = compliance.shape_change
         if shape.has_flat_face:
             faces = np.isfinite(gap)
             tips = cells.tips[faces]
+            # Forces of cells for a unit travel of each tip; their sums are the stiffness of the grid.
             forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
-            correction = compliance.S - np.linalg.inv(tips.T @ forces)
+            S_of_cells = np.linalg.inv(tips.T @ forces)
+            correction = compliance.S - S_of_cells
         edges = footprints[0].side * graded_edges(count, grading)
         middle = np.mean(scene.centres, axis=0)
         grids.append(SceneCells(cells, edges, gap, middle, correction, is_half))

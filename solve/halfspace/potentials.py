@@ -17,7 +17,7 @@ import numpy as np
 
 from solve.arrays import Floats
 
-SURFACE = 1e-150
+TINY = 1e-150
 
 
 @dataclass(frozen=True)
@@ -111,14 +111,15 @@ def rectangle_load(x: Floats, y: Floats, z: Floats, length: float, width: float)
 
 def _corner(X: Floats, Y: Floats, z: Floats) -> list[Floats]:
     """Return F with F,XY = f for every derivative f of `Potentials`, less what depends on X or on Y alone."""
-    # SURFACE keeps the line X = z = 0 finite; there each term tends to zero or drops out of the corner sum.
+    # TINY keeps the line X = z = 0 finite; there each term tends to zero or drops out of the corner sum.
     R = np.sqrt(X**2 + Y**2 + z**2)
-    over_R = 1.0 / (R + SURFACE)
-    xz = X**2 + z**2 + SURFACE
-    yz = Y**2 + z**2 + SURFACE
+    over_R = 1.0 / (R + TINY)
+    xz = X**2 + z**2 + TINY
+    yz = Y**2 + z**2 + TINY
     log_x = np.arcsinh(Y / np.sqrt(xz))
     log_y = np.arcsinh(X / np.sqrt(yz))
-    log_z = np.log(R + z + SURFACE)
+    log_z = np.log(R + z + TINY)
+    # atan(Y / X) - atan(z Y / (X R)) as one arctangent, and the same with X and Y exchanged
     phi_xx = np.arctan2(X * Y * (R - z), X * X * R + z * Y * Y)
     phi_yy = np.arctan2(Y * X * (R - z), Y * Y * R + z * X * X)
     log_x_z = -Y * over_R / xz  # d log_x / dX over X, and d log_x / dz over z

@@ -81,10 +81,12 @@ def nodal_strain(basis: CellBasis, u: Floats, poisson: float, free: str) -> Floa
         patch = patch_inside(basis, facet.elements, inside, np.ones((len(facet.elements), POINTS.shape[1])))
         gradient = np.einsum("nic,njcq->ijcq", u[patch.dofs], patch.gradients)
         strain = _without_load(gradient, facet.normals(basis.mesh, POINTS), poisson)
+
+        # The nodes of the unit cube in the plane of this facet, and their coordinates along its two edges
         from_corner = corners - facet.corner
         on_facet = np.flatnonzero(np.abs(from_corner @ np.cross(facet.along, facet.across)) < _NEAR)
-        in_facet = np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
-        at_nodes = np.einsum("nq,ijcq->ncij", _extrapolation(in_facet, POINTS), strain)
+        facet_coordinates = np.stack([from_corner[on_facet] @ facet.along, from_corner[on_facet] @ facet.across])
+        at_nodes = np.einsum("nq,ijcq->ncij", _extrapolation(facet_coordinates, POINTS), strain)
         of_facet = nodes[on_facet][:, facet.elements]
         _add_weighted(surface_total, surface_weight, of_facet, at_nodes, weights[facet.elements])
 

@@ -64,6 +64,7 @@ class PressedBody:
         self.grid = grid
         self.body = body
         self.tip = tip
+        # Of the energy [E times tip side^3], and over a unit of length of a force.
         self._round_off = float(np.finfo(np.float64).eps) * body.volume
 
         # Area of the top that belongs to each node, by Simpson's rule on 2 pi r [tip sides^2].
@@ -100,7 +101,7 @@ class PressedBody:
         state = start
         for iteration in range(MOST_ITERATIONS):
             residual, band, force = self._linearised(state, held)
-            # The stresses round off at eps E, whatever the force: one unit of length makes a force of it.
+            # A residual under eps E V over a unit of length is round-off, however small the force.
             if np.linalg.norm(residual) <= max(RESIDUAL_LIMIT * abs(force), self._round_off):
                 return Equilibrium(depth=depth, u=state.body.u, force=force, iterations=iteration)
             try:

@@ -90,6 +90,7 @@ def test_comparison_with_the_products_element_is_the_product(housing_mesh):
     assert refused.value.field == "element"
 
 
+@pytest.mark.slow
 @needs_ccx
 def test_calculix_on_the_same_meshes_agrees(contact_scene, housing_mesh):
     """CalculiX prints seven digits."""

@@ -90,12 +90,14 @@ def deep_report() -> dict[str, object]:
     return {key: data[key] for key in ("tips", "read_out", "reading")}
 
 
+@pytest.mark.slow
 def test_every_key_is_explained(
     report: dict[str, object], read_report: dict[str, object], deep_report: dict[str, object]
 ) -> None:
     assert unexplained(all_leaves(report, read_report, deep_report), "key") == set()
 
 
+@pytest.mark.slow
 def test_no_explained_key_is_missing(
     report: dict[str, object], read_report: dict[str, object], deep_report: dict[str, object]
 ) -> None:
@@ -104,6 +106,7 @@ def test_no_explained_key_is_missing(
     assert {key.split(".")[0].split("[")[0] for key in explained("key")} == set(report)
 
 
+@pytest.mark.slow
 def test_readme_has_the_numbers_of_the_sensor_that_works(read_report: dict[str, dict[str, float]]) -> None:
     """To two digits; its springs are solved roughly here."""
     readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
@@ -116,6 +119,7 @@ def test_readme_has_the_numbers_of_the_sensor_that_works(read_report: dict[str, 
     assert numbers == pytest.approx([reading["E_bias_percent"], reading["uncertainty_percent"], skin], rel=0.03)
 
 
+@pytest.mark.slow
 def test_every_verdict_is_explained(
     report: dict[str, list[dict[str, str]]],
     read_report: dict[str, list[dict[str, str]]],

@@ -97,6 +97,7 @@ def test_table_of_errors_in_the_docs_is_that_of_the_default_run(default_run, nam
     assert row in ACCURACY.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_page")
 def test_loose_tolerance_takes_coarser_meshes_and_says_which_would_decide(default_run, tmp_path):
     fine = report_of(default_run.folder)
@@ -146,6 +147,7 @@ def test_housing_is_one_solid_that_ends_in_two_tips(default_run):
     assert [face.Area() for face in tips] == pytest.approx([1.0, 1.0], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_page")
 def test_design_file_repeats_the_run_without_its_cache(default_run, tmp_path, monkeypatch):
     """The numbers are the same, and the bytes of what this project writes itself."""
@@ -185,6 +187,7 @@ def test_planted_tilt_and_bruise_limit_fail_their_verdicts(default_run, tmp_path
     assert "bruise" not in verdicts_of(report_of(default_run.folder))
 
 
+@pytest.mark.slow
 def test_noise_that_leaves_no_reading_fails_the_verdicts_and_writes_every_file(default_run, tmp_path):
     """At 26 % of full scale no force is over the noise; the page says why it has no plot of readings."""
     folder = tmp_path / "noisy"

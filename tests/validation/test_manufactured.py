@@ -122,6 +122,7 @@ def orders_and_errors(cubes, case, element, order, poisson=POISSON):
     return np.log2(coarse / fine), fine
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_observed_orders_and_errors(cubes, case):
     element, order, bounds = CASES[case]

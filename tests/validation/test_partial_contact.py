@@ -120,6 +120,7 @@ def test_forces_agree_within_the_error_bars(meshes, compliance, name):
     assert (forces[0] == 0.0) == (name == "one tip off") == np.isnan(found.P[0, 0])
 
 
+@pytest.mark.slow
 def test_a_wrong_tilt_is_seen(meshes, compliance):
     scene, x = split_scene("tilt 5", wrong=1.03)
     one = scene_response(scene, compliance, SPRINGS, (E,), [x])

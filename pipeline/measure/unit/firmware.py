@@ -70,16 +70,19 @@ def _contrast_constants(sensor: MeasuringUnit, law: ContrastLaw) -> dict[str, ob
 
 
 def _pair_constants(sensor: MeasuringUnit) -> dict[str, object]:
-    """Return what the line over a press needs: compliances [mm/N], variances of its x [N^2] and y [mm^2]."""
+    """Return what fits a line y over x to a press: compliances [mm/N] and variances by the noise of the forces.
+
+    x = F_high - F_low [N]; y is how much farther the low spring gives than the high one [mm].
+    """
     C = sensor.C
-    relative = (C[0][0] - C[1][0], C[0][1] - C[1][1])
+    deflection_difference = (C[0][0] - C[1][0], C[0][1] - C[1][1])
     low, high = (sensor.noises**2).tolist()
     return {
         "pair": True,
-        "relative": relative,
+        "relative": deflection_difference,
         "noise_xx": low + high,
-        "noise_xy": relative[1] * high - relative[0] * low,
-        "noise_yy": relative[0] ** 2 * low + relative[1] ** 2 * high,
+        "noise_xy": deflection_difference[1] * high - deflection_difference[0] * low,
+        "noise_yy": deflection_difference[0] ** 2 * low + deflection_difference[1] ** 2 * high,
         "own_less_other": sensor.own_less_other,
         "spacing": sensor.design.tips.spacing_mm,
     }

@@ -165,16 +165,17 @@ def _seated(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> PressSums:
     if not tips.tip_shape.has_flat_face:
         return _joined(blocks)
     S = sensor.report.contact.compliance_per_mm
-    roundness = 0.5 * tips.spacing_mm / sensor.design.fruit.radii_mm[0]
+    skin_slope = 0.5 * tips.spacing_mm / sensor.design.fruit.radii_mm[0]
     sums = _joined(_last_third(blocks))
     for _ in range(_ROUNDS):
         line = _line(sensor, sums)
-        slope = abs(line.lead) / tips.spacing_mm + roundness
-        least_force = tips.side_mm * slope * line.modulus  # times the compliance of the fruit under a tip
+        slope = abs(line.lead) / tips.spacing_mm + skin_slope
+        least_depth = tips.side_mm * slope  # [mm] at which the whole face of a leaning tip has met the skin
         seated = []
         for block in blocks:
-            if S[0][0] * block.soft >= least_force and S[1][1] * block.stiff >= least_force:
-                seated.append(block)
+            if S[0][0] * block.soft / line.modulus < least_depth or S[1][1] * block.stiff / line.modulus < least_depth:
+                continue
+            seated.append(block)
         sums = _joined(seated if len(seated) >= FEWEST else _last_third(blocks))
     return sums
 

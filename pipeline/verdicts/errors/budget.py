@@ -239,9 +239,9 @@ def _budget(numerical: float, effects: Sequence[Effect], change: Change) -> Unce
 
 
 def _with_pose(budget: UncertaintyBudget, number: Estimate, tilted: Sequence[float]) -> UncertaintyBudget:
-    """Return a budget with what the tilt's spread does in this scene in the place of a level sensor's pose.
+    """Return the budget with its "pose" contribution replaced by what the spread of the tilt does in this scene.
 
-    `tilted` are the number with the tilt off to either side, nan where a tip is off; none leave the budget as it is.
+    `tilted` is the number at the tilt less and plus its spread, nan where a tip is off; empty, it changes nothing.
     """
     if not tilted:
         return budget

@@ -167,7 +167,7 @@ def scatter_bands(
 
 
 def calibrated_error(law: Characteristic) -> float | None:
-    """Return the error of the fruit stiffness read from P when both stiffnesses are known to 1 % [1].
+    """Return the error of the fruit stiffness read from P when both stiffnesses are known to `CALIBRATED` [1].
 
     None where some such springs show no such P.
     """

@@ -68,6 +68,7 @@ def test_every_file_is_written_and_the_same_bytes_again_but_for_step_and_3mf(cur
         assert path.suffix in (".step", ".3mf") or path.read_bytes() == other.read_bytes()
 
 
+@pytest.mark.slow
 def test_coupon_cover_and_3mf_pass_their_own_check(curved, written):
     paths, made = written
     findings = [

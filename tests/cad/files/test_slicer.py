@@ -9,6 +9,7 @@ import pytest
 from cad.files.sensor_files import write_sensor
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("prusa-slicer") is None, reason="prusa-slicer is not installed")
 @pytest.mark.parametrize("name", ["housing.stl", "housing.3mf", "housing.step"])
 def test_slicer_finds_one_closed_part(sensor, tmp_path, name):

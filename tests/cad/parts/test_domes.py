@@ -48,6 +48,7 @@ def test_half_sphere_is_left_of_a_tip_as_wide_as_its_sphere():
     assert tip_verdict(domed(housing_part(housing), housing), housing).passed is True
 
 
+@pytest.mark.slow
 def test_plate_with_half_balls_is_exported_whole(tmp_path):
     """A ball's pole on the edge of a cap gives triangles without an area, which a 3MF reader refuses."""
     design = gentle(side_mm=2.0, dome_radius_mm=1.0, spacing_mm=4.0)

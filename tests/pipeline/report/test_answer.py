@@ -44,6 +44,7 @@ def runs(tmp_path, monkeypatch):
     return designs
 
 
+@pytest.mark.slow
 def test_unchanged_run_answers_the_same_and_imports_nothing_that_solves(default_run):
     before = {path.name: path.read_bytes() for path in default_run.folder.iterdir()}
     program = f"""if True:

@@ -139,6 +139,7 @@ def test_solids_of_another_run_fail_though_their_digests_were_made_again(folder,
     assert failed(folder) == ["geometry.same_volume"]
 
 
+@pytest.mark.slow
 def test_open_or_turned_stl_fails_watertight(folder):
     path = folder / "housing.stl"
     data = path.read_bytes()

@@ -85,6 +85,7 @@ def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(squ
     assert [name for name in named if f"'{name}'" not in text] == []
 
 
+@pytest.mark.slow
 def test_second_square_is_the_same_solid(square, tmp_path, monkeypatch):
     """It is made again: the cache is another one."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))

@@ -143,6 +143,7 @@ def test_square_is_fitted_as_one_plate(fit):
     assert [targets for targets, *_ in fit.asked] == [(1.2, 20.0)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("process", ["sla-resin", "fdm-petg"])
 def test_gentle_square_has_its_springs_to_a_thousandth(process, tmp_path, monkeypatch):
     """By FE, without a stand-in; and the solid that is exported is the one that was meshed, which the fit checks."""

@@ -34,6 +34,7 @@ def dark_red(picture):
     return float(np.mean((red > 100) & (green < 30) & (blue < 60)))
 
 
+@pytest.mark.slow
 def test_every_picture_has_its_size_and_something_on_white(stand_in_folder, tmp_path):
     drawn = pixels(stand_in_folder, NAMES, tmp_path / "new" / "png")
     assert list(drawn) == NAMES

@@ -206,6 +206,7 @@ def test_number_in_another_unit_is_refused(travel, force, place):
     assert caught.value.field == f"virtual.csv, specimen '1'{place}"
 
 
+@pytest.mark.slow
 def test_travel_under_load_may_be_as_long_as_the_fruit_is_high():
     """From a tenth of the largest force on: the plate has travelled 75 mm through air before."""
     test = VirtualTest(E_MPa=2.0, gap_mm=75.0, rows=6000, noise_percent=0.2)
