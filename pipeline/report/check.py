@@ -65,9 +65,9 @@ def files_of_another_run(folder: Path, report: StoredReport) -> list[str]:
     Digests tell which files are as they were listed; this tells files that were listed again.
     """
     says = {"design.toml": _is_design, "response.csv": _is_response, "flexure.vtu": _is_mesh}
-    others = []
+    others = list(report.stale)
     for file in report.files:
-        if file.path in says and file.is_unchanged_in(folder):
+        if file.path in says and file.path not in report.stale and file.is_unchanged_in(folder):
             try:
                 same = says[file.path](folder / file.path, report)
             except (KeyError, ValueError):

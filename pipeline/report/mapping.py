@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from importlib.metadata import version
+from types import MappingProxyType
 
 import numpy as np
 
@@ -32,11 +33,20 @@ PACKAGES = ("twintip", "cadquery", "cadquery-ocp", "gmsh", "scikit-fem", "numpy"
 PAPER_KEYS = {"K_l_N_per_m": 1e3 * PAPER_SPRINGS.K_l, "K_h_N_per_m": 1e3 * PAPER_SPRINGS.K_h}
 
 
-def report_mapping(result: SensorResult, files: Iterable[StoredFile] = ()) -> Plain:
-    """Return the JSON data of the report of a run whose folder has these files, with its own digest."""
+def report_mapping(
+    result: SensorResult, files: Iterable[StoredFile] = (), stale: Mapping[str, str] = MappingProxyType({})
+) -> Plain:
+    """Return the JSON data of the report of a run whose folder has these files, with its own digest.
+
+    `stale` are those made from another design, by name, with the digest of that design.
+    """
     springs = result.springs
     process = springs.process
     remedies = [verdict.remedy for verdict in result.verdicts if verdict.remedy is not None]
+    lines = notes(result)
+    if stale:
+        names = ", ".join(stale)
+        lines.append(f"kept from another design, no part of this one: {names}; make them anew with pipeline design")
     report: dict[str, object] = {
         "schema": SCHEMA,
         "design": result.design,
@@ -63,7 +73,7 @@ def report_mapping(result: SensorResult, files: Iterable[StoredFile] = ()) -> Pl
         "errors": {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()},
         "paper": None if result.paper is None else {**PAPER_KEYS, "verdicts": result.paper},
         "accuracy": _accuracy(result),
-        "notes": notes(result),
+        "notes": lines,
         "versions": {name: version(name) for name in PACKAGES},
         "files": tuple(files),
         "seconds": result.seconds.wall,
@@ -72,6 +82,8 @@ def report_mapping(result: SensorResult, files: Iterable[StoredFile] = ()) -> Pl
     if result.options.fabrication:
         scatter = result.errors.scatter
         report["tolerance"] = None if scatter is None else asdict(scatter)
+    if stale:
+        report["stale"] = dict(stale)
     report["key"] = run_key(result.design, result.options)
     return with_digest(as_data(report))
 

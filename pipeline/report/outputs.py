@@ -1,15 +1,17 @@
 """The outputs that say what a run has found: design.toml, response.csv, report.html, report.json."""
 
 import json
+import shutil
 from pathlib import Path
 
-from cad.design.design_file import design_as_toml
+from cad.design.design_file import design_as_mapping, design_as_toml
 from pipeline.report.mapping import report_mapping
 from pipeline.report.page.page import page_of
 from pipeline.report.response_csv import response_csv
-from pipeline.report.stored import StoredFile, report_of
+from pipeline.report.stored import StoredFile, read_data, report_of
 from pipeline.result import SensorResult
-from pipeline.storage.digests import REPORT, file_digest
+from pipeline.storage.digests import REPORT, content_digest, file_digest
+from pipeline.storage.folder import managed_files
 
 PAGE = "report.html"
 
@@ -17,16 +19,42 @@ PAGE = "report.html"
 def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> None:
     """Write the files, report.json last, with the digest of every other; raises ValueError for nan or infinity.
 
-    A `page`, report.html, is made of the report without the page itself.
+    A `page`, report.html, is made of the report without the page itself. Files that earlier commands left in the
+    output folder, and that this one does not make, are kept.
     """
     (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
+    stale = keep_earlier_files(result, folder)
     if page:
-        shown = report_of(folder, report_mapping(result, listed_files(folder)))
+        shown = report_of(folder, report_mapping(result, listed_files(folder), stale))
         (folder / PAGE).write_text(page_of(shown, result), encoding="utf-8")
-    report = report_mapping(result, listed_files(folder))
+    report = report_mapping(result, listed_files(folder), stale)
     text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")
+
+
+def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
+    """Copy what earlier commands made and this one did not into the folder; return what is stale by name.
+
+    A stale file was made from another design, whose digest is given.
+    """
+    before = result.options.out
+    earlier = managed_files(before) if before is not None else []
+    if before is None or not earlier:
+        return {}
+    report = read_data(before)
+    made_from = report.get("stale", {})
+    last_design = content_digest(report["design"])
+    this_design = content_digest(design_as_mapping(result.design))
+    stale = {}
+    for name in earlier:
+        if name in (REPORT, PAGE) or (folder / name).exists():
+            continue
+        shutil.copy2(before / name, folder / name)
+        design = made_from.get(name, last_design)
+        if design != this_design:
+            stale[name] = design
+    return stale
 
 
 def reproducing(result: SensorResult) -> str:

@@ -5,7 +5,7 @@ docs/report-json.md says what each key means, pipeline/report/mapping.py writes 
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_origin, get_type_hints
 
@@ -154,7 +154,8 @@ class StoredReport:
     """What is read back of report.json; what is shown and not computed with is left as plain data.
 
     Tips have the order of all forces and of the compliance. `housing` and the numbers of springs are None where nothing
-    can be made, `reading` where the design asks for none, `paper` where fruit or tips are not the paper's.
+    can be made, `reading` where the design asks for none, `paper` where fruit or tips are not the paper's. `stale` are
+    files that were kept from another design, by name, with the digest of that design.
     """
 
     design: Design
@@ -177,6 +178,7 @@ class StoredReport:
     versions: dict[str, str]
     files: tuple[StoredFile, ...]
     seconds: dict[str, float]
+    stale: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse deflections of other springs than those of the housing."""

@@ -9,7 +9,10 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.input_file import read_toml
 from pipeline.options import RunOptions
+from pipeline.report.check import unchanged_verdicts
 from pipeline.report.outputs import listed_files, write_outputs
+from pipeline.report.stored import read_report
+from pipeline.storage.folder import output_folder
 
 
 def test_design_file_is_the_design_and_says_how_it_was_run(tmp_path):
@@ -30,3 +33,42 @@ def test_every_file_but_the_report_is_listed_with_its_digest(tmp_path):
     (tmp_path / "report.json").write_text("{}", encoding="utf-8")
     digests = {name: hashlib.sha256(name.encode()).hexdigest() for name in ("a.step", "b.stl", "pictures/c.png")}
     assert {file.path: file.sha256 for file in listed_files(tmp_path)} == digests
+
+
+def second_command(design, out, made=()):
+    """Write the outputs of a design to a folder where earlier ones may lie, with files that this command makes."""
+    with output_folder(out) as folder:
+        for name in made:
+            (folder / name).write_text(f"{design.name} {name}", encoding="utf-8")
+        write_outputs(result_of(design, RunOptions(out=out)), folder)
+
+
+def others_of(out):
+    """Return how many files of an output folder belong to another run."""
+    return next(verdict.value for verdict in unchanged_verdicts(out) if verdict.name == "files.of_this_run")
+
+
+def test_second_command_of_one_design_adds_to_the_folder(tmp_path):
+    design = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)))
+    out = tmp_path / "kiwi"
+    second_command(design, out, made=["sheet.md", "drawing.svg"])
+    second_command(design, out)
+    assert (out / "sheet.md").read_text(encoding="utf-8") == "kiwi sheet.md"
+    assert read_report(out).stale == {}
+    assert others_of(out) == 0.0
+
+
+def test_files_of_another_design_are_kept_named_and_flagged_until_they_are_made_anew(tmp_path):
+    first = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 2.0)))
+    second = Design(name="kiwi", fruit=Fruit(E_MPa=(1.0, 3.0)))
+    out = tmp_path / "kiwi"
+    second_command(first, out, made=["sheet.md", "drawing.svg"])
+    second_command(second, out, made=["drawing.svg"])
+    second_command(second, out)
+    assert [*read_report(out).stale] == ["sheet.md"]
+    assert (out / "sheet.md").read_text(encoding="utf-8") == "kiwi sheet.md"
+    assert others_of(out) == 1.0
+    second_command(first, out)
+    assert [*read_report(out).stale] == ["drawing.svg"]
+    second_command(first, out, made=["drawing.svg"])
+    assert others_of(out) == 0.0
