@@ -29,8 +29,8 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     """Yield an empty folder that takes the place of `path` when the block ends well, and vanishes when it does not.
 
     Without a path it vanishes either way. Of the folder before it only files as its report.json lists them are
-    dropped, and what the block copied from it stays. Raises OutputError before the block runs when `path` cannot be written, is in use by another run, or holds
-    anything else; with `force` that is kept as NAME.bak instead.
+    dropped; what the block copies from it stays. Raises OutputError before the block runs when `path` cannot be
+    written, is in use by another run, or holds anything else; with `force` that is kept as NAME.bak instead.
     """
     if path is None:
         with tempfile.TemporaryDirectory(prefix="twintip-") as name:
