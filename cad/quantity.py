@@ -88,6 +88,7 @@ COVERAGE = 2.0
 """Standard deviations to each side that hold 95 % of a normal distribution, rounded: JCGM 100:2008, 6.3.3."""
 LENGTH = Bounds(at_least=1e-6, at_most=1000.0)
 MODULUS = Bounds(at_least=1e-6, at_most=1e6)
+DURATION = Bounds(at_least=1e-3, at_most=1e6)
 
 
 def quantity(

@@ -9,16 +9,24 @@ from cad.verdict import Verdict
 from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import analyse_readings, read_out_of
+from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
 from pipeline.reading.poses import refuse_unsolvable_poses
 from pipeline.response.contact import fruit_compliance
 from pipeline.result import Evaluation, SensorResult, with_solids
 from pipeline.springs.behaviour import sensor_modes, spring_behaviour
-from pipeline.springs.fitted_springs import FittedSprings, fit_springs, other_mounts, press_of_springs
+from pipeline.springs.fitted_springs import (
+    FittedSprings,
+    fit_springs,
+    other_mounts,
+    press_of_springs,
+    tip_height_offsets,
+)
 from pipeline.springs.sizing import SpringSizing, spring_sizing
 from pipeline.storage.stopwatch import Stopwatch
 from pipeline.verdicts.errors.effects import level_sensor
 from pipeline.verdicts.errors.sensor_errors import sensor_errors
 from pipeline.verdicts.hints import with_hints
+from pipeline.verdicts.rules import relaxation_verdicts
 from pipeline.verdicts.sensor import paper_verdicts, reached_targets, sensor_verdicts
 from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
@@ -30,6 +38,7 @@ PARTS: tuple[Part, ...] = ("response", "reading")
 def refuse_unsolvable(design: Design) -> None:
     """Raise InputError for a scene or a pose that cannot be solved, or tips that leave no plate; solves nothing."""
     refuse_unsolvable_poses(design)
+    refuse_unsolvable_time(design)
     plate_depth(design, design.process)
 
 
@@ -117,12 +126,16 @@ def check_targets(
         with timed.stage("response"):
             press = press_of_springs(design, contact, springs)
     readings = None
+    over_time = None
     if "reading" in parts:
         with timed.stage("reading"):
             readings = analyse_readings(design, contact, springs)
+            height_offsets = tip_height_offsets(springs, design.press.attitude)
+            over_time = reading_over_time(design, contact, springs.C, height_offsets)
     with timed.stage("verdicts"):
         reached = reached_targets(design, contact, sizing, springs, press)
         verdicts = sensor_verdicts(design, contact, springs, press, readings, reached)
+        verdicts += relaxation_verdicts(design, over_time)
     return Evaluation(
         design=design,
         options=options,
@@ -131,6 +144,7 @@ def check_targets(
         springs=springs,
         press=press,
         readings=readings,
+        over_time=over_time,
         reached=reached,
         verdicts=verdicts,
     )

@@ -21,7 +21,13 @@ CONTACT_METHODS = ("auto", "split", "direct")
 TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
 DEFAULT_TOLERANCE = 1e-3  # what the verdicts on K_l and K_h allow: with more they stay undecided
 CONTACT_SHARE = 0.25  # of the tolerance: the contact is cheap, so the springs, the dear part, may use up the rest
-_IRRELEVANT = {"E_max_MPa", "E_MPa", "bruise_limit_MPa", "gap_mm"}  # the compliance times E does not depend on them
+_IRRELEVANT = {
+    "E_max_MPa",
+    "E_MPa",
+    "bruise_limit_MPa",
+    "relaxation",
+    "gap_mm",
+}  # the compliance times E does not depend on them
 
 _SHIPPED, _CHECKOUT = (Path(__file__).parents[level] / "designs" for level in (0, 1))
 DESIGNS = _SHIPPED if _SHIPPED.is_dir() else _CHECKOUT

@@ -7,6 +7,7 @@ from cad.design.parameters import Design
 from cad.verdict import Verdict, all_passed, failed
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import Readings
+from pipeline.reading.over_time import ReadingOverTime
 from pipeline.reading.read_out import ReadOut
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.behaviour import SpringBehaviour
@@ -25,7 +26,7 @@ class Evaluation:
     """A design, what was solved for its verdicts, and the verdicts that need no file.
 
     `reached` are P_max and NL. `press` and `readings` are None where they were not asked for, `readings` also where
-    the design asks for none.
+    the design asks for none; `over_time` likewise, and for flesh that does not relax.
     """
 
     design: Design
@@ -37,6 +38,7 @@ class Evaluation:
     readings: Readings | None
     reached: SceneTargets
     verdicts: tuple[Verdict, ...]
+    over_time: ReadingOverTime | None = None
 
     @property
     def passed(self) -> bool | None:

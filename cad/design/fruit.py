@@ -5,10 +5,11 @@ Units: mm, MPa.
 
 import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from cad.quantity import LENGTH, MODULUS, Bounds, check_fields, choice, quantity, validation_error
+from cad.theory.relaxation import FORM, Relaxation
 
 _SPREAD = Bounds(at_least=0.0, at_most=0.5)
 _BLOCK_PLAN_MM = 20.0  # of the paper's block, along and across the tips
@@ -112,6 +113,16 @@ class Fruit:
             "where it is set, `bruise` is a verdict"
         ),
     )
+    relaxation: tuple[tuple[float, float], ...] | None = field(
+        default=None,
+        metadata={
+            "text": FORM,
+            "meaning": (
+                "Prony series of flesh that relaxes, shares of the force and the times in which they are lost; every "
+                "modulus is then that at the first instant"
+            ),
+        },
+    )
 
     def __post_init__(self) -> None:
         """Check each field, that the radii belong to the shape, and that the piece lies on the curved fruit."""
@@ -129,6 +140,8 @@ class Fruit:
             if getattr(self, key) is None:
                 object.__setattr__(self, key, size)
         self._check_bruise_limits()
+        if self.relaxation is not None:
+            Relaxation(self.relaxation)
         if self.radius_mm is not None:
             self._check_piece(self.radius_mm)
 

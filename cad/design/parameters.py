@@ -35,6 +35,7 @@ _STIFFNESS = Bounds(at_least=1e-6, at_most=1e9)
 _FORCE_RATIO = Bounds(at_least=1.001, at_most=100.0)
 _NONLINEARITY = Bounds(at_least=1e-5, at_most=0.4999)
 _LONGEST_NAME = 64
+_ROUND_OFF = 1e-9  # of a time, by which it may lie outside its bounds
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,6 +192,7 @@ class Design:
             raise validation_error("press.travel_mm", self.press.travel_mm, "mm", bound, "press less deep")
         self._check_what_sizes()
         self._check_what_judges()
+        self._check_time()
 
     def _check_process(self) -> None:
         """Refuse the name of a process that is neither known nor the design's own."""
@@ -225,6 +227,38 @@ class Design:
                 "targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]"
             )
 
+    def _check_time(self) -> None:
+        """Refuse keys of time without flesh that relaxes, such flesh without them, and a reading outside the hold."""
+        at = None if self.reading is None else self.reading.at_s
+        given = {"press.speed_mm_per_s": self.press.speed_mm_per_s, "press.hold_s": self.press.hold_s}
+        for name, value in {**given, "reading.at_s": at}.items():
+            if value is not None and self.fruit.relaxation is None:
+                raise validation_error(
+                    name, value, "", "left out without fruit.relaxation", "elastic flesh has no time"
+                )
+            if value is None and self.fruit.relaxation is not None and name in given:
+                raise validation_error(name, None, "", "given beside fruit.relaxation", "say how it is pressed")
+        if at is not None and not (1.0 - _ROUND_OFF) * self.stop_s <= at <= (1.0 + _ROUND_OFF) * self.release_s:
+            bound = f"from {self.stop_s:g} s, when the press stops, to {self.release_s:g} s, when it is released"
+            raise validation_error("reading.at_s", at, "s", bound, "hold for longer, or press faster")
+
+    @property
+    def stop_s(self) -> float:
+        """Return when the press stops, from the first touch [s]; 0 where no speed is given."""
+        speed = self.press.speed_mm_per_s
+        return 0.0 if speed is None else self.press.travel_mm / speed
+
+    @property
+    def release_s(self) -> float:
+        """Return when the press is released, from the first touch [s]."""
+        return self.stop_s + (self.press.hold_s or 0.0)
+
+    @property
+    def read_s(self) -> float:
+        """Return when the forces are read, from the first touch [s]."""
+        at = None if self.reading is None else self.reading.at_s
+        return self.stop_s if at is None else min(max(at, self.stop_s), self.release_s)
+
     def _check_what_sizes(self) -> None:
         is_pair = self.tips.tip_layout.is_pair
         if self.springs.given or (self.targets is not None and is_pair):
@@ -253,7 +287,11 @@ class Design:
     def has_paper_scene(self) -> bool:
         """Say whether fruit and tips are the paper's, whatever moduli are shown and however it is pressed."""
         fruit = dataclasses.replace(
-            self.fruit, E_MPa=Fruit().E_MPa, bruise_limit_MPa=None, poisson_spread=Fruit().poisson_spread
+            self.fruit,
+            E_MPa=Fruit().E_MPa,
+            bruise_limit_MPa=None,
+            poisson_spread=Fruit().poisson_spread,
+            relaxation=None,
         )
         tips = dataclasses.replace(self.tips, gap_mm=Tips().gap_mm, socket="none")
         return (fruit, tips) == (Fruit(), Tips())

@@ -6,7 +6,7 @@ A design that has this table is judged by the modulus that it reads, not by its 
 import math
 from dataclasses import dataclass
 
-from cad.quantity import Bounds, check_fields, quantity
+from cad.quantity import DURATION, Bounds, check_fields, quantity
 
 _TILT = Bounds(at_least=0.0, at_most=15.0)
 _PLACE = Bounds(at_least=0.0, at_most=10.0)
@@ -86,6 +86,13 @@ class Reading:
         default=0.1,
         hint="give a fraction, for 10 % write 0.1",
         meaning="largest standard deviation of the modulus, all causes together",
+    )
+    at_s: float | None = quantity(
+        "s",
+        DURATION,
+        default=None,
+        hint="travel / speed is when the press stops",
+        meaning="when flesh that relaxes is read, from the first touch; when the press stops where it is not set",
     )
 
     def __post_init__(self) -> None:

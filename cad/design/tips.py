@@ -6,13 +6,14 @@ from functools import cached_property
 from typing import Any, Literal
 
 from cad.design.fruit import Fruit
-from cad.quantity import LENGTH, Bounds, check_fields, choice, quantity, validation_error
+from cad.quantity import DURATION, LENGTH, Bounds, check_fields, choice, quantity, validation_error
 from cad.tips.layouts import LAYOUTS, ORDERS, PAIR, Layout, Position, Spring, SpringGroups
 from cad.tips.shapes import SHAPES, ShapeKeys, tip_shape
 from cad.tips.tip_shape import TipShape
 
 _LENGTH_OR_ZERO = Bounds(at_least=0.0, at_most=1000.0)
 _SPREAD = Bounds(at_least=0.0, at_most=30.0)
+_SPEED = Bounds(at_least=1e-4, at_most=1000.0)
 _WIDEST_TILT = Bounds(at_least=-30.0, at_most=30.0)
 
 Attitude = Literal["down", "side", "up"]
@@ -213,6 +214,20 @@ class Press:
         ("linear", "large"),
         default="linear",
         meaning=("linear flesh, or flesh at large strain under level flat tips on a block; see docs/accuracy.md"),
+    )
+    speed_mm_per_s: float | None = quantity(
+        "mm/s",
+        _SPEED,
+        default=None,
+        hint="a hand presses about 1",
+        meaning="speed of the housing from the first touch to full travel, on flesh that relaxes",
+    )
+    hold_s: float | None = quantity(
+        "s",
+        DURATION,
+        default=None,
+        hint="a hand holds some 2",
+        meaning="how long full travel is held: the seconds in which a reading may be taken",
     )
 
     def __post_init__(self) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from cad.design.tips import Tips
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.reading.analysis import Readings
+from pipeline.reading.over_time import ReadingOverTime
 from pipeline.report.notes import notes
 from pipeline.report.run_key import run_key
 from pipeline.report.stored import SCHEMA, Numbers, StoredFile, as_data
@@ -79,6 +80,8 @@ def report_mapping(
         "seconds": result.seconds.wall,
         "cpu_seconds": result.seconds.cpu,
     }
+    if result.over_time is not None:
+        report["relaxation"] = relaxation_keys(result.over_time)
     if result.options.fabrication:
         scatter = result.errors.scatter
         report["tolerance"] = None if scatter is None else asdict(scatter)
@@ -230,6 +233,31 @@ def reading_keys(readings: Readings) -> Plain:
         "refused": readings.refused,
         "moduli": moduli,
         "skin_pressure": pressures,
+    }
+
+
+def relaxation_keys(over_time: ReadingOverTime) -> Plain:
+    """Return forces, P and the apparent modulus over time, and when a reading moves least."""
+    moduli = []
+    for i, E in enumerate(over_time.E.tolist()):
+        row = {
+            "E_MPa": E,
+            "F_N": over_time.F[i].T,
+            "P": _numbers(over_time.P[i]),
+            "E_apparent_MPa": _numbers(over_time.apparent[i]),
+        }
+        moduli.append(row)
+    return {
+        "t_s": over_time.t,
+        "stop_s": float(over_time.t[over_time.stop]),
+        "at_s": float(over_time.t[over_time.at]),
+        "moves_percent": 100.0 * over_time.moves.value,
+        "moves_error_percent": 100.0 * over_time.moves.error,
+        "moduli": moduli,
+        "moments": [
+            {"speed_mm_per_s": moment.speed_mm_per_s, "at_s": moment.at_s, "moves_percent": 100.0 * moment.moves}
+            for moment in over_time.moments
+        ],
     }
 
 

@@ -15,6 +15,7 @@ from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
 from pipeline.verdicts.targets import characteristic
 
+ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et al. (2012), doi:10.1007/s11947-011-0528-4
 FIRST_TRAVEL = 0.1  # of the whole, from which the change of P over the travel is told
 
 
@@ -33,6 +34,7 @@ def notes(result: SensorResult) -> list[str]:
         lines += _beyond_the_law(result)
     else:
         lines += _of_the_reading(result, result.readings)
+    lines.append(_relaxation(result))
     lines += _weight(result)
     lines += _free_fruit(result)
     lines.append(f"response: {info.method}; {info.status}")
@@ -124,6 +126,26 @@ def _beyond_the_law(result: SensorResult) -> list[str]:
         f"P_max, NL and response.csv are those of this scene at full travel; {what} has P_max {P_max.value:.4g} and "
         f"NL {100.0 * NL.value:.3g} %"
     ]
+
+
+def _relaxation(result: SensorResult) -> str:
+    """Return how far readings fall as the flesh relaxes; where that is not known, the size that published flesh has."""
+    over_time = result.over_time
+    if over_time is None:
+        curve = result.press.curve
+        E = np.array(result.design.fruit.E_MPa)
+        P = np.interp([E, ORANGE * E], curve.E, curve.P[:, -1])
+        change = 100.0 * (P[1] / P[0] - 1.0)
+        return (
+            f"relaxation of the flesh is not known and left out: an orange relaxes to {100.0 * ORANGE:g} %, "
+            f"by which P moves by {change.max():.2g} to {change.min():.2g} % and E that is read as the flesh does; "
+            "give fruit.relaxation"
+        )
+    fallen = over_time.apparent[:, over_time.at] / over_time.E
+    return (
+        f"relaxation: E is the modulus at the first instant; what is read {over_time.t[over_time.at]:.3g} s after the "
+        f"touch is {fallen.min():.3g} to {fallen.max():.3g} times it, which `pipeline read` takes back"
+    )
 
 
 def _weight(result: SensorResult) -> list[str]:

@@ -129,6 +129,15 @@ def _less_tilt(verdict: Verdict, _design: Design, _springs: FittedSprings) -> st
     return f"would pass with --set reading.tilt_deg={rounded(tilt, 0.0):g}" if tilt > 0.0 else None
 
 
+def _steadier(_verdict: Verdict, design: Design, _springs: FittedSprings) -> str:
+    if design.reading is None:
+        return "press with less speed or hold for less time: --set press.speed_mm_per_s, --set press.hold_s"
+    return (
+        "read at the moment that moves least, press with less speed or hold for less time: --set reading.at_s, "
+        "--set press.speed_mm_per_s, --set press.hold_s"
+    )
+
+
 CLEARANCES = (
     "geometry.frame_clearance",
     "geometry.neck_clearance",
@@ -152,5 +161,6 @@ HINTS: Mapping[str, Hint | str] = {
     "reading.bias": _wider_limit,
     "reading.uncertainty": _wider_limit,
     "reading.lift": _less_tilt,
+    "reading.relaxation": _steadier,
 }
 """The hint of each verdict, or what computes it; a verdict that is not listed, or gets None, is left to the search."""

@@ -14,6 +14,7 @@ from cad.theory.hertz import contact_reach, relative_curvature
 from cad.verdict import Verdict, failed
 from pipeline.options import TOLERANCES
 from pipeline.reading.analysis import Readings, SkinPressure
+from pipeline.reading.over_time import ReadingOverTime
 from pipeline.response.scene_press import ScenePress
 from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.storage.plain import first_largest
@@ -331,6 +332,26 @@ def uncertainty_verdict(readings: Readings, limit: float) -> Verdict:
     largest = list(sources)[first_largest(sources.values())]
     words = f"{words}, at {widest.E:.3g} MPa; largest source: {largest}"
     return margin_verdict("reading.uncertainty", readings.uncertainty, limit, words, at_most=True)
+
+
+def relaxation_verdicts(design: Design, over_time: ReadingOverTime | None) -> tuple[Verdict, ...]:
+    """Return the verdict on how far a reading moves in the seconds in which it may be taken [1].
+
+    None for flesh that does not relax. A design without readings has the usual limit of their bias.
+    """
+    if over_time is None:
+        return ()
+    name = "reading.relaxation"
+    limit = (design.reading or Reading()).bias_limit
+    read = over_time.t[over_time.at]
+    steadiest = over_time.steadiest
+    words = (
+        f"largest |E read / E read at {read:.3g} s - 1| from {design.stop_s:.3g} to {design.release_s:.3g} s; least, "
+        f"{100.0 * steadiest.moves:.2g} %, at {steadiest.at_s:.3g} s of a press by {steadiest.speed_mm_per_s:.3g} mm/s"
+    )
+    if not math.isfinite(over_time.moves.value + over_time.moves.error):
+        return (failed(name, limit, unit="1", reference="a tip is off the fruit during the hold"),)
+    return (margin_verdict(name, over_time.moves, limit, words, at_most=True),)
 
 
 def _refused(verdict: Verdict, reason: str) -> Verdict:

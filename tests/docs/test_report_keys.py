@@ -5,14 +5,17 @@ import json
 import os
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from stand_ins import result_of
+from stand_ins import CONTACT, result_of, springs_of
 
+from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press
 from pipeline.cli import main
+from pipeline.reading.over_time import reading_over_time
 from pipeline.report.explain.entries import entries
 from pipeline.report.mapping import report_mapping
 
@@ -90,20 +93,36 @@ def deep_report() -> dict[str, object]:
     return {key: data[key] for key in ("tips", "read_out", "reading")}
 
 
+@pytest.fixture(scope="module")
+def timed_report() -> dict[str, object]:
+    """Return what the report of a sensor has beside the others' keys where its fruit relaxes."""
+    design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
+    springs = springs_of(design)
+    over_time = reading_over_time(design, CONTACT, springs.C)
+    data = report_mapping(replace(result_of(design), over_time=over_time))
+    return {"relaxation": data["relaxation"]}
+
+
 @pytest.mark.slow
 def test_every_key_is_explained(
-    report: dict[str, object], read_report: dict[str, object], deep_report: dict[str, object]
+    report: dict[str, object],
+    read_report: dict[str, object],
+    deep_report: dict[str, object],
+    timed_report: dict[str, object],
 ) -> None:
-    assert unexplained(all_leaves(report, read_report, deep_report), "key") == set()
+    assert unexplained(all_leaves(report, read_report, deep_report, timed_report), "key") == set()
 
 
 @pytest.mark.slow
 def test_no_explained_key_is_missing(
-    report: dict[str, object], read_report: dict[str, object], deep_report: dict[str, object]
+    report: dict[str, object],
+    read_report: dict[str, object],
+    deep_report: dict[str, object],
+    timed_report: dict[str, object],
 ) -> None:
-    found = all_leaves(report, read_report, deep_report)
+    found = all_leaves(report, read_report, deep_report, timed_report)
     assert [key for key in explained("key") if not any(pattern(key).fullmatch(path) for path in found)] == []
-    assert {key.split(".")[0].split("[")[0] for key in explained("key")} == set(report)
+    assert {key.split(".")[0].split("[")[0] for key in explained("key")} == {*report, *timed_report}
 
 
 @pytest.mark.slow

@@ -24,6 +24,7 @@ each_choice = pytest.mark.parametrize(
     ("table", "item"), CHOICES, ids=[f"{table}.{item.name}" for table, item in CHOICES]
 )
 UNIT_OF_ENDING = {"_mm": "mm", "_MPa": "MPa", "_deg": "deg", "_N_per_m": "N/m", "_N": "N", "_percent": "%"}
+UNIT_OF_ENDING |= {"_mm_per_s": "mm/s", "_s": "s"}
 
 
 def test_defaults_are_the_paper():

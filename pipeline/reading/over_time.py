@@ -1,0 +1,189 @@
+"""Readings over time of flesh that relaxes: forces, their ratio and the modulus they tell, and when that moves least.
+
+A modulus of the fruit is that at the first instant. What forces at a time tell as if the flesh were elastic is an
+apparent one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.design.parameters import Design
+from cad.quantity import Estimate, validation_error
+from cad.theory.contrast_law import ContrastLaw, ReadingError, read_modulus
+from cad.theory.relaxation import Relaxation
+from pipeline.reading.measurement import ContrastModel, PressedSensor, pressed_sensor, rows_of
+from pipeline.reading.poses import Placement
+from pipeline.response.scene_press import scene_of
+from solve.contact.linear_response import high_over_low
+from solve.contact.relaxing import elastic_forces, timed_forces
+from solve.fruit.compliance import FruitCompliance
+
+Floats = NDArray[np.float64]
+
+RAMP_STEPS = 12
+HOLD_STEPS = 12
+SPEEDS = (1.0, 0.25, 0.5, 2.0, 4.0)  # of the design's speed: those that are tried
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moment:
+    """A speed [mm/s], and the moment from the first touch [s] at which a reading is nearest to all others of the hold.
+
+    `moves` [1] is by how much of it the modulus that is read is another one elsewhere in the hold, at most.
+    """
+
+    speed_mm_per_s: float
+    at_s: float
+    moves: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReadingOverTime:
+    """A level press to full travel and its hold on flesh of moduli E [MPa] at the first instant, at times t [s].
+
+    Forces F [N], shape (moduli, times, tips); the force ratio P [1] and the `apparent` modulus [MPa], (moduli, times),
+    are nan where a tip is off the fruit. `stop` is the index at which the press stops, `at` that of the reading.
+    `moves` [1] is how far the apparent modulus is elsewhere in the hold from that of the reading, the most of all
+    moduli. `moments` are the steadiest ones at the speed of the design and at others.
+    """
+
+    E: Floats
+    t: Floats
+    F: Floats
+    P: Floats
+    apparent: Floats
+    stop: int
+    at: int
+    moves: Estimate
+    moments: tuple[Moment, ...]
+
+    @property
+    def steadiest(self) -> Moment:
+        """Return the moment at which a reading moves least, of all speeds that were tried."""
+        return min(self.moments, key=lambda moment: moment.moves)
+
+
+def refuse_unsolvable_time(design: Design) -> None:
+    """Raise InputError for flesh that relaxes in a scene that is not solved over time; solves nothing."""
+    if design.fruit.relaxation is None:
+        return
+    tips = design.tips
+    level = design.press.tilt_deg == 0.0 and design.press.roll_deg == 0.0
+    domes = tips.tip_shape.obeys_hertz and not tips.tip_layout.is_pair
+    if design.press.strain != "linear" or not (scene_of(design).linear or (level and domes)):
+        bound = (
+            "left out but for a level press of flat tips on a block, or of a line or square of domes, at small strain"
+        )
+        hint = "drop it: other tips, tilt and large strain are not solved over time"
+        raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
+
+
+def reading_over_time(
+    design: Design, contact: FruitCompliance, C: Floats, height_offsets: Sequence[float] = ()
+) -> ReadingOverTime | None:
+    """Return the readings of a design over time; None for flesh that does not relax.
+
+    C (tips, tips) [mm/N] is the compliance of the springs, `height_offsets` [mm] as for `pressed_sensor`. Raises
+    SolveError.
+    """
+    if design.fruit.relaxation is None:
+        return None
+    sensor = pressed_sensor(design, contact, C, height_offsets)
+    law = _contrast(sensor)
+    first_touch = float(np.min(np.add(law.gaps, height_offsets or 0.0)))
+    relaxation = Relaxation(design.fruit.relaxation)
+    hold = design.press.hold_s or 0.0
+    wait = design.read_s - design.stop_s
+
+    waits, at = _waits(hold, wait)
+    ramp = (np.arange(1 + RAMP_STEPS) / RAMP_STEPS) ** 2
+    stops = design.stop_s / np.array(SPEEDS)
+    E = np.array(design.fruit.E_MPa)
+    times = np.concatenate([np.outer(stops, ramp), stops[:, None] + waits[1:]], axis=1)
+    depth = design.press.travel_mm * np.concatenate([ramp, np.ones(HOLD_STEPS)])
+    moduli = np.tile(E, len(SPEEDS))
+    presses = np.repeat(times, len(E), axis=0)
+    solved = timed_forces(law, relaxation, moduli, presses, first_touch + np.broadcast_to(depth, presses.shape))
+
+    shape = (len(SPEEDS), len(E), times.shape[1], -1)
+    F = solved.F.reshape(shape)
+    apparent = _apparent(law, F)
+    held = apparent[..., RAMP_STEPS:]
+    moves = np.array([_moves(held, index) for index in range(held.shape[-1])]).T  # (speeds, moments)
+    steadiest = moves.argmin(axis=1)
+    moments = []
+    for i, speed in enumerate(SPEEDS):
+        best = int(steadiest[i])
+        moment = Moment(
+            speed_mm_per_s=speed * float(design.press.speed_mm_per_s or 0.0),
+            at_s=float(times[i, RAMP_STEPS + best]),
+            moves=float(moves[i, best]),
+        )
+        moments.append(moment)
+
+    by_steps = float((solved.error.reshape(shape)[0, :, RAMP_STEPS:] / F[0, :, RAMP_STEPS:]).max())
+    value = float(moves[0, at])
+    return ReadingOverTime(
+        E=E,
+        t=times[0],
+        F=F[0],
+        P=high_over_low(F[0], F[0], design.tips.spring_groups),
+        apparent=apparent[0],
+        stop=RAMP_STEPS,
+        at=RAMP_STEPS + at,
+        moves=Estimate(value, 2.0 * by_steps + value * _off_elastic(sensor, law, first_touch)),
+        moments=tuple(moments),
+    )
+
+
+def _contrast(sensor: PressedSensor) -> ContrastLaw:
+    """Return the contrast of the tips; that of a pair is right where it is pressed level."""
+    if isinstance(sensor.model, ContrastModel):
+        return sensor.model.law
+    gaps = tuple(-offset for offset in sensor.height_offsets) or (0.0, 0.0)
+    return ContrastLaw(weights=(-1.0, 1.0), gaps=gaps, C=rows_of(sensor.C), S=rows_of(sensor.contact.S))
+
+
+def _waits(hold: float, wait: float) -> tuple[Floats, int]:
+    """Return moments of the hold since the press stopped [s], (moments,), and the index of that of the reading."""
+    waits = hold * (np.arange(1 + HOLD_STEPS) / HOLD_STEPS) ** 3
+    if wait in (0.0, hold):
+        return waits, 0 if wait == 0.0 else HOLD_STEPS
+    nearest = 1 + int(np.abs(waits[1:-1] - wait).argmin())
+    waits[nearest] = wait
+    return waits, nearest
+
+
+def _apparent(law: ContrastLaw, F: Floats) -> Floats:
+    """Return the moduli [MPa] that forces (..., tips) [N] tell, (...); nan where they tell none."""
+    moduli = np.full(F.shape[:-1], np.nan)
+    for index in np.ndindex(moduli.shape):
+        try:
+            moduli[index] = read_modulus(law, F[index].tolist())
+        except ReadingError:
+            continue
+    return moduli
+
+
+def _moves(held: Floats, index: int) -> Floats:
+    """Return how far the apparent moduli (speeds, moduli, moments) are elsewhere from that of a moment [1], (speeds,).
+
+    Infinite where a tip is off the fruit.
+    """
+    changes = np.abs(held / held[..., index : index + 1] - 1.0).max(axis=(1, 2))
+    return np.where(np.isfinite(changes), changes, np.inf)
+
+
+def _off_elastic(sensor: PressedSensor, law: ContrastLaw, first_touch: float) -> float:
+    """Return by how much the law of the contrast misses the forces that are solved at full travel [1]."""
+    design = sensor.design
+    E = np.array(design.fruit.E_MPa)
+    if law.hertz == 0.0:
+        return 0.0
+    travel = design.press.travel_mm
+    solved = sensor.in_poses([Placement().pressed(modulus, travel) for modulus in design.fruit.E_MPa]).F
+    by_law = elastic_forces(law, E, np.full(len(E), first_touch + travel))
+    return float(np.abs(by_law / solved - 1.0).max())

@@ -1,0 +1,119 @@
+"""Readings over time: the limits of a press that is fast or slow, the published orange, and the planted slow design."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from square_stand_ins import square_contact, square_design, square_springs
+from stand_ins import CONTACT, springs_of
+
+from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.reading import Reading
+from cad.design.tips import Press, Tips
+from cad.quantity import InputError
+from cad.theory.two_spring_law import force_ratio
+from pipeline.options import RunOptions
+from pipeline.reading.over_time import reading_over_time, refuse_unsolvable_time
+from pipeline.verdicts.hints import with_hints
+from pipeline.verdicts.rules import relaxation_verdicts
+
+ORANGE = ((0.25, 5.0), (0.33, 120.0))  # 42 % are left, as of Tarocco oranges; times as flesh has them
+
+
+def relaxing(arms=ORANGE, speed=0.6, hold=900.0, **tables):
+    return Design(fruit=Fruit(relaxation=arms), press=Press(speed_mm_per_s=speed, hold_s=hold), **tables)
+
+
+def over_time(design):
+    return reading_over_time(design, CONTACT, springs_of(design).C)
+
+
+def test_flesh_that_is_not_said_to_relax_costs_nothing():
+    assert over_time(Design()) is None
+    assert relaxation_verdicts(Design(), None) == ()
+
+
+def test_orange_moves_the_ratio_of_the_paper_as_published():
+    """At last each fruit is elastic of 0.42 times its modulus; Moresi et al. (2012), doi:10.1007/s11947-011-0528-4."""
+    design = relaxing(hold=9000.0)
+    found = over_time(design)
+    springs = springs_of(design).stiffnesses
+    K_m_over_E = CONTACT.K_m_over_E()
+    change = []
+    for i, E in enumerate(design.fruit.E_MPa):
+        late = force_ratio(springs, 0.42 * E * K_m_over_E)
+        assert found.P[i, -1] == pytest.approx(late, rel=1e-6)
+        assert found.apparent[i, -1] == pytest.approx(0.42 * E, rel=1e-6)
+        change.append(late / force_ratio(springs, E * K_m_over_E) - 1.0)
+    assert [max(change), min(change)] == pytest.approx([-0.23, -0.42], abs=0.005)
+
+
+def test_fast_press_on_slow_flesh_reads_the_modulus_of_the_first_instant():
+    found = over_time(relaxing(arms=((0.5, 1e5),), hold=1.0))
+    assert found.apparent[:, 1:] == pytest.approx(np.repeat(found.E[:, None], 24, axis=1), rel=2e-5)
+
+
+def test_slow_press_on_fast_flesh_reads_what_is_left_of_it():
+    found = over_time(relaxing(arms=((0.5, 1e-3),), speed=0.01, hold=10.0))
+    assert found.apparent[:, found.stop :] == pytest.approx(np.full((7, 13), 0.5) * found.E[:, None], rel=1e-3)
+
+
+def test_apparent_modulus_at_the_reading_is_what_the_verdict_compares_with():
+    design = relaxing(arms=((0.4, 2.0),), hold=3.0, reading=Reading(at_s=2.2))
+    found = over_time(design)
+    assert found.t[found.at] == 2.2
+    held = found.apparent[:, found.stop :]
+    expected = np.abs(held / found.apparent[:, found.at, None] - 1.0).max()
+    assert found.moves.value == pytest.approx(expected, rel=1e-12)
+    assert found.moments[0].moves <= found.moves.value
+    assert found.steadiest.speed_mm_per_s == min(moment.speed_mm_per_s for moment in found.moments)
+
+
+@pytest.mark.parametrize(("arms", "hold", "passed"), [(((0.02, 2.0),), 3.0, True), (ORANGE, 900.0, False)])
+def test_flesh_that_relaxes_much_in_the_hold_fails_and_has_a_hint(arms, hold, passed):
+    design = relaxing(arms=arms, hold=hold, reading=Reading(), springs=Design().springs)
+    (verdict,) = relaxation_verdicts(design, over_time(design))
+    assert (verdict.name, verdict.limit, verdict.passed) == ("reading.relaxation", 0.05, passed)
+    (hinted,) = with_hints([verdict], design, springs_of(design), RunOptions())
+    assert (hinted.remedy is None) is passed
+    assert passed or "--set reading.at_s" in hinted.remedy
+
+
+def test_tip_that_is_off_in_the_hold_fails():
+    design = relaxing()
+    found = over_time(design)
+    lifted = dataclasses.replace(found, moves=dataclasses.replace(found.moves, value=float("inf")))
+    (verdict,) = relaxation_verdicts(design, lifted)
+    assert verdict.passed is False
+    assert verdict.value is None
+
+
+def test_square_of_whole_faces_reads_as_its_pair():
+    """Four tips far apart on one flesh: the apparent modulus is that of one low and one high tip."""
+    square = square_design()
+    fruit = dataclasses.replace(square.fruit, relaxation=((0.4, 2.0),))
+    press = dataclasses.replace(square.press, speed_mm_per_s=0.5, hold_s=3.0)
+    found = reading_over_time(dataclasses.replace(square, fruit=fruit, press=press), square_contact(), square_springs())
+    fallen = found.apparent[:, found.stop :] / found.E[:, None]
+    assert (np.diff(fallen, axis=1) < 0.0).all()
+    assert (fallen < 1.0).all()
+    assert (fallen[:, -1] > 0.6).all()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"press": Press(speed_mm_per_s=0.5, hold_s=1.0, strain="large")},
+        {"press": Press(speed_mm_per_s=0.5, hold_s=1.0, tilt_deg=1.0)},
+        {"press": Press(speed_mm_per_s=0.5, hold_s=1.0, roll_deg=1.0)},
+        {"fruit": Fruit(shape="sphere", radius_mm=35.0, relaxation=ORANGE)},
+        {"tips": Tips(fillet_mm=0.1)},
+        {"tips": Tips(shape="dome", dome_radius_mm=2.0)},
+    ],
+)
+def test_scene_that_is_not_solved_over_time_is_refused_by_name(changes):
+    with pytest.raises(InputError) as refused:
+        refuse_unsolvable_time(dataclasses.replace(relaxing(), **changes))
+    assert refused.value.field == "fruit.relaxation"
+    assert "\n" not in str(refused.value)

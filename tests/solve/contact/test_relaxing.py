@@ -1,0 +1,153 @@
+"""Tips over time on flesh that relaxes, against closed forms and independent integrations."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from cad.theory.contrast_law import ContrastLaw
+from cad.theory.relaxation import Relaxation
+from solve.contact.relaxing import elastic_forces, timed_forces
+from solve.linear import SolveError
+
+STOP_S = 1.2
+HOLD_S = 30.0
+SPEED = 0.5  # [mm/s]
+
+
+def nodes(steps: int) -> np.ndarray:
+    """Return times of a ramp and a hold, fine where either begins."""
+    ramp = STOP_S * (np.arange(steps + 1) / steps) ** 2
+    wait = HOLD_S * (np.arange(1, steps + 1) / steps) ** 3
+    return np.concatenate([ramp, STOP_S + wait])[None]
+
+
+def travel(times: np.ndarray) -> np.ndarray:
+    return SPEED * np.minimum(times, STOP_S)
+
+
+def one_tip(C: float, S: float, hertz: float = 0.0) -> ContrastLaw:
+    return ContrastLaw(weights=(1.0,), gaps=(0.0,), C=((C,),), S=((S,),), hertz=hertz)
+
+
+@pytest.mark.parametrize("E", [0.3, 1.3, 20.0])
+def test_one_maxwell_arm_and_a_spring_follow_their_closed_form(E):
+    """Laplace's transform of K k / (K + k), k = K_m (1 - g / (1 + s tau)), has one pole."""
+    K, S, g, tau = 0.9, 0.756, 0.58, 3.0
+    K_m = E / S
+    at_once = K * K_m / (K + K_m)
+    at_last = K * (1.0 - g) * K_m / (K + (1.0 - g) * K_m)
+    rate = (1.0 - g * K_m / (K + K_m)) / tau
+
+    def integral(t: np.ndarray) -> np.ndarray:
+        return at_last * t + (at_once - at_last) * -np.expm1(-rate * t) / rate
+
+    times = nodes(24)
+    exact = SPEED * (integral(times) - integral(np.maximum(times - STOP_S, 0.0)))[0, 1:]
+    solved = timed_forces(one_tip(1.0 / K, S), Relaxation(((g, tau),)), np.array([E]), times, travel(times))
+    error = np.abs(solved.F[0, 1:, 0] - exact)
+    assert (error / exact).max() < 1e-6
+    assert (error <= solved.error[0, 1:, 0]).all()
+
+
+def test_level_pair_is_the_sum_of_its_modes():
+    """S and C of one pattern: the sum and the difference of both tips each relax as one tip."""
+    arms = Relaxation(((0.3, 0.5), (0.28, 40.0)))
+    times = nodes(24)
+    C = ((1.2, 0.0), (0.0, 1.2))
+    S = ((0.77, 0.01), (0.01, 0.77))
+    gap = 0.2  # of the high tip, which touches later; its difference mode then begins to move
+    both = timed_forces(
+        ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=C, S=S), arms, np.array([1.0]), times, travel(times)
+    )
+    mean = timed_forces(one_tip(1.2, 0.78), arms, np.array([1.0]), times, travel(times))
+    assert both.F[0, :, 0] == pytest.approx(mean.F[0, :, 0], rel=1e-10, abs=1e-15)
+    assert both.F[0, :, 1] == pytest.approx(mean.F[0, :, 0], rel=1e-10, abs=1e-15)
+    late = timed_forces(
+        ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, gap), C=C, S=S), arms, np.array([1.0]), times, travel(times)
+    )
+    assert (late.F[0, times[0] < gap / SPEED, 1] == 0.0).all()
+    assert (late.F[0, times[0] > 1.1 * gap / SPEED, 1] > 0.0).all()
+
+
+def independent_dome(E: float, C: float, hertz: float, arms: Relaxation, times: np.ndarray) -> np.ndarray:
+    """Return the force of one dome by the differential equations of Maxwell's arms, an adaptive Runge-Kutta method.
+
+    F = sum_i g_i (n - m_i) + (1 - sum g) n of n = E (q / h)^1.5 and tau m' = n - m; q from the springs at each time.
+    """
+
+    def entered(t: float, memory: np.ndarray) -> float:
+        lost = float(np.array(arms.shares) @ memory)
+
+        def excess(q: float) -> float:
+            return q + C * (E * (max(q, 0.0) / hertz) ** 1.5 - lost) - SPEED * min(t, STOP_S)
+
+        return brentq(excess, 0.0, SPEED * STOP_S + C * lost + 1e-12, xtol=1e-15, rtol=1e-14)
+
+    def n(t: float, memory: np.ndarray) -> float:
+        return E * (entered(t, memory) / hertz) ** 1.5
+
+    memory = np.zeros(len(arms.shares))
+    found = []
+    before = 0.0
+    for t in times:
+        if t > before:
+            solved = solve_ivp(
+                lambda s, m: (n(s, m) - m) / np.array(arms.times),
+                (before, t),
+                memory,
+                method="DOP853",
+                rtol=1e-10,
+                atol=1e-13,
+            )
+            memory = solved.y[:, -1]
+        found.append(n(t, memory) - float(np.array(arms.shares) @ memory))
+        before = t
+    return np.array(found)
+
+
+@pytest.mark.parametrize("E", [0.5, 3.5])
+def test_dome_on_a_spring_agrees_with_its_differential_equations(E):
+    arms = Relaxation(((0.25, 0.4), (0.33, 12.0)))
+    times = nodes(12)
+    hertz = 0.42
+    expected = independent_dome(E, 1.0 / 0.9, hertz, arms, times[0])
+    solved = timed_forces(one_tip(1.0 / 0.9, 0.0, hertz), arms, np.array([E]), times, travel(times))
+    error = np.abs(solved.F[0, 1:, 0] - expected[1:])
+    assert (error <= solved.error[0, 1:, 0] + 1e-9 * expected[1:]).all()
+    assert (error / expected[1:]).max() < 2e-4
+
+
+def test_rigid_dome_in_a_hold_keeps_what_the_series_leaves():
+    """Lee and Radok: a contact that is held carries n(t), once integrated over the ramp, then g alone; no spring."""
+    arms = Relaxation(((0.4, 2.0),))
+    g, tau = arms.arms[0]
+    times = nodes(24)
+    solved = timed_forces(one_tip(1e-9, 0.0, 0.5), arms, np.array([1.0]), times, travel(times)).F[0, :, 0]
+    n = (SPEED * STOP_S / 0.5) ** 1.5
+    s = np.linspace(0.0, STOP_S, 200_001)
+    rate = 1.5 * (SPEED / 0.5) ** 1.5 * np.sqrt(s)
+    for index in (24, 36, 48):
+        t = times[0, index]
+        exact = np.trapezoid((1.0 - g * -np.expm1((s - t) / tau)) * rate, s)
+        assert solved[index] == pytest.approx(exact, rel=3e-6)
+    assert solved[-1] == pytest.approx(0.6 * n, rel=1e-5)
+
+
+def test_elastic_forces_meet_their_law_and_tips_that_are_off_have_none():
+    law = ContrastLaw(
+        weights=(-1.0, 1.0, 0.0), gaps=(0.0, 0.1, 9.0), C=np.diag([1.1, 0.06, 0.5]),
+        S=np.full((3, 3), 0.02) + 0.3 * np.eye(3), hertz=0.4,
+    )  # fmt: skip
+    E = np.array([0.1, 1.0, 30.0])
+    depth = np.array([0.2, 0.5, 0.6])
+    F = elastic_forces(law, E, depth)
+    assert (F[:, 2] == 0.0).all()
+    sunk = 0.4 * (F / E[:, None]) ** (2.0 / 3.0) + F @ np.array(law.S) / E[:, None] + F @ np.array(law.C)
+    assert (sunk + law.gaps)[:, :2] == pytest.approx(np.repeat(depth[:, None], 2, axis=1), rel=1e-12)
+
+
+def test_dome_whose_contact_shrinks_is_refused():
+    times = np.array([[0.0, 1.0, 2.0]])
+    with pytest.raises(SolveError):
+        timed_forces(one_tip(0.1, 0.0, 0.4), Relaxation(((0.1, 1.0),)), np.ones(1), times, np.array([[0.0, 0.5, 0.2]]))
