@@ -21,7 +21,7 @@ from solve.fruit.compliance import FruitCompliance
 NOT_MADE = failed("geometry.made", "a housing", unit="1", reference="no housing was made, see printable.low and .high")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Evaluation:
     """A design, what was solved for its verdicts, and the verdicts that need no file.
 
@@ -40,6 +40,12 @@ class Evaluation:
     verdicts: tuple[Verdict, ...]
     over_time: ReadingOverTime | None = None
 
+    def __repr__(self) -> str:
+        """Return the design's name and how its verdicts ended: all numbers together fill many screens."""
+        outcomes = [verdict.passed for verdict in self.verdicts]
+        counts = f"{outcomes.count(True)} passed, {outcomes.count(False)} failed, {outcomes.count(None)} undecided"
+        return f"{type(self).__name__}({self.design.name!r}: {counts})"
+
     @property
     def passed(self) -> bool | None:
         """Say whether every verdict passed; None when one is undecided and none failed."""
@@ -54,7 +60,7 @@ class Evaluation:
         return self.press
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class SensorResult(Evaluation):
     """A design with all that is known of its sensor.
 

@@ -20,6 +20,6 @@ def execute(arguments: Namespace) -> int:
     if arguments.list_processes:
         from pipeline.commands.processes import list_processes
 
-        own = load_design(arguments.design, run.settings_of(arguments)).printer
+        own = load_design(run.named_design(arguments), run.settings_of(arguments)).printer
         return list_processes(own, as_json=arguments.json)
     return run.execute(arguments, fabrication=True)

@@ -37,9 +37,10 @@ _SETTING_OF = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.p
 def add_design_flags(parser: ArgumentParser) -> None:
     """Add the flags that give a design."""
     add = parser.add_argument
+    add("named", metavar="DESIGN", nargs="?", help=f"preset or file (default {DEFAULT_DESIGN})")
     add("--nl", metavar="NL", help="target nonlinearity [fraction, 0.05 = 5 %%], greater than 0 and less than 0.5")
     add("--p-max", metavar="P", help="target force ratio at the largest modulus [1], greater than 1 and at most 100")
-    add("--design", metavar="NAME|FILE.toml", default=DEFAULT_DESIGN, help=f"preset or file (default {DEFAULT_DESIGN})")
+    add("--design", metavar="NAME|FILE.toml", default=DEFAULT_DESIGN, help="the same")
     add("--process", metavar="NAME", help="print process, see pipeline design --list-processes")
     words = "any key of the design file, unset where VALUE is left out; repeatable"
     add("--set", metavar="TABLE.KEY=VALUE", action="append", default=[], help=words)
@@ -66,7 +67,7 @@ def execute(arguments: Namespace, *, fabrication: bool = False) -> int:
 
     Where the folder holds just what this run would write, it is answered from its report and nothing is solved.
     """
-    design = load_design(arguments.design, settings_of(arguments))
+    design = load_design(named_design(arguments), settings_of(arguments))
     tolerance = DEFAULT_TOLERANCE if arguments.tol is None else written_number(arguments.tol)
     if tolerance is None:
         raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "0.001 is 0.1 %")
@@ -112,6 +113,15 @@ def _kept_report(design: Design, options: RunOptions, folder: Path) -> Json | No
         return None
     report: Json = json.loads(content)
     return report if report.get("key") == run_key(design, options) else None
+
+
+def named_design(arguments: Namespace) -> str:
+    """Return the preset or file that DESIGN or --design names; raises InputError where both do."""
+    if arguments.named is None:
+        return str(arguments.design)
+    if arguments.design != DEFAULT_DESIGN:
+        raise validation_error("--design", arguments.design, "", "left out beside DESIGN", "give the design once")
+    return str(arguments.named)
 
 
 def settings_of(arguments: Namespace) -> dict[str, str]:

@@ -19,8 +19,8 @@ from pipeline.commands.console import (
     refusing_what_cannot_be_solved,
     showing_progress,
 )
-from pipeline.commands.run import add_design_flags, settings_of
-from pipeline.options import DEFAULT_DESIGN, RunOptions, load_design
+from pipeline.commands.run import add_design_flags, named_design, settings_of
+from pipeline.options import RunOptions, load_design
 
 if TYPE_CHECKING:
     from pipeline.study.suggest.suggestion import Suggestion
@@ -33,7 +33,6 @@ _CHANGE = "{:<28}{:<14}{}"  # key, old value, new value
 def add_arguments(parser: ArgumentParser) -> None:
     """Add DESIGN, the flags that give a design, --keep, --out and --json."""
     add = parser.add_argument
-    add("named", metavar="DESIGN", nargs="?", help=f"preset or file (default {DEFAULT_DESIGN})")
     add_design_flags(parser)
     add("--keep", metavar="TABLE.KEY", action="append", default=[], help="a key that stays as it is; repeatable")
     add("--out", metavar="FILE.toml", type=Path, help="write the design that passes there")
@@ -43,12 +42,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Search, prove and print; return 0 where a design passes, 1 where none was found."""
-    if arguments.named is not None:
-        if arguments.design != DEFAULT_DESIGN:
-            raise validation_error("--design", arguments.design, "", "left out beside DESIGN", "give the design once")
-        arguments.design = arguments.named
+    named = named_design(arguments)
     settings = settings_of(arguments)
-    design = load_design(arguments.design, settings)
+    design = load_design(named, settings)
     for key in arguments.keep:
         if key not in every_key():
             hint = f"did you mean {nearest(key, every_key())}?"
@@ -59,7 +55,7 @@ def execute(arguments: Namespace) -> int:
 
     with showing_progress("start", quiet=arguments.json) as progress, refusing_what_cannot_be_solved():
         found = suggestion(design, RunOptions(), frozenset(arguments.keep), progress)
-    command = command_of(arguments.design, settings, found)
+    command = command_of(named, settings, found)
     with answering():
         if arguments.json:
             print_json(_as_mapping(found, command))

@@ -7,6 +7,9 @@ from cad.verdict import Verdict
 UNREAD = "some poses have no reading"
 """Why a verdict on readings fails whose value keeps the limit: the value is that of the other poses."""
 
+ROUND_OFF = 1e-12
+"""Below it a number says nothing in any unit that is shown: mm, N, MPa, N/m, %, fractions of numbers near 1."""
+
 _SENSES = (
     ("reading.lift", "at least"), ("reading.*", "at most"), ("bruise", "at most"), ("sideways.*", "at least"),
     ("geometry.*_clearance", "at least"), ("geometry.*_over_fruit", "at least"), ("geometry.stops_*", "at least"),
@@ -28,9 +31,11 @@ def bound_sign(verdict: Verdict) -> str:
 
 
 def number_text(value: float | str | None, unit: str = "", digits: int = 5) -> str:
-    """Return a number with some digits and its unit, or a text; nothing for None."""
+    """Return a number with some digits and its unit, or a text; nothing for None, and round-off is 0."""
     if value is None:
         return ""
+    if not isinstance(value, str) and abs(value) < ROUND_OFF:
+        value = 0.0
     text = value if isinstance(value, str) else f"{value:.{digits}g}"
     return text if unit in ("", "1") else f"{text} {unit}"
 

@@ -5,6 +5,7 @@ Every row carries a digest of itself, so that what a person or a disk changed is
 
 import hashlib
 import json
+import math
 import re
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
@@ -81,6 +82,17 @@ class StudyStore:
         """Return how many points are done, refused and failed."""
         counts = dict(self._connection.execute("SELECT status, COUNT(*) FROM points GROUP BY status").fetchall())
         return {status: counts.get(status, 0) for status in ("done", "refused", "failed")}
+
+    def spans(self, wanted: Sequence[str]) -> dict[str, tuple[float, float]]:
+        """Return the least and the largest value by wanted key over all points; keys without a number are left out."""
+        spans: dict[str, tuple[float, float]] = {}
+        for result in self.rows():
+            for key in wanted:
+                value = result.values.get(key)
+                if isinstance(value, int | float) and not isinstance(value, bool):
+                    least, most = spans.get(key, (math.inf, -math.inf))
+                    spans[key] = (min(least, value), max(most, value))
+        return spans
 
     def messages(self, most: int = 5) -> dict[str, int]:
         """Return the commonest messages of refused and failed points, and how many points have each.

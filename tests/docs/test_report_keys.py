@@ -28,6 +28,7 @@ WORDS = {
     "STAGE": r"\w+",
     "PACKAGE": r"[\w-]+",
     "SOURCE": r"\w+",
+    "FILE": r"[\w.-]+",
 }
 """What the words in capitals stand for."""
 

@@ -20,6 +20,12 @@ def test_result_passes_as_its_verdicts_do():
         assert changed.passed is outcome
 
 
+def test_result_is_shown_in_a_line():
+    result = result_of()
+    assert len(repr(result)) < 100
+    assert repr(result.design.name) in repr(result)
+
+
 def test_the_papers_own_verdicts_do_not_count():
     result = result_of()
     assert [verdict.name for verdict in result.paper if verdict.passed is False] == ["P_max", "NL"]

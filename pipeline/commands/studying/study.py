@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pipeline.study.execute import StudySummary
     from pipeline.study.sensitivity import Sensitivity
 
-PURPOSE = "solve many designs around one: what varies, how, and what is wanted stand in a file"
+PURPOSE = "solve many designs around one; a file says what varies and what is wanted"
 EXAMPLE = "pipeline study springs.toml --export springs.csv"
 
 
@@ -46,7 +46,7 @@ def execute(arguments: Namespace) -> int:
     """Solve what the study lacks and print how its points ended; return 0 when none failed, else 1."""
     from pipeline.study.execute import run_study
     from pipeline.study.sensitivity import sensitivities
-    from pipeline.study.store import stored_study
+    from pipeline.study.store import STORE, stored_study
     from pipeline.study.study_file import read_study
     from pipeline.study.workers import chosen_engine, shown_progress
 
@@ -67,6 +67,7 @@ def execute(arguments: Namespace) -> int:
 
             write_page(store, study, page, force=arguments.force)
         refusals = store.messages()
+        spans = store.spans(study.wanted)
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
     with answering():
         if arguments.json:
@@ -74,6 +75,11 @@ def execute(arguments: Namespace) -> int:
         else:
             _print_counts(summary, refusals)
             _print_sensitivities(indices)
+            for key, (least, most) in spans.items():
+                print(f"{key}: {least:.5g} to {most:.5g}")
+            for path in (summary.folder / STORE, arguments.export, page):
+                if path is not None:
+                    print(path)
     return FAILED if summary.failed or not summary.done else PASSED
 
 
@@ -125,7 +131,6 @@ def _print_counts(summary: "StudySummary", refusals: dict[str, int]) -> None:
     if summary.solved:
         rate = summary.solved / summary.seconds
         print(f"{summary.solved} solved in {summary.seconds:.1f} s, {rate:.3g} points a second")
-    print(summary.folder / "study.sqlite")
 
 
 def _print_sensitivities(indices: "tuple[Sensitivity, ...]") -> None:

