@@ -65,9 +65,11 @@ def refusing_what_cannot_be_solved() -> Iterator[None]:
 
 
 def print_error(message: str) -> None:
-    """Print one line to stderr, if it takes any."""
+    """Print one line to stderr, if it takes any; what would steer a terminal is written as its escape."""
+    line = " ".join(message.split())
+    plain = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in line)
     with suppress(OSError):
-        print("pipeline: " + " ".join(message.split()), file=sys.stderr, flush=True)
+        print(f"pipeline: {plain}", file=sys.stderr, flush=True)
 
 
 def drop_output() -> None:

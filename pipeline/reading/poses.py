@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from pipeline.response.scene_press import refuse_unsolvable, scene_of
 from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, posed_scene
 from solve.contact.scene import STEEPEST_DEG
+from solve.contact.scene_cells import scene_footprints
 
 Vector = tuple[float, float]
 """Components along and across the tips."""
@@ -154,3 +155,6 @@ def refuse_unsolvable_poses(design: Design) -> None:
         if reading.off_centre_mm and not any(placement.tilt_deg):
             raise validation_error("reading.off_centre_mm", reading.off_centre_mm, "mm", bound, remedy)
         raise validation_error("reading.tilt_deg", reading.tilt_deg, "deg", bound, remedy)
+    if not scene.tips.tip_shape.obeys_hertz:  # all poses are solved on the cells of the most tilted one
+        tilted = replace(scene.press, tilt_deg=reading.tilt_deg)
+        scene_footprints(replace(scene, press=tilted), design.press.travel_mm)

@@ -91,6 +91,14 @@ def test_bad_design_file_is_one_line(text, start, capsys, stand_in_run, tmp_path
     refused(["run", "--design", "mine.toml"], start, capsys, stand_in_run)
 
 
+@pytest.mark.parametrize("name", ["a\x1b[2Jb.csv", "a\0b.csv", "a\u202eb.csv", os.fsdecode(b"a\xffb.csv")])
+def test_name_that_would_steer_a_terminal_is_written_as_its_escape(name, capsys):
+    for words in (["modulus", name], ["calibrate", name, "x.csv"], [name], ["run", name], ["run", f"--{name}"]):
+        assert main(words) == 2
+        line = capsys.readouterr().err.removesuffix("\n")
+        assert line.isprintable(), line
+
+
 @pytest.mark.parametrize(("words", "start"), COMMANDS)
 def test_bad_command_is_one_line(words, start, capsys, stand_in_run):
     refused(words, start, capsys, stand_in_run)
@@ -124,23 +132,25 @@ def test_refusal_imports_nothing_heavy(flags):
 
 
 @pytest.mark.parametrize(
-    ("settings", "field"),
+    ("design", "settings", "start"),
     [
-        (["tips.spacing_mm=5.8", "tips.side_mm=5.6"], "tips.spacing_mm"),
-        (["tips.spacing_mm=5.5", "tips.side_mm=5.3"], "tips.spacing_mm"),
-        (["tips.spacing_mm=5.8", "tips.side_mm=5.3", "tips.socket=pin"], "tips.spacing_mm"),
-        (["reading.tilt_deg=14"], "reading.tilt_deg"),
-        (["reading.off_centre_mm=9"], "reading.off_centre_mm"),
+        ("mango", ["tips.spacing_mm=5.8", "tips.side_mm=5.6"], "tips.spacing_mm = "),
+        ("mango", ["tips.spacing_mm=5.5", "tips.side_mm=5.3"], "tips.spacing_mm = "),
+        ("mango", ["tips.spacing_mm=5.8", "tips.side_mm=5.3", "tips.socket=pin"], "tips.spacing_mm = "),
+        ("mango", ["reading.tilt_deg=14"], "reading.tilt_deg = "),
+        ("mango", ["reading.off_centre_mm=9"], "reading.off_centre_mm = "),
+        ("paper", ["reading.tilt_deg=4", "fruit.width_mm=3.9"], "gap from tip to side face = 1.45 mm"),
+        ("paper", ["reading.tilt_deg=0", "fruit.length_mm=11.9"], "gap from tip to side face = 1.45 mm"),
     ],
 )
-def test_square_that_cannot_be_bolted_or_read_is_refused_before_anything_is_solved(
-    settings, field, tmp_path, capsys, monkeypatch
+def test_sensor_that_cannot_be_bolted_or_read_is_refused_before_anything_is_solved(
+    design, settings, start, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.setattr(importlib.import_module("pipeline.run"), "fruit_compliance", lambda *_: pytest.fail("solved"))
     flags = [word for setting in settings for word in ("--set", setting)]
-    assert main(["run", "--design", "mango", *flags, "--out", str(tmp_path / "out")]) == 2
+    assert main(["run", "--design", design, *flags, "--out", str(tmp_path / "out")]) == 2
     (error,) = capsys.readouterr().err.splitlines()
-    assert error.startswith(f"pipeline: {field} = ")
+    assert error.startswith(f"pipeline: {start}")
     assert not (tmp_path / "out").exists()
 
 
