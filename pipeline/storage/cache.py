@@ -69,7 +69,8 @@ def store(stage: str, inputs: object, result: object) -> None:
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.unlink(missing_ok=True)
+        for left in path.parent.glob(f"{path.name}.*.part"):  # by a process that was killed
+            left.unlink()
         try:
             with part.open("x", encoding="utf-8") as file:  # never through a link
                 file.write(f"{_digest(path, body)}\n{body}")

@@ -11,6 +11,7 @@ from pathlib import Path
 from cad.quantity import InputError, validation_error
 from pipeline.storage.cache import store, stored
 from pipeline.storage.digests import REPORT, file_digest, is_regular, keep_aside
+from pipeline.storage.folder import written_beside
 
 Content = bytes | Callable[[Path], object]
 """The bytes of a file, or a function that writes them to a path."""
@@ -49,9 +50,8 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
         refuse_taken(files, flag, renew=renew)
     for path, content in files.items():
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryDirectory(dir=path.parent, prefix=".twintip-") as aside:
-                part = Path(aside, "part")
+            with written_beside(path, flag) as folder:
+                part = folder / "part"
                 if isinstance(content, bytes):
                     part.write_bytes(content)
                 else:

@@ -39,14 +39,12 @@ def output_folder(path: Path | None, *, force: bool = False) -> Iterator[Path]:
     target = _usable(path)
     missing = [folder for folder in target.parents if not folder.exists()]
     try:
-        with _in_use(target) as aside:
+        with written_beside(target, "--out") as new:
             if not force:
                 refuse_unmanaged(target)
-            new = aside / f"{_NEW}{os.getpid()}"  # no worker of a killed run writes there
-            new.mkdir()
             yield new
             _refuse_unlisted(new)
-            _publish(new, target, aside / _OLD, force=force)
+            _publish(new, target, new.with_name(_OLD), force=force)
     finally:
         with suppress(OSError):  # not empty: the outputs stand in it
             for folder in missing:
@@ -69,7 +67,7 @@ def whole_report(path: Path) -> bytes | None:
     if not _folder_beside(target).exists():  # nobody writes: many may read at once
         return _content_if_whole(target)
     try:
-        with _in_use(target):
+        with written_beside(target, "--out"):
             return _content_if_whole(target)
     except OutputError:
         content = _content_if_whole(target)
@@ -138,9 +136,9 @@ def _refuse_unlisted(new: Path) -> None:
         raise ValueError(msg)
 
 
-def _refused(folder: Path, bound: str, hint: str) -> OutputError:
-    line = str(validation_error("--out", str(folder), "", bound, hint))
-    return OutputError(line, field="--out", value=str(folder), bound=bound)
+def _refused(path: Path, bound: str, hint: str, flag: str = "--out") -> OutputError:
+    line = str(validation_error(flag, str(path), "", bound, hint))
+    return OutputError(line, field=flag, value=str(path), bound=bound)
 
 
 def _usable(path: Path) -> Path:
@@ -164,31 +162,35 @@ def _usable(path: Path) -> Path:
 
 
 @contextmanager
-def _in_use(target: Path) -> Iterator[Path]:
-    """Hold the lock of a target, give the folder beside it, and clear both; a kill frees the lock.
+def written_beside(target: Path, flag: str) -> Iterator[Path]:
+    """Hold the lock of a file or folder, give an empty folder beside it, and clear both; a kill frees the lock.
 
-    Raises OutputError where another run holds it, or where somebody else's folder has that name.
+    Raises OutputError, which names the flag, where another process holds it, or where somebody else's folder has the
+    name of the one beside.
     """
     from filelock import FileLock, Timeout
 
     aside = _folder_beside(target)
+    hint = f"name another place with {flag}"
     try:
         aside.mkdir(parents=True, exist_ok=True)
         held = list(aside.iterdir())
         if held and not (is_regular(aside / _LOCK) and all(_is_of_a_run(path) for path in held)):
-            bound = f"a folder beside which no other {aside.name!r} stands"
-            raise _refused(target, bound, "move that folder away")
+            bound = f"a place beside which no other {aside.name!r} stands"
+            raise _refused(target, bound, "move that folder away", flag)
         lock = FileLock(aside / _LOCK, blocking=False)
         lock.acquire()
     except Timeout as error:
-        bound = "a folder that no other run is writing"
-        raise _refused(target, bound, "wait for that run, or name another folder with --out") from error
+        bound = "a place that no other run is writing"
+        raise _refused(target, bound, f"wait for that run, or {hint}", flag) from error
     except OSError as error:
         bound = f"in a folder that can be written ({error.strerror})"
-        raise _refused(target, bound, "name another folder with --out, or change its permissions") from error
+        raise _refused(target, bound, f"{hint}, or change its permissions", flag) from error
     try:
         _clear(aside, target)
-        yield aside
+        new = aside / f"{_NEW}{os.getpid()}"  # no worker of a killed run writes there
+        new.mkdir()
+        yield new
     finally:
         _clear(aside, target)
         (aside / _LOCK).unlink(missing_ok=True)

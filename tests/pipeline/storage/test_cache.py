@@ -121,6 +121,14 @@ def test_nothing_is_written_through_a_link(folder, link, suffix, tmp_path):
     assert letter.read_text() == "precious"
 
 
+def test_part_of_a_process_that_was_killed_is_cleared_by_the_next(folder):
+    remembered("contact", {}, Counted(1))
+    (entry,) = folder.glob("contact-*.json")
+    entry.rename(entry.with_name(f"{entry.name}.4194305.part"))
+    assert remembered("contact", {}, Counted(2)) == {"value": 2}
+    assert list(folder.iterdir()) == [entry]
+
+
 def test_cache_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
     blocked = tmp_path / "file"
     blocked.write_text("", encoding="utf-8")

@@ -51,6 +51,25 @@ def test_output_folder_of_a_run_takes_no_other_file(tmp_path):
         write_files({tmp_path / "unit.toml": b"x"}, "--out")
 
 
+def test_what_a_kill_left_is_cleared_by_the_next_and_a_folder_of_a_person_is_not(tmp_path):
+    path = tmp_path / "unit.toml"
+    write_files({path: b"old"}, "--out")
+    child = os.fork()
+    if child == 0:
+        write_files({path: lambda part: (part.write_bytes(b"half"), os._exit(9))}, "--out", force=True)
+    os.waitpid(child, 0)
+    assert path.read_bytes() == b"old"
+    assert sorted(each.name for each in tmp_path.iterdir()) == [".unit.toml.twintip", "unit.toml"]
+    write_files({path: b"new"}, "--out", renew=True)
+    assert [(each.name, each.read_bytes()) for each in tmp_path.iterdir()] == [("unit.toml", b"new")]
+    mine = tmp_path / ".unit.toml.twintip" / "part"
+    mine.parent.mkdir()
+    mine.write_bytes(b"precious")
+    with pytest.raises(InputError) as refused:
+        write_files({path: b"newer"}, "--out", renew=True)
+    assert (refused.value.field, path.read_bytes(), mine.read_bytes()) == ("--out", b"new", b"precious")
+
+
 @pytest.mark.parametrize("place", ["file/page.html", "/proc/page.html", "/proc/new/page.html"])
 def test_place_that_cannot_be_written_is_refused_before_anything_is_done(place, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
