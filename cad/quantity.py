@@ -150,7 +150,7 @@ def as_float(number: float) -> float:
         return math.inf if number > 0 else -math.inf
 
 
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")  # no digits of other scripts
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,4})?")  # no digits of other scripts
 
 
 def written_number(text: str) -> float | None:

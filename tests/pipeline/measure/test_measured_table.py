@@ -101,6 +101,7 @@ def test_texts_that_are_no_numbers_are_none(text):
         (PLAIN + "low,abc,1\n", "line 3, column 'force_N'", "abc"),
         (PLAIN + "low,nan,1\n", "line 3, column 'force_N'", "nan"),
         (PLAIN + "low,1e999,1\n", "line 3, column 'force_N'", "1e999"),
+        (PLAIN + "low,1e-99999999999999999999,1\n", "line 3, column 'force_N'", "1e-99999999999999999999"),
         (PLAIN + "low,\u0661,1\n", "line 3, column 'force_N'", "\u0661"),
         (PLAIN + "low,1_0,1\n", "line 3, column 'force_N'", "1_0"),
         (PLAIN + "low,,1\n", "line 3, column 'force_N'", ""),
