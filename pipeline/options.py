@@ -82,7 +82,8 @@ def contact_inputs(design: Design, options: RunOptions) -> dict[str, object]:
 
 
 def _relevant(record: Fruit | Tips) -> dict[str, object]:
-    return {name: value for name, value in asdict(record).items() if name not in _IRRELEVANT}
+    of_skin = isinstance(record, Fruit) and record.skin_mm is not None  # whose ratio of moduli counts
+    return {name: value for name, value in asdict(record).items() if of_skin or name not in _IRRELEVANT}
 
 
 def preset_names() -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """Small-strain isotropic elasticity on any scikit-fem mesh: the stiffness matrix, and fields from a solution."""
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -9,8 +10,10 @@ from skfem import CellBasis, Element, Mesh
 from solve.arrays import Floats, Ints
 from solve.displacement_basis import DisplacementBasis, scalar_gradients
 
+Quantity = TypeVar("Quantity", float, Floats)
 
-def lame_parameters(E: float, poisson: float) -> tuple[float, float]:
+
+def lame_parameters(E: Quantity, poisson: float) -> tuple[Quantity, Quantity]:
     """Return Lame's lambda and mu [unit of E]."""
     return E * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), 0.5 * E / (1.0 + poisson)
 
@@ -39,8 +42,10 @@ def vector_basis(mesh: Mesh, element: Element, order: int) -> CellBasis:
     return DisplacementBasis(mesh, element, order)
 
 
-def stiffness_matrix(basis: CellBasis, E: float, poisson: float, *, b_bar: bool = False) -> csc_matrix:
+def stiffness_matrix(basis: CellBasis, E: float | Floats, poisson: float, *, b_bar: bool = False) -> csc_matrix:
     """Return the matrix of a(u, v) = int lambda div u div v + 2 mu eps(u):eps(v), shape (dofs, dofs) [E times mm].
+
+    E is one number, or one for each element.
 
     Same matrix as `skfem.models.elasticity.linear_elasticity` assembles, an order faster: the products of scalar
     gradients, M_iajb = int d_a N_i d_b N_j, are formed for all elements at once, and the vector blocks are their sums.
@@ -49,7 +54,8 @@ def stiffness_matrix(basis: CellBasis, E: float, poisson: float, *, b_bar: bool 
     condensed, stable for every nu < 0.5: Boffi, Brezzi, Fortin, Mixed Finite Element Methods (2013), chapter 8,
     doi:10.1007/978-3-642-36519-5.
     """
-    lam, mu = lame_parameters(E, poisson)
+    moduli = np.reshape(np.asarray(E, dtype=np.float64), (-1, 1, 1, 1, 1))
+    lam, mu = lame_parameters(moduli, poisson)
     gradients = scalar_gradients(basis)
     nodes, dim, elements, points = gradients.shape
     size = nodes * dim
@@ -57,7 +63,7 @@ def stiffness_matrix(basis: CellBasis, E: float, poisson: float, *, b_bar: bool 
     M = ((G * basis.dx[:, None, :]) @ G.transpose(0, 2, 1)).reshape(elements, nodes, dim, nodes, dim)
     dilatation = _projected_dilatation(G, basis).reshape(M.shape) if b_bar else M
     blocks = lam * dilatation + mu * M.transpose(0, 1, 4, 3, 2)
-    np.einsum("eiaja->aeij", blocks)[:] += mu * np.einsum("eiaja->eij", M)
+    np.einsum("eiaja->aeij", blocks)[:] += mu[..., 0, 0] * np.einsum("eiaja->eij", M)
     return scattered(blocks.reshape(elements, size, size), basis.element_dofs.T, basis.N)
 
 

@@ -124,9 +124,32 @@ class Fruit:
         },
     )
 
+    skin_mm: float | None = quantity(
+        "mm",
+        LENGTH,
+        default=None,
+        hint="measure a strip of peel",
+        meaning="thickness of a skin bonded on the flesh; without it the fruit is flesh up to its surface",
+    )
+    skin_E_MPa: float | None = quantity(
+        "MPa",
+        MODULUS,
+        default=None,
+        hint="apple skin has up to 24",
+        meaning="modulus of the skin, at least that of the flesh; apple skin has up to 24",
+    )
+    skin_poisson: float | None = quantity(
+        "1",
+        Bounds(above=-1.0, below=0.5),
+        default=None,
+        hint="leave it out where it was not measured",
+        meaning="Poisson's ratio of the skin; that of the flesh where it is left out",
+    )
+
     def __post_init__(self) -> None:
         """Check each field, that the radii belong to the shape, and that the piece lies on the curved fruit."""
         check_fields(self, "fruit")
+        self._check_skin()
         wanted = {"block": (), "sphere": ("radius_mm",), "ellipsoid": ("radius_mm", "radius_across_mm")}[self.shape]
         for key in ("radius_mm", "radius_across_mm", "thickness_mm"):
             name = f"fruit.{key}"
@@ -150,6 +173,21 @@ class Fruit:
         if isinstance(limits, tuple) and len(limits) != len(self.E_MPa):
             bound = f"one number, or one for each of fruit.E_MPa, {len(self.E_MPa)}"
             raise validation_error("fruit.bruise_limit_MPa", list(limits), "MPa", bound, "list as many limits")
+
+    def _check_skin(self) -> None:
+        if (self.skin_mm is None) != (self.skin_E_MPa is None):
+            bound = "given with fruit.skin_E_MPa, or both left out"
+            raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "a skin has a thickness and a modulus")
+        if self.skin_mm is None or self.skin_E_MPa is None:
+            return
+        most = self.depth_mm / 3.0
+        if self.skin_mm > most:
+            bound = f"at most a third of {self.depth_key} = {most:g} mm"
+            raise validation_error("fruit.skin_mm", self.skin_mm, "mm", bound, "call the fruit flesh of that modulus")
+        stiffest = max(self.E_max_MPa, *self.E_MPa)
+        if self.skin_E_MPa < stiffest:
+            bound = f"at least that of the stiffest flesh, {stiffest:g} MPa"
+            raise validation_error("fruit.skin_E_MPa", self.skin_E_MPa, "MPa", bound, "leave out a softer skin")
 
     def _check_piece(self, radius: float) -> None:
         if self.depth_mm > 2.0 * radius:

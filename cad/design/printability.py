@@ -181,10 +181,12 @@ def _targets(design: Design, springs: Springs, K_m_max: float, stiffness_ratio: 
     def high_spring(NL: float) -> float:
         return size_springs(targets.P_max, NL, K_m_max, definition, stiffness_ratio).K_h
 
-    ratios = tuple(ratio for ratio in _P_MAX_VALUES if ratio > stiffness_ratio)
+    # Under a skin other targets ask for other springs than this law says: none is named.
+    bare = design.fruit.skin_mm is None
+    ratios = tuple(ratio for ratio in _P_MAX_VALUES if bare and ratio > stiffness_ratio)
     return (
         _Target(key="targets.P_max", value=targets.P_max, others=ratios, stiffness=low_spring),
-        _Target(key="targets.NL", value=targets.NL, others=_NL_VALUES, stiffness=high_spring),
+        _Target(key="targets.NL", value=targets.NL, others=_NL_VALUES if bare else (), stiffness=high_spring),
     )
 
 

@@ -8,7 +8,7 @@ K_m is the fruit's stiffness under the low tip. Off the middle of a fruit it is 
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -17,6 +17,8 @@ Definition = Literal["mid-range", "largest"]
 SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit
 CURVE_STEPS = 24  # of a curve of P that is solved point by point; even, so that half of E_max is one of them
 _NL_LIMIT = 0.5  # which NL tends to as K_h tends to 0
+_STIFFEST = -14.0  # ln(K_m,max / K_h) of a high spring that is as good as rigid
+_HALVINGS = 60
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,12 +96,20 @@ def stiffness_at_largest_nonlinearity(K_h: float, K_m_max: float) -> float:
 
 
 def nonlinearity(
-    springs: Springs, K_m_max: float, definition: Definition = "mid-range", stiffness_ratio: float = 1.0
+    springs: Springs,
+    K_m_max: float,
+    definition: Definition = "mid-range",
+    stiffness_ratio: float = 1.0,
+    stiffening: Sequence[float] = (),
 ) -> float:
     """Return NL, the departure of P from its straight line over 0..K_m,max divided by P's rise [1].
 
-    "mid-range" takes it at K_m,max / 2 as in (7); "largest" at its maximum.
+    "mid-range" takes it at K_m,max / 2 as in (7); "largest" at its maximum. A skin makes K_m rise less than the modulus
+    of the flesh: `stiffening` is then K_m / K_m,max [1] at `curve_shares` of E_max, over which NL is taken.
     """
+    if stiffening:
+        P = [force_ratio(springs, K_m_max * fraction, stiffness_ratio) for fraction in stiffening]
+        return curve_nonlinearity(P, curve_shares(len(P) - 1), definition)
     K_h = springs.K_h / stiffness_ratio
     K_m = 0.5 * K_m_max
     if definition == "largest":
@@ -133,13 +143,19 @@ def curve_nonlinearity(P: Sequence[float], E: Sequence[float], definition: Defin
 
 
 def size_springs(
-    P_max: float, NL: float, K_m_max: float, definition: Definition = "mid-range", stiffness_ratio: float = 1.0
+    P_max: float,
+    NL: float,
+    K_m_max: float,
+    definition: Definition = "mid-range",
+    stiffness_ratio: float = 1.0,
+    stiffening: Sequence[float] = (),
 ) -> Springs:
     """Return the springs with force ratio P_max and nonlinearity NL at fruit stiffness K_m,max [N/mm].
 
     Solves (7) and (10) in closed form. With r = K_m,max / K_h for stiffness ratio 1, NL is r / (4 + 2 r) at mid-range
-    and (s - 1) / (s + 1), s = sqrt(1 + r), at its largest; then K_l = K_m,max / (P_max (1 + r) - 1).
-    Raises ValueError outside P_max > stiffness_ratio, 0 < NL < 0.5, K_m_max > 0.
+    and (s - 1) / (s + 1), s = sqrt(1 + r), at its largest; then K_l = K_m,max / (P_max (1 + r) - 1). With `stiffening`
+    as in `nonlinearity` r is a root: NL rises with it from what rigid springs leave.
+    Raises ValueError outside P_max > stiffness_ratio, 0 < NL < 0.5, K_m_max > 0, and for an NL that a skin exceeds.
     """
     ratio = P_max / stiffness_ratio
     if not (ratio > 1.0 and 0.0 < NL < _NL_LIMIT and 0.0 < K_m_max < math.inf):
@@ -149,4 +165,29 @@ def size_springs(
     r = 4.0 * NL / (1.0 - 2.0 * NL)
     if definition == "largest":
         r = ((1.0 + NL) / (1.0 - NL)) ** 2 - 1.0
-    return Springs(K_l=K_m_max / (ratio * (1.0 + r) - 1.0), K_h=stiffness_ratio * K_m_max / r)
+
+    def springs(r: float) -> Springs:
+        return Springs(K_l=K_m_max / (ratio * (1.0 + r) - 1.0), K_h=stiffness_ratio * K_m_max / r)
+
+    if not stiffening:
+        return springs(r)
+
+    def excess(log_r: float) -> float:
+        return nonlinearity(springs(math.exp(log_r)), K_m_max, definition, stiffness_ratio, stiffening) - NL
+
+    least = excess(_STIFFEST) + NL
+    if least >= NL:
+        msg = f"NL = {NL:g}: must be above {least:.4g}, which the skin alone makes; ask for a larger one"
+        raise ValueError(msg)
+    return springs(math.exp(_root(excess, _STIFFEST, math.log(r))))
+
+
+def _root(rising: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function that rises from below 0 at `low` to above it at `high` is 0, by halving."""
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if rising(middle) < 0.0:
+            low = middle
+        else:
+            high = middle
+    return high

@@ -11,9 +11,17 @@ from cad.design.reading import LEAST_OVER_NOISE, Reading
 from cad.parts.housing import mounting_error
 from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
-from pipeline.reading.measurement import LineModel, MeasurementModel, PressedSensor, Presses, pressed_sensor, rows_of
-from pipeline.reading.poses import Placement, directed, occurring, press_of, read_moduli
-from pipeline.reading.read_out import DepthFactor, LevelReading, ReadOut
+from pipeline.reading.measurement import (
+    LineModel,
+    MeasurementModel,
+    PressedSensor,
+    Presses,
+    level_readings,
+    pressed_sensor,
+    rows_of,
+)
+from pipeline.reading.poses import Placement, directed, occurring, read_moduli
+from pipeline.reading.read_out import DepthFactor, ReadOut
 from pipeline.reading.uncertainty import UncertaintySources, force_noises, noise_to_reach, uncertainty_sources
 from pipeline.response.scene_press import ScenePress, scene_of, tip_curve
 from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
@@ -27,7 +35,6 @@ Floats = NDArray[np.float64]
 
 NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stated
 LARGEST_TILT_DEG = 15.0  # up to which a lift is looked for
-LEVEL_MODULI = 9
 DEPTHS_BETWEEN = 4  # rows of the curve at large strain to each step of its solved depths
 _STEP = 1e-3  # of the modulus, by which forces are moved to weigh their errors
 _WITHIN_DEG = 0.1  # of the steepest scene that contact is solved for
@@ -277,7 +284,7 @@ def read_out_of(
         springs_mm_per_N=rows_of(model.C),
         full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),
         model_error_percent=100.0 * error,
-        level=(),
+        level=model.level,
         large_strain=_depth_factors(scene_of(design)) if design.press.strain == "large" else (),
     )
     if isinstance(model, LineModel):
@@ -285,28 +292,12 @@ def read_out_of(
     law = model.law
     return replace(
         by_line,
-        level=_level_readings(sensor),
+        level=model.level or level_readings(sensor),
         weights=tuple(law.weights),
         gaps_mm=tuple(law.gaps),
         fruit_per_mm=rows_of(law.S),
         hertz=law.hertz,
     )
-
-
-def _level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
-    """Return the readings of a level sensor at moduli where all tips touch, each contact on the face of its dome."""
-    fruit = sensor.design.fruit
-    samples = sensor.model.samples
-    moduli = np.geomspace(min(fruit.E_MPa), sensor.design.largest_E_MPa, LEVEL_MODULI).tolist()
-    poses: list[Pose] = []
-    for E in moduli:
-        poses += press_of(Placement(), E, sensor.design, samples)
-    forces = sensor.in_poses(poses).F.reshape(len(moduli), samples, -1)
-    rows = []
-    for E, press in zip(moduli, forces, strict=True):
-        if np.nanmin(press[-1]) > 0.0 and np.isfinite(press).all():
-            rows.append(LevelReading(E_MPa=E, read_MPa=sensor.model.modulus(press)))
-    return tuple(rows)
 
 
 def _depth_factors(scene: Scene) -> tuple[DepthFactor, ...]:

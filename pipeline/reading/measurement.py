@@ -12,6 +12,7 @@ from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw, Matrix, contrast_weights, read_modulus, stiffened
 from cad.theory.pair_line import line_over_press
 from pipeline.reading.poses import Placement, press_of
+from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.response.scene_press import scene_of
 from pipeline.storage.plain import first_largest
 from solve.contact.domes.law import dome_contrast
@@ -21,19 +22,23 @@ from solve.fruit.compliance import FruitCompliance
 Floats = NDArray[np.float64]
 
 PRESS_TRAVELS = 8  # samples of a press from which a line is read
+LEVEL_MODULI = 9
+SKIN_MODULI = 25  # straight lines between them miss a skin by less than 1e-4
+BEYOND = 1.25  # of the range, under a skin
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContrastModel:
-    """Reads the last sample of a press by the contrast of its tips."""
+    """Reads the last sample of a press by the contrast of its tips, corrected by level readings where there are any."""
 
     law: ContrastLaw
+    level: tuple[LevelReading, ...] = ()
     method: str = "contrast of one reading"
     samples: int = 1
 
     def modulus(self, press: Floats) -> float:
         """Return the modulus [MPa] of forces [N], shape (samples, tips); raises ReadingError."""
-        return read_modulus(self.law, press[-1].tolist())
+        return corrected(read_modulus(self.law, press[-1].tolist()), self.level)
 
     def with_springs(self, factors: Floats) -> "ContrastModel":
         """Return the model that takes each spring for stiffer by a factor [1], shape (tips,)."""
@@ -54,17 +59,19 @@ class ContrastModel:
 class LineModel:
     """Reads a whole press by the straight line through its samples; how the tips are off level drops out.
 
-    C [mm/N] is the compliance of the springs, shape (tips, tips).
+    C [mm/N] is the compliance of the springs, shape (tips, tips). Readings are corrected by level ones where there are
+    any.
     """
 
     C: Matrix
     own_less_other: float
+    level: tuple[LevelReading, ...] = ()
     method: str = "straight line through the samples of a press"
     samples: int = PRESS_TRAVELS
 
     def modulus(self, press: Floats) -> float:
         """Return the modulus [MPa] of forces [N], shape (samples, tips); raises ReadingError."""
-        return line_over_press(self.C, self.own_less_other, press.tolist()).modulus
+        return corrected(line_over_press(self.C, self.own_less_other, press.tolist()).modulus, self.level)
 
     def with_springs(self, factors: Floats) -> "LineModel":
         """Return the model that takes each spring for stiffer by a factor [1], shape (tips,)."""
@@ -196,4 +203,34 @@ def pressed_sensor(
     `height_offsets` is how far each tip stands before the foremost one by its weight [mm], none where all are level.
     """
     model = measurement_model(design, contact, C, height_offsets)
-    return PressedSensor(design=design, contact=contact, C=C, model=model, height_offsets=height_offsets)
+    sensor = PressedSensor(design=design, contact=contact, C=C, model=model, height_offsets=height_offsets)
+    if contact.skin is None:
+        return sensor
+    return replace(sensor, model=replace(model, level=level_readings(sensor)))
+
+
+def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
+    """Return the readings of a level sensor at moduli where all tips touch, each contact on the face of its dome.
+
+    Under a skin they reach beyond the range of the fruit, and those of a pair are by the slope of its line.
+    """
+    model = sensor.model
+    contact = sensor.contact
+    least = min(sensor.design.fruit.E_MPa)
+    largest = sensor.design.largest_E_MPa
+    if contact.skin is None:
+        moduli = np.geomspace(least, largest, LEVEL_MODULI).tolist()
+    else:
+        moduli = np.geomspace(least / BEYOND, largest * BEYOND, SKIN_MODULI).tolist()
+        if isinstance(model, LineModel):
+            bare = contact.K_m_over_E()
+            return tuple(LevelReading(E_MPa=E, read_MPa=E * contact.at(E).K_m_over_E() / bare) for E in moduli)
+    poses: list[Pose] = []
+    for E in moduli:
+        poses += press_of(Placement(), E, sensor.design, model.samples)
+    forces = sensor.in_poses(poses).F.reshape(len(moduli), model.samples, -1)
+    rows = []
+    for E, press in zip(moduli, forces, strict=True):
+        if np.nanmin(press[-1]) > 0.0 and np.isfinite(press).all():
+            rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))
+    return tuple(rows)

@@ -1,6 +1,10 @@
 """What turns the forces of a finished sensor into a modulus; the fields are the keys of report.json, in its units."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from cad.theory.contrast_law import ContrastLaw
 
@@ -9,10 +13,19 @@ Matrix = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True, kw_only=True)
 class LevelReading:
-    """What a level sensor in the middle of its fruit reads [MPa] where the modulus is E [MPa]: the fruit's shape."""
+    """What a level sensor in the middle of its fruit reads [MPa] where the modulus is E [MPa]: shape and skin."""
 
     E_MPa: float
     read_MPa: float
+
+
+def corrected(read: float, level: Sequence[LevelReading]) -> float:
+    """Return the modulus [MPa] that a level sensor reads as `read` [MPa]: what shape and skin of the fruit add."""
+    if not level:
+        return read
+    logs = [math.log(row.read_MPa) for row in level]
+    shifts = [math.log(row.E_MPa / row.read_MPa) for row in level]
+    return read * math.exp(np.interp(math.log(read), logs, shifts))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +44,8 @@ class ReadOut:
     `springs_mm_per_N` and `fruit_per_mm` (times E) have shape (tips, tips), `full_scale_N`, the largest force of each
     channel, `weights` [1] and `gaps_mm` (tips,). A pair has `own_less_other_per_mm` and None for the terms of a
     contrast; other layouts the other way round. `level` are readings over the range of E which a contrast is corrected
-    by. `large_strain` is the curve of a tip over rising depths; none where the flesh is linear.
+    by, and a pair on a fruit with a skin: all other terms are those of flesh alone. `large_strain` is the curve of a
+    tip over rising depths; none where the flesh is linear.
     """
 
     method: str

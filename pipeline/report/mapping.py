@@ -151,6 +151,7 @@ def contact_keys(contact: FruitCompliance) -> Plain:
         **asdict(contact.info),
         "compliance_per_mm": contact.S,
         "K_m_over_E_mm": contact.K_m_over_E(),
+        **({} if contact.skin is None else {"skin": {"E_MPa": contact.skin.E, "compliance_per_mm": contact.skin.S}}),
     }
 
 

@@ -69,7 +69,7 @@ def _large_strain(result: SensorResult) -> str:
     springs = result.springs.per_spring.stiffnesses
     press = DeepPress(springs=springs, side=design.tips.side_mm, poisson=design.fruit.poisson)
     E = min(design.fruit.E_MPa)
-    K_m = E * result.contact.K_m_over_E()
+    K_m = E * result.contact.at(E).K_m_over_E()
     drift = 100.0 * press.drift(K_m, (FIRST_TRAVEL * travel, travel))
     biases = [100.0 * replace(press, law=law).bias(K_m, travel) for law in FLESH_LAWS]
     taken = "is solved" if design.press.strain == "large" else "is left out; press.strain = 'large' solves it"
@@ -170,7 +170,8 @@ def _free_fruit(result: SensorResult) -> list[str]:
     forces = at_largest_E.F[-1, -1]
     travel = result.design.press.travel_mm
     by_table = table_share(float(forces.sum()), travel, E, fruit.poisson, fruit.radius_mm)
-    under_tip = np.diag(result.springs.C) + (np.diag(result.contact.S) - result.contact.crosstalk) / E  # [mm/N]
+    contact = result.contact.at(E)
+    under_tip = np.diag(result.springs.C) + (np.diag(contact.S) - contact.crosstalk) / E  # [mm/N]
     rolled = roll(forces.tolist(), result.design.tips.centres_mm, (1.0 / under_tip).tolist(), fruit.radius_mm)
     rolls = f"rolls by {rolled.angle_deg:.2g} deg" if rolled.steady else "rolls away under the tips"
     return [

@@ -21,7 +21,7 @@ from pipeline.reading.read_out import Matrix, ReadOut
 from pipeline.storage.digests import has_digest, is_regular
 from pipeline.storage.plain import Plain, from_plain, strict_converter
 from solve.error_estimate import SolveInfo
-from solve.fruit.compliance import FruitCompliance
+from solve.fruit.compliance import FruitCompliance, SkinTable
 
 SCHEMA = 1
 
@@ -64,8 +64,19 @@ class StoredSpring:
 
 
 @dataclass(frozen=True, kw_only=True)
+class StoredSkin:
+    """The compliance of the fruit under a skin times E [1/mm], (tips, tips), at moduli of its flesh E [MPa]."""
+
+    E_MPa: tuple[float, ...]
+    compliance_per_mm: tuple[Matrix, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class StoredContact:
-    """The compliance of the fruit under its tips times E [1/mm], shape (tips, tips), its errors [%] and its cost."""
+    """The compliance of the fruit under its tips times E [1/mm], shape (tips, tips), its errors [%] and its cost.
+
+    On a fruit with a `skin` it is that of the flesh alone.
+    """
 
     error_percent: float
     s11_error_percent: float
@@ -74,6 +85,7 @@ class StoredContact:
     seconds: float
     status: str
     compliance_per_mm: Matrix
+    skin: StoredSkin | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,7 +226,11 @@ class StoredReport:
     def compliance(self) -> FruitCompliance:
         """Return the compliance of the fruit under the tips [1/mm] with its errors."""
         contact = self.contact
+        skin = None
+        if contact.skin is not None:
+            skin = SkinTable(E=np.array(contact.skin.E_MPa), S=np.array(contact.skin.compliance_per_mm))
         return FruitCompliance(
+            skin=skin,
             tips=tuple(tip.name for tip in self.tips),
             S=np.array(contact.compliance_per_mm),
             error_pair=0.01 * contact.error_percent,

@@ -12,6 +12,7 @@ from pipeline.storage.cache import cached
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_body import check_curved, curved_compliance
 from solve.fruit.direct import direct_compliance
+from solve.fruit.skin import skin_compliance
 from solve.fruit.split import SplitDomainError, contact_footprints, split_compliance
 
 _FACETED = 0.02  # of an area: the circle of a cylinder's face on the coarsest mesh, 31 edges, misses 0.7 %
@@ -34,7 +35,7 @@ def contact_compliance(
     tolerance, else direct finite elements. Raises InputError for an unknown method, where "split" is asked for outside
     its domain, or for a curved fruit outside that of its own (`solve/fruit/curved_body.py`).
     """
-    _check_method(method, tips)
+    _check_method(method, tips, fruit)
     block = fruit.equivalent_block
     curved = block != fruit
     if curved:
@@ -45,9 +46,9 @@ def contact_compliance(
         try:
             compliance = split_compliance(fruit, tips, tolerance)
         except SplitDomainError as outside:
-            if not _is_flat_pair(tips):
+            if not _is_flat_pair(tips) or fruit.skin_mm is not None:
                 reason = str(outside).partition(" for the split")[0]
-                msg = f"{reason} for lines, squares and domes; move the tips, or take smaller ones"
+                msg = f"{reason} for lines, squares, domes and skins; move the tips, or take smaller ones"
                 raise InputError(msg) from outside
             if method == "split":
                 raise InputError(str(outside)) from outside
@@ -57,6 +58,9 @@ def contact_compliance(
     if curved:
         footprints = contact_footprints(fruit, tips)
         compliance = curved_compliance(compliance, fruit, footprints, tips.tip_shape.obeys_hertz)
+    if fruit.skin_mm is not None:
+        footprints = contact_footprints(fruit, tips)
+        compliance = skin_compliance(compliance, fruit, footprints, tips.tip_shape.obeys_hertz)
     return _with_status(compliance, before=_stand_ins(fruit, tips))
 
 
@@ -65,13 +69,13 @@ def _is_flat_pair(tips: Tips) -> bool:
     return tips.tip_layout.is_pair and not tips.tip_shape.obeys_hertz
 
 
-def _check_method(method: str, tips: Tips) -> None:
+def _check_method(method: str, tips: Tips, fruit: Fruit) -> None:
     """Raise InputError for a method that is none, or that cannot solve the tips."""
     if method not in CONTACT_METHODS:
         known = ", ".join(CONTACT_METHODS)
         raise validation_error("contact method", method, "", f"one of {known}", "auto fits every scene")
-    if method == "direct" and not _is_flat_pair(tips):
-        bound = "split or auto for lines, squares and domes"
+    if method == "direct" and (not _is_flat_pair(tips) or fruit.skin_mm is not None):
+        bound = "split or auto for lines, squares, domes and skins"
         raise validation_error("contact method", method, "", bound, "auto fits every scene")
 
 

@@ -57,6 +57,7 @@ def refuse_unsolvable(design: Design) -> None:
     """Raise InputError where contact cannot be solved in the scene of a design; solves nothing."""
     scene = scene_of(design)
     check_scene(scene)
+    _check_skin(scene)
     if scene.press.strain == "large":
         if design.reading is not None:
             bound = "'linear' beside [reading], whose poses are tilted"
@@ -64,6 +65,18 @@ def refuse_unsolvable(design: Design) -> None:
         check_large_strain(scene)
     elif not scene.linear and not scene.tips.tip_shape.obeys_hertz:
         scene_footprints(scene, design.press.travel_mm)
+
+
+def _check_skin(scene: Scene) -> None:
+    """Raise InputError where contact under a skin is not solved."""
+    thickness = scene.fruit.skin_mm
+    if thickness is None:
+        return
+    if scene.press.strain == "large":
+        raise validation_error("fruit.skin_mm", thickness, "mm", "left out at large strain", "take strain = 'linear'")
+    if not scene.linear:
+        bound = "left out unless flat tips press level on a block"
+        raise validation_error("fruit.skin_mm", thickness, "mm", bound, "drop the skin, or press flat tips level")
 
 
 def press_scene(
@@ -157,6 +170,7 @@ def tip_curve(scene: Scene) -> ForceCurve:
 def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:
     """Return by which part of a relative error of its spring the force of each tip is off at E [MPa], (tips,)."""
     of_springs = np.diag(C)
+    contact = contact.at(E)
     of_fruit = (np.diag(contact.S) - contact.crosstalk) / E
     fractions: Floats = of_springs / (of_springs + of_fruit)
     return fractions

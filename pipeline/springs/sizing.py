@@ -6,8 +6,10 @@ from typing import Literal
 from cad.design.parameters import Design
 from cad.quantity import validation_error
 from cad.theory.two_spring_law import (
+    CURVE_STEPS,
     Springs,
     curve_nonlinearity,
+    curve_shares,
     force_ratio,
     hayes_stiffness,
     size_springs,
@@ -29,7 +31,8 @@ class SpringSizing:
 
     `K_m_max` and `sizing_stiffness_ratio` sized the springs. `K_m_max_contact` and `stiffness_ratio`, of the high tip
     over the low one, are those of the true contact, which judges whatever the `basis` of the sizing.
-    `K_m_at_largest_E` is that of the largest modulus shown, which may lie beyond E_max.
+    `K_m_at_largest_E` is that of the largest modulus shown, which may lie beyond E_max. `stiffening` is K_m over
+    K_m,max [1] at `curve_shares` of E_max on a fruit with a skin; none where K_m goes with E.
     """
 
     springs: Springs
@@ -37,6 +40,7 @@ class SpringSizing:
     K_m_max: float
     K_m_max_contact: float
     K_m_at_largest_E: float
+    stiffening: tuple[float, ...] = ()
     stiffness_ratio: float
     sizing_stiffness_ratio: float
     basis: Literal["contact", "hayes"]
@@ -60,15 +64,17 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
     """
     fruit = design.fruit
     pair = contact.per_spring(*design.tips.spring_groups)
+    stiffest = pair.at(fruit.E_max_MPa)
     by_hayes = options.fruit_stiffness == "hayes"
     if by_hayes:
         K_m_over_E = hayes_stiffness(1.0, fruit.poisson, 0.5 * design.tips.side_mm)
         ratio = 1.0
     else:
-        K_m_over_E = pair.K_m_over_E()
-        ratio = pair.stiffness_ratio()
+        K_m_over_E = stiffest.K_m_over_E()
+        ratio = stiffest.stiffness_ratio()
     K_m_max = fruit.E_max_MPa * K_m_over_E
-    springs = _springs(design, K_m_max, ratio)
+    stiffening = fruit_stiffening(fruit.E_max_MPa, pair)
+    springs = _springs(design, K_m_max, ratio, () if by_hayes else stiffening)
     if design.press.strain == "large" and not design.springs.given:
         if by_hayes:
             raise validation_error(
@@ -79,15 +85,24 @@ def spring_sizing(design: Design, contact: FruitCompliance, options: RunOptions)
         springs=springs,
         K_m_over_E=K_m_over_E,
         K_m_max=K_m_max,
-        K_m_max_contact=fruit.E_max_MPa * pair.K_m_over_E(),
-        K_m_at_largest_E=design.largest_E_MPa * pair.K_m_over_E(),
-        stiffness_ratio=pair.stiffness_ratio(),
+        K_m_max_contact=fruit.E_max_MPa * stiffest.K_m_over_E(),
+        K_m_at_largest_E=design.largest_E_MPa * pair.at(design.largest_E_MPa).K_m_over_E(),
+        stiffening=stiffening,
+        stiffness_ratio=stiffest.stiffness_ratio(),
         sizing_stiffness_ratio=ratio,
         basis=options.fruit_stiffness,
     )
 
 
-def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
+def fruit_stiffening(E_max: float, pair: FruitCompliance) -> tuple[float, ...]:
+    """Return K_m over that at E_max [MPa] at `curve_shares` of it [1]; none without a skin, where K_m goes with E."""
+    if pair.skin is None:
+        return ()
+    top = pair.at(E_max).K_m_over_E()
+    return tuple(share * pair.at(share * E_max).K_m_over_E() / top for share in curve_shares(CURVE_STEPS))
+
+
+def _springs(design: Design, K_m_max: float, ratio: float, stiffening: tuple[float, ...]) -> Springs:
     given = design.springs
     targets = design.nominal_targets
     if given.K_l_N_per_m is not None and given.K_h_N_per_m is not None:
@@ -100,7 +115,13 @@ def _springs(design: Design, K_m_max: float, ratio: float) -> Springs:
     if targets.P_max <= ratio:
         bound = f"greater than {ratio:.4g}, the ratio of the fruit under the two tips"
         raise validation_error("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
-    return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio)
+    if not stiffening:
+        return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio)
+    try:
+        return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio, stiffening)
+    except ValueError as refused:
+        bound = "more than the skin makes with rigid springs"
+        raise validation_error("targets.NL", targets.NL, "1", bound, f"{refused}") from refused
 
 
 def _at_large_strain(

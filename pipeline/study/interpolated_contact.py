@@ -101,7 +101,9 @@ def half_space_compliance(scene: UnitScene) -> Floats:
 
 
 def is_covered(scene: UnitScene) -> bool:
-    """Say whether a scene lies where the solves are exact."""
+    """Say whether a scene lies where the solves are exact, and is flesh alone."""
+    if scene.fruit.skin_mm is not None:
+        return False
     try:
         check_domain(scene.fruit, tip_footprints(scene.tips))
     except SplitDomainError:

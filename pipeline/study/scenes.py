@@ -54,13 +54,18 @@ def unit_scene(design: Design) -> UnitScene:
     """Return the scene of a design on tips of side 1 mm; one whose ratios no design file takes keeps its size."""
     scale = design.tips.side_mm
     try:
-        fruit = replace(design.fruit, **_lengths_over(design.fruit, scale), **_FRUIT)
+        fruit = replace(design.fruit, **_lengths_over(design.fruit, scale), **_irrelevant(design.fruit))
         tips = replace(design.tips, **_lengths_over(design.tips, scale) | _TIPS)
     except InputError:
         scale = 1.0
-        fruit = replace(design.fruit, **_FRUIT)
+        fruit = replace(design.fruit, **_irrelevant(design.fruit))
         tips = replace(design.tips, **_TIPS)
     return UnitScene(fruit=fruit, tips=tips, scale=scale)
+
+
+def _irrelevant(fruit: Fruit) -> Plain:
+    """Return the one value of what contact does not depend on; of flesh under a skin the moduli do count."""
+    return _FRUIT if fruit.skin_mm is None else {**_FRUIT, "E_MPa": fruit.E_MPa, "E_max_MPa": fruit.E_max_MPa}
 
 
 def _lengths_over(record: Fruit | Tips, scale: float) -> Plain:
@@ -81,7 +86,8 @@ def scene_compliance(scene: UnitScene, tolerance: float, method: str = "auto") -
     unit = _unit_compliance(scene, CONTACT_SHARE * tolerance, method)
     if scene.scale == 1.0:
         return unit
-    return replace(unit, S=unit.S / scene.scale, shape_change=unit.shape_change / scene.scale)
+    skin = unit.skin and replace(unit.skin, S=unit.skin.S / scene.scale)
+    return replace(unit, S=unit.S / scene.scale, shape_change=unit.shape_change / scene.scale, skin=skin)
 
 
 @functools.lru_cache(maxsize=_SCENES_KEPT)

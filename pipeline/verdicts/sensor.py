@@ -133,7 +133,8 @@ def edge_drift(design: Design, contact: FruitCompliance, springs: Springs, radiu
     """
     worst = 0.0
     for E in design.fruit.E_MPa:
-        fruit = (E * contact.K_m_over_E(0), E * contact.K_m_over_E(-1))  # under low and high tip [N/mm]
+        flesh = contact.at(E)
+        fruit = (E * flesh.K_m_over_E(0), E * flesh.K_m_over_E(-1))  # under low and high tip [N/mm]
         ratios = []
         for travel in travels(design.press.travel_mm, TRAVELS).tolist():
             softer = []

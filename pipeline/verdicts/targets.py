@@ -11,6 +11,7 @@ from cad.quantity import Estimate
 from cad.theory.two_spring_law import (
     Springs,
     curve_nonlinearity,
+    curve_shares,
     force_ratio,
     fruit_stiffness,
     nonlinearity,
@@ -32,7 +33,8 @@ Law = Callable[[Springs, float, float], float]
 class Characteristic:
     """P over the fruit's stiffness: the springs and the largest fruit stiffness they meet [N/mm], each with its error.
 
-    `stiffness_ratio` [1] is the fruit's stiffness under the high tip over that under the low one.
+    `stiffness_ratio` [1] is the fruit's stiffness under the high tip over that under the low one; `stiffening` as in
+    `SpringSizing`.
     """
 
     springs: Springs
@@ -40,6 +42,7 @@ class Characteristic:
     spring_errors: tuple[float, ...] = (0.0, 0.0)
     K_m_error: float = 0.0
     stiffness_ratio: float = 1.0
+    stiffening: tuple[float, ...] = ()
 
     def P_max(self) -> Estimate:
         """Return the largest force ratio [1]."""
@@ -47,13 +50,25 @@ class Characteristic:
 
     def NL(self, targets: Targets) -> Estimate:
         """Return the nonlinearity [1] by the definition of the targets."""
-        return self._estimate(lambda springs, K_m, ratio: nonlinearity(springs, K_m, targets.NL_definition, ratio))
+        definition = targets.NL_definition
+        return self._estimate(
+            lambda springs, K_m, ratio: nonlinearity(springs, K_m, definition, ratio, self.stiffening)
+        )
 
     def K_m_of_NL(self, targets: Targets) -> float:
         """Return the fruit stiffness at which the definition of the targets takes the nonlinearity [N/mm]."""
         if targets.NL_definition == "mid-range":
-            return 0.5 * self.K_m_max
+            return self.K_m_max * (self.stiffening[len(self.stiffening) // 2] if self.stiffening else 0.5)
         return stiffness_at_largest_nonlinearity(self.springs.K_h / self.stiffness_ratio, self.K_m_max)
+
+    def modulus_share(self, K_m: float) -> float:
+        """Return the modulus of the flesh over E_max [1] at which the fruit has a stiffness [N/mm]."""
+        fraction = K_m / self.K_m_max
+        if not self.stiffening:
+            return fraction
+        shares = curve_shares(len(self.stiffening) - 1)
+        beyond = max(0.0, fraction - 1.0) * (shares[-1] - shares[-2]) / (1.0 - self.stiffening[-2])
+        return float(np.interp(fraction, self.stiffening, shares)) + beyond
 
     def fruit_stiffness(self, P: float) -> float:
         """Return the fruit stiffness at which P is shown [N/mm], (4); 0 below all, infinite beyond the springs."""
@@ -86,6 +101,7 @@ def characteristic(
         spring_errors=errors,
         K_m_error=contact.error_pair * K_m,
         stiffness_ratio=sizing.stiffness_ratio,
+        stiffening=sizing.stiffening,
     )
 
 

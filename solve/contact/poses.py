@@ -74,6 +74,8 @@ def pose_forces(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Seq
             check_scene(made[key])
         scenes.append(made[key])
     C = np.asarray(C, dtype=np.float64)
+    if compliance.skin is not None:
+        return _at_each_modulus(scene, compliance, C, poses)
     if scene.tips.tip_shape.obeys_hertz:
         return _dome_forces(scene, compliance, C, poses, scenes)
     return _cell_forces(scene, compliance, C, poses, scenes)
@@ -161,3 +163,16 @@ def _grid_forces(
         F[i] = pose.E * state.F
         area[i] = cells.tips.T @ (cells.areas * (state.pressure > 0.0))
     return F, area
+
+
+def _at_each_modulus(scene: Scene, compliance: FruitCompliance, C: Floats, poses: Sequence[Pose]) -> PoseForces:
+    """Return the forces in poses on flesh under a skin, whose compliance is another at each modulus."""
+    moduli = np.array([pose.E for pose in poses])
+    columns: dict[str, Any] = {}
+    for E in np.unique(moduli):
+        at_E = np.flatnonzero(moduli == E)
+        forces = pose_forces(scene, compliance.at(float(E)), C, [poses[i] for i in at_E.tolist()])
+        for field in dataclasses.fields(PoseForces):
+            values = getattr(forces, field.name)
+            columns.setdefault(field.name, np.zeros((len(poses), *values.shape[1:]), dtype=values.dtype))[at_E] = values
+    return PoseForces(**columns)

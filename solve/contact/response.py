@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import maximum_filter
@@ -45,6 +46,8 @@ def scene_response(
     x = np.asarray(x, dtype=np.float64)
     if groups is None:
         groups = scene.tips.spring_groups
+    if compliance.skin is not None:
+        return _joined([scene_response(scene, compliance.at(each), C, [each], x, groups) for each in moduli.tolist()])
     if scene.linear:
         exact = linear_response(compliance.S, C, moduli, x, scene.height_offsets_mm, groups=groups)
         error = compliance.error_pair
@@ -52,6 +55,15 @@ def scene_response(
     if scene.tips.tip_shape.obeys_hertz:
         return _dome_response(scene, compliance, C, moduli, x, groups)
     return _cell_response(scene, compliance, C, moduli, x, groups)
+
+
+def _joined(responses: Sequence[SensorResponse]) -> SensorResponse:
+    """Return responses to the same travels, each at its own moduli, as one."""
+    columns: dict[str, Any] = {}
+    for name in ("E", "F", "P", "slope_ratio", "F_error", "P_error", "P_step"):
+        columns[name] = np.concatenate([getattr(response, name) for response in responses])
+    seconds = sum(response.info.seconds for response in responses)
+    return replace(responses[0], **columns, info=replace(responses[0].info, seconds=seconds))
 
 
 def _cell_response(

@@ -33,7 +33,7 @@ class BodySteps:
 def body_lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[bool], steps: BodySteps) -> Lines:
     """Return lines [mm] along x, y and z of the block, from mirror planes x = 0 and y = 0 where it has them.
 
-    Lines run through the loads, and on a whole fruit through the edges of the part that keeps its plan.
+    Lines run through the loads, on a whole fruit through the edges of the part that keeps its plan, and under a skin.
     """
     lines = _lines(shape, loads, mirrored, steps)
     while 3 * math.prod(2 * len(line) - 1 for line in lines) > steps.most_dofs:
@@ -68,7 +68,10 @@ def _lines(shape: CurvedShape, loads: Sequence[SmoothLoad], mirrored: Sequence[b
             part = _graded(start, stop, centres[:, axis], extent, least, steps)
             line = np.concatenate([line, part[1:]])
         along_axis.append(line)
-    down = _graded(0.0, fruit.depth_mm, np.zeros(1), fruit.depth_mm, least, steps)
+    skin = fruit.skin_mm or 0.0
+    down = _graded(skin, fruit.depth_mm, np.zeros(1), fruit.depth_mm, least, steps)
+    if skin:
+        down = np.concatenate([[0.0], down])
     return along_axis[0], along_axis[1], down
 
 

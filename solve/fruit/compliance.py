@@ -1,10 +1,12 @@
 """The compliance of the fruit: how far it is indented under each tip per force on each tip."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from cad.design.tips import Tips
 from solve.arrays import Floats
@@ -22,12 +24,34 @@ class MeshCompliance:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class SkinTable:
+    """Compliance of flesh under a skin at moduli of the flesh: E [MPa], rising, shape (n,), S [1/mm] (n, tips, tips).
+
+    S is times E. Beyond the table it goes with the power of E that it has at its end.
+    """
+
+    E: Floats
+    S: Floats
+
+    def at(self, E: float) -> Floats:
+        """Return S [1/mm], shape (tips, tips), at a modulus of the flesh [MPa], by a cubic spline over ln E."""
+        spline = CubicSpline(np.log(self.E), self.S)
+        inside = min(max(E, float(self.E[0])), float(self.E[-1]))
+        S = spline(math.log(inside))
+        if inside != E:
+            power = np.trace(spline(math.log(inside), 1)) / np.trace(S)
+            S = S * (E / inside) ** power
+        return np.asarray(S)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class FruitCompliance:
     """Indentation of tip i per force on tip j, times the modulus E: S [1/mm], shape (tips, tips), read-only.
 
     `tips` names the tips in the order of S, from -x to +x. `error_pair` bounds s11 - s12 (the number that sizes the
     springs) and `error_own` bounds s11, both relative to the value [1]. `shape_change` is what the shape of a curved
-    fruit adds to S of its equivalent block, which is in S [1/mm], shape (tips, tips); zero for a block.
+    fruit adds to S of its equivalent block, which is in S [1/mm], shape (tips, tips); zero for a block. A fruit with a
+    skin has another S at each modulus of its flesh: `at` gives it, S is that of the flesh alone.
     """
 
     tips: tuple[str, ...] = TIPS
@@ -36,6 +60,7 @@ class FruitCompliance:
     error_own: float
     info: SolveInfo
     shape_change: Floats = field(default_factory=lambda: np.zeros(()))
+    skin: SkinTable | None = None
 
     def __post_init__(self) -> None:
         """Take read-only copies of the matrices; raise ValueError unless they have a row and a column for each tip."""
@@ -47,6 +72,12 @@ class FruitCompliance:
                 raise ValueError(msg)
             copied.flags.writeable = False
             object.__setattr__(self, name, copied)
+
+    def at(self, E: float) -> "FruitCompliance":
+        """Return the compliance at a modulus of the flesh [MPa]: itself where no skin lies on it."""
+        if self.skin is None:
+            return self
+        return replace(self, S=self.skin.at(E), skin=None)
 
     @cached_property
     def crosstalk(self) -> float:
@@ -66,14 +97,10 @@ class FruitCompliance:
         groups = (list(low), list(high))
         if len(self.tips) == len(groups):
             return self
-        S = np.empty((2, 2))
-        change = np.empty((2, 2))
-        for i, rows in enumerate(groups):
-            for j, columns in enumerate(groups):
-                block = np.ix_(rows, columns)
-                S[i, j] = self.S[block].sum() / len(rows)
-                change[i, j] = self.shape_change[block].sum() / len(rows)
-        return replace(self, tips=TIPS, S=S, shape_change=change)
+        skin = self.skin and replace(self.skin, S=np.array([_grouped(S, groups) for S in self.skin.S]))
+        return replace(
+            self, tips=TIPS, S=_grouped(self.S, groups), shape_change=_grouped(self.shape_change, groups), skin=skin
+        )
 
     def K_m_over_E(self, tip: int = 0) -> float:
         """Return the stiffness of the fruit under a tip over its modulus [mm]: K_m / E = 1 / (s_ii - crosstalk)."""
@@ -83,3 +110,12 @@ class FruitCompliance:
         """Return the fruit's stiffness under a tip over that under the first tip [1]; 1 in the middle of the fruit."""
         crosstalk = self.crosstalk
         return (float(self.S[0, 0]) - crosstalk) / (float(self.S[tip, tip]) - crosstalk)
+
+
+def _grouped(S: Floats, groups: Sequence[list[int]]) -> Floats:
+    """Return the compliance of groups of tips that carry equal forces, from that of the tips [same unit]."""
+    grouped = np.empty((len(groups), len(groups)))
+    for i, rows in enumerate(groups):
+        for j, columns in enumerate(groups):
+            grouped[i, j] = S[np.ix_(rows, columns)].sum() / len(rows)
+    return grouped

@@ -199,11 +199,11 @@ def curvature_correction(
 
     parities = level_parities(footprints)
     down = [(0.0, 0.0, -1.0) for _ in loads]
-    forces = [_nodal_forces(block, lines, loads, parity, down) for parity in parities]
+    forces = [nodal_forces(block, lines, loads, parity, down) for parity in parities]
     before = _compliance(block, fruit.poisson, parities, forces)
     if along_normals:
         normals = [shape.normal(load.x, load.y) for load in loads]
-        forces = [_nodal_forces(block, lines, loads, parity, normals) for parity in parities]
+        forces = [nodal_forces(block, lines, loads, parity, normals) for parity in parities]
     return _compliance(body, fruit.poisson, parities, forces) - before, int(block.N)
 
 
@@ -218,7 +218,7 @@ def _compliance(basis: CellBasis, poisson: float, parities: Sequence[Parity], fo
     return total
 
 
-def _nodal_forces(
+def nodal_forces(
     basis: CellBasis,
     lines: Lines,
     loads: Sequence[SmoothLoad],

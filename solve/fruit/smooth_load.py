@@ -27,12 +27,15 @@ class SmoothLoad:
     deviation: float
 
 
-def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint]) -> tuple[SmoothLoad, ...]:
-    """Return the loads that stand for the footprints [mm]: as wide as room and spacing let them be."""
+def smooth_loads(fruit: Fruit, footprints: Sequence[Footprint], most: float = WIDEST) -> tuple[SmoothLoad, ...]:
+    """Return the loads that stand for the footprints [mm]: as wide as room and spacing let them be.
+
+    `most` is how wide, in least deviations [1].
+    """
     closest = closest_spacing(footprints)
     loads = []
     for footprint in footprints:
-        widest = WIDEST * least_deviation(footprint)
+        widest = most * least_deviation(footprint)
         deviation = min(widest, footprint.room(fruit) / IN_ROOM, closest * footprint.side / IN_SPACING)
         loads.append(SmoothLoad(footprint.x, footprint.y, deviation))
     return tuple(loads)

@@ -18,6 +18,7 @@ from cad.verdict import Verdict
 from pipeline.measure.calibrating.unit_table import STEP, UnitRow, error_by_curve, error_by_springs, error_sources
 from pipeline.measure.unit.deep_pair import DeepPair
 from pipeline.measure.unit.measuring import MeasuringUnit
+from pipeline.springs.sizing import fruit_stiffening
 
 P_TOLERANCE = 0.01
 """That of the verdict of a run, relative."""
@@ -101,8 +102,10 @@ def _reached(sensor: MeasuringUnit, deep: DeepPair | None) -> _Reached:
     if deep is None:
         K_low, K_high = sensor.unit.stiffnesses
         springs = Springs(K_l=K_low, K_h=K_high)
-        K_m = E_max / (sensor.own_less_other or math.inf)
-        return _Reached(force_ratio(springs, K_m), nonlinearity(springs, K_m, definition))
+        contact = sensor.report.compliance
+        K_m = E_max * contact.at(E_max).K_m_over_E()
+        stiffening = fruit_stiffening(E_max, contact)
+        return _Reached(force_ratio(springs, K_m), nonlinearity(springs, K_m, definition, stiffening=stiffening))
     steps = 2 if definition == "mid-range" else CURVE_STEPS  # mid-range is of both ends and the middle
     moduli = [E_max * fraction for fraction in curve_shares(steps)]
     ratios = []

@@ -31,7 +31,8 @@ def _rendered(template: str, sensor: MeasuringUnit, number: object) -> str:
     environment = Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters["number"] = number
     least, largest = sensor.range_MPa
-    law = _pair_constants(sensor) if sensor.law is None else _contrast_constants(sensor, sensor.law)
+    law = _pair_constants(sensor) if sensor.law is None else _contrast_constants(sensor.law)
+    rows = sensor.report.read_out.level
     constants = {
         "design": sensor.design.name,
         "method": sensor.unit.method,
@@ -42,6 +43,9 @@ def _rendered(template: str, sensor: MeasuringUnit, number: object) -> str:
         "least_E": least * (1.0 - AT_THE_EDGE),
         "largest_E": largest * (1.0 + AT_THE_EDGE),
         "reduced": sensor.reduced(1.0),
+        "level_logs": [math.log(row.read_MPa) for row in rows],
+        "level_factor": rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
+        "level_shifts": [math.log(row.E_MPa / row.read_MPa) for row in rows],
         **law,
     }
     return environment.get_template(template).render(constants) + "\n"
@@ -53,9 +57,8 @@ def _single(value: float) -> str:
     return f"{text}f" if any(sign in text for sign in ".e") else f"{text}.0f"
 
 
-def _contrast_constants(sensor: MeasuringUnit, law: ContrastLaw) -> dict[str, object]:
+def _contrast_constants(law: ContrastLaw) -> dict[str, object]:
     """Return what the formulas of a contrast need: forces [N], lengths [mm], moduli [MPa]."""
-    rows = sensor.report.read_out.level
     weights = np.array(law.weights)
     return {
         "pair": False,
@@ -63,9 +66,6 @@ def _contrast_constants(sensor: MeasuringUnit, law: ContrastLaw) -> dict[str, ob
         "fruit": (weights @ np.array(law.S)).tolist(),
         "domes": (law.hertz * weights).tolist(),
         "gap": float(weights @ np.array(law.gaps)),
-        "level_logs": [math.log(row.read_MPa) for row in rows],
-        "level_factor": rows[0].E_MPa / rows[0].read_MPa if rows else 1.0,
-        "level_shifts": [math.log(row.E_MPa / row.read_MPa) for row in rows],
     }
 
 

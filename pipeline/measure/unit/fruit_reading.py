@@ -130,8 +130,9 @@ def half_width(
     fruit = sensor.design.fruit
     felt = -2.0 * fruit.poisson / (1.0 - fruit.poisson**2)
     by_poisson = (felt + curve_by_poisson) * fruit.poisson_spread
-    by_bias = math.hypot(sensor.bias(E), sensor.model_error, *bounds) / math.sqrt(3.0)
-    return COVERAGE * math.hypot(*deviations, by_poisson, by_bias)
+    steepness = sensor.steepness(E)
+    by_bias = math.hypot(sensor.bias(E), steepness * sensor.model_error, *bounds) / math.sqrt(3.0)
+    return COVERAGE * math.hypot(*(steepness * deviation for deviation in deviations), by_poisson, by_bias)
 
 
 class Sensitivity(NamedTuple):

@@ -16,6 +16,7 @@ from cad.theory.pair_line import ratio_modulus
 from pipeline.measure.unit.deep_pair import DeepPair
 from pipeline.measure.unit.printed_unit import PrintedUnit
 from pipeline.measure.unit.ripeness import RipenessClasses
+from pipeline.reading.read_out import corrected
 from pipeline.report.stored import StoredReport
 
 Floats = NDArray[np.float64]
@@ -137,13 +138,17 @@ class MeasuringUnit:
         return lead / (math.sqrt(3.0) * abs(offset_by_modulus))
 
     def corrected(self, read: float) -> float:
-        """Return the modulus [MPa] that a level sensor reads as `read` [MPa]: what the shape of the fruit adds."""
+        """Return the modulus [MPa] that a level sensor reads as `read` [MPa]: what shape and skin of the fruit add."""
+        return corrected(read, self.report.read_out.level)
+
+    def steepness(self, E: float) -> float:
+        """Return by which fraction the modulus moves at E [MPa] per fraction of what is read [1]: 1 without a skin."""
+        if self.design.fruit.skin_mm is None:
+            return 1.0
         rows = self.report.read_out.level
-        if not rows:
-            return read
-        logs = [math.log(row.read_MPa) for row in rows]
-        shifts = [math.log(row.E_MPa / row.read_MPa) for row in rows]
-        return read * math.exp(np.interp(math.log(read), logs, shifts))
+        logs = np.log([row.E_MPa for row in rows])
+        slopes = np.gradient(logs, np.log([row.read_MPa for row in rows]))
+        return float(np.interp(math.log(E), logs, slopes))
 
     def bias(self, E: float) -> float:
         """Return the largest bias of a reading over all poses of the design [1] at a modulus [MPa]; 0 if not asked."""

@@ -88,7 +88,8 @@ class PairPress:
         if strokes.count < FEWEST or not strokes.soft_stiff > 0.0:
             return reading
         # The high tip sinks by (S F) / E = x - (C F) less a constant: the slope of that over S F is 1 / E.
-        return replace(reading, others={**reading.others, "stroke": strokes.soft_soft / strokes.soft_stiff})
+        stroke = self._sensor.corrected(strokes.soft_soft / strokes.soft_stiff)
+        return replace(reading, others={**reading.others, "stroke": stroke})
 
 
 def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
@@ -102,7 +103,7 @@ def single_reading(sensor: MeasuringUnit, forces: Floats) -> FruitReading:
     try:
         if sensor.deep is not None:
             return deep_single_reading(sensor, sensor.deep, forces)
-        E = sensor.ratio_modulus(forces)
+        E = sensor.corrected(sensor.ratio_modulus(forces))
     except ReadingError:
         return FruitReading(flags=("out_of_range",))
     yielded = float(np.subtract(sensor.C[0], sensor.C[1]) @ forces)  # farther by the low spring than by the high one
@@ -132,16 +133,17 @@ def _line_reading(sensor: MeasuringUnit, blocks: Sequence[PressSums]) -> FruitRe
         )
         return _line(unit, gained).modulus
 
-    u = half_width(sensor, line.modulus, [line.error, *_sensitivity(sensor, modulus).by_unit(sensor)])
+    E = sensor.corrected(line.modulus)
+    u = half_width(sensor, E, [line.error, *_sensitivity(sensor, modulus).by_unit(sensor)])
     tilt = sensor.pair_tilt_deg(line.lead)
     direction = 0.0 if tilt >= 0.0 else 180.0
-    reading = checked_reading(sensor, line.modulus, u, deepest, tilt=abs(tilt), direction=direction)
+    reading = checked_reading(sensor, E, u, deepest, tilt=abs(tilt), direction=direction)
     try:
         by_ratio = sensor.ratio_modulus(deepest)
         noise = _ratio_sensitivity(sensor, deepest).by_noise(sensor, deepest)
     except ReadingError:
         return reading.flagged("read_outs_disagree")
-    reading = replace(reading, others={"force_ratio": by_ratio})
+    reading = replace(reading, others={"force_ratio": sensor.corrected(by_ratio)})
     allowed = COVERAGE * math.hypot(noise, line.error) + sensor.model_error
     return reading.flagged("read_outs_disagree") if abs(by_ratio / line.modulus - 1.0) > allowed else reading
 

@@ -82,7 +82,7 @@ def live_model(report: StoredReport) -> LiveModel:
     level_by_weight = design.press.attitude == "side" or report.housing is None
     x = np.array([tip.x_mm for tip in report.tips])
     return LiveModel(
-        linear=scene_of(design).linear and level_by_weight,
+        linear=scene_of(design).linear and level_by_weight and contact.skin is None,
         S=contact.S,
         C=np.array(report.read_out.springs_mm_per_N),
         groups=tips.spring_groups,

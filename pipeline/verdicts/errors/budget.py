@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from cad.quantity import Estimate
-from cad.theory.two_spring_law import curve_nonlinearity
+from cad.theory.two_spring_law import SOFTEST, curve_nonlinearity
 from pipeline.response.scene_press import ScenePress
 from pipeline.verdicts.errors.effects import NO_EFFECT, Effect, LevelSensor, effects_on
 from pipeline.verdicts.targets import SceneTargets
@@ -127,7 +127,7 @@ def uncertainty_budgets(sensor: LevelSensor, reached: SceneTargets, press: Scene
 
 def effects_at(sensor: LevelSensor, E: float, travel: float) -> tuple[Effect, ...]:
     """Return what moves the force ratio of a level sensor at a modulus [MPa] and a travel [mm]."""
-    K_m = E * sensor.contact.K_m_over_E()
+    K_m = E * sensor.contact.at(E).K_m_over_E()
     return effects_on(sensor, travel, sensor.deflections(K_m, travel))
 
 
@@ -150,11 +150,12 @@ def ratio_with(sensor: LevelSensor, E: float, travel: float, effect: Effect, tim
 
     The forces solve (E C + S) F = E (travel + height offset).
     """
-    crosstalk = sensor.contact.crosstalk
+    contact = sensor.contact.at(max(E, SOFTEST * sensor.design.fruit.E_max_MPa))
+    crosstalk = contact.crosstalk
     own = []  # compliance of each tip under its own force, times E [1/mm]
     for i, K in enumerate(sensor.characteristic.springs.stiffnesses):
         spring = K * (1.0 + times * effect.springs[i])
-        fruit_compliance = (float(sensor.contact.S[i, i]) - crosstalk) / (1.0 + times * effect.fruit[i])
+        fruit_compliance = (float(contact.S[i, i]) - crosstalk) / (1.0 + times * effect.fruit[i])
         own.append(E / spring + fruit_compliance + crosstalk)
     travel_l = travel + times * effect.height_offsets[0]
     travel_h = travel + times * effect.height_offsets[1]
@@ -175,7 +176,7 @@ def _nonlinearity_budget(sensor: LevelSensor, NL: Estimate) -> UncertaintyBudget
     E_max = sensor.design.fruit.E_max_MPa
     K_m_max = sensor.characteristic.K_m_max
     K_m = sensor.characteristic.K_m_of_NL(sensor.design.nominal_targets)
-    E_middle = E_max * K_m / K_m_max
+    E_middle = E_max * sensor.characteristic.modulus_share(K_m)
     effects = effects_on(sensor, travel, sensor.deflections(K_m_max, travel))
     in_middle = {effect.name: effect for effect in effects_on(sensor, travel, sensor.deflections(K_m, travel))}
     scale = abs(NL.value) or 1.0

@@ -16,7 +16,7 @@ from cad.design.parameters import Design, Targets
 from cad.design.processes import Process
 from cad.parts.housing import Housing
 from cad.quantity import COVERAGE
-from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
+from cad.theory.two_spring_law import Springs, force_ratio
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.leaf_lengths import COARSE
@@ -154,13 +154,13 @@ def scatter_bands(
     K_m_max = law.K_m_max
     prints = [law.springs.scaled(pair) for pair in factors.T.tolist()]
     P_max = [force_ratio(springs, K_m_max, law.stiffness_ratio) for springs in prints]
-    NL = [nonlinearity(springs, K_m_max, targets.NL_definition, law.stiffness_ratio) for springs in prints]
+    NL = [replace(law, springs=springs).NL(targets).value for springs in prints]
     return ScatterBands(
         K_l_N_per_m=_band([1e3 * springs.K_l for springs in prints]),
         K_h_N_per_m=_band([1e3 * springs.K_h for springs in prints]),
         P_max=_band(P_max),
         NL=_band(NL),
-        modulus_error=_band([law.fruit_stiffness(P) / K_m_max - 1.0 for P in P_max]),
+        modulus_error=_band([law.modulus_share(law.fruit_stiffness(P)) - 1.0 for P in P_max]),
         calibrated_modulus_error=calibrated_error(law),
         surrogate_error=surrogate.corner_error,
     )
@@ -174,10 +174,10 @@ def calibrated_error(law: Characteristic) -> float | None:
     P = force_ratio(law.springs, law.K_m_max, law.stiffness_ratio)
 
     def read(K_l: float, K_h: float) -> float:
-        return replace(law, springs=Springs(K_l=K_l, K_h=K_h)).fruit_stiffness(P)
+        return law.modulus_share(replace(law, springs=Springs(K_l=K_l, K_h=K_h)).fruit_stiffness(P))
 
     K = law.springs.stiffnesses
-    error = propagated(read, K, [CALIBRATED * stiffness for stiffness in K]) / law.K_m_max
+    error = propagated(read, K, [CALIBRATED * stiffness for stiffness in K])
     return error if math.isfinite(error) else None
 
 

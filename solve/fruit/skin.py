@@ -1,0 +1,168 @@
+"""What a skin bonded on the flesh changes in the compliance of the fruit, at each modulus of the flesh.
+
+As in `solve/fruit/curved_body.py`, one mesh answers smooth loads with and without the skin: what is left of its error
+is small, for the sharp part of the change is that of a half-space (`solve/halfspace/layered.py`). With m the modulus of
+the skin over that of the flesh, the stiffness of the mesh is K + m K_skin: solutions at a few m span those at all of
+them, and the compliance, an energy, is off by the square of what the span misses (Galerkin). Times E throughout.
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from skfem import ElementHex2, MeshHex2
+
+from cad.design.fruit import Fruit
+from solve.arrays import Floats
+from solve.elasticity import stiffness_matrix, vector_basis
+from solve.fruit.body_lines import BodySteps, body_lines
+from solve.fruit.box import box_mesh
+from solve.fruit.compliance import FruitCompliance, SkinTable
+from solve.fruit.curved_body import core_of, nodal_forces
+from solve.fruit.curved_shape import CurvedShape
+from solve.fruit.footprints import Footprint, level_compliance, level_parities, mirror_images
+from solve.fruit.remainder import VOLUME_ORDER, mirror_dofs
+from solve.fruit.smooth_load import SmoothLoad, least_deviation, smooth_loads
+from solve.fruit.split import largest_errors, relative_changes
+from solve.halfspace.layered import Layer, added_compliances
+from solve.linear import factorised
+
+FINE = BodySteps(fraction=1.4)
+COARSE = BodySteps()
+# Deviation of a smooth load: as much of the depth, and so many least ones, for what bounds the fruit is to feel a load
+# as it feels the tip.
+OF_DEPTH = 0.125
+WIDEST = 4.6
+SPAN = 3  # moduli of the skin whose solutions span all
+MODULI = 13  # of the table
+BEYOND = 1.3  # of the largest modulus, and under the least one, that the table holds
+SOFTEST = 1.0 / 24.0  # of E_max: the second point of a curve of P
+# Nodes a side that carry the pressure of a tip under a skin, from this thickness [sides] up.
+NODES = ((0.3, 9), (0.1, 17), (0.0, 25))
+
+
+def table_moduli(fruit: Fruit) -> Floats:
+    """Return the moduli of the flesh [MPa] at which the compliance under a skin is solved, (n,)."""
+    least = min(*fruit.E_MPa, fruit.E_max_MPa) / BEYOND
+    largest = max(*fruit.E_MPa, fruit.E_max_MPa) * BEYOND
+    return np.geomspace(min(least, SOFTEST * fruit.E_max_MPa), largest, MODULI)
+
+
+def layer_on(fruit: Fruit, E: float) -> Layer:
+    """Return the skin of a fruit that has one, on flesh of modulus E [MPa]."""
+    poisson = fruit.poisson if fruit.skin_poisson is None else fruit.skin_poisson
+    return Layer(fruit.skin_mm or 0.0, (fruit.skin_E_MPa or E) / E, poisson, fruit.poisson)
+
+
+def skin_compliance(
+    bare: FruitCompliance, fruit: Fruit, footprints: Sequence[Footprint], along_normals: bool = False
+) -> FruitCompliance:
+    """Return the compliance [1/mm] of a fruit with its skin, given that of its flesh alone under the same footprints.
+
+    `along_normals` says that the tips press along the normals of the skin, as domes do. Raises SolveError when a solve
+    is not exact.
+    """
+    start = time.perf_counter()
+    moduli = table_moduli(fruit)
+    layers = [layer_on(fruit, E) for E in moduli.tolist()]
+    least = least_deviation(footprints[0])
+    loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, OF_DEPTH * fruit.depth_mm / least)))
+    per_side = next(nodes for least, nodes in NODES if layers[0].thickness >= least * footprints[0].side)
+    sharp = layered_change(footprints, layers, per_side)
+    fewer = layered_change(footprints, layers, (per_side + 1) // 2)
+    smooth = smooth_change(loads, layers)
+    fine, dofs = body_change(fruit, footprints, loads, layers, FINE, along_normals)
+    coarse, _ = body_change(fruit, footprints, loads, layers, COARSE, along_normals)
+
+    table = bare.S + fine + sharp - smooth
+    errors = []
+    for S, step, of_nodes in zip(table, fine - coarse, sharp - fewer, strict=True):
+        changes = relative_changes(step, S) + 0.1 * relative_changes(of_nodes, S)
+        errors.append(largest_errors(changes, len(S)))
+    skin = SkinTable(E=moduli, S=table)
+    status = f"{bare.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
+    seconds = bare.info.seconds + time.perf_counter() - start
+    return replace(
+        bare,
+        skin=skin,
+        error_pair=bare.error_pair + max(error.pair for error in errors),
+        error_own=bare.error_own + max(error.own for error in errors),
+        info=replace(bare.info, method=f"{bare.info.method}, under a skin", seconds=seconds, status=status),
+    )
+
+
+def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per_side: int) -> Floats:
+    """Return what layers of one thickness change under level footprints of a half-space [1/mm], (layers, tips, tips).
+
+    Raises SolveError on a large residual.
+    """
+    nodes = np.concatenate([footprint.nodes(per_side) for footprint in footprints])
+    x, y = nodes.T
+    added = added_compliances(layers, np.hypot(x[:, None] - x, y[:, None] - y))
+    bare = level_compliance(footprints, layers[0].poisson_below, np.zeros(()), per_side)
+    changes = []
+    for layer, between in zip(layers, added, strict=True):
+        S = level_compliance(footprints, layer.poisson, layer.modulus * between, per_side) / layer.modulus
+        changes.append(S - bare)
+    return np.array(changes)
+
+
+def smooth_change(loads: Sequence[SmoothLoad], layers: Sequence[Layer]) -> Floats:
+    """Return what layers change under smooth loads on a half-space [1/mm], (layers, loads, loads)."""
+    bare = Layer(layers[0].thickness, 1.0, layers[0].poisson_below, layers[0].poisson_below)
+    S = np.empty((len(layers) + 1, len(loads), len(loads)))
+    for number, layer in enumerate((*layers, bare)):
+        for i, felt in enumerate(loads):
+            for j, load in enumerate(loads):
+                distance = float(np.hypot(felt.x - load.x, felt.y - load.y))
+                S[number, i, j] = layer.smooth_compliance((felt.deviation, load.deviation), distance)
+    return np.asarray(S[:-1] - S[-1])
+
+
+def body_change(
+    fruit: Fruit,
+    footprints: Sequence[Footprint],
+    loads: Sequence[SmoothLoad],
+    layers: Sequence[Layer],
+    steps: BodySteps,
+    along_normals: bool = False,
+) -> tuple[Floats, int]:
+    """Return what the skin changes under smooth loads on one mesh [1/mm], (layers, loads, loads), and its dofs.
+
+    Raises SolveError when a solve is not exact.
+    """
+    shape = CurvedShape(fruit, core_of(loads))
+    mirrored = [bool(images) for images in mirror_images(footprints)]
+    lines = body_lines(shape, loads, mirrored, steps)
+    box = box_mesh(lines)
+    flat = MeshHex2.from_mesh(box).with_boundaries(box.boundaries)
+    block = vector_basis(flat, ElementHex2(), VOLUME_ORDER)
+    body = block
+    normals = [(0.0, 0.0, -1.0) for _ in loads]
+    if fruit.radius_mm is not None:
+        body = vector_basis(replace(flat, doflocs=shape.bent(flat.doflocs)), ElementHex2(), VOLUME_ORDER)
+        if along_normals:
+            normals = [shape.normal(load.x, load.y) for load in loads]
+
+    in_skin = (box.p[2, box.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
+    flesh = stiffness_matrix(body, 1.0 - in_skin, fruit.poisson, b_bar=True)
+    skin = stiffness_matrix(body, in_skin, layers[0].poisson, b_bar=True)
+    without = flesh + stiffness_matrix(body, in_skin, fruit.poisson, b_bar=True)
+    moduli = np.array([layer.modulus for layer in layers])
+    span = np.geomspace(moduli.min(), moduli.max(), SPAN)
+
+    change = np.zeros((len(layers), len(loads), len(loads)))
+    for parity in level_parities(footprints):
+        forces = nodal_forces(block, lines, loads, parity, normals)
+        fixed = np.union1d(body.get_dofs("base").all(), mirror_dofs(body, parity))
+        bare = forces.T @ factorised(without, fixed).solve(forces)
+        solved = [factorised(flesh + modulus * skin, fixed).solve(forces) for modulus in span]
+        spanning, _ = np.linalg.qr(np.hstack(solved))
+        load = spanning.T @ forces
+        of_flesh = spanning.T @ (flesh @ spanning)
+        of_skin = spanning.T @ (skin @ spanning)
+        for i, modulus in enumerate(moduli):
+            energy = load.T @ np.linalg.solve(of_flesh + modulus * of_skin, load)
+            change[i] += (energy - bare) / 2.0 ** np.abs(parity).sum()
+    return change, int(body.N)

@@ -1,0 +1,109 @@
+"""A skin along the chain: springs, verdicts, readings, firmware; what is not solved is refused by name."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from cad.quantity import InputError
+from cad.theory.two_spring_law import Springs, curve_nonlinearity, curve_shares, force_ratio, nonlinearity, size_springs
+from pipeline.evaluate import refuse_unsolvable
+from pipeline.options import RunOptions, contact_inputs, load_design
+from pipeline.reading.measurement import level_readings, pressed_sensor
+from pipeline.response.scene_press import scene_of
+from pipeline.springs.sizing import fruit_stiffening, spring_sizing
+from solve.contact.linear_response import spring_compliance
+from solve.contact.response import scene_response
+from solve.error_estimate import SolveInfo
+from solve.fruit.compliance import FruitCompliance, SkinTable
+
+SKIN = {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0, "targets.NL": 0.1}
+FLESH = np.array([[0.7666, 0.0105], [0.0105, 0.7666]])
+
+
+def skinned(E):
+    """Return a compliance under a skin as it might be: softer flesh has the stiffer surface over its own modulus."""
+    own = 0.7666 / (1.0 + 0.6 * E**-0.4)
+    return np.array([[own, 0.011], [0.011, own]])
+
+
+@pytest.fixture
+def contact():
+    E = np.geomspace(0.1, 5.0, 13)
+    info = SolveInfo(method="", dofs=0, seconds=0.0, status="")
+    table = SkinTable(E=E, S=np.array([skinned(each) for each in E]))
+    return FruitCompliance(S=FLESH, error_pair=1e-4, error_own=1e-4, info=info, skin=table)
+
+
+def test_springs_under_a_skin_meet_both_targets_over_the_modulus(contact):
+    design = load_design("paper", SKIN)
+    sizing = spring_sizing(design, contact, RunOptions())
+    C = spring_compliance(*sizing.springs.stiffnesses)
+    moduli = 3.5 * np.array(curve_shares(24))
+    P = scene_response(scene_of(design), contact, C, moduli, [0.6]).P[:, -1]
+    assert P[-1] == pytest.approx(design.targets.P_max, rel=1e-9)
+    assert curve_nonlinearity(P.tolist(), moduli.tolist(), "mid-range") == pytest.approx(0.1, abs=1e-5)
+
+
+@pytest.mark.parametrize("definition", ["mid-range", "largest"])
+def test_without_a_skin_the_curve_gives_the_springs_of_the_closed_form(definition):
+    closed = size_springs(5.0, 0.05, 4.6, definition)
+    by_curve = size_springs(5.0, 0.05, 4.6, definition, stiffening=curve_shares(24))
+    assert by_curve.stiffnesses == pytest.approx(
+        closed.stiffnesses, rel={"mid-range": 1e-9, "largest": 2e-3}[definition]
+    )
+
+
+def test_an_nl_that_the_skin_alone_exceeds_is_refused(contact):
+    with pytest.raises(InputError) as refused:
+        spring_sizing(load_design("paper", {**SKIN, "targets.NL": 0.01}), contact, RunOptions())
+    assert refused.value.field == "targets.NL"
+
+
+def test_stiffening_is_the_fruit_stiffness_over_the_modulus(contact):
+    stiffening = fruit_stiffening(3.5, contact)
+    assert stiffening[-1] == pytest.approx(1.0)
+    middle = 1.75 / (skinned(1.75)[0, 0] - 0.011) / (3.5 / (skinned(3.5)[0, 0] - 0.011))
+    assert stiffening[12] == pytest.approx(middle, rel=1e-5)
+    springs = Springs(K_l=1.0, K_h=40.0)
+    P = force_ratio(springs, 4.6 * middle)
+    expected = (P - 1.0) / (force_ratio(springs, 4.6) - 1.0) - 0.5
+    assert nonlinearity(springs, 4.6, stiffening=stiffening) == pytest.approx(expected, abs=1e-4)
+
+
+def test_a_press_under_a_skin_reads_the_modulus_of_the_flesh(contact):
+    design = load_design("paper", SKIN)
+    C = spring_compliance(1.3, 49.0)
+    sensor = pressed_sensor(design, contact, C)
+    for E in (0.5, 1.2, 3.5):
+        x = np.linspace(0.1, 0.6, 6)
+        press = scene_response(scene_of(design), contact, C, [E], x).F[0]
+        assert sensor.model.modulus(press) == pytest.approx(E, rel=5e-4)
+        bare = dataclasses.replace(sensor.model, level=())
+        assert bare.modulus(press) > 1.2 * E  # flesh alone would have to be stiffer
+
+
+def test_readings_are_corrected_by_more_rows_under_a_skin(contact):
+    sensor = pressed_sensor(load_design("paper", SKIN), contact, spring_compliance(1.3, 49.0))
+    rows = level_readings(dataclasses.replace(sensor, model=dataclasses.replace(sensor.model, level=())))
+    assert rows == sensor.model.level
+    assert len(rows) == 25
+
+
+def test_moduli_count_for_the_contact_of_a_fruit_with_a_skin_alone():
+    options = RunOptions()
+    bare = [load_design("paper", {"fruit.E_max_MPa": E}) for E in (3.0, 3.5)]
+    skins = [load_design("paper", {**SKIN, "fruit.E_max_MPa": E}) for E in (3.0, 3.5)]
+    assert contact_inputs(bare[0], options) == contact_inputs(bare[1], options)
+    assert contact_inputs(skins[0], options) != contact_inputs(skins[1], options)
+
+
+@pytest.mark.parametrize(
+    ("design", "settings"),
+    [("paper", {"press.strain": "large"}), ("paper", {"press.tilt_deg": 1.0}), ("mango", {})],
+)
+def test_contact_under_a_skin_that_is_not_solved_is_refused(design, settings):
+    changes = {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0}
+    with pytest.raises(InputError) as refused:
+        refuse_unsolvable(load_design(design, {**changes, **settings}))
+    assert refused.value.field == "fruit.skin_mm"

@@ -1,0 +1,141 @@
+"""The layered half-space against its limits, and against the integral equation of a flat circle."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from solve.fruit.footprints import Footprint, level_compliance
+from solve.fruit.skin import layered_change
+from solve.halfspace.layered import Layer, added_compliances
+from solve.halfspace.punch import circle_punch, square_punch
+
+SKIN = Layer(thickness=0.3, modulus=10.0, poisson=0.3, poisson_below=0.3)
+RADIUS = 0.564
+KH = np.geomspace(1e-3, 20.0, 40)
+
+
+def circle_stiffness(layer, radius):
+    """Return the stiffness of a flat circle over that on the half-space below alone [1].
+
+    N. N. Lebedev, Y. S. Ufliand, J. Appl. Math. Mech. 22 (1958) 442: phi + int M phi = 1, Gauss's rule for the
+    integrals, M(t, s) = 2 / pi int (T - 1) cos kt cos ks dk, stiffness int phi.
+    """
+    k = np.linspace(0.0, 25.0 / layer.thickness, 6001)
+    of_k = np.full(len(k), k[1] / 3.0)  # Simpson's rule
+    of_k[1:-1:2] *= 4.0
+    of_k[2:-1:2] *= 2.0
+    t, of_t = np.polynomial.legendre.leggauss(40)
+    t = 0.5 * radius * (t + 1.0)
+    of_t = 0.5 * radius * of_t
+    cosines = np.cos(np.outer(k, t))
+    kernel = 2.0 / np.pi * (cosines.T * (of_k * layer.softening(k * layer.thickness))) @ cosines
+    phi = np.linalg.solve(np.eye(len(t)) + kernel * of_t, np.ones(len(t)))
+    bare = (1.0 - layer.poisson_below**2) * radius
+    return of_t @ phi / layer.surface * (1.0 - layer.poisson_below**2) ** 2 / bare
+
+
+def stiffness_ratio(layer, footprint, per_side):
+    """Return the stiffness of a footprint under a layer over that without [1]."""
+    bare = float(level_compliance([footprint], layer.poisson_below, np.zeros(()), per_side)[0, 0])
+    return bare / (bare + float(layered_change([footprint], [layer], per_side)[0, 0, 0]))
+
+
+def sinusoidal_sinking(layer, kh):
+    """Return k (1 - nu) / mu times the surface's displacement per pressure of wave number k [1], by six equations.
+
+    Plane strain, A + B z and C + D z times exp(-+ k z) in the layer and A + B z below; stresses and displacements
+    agree at z = h.
+    """
+    h = kh  # lengths over 1 / k
+
+    def rows(z, poisson, shear, sign):
+        """Return w, u, sigma_z, tau of the two functions that go with exp(-sign z)."""
+        decay = np.exp(-sign * (z - (0.0 if sign > 0 else h)))
+        kappa = 3.0 - 4.0 * poisson
+        w = np.array([1.0, z]) * decay
+        u = np.array([sign * 1.0, sign * z - kappa]) * decay
+        dw = np.array([-sign, 1.0 - sign * z]) * decay
+        du = np.array([-1.0, sign * 1.0 - z + sign * kappa]) * decay
+        lam = 2.0 * shear * poisson / (1.0 - 2.0 * poisson)
+        return w, u, (lam + 2.0 * shear) * dw + lam * u, shear * (du - w)
+
+    mu_s = layer.modulus / (2.0 * (1.0 + layer.poisson))
+    mu = 1.0 / (2.0 * (1.0 + layer.poisson_below))
+    zero = np.zeros(2)
+    system = []
+    right = []
+    top = [rows(0.0, layer.poisson, mu_s, sign) for sign in (1.0, -1.0)]
+    for part, load in ((2, -1.0), (3, 0.0)):
+        system.append(np.concatenate([top[0][part], top[1][part], zero]))
+        right.append(load)
+    joint = [rows(h, layer.poisson, mu_s, sign) for sign in (1.0, -1.0)]
+    below = rows(h, layer.poisson_below, mu, 1.0)
+    for part in range(4):
+        system.append(np.concatenate([joint[0][part], joint[1][part], -below[part]]))
+        right.append(0.0)
+    found = np.linalg.solve(np.array(system), np.array(right))
+    return float(np.concatenate([top[0][0], top[1][0], zero]) @ found) / ((1.0 - layer.poisson) / mu_s)
+
+
+@pytest.mark.parametrize("poissons", [(0.3, 0.3), (0.45, 0.3), (0.2, 0.49)])
+@pytest.mark.parametrize("modulus", [1.5, 10.0, 100.0])
+def test_waves_sink_a_layer_as_six_equations_say(modulus, poissons):
+    layer = Layer(0.3, modulus, *poissons)
+    for kh in (0.05, 0.3, 1.0, 3.0):
+        assert 1.0 + layer.softening(np.array(kh)) == pytest.approx(sinusoidal_sinking(layer, kh), rel=1e-9)
+
+
+def test_a_layer_as_what_lies_below_changes_nothing():
+    layer = dataclasses.replace(SKIN, modulus=1.0)
+    assert np.abs(layer.softening(KH)).max() < 1e-12
+    assert added_compliances([layer], np.linspace(0.0, 5.0, 9)) == pytest.approx(np.zeros((1, 9)), abs=1e-12)
+
+
+def test_long_waves_meet_what_lies_below_and_short_ones_the_layer():
+    long = 1.0 + SKIN.softening(np.array(1e-5))
+    assert SKIN.surface * long == pytest.approx(1.0 - SKIN.poisson_below**2, rel=1e-4)
+    assert SKIN.softening(np.array(20.0)) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_long_waves_bend_a_stiff_layer_as_a_plate():
+    """G = 1 / (k B + D k^4), D that of a thin plate (S. Timoshenko, Theory of Plates and Shells, 1959, 8.57).
+
+    A bonded plate does not stretch: the half-space below meets it with B = 4 mu (1 - nu) / (3 - 4 nu).
+    """
+    layer = Layer(1.0, 1e6, 0.3, 0.3)
+    k = np.array([0.005, 0.01])
+    plate = layer.modulus / (12.0 * (1.0 - layer.poisson**2))
+    nu = layer.poisson_below
+    below = 2.0 * (1.0 - nu) / (1.0 + nu) / (3.0 - 4.0 * nu)
+    expected = 1.0 / (below * k + plate * k**4)
+    sinking = 2.0 * layer.surface / k * (1.0 + layer.softening(k))
+    assert sinking == pytest.approx(expected, rel=5e-3)  # shear at its face bends the plate by k h / 4
+
+
+@pytest.mark.parametrize(("thickness", "per_side"), [pytest.param(0.1, 17, marks=pytest.mark.slow), (0.3, 9), (0.6, 9)])
+@pytest.mark.parametrize("modulus", [20.0, 10.0, 10.0 / 3.5])
+def test_a_flat_circle_is_as_stiff_as_the_integral_equation_says(thickness, per_side, modulus):
+    layer = dataclasses.replace(SKIN, thickness=thickness, modulus=modulus)
+    circle = Footprint(0.0, 0.0, 2.0 * RADIUS, circle_punch)
+    assert stiffness_ratio(layer, circle, per_side) == pytest.approx(circle_stiffness(layer, RADIUS), rel=3e-4)
+
+
+def test_a_thick_layer_is_a_half_space_of_its_own():
+    layer = dataclasses.replace(SKIN, thickness=200.0)
+    square = Footprint(0.0, 0.0, 1.0, square_punch)
+    # the far half-space below is felt as side / thickness
+    assert stiffness_ratio(layer, square, 5) == pytest.approx(10.0, rel=3e-2)
+
+
+def test_a_thin_layer_changes_in_proportion_to_its_thickness():
+    square = Footprint(0.0, 0.0, 1.0, square_punch)
+    changes = [stiffness_ratio(dataclasses.replace(SKIN, thickness=h), square, 25) - 1.0 for h in (0.06, 0.03)]
+    assert changes[1] < 0.6 * changes[0]
+
+
+def test_smooth_loads_meet_a_half_space_of_one_modulus_as_the_closed_form_says():
+    """Two normal distributions in one place: (1 - nu^2) / (2 sqrt(pi) sigma)."""
+    bare = Layer(0.3, 1.0, 0.3, 0.3)
+    assert bare.smooth_compliance((1.5, 1.5), 0.0) == pytest.approx(0.91 / (2.0 * np.sqrt(np.pi) * 1.5), rel=1e-9)
+    assert bare.smooth_compliance((0.5, 0.5), 30.0) == pytest.approx(0.91 / (np.pi * 30.0), rel=1e-3)
