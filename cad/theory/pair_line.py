@@ -107,15 +107,15 @@ def line_of_sums(C: Matrix, own_less_other: float, sums: PressSums, noises: Sequ
     )
 
 
-def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float]) -> float:
-    """Return the modulus [MPa] that the forces of the low and the high tip [N] tell where both travel alike.
+def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float], lead: float = 0.0) -> float:
+    """Return the modulus [MPa] that the forces of the low and the high tip [N] tell where the high one has a lead [mm].
 
-    This is (4) of the paper with springs that are coupled; C [mm/N] and s11 - s12 [1/mm] as in `line_over_press`. A
-    lead of one tip moves it. Raises ReadingError where the forces tell nothing.
+    This is (4) of the paper with springs that are coupled; C [mm/N] and s11 - s12 [1/mm] as in `line_over_press`.
+    Raises ReadingError where the forces tell nothing.
     """
     low, high = forces
     deflection = _deflection_difference(C)
-    difference = deflection.low * low + deflection.high * high
+    difference = deflection.low * low + deflection.high * high - lead
     if not (difference > 0.0 and high > low):
         raise ReadingError(OF_ANOTHER_SENSOR)
     return own_less_other * (high - low) / difference

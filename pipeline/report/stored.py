@@ -163,10 +163,10 @@ class StoredReading:
 
 @dataclass(frozen=True, kw_only=True)
 class StoredRelaxing:
-    """The apparent modulus of flesh of one modulus E at the first instant, both [MPa], at the times of the press."""
+    """The apparent modulus [MPa] over time of flesh of one modulus E at the first instant [MPa]."""
 
     E_MPa: float
-    E_apparent_MPa: Numbers
+    E_apparent_MPa: tuple[float | None, ...]
 
 
 @dataclass(frozen=True, kw_only=True)

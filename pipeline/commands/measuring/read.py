@@ -40,6 +40,7 @@ def execute(arguments: Namespace) -> int:
             "--forces", arguments.forces, "", f"left out beside {arguments.signal}", "read one of the two"
         )
     sensor = _sensor(arguments)
+    _refuse_without_time(arguments, sensor)
     firmware = _firmware(arguments, sensor)
     outcome = PASSED
     if arguments.forces is not None or arguments.signal is not None:
@@ -56,6 +57,17 @@ def execute(arguments: Namespace) -> int:
     return outcome
 
 
+def _refuse_without_time(arguments: Namespace, sensor: "MeasuringUnit") -> None:
+    """Raise InputError for what reads flesh that relaxes at any moment, as if it were elastic."""
+    if sensor.report.relaxation is None:
+        return
+    asked = {"--each": arguments.each, "--c-header": arguments.c_header, "--micropython": arguments.micropython}
+    for flag, value in asked.items():
+        if value:
+            bound = "left out where the design has fruit.relaxation"
+            raise validation_error(flag, str(value), "", bound, "read a press with its hold")
+
+
 def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
     from pipeline.measure.unit.measuring import LAW_OF_FLESH
 
@@ -65,6 +77,9 @@ def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
         )
     if sensor.deep is not None:
         print_error(f"note: {LAW_OF_FLESH}")
+    if sensor.report.relaxation is not None:
+        at = sensor.report.relaxation.at_s
+        print_error(f"note: E is that at the first instant; the apparent one is that at {at:g} s")
     if arguments.unit is None:
         print_error("note: no --unit; springs as designed, as uncertain as their process prints them")
 
@@ -157,6 +172,8 @@ def _print(reading: "FruitReading") -> None:
         towards = "" if reading.direction is None else f" towards {reading.direction:.0f} deg"
         parts.append(f"tilt {reading.tilt:.2g} deg{towards}")
     parts += [f"by {name.replace('_', ' ')} {value:.4g} MPa" for name, value in reading.others.items()]
+    if reading.relaxation is not None:
+        parts.append(f"relaxes to {reading.relaxation:.3g}")
     if reading.ripeness is not None:
         parts.append(f"class {reading.ripeness}")
     print(f"{time}{'  '.join(parts)}{flags}", flush=True)

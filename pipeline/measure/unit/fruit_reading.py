@@ -35,7 +35,8 @@ class FruitReading:
 
     All are None where the forces tell no modulus. `tilt` and `direction` [deg] are how the sensor stood on the skin,
     None where the layout does not tell. `others` are moduli [MPa] by other read-outs of the same forces. `t` [s] is the
-    time of the reading in a signal.
+    time of the reading in a signal. `relaxation` [1] is the apparent modulus late in the hold over that at its start,
+    None where the flesh is not said to relax.
     """
 
     E: float | None = None
@@ -47,6 +48,7 @@ class FruitReading:
     ripeness: str | None = None
     t: float | None = None
     others: dict[str, float] = field(default_factory=dict)
+    relaxation: float | None = None
 
     def flagged(self, flag: str) -> "FruitReading":
         """Return this reading with one flag more."""
@@ -66,6 +68,7 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
         "flags": list(reading.flags),
         "class": reading.ripeness,
         **{f"E_{name}_MPa": value for name, value in reading.others.items()},
+        **({} if reading.relaxation is None else {"relaxation_ratio": reading.relaxation}),
     }
 
 

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.quantity import validation_error
-from pipeline.measure.unit.fruit_reading import FruitReading, contrast_reading
+from pipeline.measure.unit.fruit_reading import FruitReading
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.pair_press import PairPress, single_reading
+from pipeline.measure.unit.pair_press import PairPress
 from pipeline.measure.unit.signals import Sample, Signal
+from pipeline.measure.unit.timed_reading import RelaxingPress, at_first_instant, reading_as_elastic
 
 Floats = NDArray[np.float64]
 
@@ -20,7 +21,9 @@ _CHECK_CHANNEL = "check zero, sign and unit of the channel"
 def reading_of(sensor: MeasuringUnit, channels: Sequence[float]) -> FruitReading:
     """Return what one reading tells: forces [N] as the channels show them, in the order of the tips."""
     forces = sensor.gained(channels)
-    return single_reading(sensor, forces) if sensor.law is None else contrast_reading(sensor, sensor.law, forces)
+    reading = reading_as_elastic(sensor, forces)
+    relaxation = sensor.report.relaxation
+    return reading if relaxation is None else at_first_instant(sensor, relaxation, reading, forces)
 
 
 def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False) -> Iterator[FruitReading]:
@@ -75,6 +78,8 @@ class _Press:
     def __init__(self, sensor: MeasuringUnit) -> None:
         self._sensor = sensor
         self._pair = PairPress(sensor)
+        relaxation = sensor.report.relaxation
+        self._relaxing = None if relaxation is None else RelaxingPress(sensor, relaxation)
         self._largest = 0.0
         self.deepest = Sample(0, 0.0, None, ())
 
@@ -82,11 +87,15 @@ class _Press:
         if self._sensor.law is None:
             low, high = forces.tolist()
             self._pair.add(low, high, sample.x)
+        if self._relaxing is not None:
+            self._relaxing.add(sample.t, forces)
         if forces.sum() > self._largest:  # above 0 from the first sample on
             self._largest = forces.sum()
             self.deepest = sample
 
     def reading(self, sample: Sample) -> FruitReading:
-        """Return what a sample tells, for a pair the press up to now."""
+        """Return what a sample tells, for a pair the press up to now; of flesh that relaxes, the chosen moment."""
+        if self._relaxing is not None:
+            return replace(self._relaxing.reading(self._pair.reading()), t=sample.t)
         reading = self._pair.reading() if self._sensor.law is None else reading_of(self._sensor, sample.forces)
         return replace(reading, t=sample.t)

@@ -1,0 +1,148 @@
+"""Presses of flesh that relaxes, read back as the modulus at the first instant and how far it relaxed."""
+
+import dataclasses
+from argparse import ArgumentParser
+
+import numpy as np
+import pytest
+from measured_units import MeasuredDesign
+
+from cad.quantity import InputError
+from cad.theory.contrast_law import ContrastLaw
+from cad.theory.relaxation import Relaxation
+from pipeline.commands.measuring import read
+from pipeline.measure.unit.presses import reading_of, readings_of
+from pipeline.measure.unit.signals import Signal, force_keys
+from pipeline.measure.unit.timed_reading import LATE
+from pipeline.response.scene_press import scene_of
+from solve.contact.domes.body import dome_body
+from solve.contact.domes.geometry import dome_poses
+from solve.contact.domes.law import dome_forces
+from solve.contact.relaxing import timed_forces
+
+ARMS = ((0.25, 0.8), (0.2, 30.0))
+TIME = {
+    "fruit.relaxation": [list(arm) for arm in ARMS],
+    "press.speed_mm_per_s": 0.5,
+    "press.hold_s": 3.0,
+}
+STEP_S = 0.02
+
+
+@pytest.fixture(scope="module")
+def square():
+    return MeasuredDesign("mango", assessed=False, **TIME, **{"reading.at_s": 2.0})
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return MeasuredDesign("paper", **TIME)
+
+
+def times_of(design, until=1.1):
+    return np.arange(0.0, design.stop_s + until * design.press.hold_s, STEP_S)
+
+
+def dome_press(square, E, times):
+    """Return the forces [N] of domes over time by the whole law of domes, one elastic press for each step.
+
+    Maxwell's arms are stepped by the trapezoidal rule: m' = (n - m) / tau.
+    """
+    design = square.design
+    scene = scene_of(design)
+    body = dome_body(scene, square.contact, np.array([design.fruit.radii_mm[0]]))
+    shares, taus = np.array(ARMS).T[..., None]
+    elastic = np.zeros(len(square.K))
+    memory = np.zeros((len(ARMS), len(elastic)))
+    rows = [elastic]
+    for step, t in zip(np.diff(times), times[1:], strict=True):
+        old = 0.5 * step / taus
+        kept = (memory * (1.0 - old) + old * elastic) / (1.0 + old)
+        fresh = 1.0 - float((shares * old / (1.0 + old)).sum())
+        lost = (shares * kept).sum(axis=0)
+        travel = np.array([design.press.travel_mm * min(t / design.stop_s, 1.0)])
+        level = dome_poses([scene], travel)
+        lowered = dataclasses.replace(level, centres=level.centres - (square.C @ lost)[None, :, None] * [0.0, 0.0, 1.0])
+        answer = dome_forces(lowered, np.array([fresh * E]), square.C, body).F[0]
+        elastic = answer / fresh
+        memory = kept + old / (1.0 + old) * elastic
+        rows.append(answer - np.where(answer > 0.0, lost, 0.0))
+    return np.array(rows)
+
+
+def pair_press(pair, E, times, lead=0.0):
+    law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, lead), C=pair.C, S=pair.contact.S)
+    travel = pair.design.press.travel_mm * np.minimum(times / pair.design.stop_s, 1.0)
+    return timed_forces(law, Relaxation(ARMS), np.array([E]), times[None], travel[None]).F[0]
+
+
+def read_log(measured, times, forces, **flags):
+    header = ",".join(["t_s", *(f"{key}_N" for key in force_keys(forces.shape[1]))])
+    lines = [header]
+    for t, row in zip(times.tolist(), forces.tolist(), strict=True):
+        lines.append(",".join(f"{value:.9g}" for value in (t, *row)))
+    (reading,) = readings_of(measured.measuring(), Signal(lines, "press.csv", forces.shape[1]), **flags)
+    return reading
+
+
+@pytest.mark.parametrize("E", [0.6, 1.4, 3.0])
+def test_square_of_domes_reads_the_first_instant(square, E):
+    """The forces are those of the whole law of domes: what the contrast leaves out of it is in the bar."""
+    times = times_of(square.design)
+    forces = dome_press(square, E, times)
+    reading = read_log(square, times, forces)
+    assert pytest.approx(E, rel=5e-3) == reading.E
+    assert abs(reading.E / E - 1.0) <= reading.u
+    late = reading.others["apparent"]
+    assert 0.6 * E < late < 0.9 * E
+    assert 0.7 < reading.relaxation < 0.9
+    assert reading.flags == ()
+    now = int(np.argmin(np.abs(times - 2.0)))
+    assert pytest.approx(reading.E, rel=2e-3) == reading_of(square.measuring(), forces[now].tolist()).E
+
+
+@pytest.mark.parametrize("lead", [0.0, 0.05, -0.05])
+def test_pair_reads_the_first_instant_however_one_tip_leads(pair, lead):
+    """0.05 mm over 8 mm are 0.36 degrees, by which the force ratio alone would be 10 % off."""
+    times = times_of(pair.design)
+    relaxation = pair.report.relaxation
+    late = pair.design.stop_s + LATE * pair.design.press.hold_s
+    for row in (relaxation.moduli[0], relaxation.moduli[4]):
+        E = row.E_MPa
+        reading = read_log(pair, times, pair_press(pair, E, times, lead))
+        assert pytest.approx(E, rel=6e-3) == reading.E  # what lies below the noise is not seen
+        assert abs(reading.E / E - 1.0) <= reading.u
+        level = np.interp([relaxation.stop_s, late], relaxation.t_s[1:], row.E_apparent_MPa[1:])
+        assert reading.others["apparent"] == pytest.approx(level[0], rel=0.05)
+        assert reading.relaxation == pytest.approx(level[1] / level[0], rel=0.03)  # a tip that comes late is younger
+
+
+def test_flesh_of_another_relaxation_is_told_by_its_ratio(pair):
+    times = times_of(pair.design)
+    firm = read_log(pair, times, pair_press(pair, 1.5, times))
+    law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=pair.C, S=pair.contact.S)
+    travel = pair.design.press.travel_mm * np.minimum(times / pair.design.stop_s, 1.0)
+    elastic = timed_forces(law, Relaxation(((1e-6, 1.0),)), np.array([1.5]), times[None], travel[None]).F[0]
+    assert read_log(pair, times, elastic).relaxation == pytest.approx(1.0, abs=1e-4)
+    assert firm.relaxation < 0.9
+
+
+def test_press_that_ends_early_has_no_modulus_or_no_ratio(square):
+    times = times_of(square.design, until=0.2)
+    reading = read_log(square, times, dome_press(square, 1.0, times))
+    assert (reading.E, reading.flags) == (None, ("released_early",))
+    times = times_of(square.design, until=0.5)
+    reading = read_log(square, times, dome_press(square, 1.0, times))
+    assert reading.relaxation is None
+    assert pytest.approx(1.0, rel=5e-3) == reading.E
+
+
+@pytest.mark.parametrize("flag", ["--each", "--c-header", "--micropython"])
+def test_what_knows_no_moment_is_refused(pair, flag, monkeypatch, tmp_path):
+    monkeypatch.setattr(read, "_sensor", lambda _: pair.measuring())
+    value = [] if flag == "--each" else [str(tmp_path / "file")]
+    parser = ArgumentParser()
+    read.add_arguments(parser)
+    with pytest.raises(InputError) as refused:
+        read.execute(parser.parse_args(["folder", "--forces", "0.4,1.1", flag, *value]))
+    assert refused.value.field == flag
