@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cad.quantity import Bounds, validation_error
 from pipeline.measure.compression.force_law import TestGeometry, hertz_law, solved_law
+from pipeline.measure.compression.holds import HeldRelaxation, held_relaxation, hold_of, loading_before
 from pipeline.measure.compression.loading import Loading, loading
 from pipeline.measure.compression.range_choice import RangeFit, choose_range
 from pipeline.measure.compression.specimens import Specimen
@@ -43,7 +44,8 @@ class CompressionResult:
     """What one specimen says: `E_MPa` with `u_percent` at 95 %, and the moduli that literature has beside it.
 
     `shares_percent` are the parts of the error, whose root of squares it is. `E_hertz_MPa` is the apparent modulus of
-    ASAE S368, None where Hertz's law cannot be fitted; `follows_hertz` says whether the curve follows it.
+    ASAE S368, None where Hertz's law cannot be fitted; `follows_hertz` says whether the curve follows it. `relaxation`
+    is what a hold tells, None where the curve has none.
     """
 
     specimen: Specimen
@@ -57,6 +59,7 @@ class CompressionResult:
     follows_hertz: bool
     secants: tuple[PlateModulus, ...]
     notes: tuple[str, ...]
+    relaxation: HeldRelaxation | None = None
 
     @property
     def E_plate_MPa(self) -> float:
@@ -73,7 +76,8 @@ def measured_modulus(
     specimen: Specimen, geometry: TestGeometry, *, compression_negative: bool = False
 ) -> CompressionResult:
     """Return the moduli of one specimen; raises InputError for a curve that is no compression of a fruit."""
-    curve = loading(specimen, compression_negative=compression_negative)
+    hold = hold_of(specimen)
+    curve = loading(loading_before(specimen, hold), compression_negative=compression_negative)
     _refuse_long_travel(specimen, curve, geometry)
     law = solved_law(geometry)
     chosen = choose_range(curve, law)
@@ -88,6 +92,10 @@ def measured_modulus(
     by_fit = {"scatter of the points": COVERAGE * chosen.modulus.relative}
     shares = by_fit | law.shares(min(chosen.last - chosen.touch.value, law.deepest))
     hertz = choose_range(curve, hertz_law(geometry))
+    relaxation = None
+    if hold is not None:
+        zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
+        relaxation = held_relaxation(specimen, hold, chosen.touch.value, zero)
     secants = [_plate_modulus(curve, chosen, geometry, strain) for strain in _strains(curve, chosen, geometry)]
     return CompressionResult(
         specimen=specimen,
@@ -101,6 +109,7 @@ def measured_modulus(
         follows_hertz=hertz is not None and hertz.follows,
         secants=tuple(secants),
         notes=(*specimen.notes, *_notes(E, chosen, geometry.strains_percent[0], secants[0].strain_percent)),
+        relaxation=relaxation,
     )
 
 

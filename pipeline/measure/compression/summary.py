@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pipeline.measure.compression.force_law import TestGeometry
+from pipeline.measure.compression.holds import HeldRelaxation
 from pipeline.measure.compression.modulus import CompressionResult
 
 _MODULI = 7  # in the design's list, as in the paper's
@@ -119,7 +120,22 @@ def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[st
         "at_strain": [asdict(secant) for secant in result.secants],
         "geometry": geometry,
         "notes": [*assumed, *result.notes],
+        **({} if result.relaxation is None else {"relaxation": _relaxation_mapping(result.relaxation)}),
     }
+
+
+def _relaxation_mapping(relaxation: HeldRelaxation) -> dict[str, object]:
+    arms = []
+    for arm in relaxation.arms:
+        arms.append(
+            {
+                "share": arm.share.value,
+                "u_share_percent": arm.share.percent,
+                "time_s": arm.time.value,
+                "u_time_percent": arm.time.percent,
+            }
+        )
+    return {"arms": arms, "hold_s": relaxation.hold_s, "lost_in_loading_percent": 100.0 * relaxation.lost_in_loading}
 
 
 def print_results(
@@ -138,11 +154,28 @@ def print_results(
         console.print(f"note: {escape(note)}", highlight=False)
     for line in (_warning(results), _shares(results), _left_out(results[0].geometry)):
         console.print(line, highlight=False)
+    for result in results:
+        if result.relaxation is not None:
+            console.print(f"{_name(result)}: {escape(_relaxation(result.relaxation))}", highlight=False)
     moduli = ", ".join(f"{E:g}" for E in design.E_MPa)
     E_max = f"{design.E_max_MPa:g}"
     toml = f"[fruit]\nE_max_MPa = {E_max}\nE_MPa = [{moduli}]"
     flags = f"--set fruit.E_max_MPa={E_max} --set fruit.E_MPa=[{moduli.replace(' ', '')}]"
     console.print(f"for the design file:\n{escape(toml)}\nor: pipeline run {escape(flags)}", highlight=False)
+
+
+def _relaxation(relaxation: HeldRelaxation) -> str:
+    """Return what a hold tells in words, its arms as the key of a design file."""
+    held = f"a hold of {relaxation.hold_s:.3g} s"
+    if not relaxation.arms:
+        return f"{held} shows no relaxation beyond its noise"
+    arms = ", ".join(f"[{arm.share.value:.3g}, {arm.time.value:.3g}]" for arm in relaxation.arms)
+    widest = max(max(arm.share.percent, arm.time.percent) for arm in relaxation.arms)
+    lost = 100.0 * relaxation.lost_in_loading
+    return (
+        f"fruit.relaxation = [{arms}], each within {widest:.2g} %, by {held}; {lost:.2g} % of the force at the first "
+        "instant were lost in the loading, by up to which E is low"
+    )
 
 
 def _table(title: str, heads: str, rows: Sequence[Sequence[str]]) -> Table:
