@@ -22,9 +22,11 @@ from pipeline.response.scene_press import scene_of
 from pipeline.storage.plain import from_plain, strict_converter
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
+from solve.contact.scene import SidewaysGive
 
 EXACT = 1e-9  # [%] of springs that are known
 PAPER = (906.0, 20830.0)  # [N/m] springs that its targets size
+ACROSS = (0.76, 0.21)  # [mm/N] of low and high domes of the mango across their plates
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,11 +61,17 @@ class MeasuredDesign:
         kinds = [given.K_l_N_per_m, given.K_h_N_per_m] if given.given else PAPER
         self.K = np.array(design.tips.each(*(1e-3 * K for K in kinds)))
         self.C = spring_compliance(*self.K)
-        sensor = pressed_sensor(design, self.contact, self.C)
+        self.sideways = None
+        if design.tips.tip_shape.obeys_hertz:
+            give = np.zeros((len(self.K), len(self.K), 3, 3))
+            give[range(len(self.K)), range(len(self.K)), 1, 1] = design.tips.each(*ACROSS)
+            self.sideways = SidewaysGive(give, 0.0)
+        sensor = pressed_sensor(design, self.contact, self.C, (), self.sideways)
         readings = error_analysis(sensor, design.reading) if assessed and design.reading else None
         level = self.forces([Pose(E=design.largest_E_MPa, travel=design.press.travel_mm)])
         press = SimpleNamespace(height_offsets=(), at_largest_E=SimpleNamespace(F=level[None]))
-        read_out = read_out_of(design, self.contact, SimpleNamespace(C=self.C), press, readings)
+        springs = SimpleNamespace(C=self.C, sideways=self.sideways)
+        read_out = read_out_of(design, self.contact, springs, press, readings)
         over_time = reading_over_time(design, self.contact, self.C)
         self.report = ReportOfUnits(
             design=design,
@@ -77,7 +85,8 @@ class MeasuredDesign:
     def forces(self, poses, factors=1.0):
         """Return the forces [N] of a unit whose springs are stiffer by factors in poses, (poses, tips)."""
         share = 1.0 / np.sqrt(np.broadcast_to(factors, self.K.shape))
-        return pose_forces(scene_of(self.design), self.contact, share[:, None] * self.C * share, poses).F
+        scene = scene_of(self.design, (), self.sideways)
+        return pose_forces(scene, self.contact, share[:, None] * self.C * share, poses).F
 
     def measuring(self, factors=1.0, percent=EXACT, gain_percent=0.0, classes=None):
         """Return a unit that takes its springs for stiffer by factors than designed."""

@@ -107,7 +107,8 @@ def analyse_readings(design: Design, contact: FruitCompliance, springs: FittedSp
     """
     if design.reading is None:
         return None
-    sensor = pressed_sensor(design, contact, springs.C, tip_height_offsets(springs, design.press.attitude))
+    offsets = tip_height_offsets(springs, design.press.attitude)
+    sensor = pressed_sensor(design, contact, springs.C, offsets, springs.sideways)
     analysis = error_analysis(sensor, design.reading)
     contrast_slope = max((row.sources.contrast_slope for row in analysis.moduli), default=0.0)
     contrast_mm = 0.0  # how far the high tips may stand out before the low ones by the mounting of two plates
@@ -270,7 +271,7 @@ def read_out_of(
     design: Design, contact: FruitCompliance, springs: FittedSprings, press: ScenePress, readings: Readings | None
 ) -> ReadOut:
     """Return what a finished sensor is read by; raises SolveError when a solve is not exact."""
-    sensor = pressed_sensor(design, contact, springs.C, press.height_offsets)
+    sensor = pressed_sensor(design, contact, springs.C, press.height_offsets, springs.sideways)
     model = sensor.model
     error = max(contact.error_own, contact.error_pair)
     full_scale = press.at_largest_E.F[-1, -1]
@@ -281,7 +282,7 @@ def read_out_of(
             error = max(error, readings.bias.error)
     by_line = ReadOut(
         method=model.method,
-        springs_mm_per_N=rows_of(model.C),
+        springs_mm_per_N=rows_of(springs.C),
         full_scale_N=tuple(np.maximum(full_scale, 0.0).tolist()),
         model_error_percent=100.0 * error,
         level=model.level,
@@ -290,9 +291,11 @@ def read_out_of(
     if isinstance(model, LineModel):
         return replace(by_line, own_less_other_per_mm=model.own_less_other)
     law = model.law
+    lean = np.subtract(law.C, springs.C)
     return replace(
         by_line,
         level=model.level or level_readings(sensor),
+        lean_mm_per_N=rows_of(lean) if lean.any() else None,
         weights=tuple(law.weights),
         gaps_mm=tuple(law.gaps),
         fruit_per_mm=rows_of(law.S),

@@ -17,6 +17,7 @@ from pipeline.response.scene_press import scene_of
 from pipeline.storage.plain import first_largest
 from solve.contact.domes.law import dome_contrast
 from solve.contact.poses import Pose, PoseForces, pose_forces
+from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 
 Floats = NDArray[np.float64]
@@ -86,7 +87,11 @@ MeasurementModel = ContrastModel | LineModel
 
 
 def measurement_model(
-    design: Design, contact: FruitCompliance, C: Floats, height_offsets: Sequence[float] = ()
+    design: Design,
+    contact: FruitCompliance,
+    C: Floats,
+    height_offsets: Sequence[float] = (),
+    sideways: SidewaysGive | None = None,
 ) -> MeasurementModel:
     """Return the measurement model of a design on its fruit; C (tips, tips) [mm/N] is the compliance of the springs.
 
@@ -101,22 +106,22 @@ def measurement_model(
         gaps = tuple(np.subtract(fall, tips.height_offset_mm).tolist())
         law = ContrastLaw(weights=weights, gaps=gaps, C=rows_of(C), S=rows_of(contact.S))
     else:
-        law = _dome_law(design, contact, C, weights)
+        law = _dome_law(scene_of(design, (), sideways), contact, C, weights)
     model = ContrastModel(law=law)
     return model.with_heights(np.array(height_offsets)) if height_offsets else model
 
 
-def _dome_law(design: Design, contact: FruitCompliance, C: Floats, weights: tuple[float, ...]) -> ContrastLaw:
+def _dome_law(scene: Scene, contact: FruitCompliance, C: Floats, weights: tuple[float, ...]) -> ContrastLaw:
     """Return the contrast of domes that stand level in the middle of the fruit, in the middle of the range of E."""
-    tips = design.tips
-    middle = math.sqrt(min(design.fruit.E_MPa) * design.fruit.E_max_MPa)
-    contrast = dome_contrast(scene_of(design), contact, C, middle)
-    reach = (tips.dome_radius_mm or 0.0) + np.array(design.fruit.radii_mm)
+    tips = scene.tips
+    middle = math.sqrt(min(scene.fruit.E_MPa) * scene.fruit.E_max_MPa)
+    contrast = dome_contrast(scene, contact, C, middle)
+    reach = (tips.dome_radius_mm or 0.0) + np.array(scene.fruit.radii_mm)
     fall = 0.5 * (np.square(tips.places_mm) / reach).sum(axis=1)
     return ContrastLaw(
         weights=weights,
         gaps=tuple((fall - tips.height_offset_mm).tolist()),
-        C=rows_of(C),
+        C=rows_of(C + contrast.lean),
         S=rows_of(contrast.S),
         hertz=contrast.hertz,
     )
@@ -150,7 +155,7 @@ class PressedSensor:
     """A design on its fruit with its springs: what every press of an error analysis needs.
 
     C (tips, tips) [mm/N] is their compliance, `height_offsets` how far each tip stands before the foremost one [mm],
-    none where all are level.
+    none where all are level, `sideways` what forces that lean move domes.
     """
 
     design: Design
@@ -158,6 +163,7 @@ class PressedSensor:
     C: Floats
     model: MeasurementModel
     height_offsets: Sequence[float] = ()
+    sideways: SidewaysGive | None = None
 
     def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> Presses:
         """Return the presses at moduli [MPa] in placements.
@@ -181,7 +187,8 @@ class PressedSensor:
 
     def in_poses(self, poses: Sequence[Pose]) -> PoseForces:
         """Return the forces of the tips in poses; raises as `pose_forces`."""
-        return pose_forces(scene_of(self.design, self.height_offsets), self.contact, self.C, poses)
+        scene = scene_of(self.design, self.height_offsets, self.sideways)
+        return pose_forces(scene, self.contact, self.C, poses)
 
     def _check_faces(self, widths: Floats, poses: Sequence[Pose]) -> None:
         side = self.design.tips.side_mm
@@ -196,14 +203,20 @@ class PressedSensor:
 
 
 def pressed_sensor(
-    design: Design, contact: FruitCompliance, C: Floats, height_offsets: Sequence[float] = ()
+    design: Design,
+    contact: FruitCompliance,
+    C: Floats,
+    height_offsets: Sequence[float] = (),
+    sideways: SidewaysGive | None = None,
 ) -> PressedSensor:
     """Return the sensor of a design with its measurement model; C (tips, tips) [mm/N] is the compliance of the springs.
 
     `height_offsets` is how far each tip stands before the foremost one by its weight [mm], none where all are level.
     """
-    model = measurement_model(design, contact, C, height_offsets)
-    sensor = PressedSensor(design=design, contact=contact, C=C, model=model, height_offsets=height_offsets)
+    model = measurement_model(design, contact, C, height_offsets, sideways)
+    sensor = PressedSensor(
+        design=design, contact=contact, C=C, model=model, height_offsets=height_offsets, sideways=sideways
+    )
     if contact.skin is None:
         return sensor
     return replace(sensor, model=replace(model, level=level_readings(sensor)))

@@ -45,7 +45,8 @@ class ReadOut:
     channel, `weights` [1] and `gaps_mm` (tips,). A pair has `own_less_other_per_mm` and None for the terms of a
     contrast; other layouts the other way round. `level` are readings over the range of E which a contrast is corrected
     by, and a pair on a fruit with a skin: all other terms are those of flesh alone. `large_strain` is the curve of a
-    tip over rising depths; none where the flesh is linear.
+    tip over rising depths; none where the flesh is linear. `lean_mm_per_N` (tips, tips) is what the contrast of domes
+    adds to the springs, for forces that lean; None for other tips.
     """
 
     method: str
@@ -58,17 +59,22 @@ class ReadOut:
     gaps_mm: tuple[float, ...] | None = None
     fruit_per_mm: Matrix | None = None
     hertz: float | None = None
+    lean_mm_per_N: Matrix | None = None
     large_strain: tuple[DepthFactor, ...] = ()
 
     @property
     def contrast(self) -> ContrastLaw | None:
         """Return the contrast law of the tips with the springs as designed; None for a pair."""
+        return self.contrast_on(self.springs_mm_per_N)
+
+    def contrast_on(self, springs: Sequence[Sequence[float]]) -> ContrastLaw | None:
+        """Return the contrast law of the tips on springs of a compliance [mm/N], (tips, tips); None for a pair."""
         if self.weights is None or self.gaps_mm is None or self.fruit_per_mm is None:
             return None
         return ContrastLaw(
             weights=self.weights,
             gaps=self.gaps_mm,
-            C=self.springs_mm_per_N,
+            C=springs if self.lean_mm_per_N is None else np.add(springs, self.lean_mm_per_N).tolist(),
             S=self.fruit_per_mm,
             hertz=self.hertz or 0.0,
         )

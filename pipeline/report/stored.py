@@ -19,7 +19,7 @@ from cad.theory.leaf_spring import Flexure
 from cad.verdict import Verdict
 from pipeline.reading.read_out import Matrix, ReadOut
 from pipeline.storage.digests import has_digest, is_regular
-from pipeline.storage.plain import Plain, from_plain, strict_converter
+from pipeline.storage.plain import Plain, from_plain, leave_out_default, strict_converter
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
 
@@ -244,6 +244,7 @@ class StoredReport:
 _CONVERTER = strict_converter(forbid_extra_keys=False)
 _CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(data))
 _CONVERTER.register_unstructure_hook(Design, design_as_mapping)
+leave_out_default(_CONVERTER, ReadOut, "lean_mm_per_N")
 
 
 def as_data(value: object) -> Any:  # noqa: ANN401 - JSON data of any kind

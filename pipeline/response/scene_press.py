@@ -13,7 +13,7 @@ from pipeline.storage.cache import cached
 from solve.contact.large_response import check_large_strain, large_response, round_tip
 from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
-from solve.contact.scene import Scene, check_scene
+from solve.contact.scene import Scene, SidewaysGive, check_scene
 from solve.contact.scene_cells import scene_footprints
 from solve.fruit.compliance import FruitCompliance
 from solve.large_strain.force_curve import ForceCurve, force_curve
@@ -48,9 +48,15 @@ class ScenePress:
     level: bool
 
 
-def scene_of(design: Design, height_offsets: Sequence[float] = ()) -> Scene:
+def scene_of(design: Design, height_offsets: Sequence[float] = (), sideways: SidewaysGive | None = None) -> Scene:
     """Return the scene of contact of a design; height offsets [mm] are those of the tips before the foremost one."""
-    return Scene(fruit=design.fruit, tips=design.tips, press=design.press, height_offset_mm=tuple(height_offsets))
+    return Scene(
+        fruit=design.fruit,
+        tips=design.tips,
+        press=design.press,
+        height_offset_mm=tuple(height_offsets),
+        sideways=sideways,
+    )
 
 
 def refuse_unsolvable(design: Design) -> None:
@@ -80,18 +86,22 @@ def _check_skin(scene: Scene) -> None:
 
 
 def press_scene(
-    design: Design, contact: FruitCompliance, C: Floats, height_offsets: Sequence[float] = ()
+    design: Design,
+    contact: FruitCompliance,
+    C: Floats,
+    height_offsets: Sequence[float] = (),
+    sideways: SidewaysGive | None = None,
 ) -> ScenePress:
     """Return the presses of springs with compliance C, shape (tips, tips) [mm/N]; raises as `pressed_at`.
 
     Height offsets [mm] are those of the tips before the foremost one, none where all are level.
     """
-    scene = scene_of(design, height_offsets)
+    scene = scene_of(design, height_offsets, sideways)
     moduli = curve_moduli(scene)
     ends_and_middle = moduli[[0, len(moduli) // 2, -1]]
     return ScenePress(
         table=pressed_at(scene, contact, C, design.fruit.E_MPa, TRAVELS),
-        scan=press_scan(design, contact, C, height_offsets),
+        scan=press_scan(scene, contact, C),
         at_largest_E=pressed_at(scene, contact, C, [design.largest_E_MPa], 1),
         curve=pressed_at(scene, contact, C, moduli, CURVE_TRAVELS),
         tilted=_tilted_presses(scene, contact, C, ends_and_middle),
@@ -106,14 +116,12 @@ def curve_moduli(scene: Scene) -> Floats:
     return scene.fruit.E_max_MPa * np.array(fractions)
 
 
-def press_scan(
-    design: Design, contact: FruitCompliance, C: Floats, height_offsets: Sequence[float] = ()
-) -> SensorResponse:
+def press_scan(scene: Scene, contact: FruitCompliance, C: Floats) -> SensorResponse:
     """Return the response at full travel over 20 moduli up to E_max; C (tips, tips) [mm/N]."""
-    fruit = design.fruit
+    fruit = scene.fruit
     least = min(min(fruit.E_MPa), 0.5 * fruit.E_max_MPa)
     moduli = np.linspace(least, fruit.E_max_MPa, _SCAN)
-    return pressed_at(scene_of(design, height_offsets), contact, C, moduli, 1)
+    return pressed_at(scene, contact, C, moduli, 1)
 
 
 def _tilted_presses(scene: Scene, contact: FruitCompliance, C: Floats, moduli: Floats) -> tuple[SensorResponse, ...]:

@@ -22,10 +22,11 @@ from mesh.session import MeshError
 from pipeline.options import RunOptions
 from pipeline.response.scene_press import ScenePress, press_scene
 from pipeline.springs.leaf_lengths import FittedHousing, fit_lengths
-from pipeline.springs.mounts import mount_changes
+from pipeline.springs.mounts import mount_changes, sideways_give
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from solve.contact.linear_response import spring_compliance
+from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
 
@@ -83,7 +84,8 @@ class FittedSprings:
     """The springs, low first, their process, how far each gives at full travel [mm], and the housing that has them.
 
     Each stands for all tips of its kind. `ideal` springs are taken just as stiff as they were sized; nothing is made,
-    and their tips stand as far before the foremost one as `ideal_offsets_mm` says.
+    and their tips stand as far before the foremost one as `ideal_offsets_mm` says. `of_plate` is how far forces that
+    lean move the tips of one plate; None where flat tips meet a flat fruit, and none leans.
     """
 
     springs: tuple[FittedSpring, ...]
@@ -93,6 +95,7 @@ class FittedSprings:
     tips: Tips = field(default_factory=Tips)
     ideal: bool = False
     ideal_offsets_mm: tuple[float, ...] = ()
+    of_plate: SidewaysGive | None = None
 
     @property
     def housing(self) -> Housing | None:
@@ -129,6 +132,20 @@ class FittedSprings:
         """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N]."""
         return tip_compliance(self, self.tips)
 
+    @property
+    def sideways(self) -> SidewaysGive | None:
+        """Return how far forces that lean move all tips: each plate is turned half round against the one before."""
+        if self.of_plate is None:
+            return None
+        on_plate = len(self.of_plate.compliance)
+        compliance = np.zeros((len(self.tips.springs), len(self.tips.springs), 3, 3))
+        half_round = np.array([1.0, 1.0, 1.0])
+        for first in range(0, len(self.tips.springs), on_plate):
+            plate = slice(first, first + on_plate)
+            compliance[plate, plate] = self.of_plate.compliance * np.outer(half_round, half_round)
+            half_round = half_round * [-1.0, -1.0, 1.0]
+        return replace(self.of_plate, compliance=compliance)
+
 
 def ideal_springs(design: Design, sizing: SpringSizing, stiffnesses: Springs | None = None) -> FittedSprings:
     """Return springs exactly as they were sized or given, or of other stiffnesses [N/mm] with the leaves as sized."""
@@ -160,6 +177,7 @@ def fit_springs(
     deflections = sizing.deflections(design.full_travels_mm)
     springs = springs_as_sized(design, sizing)
     fitted = None
+    of_plate = None
     if design.tips.tip_layout.has_housing and all(spring.printable.passed is not False for spring in springs):
         lengths = tuple(spring.printable.length_mm for spring in springs)
         try:
@@ -170,6 +188,8 @@ def fit_springs(
             inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson, "tolerance": tolerance}
             fit = partial(fit_lengths, guess, targets, E, poisson, tolerance, executor)
             fitted = cached("flexures", inputs, fit, FittedHousing)
+            if design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None:
+                of_plate = _sideways_of(fitted, E, poisson)
         except (InputError, MeshError, SolveError) as error:
             reason = str(error)
             springs = tuple(
@@ -177,7 +197,21 @@ def fit_springs(
             )
         else:
             springs = _springs_as_fitted(design, sizing, fitted, deflections)
-    return FittedSprings(springs=springs, process=process, deflections=deflections, fitted=fitted, tips=design.tips)
+    return FittedSprings(
+        springs=springs,
+        process=process,
+        deflections=deflections,
+        fitted=fitted,
+        tips=design.tips,
+        of_plate=of_plate,
+    )
+
+
+def _sideways_of(fitted: FittedHousing, E: float, poisson: float) -> SidewaysGive:
+    """Return how far forces that lean move the tips of a plate [E in MPa], kept; raises MeshError or SolveError."""
+    K = fitted.stiffness.K
+    inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K}
+    return cached("sideways give", inputs, lambda: sideways_give(fitted.housing, E, poisson, K), SidewaysGive)
 
 
 def _springs_as_fitted(
@@ -243,7 +277,8 @@ def tip_height_offsets(springs: FittedSprings, attitude: Attitude) -> tuple[floa
 
 def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSprings) -> ScenePress:
     """Return the presses of the springs as they are made, whose tips their weight may set off level."""
-    return press_scene(design, contact, springs.C, tip_height_offsets(springs, design.press.attitude))
+    offsets = tip_height_offsets(springs, design.press.attitude)
+    return press_scene(design, contact, springs.C, offsets, springs.sideways)
 
 
 def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:

@@ -2,6 +2,7 @@
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +12,11 @@ from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.pin import STEEL_MPA
 from cad.theory.strain_gauge import GAUGES, gauge_spans
 from mesh.housing.sweep import flexure_mesh
+from solve.contact.scene import SidewaysGive
 from solve.housing.bonded_foil import BondedFoil
 from solve.housing.clamped_half import HOLES, SIDES, Attached, ClampedHalf, clamped_half, with_layers
 from solve.housing.elastic_layer import Disc, ElasticLayer, Rectangle
-from solve.housing.stiffness import leaf_faces, stiffness_of
+from solve.housing.stiffness import leaf_faces, lever_compliance, stiffness_of
 
 # The rough skin of a print under a washer, a judgement: without it K_h is 0.05 % higher.
 SKIN_MM = 0.02
@@ -69,6 +71,20 @@ def coarse_half(housing: Housing, E: float, poisson: float) -> ClampedHalf:
     Stiffness in other mounts and modes both start from it. Raises SolveError.
     """
     return clamped_half(flexure_mesh(housing, MOUNT_SCALE), E, poisson, attached_to(housing))
+
+
+def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float]) -> SidewaysGive:
+    """Return how far forces that lean move domes, by the centres of their spheres, or flat faces [E in MPa].
+
+    On a coarse mesh: what it misses of the springs' stiffness K [N/mm] on finer ones is the error. Raises MeshError or
+    SolveError.
+    """
+    lever = housing.dome_radius - housing.pin_out
+    compliance = lever_compliance(coarse_half(housing, E, poisson), lever)
+    along_press = np.diag(compliance[..., 2, 2])
+    error = float(np.abs(along_press * K - 1.0).max())
+    compliance[..., 2, 2] = 0.0
+    return SidewaysGive(compliance, error)
 
 
 def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple[float, ...]]:

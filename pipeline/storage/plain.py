@@ -7,6 +7,7 @@ from typing import Any, TypeVar, get_origin
 
 import cattrs
 import numpy as np
+from cattrs.gen import make_dict_unstructure_fn, override
 from cattrs.strategies import configure_union_passthrough
 
 from cad.quantity import InputError
@@ -84,6 +85,12 @@ def strict_converter(*, forbid_extra_keys: bool) -> cattrs.Converter:
     converter.register_structure_hook_func(_is_array, lambda data, _: np.array(data, dtype=np.float64))
     converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
     return converter
+
+
+def leave_out_default(converter: cattrs.Converter, record: type, key: str) -> None:
+    """Let JSON data of a record be without one of its keys where that has its default."""
+    options: dict[str, Any] = {key: override(omit_if_default=True)}
+    converter.register_unstructure_hook(record, make_dict_unstructure_fn(record, converter, **options))
 
 
 _CONVERTER = strict_converter(forbid_extra_keys=True)

@@ -22,6 +22,18 @@ Point = tuple[float, float]  # along the tips, across
 STEEPEST_DEG = 20.0
 
 
+@dataclass(frozen=True, eq=False)
+class SidewaysGive:
+    """How far forces that lean move tips on their springs, beside what moves along the press.
+
+    `compliance` (tips, tips, 3, 3) [mm/N] is along the tips, across and up the sensor, 0 from up to up: of flat faces,
+    or of the centres of the spheres of domes; `error` [1] is its relative error.
+    """
+
+    compliance: Floats
+    error: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class Scene:
     """The fruit, the tips on it and how they are pressed.
@@ -29,7 +41,7 @@ class Scene:
     `height_offset_mm` is how far springs that sag let each tip stand before the level plane of the sensor, at
     most 0: the foremost tip touches first; no entries stand for tips that are level. What tips stand out by design is
     in `tips`, and travel counts from where such tips touch. `off_centre_mm` is where the sensor was set down, along and
-    across, from where it belongs on the fruit.
+    across, from where it belongs on the fruit. Only domes are moved `sideways`, where that is given.
     """
 
     fruit: Fruit
@@ -37,6 +49,7 @@ class Scene:
     press: Press
     height_offset_mm: tuple[float, ...] = ()
     off_centre_mm: Point = (0.0, 0.0)
+    sideways: SidewaysGive | None = None
 
     @property
     def linear(self) -> bool:

@@ -26,9 +26,10 @@ POINTS = np.array([np.repeat(_GAUSS, 2), np.tile(_GAUSS, 2)])
 WEIGHTS = np.full(4, 0.25)
 
 
-# Axes of a load on the tips, and the components that the plane of symmetry y = 0 holds under each.
-PRESS = 2
+# Axes, and for those of a load on the tips the components that the plane of symmetry y = 0 holds under each.
+LENGTHWISE = 0
 ACROSS = 1
+PRESS = 2
 SYMMETRY = {PRESS: ("u^2",), ACROSS: ("u^1", "u^3")}
 
 
@@ -104,20 +105,22 @@ def with_symmetry(half: ClampedHalf, axis: int) -> ClampedHalf:
     return replace(half, factor=factorised(half.matrix, held))
 
 
-def face_mean(basis: CellBasis, name: str, axis: int, *, turn: bool = False) -> Floats:
+def face_mean(basis: CellBasis, name: str, axis: int, *, slope: int | None = None) -> Floats:
     """Return the vector (dofs,) whose product with displacements is the mean of a component over a face.
 
-    With `turn` it is the slope of the component along x, by least squares.
+    With `slope`, LENGTHWISE or ACROSS, it is the slope of the component along that axis, by least squares.
     """
     patches = list(surface_patches(basis, name, POINTS, WEIGHTS))
-    area = sum(float(patch.weights.sum()) for patch in patches)
-    centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
+    centre = 0.0  # across, of the face whose other half is beyond the plane of symmetry
+    if slope == LENGTHWISE:
+        area = sum(float(patch.weights.sum()) for patch in patches)
+        centre = sum(float((patch.points[0] * patch.weights).sum()) for patch in patches) / area
 
     # The mean is int u / int 1, the slope int u (x - centre) / int (x - centre)^2.
     integral = np.zeros(basis.N)
     norm = 0.0
     for patch in patches:
-        lever = patch.points[0] - centre if turn else np.ones_like(patch.weights)
+        lever = np.ones_like(patch.weights) if slope is None else patch.points[slope] - centre
         np.add.at(integral, patch.dofs[:, axis], (patch.shapes * lever * patch.weights).sum(axis=2))
         norm += float((lever**2 * patch.weights).sum())
     return integral / norm

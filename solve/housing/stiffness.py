@@ -18,6 +18,7 @@ from solve.error_estimate import SolveInfo
 from solve.housing.bonded_foil import bridge_strains
 from solve.housing.clamped_half import (
     ACROSS,
+    LENGTHWISE,
     POINTS,
     PRESS,
     WEIGHTS,
@@ -28,13 +29,13 @@ from solve.housing.clamped_half import (
     face_mean,
     foils_of,
     weight_load,
+    with_symmetry,
 )
 from solve.surface import surface_patches
 
 PerTip = tuple[float, ...]
 
 SPRINGS = ("low", "high")  # names of the springs, in the order of every result
-LENGTHWISE = 0  # the axis from tip to tip
 
 # Of the difference to the coarse mesh. A mesh of 4.5 times the dofs has shown at most 0.23 of it, over designs in all
 # processes; the median is 0.07 (tests/fits/mesh_pairs.py). A floor, and more for leaves of odd shape, are added
@@ -179,7 +180,7 @@ def tip_compliance(mesh: Mesh, E: float, poisson: float, attached: Sequence[Atta
     strain = []
     strain_inside = []
     for j, spring in enumerate(SPRINGS):
-        tilt.append(float(face_mean(basis, tip_face(spring), PRESS, turn=True) @ u[:, j]))
+        tilt.append(float(face_mean(basis, tip_face(spring), PRESS, slope=LENGTHWISE) @ u[:, j]))
         at_corners, inside = largest_strain(basis, leaf_faces(spring), u[:, j])
         strain.append(at_corners)
         strain_inside.append(inside)
@@ -224,6 +225,31 @@ def sideways_stiffness(mesh: Mesh, E: float, poisson: float, attached: Sequence[
     u = half.factor.solve(0.5 * mean)
     check_tips(0.5 * mean.T @ u, None)
     return tip_stiffnesses(mean.T @ u)
+
+
+def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
+    """Return the compliance [mm/N] of points above the middles of the tips' faces, (tips, tips, 3, 3).
+
+    They move with the faces, a lever [mm] up the press: entry (i, j, a, b) is how far point i moves along axis a for
+    1 N along b at point j. The half is one of a load along the press. Raises SolveError as `tip_compliance` does.
+    """
+    compliance = np.zeros((len(SPRINGS), len(SPRINGS), 3, 3))
+    for part, axes in ((half, (LENGTHWISE, PRESS)), (with_symmetry(half, ACROSS), (ACROSS,))):
+        points = []
+        for axis in axes:
+            means = tip_means(part.basis, axis)
+            if axis != PRESS:  # a face that slopes turns, and the point swings by its lever
+                slopes = [face_mean(part.basis, tip_face(spring), PRESS, slope=axis) for spring in SPRINGS]
+                means = means - lever * np.column_stack(slopes)
+            points.append(means)
+        point = np.column_stack(points)
+        u = part.factor.solve(0.5 * point)
+        check_tips(0.5 * point.T @ u, None)
+        shape = (len(axes), len(SPRINGS))
+        compliance[np.ix_(range(len(SPRINGS)), range(len(SPRINGS)), axes, axes)] = (
+            (point.T @ u).reshape(*shape, *shape).transpose(1, 3, 0, 2)
+        )
+    return compliance
 
 
 def displacements(mesh: Mesh, E: float, poisson: float, attached: Sequence[Attached] = ()) -> Floats:

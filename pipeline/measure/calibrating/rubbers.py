@@ -18,6 +18,7 @@ from cad.theory.hertz import relative_curvature
 from pipeline.measure.measured_table import MeasuredTable, place_of
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.signals import force_keys
+from pipeline.reading.measurement import rows_of
 
 Floats = NDArray[np.float64]
 
@@ -192,7 +193,7 @@ def _difference_equation(sensor: MeasuringUnit, forces: Floats, E: float) -> _Eq
 
 def _contrast_equation(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats, E: float) -> _Equation:
     """Return the equation of a reading of more tips, forces [N], on a rubber of modulus E [MPa]: no contrast."""
-    compliance = np.diag(law.C)
+    compliance = np.diag(sensor.C)
     weights = np.array(law.weights)
     coefficients = weights * compliance * forces
     rigid, dome, body = contrast_terms(law, forces.tolist())
@@ -208,6 +209,8 @@ def _on_rubber(sensor: MeasuringUnit, law: ContrastLaw, radius: float) -> Contra
     squares = np.square(sensor.positions).sum(axis=1)
     fall = 0.5 * squares * (1.0 / (dome + radius) - 1.0 / (dome + fruit))
     hertz = law.hertz
+    lean = np.subtract(law.C, sensor.C) * ((dome + fruit) / (dome + radius)) ** 2
     if dome:
         hertz *= (relative_curvature(dome, fruit) / relative_curvature(dome, radius)) ** (1.0 / 3.0)
-    return replace(law, gaps=tuple((np.array(law.gaps) + fall).tolist()), hertz=hertz)
+    C = rows_of(sensor.C + lean)
+    return replace(law, gaps=tuple((np.array(law.gaps) + fall).tolist()), C=C, hertz=hertz)

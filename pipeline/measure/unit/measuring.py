@@ -64,10 +64,10 @@ class MeasuringUnit:
     @cached_property
     def law(self) -> ContrastLaw | None:
         """Return the contrast law of the unit; None for a pair."""
-        designed = self.report.read_out.contrast
+        designed = self.report.read_out.contrast_on(self.C)
         if designed is None:
             return None
-        return replace(designed, gaps=tuple(np.subtract(designed.gaps, self.unit.height_mm).tolist()), C=self.C)
+        return replace(designed, gaps=tuple(np.subtract(designed.gaps, self.unit.height_mm).tolist()))
 
     @cached_property
     def deep(self) -> DeepPair | None:

@@ -8,6 +8,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from cad.design.parameters import Design
 from cad.parts.housing import ENGRAVED_MM
 from cad.quantity import COVERAGE
@@ -130,6 +132,7 @@ def effects_on(sensor: LevelSensor, travel: float, deflections: PerTip) -> tuple
         large_strain(design, depths),
         law_of_the_flesh(design, depths),
         sliding_on_slope(design),
+        sideways_give(sensor, travelled, deflections),
         free_fruit(sensor, travel),
         print_modulus(sensor),
         glue(sensor),
@@ -252,6 +255,25 @@ def sliding_on_slope(design: Design) -> Effect:
     steepest = max(map(abs, slopes))
     reason = f"a tip that slides on a skin falling by {steepest:.2g} deg presses along its normal"
     return Effect(name="slope", reason=reason, fruit=changes)
+
+
+def sideways_give(sensor: LevelSensor, travel: float, deflections: PerTip) -> Effect | None:
+    """Return what flat tips that slide on a slope give sideways; None for domes, whose law has it.
+
+    The force leans by the slope: what a spring gives more counts as if the fruit under its tip were softer.
+    """
+    sideways = sensor.springs.sideways
+    if sideways is None or sensor.design.tips.tip_shape.obeys_hertz:
+        return None
+    slopes = scene_of(sensor.design).slopes_deg
+    changes = []
+    for tip, deflection in enumerate(deflections):
+        lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
+        more = float(lean @ sideways.compliance[tip, tip] @ lean / sensor.springs.C[tip, tip])
+        depth = max(LEAST_TRAVEL, travel - deflection)
+        changes.append(1.0 / (1.0 + more * deflection / depth) - 1.0)
+    reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
+    return Effect(name="sideways give", reason=reason, fruit=tuple(changes))
 
 
 def free_fruit(sensor: LevelSensor, travel: float) -> Effect | None:

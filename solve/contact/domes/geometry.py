@@ -1,7 +1,7 @@
 """Where domes meet the fruit: spheres on an ellipsoid, a sphere or a plane, exact for any tilt. Lengths in mm.
 
 The apex of the fruit is the origin, z points up. A dome that has come nearer to the fruit's surface than its radius
-would enter it; its springs let it move along the axis of the sensor.
+would enter it; its springs let it move in the frame of the sensor: along the tips, across, and up its axis.
 """
 
 import math
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solve.arrays import Floats
-from solve.contact.scene import Scene
+from solve.contact.scene import Scene, SidewaysGive
 
 FOOT_STEPS = 8  # Newton steps: one is exact on a sphere, four on an ellipsoid of 2 : 1
 
@@ -20,19 +20,24 @@ FOOT_STEPS = 8  # Newton steps: one is exact on a sphere, four on an ellipsoid o
 class DomeApproach:
     """How domes stand to the undeformed fruit, each (poses, tips) but for the feet and normals (poses, tips, 3).
 
-    `interference` [mm] is how far a dome would enter along the normal, negative where it is off; `cosine` [1] that of
-    the normal to the sensor's axis; `foot` [mm] the nearest point of the fruit; `radius` [mm] that of relative
+    `interference` [mm] is how far a dome would enter along the normal, negative where it is off; `direction` [1] is the
+    normal in the frame of the sensor; `foot` [mm] the nearest point of the fruit; `radius` [mm] that of relative
     curvature, the geometric mean of both directions, and `eased` [1] the depth of an elliptic contact over that of a
     round one, 1 - ln(ratio of both)^2 / 72: Johnson, Contact Mechanics (1985), equations (4.26) to (4.32), to 0.1 % up
     to 3 : 1.
     """
 
     interference: Floats
-    cosine: Floats
+    direction: Floats
     foot: Floats
     normal: Floats
     radius: Floats
     eased: Floats
+
+    @property
+    def cosine(self) -> Floats:
+        """Return the cosine of the angle between normal and axis [1], (poses, tips)."""
+        return self.direction[..., 2]
 
     @property
     def sine(self) -> Floats:
@@ -44,18 +49,20 @@ class DomeApproach:
 class DomePoses:
     """Domes of one radius [mm] on their unloaded springs, in many poses.
 
-    `centres` (poses, tips, 3) [mm] are those of the domes' spheres, `axis` (poses, 3) [1] points up along the sensor,
-    `semi_axes` (poses, 3) [mm] are those of the fruit, infinite for a flat one.
+    `centres` (poses, tips, 3) [mm] are those of the domes' spheres, `frame` (poses, 3, 3) [1] has in its rows how the
+    sensor stands: along the tips, across, and up its axis; `semi_axes` (poses, 3) [mm] are those of the fruit, infinite
+    for a flat one.
     """
 
     dome_radius: float
     centres: Floats
-    axis: Floats
+    frame: Floats
     semi_axes: Floats
+    sideways: SidewaysGive | None = None
 
-    def approach(self, deflection: Floats) -> DomeApproach:
-        """Return how the domes stand when the springs are deflected by `deflection` (poses, tips) [mm]."""
-        centres = self.centres + deflection[..., None] * self.axis[:, None]
+    def approach(self, moved: Floats) -> DomeApproach:
+        """Return how domes stand that springs let move in the frame of the sensor, `moved` (poses, tips, 3) [mm]."""
+        centres = self.centres + moved @ self.frame
         foot, normal = self._feet(centres)
         distance = ((centres - foot) * normal).sum(axis=-1)
         least, most = self._curvatures(foot)
@@ -63,7 +70,7 @@ class DomePoses:
         most = 1.0 / self.dome_radius + most
         return DomeApproach(
             interference=self.dome_radius - distance,
-            cosine=np.einsum("pik,pk->pi", normal, self.axis),
+            direction=normal @ self.frame.swapaxes(1, 2),
             foot=foot,
             normal=normal,
             radius=1.0 / np.sqrt(least * most),
@@ -123,10 +130,9 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
     origin = np.column_stack([middle, -lowered])
     stand = radius - np.array([scene.height_offsets_mm for scene in scenes])
 
-    # Level vectors from the middle to the tips, turned as the vertical is to the axis, the shortest way.
-    level = np.concatenate([centres - middle[:, None], np.zeros((*centres.shape[:2], 1))], axis=2)
+    # Level vectors are turned as the vertical is to the axis, the shortest way.
     between = (axis + np.array([0.0, 0.0, 1.0])) / (1.0 + axis[:, 2:])
-    turned = level - np.einsum("pik,pk->pi", level, axis)[..., None] * between[:, None]
+    level = np.eye(3)[:2] - axis[:, :2, None] * between[:, None]
 
     semi_axes = []
     for scene in scenes:
@@ -134,7 +140,8 @@ def dome_poses(scenes: Sequence[Scene], travel: Floats) -> DomePoses:
         semi_axes.append((along, math.sqrt(along * across), along))
     return DomePoses(
         dome_radius=radius,
-        centres=origin[:, None] + turned + stand[..., None] * axis[:, None],
-        axis=axis,
+        centres=origin[:, None] + (centres - middle[:, None]) @ level + stand[..., None] * axis[:, None],
+        frame=np.concatenate([level, axis[:, None]], axis=1),
         semi_axes=np.array(semi_axes),
+        sideways=scenes[0].sideways,
     )

@@ -13,9 +13,10 @@ would enter the undeformed fruit on its spring as it stands, is
 with p the distance of two contacts, a their radii, and B what the body adds to a half-space, along the normals where
 the domes touch. The second moments are those of the pressures: of Hertz where a force acts, of its increment, the flat
 punch, where it is felt. The slope that the others make under a dome moves its contact by R times that slope. The force
-along the spring is N times the cosine of the normal to the axis. A dome that is off has q <= 0 and no force: one smooth
-system, solved by Newton's method. Neither friction nor large strain is in it; nor is what a sphere's own profile takes
-off a paraboloid's force in small strain, which large strain gives back in part: that is told apart.
+along the spring is N times the cosine of the normal to the axis; what leans moves the dome sideways, as far as the
+housing gives. A dome that is off has q <= 0 and no force: one smooth system, solved by Newton's method. Neither
+friction nor large strain is in it; nor is what a sphere's own profile takes off a paraboloid's force in small strain,
+which large strain gives back in part: that is told apart.
 """
 
 from collections.abc import Sequence
@@ -27,7 +28,7 @@ from solve.arrays import Floats
 from solve.contact.domes.body import Body, dome_body
 from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
 from solve.contact.domes.sphere import paraboloid_force, sphere_contact_radius, sphere_force
-from solve.contact.scene import Scene
+from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
 
@@ -78,6 +79,7 @@ class _State:
     contact_radius: Floats
     action: Floats
     residual: Floats
+    q: Floats
 
 
 def domes_on(
@@ -97,7 +99,7 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
     Raises SolveError where the forces do not settle.
     """
     law = _Law(poses, E, C, body)
-    state = law.state(law.solved())
+    state = law.solved()
     cosine = state.approach.cosine
     touching = state.N > 0.0
     # what the forces along the springs gain per interference of each dome
@@ -119,11 +121,13 @@ class DomeContrast:
     """What the contrast of forces along the springs needs to know of level domes (`cad/theory/contrast_law.py`).
 
     `S` (tips, tips), times E [1/mm], is the compliance but for Hertz's part; `hertz` [mm (MPa/N)^(2/3)] is h of
-    h (F / E)^(2/3), the mean over the tips.
+    h (F / E)^(2/3), the mean over the tips. `lean` (tips, tips) [mm/N] is what forces that lean add to the compliance
+    of the springs, which move the tips sideways on the slope of the fruit.
     """
 
     S: Floats
     hertz: float
+    lean: Floats
 
 
 def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float) -> DomeContrast:
@@ -135,13 +139,13 @@ def dome_contrast(scene: Scene, compliance: FruitCompliance, C: Floats, E: float
     radii = np.array([scene.fruit.radii_mm[0]])
     body = dome_body(scene, compliance, radii)
     law = _Law(dome_poses([level], np.array([scene.press.travel_mm])), np.array([E]), C, body)
-    q = law.solved()
-    state = law.state(q)
+    state = law.solved()
     cosine = state.approach.cosine[0]
-    hertz = q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
+    hertz = state.q[0] / cosine * (E / (cosine * state.N[0])) ** (2.0 / 3.0)
     return DomeContrast(
         S=(body.remainder + state.action)[0] / np.outer(cosine, cosine),
         hertz=float(np.mean(hertz)),
+        lean=law.springs(state.approach)[0] / np.outer(cosine, cosine) - C,
     )
 
 
@@ -150,51 +154,58 @@ class _Law:
 
     def __init__(self, poses: DomePoses, E: Floats, C: Floats, body: Body) -> None:
         self._poses = poses
-        self._C = C
+        sideways = poses.sideways or SidewaysGive(np.zeros((*C.shape, 3, 3)), 0.0)
+        self._C = sideways.compliance.copy()
+        self._C[..., 2, 2] = C
+        self._sideways_error = sideways.error
         self._body = body
         self._E = E[:, None]
         self._normal = (1.0 - body.poisson**2) / np.pi
-        self._level = poses.approach(np.zeros(poses.centres.shape[:2]))
 
-    def solved(self) -> Floats:
-        """Return the depths; raises SolveError where Newton's method with halved steps does not settle."""
-        q = self._level.interference.copy()
-        state = self.state(q)
+    def solved(self) -> _State:
+        """Return the domes as they rest; raises SolveError where Newton's method with halved steps does not settle."""
+        unmoved = self._poses.approach(np.zeros(self._poses.centres.shape))
+        state = self.state(unmoved.interference, unmoved)
         allowed = RESIDUAL_LIMIT * np.abs(self._poses.centres).max()
         for _ in range(MOST_STEPS):
             if np.abs(state.residual).max(initial=0.0) <= allowed:
-                return q
+                return state
             worst = np.maximum(np.abs(state.residual).max(axis=1), allowed)
             step = np.linalg.solve(self.jacobian(state), state.residual[..., None])[..., 0]
-            trial = self.state(q + step)
+            trial = self.state(state.q + step, state.approach)
             for _ in range(HALVINGS):  # in poses where the residual would grow
                 grown = np.abs(trial.residual).max(axis=1) > worst
                 if not grown.any():
                     break
                 step[grown] *= 0.5
-                trial = self.state(q + step)
-            q = q + step
+                trial = self.state(state.q + step, state.approach)
             state = trial
         msg = f"domes: residual {np.abs(state.residual).max():.1e} mm must be at most {allowed:.0e} mm; press less deep"
         raise SolveError(msg)
 
-    def state(self, q: Floats) -> _State:
-        """Return the domes at trial depths q (poses, tips) [mm]."""
-        N, _, _ = self._hertz(q, self._level)
-        approach = self._poses.approach((self._level.cosine * N) @ self._C.T)
+    def state(self, q: Floats, before: DomeApproach) -> _State:
+        """Return the domes at trial depths q (poses, tips) [mm], whose forces lean as they stood `before`."""
+        N, _, _ = self._hertz(q, before)
+        moved = np.einsum("ijab,pjb->pia", self._C, N[..., None] * before.direction)
+        approach = self._poses.approach(moved)
         N, stiffness, radius = self._hertz(q, approach)
 
         # The slope that the others make under a dome moves its contact by its radius times that slope.
         between, distance = _between(approach.foot)
         slope = self._normal * np.einsum("pij,pijk,pj->pik", distance**-3, between, N) / self._E[..., None]
-        moved = approach.radius[..., None] * slope
-        _, distance = _between(approach.foot + moved)
+        shift = approach.radius[..., None] * slope
+        _, distance = _between(approach.foot + shift)
         action = self._normal / distance * (1.0 + _moments(radius, FELT, ACTING) / distance**2)  # k_ij
 
         sunk = np.einsum("pij,pj->pi", action + self._body.remainder, N) / self._E
-        by_slope = 0.5 * (moved**2).sum(axis=2) / approach.radius
+        by_slope = 0.5 * (shift**2).sum(axis=2) / approach.radius
         residual = approach.interference - by_slope - sunk - q
-        return _State(approach, N, stiffness, radius, action, residual)
+        return _State(approach, N, stiffness, radius, action, residual, q)
+
+    def springs(self, approach: DomeApproach) -> Floats:
+        """Return how far domes yield along their normals for normal forces [mm/N], (poses, tips, tips)."""
+        along = approach.direction
+        return np.asarray(np.einsum("pia,ijab,pjb->pij", along, self._C, along, optimize=True))
 
     def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats]:
         """Return the normal forces [N], their slopes over the depth [N/mm] and the contact radii [mm]."""
@@ -205,9 +216,7 @@ class _Law:
 
     def jacobian(self, state: _State) -> Floats:
         """Return minus the slope of the residual over the depths [1], (poses, tips, tips), but for its small parts."""
-        cosine = state.approach.cosine
-        springs = cosine[:, :, None] * self._C * cosine[:, None, :]
-        compliance = springs + (state.action + self._body.remainder) / self._E[..., None]
+        compliance = self.springs(state.approach) + (state.action + self._body.remainder) / self._E[..., None]
         return np.eye(len(self._C)) + compliance * state.stiffness[:, None, :]
 
     def bound(self, state: _State) -> Floats:
@@ -220,7 +229,14 @@ class _Law:
         next_moment = NEXT_MOMENT * self._normal / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
         by_forces = np.einsum("pij,pj->pi", body.bound + over_contact + next_moment, state.N) / self._E
         depth = radius**2 / state.approach.radius
-        return np.asarray(by_forces + OF_DEPTH * depth)
+        return np.asarray(by_forces + OF_DEPTH * depth + self._sideways_error * self._leant(state))
+
+    def _leant(self, state: _State) -> Floats:
+        """Return how far domes yield along their normals by what leans of the forces [mm], (poses, tips)."""
+        cosine = state.approach.cosine
+        along_press = cosine[:, :, None] * self._C[..., 2, 2] * cosine[:, None, :]
+        leaning = self.springs(state.approach) - along_press
+        return np.asarray(np.abs(np.einsum("pij,pj->pi", leaning, state.N)))
 
     def rim(self, state: _State) -> Floats:
         """Return the contact radii that spheres with their own profile have at the same depths [mm], (poses, tips)."""

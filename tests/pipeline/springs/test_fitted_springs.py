@@ -9,6 +9,7 @@ from stand_ins import PETG, housing_stiffness, sizing_of
 
 import pipeline.springs.fitted_springs
 import pipeline.springs.leaf_lengths
+from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Print
 from cad.design.tips import Tips
 from cad.quantity import InputError
@@ -17,6 +18,7 @@ from pipeline.options import RunOptions
 from pipeline.springs.fitted_springs import fit_springs, tip_compliance
 from pipeline.springs.leaf_lengths import FittedHousing
 from pipeline.springs.solid_size import solid_size
+from solve.contact.scene import SidewaysGive
 from solve.linear import SolveError
 
 
@@ -55,6 +57,33 @@ def test_springs_are_fitted_to_the_targets_of_the_sizing_in_the_material_of_the_
     assert springs.stiffnesses.stiffnesses == pytest.approx([0.999 * K for K in targets])
     assert np.diag(springs.C) == pytest.approx([1.0 / (0.999 * K) for K in targets])
     assert springs.housing is not None
+
+
+@pytest.mark.usefixtures("fit")
+def test_second_plate_of_a_square_gives_sideways_as_the_first_turned_half_round():
+    """Seen from the other side, a force along x or y there moves tips the other way, and one up the same way."""
+    give = np.arange(36.0).reshape(2, 2, 3, 3)
+    springs = replace(springs_of(gentle()), of_plate=SidewaysGive(give, 0.1))
+    found = springs.sideways
+    turn = np.diag([-1.0, -1.0, 1.0])
+    np.testing.assert_array_equal(found.compliance[:2, :2], give)
+    np.testing.assert_array_equal(found.compliance[2:, 2:], turn @ give @ turn)
+    assert not found.compliance[:2, 2:].any()
+    assert found.error == 0.1
+
+
+@pytest.mark.usefixtures("fit")
+def test_sideways_give_is_solved_where_a_force_may_lean():
+    assert springs_of(Design()).sideways is None
+    round_fruit = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
+    for design in (Design(fruit=round_fruit), gentle()):
+        springs = springs_of(design)
+        sideways = springs.sideways
+        for tip, along_press in enumerate(np.diag(springs.C)):
+            x, y, z = np.diag(sideways.compliance[tip, tip])
+            # the way of the leaves is stiffest, across less so, and along the press is not in it
+            assert 0.0 < x < y < along_press
+            assert z == 0.0
 
 
 def test_root_strain_is_that_of_the_force_at_full_travel(fit):

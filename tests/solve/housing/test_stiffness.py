@@ -7,8 +7,9 @@ from cad.parts.housing import Housing
 from cad.theory.leaf_spring import Flexure, pair_stiffness, root_strain
 from mesh.housing.sweep import flexure_mesh
 from solve.housing import stiffness as flexure
-from solve.housing.clamped_half import BALANCE_LIMIT, check_tips
-from solve.housing.stiffness import housing_stiffness, sideways_stiffness, tip_compliance
+from solve.housing.clamped_half import BALANCE_LIMIT, SIDES, check_tips, clamped_half
+from solve.housing.elastic_layer import ElasticLayer
+from solve.housing.stiffness import housing_stiffness, lever_compliance, sideways_stiffness, tip_compliance
 from solve.linear import SolveError
 
 HOUSING = Housing(
@@ -80,6 +81,54 @@ def test_root_strain_is_that_of_a_beam_raised_by_the_fillet(fine):
 def test_sideways_is_stiffer_than_the_press_and_softer_than_leaves_alone(coarse_mesh, coarse):
     for K, side, one in zip(coarse.K, sideways_stiffness(coarse_mesh, *PETG), (HOUSING.low, HOUSING.high), strict=True):
         assert K < side < K * (one.depth / one.thickness) ** 2
+
+
+def cantilevers(one, E, poisson, arm, heights):
+    """Return how far a point gives across two cantilevers that a rigid shuttle joins [mm/N].
+
+    It lies `arm` beyond their ends, and they at `heights` above it. Bending across with shear (Timoshenko beams), and
+    Saint-Venant's torsion of a narrow section; unknown are its displacement, roll and yaw.
+    """
+    L, t, b, shear = one.length, one.thickness, one.depth, 0.5 * E / (1.0 + poisson)
+    I = t * b**3 / 12.0  # noqa: E741
+    soft = 12.0 * E * I / (5.0 / 6.0 * shear * t * b * L**2)
+    bending = E * I / (1.0 + soft) * np.array([[12.0 / L**3, -6.0 / L**2], [-6.0 / L**2, (4.0 + soft) / L]])
+    stiffness = np.zeros((3, 3))
+    for height in heights:
+        end = np.array([[1.0, -height, -arm], [0.0, 0.0, 1.0]])
+        stiffness += end.T @ bending @ end
+        stiffness[1, 1] += shear * b * t**3 / 3.0 * (1.0 - 0.63 * t / b) / L
+    return np.linalg.inv(stiffness)[0, 0]
+
+
+def test_point_above_the_tips_gives_across_as_cantilevers_that_bend_and_twist():
+    """Walls that do not move, and a tip as wide as the plate is deep: the beams leave out fillets and roots."""
+    low = dataclasses.replace(HOUSING.low, length=43.0, depth=5.6)
+    high = dataclasses.replace(HOUSING.high, length=29.0, depth=5.6)
+    wide = dataclasses.replace(HOUSING, low=low, high=high, tip_side=5.6, neck_level=1.5)
+    ends = [(tuple(sorted((arm.wall, arm.outer))), (wide.protrusion, wide.top_level)) for arm in wide.arms]
+    held = ElasticLayer(name=SIDES, thickness=1e-3, rectangles=tuple(ends))
+    half = clamped_half(flexure_mesh(wide, 2.0), *PETG, [held])
+    lever = 10.0
+    found = lever_compliance(half, lever)
+    for i, arm in enumerate(wide.arms):
+        heights = [level - lever for level in arm.levels]
+        expected = cantilevers(arm.flexure, *PETG, 0.5 * wide.shuttle_width, heights)
+        assert found[i, i, 1, 1] == pytest.approx(expected, rel=BEAM)
+
+
+def test_point_above_the_tips_is_reciprocal_and_without_a_lever_their_faces(coarse_mesh, coarse):
+    half = clamped_half(coarse_mesh, *PETG)
+    swung = lever_compliance(half, 10.0)
+    largest = np.abs(swung).max()
+    np.testing.assert_allclose(swung, swung.transpose(1, 0, 3, 2), atol=ROUND_OFF * largest)
+    assert not swung[..., 1, ::2].any()
+    np.testing.assert_allclose(swung[..., 2, 2], coarse.C, rtol=ROUND_OFF, atol=ROUND_OFF * largest)
+    # a force along the press turns a face, which swings the point along the tips
+    tilt = swung[..., 0, 2] - lever_compliance(half, 0.0)[..., 0, 2]
+    np.testing.assert_allclose(np.diag(tilt), -10.0 * np.array(coarse.tilt_per_N), rtol=ROUND_OFF)
+    of_faces = np.diag(lever_compliance(half, 0.0)[..., 1, 1])
+    np.testing.assert_allclose(1.0 / of_faces, sideways_stiffness(coarse_mesh, *PETG), rtol=ROUND_OFF)
 
 
 def test_loads_that_are_not_reciprocal_or_not_carried_are_refused():

@@ -24,6 +24,7 @@ from pipeline.verdicts.errors.effects import BEAM_SLOPES, effects_after_calibrat
 from pipeline.verdicts.errors.print_scatter import StiffnessSurrogate, scatter_bands
 from pipeline.verdicts.rules import target_verdicts
 from pipeline.verdicts.targets import SceneTargets, characteristic
+from solve.contact.scene import SidewaysGive
 from solve.fruit.split import split_compliance
 
 K_M = 3.5 * K_M_OVER_E
@@ -190,6 +191,26 @@ def glued():
 )  # fmt: skip
 def test_size_of_an_effect_of_another_design(design, number, effect, size, rel):
     assert size_of(getattr(budgets_of(design), number), effect) == pytest.approx(size, rel=rel)
+
+
+def test_flat_tips_that_slide_give_sideways():
+    """P of springs that are softer by what a force along the normal moves them down the slope."""
+    slope = math.tan(math.asin(4.0 / 35.0))
+    give = np.zeros((2, 2, 3, 3))
+    more = []
+    for tip, (K, sign) in enumerate(zip(SPRINGS.stiffnesses, (-1.0, 1.0), strict=True)):
+        give[tip, tip, 0, 0] = 0.3 / K
+        give[tip, tip, 0, 2] = give[tip, tip, 2, 0] = 0.05 / K
+        more.append((0.3 * slope**2 + 2.0 * 0.05 * sign * slope) / K)
+    C = np.diag([1.0 / K for K in SPRINGS.stiffnesses])
+    before, after = (np.linalg.solve(softened + CONTACT.S / 3.5, [0.6, 0.6]) for softened in (C, C + np.diag(more)))
+    design = Design(fruit=SPHERE)
+    springs = dataclasses.replace(springs_of(design), of_plate=SidewaysGive(give, 0.0))
+    size = size_of(budgets_of(design, springs).P_max, "sideways give")
+    assert size == pytest.approx((after[1] / after[0]) / (before[1] / before[0]) - 1.0, rel=1e-9)
+    dome = dataclasses.replace(design, tips=Tips(shape="dome", dome_radius_mm=2.0))
+    for other in (budgets_of(design), budgets_of(dome, dataclasses.replace(springs, tips=dome.tips))):
+        assert "sideways give" not in names_of(other.P_max.model)
 
 
 @pytest.mark.parametrize(

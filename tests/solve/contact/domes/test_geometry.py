@@ -9,7 +9,7 @@ from solve.contact.domes.geometry import DomePoses, dome_poses
 from solve.contact.scene import Scene
 
 DOME = 3.0
-UP = np.array([[0.0, 0.0, 1.0]])
+UP = np.eye(3)[None]
 
 
 def placed(centre, *axes):
@@ -17,7 +17,7 @@ def placed(centre, *axes):
 
 
 def approach(poses):
-    return poses.approach(np.zeros(poses.centres.shape[:2]))
+    return poses.approach(np.zeros(poses.centres.shape))
 
 
 def test_interference_with_a_sphere_is_that_of_the_centres():
@@ -60,7 +60,8 @@ def square(tilt=0.0, roll=0.0, size=1.0, fruit="sphere"):
 
 def test_sensor_turns_as_a_rigid_body():
     level, turned = (dome_poses([scene], np.array([0.4])) for scene in (square(), square(5.0, -3.0)))
-    np.testing.assert_allclose(np.linalg.norm(turned.axis, axis=1), 1.0)
+    np.testing.assert_allclose(turned.frame[0] @ turned.frame[0].T, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(turned.frame), 1.0)
     apart = [np.linalg.norm(poses.centres[0, :, None] - poses.centres[0], axis=-1) for poses in (level, turned)]
     np.testing.assert_allclose(apart[0], apart[1], rtol=1e-12)
     # the plane falls along x by the tilt, along y by the roll: those tips are lower

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 from scipy.special import ellipe, ellipk
 
 from cad.design.fruit import Fruit
@@ -14,7 +14,7 @@ from cad.theory.contrast_law import ContrastLaw, contrast_weights, read_modulus
 from solve.contact.domes.body import Body, dome_body
 from solve.contact.domes.geometry import DomePoses
 from solve.contact.domes.law import dome_contrast, dome_forces, domes_on
-from solve.contact.scene import Scene
+from solve.contact.scene import Scene, SidewaysGive
 from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.split import split_compliance
@@ -37,7 +37,7 @@ def half_space(count=1):
 def lowered(places, depth):
     """Return level domes over a plane that would enter it by a depth, the same in two poses."""
     centres = np.column_stack([places, np.full(len(places), DOME - depth)])
-    return DomePoses(DOME, np.stack([centres, centres]), np.tile([0.0, 0.0, 1.0], (2, 1)), FLAT)
+    return DomePoses(DOME, np.stack([centres, centres]), np.tile(np.eye(3), (2, 1, 1)), FLAT)
 
 
 def test_one_dome_on_a_rigid_spring():
@@ -63,7 +63,7 @@ def test_one_dome_on_an_ellipsoid_is_the_elliptic_contact_of_hertz():
     F1 = (4.0 / (np.pi * m) * (1.0 - m) ** 0.75 * np.sqrt(shape)) ** (1.0 / 3.0)
     F2 = 2.0 / np.pi * (1.0 - m) ** 0.25 * ellipk(m) / F1
     expected = 4.0 / 3.0 / (1.0 - POISSON**2) * (low * high) ** -0.25 * (depth / F2) ** 1.5
-    poses = DomePoses(dome, np.array([[[0.0, 0.0, dome - depth]]]), np.array([[0.0, 0.0, 1.0]]), axes[None])
+    poses = DomePoses(dome, np.array([[[0.0, 0.0, dome - depth]]]), np.eye(3)[None], axes[None])
     none = np.zeros((1, 1, 1))
     body = Body(poisson=POISSON, remainder=none, bound=none, size=np.inf)
     found = dome_forces(poses, np.ones(1), np.zeros((1, 1)), body)
@@ -128,20 +128,136 @@ def test_contact_cells_find_the_same_forces(tilt):
         )
 
 
-def test_contrast_of_level_domes_reads_the_modulus():
+# Two springs, coupled in all directions [mm/N]: symmetric and positive, of no housing.
+COUPLED = np.array([
+    [0.90, 0.10, 0.20, 0.05, 0.00, 0.02],
+    [0.10, 0.70, 0.10, 0.00, 0.04, 0.03],
+    [0.20, 0.10, 1.10, 0.02, 0.03, 0.05],
+    [0.05, 0.00, 0.02, 0.30, 0.05, 0.08],
+    [0.00, 0.04, 0.03, 0.05, 0.40, 0.06],
+    [0.02, 0.03, 0.05, 0.08, 0.06, 0.50],
+])  # fmt: skip
+
+
+def of_two(coupled):
+    """Return what a matrix of two springs gives along the axis, and the rest of it."""
+    compliance = coupled.reshape(2, 3, 2, 3).transpose(0, 2, 1, 3).copy()
+    along = compliance[..., 2, 2].copy()
+    compliance[..., 2, 2] = 0.0
+    return along, SidewaysGive(compliance, 0.01)
+
+
+def on_a_ball(coupled, tilt=0.2, roll=-0.1):
+    """Return two domes of 10 mm far apart on a ball of 400 mm, in a sensor that is turned."""
+    ball, dome = 400.0, 10.0
+    along = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
+    axis = np.array([np.sin(tilt) * np.cos(roll), np.sin(roll), np.cos(tilt) * np.cos(roll)])
+    frame = np.array([along, np.cross(axis, along), axis])
+    feet = np.array([[np.sin(fall), turn, np.cos(fall)] for fall, turn in ((-0.25, 0.05), (0.3, -0.1))])
+    feet /= np.linalg.norm(feet, axis=1, keepdims=True)
+    centres = (ball + dome - np.array([[0.5], [0.7]])) * feet - [0.0, 0.0, ball]
+    C, sideways = of_two(coupled)
+    return DomePoses(dome, centres[None], frame[None], np.full((1, 3), ball), sideways), C
+
+
+@pytest.mark.parametrize("modulus", [0.5, 3.5])
+def test_forces_that_lean_against_a_direct_solve(modulus):
+    """Six coordinates of two centres, each moved by all six springs under Hertz's forces along the normals.
+
+    Of the crosstalk 1 / p is in it; its moments and slopes are below (a / p)^2 = 1e-4 of it, 1e-6 of the forces.
+    """
+    poses, C = on_a_ball(COUPLED)
+    ball, reduced = poses.semi_axes[0, 0], modulus / (1.0 - POISSON**2)
+    radius = 1.0 / (1.0 / ball + 1.0 / poses.dome_radius)
+    frames = np.kron(np.eye(2), poses.frame[0])
+
+    def forces(centres):
+        from_middle = centres.reshape(2, 3) + np.array([0.0, 0.0, ball])
+        away = np.linalg.norm(from_middle, axis=1)
+        normal = from_middle / away[:, None]
+        apart = ball * np.linalg.norm(normal[0] - normal[1])
+
+        def missing(N):
+            depth = ball + poses.dome_radius - away - N[::-1] / (np.pi * reduced * apart)
+            return depth - (0.75 * N / (reduced * np.sqrt(radius))) ** (2.0 / 3.0)
+
+        N = root(missing, 0.2 * np.ones(2), tol=1e-13).x
+        return N[:, None] * normal
+
+    def unbalanced(centres):
+        moved = frames.T @ COUPLED @ frames @ forces(centres).ravel()
+        return poses.centres.ravel() + moved - centres
+
+    # on the way up no dome must leave the ball
+    centres = root(unbalanced, poses.centres.ravel() + 0.1 * frames.T @ [0, 0, 1, 0, 0, 1], tol=1e-12)
+    assert centres.success
+    expected = forces(centres.x) @ poses.frame[0, 2]
+    body = Body(poisson=POISSON, remainder=np.zeros((1, 2, 2)), bound=np.zeros((1, 2, 2)), size=np.inf)
+    found = dome_forces(poses, np.array([modulus]), C, body)
+    np.testing.assert_allclose(found.F[0], expected, rtol=3e-6)
+    straight = dome_forces(dataclasses.replace(poses, sideways=None), np.array([modulus]), C, body)
+    assert np.all(np.abs(straight.F / found.F - 1.0) > 0.01)  # what is tested is far above the tolerance
+    # the error of the give is in that of the forces
+    assert np.all(found.error > straight.error)
+
+
+def test_springs_that_give_nothing_sideways_are_those_without():
+    poses, C = on_a_ball(COUPLED)
+    body = Body(poisson=POISSON, remainder=np.zeros((1, 2, 2)), bound=np.zeros((1, 2, 2)), size=np.inf)
+    rigid = dataclasses.replace(poses, sideways=SidewaysGive(np.zeros((2, 2, 3, 3)), 0.01))
+    without = dataclasses.replace(poses, sideways=None)
+    found = [dome_forces(each, np.ones(1), C, body) for each in (rigid, without)]
+    np.testing.assert_array_equal(found[0].F, found[1].F)
+    np.testing.assert_array_equal(found[0].error, found[1].error)
+
+
+def test_forces_straight_along_the_axis_move_nothing_sideways():
+    across = np.kron(np.eye(2), np.diag([1.0, 2.0, 0.5]))
+    C, sideways = of_two(across)
+    level = lowered([[0.0, 0.0], [40.0, 0.0]], 0.4)
+    found = dome_forces(dataclasses.replace(level, sideways=sideways), E, C, half_space(2))
+    np.testing.assert_allclose(found.F, dome_forces(level, E, C, half_space(2)).F, rtol=1e-12)
+
+
+MANGO = dataclasses.replace(BLUNT, radius_mm=35.0, length_mm=30.0, width_mm=30.0)
+
+
+def level_domes(sideways=None):
     tips = dataclasses.replace(GENTLE, dome_radius_mm=10.0)
-    fruit = dataclasses.replace(BLUNT, radius_mm=35.0, length_mm=30.0, width_mm=30.0)
-    level = scene(fruit=fruit, tips=tips, travel=0.4)
-    found = dome_contrast(level, compliance(fruit, tips), SPRINGS, 1.0)
-    contrast = ContrastLaw(
+    return dataclasses.replace(scene(fruit=MANGO, tips=tips, travel=0.4), sideways=sideways)
+
+
+def contrast_of(level):
+    tips = level.tips
+    found = dome_contrast(level, compliance(level.fruit, tips), SPRINGS, 1.0)
+    return ContrastLaw(
         weights=contrast_weights(tips.places_mm, tips.springs),
         gaps=(0.0,) * 4,
-        C=SPRINGS.tolist(),
+        C=(SPRINGS + found.lean).tolist(),
         S=found.S.tolist(),
         hertz=found.hertz,
     )
+
+
+def test_contrast_of_level_domes_reads_the_modulus():
+    level = level_domes()
+    contrast = contrast_of(level)
     for modulus in (0.5, 1.0, 3.5):
         assert read_modulus(contrast, pressed(level, modulus).F[0].tolist()) == pytest.approx(modulus, rel=0.02)
+
+
+def test_contrast_of_domes_that_give_sideways_reads_as_if_they_did_not():
+    """What the give moves the reading by where it is left out shrinks to a tenth: its second order."""
+    give = np.zeros((4, 4, 3, 3))
+    give[[1, 3], [1, 3], 1, 1] = 0.5
+    stiff, soft = level_domes(), level_domes(SidewaysGive(give, 0.0))
+    for modulus in (1.0, 3.5):
+        forces = pressed(soft, modulus).F[0].tolist()
+        expected = read_modulus(contrast_of(stiff), pressed(stiff, modulus).F[0].tolist())
+        left_out = read_modulus(contrast_of(stiff), forces) / expected - 1.0
+        taken = read_modulus(contrast_of(soft), forces) / expected - 1.0
+        assert left_out < -1e-3
+        assert abs(taken) < 0.1 * abs(left_out)
 
 
 def test_other_radius_bends_the_body_in_proportion_and_widens_the_bound():
