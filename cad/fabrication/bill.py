@@ -86,7 +86,7 @@ def _electronics(sensor: Sensor, process: Process, bridges: Sequence[Bridge]) ->
     gauge = f"{grid}, {RESISTANCE_OHM:g} ohm, gauge factor {FOIL.gauge_factor:g}"
     outputs = ", ".join(f"{each.name} {each.output:.3g} mV/V per N" for each in bridges if each.output is not None)
     gain = f"gain {AMPLIFIER['gain']:g}, +-{AMPLIFIER['full_scale_mV']:g} mV, one for each bridge"
-    resistor = f"{series_resistor(process):.0f} ohm, 0.1 %"
+    resistor = f"{series_resistor(process):g} ohm, 0.1 %"
     return [
         Row(4 * count, "strain gauge", gauge, "foil on polyimide", f"four are the full bridge of a spring: {outputs}"),
         Row(count, "amplifier", f"{AMPLIFIER['supply_V']:g} V", AMPLIFIER["name"], gain),

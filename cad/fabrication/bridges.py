@@ -20,6 +20,7 @@ AMPLIFIER = _DATA["amplifier"]
 _BRIDGE = _DATA["bridge"]
 RESISTANCE_OHM: float = _BRIDGE["resistance_ohm"]
 _METAL_MPA = 2e4  # a modulus beyond that of any plastic
+_E96 = 96  # values of a decade, three digits each
 _LEAST_OUTPUT = 0.1  # [mV/V] at full force: below it 1 % of it is lost in drift of a few microvolts per volt
 
 
@@ -63,7 +64,7 @@ class Bridge:
         return self.full_output is not None and self.full_output >= _LEAST_OUTPUT
 
 
-def excitation(process: Process) -> float:
+def largest_excitation(process: Process) -> float:
     """Return the largest voltage across a bridge [V] that keeps its zero steady on this material."""
     power = _BRIDGE["metal_mW_per_mm2" if process.E_MPa > _METAL_MPA else "plastic_mW_per_mm2"]
     area = FOIL.grid_length_mm * FOIL.grid_width_mm
@@ -71,8 +72,21 @@ def excitation(process: Process) -> float:
 
 
 def series_resistor(process: Process) -> float:
-    """Return the resistor [ohm] in each of the two supply wires of a bridge that leaves it its excitation."""
-    return 0.5 * RESISTANCE_OHM * (float(AMPLIFIER["supply_V"]) / excitation(process) - 1.0)
+    """Return the resistor [ohm] in each of the two supply wires of a bridge: the least of series E96 that is enough.
+
+    None is needed, 0, where the bridge bears the whole supply.
+    """
+    least = 0.5 * RESISTANCE_OHM * (float(AMPLIFIER["supply_V"]) / largest_excitation(process) - 1.0)
+    if least <= 0.0:
+        return 0.0
+    decade = 10.0 ** (math.floor(math.log10(least)) - 2)
+    values = [decade * round(100.0 * 10.0 ** (step / _E96)) for step in range(_E96 + 1)]  # IEC 60063
+    return next(value for value in values if value >= least)
+
+
+def excitation(process: Process) -> float:
+    """Return the voltage across a bridge [V] behind its two resistors."""
+    return float(AMPLIFIER["supply_V"]) * RESISTANCE_OHM / (RESISTANCE_OHM + 2.0 * series_resistor(process))
 
 
 def bridges(springs: Sequence[Spring], housing: Housing, process: Process) -> tuple[Bridge, ...]:

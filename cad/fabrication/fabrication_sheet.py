@@ -8,7 +8,7 @@ from pathlib import Path
 from cad.design.processes import Process
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import Row, as_markdown, bill_table, screw_name
-from cad.fabrication.bridges import AMPLIFIER, RESISTANCE_OHM, Bridge, excitation, series_resistor
+from cad.fabrication.bridges import AMPLIFIER, RESISTANCE_OHM, Bridge, excitation, largest_excitation, series_resistor
 from cad.fabrication.mount import PLATE_MM, mounted_grip
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import Coupon, coupon_of, largest_weight, modulus_factor
@@ -16,12 +16,14 @@ from cad.parts.cover import WASHER_MM
 from cad.parts.cover_solid import cover_of
 from cad.parts.housing import DOWEL_MM, Housing, mounting_error
 from cad.parts.sensor import Sensor
+from cad.quantity import COVERAGE
 from cad.theory.strain_gauge import GAUGES
 
 _TEXT: dict[str, str] = tomllib.loads(Path(__file__).with_name("fabrication_sheet.toml").read_text(encoding="utf-8"))
 _COUPON_FRACTION = 0.5  # of the strain limit that the largest weight on a coupon may use
 _GRAVITY = 9.80665  # m/s^2, ISO 80000-3
 _TORQUE_N_M = 0.5  # 0.8 kN on a screw, 28 MPa under its washer: half of what the softest plastic here bears
+_K_ERROR = 0.01  # of a stiffness (95 %), what rounded readings of a calibration may make of it
 _JIG_FRACTION = 0.9  # of the largest deflection that a calibration presses
 _HEAT = {"17-4PH steel": "heat_17_4ph", "Ti-6Al-4V": "heat_ti64"}  # section of the sheet by material
 
@@ -40,6 +42,7 @@ def fabrication_sheet(sensor: Sensor, title: Title, bill: Sequence[Row], bridges
         material=as_markdown(process.material),
         housing=housing,
         gauge=GAUGES[housing.gauges],
+        gauge_count=4 * len(sensor.tips.springs),
         bill=bill_table(bill),
         tool="Make" if process.kind == "other" else "Print",
         lines=[arm.flexure.thickness / (process.line_width_mm or 1.0) for arm in housing.arms],
@@ -73,6 +76,7 @@ def fabrication_sheet(sensor: Sensor, title: Title, bill: Sequence[Row], bridges
         amplifier=AMPLIFIER,
         ohms=RESISTANCE_OHM,
         excitation=excitation(process),
+        largest_excitation=largest_excitation(process),
         resistor=series_resistor(process),
         jig_rows="\n".join(_jig_row(bridge) for bridge in bridges),
     )
@@ -101,9 +105,21 @@ def readout_advice(bridges: Sequence[Bridge]) -> str:
 
 
 def _jig_row(bridge: Bridge) -> str:
-    """Return how far a spring is pressed in a calibration [mm], and what the balance then shows [g]."""
+    """Return how far a spring is pressed in a calibration [mm], what the balance shows [g], and both last digits."""
+    deflection = _JIG_FRACTION * bridge.deflection
     grams = 1e3 * _JIG_FRACTION * bridge.force / _GRAVITY
-    return _table_row(bridge.name, f"{_JIG_FRACTION * bridge.deflection:.3g}", f"{grams:.3g}")
+    last_digits = [f"{last_digit(full):g}" for full in (deflection, grams)]
+    return _table_row(bridge.name, f"{deflection:.3g}", f"{grams:.3g}", *last_digits)
+
+
+def last_digit(full: float) -> float:
+    """Return the coarsest power of ten to which readings up to a full one may be rounded, in its unit, for K to 1 %.
+
+    Six readings from none to the full one: their squares about the mean add up to 0.7 of its square. A last digit r has
+    the standard deviation r / sqrt(12) (JCGM 100:2008, F.2.2.1); 95 % of 1 % is shared by force and deflection.
+    """
+    largest = _K_ERROR / COVERAGE * full * math.sqrt(12.0 * 0.7 / 2.0)
+    return 10.0 ** math.floor(math.log10(largest))
 
 
 def _template(process: Process, housing: Housing) -> str:

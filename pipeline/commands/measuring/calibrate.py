@@ -114,6 +114,9 @@ def _print(calibration: "Calibration") -> None:
     if all_passed(calibration.verdicts) is not False:
         return
     for tip, longer, target in zip(calibration.unit.tips, calibration.trims, calibration.nominal, strict=False):
+        if longer is None:
+            print(f"{tip}: its error holds its target of {1e3 * target:.1f} N/m; cut nothing before K is known better")
+            continue
         what = "file the roots of both leaves, longer by" if longer > 0.0 else "clamp both leaves, shorter by"
         print(f"{tip}: {what} {abs(longer):.2f} mm for {1e3 * target:.1f} N/m")
 

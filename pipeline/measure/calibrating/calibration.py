@@ -46,14 +46,15 @@ class Calibration:
     """A unit with what it shows, whether it meets the targets of its design, and how to trim it where it does not.
 
     `nominal` are the stiffnesses of the design [N/mm], `trims` by how much longer leaves must be to have them [mm], for
-    each tip; `assumed` what was taken for granted, `error_by` says what the errors of the table count.
+    each tip, None where its error holds its target; `assumed` what was taken for granted, `error_by` says what the
+    errors of the table count.
     """
 
     unit: PrintedUnit
     nominal: tuple[float, ...]
     table: tuple[UnitRow, ...]
     verdicts: list[Verdict]
-    trims: list[float]
+    trims: list[float | None]
     assumed: list[str]
     error_by: str
 

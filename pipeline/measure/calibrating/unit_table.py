@@ -119,18 +119,24 @@ def error_by_curve(bound: float) -> float:
     return COVERAGE * bound / math.sqrt(3.0)
 
 
-def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float]:
+def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:
     """Return by how much longer the leaves of each spring must be to meet its target [N/mm]: filed, or clamped below 0.
 
-    In mm, for each tip; none where no housing is made. A pair of leaves has K = 2 E w (t / L)^3: what it measures gives
-    E as it acts, and that the length for the target.
+    In mm, for each tip; none where no housing is made, and None for a spring whose error (95 %) holds its target: no
+    cut is known to better it. A pair of leaves has K = 2 E w (t / L)^3: what it measures gives E as it acts, and that
+    the length for the target.
     """
     housing = sensor.report.housing
     if housing is None:
         return []
     flexures = {arm.name: arm.flexure for arm in housing.arms}
-    longer = []
-    for tip, K, target in zip(sensor.report.tips, sensor.unit.stiffnesses, targets, strict=True):
+    longer: list[float | None] = []
+    for tip, K, percent, target in zip(
+        sensor.report.tips, sensor.unit.stiffnesses, sensor.unit.K_percent, targets, strict=True
+    ):
+        if abs(K - target) <= COVERAGE * 0.01 * percent * K:
+            longer.append(None)
+            continue
         flexure = flexures[tip.spring]
         acting_E = 0.5 * K / flexure.depth * (flexure.length / flexure.thickness) ** 3
         longer.append(pair_length(acting_E, flexure.depth, flexure.thickness, target) - flexure.length)

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from html import escape
 
+import numpy as np
 import pytest
 from markdown_it import MarkdownIt
 from squares import RESIN, square_sensor
@@ -13,8 +14,8 @@ from squares import RESIN, square_sensor
 from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials, bill_table
-from cad.fabrication.bridges import Spring, bridges, excitation, series_resistor
-from cad.fabrication.fabrication_sheet import fabrication_sheet
+from cad.fabrication.bridges import Spring, bridges, excitation, largest_excitation, series_resistor
+from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
 from cad.theory.leaf_spring import gauge_strain
 
 MASSES = {"housing": 1.0, "cover": 2.0, "coupon": 3.0, "mount": 4.0}
@@ -80,13 +81,33 @@ def test_output_is_gauge_factor_times_strain_and_noise_is_that_over_the_excitati
     assert solved.output == pytest.approx(2.1)
 
 
-def test_excitation_gives_off_the_allowed_power_and_the_resistors_leave_it():
-    """Each of four grids has half the voltage: V^2 / 4 R = p A, and the bridge is one R between two resistors."""
+def test_excitation_gives_off_the_allowed_power_and_resistors_of_the_series_leave_it():
+    """Each of four grids has half the voltage: V^2 / 4 R = p A, and the bridge is one R between two resistors.
+
+    On PETG that is 1.039 V and 1905.6 ohm; about it series E96 of IEC 60063 has 1870 and 1910 ohm.
+    """
     for process, power in ((PETG, 0.03), (PROCESSES["dmls-ti64"], 1.0)):
         V, r = excitation(process), series_resistor(process)
         assert 1e-3 * power * 9.0 * (1.0 + 1e-12) >= V**2 / 4.0 / 1000.0
         assert 5.0 * 1000.0 / (1000.0 + 2.0 * r) == pytest.approx(V, rel=1e-12)
-    assert math.isclose(excitation(PETG), 2.0 * math.sqrt(1000.0 * 0.03e-3 * 9.0))
+    assert math.isclose(largest_excitation(PETG), 2.0 * math.sqrt(1000.0 * 0.03e-3 * 9.0))
+    assert series_resistor(PETG) == 1910.0
+    assert series_resistor(PROCESSES["dmls-ti64"]) == 0.0
+
+
+@pytest.mark.parametrize("full", [10.9, 0.5, 530.0, 0.25])
+def test_readings_with_the_last_digit_of_the_sheet_give_a_stiffness_to_a_per_cent(full):
+    """Six readings, one of both rounded, make half the variance of 1 % (95 %); ten times as coarse, more."""
+    rng = np.random.default_rng(2026)
+
+    def error(digit):
+        steps = np.linspace(0.0, 1.0, 6) + rng.uniform(-0.05, 0.05, (4000, 6))
+        rounded = digit * np.round(full * steps / digit)
+        slopes = [np.polyfit(x, y, 1)[0] for x, y in zip(steps, rounded, strict=True)]
+        return 2.0 * np.std(np.array(slopes) / full)
+
+    assert error(last_digit(full)) <= 0.01 / math.sqrt(2.0)
+    assert error(10.0 * last_digit(full)) > 0.01 / math.sqrt(2.0)
 
 
 def test_text_of_a_printer_is_no_markup_in_the_bill_and_the_sheet(sensor):

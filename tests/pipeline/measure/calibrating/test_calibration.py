@@ -69,6 +69,18 @@ def test_weights_tell_the_springs_and_how_to_trim_them(paper, calibrate):
         assert trimmed == pytest.approx(target, rel=1e-6)
 
 
+def test_no_cut_is_named_for_a_spring_whose_error_holds_its_target(paper, calibrate):
+    """A dial to 0.1 mm leaves K to tens of per cent; the same spring read to 1 um is known to be too stiff."""
+    report = replace(paper.report, housing=default_housing())
+    stiffnesses = paper.K * (1.05, 1.05)
+    for digits, known in ((1, False), (9, True)):
+        lines = ["tip,weight_g,deflection_mm"]
+        for tip, K in zip(report.tips, stiffnesses.tolist(), strict=True):
+            full = 0.3 * K / GRAM
+            lines += [f"{tip.name},{full * part:.6f},{0.3 * part:.{digits}f}" for part in (0.0, 1 / 3, 2 / 3, 1.0)]
+        assert [longer is not None for longer in calibrate(report, "\n".join(lines)).trims] == [known, known]
+
+
 def on_rubbers(measured, factors, rng, noise, radius=None):
     """Return readings of a unit on two rubbers that are as round as the design's fruit."""
     design = measured.design
