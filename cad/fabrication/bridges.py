@@ -79,8 +79,8 @@ def series_resistor(process: Process) -> float:
     least = 0.5 * RESISTANCE_OHM * (float(AMPLIFIER["supply_V"]) / largest_excitation(process) - 1.0)
     if least <= 0.0:
         return 0.0
-    decade: float = 10.0 ** (math.floor(math.log10(least)) - 2)
-    values = [decade * round(100.0 * 10.0 ** (step / _E96)) for step in range(_E96 + 1)]  # IEC 60063
+    decade = 10.0 ** (math.floor(math.log10(least)) - 2)
+    values: list[float] = [decade * round(100.0 * 10.0 ** (step / _E96)) for step in range(_E96 + 1)]  # IEC 60063
     return next(value for value in values if value >= least)
 
 
