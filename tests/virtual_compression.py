@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cad.theory.hertz import plate_stiffness
+from cad.theory.hertz import force_factor
 from pipeline.measure.compression.specimens import Specimen
 
 
@@ -39,7 +39,7 @@ def over_hertz(strain):
 
 def true_force(E, travel, radius=35.0, poisson=0.3):
     """Return the force [N] on a ball of a modulus [MPa] at travels of plates towards each other [mm]."""
-    stiffness = plate_stiffness(radius, 2) * E / (1.0 - poisson**2)
+    stiffness = force_factor(E / (1.0 - poisson**2), radius / 8.0)  # each side takes half of the travel
     return stiffness * travel**1.5 * over_hertz(travel / (2.0 * radius))
 
 

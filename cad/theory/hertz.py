@@ -54,14 +54,6 @@ def contact_reach(force: float, E: float, poisson: float, radius: float, slope: 
     return slope * radius + contact_radius(force, E, poisson, radius)
 
 
-def plate_stiffness(radius: float, plates: int) -> float:
-    """Return c [mm^(1/2)] of F = c E* D^(3/2), a body of a radius [mm] and D the travel of one plate towards the other.
-
-    Two plates share the travel: each side is pressed in by D / 2. One plate and a support that gives nothing: by D.
-    """
-    return force_factor(1.0, radius / plates**3)
-
-
 def equivalent_radius(radius: float, radius_across: float) -> float:
     """Return the radius of the sphere that a plate presses in by the same force as a body of two radii [mm].
 

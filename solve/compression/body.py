@@ -6,7 +6,7 @@ lower half is the mirror image of the upper one.
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -21,6 +21,8 @@ _POINTS = 2
 _DOFS = 18  # of an element with nine nodes
 _REST = np.array([1.0, 0.0, 0.0, 1.0, 1.0])  # F_rr, F_rz, F_zr, F_zz, F_tt without displacement
 _FIRST_ELEMENT = 0.08  # of the contact at its largest: at the axis and under the plate
+_AT_EDGE = 0.03  # of the radius of a flat plunger: the first element at its edge
+_GROWTH_FROM_EDGE = 1.6
 _GROWTH = 1.2  # of one element to the next: a contact of any size then is as many elements wide
 _LARGEST_ELEMENT = 0.15
 
@@ -36,6 +38,10 @@ class Section(Protocol):
     def length(self) -> float | None:
         """Return the length across the section [mm]; None for a body of revolution."""
 
+    @property
+    def on_table(self) -> bool:
+        """Return whether the middle lies on a table, by which a grip holds it too."""
+
     def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
         """Return r and z [mm] of points of the unit square, whose edges are axis, middle, side and top."""
 
@@ -50,6 +56,7 @@ class RoundSection:
     half_height: float
     radius: float
     length: float | None = None
+    on_table: ClassVar[bool] = False
 
     def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
         """Return r and z [mm]: a smooth map of the square on a disc, stretched."""
@@ -59,11 +66,15 @@ class RoundSection:
 
 @dataclass(frozen=True, kw_only=True)
 class StraightSection:
-    """A rectangle: of a cylinder on its end with a `radius` [mm], or of a block as a cylinder of equal area."""
+    """A rectangle: of a cylinder on its end with a `radius` [mm], or of a block as a cylinder of equal area.
+
+    With `on_table` its middle is its base: the body lies on a table, and the half height is its height.
+    """
 
     half_height: float
     radius: float
     length: float | None = None
+    on_table: bool = False
 
     def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
         """Return r and z [mm]."""
@@ -74,15 +85,28 @@ class HalfBody:
     """The elements of the upper half of a body with a law of flesh, E = 1 MPa; displacements (nodes, 2) are r, z [mm].
 
     `x` (nodes, 2) [mm] are the nodes, `surface` those that a plate may touch, outwards from the axis, with the `area`
-    that belongs to each [mm^2]. `held` (2 nodes,) are the dofs that symmetry holds.
+    that belongs to each [mm^2]. `held` (2 nodes,) are the dofs that symmetry holds, `on_table` nodes on a table.
     """
 
-    def __init__(self, section: Section, law: FleshLaw, contact: float, refinement: float = 1.0) -> None:
-        """Place the nodes for a contact of a radius [mm], and set up the strain of all elements."""
+    def __init__(
+        self, section: Section, law: FleshLaw, contact: float, refinement: float = 1.0, edge: float = math.inf
+    ) -> None:
+        """Place the nodes for a contact of a radius or an edge at one [mm], and set up the strain of all elements."""
         self.law = law
         half_width = float(section.place(np.array(1.0), np.array(0.0))[0])
-        across = _with_midpoints(_graded(min(1.0, contact / half_width), refinement))
-        up = 1.0 - across[::-1]
+        top_width = float(section.place(np.array(1.0), np.array(1.0))[0])
+        if edge < top_width:
+            at_edge = edge / top_width
+            inner = at_edge * (1.0 - _graded(_AT_EDGE, refinement, _GROWTH_FROM_EDGE)[::-1])
+            outer = at_edge + (1.0 - at_edge) * _graded(
+                _AT_EDGE * at_edge / (1.0 - at_edge), refinement, _GROWTH_FROM_EDGE
+            )
+            lines = np.concatenate([inner, outer[1:]])
+            below = _graded(_AT_EDGE * edge / section.half_height, refinement, _GROWTH_FROM_EDGE)
+        else:
+            lines = below = _graded(_FIRST_ELEMENT * min(1.0, contact / half_width), refinement)
+        across = _with_midpoints(lines)
+        up = 1.0 - _with_midpoints(below)[::-1]
         columns = len(across)
         rows = len(up)
         r, z = section.place(*np.meshgrid(across, up, indexing="ij"))
@@ -98,6 +122,7 @@ class HalfBody:
         held[index[:, 0], 1] = True
         self.held = held.ravel()
         self.surface: Ints = np.concatenate([index[:, -1], index[-1, -2::-1]])
+        self.on_table: Ints = index[:, 0] if section.on_table else index[:0, 0]
         self.area = _area_of_nodes(self.x[self.surface], section.length)
         self._strain, self._volumes = _strain_operator(self.x[nodes], section.length)
 
@@ -204,11 +229,11 @@ def _by_parts(modes: Floats, principal: Floats) -> Floats:
     return np.concatenate([in_plane, principal[2:]])
 
 
-def _graded(contact: float, refinement: float) -> Floats:
-    """Return lines from 0 to 1 between elements, each larger than the one before, for a contact as a fraction of 1."""
-    growth = 1.0 + (_GROWTH - 1.0) / refinement
+def _graded(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
+    """Return lines from 0 to 1 between elements, each larger than the one before."""
+    growth = 1.0 + (growth - 1.0) / refinement
     lines = [0.0]
-    step = _FIRST_ELEMENT * contact / refinement
+    step = first / refinement
     while lines[-1] < 1.0:
         lines.append(lines[-1] + step)
         step = min(growth * step, _LARGEST_ELEMENT / refinement)

@@ -1,12 +1,14 @@
 """The force of a pressed body as a smooth function of the travel, from two meshes, with its error."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from solve.arrays import Floats
 from solve.compression.body import HalfBody, Section
 from solve.compression.press import pressed
+from solve.compression.tool import Tool
 from solve.large_strain.flesh_law import FleshLaw
 
 COARSE = 1.0
@@ -21,16 +23,17 @@ _COUNTED = 0.1  # of the deepest travel: forces below it are too small to move a
 
 @dataclass(frozen=True, kw_only=True)
 class Press:
-    """A plate that presses a body to the `deepest` travel [mm], where the contact has about a radius `contact` [mm].
+    """A tool that presses a body to the `deepest` travel [mm], where the contact has about a radius `contact` [mm].
 
-    At first the force grows as travel^`exponent`. The plate is slippery or, with `grips`, holds what it has touched.
+    At first the force grows as travel^`exponent`. The tool is slippery or, with `grips`, holds what it has touched.
     """
 
     section: Section
-    law: FleshLaw
     deepest: float
     contact: float
     exponent: float
+    tool: Tool = field(default_factory=Tool)
+    law: FleshLaw = field(default_factory=FleshLaw)
     grips: bool = False
 
 
@@ -38,7 +41,7 @@ class Press:
 class ForceCurve:
     """F = E travel^exponent sum_k coefficients_k (travel / deepest)^(k/2) [N of MPa, mm], and its relative `error` [1].
 
-    The travel is that of one plate towards the middle of the body, from the first touch to `deepest` [mm].
+    The travel is that of one tool towards the middle of the body, from the first touch to `deepest` [mm].
     """
 
     exponent: float
@@ -72,8 +75,9 @@ def force_curve(press: Press) -> ForceCurve:
 def fitted_curve(press: Press, refinement: float = COARSE) -> ForceCurve:
     """Return the curve fitted to the solves of one mesh; its error is their root mean square scatter [1]."""
     travels = _travels(press.deepest)
-    body = HalfBody(press.section, press.law, press.contact, refinement)
-    forces = pressed(body, travels.tolist(), grips=press.grips)
+    edge = math.inf if press.tool.curvature else press.tool.edge  # a ball does not touch with the edge
+    body = HalfBody(press.section, press.law, press.contact, refinement, edge)
+    forces = pressed(body, travels.tolist(), tool=press.tool, grips=press.grips)
     ratios = forces / travels**press.exponent
     powers = np.sqrt(travels / press.deepest)[:, None] ** np.arange(_TERMS)
     coefficients, *_ = np.linalg.lstsq(powers / ratios[:, None], np.ones_like(ratios))

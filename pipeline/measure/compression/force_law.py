@@ -1,68 +1,70 @@
-"""The law of the body that is pressed: the force of a fruit between plates over the travel, by its shape."""
+"""The law of the body that is pressed: its force over the travel, by its shape, its tools and its flesh."""
 
 import functools
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cad.quantity import LENGTH, Bounds, check_fields, quantity
-from cad.theory.hertz import equivalent_radius, plate_stiffness
-from cad.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON, FleshLawName
+from cad.quantity import Bounds, check_fields, quantity
+from cad.theory.hertz import force_factor
+from cad.theory.soft_tissue import FLESH_LAWS, LARGEST_POISSON
+from pipeline.measure.compression.bodies import POINT_CONTACT, Body, Plunger
 from solve.arrays import Floats
-from solve.compression.body import RoundSection
-from solve.compression.force_curve import ForceCurve, Press, fitted_curve, force_curve
+from solve.compression.force_curve import Press, fitted_curve, force_curve
 from solve.large_strain.flesh_law import FleshLaw
 
-_POINT_CONTACT = 1.5  # exponent of Hertz's law, with which every convex fruit begins
-_DEEPEST = 0.15  # of half the height, or of the radius: most fruit have failed before
-_LEAST_TRAVEL = 0.01  # of the deepest: below, laws of flesh agree
 _STEPS = 400
-_HERTZ_HOLDS = 0.1  # of the radius, on each side that is pressed in: Hertz's strain is small up to there
-_MEASURE = "measure it on the fruit"
+_HERTZ_HOLDS = 0.1  # of the relative radius, on each side that is pressed in: Hertz's strain is small up to there
 _STRAINS = Bounds(above=0.0, at_most=50.0)
+_MIDWAY = 0.5  # from slippery tools to tools that grip
 
 
 @dataclass(frozen=True, kw_only=True)
 class TestGeometry:
-    """The fruit and the plates of a test.
+    """The body and the tools of a test.
 
-    `radius_mm` and `radius_across_mm` are the radii of curvature of the fruit where a plate touches it. `plates` is 2
-    for a fruit between two plates, alike at both; 1 where its underside lies in a rigid seat. `strains_percent`, of
-    `height_mm`, are those of secant and tangent, the first that of the paper's modulus.
+    Without a `plunger` a plate presses. `plates` is 2 for a body that lies on a plate, 1 where its underside lies in a
+    rigid seat. `poisson_error` is how far Poisson's ratio may be off. `strains_percent`, of the height, are those of
+    secant and tangent, the first that of the paper's modulus.
     """
 
     __test__ = False  # no class of tests, though its name begins so
 
-    height_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
-    radius_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
-    radius_across_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
+    body: Body
+    plunger: Plunger | None = None
+    plates: int = 2
     poisson: float = quantity(
         "", Bounds(at_least=0.0, at_most=LARGEST_POISSON), hint="0.3 to 0.49 is flesh", default=0.3
     )
+    poisson_error: float = quantity("", Bounds(at_least=0.0, at_most=0.2), hint="0.05 is usual", default=0.05)
     plate_area_mm2: float = quantity("mm^2", Bounds(above=0.0, at_most=1e6), hint="measure the plate", default=900.0)
-    plates: int = 2
     strains_percent: tuple[float, ...] = quantity("%", _STRAINS, hint="for instance 5", default=(5.0, 2.0, 10.0))
 
     def __post_init__(self) -> None:
-        """Refuse numbers that no fruit has."""
+        """Refuse numbers that no test has, and a combination that is not solved."""
         check_fields(self, "modulus")
+        self.body.sides(self.plunger, self.plates)
+
+    @property
+    def height_mm(self) -> float:
+        """Return the height of the body [mm]."""
+        return self.body.height_mm
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceLaw:
-    """The force at E = 1 MPa, `forces` [N], over the `travels` by which plates have come nearer since the touch [mm].
+    """The force at E = 1 MPa, `forces` [N], over the `travels` by which tools have come nearer since the touch [mm].
 
-    It begins as travel^`exponent`. `error` [1] is how far the curve itself may be off, `departures` [1], of the shape
-    of the travels, how far it moves where what is not known of a test is otherwise, each by its name.
+    It begins as travel^`exponent`. `error` [1] is how far the curve itself may be off; `others` are the laws where
+    what is not known of a test is otherwise, by its name.
     """
 
     exponent: float
     travels: Floats
     forces: Floats
     error: float
-    departures: Mapping[str, Floats]
+    others: Mapping[str, Sequence["ForceLaw"]]
 
     @property
     def deepest(self) -> float:
@@ -82,61 +84,80 @@ class ForceLaw:
         beyond = np.maximum(root - roots[-1], 0.0)
         return np.asarray(np.interp(root, roots, self.travels) + slope * beyond)
 
-    def shares(self, travel: float) -> dict[str, float]:
-        """Return what a modulus found up to a travel [mm] owes to each thing that is not known [1]."""
-        shares = {name: float(np.interp(travel, self.travels, curve)) for name, curve in self.departures.items()}
-        return {"force curve": self.error, **shares}
 
+def hertz_law(test: TestGeometry) -> ForceLaw | None:
+    """Return the law of ASAE S368 for convex food: Hertz's, of half-spaces; its modulus is an apparent one.
 
-def hertz_law(body: TestGeometry) -> ForceLaw:
-    """Return the law of ASAE S368 for convex food: Hertz's, of two half-spaces; its modulus is an apparent one."""
-    radius = equivalent_radius(body.radius_mm, body.radius_across_mm)
-    travels = np.array([0.0, body.plates * _HERTZ_HOLDS * radius])
-    stiffness = plate_stiffness(radius, body.plates) / (1.0 - body.poisson**2)
-    return ForceLaw(exponent=_POINT_CONTACT, travels=travels, forces=stiffness * travels**1.5, error=0.0, departures={})
-
-
-def solved_law(body: TestGeometry) -> ForceLaw:
-    """Return the law of a fruit that plates press at finite strain; raises SolveError.
-
-    Two unlike radii are taken as their equivalent one. Plates share the travel; of a seat, which gives nothing, the
-    fruit takes it on one side.
+    None where no tool touches at a point. D = (F / (4/3 E*))^(2/3) sum of R^(-1/3) over the contacts.
     """
-    half_height = 0.5 * body.height_mm
-    radius = equivalent_radius(body.radius_mm, body.radius_across_mm) / half_height
-    curve = _unit_curve(radius, body.poisson)
-    nominal = _unit_curve(radius, body.poisson, accurate=False)
-    travels = np.linspace(0.0, 1.0, _STEPS) ** 2 * curve.deepest
-    inner = np.maximum(travels, _LEAST_TRAVEL * curve.deepest)
-
-    def departure(*others: ForceCurve) -> Floats:
-        """Return how far curves are from the nominal one at most [1]."""
-        ratios = np.array([other.force(inner) for other in others]) / nominal.force(inner)
-        return np.asarray(np.abs(ratios - 1.0).max(axis=0))
-
-    laws = [_unit_curve(radius, body.poisson, name, accurate=False) for name in FLESH_LAWS[1:]]
-    grip = _unit_curve(radius, body.poisson, accurate=False, grips=True)
+    radii = np.array(test.body.hertz_radii(test.plunger, test.plates))
+    if not radii.size:
+        return None
+    travels = np.array([0.0, _HERTZ_HOLDS * radii.sum()])
+    in_series = float((radii ** (-1.0 / 3.0)).sum()) ** -3
+    stiffness = force_factor(1.0 / (1.0 - test.poisson**2), in_series)
     return ForceLaw(
-        exponent=_POINT_CONTACT,
-        travels=body.plates * half_height * travels,
-        forces=half_height**2 * curve.force(travels),
-        error=curve.error,
-        departures={"law of flesh": departure(*laws), "friction": departure(grip)},
+        exponent=POINT_CONTACT, travels=travels, forces=stiffness * travels**POINT_CONTACT, error=0.0, others={}
     )
 
 
-@functools.lru_cache(maxsize=64)
-def _unit_curve(
-    radius: float, poisson: float, law: FleshLawName = "neo-hooke", *, accurate: bool = True, grips: bool = False
-) -> ForceCurve:
-    """Return the force on one side of a fruit of half height 1, over the travel of its plate towards the middle."""
-    deepest = _DEEPEST * min(1.0, radius)
-    press = Press(
-        section=RoundSection(half_height=1.0, radius=radius),
-        law=FleshLaw(name=law, poisson=poisson),
-        deepest=deepest,
-        contact=math.sqrt(radius * deepest),
-        exponent=_POINT_CONTACT,
-        grips=grips,
-    )
-    return force_curve(press) if accurate else fitted_curve(press)
+@functools.lru_cache(maxsize=16)
+def solved_law(test: TestGeometry) -> ForceLaw:
+    """Return the law of a body that is pressed at finite strain; raises SolveError.
+
+    At equal force the travels of its sides add up. The friction of the tools is midway between none and a grip.
+    """
+    flesh = FleshLaw(poisson=test.poisson)
+    sides = [replace(side, law=flesh) for side in test.body.sides(test.plunger, test.plates)]
+    further = test.poisson + test.poisson_error
+    poisson = further if further <= LARGEST_POISSON else max(test.poisson - test.poisson_error, 0.0)
+    names: dict[str, tuple[FleshLaw, ...]] = {
+        "law of flesh": tuple(replace(flesh, name=name) for name in FLESH_LAWS[1:]),
+        "Poisson's ratio": (replace(flesh, poisson=poisson),),
+    }
+    others = {
+        name: [_in_series([_forces(side, replace(side, law=law)) for side in sides], sides) for law in laws]
+        for name, laws in names.items()
+    }
+    others["friction"] = [_in_series([_forces(side, side, grip) for side in sides], sides) for grip in (0.0, 1.0)]
+    bounds = [test.body.bounds(side) for side in sides]
+    for name in bounds[-1]:
+        for index in range(len(bounds[-1][name])):
+            forces = []
+            for side, bound in zip(sides, bounds, strict=True):
+                press, factor = bound.get(name, ((side, 1.0),) * (index + 1))[index]
+                forces.append(factor * _forces(side, press))
+            others.setdefault(name, []).append(_in_series(forces, sides))
+    nominal = _in_series([_forces(side, side) for side in sides], sides)
+    error = max(_accurate(side).error for side in sides)
+    return replace(nominal, error=error, others=others)
+
+
+def _forces(side: Press, other: Press, grip: float = _MIDWAY) -> Floats:
+    """Return the forces [N] of one side at its travels, were it pressed as another, with a fraction of the grip."""
+    travels = _travels(side)
+    inner = np.maximum(travels, travels[1])
+    slip = _curve(other).force(inner)
+    gripped = _curve(replace(other, grips=True)).force(inner)
+    change = (slip + grip * (gripped - slip)) / _curve(side).force(inner)
+    return np.asarray(_accurate(side).force(travels) * change)
+
+
+def _in_series(forces: Sequence[Floats], sides: Sequence[Press]) -> ForceLaw:
+    """Return the law of sides that bear the same force, up to the largest that all were solved for."""
+    exponent = max(side.exponent for side in sides)
+    largest = min(float(force[-1]) for force in forces)
+    roots = np.linspace(0.0, 1.0, _STEPS) ** 2 * largest ** (1.0 / exponent)
+    travels = np.zeros(_STEPS)
+    for force, side in zip(forces, sides, strict=True):
+        travels += np.interp(roots, force ** (1.0 / exponent), _travels(side))
+    return ForceLaw(exponent=exponent, travels=travels, forces=roots**exponent, error=0.0, others={})
+
+
+def _travels(side: Press) -> Floats:
+    """Return the travels of one side [mm], close to each other at the touch."""
+    return np.asarray(np.linspace(0.0, 1.0, _STEPS) ** 2 * side.deepest)
+
+
+_accurate = functools.lru_cache(maxsize=64)(force_curve)
+_curve = functools.lru_cache(maxsize=256)(fitted_curve)

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.quantity import Bounds, validation_error
-from pipeline.measure.compression.force_law import TestGeometry, hertz_law, solved_law
+from pipeline.measure.compression.force_law import ForceLaw, TestGeometry, hertz_law, solved_law
 from pipeline.measure.compression.holds import HeldRelaxation, held_relaxation, hold_of, loading_before
+from pipeline.measure.compression.law_fit import fit_law
 from pipeline.measure.compression.loading import Loading, loading
 from pipeline.measure.compression.range_choice import RangeFit, choose_range
 from pipeline.measure.compression.specimens import Specimen
@@ -89,9 +90,11 @@ def measured_modulus(
         hint = "check the units of force and travel, and the radius"
         name = f"{specimen}: modulus"
         raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
-    by_fit = {"scatter of the points": COVERAGE * chosen.modulus.relative}
-    shares = by_fit | law.shares(min(chosen.last - chosen.touch.value, law.deepest))
-    hertz = choose_range(curve, hertz_law(geometry))
+    shares = {"scatter of the points": COVERAGE * chosen.modulus.relative, "force curve": law.error}
+    for name, others in law.others.items():
+        shares[name] = max(_moved_by(other, curve, chosen) for other in others)
+    apparent = hertz_law(geometry)
+    hertz = None if apparent is None else choose_range(curve, apparent)
     relaxation = None
     if hold is not None:
         zero = float(chosen.fit.zero_line(curve.travel[-1:])[0])
@@ -113,13 +116,23 @@ def measured_modulus(
     )
 
 
+def _moved_by(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
+    """Return how far another law moves the modulus that is found over the chosen range [1]."""
+    count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
+    drifts = chosen.fit.parameters.drift != 0.0
+    fit = fit_law(other, curve.travel[:count], curve.force[:count], curve.zero, with_drift=drifts)
+    if fit is None:
+        return abs(chosen.fit.law.stiffness / other.stiffness - 1.0)
+    return abs(fit.modulus.value / chosen.fit.modulus.value - 1.0)
+
+
 def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:
     """Raise InputError where the plate goes through the fruit: from the first force to the end is more than it is."""
     is_loaded = curve.force > curve.zero + _RISEN * (float(curve.force.max()) - curve.zero)
     depth = float(curve.travel[-1] - curve.travel[int(np.argmax(is_loaded))])
     if depth > geometry.height_mm:
         name = f"{specimen}: travel under load"
-        bound = f"less than the height of the fruit, {geometry.height_mm:g} mm"
+        bound = f"less than the height of the body, {geometry.height_mm:g} mm"
         raise validation_error(name, float(f"{depth:.3g}"), "mm", bound, "check the unit of travel, and --height")
 
 

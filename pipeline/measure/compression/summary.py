@@ -19,7 +19,6 @@ from pipeline.measure.compression.modulus import CompressionResult
 _MODULI = 7  # in the design's list, as in the paper's
 _WIDTH = 132
 _ONE_MM = 1.0
-_SOME_POISSON = 0.05
 _MOST_ERROR = 0.9  # of a modulus, that the range goes below it
 
 
@@ -95,8 +94,16 @@ def _second_digit(value: float) -> float:
 def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[str, object]:
     """Return one specimen's numbers, their units in the keys; `assumed` says what the flags left open."""
     chosen = result.chosen
-    geometry = asdict(result.geometry)
-    geometry.pop("strains_percent")
+    test = result.geometry
+    geometry = {
+        **asdict(test.body),
+        "poisson": test.poisson,
+        "plate_area_mm2": test.plate_area_mm2,
+        "plates": test.plates,
+        "poisson_error": test.poisson_error,
+        "body": test.body.kind,
+        "plunger": None if test.plunger is None else asdict(test.plunger),
+    }
     return {
         "file": result.specimen.file,
         "specimen": result.specimen.name,
@@ -264,11 +271,10 @@ def _shares(results: Sequence[CompressionResult]) -> str:
     return f"in the error bar: {', '.join(parts)}"
 
 
-def _left_out(geometry: TestGeometry) -> str:
-    """Return what the error bar does not hold: E goes with 1 / sqrt(radius) and with 1 - nu^2."""
-    by_radius = 50.0 * _ONE_MM / geometry.radius_mm
-    by_poisson = 200.0 * abs(geometry.poisson) * _SOME_POISSON / (1.0 - geometry.poisson**2)
+def _left_out(test: TestGeometry) -> str:
+    """Return what the error bar does not hold."""
+    by_size = 100.0 * _ONE_MM * test.body.per_mm
     return (
-        f"not in the error bar: {_ONE_MM:g} mm of both radii moves E by {by_radius:.2g} %, {_SOME_POISSON:g} of "
-        f"Poisson's ratio by {by_poisson:.2g} % (E / (1 - nu^2), which a sensor reads, not at all)"
+        f"not in the error bar: {_ONE_MM:g} mm of every radius or width moves E by {by_size:.2g} %; flesh that relaxes "
+        "while it is pressed"
     )

@@ -12,7 +12,6 @@ from cad.theory.hertz import (
     force_factor,
     hertz_factor,
     mean_relative_curvature,
-    plate_stiffness,
     relative_curvature,
 )
 
@@ -38,12 +37,6 @@ def test_contact_radius_is_that_of_the_force():
     """a^3 = 3 F R / (4 E*), Johnson (4.22)."""
     E_star = 2.0 / (1.0 - 0.3**2)
     assert contact_radius(1.5, 2.0, 0.3, 35.0) ** 3 == pytest.approx(3.0 * 1.5 * 35.0 / (4.0 * E_star), rel=1e-13)
-
-
-def test_two_plates_share_the_travel():
-    force = plate_stiffness(35.0, 2) * 2.0 / (1.0 - 0.3**2) * 3.0**1.5
-    assert 2.0 * approach(force, 2.0, 0.3, 35.0) == pytest.approx(3.0, rel=1e-13)
-    assert plate_stiffness(35.0, 1) == pytest.approx(2.0**1.5 * plate_stiffness(35.0, 2), rel=1e-14)
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,11 @@ import pytest
 from virtual_compression import VirtualTest
 
 from pipeline.cli import main
-from pipeline.measure.compression.force_law import hertz_law
+from pipeline.measure.compression.bodies import Ellipsoid
+from pipeline.measure.compression.force_law import TestGeometry, hertz_law
 from pipeline.options import load_design
+
+SIZES = ["--height", "70", "--radius", "35"]
 
 
 @pytest.fixture
@@ -30,28 +33,70 @@ def test_json_is_a_list_with_the_contract_s_keys(files, capsys):
     assert {"E_MPa", "E_hertz_MPa", "E_plate_MPa", "u_percent", "first_touch_mm"} <= rows[0].keys()
     assert [row["E_MPa"] for row in rows] == pytest.approx([0.8, 2.0], rel=0.01)
     assert rows[0]["E_over_1_minus_nu2_MPa"] == pytest.approx(rows[0]["E_MPa"] / 0.91)
-    assert sum("assumed" in note for note in rows[0]["notes"]) == 3  # radius across, plate area, Poisson's ratio
+    assert sum("assumed" in note for note in rows[0]["notes"]) == 4  # plates, radius, area, nu
 
 
 @pytest.mark.parametrize(
     ("words", "sizes"),
     [
-        ([], [70.0, 35.0, 35.0, 0.3, 900.0, 2]),
-        (["--height", "60"], [60.0, 30.0, 30.0, 0.3, 900.0, 2]),
-        (["--radius", "40"], [80.0, 40.0, 40.0, 0.3, 900.0, 2]),
-        (["--radius-across", "30", "--support", "seat"], [70.0, 35.0, 30.0, 0.3, 900.0, 1]),
-        (["--poisson", "0.45", "--plate-area", "400"], [70.0, 35.0, 35.0, 0.45, 400.0, 2]),
+        ("--radius 40", {"body": "ellipsoid", "height_mm": 80.0, "radius_across_mm": 40.0, "plate_area_mm2": 900.0}),
+        ("--height 70 --radius 35 --radius-across 30", {"height_mm": 70.0, "radius_across_mm": 30.0, "plates": 2}),
+        ("--body ball --radius 35 --support seat", {"plates": 1, "poisson": 0.3, "plunger": None}),
+        (
+            "--body cylinder-end --height 20 --radius 8 --support plate --poisson 0.45",
+            {"body": "cylinder-end", "height_mm": 20.0, "plate_area_mm2": pytest.approx(201.06, abs=0.01)},
+        ),
+        ("--body cylinder-side --radius 8 --length 30 --support table", {"length_mm": 30.0, "plates": 2}),
+        (
+            "--body block --height 20 --width 15 --length 10 --support plate",
+            {"width_mm": 15.0, "plate_area_mm2": 150.0},
+        ),
+        (
+            "--radius 35 --plunger ball --plunger-radius 8 --support table --plate-area 400",
+            {"plunger": {"radius_mm": 8.0, "ball": True}, "plate_area_mm2": 400.0},
+        ),
     ],
 )
-def test_sizes_that_no_flag_gives_are_assumed(words, sizes, files, capsys, monkeypatch):
-    monkeypatch.setattr("pipeline.measure.compression.modulus.solved_law", hertz_law)  # the sizes alone are looked at
-    assert main(["modulus", files[1], "--json", *words]) == 0
+def test_body_and_tools_are_what_the_flags_say(words, sizes, files, capsys, monkeypatch):
+    ball = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
+    law = hertz_law(ball)
+    monkeypatch.setattr("pipeline.measure.compression.modulus.solved_law", lambda _: law)  # the sizes are looked at
+    assert main(["modulus", files[1], "--json", "--strain", "5", *words.split()]) == 0
     (row,) = json.loads(capsys.readouterr().out)
-    assert list(row["geometry"].values()) == sizes
+    assert {name: row["geometry"][name] for name in sizes} == sizes
+
+
+@pytest.mark.parametrize(
+    ("words", "field"),
+    [
+        ("", "--body"),
+        ("--height 70", "--body"),
+        ("--body ball", "--radius"),
+        ("--body ball --radius 35", "--support"),
+        ("--radius 35 --plunger flat --plunger-radius 5", "--support"),
+        ("--radius 35 --plunger flat --support table", "--plunger-radius"),
+        ("--radius 35 --plunger-radius 5", "--plunger"),
+        ("--body block --height 20 --width 10 --support plate", "--length"),
+        ("--body ball --radius 35 --length 10 --support plate", "--length"),
+        ("--body cylinder-end --height 20 --radius 8 --support seat", "body"),
+        ("--body block --height 20 --width 9 --length 9 --support plate --plunger flat --plunger-radius 2", "body"),
+        ("--body cylinder-side --length 20 --radius 8 --support plate --plunger flat --plunger-radius 2", "body"),
+        (
+            "--body cylinder-end --height 9 --radius 8 --support table --plunger flat --plunger-radius 7",
+            "plunger.radius",
+        ),
+    ],
+)
+def test_test_whose_body_or_tools_are_not_said_or_not_solved_is_refused(words, field, files, capsys):
+    assert main(["modulus", files[1], *words.split()]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert field in err
 
 
 def test_range_is_taken_by_a_design_as_flags_and_as_toml(files, capsys):
-    main(["modulus", *files])
+    main(["modulus", *files, *SIZES])
     lines = capsys.readouterr().out.splitlines()
     start = lines.index("[fruit]")
     table = tomllib.loads("\n".join(lines[start : start + 3]))["fruit"]
@@ -65,14 +110,14 @@ def test_range_is_taken_by_a_design_as_flags_and_as_toml(files, capsys):
 @pytest.mark.parametrize("kind", ["svg", "png"])
 def test_plot_is_the_same_bytes_and_never_replaces_a_foreign_file(kind, files):
     plot = Path(f"plot.{kind}")
-    assert main(["modulus", *files, "--plot", str(plot)]) == 0
+    assert main(["modulus", *files, *SIZES, "--plot", str(plot)]) == 0
     first = plot.read_bytes()
-    assert main(["modulus", *files, "--plot", str(plot)]) == 0
+    assert main(["modulus", *files, *SIZES, "--plot", str(plot)]) == 0
     assert plot.read_bytes() == first
     plot.write_bytes(b"mine")
-    assert main(["modulus", *files, "--plot", str(plot)]) == 2
+    assert main(["modulus", *files, *SIZES, "--plot", str(plot)]) == 2
     assert plot.read_bytes() == b"mine"
-    assert main(["modulus", *files, "--plot", str(plot), "--force"]) == 0
+    assert main(["modulus", *files, *SIZES, "--plot", str(plot), "--force"]) == 0
     assert Path(f"plot.{kind}.bak").read_bytes() == b"mine"
 
 
@@ -81,8 +126,8 @@ def test_plot_is_the_same_bytes_and_never_replaces_a_foreign_file(kind, files):
     [
         ["none.csv"],
         [],
-        ["fruit-2.0.csv", "--height", "nan"],
-        ["fruit-2.0.csv", "--height", "high"],
+        ["fruit-2.0.csv", "--radius-across", "nan"],
+        ["fruit-2.0.csv", "--radius-across", "high"],
         ["fruit-2.0.csv", "--strain", "five"],
         ["fruit-2.0.csv", "--strain", "0"],
         ["fruit-2.0.csv", "--strain", "5,1e-6"],
@@ -97,7 +142,7 @@ def test_plot_is_the_same_bytes_and_never_replaces_a_foreign_file(kind, files):
     ids=" ".join,
 )
 def test_wrong_words_are_one_line_and_write_nothing(words, files, capsys):
-    assert main(["modulus", *words]) == 2
+    assert main(["modulus", *words, *SIZES]) == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert len(err.splitlines()) == 1
@@ -108,7 +153,7 @@ def test_wrong_words_are_one_line_and_write_nothing(words, files, capsys):
 def test_command_needs_no_cad_kernel_and_no_mesher():
     """It starts fast: neither cadquery nor gmsh nor the viewer is imported."""
     script = (
-        "import sys; from pipeline.cli import main; main(['modulus', 'fruit-2.0.csv', '--json']);"
+        "import sys; from pipeline.cli import main; main(['modulus', 'fruit-2.0.csv', '--json', '--radius', '35']);"
         "print([name for name in ('cadquery', 'OCP', 'gmsh', 'pyvista', 'matplotlib') if name in sys.modules])"
     )
     root = str(Path(__file__).parents[4])

@@ -5,6 +5,7 @@ import pytest
 from virtual_compression import specimen
 
 from cad.quantity import Estimate
+from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.measure.compression.fit_error import standard_errors, with_choice
 from pipeline.measure.compression.force_law import ForceLaw, TestGeometry, hertz_law
 from pipeline.measure.compression.law_fit import fit_law
@@ -15,7 +16,7 @@ from pipeline.measure.compression.range_choice import choose_range
 def power_law(deepest):
     """Return F = 2 E D^1.5 up to a travel."""
     travels = np.array([0.0, deepest])
-    return ForceLaw(exponent=1.5, travels=travels, forces=2.0 * travels**1.5, error=0.0, departures={})
+    return ForceLaw(exponent=1.5, travels=travels, forces=2.0 * travels**1.5, error=0.0, others={})
 
 
 LAW = power_law(7.0)
@@ -57,7 +58,7 @@ def test_force_that_does_not_rise_is_not_fitted():
 
 def test_law_is_hertz_s_up_to_a_tenth_of_the_radius():
     """F = 4/3 sqrt(R) E* (D / 2)^1.5 between two plates; with half the radius across, as Johnson's ellipse has it."""
-    law = hertz_law(TestGeometry(height_mm=70.0, radius_mm=30.0, radius_across_mm=30.0))
+    law = hertz_law(TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=30.0, radius_across_mm=30.0)))
     assert law.stiffness == pytest.approx(4.0 / 3.0 / 0.91 * np.sqrt(30.0) / 2.0**1.5)
     assert (law.exponent, law.deepest) == (1.5, pytest.approx(6.0))
     forces = law.stiffness * 2.0 * np.array([1.0, 4.0, 9.0]) ** 1.5

@@ -8,11 +8,17 @@ import pytest
 from virtual_compression import VirtualTest, over_hertz, specimen, true_force
 
 from cad.quantity import InputError
+from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.measure.compression.force_law import TestGeometry, hertz_law, solved_law
 from pipeline.measure.compression.modulus import measured_modulus
 from pipeline.measure.compression.summary import design_range, fruit_summaries, overall, result_mapping
 
-BALL = TestGeometry(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0)
+
+def ball(radius=35.0, height=70.0):
+    return Ellipsoid(height_mm=height, radius_mm=radius, radius_across_mm=radius)
+
+
+BALL = TestGeometry(body=ball())
 QUIET = VirtualTest(E_MPa=1.0, noise_percent=0.05, toe_mm=0.0, offset_N=0.0, failure_strain=0.11)
 X, F = QUIET.curve()
 
@@ -56,7 +62,7 @@ def least_inside(count):
     [
         (8, 1, 0.03, {}),
         (4, 4, 0.03, {"drift_N_per_mm": 0.5, "noise_percent": 0.2}),
-        (3, 5, 0.006, {"noise_percent": 0.0}),
+        (3, 5, 0.015, {"noise_percent": 0.0}),
         (4, 6, 0.05, {"rows": 20, "noise_percent": 0.3}),
         *(
             pytest.param(40, 3, 0.06, fixed, marks=pytest.mark.slow)
@@ -174,7 +180,7 @@ def test_strain_within_the_error_of_the_touch_is_refused():
 def test_seat_and_radii_change_the_apparent_modulus_by_its_formula():
     """Hertz's: F = c E* D^1.5, one contact of sqrt(R) for a seat, two in series for plates."""
     plates = hertz_law(BALL).stiffness
-    larger = replace(BALL, radius_mm=45.0, radius_across_mm=45.0)
+    larger = replace(BALL, body=ball(45.0))
     assert hertz_law(replace(BALL, plates=1)).stiffness == pytest.approx(plates * 2.0**1.5)
     assert hertz_law(larger).stiffness == pytest.approx(plates * math.sqrt(45.0 / 35.0))
 
@@ -183,11 +189,10 @@ def test_seat_takes_the_travel_on_one_side():
     """The same force at half the travel; a ball twice as large has four times the force at twice the travel."""
     plates = solved_law(BALL)
     seat = solved_law(replace(BALL, plates=1))
-    large = solved_law(replace(BALL, height_mm=140.0, radius_mm=70.0, radius_across_mm=70.0))
+    large = solved_law(replace(BALL, body=ball(70.0, 140.0)))
     np.testing.assert_allclose(2.0 * seat.travels, plates.travels)
     np.testing.assert_allclose(seat.forces, plates.forces)
-    np.testing.assert_allclose(large.travels, 2.0 * plates.travels)
-    np.testing.assert_allclose(large.forces, 4.0 * plates.forces)
+    np.testing.assert_allclose(large.depth(4.0 * plates.forces, 1.0), 2.0 * plates.travels, rtol=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -213,9 +218,9 @@ def test_travel_under_load_may_be_as_long_as_the_fruit_is_high():
     assert measure(test).E_MPa == pytest.approx(2.0, rel=0.02)
     risen = np.interp(0.1 * F.max(), F[: F.argmax()], X[: F.argmax()])
     loaded = float(X[F.argmax()] - risen)
-    measure(QUIET, replace(BALL, height_mm=1.03 * loaded, strains_percent=(50.0,)))
+    measure(QUIET, replace(BALL, body=ball(height=1.03 * loaded), strains_percent=(50.0,)))
     with pytest.raises(InputError):
-        measure(QUIET, replace(BALL, height_mm=0.97 * loaded, strains_percent=(50.0,)))
+        measure(QUIET, replace(BALL, body=ball(height=0.97 * loaded), strains_percent=(50.0,)))
 
 
 def test_what_is_unusual_is_noted():
@@ -251,10 +256,13 @@ def test_batch_has_mean_deviation_and_the_range_for_the_design():
 
 
 def test_hertz_reads_a_ball_high_and_the_solved_force_does_not():
-    """Two half-spaces do not feel each other: to 4 and to 11 % of the height a ball bears 1.1 and 1.2 times Hertz's."""
+    """Two half-spaces do not feel each other: to 4 and to 11 % of the height a ball bears 1.1 and 1.2 times Hertz's.
+
+    The plates here are slippery; the law of the product is midway to a grip, of 2 % at the end.
+    """
     for failure_strain, apparent in ((0.04, 1.12), (0.11, 1.21)):
         result = measure(replace(QUIET, failure_strain=failure_strain))
-        assert result.E_MPa == pytest.approx(1.0, rel=0.006)
+        assert result.E_MPa == pytest.approx(1.0, rel=0.015)
         assert result.E_hertz_MPa == pytest.approx(apparent, rel=0.05)
         assert not result.follows_hertz
 
@@ -262,20 +270,21 @@ def test_hertz_reads_a_ball_high_and_the_solved_force_does_not():
 def test_error_is_the_root_of_the_squares_of_its_shares():
     result = measure(QUIET)
     assert result.u_percent == pytest.approx(math.hypot(*result.shares_percent.values()))
-    assert set(result.shares_percent) == {"scatter of the points", "force curve", "law of flesh", "friction"}
+    names = {"scatter of the points", "force curve", "law of flesh", "Poisson's ratio", "friction"}
+    assert set(result.shares_percent) == names
     assert min(result.shares_percent.values()) > 0.0
 
 
 def test_law_and_friction_that_are_not_known_are_in_the_error_bar():
     """The curve that a press by another law, or with a grip, would give: read with the law of the product."""
     law = solved_law(BALL)
-    for name in ("law of flesh", "friction"):
-        departure = law.departures[name]
-        force = 2.0 * law.forces * (1.0 + departure)
-        travel = np.concatenate([np.linspace(0.0, 0.9, 60), 1.0 + law.travels])
-        result = measured_modulus(specimen(travel, np.concatenate([np.zeros(60), force])), BALL)
-        assert abs(result.E_MPa - 2.0) < 0.01 * result.u_percent * result.E_MPa
-        assert abs(result.E_MPa - 2.0) > 0.005
+    for name in ("law of flesh", "friction", "Poisson's ratio"):
+        for other in law.others[name]:
+            travel = np.concatenate([np.linspace(0.0, 0.9, 60), 1.0 + other.travels])
+            force = np.concatenate([np.zeros(60), 2.0 * other.forces])
+            result = measured_modulus(specimen(travel, force), BALL)
+            assert abs(result.E_MPa - 2.0) < 0.01 * result.u_percent * result.E_MPa
+            assert abs(result.E_MPa - 2.0) > 0.005
 
 
 @pytest.mark.parametrize("poisson", [-0.1, 0.495])
