@@ -17,6 +17,8 @@ from solve.large_strain.flesh_law import FleshLaw
 _STEPS = 400
 _HERTZ_HOLDS = 0.1  # of the relative radius, on each side that is pressed in: Hertz's strain is small up to there
 _STRAINS = Bounds(above=0.0, at_most=50.0)
+POISSON = "Poisson's ratio"
+"""The name of its share."""
 _MIDWAY = 0.5  # from slippery tools to tools that grip
 
 
@@ -113,7 +115,7 @@ def solved_law(test: TestGeometry) -> ForceLaw:
     poisson = further if further <= LARGEST_POISSON else max(test.poisson - test.poisson_error, 0.0)
     names: dict[str, tuple[FleshLaw, ...]] = {
         "law of flesh": tuple(replace(flesh, name=name) for name in FLESH_LAWS[1:]),
-        "Poisson's ratio": (replace(flesh, poisson=poisson),),
+        POISSON: (replace(flesh, poisson=poisson),),
     }
     others = {
         name: [_in_series([_forces(side, replace(side, law=law)) for side in sides], sides) for law in laws]

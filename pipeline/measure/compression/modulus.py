@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.quantity import Bounds, validation_error
-from pipeline.measure.compression.force_law import ForceLaw, TestGeometry, hertz_law, solved_law
+from pipeline.measure.compression.force_law import POISSON, ForceLaw, TestGeometry, hertz_law, solved_law
 from pipeline.measure.compression.holds import HeldRelaxation, held_relaxation, hold_of, loading_before
 from pipeline.measure.compression.law_fit import fit_law
 from pipeline.measure.compression.loading import Loading, loading
@@ -44,7 +44,8 @@ class PlateModulus:
 class CompressionResult:
     """What one specimen says: `E_MPa` with `u_percent` at 95 %, and the moduli that literature has beside it.
 
-    `shares_percent` are the parts of the error, whose root of squares it is. `E_hertz_MPa` is the apparent modulus of
+    `shares_percent` are the parts of the error: scatter, force curve and Poisson's ratio in the root of their squares,
+    plus the others, which are bounds that a test may well reach together. `E_hertz_MPa` is the apparent modulus of
     ASAE S368, None where Hertz's law cannot be fitted; `follows_hertz` says whether the curve follows it. `relaxation`
     is what a hold tells, None where the curve has none.
     """
@@ -90,9 +91,13 @@ def measured_modulus(
         hint = "check the units of force and travel, and the radius"
         name = f"{specimen}: modulus"
         raise validation_error(name, float(f"{E:.3g}"), "MPa", f"{PLAUSIBLE} for a fruit", hint)
-    shares = {"scatter of the points": COVERAGE * chosen.modulus.relative, "force curve": law.error}
+    by_chance = {"scatter of the points": COVERAGE * chosen.modulus.relative, "force curve": law.error}
+    by_chance[POISSON] = max(_moved_by(other, curve, chosen) for other in law.others[POISSON])
+    bounds = {}
     for name, others in law.others.items():
-        shares[name] = max(_moved_by(other, curve, chosen) for other in others)
+        if name != POISSON:
+            bounds[name] = max(_moved_by(other, curve, chosen) for other in others)
+    shares = by_chance | bounds
     apparent = hertz_law(geometry)
     hertz = None if apparent is None else choose_range(curve, apparent)
     relaxation = None
@@ -106,7 +111,7 @@ def measured_modulus(
         curve=curve,
         chosen=chosen,
         E_MPa=E,
-        u_percent=100.0 * math.hypot(*shares.values()),
+        u_percent=100.0 * (math.hypot(*by_chance.values()) + sum(bounds.values())),
         shares_percent={name: 100.0 * share for name, share in shares.items()},
         E_hertz_MPa=None if hertz is None else hertz.modulus.value,
         follows_hertz=hertz is not None and hertz.follows,
@@ -117,13 +122,13 @@ def measured_modulus(
 
 
 def _moved_by(other: ForceLaw, curve: Loading, chosen: RangeFit) -> float:
-    """Return how far another law moves the modulus that is found over the chosen range [1]."""
+    """Return how far off the modulus is that is found over the chosen range, were another law the true one [1]."""
     count = int(np.searchsorted(curve.travel, chosen.last, side="right"))
     drifts = chosen.fit.parameters.drift != 0.0
     fit = fit_law(other, curve.travel[:count], curve.force[:count], curve.zero, with_drift=drifts)
     if fit is None:
-        return abs(chosen.fit.law.stiffness / other.stiffness - 1.0)
-    return abs(fit.modulus.value / chosen.fit.modulus.value - 1.0)
+        return abs(other.stiffness / chosen.fit.law.stiffness - 1.0)
+    return abs(chosen.fit.modulus.value / fit.modulus.value - 1.0)
 
 
 def _refuse_long_travel(specimen: Specimen, curve: Loading, geometry: TestGeometry) -> None:

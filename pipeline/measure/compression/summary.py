@@ -96,7 +96,7 @@ def result_mapping(result: CompressionResult, assumed: Sequence[str]) -> dict[st
     chosen = result.chosen
     test = result.geometry
     geometry = {
-        **asdict(test.body),
+        **vars(test.body),
         "poisson": test.poisson,
         "plate_area_mm2": test.plate_area_mm2,
         "plates": test.plates,

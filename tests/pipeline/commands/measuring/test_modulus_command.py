@@ -103,7 +103,7 @@ def test_range_is_taken_by_a_design_as_flags_and_as_toml(files, capsys):
     flags = shlex.split(" ".join(lines[start + 3 :]).partition("pipeline run ")[2])
     settings = dict(text.split("=", 1) for text in flags if text != "--set")
     design = load_design("paper", settings)
-    assert design.fruit.E_max_MPa == table["E_max_MPa"] == 2.1
+    assert design.fruit.E_max_MPa == table["E_max_MPa"] == 2.2
     assert list(design.fruit.E_MPa) == table["E_MPa"]
 
 
