@@ -235,7 +235,7 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
         moduli = np.geomspace(least, largest, LEVEL_MODULI).tolist()
     else:
         moduli = np.geomspace(least / BEYOND, largest * BEYOND, SKIN_MODULI).tolist()
-        if isinstance(model, LineModel):
+        if isinstance(model, LineModel) and sensor.design.tips.tip_shape.has_flat_face:
             bare = contact.K_m_over_E()
             return tuple(LevelReading(E_MPa=E, read_MPa=E * contact.at(E).K_m_over_E() / bare) for E in moduli)
     poses: list[Pose] = []

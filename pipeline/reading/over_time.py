@@ -70,6 +70,10 @@ def refuse_unsolvable_time(design: Design) -> None:
     """Raise InputError for flesh that relaxes in a scene that is not solved over time; solves nothing."""
     if design.fruit.relaxation is None:
         return
+    if design.fruit.skin_mm is not None:
+        bound = "left out under a skin"
+        hint = "drop one of them: skin on flesh that relaxes is not solved"
+        raise validation_error("fruit.relaxation", design.fruit.relaxation, "", bound, hint)
     tips = design.tips
     level = design.press.tilt_deg == 0.0 and design.press.roll_deg == 0.0
     domes = tips.tip_shape.obeys_hertz and not tips.tip_layout.is_pair

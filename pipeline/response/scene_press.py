@@ -80,9 +80,14 @@ def _check_skin(scene: Scene) -> None:
         return
     if scene.press.strain == "large":
         raise validation_error("fruit.skin_mm", thickness, "mm", "left out at large strain", "take strain = 'linear'")
-    if not scene.linear:
-        bound = "left out unless flat tips press level on a block"
-        raise validation_error("fruit.skin_mm", thickness, "mm", bound, "drop the skin, or press flat tips level")
+    shape = scene.tips.tip_shape
+    if not (shape.has_flat_face or shape.obeys_hertz):
+        bound = "left out unless tips have flat faces or are domes"
+        raise validation_error("fruit.skin_mm", thickness, "mm", bound, "drop the skin, or take other tips")
+    if scene.fruit.whole:
+        bound = "left out on a whole fruit"
+        hint = "give fruit.length_mm and fruit.width_mm, the piece under the tips"
+        raise validation_error("fruit.skin_mm", thickness, "mm", bound, hint)
 
 
 def press_scene(

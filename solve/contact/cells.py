@@ -22,6 +22,7 @@ from solve.fruit.footprints import (
     nodes_between,
     nodes_within,
 )
+from solve.halfspace.layered import Layer, added_compliances
 from solve.halfspace.punch import influence, lagrange, square_punch
 
 GRADING = Grading(0.7, (0.7, 0.21, 0.09))
@@ -54,9 +55,12 @@ class ContactCells:
         return np.eye(len(self.centres))[self.owner]
 
 
-def contact_cells(fruit: Fruit, footprints: Sequence[Footprint], edges: Floats) -> ContactCells:
+def contact_cells(
+    fruit: Fruit, footprints: Sequence[Footprint], edges: Floats, layer: Layer | None = None
+) -> ContactCells:
     """Return the cells between `edges`, lines on (-1/2, 1/2) of each footprint's side [1], and their compliance.
 
+    Under each tip the half-space has a `layer`, if any: farther away it acts by a constant, which is left to others.
     The footprints are squares that hold every point where a tip may touch. Raises SolveError when a solve is not exact.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
@@ -67,7 +71,13 @@ def contact_cells(fruit: Fruit, footprints: Sequence[Footprint], edges: Floats) 
     area = np.outer(np.diff(edges), np.diff(edges)).ravel()
     pairs = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(area), len(area))
     half_space = pairs / np.outer(area, area)
-    within_tips = block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space))
+    cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
+    if layer is None:
+        within_tips = block_diag(*np.multiply.outer((1.0 - fruit.poisson**2) / sides, half_space))
+    else:
+        apart = np.linalg.norm(cell_centres[:, None] - cell_centres, axis=2)
+        added = [added_compliances([layer], side * apart)[0] for side in sides]
+        within_tips = block_diag(*(layer.surface / sides[:, None, None] * half_space + added))
 
     # The rest is smooth: known between nodes, averaged over cells through the nodal polynomials.
     point, weight = np.polynomial.legendre.leggauss(GAUSS)
@@ -79,7 +89,6 @@ def contact_cells(fruit: Fruit, footprints: Sequence[Footprint], edges: Floats) 
     smooth = smooth_compliance(fruit, tuple(footprints))
     compliance = within_tips + np.asarray(to_cells @ smooth @ to_cells.T)
 
-    cell_centres = np.stack(np.meshgrid(middle, middle, indexing="ij"), axis=-1).reshape(-1, 2)
     return ContactCells(
         points=(sides[:, None, None] * cell_centres + centres[:, None]).reshape(-1, 2),
         areas=np.multiply.outer(sides**2, area).ravel(),

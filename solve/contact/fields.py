@@ -11,6 +11,7 @@ import numpy as np
 from skfem import CellBasis, MeshHex
 
 from cad.design.fruit import Fruit
+from cad.quantity import validation_error
 from solve.arrays import Floats, Ints
 from solve.contact.cells import GRADING
 from solve.contact.pressure import FootprintPressure
@@ -56,8 +57,10 @@ class _Patches:
 def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, NodalFields]:
     """Return hexahedra of the fruit [mm] and the fields under the pressures of all tips, in the order of `mesh.p`.
 
-    Raises SolveError when the solve of the remainder is not exact.
+    Raises InputError for a fruit with a skin, SolveError when the solve of the remainder is not exact.
     """
+    if fruit.skin_mm is not None:
+        raise validation_error("fruit.skin_mm", fruit.skin_mm, "mm", "left out where fields are wanted", "drop it")
     block = fruit.equivalent_block
     tips = []
     for tip in range(len(pressure.forces)):

@@ -38,7 +38,7 @@ def footprint_pressure(scene: Scene, compliance: FruitCompliance, C: Floats, E: 
     """
     if not E > 0.0:
         raise validation_error("E", E, "MPa", "greater than 0", "give a modulus of the fruit")
-    _, grid = scene_cells(scene, compliance, x)  # the fine one
+    _, grid = scene_cells(scene, compliance.at(E), x)  # the fine one
     interference = grid.interference(scene, x)
     springs = E * np.asarray(C, dtype=np.float64) + grid.compliance_correction
     contact = UnilateralContact(grid.cells).solve(interference, springs)

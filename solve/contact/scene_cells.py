@@ -17,7 +17,9 @@ from solve.contact.cells import ContactCells, contact_cells, folded
 from solve.contact.scene import Point, Scene, check_scene
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
+from solve.fruit.skin import layer_on
 from solve.fruit.split import SplitDomainError, check_domain
+from solve.halfspace.layered import Layer
 from solve.halfspace.punch import graded_edges
 
 # Cells a side of the coarse and the fine grid, with mirror symmetry and without.
@@ -72,9 +74,10 @@ def scene_cells(
     grading = CIRCLE_GRADING if shape.is_round else SQUARE_GRADING
     if not shape.has_flat_face:
         grading = NO_GRADING
+    layer = None if compliance.flesh_E is None else layer_on(scene.fruit, compliance.flesh_E)
     grids = []
     for count in HALF_CELLS if is_half else WHOLE_CELLS:
-        cells = _cells(scene.fruit.equivalent_block, footprints, count, grading, is_half)
+        cells = _cells(scene.fruit.equivalent_block, footprints, count, grading, is_half, layer)
         gap = initial_gap(scene, built=scene, cells=cells)
         correction = compliance.shape_change
         if shape.has_flat_face:
@@ -135,8 +138,10 @@ def housing_travel(
 
 # One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
 @functools.lru_cache(maxsize=8)
-def _cells(block: Fruit, footprints: tuple[Footprint, ...], count: int, grading: float, is_half: bool) -> ContactCells:
-    cells = contact_cells(block, footprints, graded_edges(count, grading))
+def _cells(
+    block: Fruit, footprints: tuple[Footprint, ...], count: int, grading: float, is_half: bool, layer: Layer | None
+) -> ContactCells:
+    cells = contact_cells(block, footprints, graded_edges(count, grading), layer)
     return folded(cells) if is_half else cells
 
 

@@ -51,7 +51,8 @@ class FruitCompliance:
     `tips` names the tips in the order of S, from -x to +x. `error_pair` bounds s11 - s12 (the number that sizes the
     springs) and `error_own` bounds s11, both relative to the value [1]. `shape_change` is what the shape of a curved
     fruit adds to S of its equivalent block, which is in S [1/mm], shape (tips, tips); zero for a block. A fruit with a
-    skin has another S at each modulus of its flesh: `at` gives it, S is that of the flesh alone.
+    skin has another S at each modulus of its flesh: `at` gives it, of that `flesh_E` [MPa]; S
+    is that of the flesh alone where there is none.
     """
 
     tips: tuple[str, ...] = TIPS
@@ -61,6 +62,7 @@ class FruitCompliance:
     info: SolveInfo
     shape_change: Floats = field(default_factory=lambda: np.zeros(()))
     skin: SkinTable | None = None
+    flesh_E: float | None = None
 
     def __post_init__(self) -> None:
         """Take read-only copies of the matrices; raise ValueError unless they have a row and a column for each tip."""
@@ -77,7 +79,7 @@ class FruitCompliance:
         """Return the compliance at a modulus of the flesh [MPa]: itself where no skin lies on it."""
         if self.skin is None:
             return self
-        return replace(self, S=self.skin.at(E), skin=None)
+        return replace(self, S=self.skin.at(E), skin=None, flesh_E=E)
 
     @cached_property
     def crosstalk(self) -> float:

@@ -104,7 +104,15 @@ class CurvedShape:
             return self._bent_whole(points)
         x, y, z = points
         fall = self._fall(x, y)
-        return np.stack([x, y, fall + z * (1.0 - fall / self.fruit.depth_mm)])
+        skin = self.fruit.skin_mm
+        if skin is None:
+            return np.stack([x, y, fall + z * (1.0 - fall / self.fruit.depth_mm)])
+        # as thick along the normal everywhere; the flesh below takes what is left of its column
+        a, b, c = self.semi_axes
+        lean = np.hypot(np.hypot(x / a**2, y / b**2) * c**2 / (c - fall), 1.0)
+        below = fall + skin * lean
+        share = np.maximum(0.0, z - skin) / (self.fruit.depth_mm - skin)
+        return np.stack([x, y, fall + np.minimum(z, skin) * lean + share * (self.fruit.depth_mm - below)])
 
     def _fall(self, x: Floats, y: Floats) -> Floats:
         return np.minimum(cap_gap(x, y, *self.fruit.radii_mm), self.semi_axes[2])

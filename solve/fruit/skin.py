@@ -14,6 +14,7 @@ import numpy as np
 from skfem import ElementHex2, MeshHex2
 
 from cad.design.fruit import Fruit
+from cad.theory.sloped_skin import slope_factor, stretch_factor
 from solve.arrays import Floats
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.fruit.body_lines import BodySteps, body_lines
@@ -25,21 +26,27 @@ from solve.fruit.footprints import Footprint, level_compliance, level_parities, 
 from solve.fruit.remainder import VOLUME_ORDER, mirror_dofs
 from solve.fruit.smooth_load import SmoothLoad, least_deviation, smooth_loads
 from solve.fruit.split import largest_errors, relative_changes
-from solve.halfspace.layered import Layer, added_compliances
+from solve.halfspace.layered import Layer, added_compliances, round_contact
+from solve.halfspace.punch import circle_punch
 from solve.linear import factorised
 
-FINE = BodySteps(fraction=1.4)
-COARSE = BodySteps()
+FINE = BodySteps(most_dofs=6000)
+COARSE = BodySteps(fraction=0.7, most_dofs=3500)
+# Finer meshes of pair and square leave 0.03 to 0.1 of the step between both; the floor is what wider loads move.
+SAFETY = 0.15
+FLOOR = 2e-4
 # Deviation of a smooth load: as much of the depth, and so many least ones, for what bounds the fruit is to feel a load
 # as it feels the tip.
 OF_DEPTH = 0.125
 WIDEST = 4.6
-SPAN = 3  # moduli of the skin whose solutions span all
+SPAN = (3, 2)  # moduli of the skin whose solutions span all, on the fine and on the coarse mesh
 MODULI = 13  # of the table
 BEYOND = 1.3  # of the largest modulus, and under the least one, that the table holds
 SOFTEST = 1.0 / 24.0  # of E_max: the second point of a curve of P
 # Nodes a side that carry the pressure of a tip under a skin, from this thickness [sides] up.
 NODES = ((0.3, 9), (0.1, 17), (0.0, 25))
+OF_NODES = 0.1  # of the step from half as many
+ROUND_NODES = 9  # of a circle, whose own compliance has a closed equation
 
 
 def table_moduli(fruit: Fruit) -> Floats:
@@ -69,16 +76,28 @@ def skin_compliance(
     least = least_deviation(footprints[0])
     loads = smooth_loads(fruit, footprints, min(WIDEST, max(1.0, OF_DEPTH * fruit.depth_mm / least)))
     per_side = next(nodes for least, nodes in NODES if layers[0].thickness >= least * footprints[0].side)
+    if footprints[0].punch is circle_punch:
+        per_side = ROUND_NODES
     sharp = layered_change(footprints, layers, per_side)
     fewer = layered_change(footprints, layers, (per_side + 1) // 2)
     smooth = smooth_change(loads, layers)
-    fine, dofs = body_change(fruit, footprints, loads, layers, FINE, along_normals)
-    coarse, _ = body_change(fruit, footprints, loads, layers, COARSE, along_normals)
+    if fruit.radius_mm is not None:
+        shape = CurvedShape(fruit, core_of(loads))
+        for tip, footprint in enumerate(footprints):
+            slope = shape.slope(footprint.x, footprint.y)
+            if along_normals:  # round along the skin, where the smooth load is round as seen from above
+                smooth[:, tip, tip] *= stretch_factor(slope)
+            else:
+                sharp[:, tip, tip] *= slope_factor(fruit.poisson, slope)
+                smooth[:, tip, tip] *= slope_factor(fruit.poisson, slope)
+    fine, dofs = body_change(fruit, footprints, loads, layers, FINE, SPAN[0], along_normals)
+    coarse, _ = body_change(fruit, footprints, loads, layers, COARSE, SPAN[1], along_normals)
 
     table = bare.S + fine + sharp - smooth
     errors = []
-    for S, step, of_nodes in zip(table, fine - coarse, sharp - fewer, strict=True):
-        changes = relative_changes(step, S) + 0.1 * relative_changes(of_nodes, S)
+    asked = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # softer flesh only begins a curve
+    for S, step, of_nodes in zip(table[asked], (fine - coarse)[asked], (sharp - fewer)[asked], strict=True):
+        changes = FLOOR + SAFETY * relative_changes(step, S) + OF_NODES * relative_changes(of_nodes, S)
         errors.append(largest_errors(changes, len(S)))
     skin = SkinTable(E=moduli, S=table)
     status = f"{bare.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
@@ -104,7 +123,13 @@ def layered_change(footprints: Sequence[Footprint], layers: Sequence[Layer], per
     changes = []
     for layer, between in zip(layers, added, strict=True):
         S = level_compliance(footprints, layer.poisson, layer.modulus * between, per_side) / layer.modulus
-        changes.append(S - bare)
+        change = S - bare
+        for tip, footprint in enumerate(footprints):
+            if footprint.punch is circle_punch:
+                radius = 0.5 * footprint.side
+                own = 1.0 / round_contact(layer, radius).flat_stiffness(radius)
+                change[tip, tip] = own - (1.0 - layer.poisson_below**2) / footprint.side
+        changes.append(change)
     return np.array(changes)
 
 
@@ -126,10 +151,12 @@ def body_change(
     loads: Sequence[SmoothLoad],
     layers: Sequence[Layer],
     steps: BodySteps,
-    along_normals: bool = False,
+    solves: int,
+    along_normals: bool,
 ) -> tuple[Floats, int]:
     """Return what the skin changes under smooth loads on one mesh [1/mm], (layers, loads, loads), and its dofs.
 
+    `solves` moduli of the skin span all.
     Raises SolveError when a solve is not exact.
     """
     shape = CurvedShape(fruit, core_of(loads))
@@ -150,7 +177,7 @@ def body_change(
     skin = stiffness_matrix(body, in_skin, layers[0].poisson, b_bar=True)
     without = flesh + stiffness_matrix(body, in_skin, fruit.poisson, b_bar=True)
     moduli = np.array([layer.modulus for layer in layers])
-    span = np.geomspace(moduli.min(), moduli.max(), SPAN)
+    span = np.geomspace(moduli.min(), moduli.max(), solves)
 
     change = np.zeros((len(layers), len(loads), len(loads)))
     for parity in level_parities(footprints):

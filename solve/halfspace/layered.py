@@ -10,6 +10,7 @@ meet the layer alone. A point load therefore acts as on a half-space of the laye
 which is smooth. Moduli are over that of the half-space below.
 """
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,6 +25,9 @@ from solve.arrays import Floats
 DEEPEST = 25.0  # k h beyond which T is 1 to rounding
 POINTS = 12  # of Gauss's rule on a panel, which holds a period of the fastest wave
 DISTANCES = 160  # of the table of l(r)
+EQUATIONS = 40  # at points of a radius
+RADII = 48
+LEAST_RADIUS = 0.01  # of the thickness: there the layer is all that is felt
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,66 @@ def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:
     softening = np.array([layer.surface / math.pi * layer.softening(k * h) for layer in layers])
     added = (softening * weight) @ j0(np.outer(k, table))
     return np.asarray(CubicSpline(table, added, axis=1)(distances))
+
+
+@dataclass(frozen=True, eq=False)
+class RoundContact:
+    """Rigid round bodies on a layered half-space, at contact radii [mm], shape (n,), rising, each as these.
+
+    `depth` is the depth times the radius of curvature of a paraboloid [mm^2], `force` its force times that over the
+    modulus below [mm^3]; `stiffness` that of the flat circle over it [mm], which is also d force / d depth.
+    """
+
+    radius: Floats
+    depth: Floats
+    force: Floats
+    stiffness: Floats
+
+    def flat_stiffness(self, radius: float) -> float:
+        """Return the stiffness of a flat circle [mm]."""
+        return float(_between(self.radius, self.stiffness, np.array(radius), 1.0))
+
+    def press(self, depth: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return radius, force and stiffness of contacts at depths times their radii of curvature [mm^2]."""
+        radius = _between(self.depth, self.radius, depth, 0.5)
+        force = _between(self.radius, self.force, radius, 3.0)
+        return radius, force, _between(self.radius, self.stiffness, radius, 1.0)
+
+
+@functools.lru_cache(maxsize=64)
+def round_contact(layer: Layer, largest: float) -> RoundContact:
+    """Return the contacts of round bodies up to a radius [mm], by N. N. Lebedev's and Y. S. Ufliand's equation.
+
+    phi(t) + int_0^a M(t, s) phi(s) ds = (d - t^2 / R) / (pi (1 - nu_s^2) / E_s), with M(t, s) = 2 / pi int_0^inf
+    (T(k h) - 1) cos k t cos k s dk and the force 2 pi int_0^a phi: J. Appl. Math. Mech. 22 (1958) 442,
+    doi:10.1016/0021-8928(58)90063-5. A paraboloid touches as far as phi(a) = 0.
+    """
+    h = layer.thickness
+    table = h * np.sinh(np.linspace(0.0, math.asinh(2.0 * largest / h), DISTANCES))
+    k, weight = _panels(DEEPEST / h, math.pi / largest)
+    waves = CubicSpline(table, np.cos(np.outer(table, k)) @ (weight * layer.softening(k * h)))
+    point, of_point = legendre.leggauss(EQUATIONS)
+    radii = np.geomspace(LEAST_RADIUS * min(h, largest), largest, RADII)
+    rows = []
+    for a in radii:
+        t = 0.5 * a * (1.0 + np.append(point, 1.0))  # the last at the edge
+        s = t[:-1]
+        width = 0.5 * a * of_point
+        kernel = (waves(np.abs(t[:, None] - s)) + waves(t[:, None] + s)) / math.pi * width
+        right = np.stack([np.ones(len(t)), t**2], axis=1) / (math.pi * layer.surface)
+        phi = np.linalg.solve(np.eye(len(s)) + kernel[:-1], right[:-1])
+        flat, parabolic = right[-1] - kernel[-1] @ phi
+        depth = parabolic / flat
+        stiffness, by_parabola = 2.0 * math.pi * width @ phi
+        rows.append((depth, depth * stiffness - by_parabola, stiffness))
+    return RoundContact(radii, *np.array(rows).T)
+
+
+def _between(x: Floats, y: Floats, at: Floats, power: float) -> Floats:
+    """Return y at points of at least 0 by a cubic spline over logarithms; below the table it goes with a power of x."""
+    inside = np.clip(at, x[0], x[-1])
+    found = np.exp(CubicSpline(np.log(x), np.log(y))(np.log(inside)))
+    return np.asarray(found * (at / inside) ** power)
 
 
 def _panels(end: float, longest: float) -> tuple[Floats, Floats]:

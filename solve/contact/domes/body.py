@@ -8,7 +8,9 @@ from solve.arrays import Floats
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import level_compliance, nodes_between
+from solve.fruit.skin import layer_on
 from solve.fruit.split import contact_footprints
+from solve.halfspace.layered import RoundContact, round_contact
 
 # Of what the shape of a fruit changes, by how much less or more it may be for another radius than by its curvature.
 OTHER_RADIUS = 0.3
@@ -19,13 +21,15 @@ class Body:
     """The fruit under the domes: Poisson's ratio [1], and what it adds to a half-space.
 
     `remainder` (poses, tips, tips), times E [1/mm], is that of the compliance; `bound`, as the remainder, how far that
-    may be off; `size` [mm] the nearest distance from a contact to what bounds the fruit.
+    may be off; `size` [mm] the nearest distance from a contact to what bounds the fruit; `skinned` the contact of one
+    dome on a half-space of the flesh under its skin, None without one.
     """
 
     poisson: float
     remainder: Floats
     bound: Floats
     size: float
+    skinned: RoundContact | None = None
 
 
 def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
@@ -38,10 +42,17 @@ def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
     half_space = level_compliance(footprints, block.poisson, np.zeros(()), nodes_between(footprints))
     curvature = scene.fruit.radii_mm[0] / radii if scene.curved else np.ones(len(radii))
     change = np.multiply.outer(curvature - 1.0, compliance.shape_change)
+    skinned = None
+    if compliance.flesh_E is not None:
+        skinned = round_contact(layer_on(block, compliance.flesh_E), scene.tips.side_mm)
+        for tip, footprint in enumerate(footprints):
+            own = 1.0 / skinned.flat_stiffness(0.5 * footprint.side)
+            half_space[tip, tip] += own - (1.0 - block.poisson**2) / footprint.side
     error = max(compliance.error_pair, compliance.error_own)
     return Body(
         poisson=block.poisson,
         remainder=compliance.S - half_space + change,
         bound=error * np.abs(compliance.S) + OTHER_RADIUS * np.abs(change),
         size=min(block.height_mm, *(footprint.room(block) for footprint in footprints)),
+        skinned=skinned,
     )

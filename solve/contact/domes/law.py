@@ -16,7 +16,8 @@ punch, where it is felt. The slope that the others make under a dome moves its c
 along the spring is N times the cosine of the normal to the axis; what leans moves the dome sideways, as far as the
 housing gives. A dome that is off has q <= 0 and no force: one smooth system, solved by Newton's method. Neither
 friction nor large strain is in it; nor is what a sphere's own profile takes off a paraboloid's force in small strain,
-which large strain gives back in part: that is told apart.
+which large strain gives back in part: that is told apart. Under a skin N is that of a layered half-space
+(`solve/halfspace/layered.py`).
 """
 
 from collections.abc import Sequence
@@ -210,6 +211,9 @@ class _Law:
     def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats]:
         """Return the normal forces [N], their slopes over the depth [N/mm] and the contact radii [mm]."""
         depth = np.maximum(q, 0.0) / approach.eased
+        if self._body.skinned is not None:
+            contact, force, stiffness = self._body.skinned.press(approach.radius * depth)
+            return self._E * force / approach.radius, self._E * stiffness / approach.eased, contact
         contact = np.sqrt(approach.radius * depth)
         stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact
         return stiffness * depth / 1.5, stiffness / approach.eased, contact

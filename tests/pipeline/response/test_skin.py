@@ -10,12 +10,16 @@ from cad.theory.two_spring_law import Springs, curve_nonlinearity, curve_shares,
 from pipeline.evaluate import refuse_unsolvable
 from pipeline.options import RunOptions, contact_inputs, load_design
 from pipeline.reading.measurement import level_readings, pressed_sensor
+from pipeline.reading.over_time import refuse_unsolvable_time
 from pipeline.response.scene_press import scene_of
 from pipeline.springs.sizing import fruit_stiffening, spring_sizing
 from solve.contact.linear_response import spring_compliance
+from solve.contact.poses import Pose, pose_forces
 from solve.contact.response import scene_response
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
+from solve.fruit.footprints import level_compliance
+from solve.fruit.split import contact_footprints
 
 SKIN = {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0, "targets.NL": 0.1}
 FLESH = np.array([[0.7666, 0.0105], [0.0105, 0.7666]])
@@ -100,10 +104,50 @@ def test_moduli_count_for_the_contact_of_a_fruit_with_a_skin_alone():
 
 @pytest.mark.parametrize(
     ("design", "settings"),
-    [("paper", {"press.strain": "large"}), ("paper", {"press.tilt_deg": 1.0}), ("mango", {})],
+    [
+        ("paper", {"press.strain": "large"}),
+        ("paper", {"tips.shape": "sphere"}),
+        ("mango", {"fruit.length_mm": None, "fruit.width_mm": None}),
+    ],
 )
 def test_contact_under_a_skin_that_is_not_solved_is_refused(design, settings):
     changes = {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0}
     with pytest.raises(InputError) as refused:
         refuse_unsolvable(load_design(design, {**changes, **settings}))
     assert refused.value.field == "fruit.skin_mm"
+
+
+def dome_forces(contact, E):
+    """Return the forces of the domes of the mango's sensor, level and tilted [N]."""
+    design = load_design("mango", {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0})
+    C = spring_compliance(*design.tips.each(0.15, 1.6))
+    poses = [Pose(E=E, travel=0.5, tilt_deg=tilt) for tilt in ((0.0, 0.0), (2.0, 1.0))]
+    return pose_forces(scene_of(design), contact, C, poses).F
+
+
+def mango_contact():
+    """Return the compliance of four domes on a half-space, with a skin that changes nothing."""
+    design = load_design("mango")
+    footprints = contact_footprints(design.fruit, design.tips)
+    flesh = level_compliance(footprints, design.fruit.poisson, np.zeros(()), 5)
+    info = SolveInfo(method="", dofs=0, seconds=0.0, status="")
+    E = np.geomspace(0.1, 12.0, 13)
+    table = SkinTable(E=E, S=np.array([flesh for _ in E]))
+    return FruitCompliance(tips=design.tips.names, S=flesh, error_pair=1e-4, error_own=1e-4, info=info, skin=table)
+
+
+def test_domes_on_a_skin_as_the_flesh_have_the_forces_of_flesh_alone():
+    contact = mango_contact()
+    bare = dataclasses.replace(contact, skin=None)
+    # 10 MPa is the modulus of the skin; the splines of its table are good to 1e-5
+    assert dome_forces(contact, 10.0) == pytest.approx(dome_forces(bare, 10.0), rel=1e-4)
+
+
+def test_skin_on_flesh_that_relaxes_is_refused():
+    design = load_design(
+        "paper",
+        {**SKIN, "fruit.relaxation": "[[0.3, 10.0]]", "press.speed_mm_per_s": 1.0, "press.hold_s": 5.0},
+    )
+    with pytest.raises(InputError) as refused:
+        refuse_unsolvable_time(design)
+    assert refused.value.field == "fruit.relaxation"

@@ -7,7 +7,7 @@ import pytest
 
 from solve.fruit.footprints import Footprint, level_compliance
 from solve.fruit.skin import layered_change
-from solve.halfspace.layered import Layer, added_compliances
+from solve.halfspace.layered import Layer, added_compliances, round_contact
 from solve.halfspace.punch import circle_punch, square_punch
 
 SKIN = Layer(thickness=0.3, modulus=10.0, poisson=0.3, poisson_below=0.3)
@@ -139,3 +139,30 @@ def test_smooth_loads_meet_a_half_space_of_one_modulus_as_the_closed_form_says()
     bare = Layer(0.3, 1.0, 0.3, 0.3)
     assert bare.smooth_compliance((1.5, 1.5), 0.0) == pytest.approx(0.91 / (2.0 * np.sqrt(np.pi) * 1.5), rel=1e-9)
     assert bare.smooth_compliance((0.5, 0.5), 30.0) == pytest.approx(0.91 / (np.pi * 30.0), rel=1e-3)
+
+
+def test_round_bodies_on_a_layer_as_what_lies_below_follow_hertz():
+    """Depth a^2 / R, force 4/3 E* a^3 / R, d force / d depth 2 a E*: Johnson (1985), 4.22 to 4.24."""
+    contact = round_contact(dataclasses.replace(SKIN, modulus=1.0), 3.0)
+    E_star = 1.0 / (1.0 - 0.3**2)
+    radius, force, stiffness = contact.press(np.array([0.0, 1e-6, 0.04, 1.44, 4.0]))
+    expected = np.sqrt([0.0, 1e-6, 0.04, 1.44, 4.0])
+    assert radius == pytest.approx(expected, rel=1e-6)
+    assert force == pytest.approx(4.0 / 3.0 * E_star * expected**3, rel=1e-5)
+    assert stiffness == pytest.approx(2.0 * E_star * expected, rel=1e-6)
+
+
+def test_small_round_contacts_meet_the_layer_alone():
+    contact = round_contact(SKIN, 3.0)
+    radius, force, _ = contact.press(np.array([1e-8]))
+    assert force == pytest.approx(4.0 / 3.0 * 10.0 / (1.0 - 0.3**2) * radius**3, rel=1e-3)
+
+
+def test_a_round_contact_grows_by_steps_of_the_flat_circle():
+    contact = round_contact(SKIN, 3.0)
+    depth = np.linspace(0.05, 6.0, 4001)
+    _, force, stiffness = contact.press(depth)
+    assert np.gradient(force, depth)[1:-1] == pytest.approx(stiffness[1:-1], rel=1e-3)
+    assert contact.flat_stiffness(RADIUS) == pytest.approx(
+        circle_stiffness(SKIN, RADIUS) * 2.0 * RADIUS / (1.0 - 0.3**2), rel=1e-4
+    )
