@@ -131,7 +131,7 @@ def check_targets(
         with timed.stage("reading"):
             readings = analyse_readings(design, contact, springs)
             height_offsets = tip_height_offsets(springs, design.press.attitude)
-            over_time = reading_over_time(design, contact, springs.C, height_offsets)
+            over_time = reading_over_time(design, contact, springs.C, height_offsets, springs.sideways)
     with timed.stage("verdicts"):
         reached = reached_targets(design, contact, sizing, springs, press)
         verdicts = sensor_verdicts(design, contact, springs, press, readings, reached)

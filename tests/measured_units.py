@@ -13,10 +13,9 @@ from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.options import RunOptions, load_design
 from pipeline.reading.analysis import error_analysis, read_out_of
 from pipeline.reading.measurement import pressed_sensor
-from pipeline.reading.over_time import reading_over_time
 from pipeline.reading.read_out import ReadOut
-from pipeline.report.mapping import contact_keys, reading_keys, relaxation_keys, tip_keys
-from pipeline.report.stored import StoredContact, StoredModulus, StoredReading, StoredRelaxation, StoredTip, as_data
+from pipeline.report.mapping import contact_keys, reading_keys, tip_keys
+from pipeline.report.stored import StoredContact, StoredModulus, StoredReading, StoredTip, as_data
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import scene_of
 from pipeline.storage.plain import from_plain, strict_converter
@@ -39,7 +38,6 @@ class ReportOfUnits:
     read_out: ReadOut
     moduli: tuple[StoredModulus, ...]
     housing: Housing | None = None
-    relaxation: StoredRelaxation | None = None
 
 
 def stored(kind, value):
@@ -72,14 +70,12 @@ class MeasuredDesign:
         press = SimpleNamespace(height_offsets=(), at_largest_E=SimpleNamespace(F=level[None]))
         springs = SimpleNamespace(C=self.C, sideways=self.sideways)
         read_out = read_out_of(design, self.contact, springs, press, readings)
-        over_time = reading_over_time(design, self.contact, self.C)
         self.report = ReportOfUnits(
             design=design,
             tips=stored(tuple[StoredTip, ...], tip_keys(design.tips)),
             contact=stored(StoredContact, contact_keys(self.contact)),
             read_out=read_out,
             moduli=() if readings is None else stored(StoredReading, reading_keys(readings)).moduli,
-            relaxation=None if over_time is None else stored(StoredRelaxation, relaxation_keys(over_time)),
         )
 
     def forces(self, poses, factors=1.0):

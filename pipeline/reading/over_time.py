@@ -19,6 +19,7 @@ from pipeline.reading.poses import Placement
 from pipeline.response.scene_press import scene_of
 from solve.contact.linear_response import high_over_low
 from solve.contact.relaxing import elastic_forces, timed_forces
+from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 
 Floats = NDArray[np.float64]
@@ -86,16 +87,20 @@ def refuse_unsolvable_time(design: Design) -> None:
 
 
 def reading_over_time(
-    design: Design, contact: FruitCompliance, C: Floats, height_offsets: Sequence[float] = ()
+    design: Design,
+    contact: FruitCompliance,
+    C: Floats,
+    height_offsets: Sequence[float] = (),
+    sideways: SidewaysGive | None = None,
 ) -> ReadingOverTime | None:
     """Return the readings of a design over time; None for flesh that does not relax.
 
-    C (tips, tips) [mm/N] is the compliance of the springs, `height_offsets` [mm] as for `pressed_sensor`. Raises
-    SolveError.
+    C (tips, tips) [mm/N] is the compliance of the springs, `height_offsets` [mm] and `sideways` as for
+    `pressed_sensor`. Raises SolveError.
     """
     if design.fruit.relaxation is None:
         return None
-    sensor = pressed_sensor(design, contact, C, height_offsets)
+    sensor = pressed_sensor(design, contact, C, height_offsets, sideways)
     law = _contrast(sensor)
     first_touch = float(np.min(np.add(law.gaps, height_offsets or 0.0)))
     relaxation = Relaxation(design.fruit.relaxation)

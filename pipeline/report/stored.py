@@ -162,24 +162,6 @@ class StoredReading:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StoredRelaxing:
-    """The apparent modulus [MPa] over time of flesh of one modulus E at the first instant [MPa]."""
-
-    E_MPa: float
-    E_apparent_MPa: tuple[float | None, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredRelaxation:
-    """A press over times from the first touch [s]: when it stops, when it is read, and the moduli that it tells."""
-
-    t_s: tuple[float, ...]
-    stop_s: float
-    at_s: float
-    moduli: tuple[StoredRelaxing, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
 class StoredReport:
     """What is read back of report.json; what is shown and not computed with is left as plain data.
 
@@ -209,7 +191,6 @@ class StoredReport:
     files: tuple[StoredFile, ...]
     seconds: dict[str, float]
     stale: dict[str, str] = field(default_factory=dict)
-    relaxation: StoredRelaxation | None = None
 
     def __post_init__(self) -> None:
         """Refuse deflections of other springs than those of the housing."""

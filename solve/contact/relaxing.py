@@ -78,27 +78,50 @@ def elastic_forces(law: ContrastLaw, E: Floats, travel: Floats, held_back: Float
     raise SolveError(msg)
 
 
+class Memory:
+    """What flesh that relaxes keeps of the elastic forces n until now, in each arm: tau dm/dt = n - m, n straight."""
+
+    def __init__(self, relaxation: Relaxation) -> None:
+        """Begin without a force."""
+        self._shares = np.array(relaxation.shares)[:, None, None]
+        self._times = np.array(relaxation.times)[:, None]
+        self._kept: Floats | float = 0.0
+        self._mean: Floats | float = 1.0
+        self._memory: Floats | float = 0.0
+        self._elastic: Floats | float = 0.0
+
+    def step(self, seconds: Floats) -> tuple[Floats, Floats]:
+        """Return by which share elastic forces of the end of a step are felt [1], and what is lost of those before [N].
+
+        Steps (presses,) [s]; the share has shape (presses, 1), what is lost (presses, tips) or (presses, 1).
+        """
+        step = (seconds / self._times)[..., None]
+        decay = np.exp(-step)
+        self._mean = -np.expm1(-step) / step  # of the decay over the step
+        self._kept = decay * self._memory + (self._mean - decay) * self._elastic
+        fresh = 1.0 - (self._shares * (1.0 - self._mean)).sum(axis=0)
+        return fresh, (self._shares * self._kept).sum(axis=0)
+
+    def keep(self, elastic: Floats) -> None:
+        """End the step with elastic forces [N]."""
+        self._memory = self._kept + (1.0 - self._mean) * elastic
+        self._elastic = elastic
+
+
 def _stepped(law: ContrastLaw, relaxation: Relaxation, E: Floats, times: Floats, travel: Floats) -> Floats:
     """Return the forces [N] at times (presses, times), one step from each to the next, (presses, times, tips)."""
-    shares = np.array(relaxation.shares)[:, None, None]
-    times_of_arms = np.array(relaxation.times)[:, None]
     C = np.array(law.C)
     F = np.zeros((*times.shape, len(law.gaps)))
     elastic = F[:, 0]
-    memory = np.zeros((len(shares), *elastic.shape))
+    memory = Memory(relaxation)
     for k in range(1, times.shape[1]):
-        step = ((times[:, k] - times[:, k - 1]) / times_of_arms)[..., None]
-        decay = np.exp(-step)
-        mean = -np.expm1(-step) / step  # of the decay over the step
-        kept = decay * memory + (mean - decay) * elastic
-        fresh = 1.0 - (shares * (1.0 - mean)).sum(axis=0)  # what flesh of this step keeps of its modulus
-        lost = (shares * kept).sum(axis=0)
-        answer = elastic_forces(law, E * fresh[:, 0], travel[:, k], -lost @ C.T)
+        fresh, lost = memory.step(times[:, k] - times[:, k - 1])
+        answer = elastic_forces(law, E * fresh[:, 0], travel[:, k], np.broadcast_to(-lost, elastic.shape) @ C.T)
         if law.hertz > 0.0 and (answer < (1.0 - SHRINKS) * fresh * elastic).any():
             msg = "domes over time: a contact shrinks, and only growing ones are solved; hold for less time"
             raise SolveError(msg)
         elastic = answer / fresh
-        memory = kept + (1.0 - mean) * elastic
+        memory.keep(elastic)
         F[:, k] = answer - np.where(answer > 0.0, lost, 0.0)
     return F
 

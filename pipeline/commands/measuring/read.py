@@ -59,9 +59,14 @@ def execute(arguments: Namespace) -> int:
 
 def _refuse_without_time(arguments: Namespace, sensor: "MeasuringUnit") -> None:
     """Raise InputError for what reads flesh that relaxes at any moment, as if it were elastic."""
-    if sensor.report.relaxation is None:
+    if sensor.design.fruit.relaxation is None:
         return
-    asked = {"--each": arguments.each, "--c-header": arguments.c_header, "--micropython": arguments.micropython}
+    asked = {
+        "--forces": arguments.forces,
+        "--each": arguments.each,
+        "--c-header": arguments.c_header,
+        "--micropython": arguments.micropython,
+    }
     for flag, value in asked.items():
         if value:
             bound = "left out where the design has fruit.relaxation"
@@ -77,8 +82,8 @@ def _tell_assumptions(arguments: Namespace, sensor: "MeasuringUnit") -> None:
         )
     if sensor.deep is not None:
         print_error(f"note: {LAW_OF_FLESH}")
-    if sensor.report.relaxation is not None:
-        at = sensor.report.relaxation.at_s
+    if sensor.design.fruit.relaxation is not None:
+        at = sensor.design.read_s
         print_error(f"note: E is that at the first instant; the apparent one is that at {at:g} s")
     if arguments.unit is None:
         print_error("note: no --unit; springs as designed, as uncertain as their process prints them")

@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.quantity import validation_error
-from pipeline.measure.unit.fruit_reading import FruitReading
+from cad.theory.relaxation import Relaxation
+from pipeline.measure.unit.fruit_reading import FruitReading, contrast_reading
 from pipeline.measure.unit.measuring import MeasuringUnit
-from pipeline.measure.unit.pair_press import PairPress
+from pipeline.measure.unit.pair_press import PairPress, single_reading
 from pipeline.measure.unit.signals import Sample, Signal
-from pipeline.measure.unit.timed_reading import RelaxingPress, at_first_instant, reading_as_elastic
+from pipeline.measure.unit.timed_reading import RelaxingPress
 
 Floats = NDArray[np.float64]
 
@@ -21,9 +22,7 @@ _CHECK_CHANNEL = "check zero, sign and unit of the channel"
 def reading_of(sensor: MeasuringUnit, channels: Sequence[float]) -> FruitReading:
     """Return what one reading tells: forces [N] as the channels show them, in the order of the tips."""
     forces = sensor.gained(channels)
-    reading = reading_as_elastic(sensor, forces)
-    relaxation = sensor.report.relaxation
-    return reading if relaxation is None else at_first_instant(sensor, relaxation, reading, forces)
+    return single_reading(sensor, forces) if sensor.law is None else contrast_reading(sensor, sensor.law, forces)
 
 
 def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = False) -> Iterator[FruitReading]:
@@ -78,8 +77,8 @@ class _Press:
     def __init__(self, sensor: MeasuringUnit) -> None:
         self._sensor = sensor
         self._pair = PairPress(sensor)
-        relaxation = sensor.report.relaxation
-        self._relaxing = None if relaxation is None else RelaxingPress(sensor, relaxation)
+        arms = sensor.design.fruit.relaxation
+        self._relaxing = None if arms is None else RelaxingPress(sensor, Relaxation(arms))
         self._largest = 0.0
         self.deepest = Sample(0, 0.0, None, ())
 
