@@ -5,6 +5,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from virtual_compression import VirtualTest
 
 from pipeline.cli import main
 from pipeline.measure.compression.bodies import Ellipsoid
-from pipeline.measure.compression.force_law import TestGeometry, hertz_law
+from pipeline.measure.compression.force_law import POISSON, TestGeometry, hertz_law
 from pipeline.options import load_design
 
 SIZES = ["--height", "70", "--radius", "35"]
@@ -59,7 +60,8 @@ def test_json_is_a_list_with_the_contract_s_keys(files, capsys):
 )
 def test_body_and_tools_are_what_the_flags_say(words, sizes, files, capsys, monkeypatch):
     ball = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
-    law = hertz_law(ball)
+    apparent = hertz_law(ball)
+    law = replace(apparent, others={POISSON: [apparent]})
     monkeypatch.setattr("pipeline.measure.compression.modulus.solved_law", lambda _: law)  # the sizes are looked at
     assert main(["modulus", files[1], "--json", "--strain", "5", *words.split()]) == 0
     (row,) = json.loads(capsys.readouterr().out)
