@@ -2,6 +2,7 @@
 
 import ast
 import functools
+import hashlib
 import re
 import sys
 import tomllib
@@ -135,3 +136,15 @@ def test_only_the_quick_tests_of_make_leave_slow_ones_out() -> None:
     assert recipes["test"] == f'{every}"not slow and not study"'
     assert recipes["test-all"] == f'{every}"not study"'
     assert recipes["test-studies"] == f"{every}study"
+
+
+LIBRARIES = ROOT / "pipeline" / "report" / "page" / "libraries"
+
+
+@pytest.mark.parametrize("path", sorted(LIBRARIES.glob("*.js")), ids=lambda path: path.name)
+def test_library_of_the_page_is_the_one_that_notice_names(path: Path) -> None:
+    """What a page carries is what its authors publish, with its licence."""
+    notice = (ROOT / "NOTICE").read_text(encoding="utf-8")
+    (digest,) = re.findall(rf"^{re.escape(path.name)} .*\n +sha256 ([0-9a-f]{{64}})$", notice, flags=re.MULTILINE)
+    assert hashlib.sha256(path.read_bytes()).hexdigest() == digest
+    assert path.with_name(path.name.replace(".min.js", ".LICENSE")).is_file()

@@ -1,28 +1,34 @@
-"""The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose; each read back and compared."""
+"""The files of a sensor: STEP of housing and assembly, STL and 3MF in print pose, each read back and compared; GLB."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import cadquery as cq
+import numpy as np
 import trimesh
 
 from cad.files.export_error import ExportError
+from cad.files.glb import GlbBody, glb_of
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
-from cad.parts.assembly import assembly_bodies
+from cad.parts.assembly import assembly_bodies, outwards
 from cad.parts.pose import print_pose
 from cad.parts.sensor import Body, Sensor
 
 _STEP_TOLERANCE = 1e-9  # relative: Part 21 carries 15 digits
 _TURNED = ("SPHERE", "REVOLUTION")
 _INTEGRAL_TOLERANCE = 1e-8  # relative, of a volume within a ball or a surface of revolution
+_SHOWN_CHORD_MM = 0.1  # of what is only looked at
+_SHOWN_ANGLE = 0.5  # rad
 _SINGLE_PRECISION = 1e-6  # of a coordinate in an STL, over the smallest side of a part
 
 
 def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
     """Write housing.step, assembly.step and, marked, housing.stl and housing.3mf; pin.step where pins are the tips.
+
+    assembly.glb, to be looked at, has every body in its colour and an animation that takes them apart.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
@@ -30,7 +36,8 @@ def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
     export_step([sensor.housing_body()], housing_step)
 
     assembly_step = folder / "assembly.step"
-    export_step(assembly_bodies(sensor), assembly_step)
+    bodies = assembly_bodies(sensor)
+    export_step(bodies, assembly_step)
 
     printed = print_pose(sensor.printed_part().shape, back_up=sensor.housing.back_to_back)
     stl = folder / "housing.stl"
@@ -40,13 +47,28 @@ def write_sensor(sensor: Sensor, folder: Path) -> tuple[Path, ...]:
     write_3mf({sensor.part.name: mesh}, package)
     compare_volume(package, read_3mf(package).mesh.volume, printed.Volume(), solid_tolerance(printed))
 
-    paths = [housing_step, assembly_step, stl, package]
+    assembly_glb = folder / "assembly.glb"
+    assembly_glb.write_bytes(glb_of([shown_body(body) for body in bodies]))
+
+    paths = [housing_step, assembly_step, stl, package, assembly_glb]
     if pins := sensor.pin_bodies():  # all are equal; one is written, standing on its touching face
         box = pins[0].shape.BoundingBox()
         upright = pins[0].shape.translate(cq.Vector(-box.center.x, 0.0, -box.zmin))
         paths.append(folder / "pin.step")
         export_step([replace(pins[0], name="pin", shape=upright)], paths[-1])
     return tuple(paths)
+
+
+def shown_body(body: Body) -> GlbBody:
+    """Return a body as triangles to be looked at, which the animation moves outwards."""
+    vertices, triangles = body.shape.copy().tessellate(_SHOWN_CHORD_MM, _SHOWN_ANGLE)
+    return GlbBody(
+        name=body.name,
+        vertices=np.array([vertex.toTuple() for vertex in vertices]),
+        triangles=np.array(triangles),
+        colour=np.array(body.colour),
+        moved=np.array([0.0, outwards(body), 0.0]),
+    )
 
 
 def export_step(bodies: Sequence[Body], path: Path) -> cq.Shape:

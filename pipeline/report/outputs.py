@@ -26,8 +26,8 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
     stale = keep_earlier_files(result, folder)
     if page:
-        shown = report_of(folder, report_mapping(result, listed_files(folder), stale))
-        (folder / PAGE).write_text(page_of(shown, result), encoding="utf-8")
+        data = report_mapping(result, listed_files(folder), stale)
+        (folder / PAGE).write_text(page_of(report_of(folder, data), data, result, folder), encoding="utf-8")
     report = report_mapping(result, listed_files(folder), stale)
     text = json.dumps(report, indent=1, ensure_ascii=False, allow_nan=False)
     (folder / REPORT).write_text(f"{text}\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The answer in words, and the bars of the verdict table."""
+"""The answer in words."""
 
 from dataclasses import dataclass
 
@@ -6,11 +6,8 @@ from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
 from cad.verdict import Verdict
 from pipeline.report.stored import StoredReport
-from pipeline.report.verdict_rule import bound_sense
 
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
-_SIDEWAYS = 3.0  # tolerances that a bar shows to each side of its target
-_BEYOND = 1.5  # limits that a bar of a limit shows
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 _SCENE_TABLES = ("fruit", "tips", "press", "reading")
 
@@ -22,19 +19,6 @@ class Answer:
     outcome: str
     headline: str
     not_passed: tuple[Verdict, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bar:
-    """A bar of 100 units: the value, the ends of its error bar and of what passes, and the limit; cut at its ends."""
-
-    value: float
-    error_low: float
-    error_high: float
-    passing_low: float
-    passing_high: float
-    limit: float
-    words: str
 
 
 def answer_of(report: StoredReport) -> Answer:
@@ -77,44 +61,6 @@ def scene_in_words(design: Design) -> str:
 def is_on_the_part(verdict: Verdict) -> bool:
     """Say whether a verdict is on the part and its print, not on targets and readings."""
     return verdict.name.startswith(_ON_THE_PART)
-
-
-def bar_of(verdict: Verdict) -> Bar | None:
-    """Return the bar of a verdict on numbers: about its target with a tolerance, or from 0 to beyond its limit."""
-    value = verdict.value
-    limit = verdict.limit
-    tolerance = verdict.tolerance
-    if value is None or not isinstance(limit, int | float) or not isinstance(tolerance, int | float):
-        return None
-    width = tolerance * abs(limit) if verdict.relative else tolerance
-    if width > 0.0:
-        start = limit - _SIDEWAYS * width
-        end = limit + _SIDEWAYS * width
-        passing = (limit - width, limit + width)
-        words = f"{(value - limit) / width:+.2g} of the tolerance from the target"
-    elif limit > 0.0:
-        start = 0.0
-        end = _BEYOND * limit
-        sense = bound_sense(verdict)
-        below = sense == "at most" or (sense is None and (value <= limit) is (verdict.passed is not False))
-        passing = (start, limit) if below else (limit, end)
-        words = f"{value / limit:.2g} of the limit"
-    else:
-        return None
-
-    def position(number: float) -> float:
-        return min(100.0, max(0.0, 100.0 * (number - start) / (end - start)))
-
-    error = verdict.error or 0.0
-    return Bar(
-        value=position(value),
-        error_low=position(value - error),
-        error_high=position(value + error),
-        passing_low=position(passing[0]),
-        passing_high=position(passing[1]),
-        limit=position(limit),
-        words=words,
-    )
 
 
 def dimensions(report: StoredReport) -> dict[str, str]:

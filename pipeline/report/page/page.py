@@ -1,88 +1,141 @@
 """report.html: one page of a report that needs no other file, no network and no font from elsewhere."""
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from pipeline.report.explain.entries import entries
 from pipeline.report.page import answer
-from pipeline.report.page.drawing.picture import Picture
-from pipeline.report.page.error_plots import budget_plot, pose_plot, speed_plot
-from pipeline.report.page.field_pictures import contact_picture, flexure_picture
-from pipeline.report.page.live_model import live_data, live_model
+from pipeline.report.page.bodies import assembly_body, flexure_body, skin_body
+from pipeline.report.page.law import law_data
 from pipeline.report.page.mangoes import alike_pairs, seen_mangoes
-from pipeline.report.page.response_plots import modulus_plot, pressure_plot, travel_plot
-from pipeline.report.stored import StoredReport
-from pipeline.report.verdict_rule import UNREAD, fails_unread, limit_text, number_text, tolerance_text
+from pipeline.report.stored import StoredReport, as_data
+from pipeline.report.verdict_rule import UNREAD, bound_sense, fails_unread, limit_text, number_text, tolerance_text
+from pipeline.response.scene_press import scene_of
 from pipeline.result import SensorResult
+from pipeline.storage.plain import Plain
+from solve.contact.pressure import footprint_pressure
 from solve.linear import SolveError
 
 _HERE = Path(__file__).parent
+_LIBRARIES = ("d3.min.js", "plot.min.js", "model-viewer.min.js")
+"""D3 and Observable Plot draw plots, model-viewer shows bodies: NOTICE has versions, licences and digests."""
 
 
-def page_of(report: StoredReport, result: SensorResult) -> str:
-    """Return the page of a report, with fields of the result that it was made of.
-
-    A picture that cannot be drawn is left out, and the page says why.
-    """
-    model = live_model(report)
-    mangoes = seen_mangoes(report)
-    draws = {
-        "flexures under load": lambda: flexure_picture(report, result),
-        "contact": lambda: contact_picture(report, result),
-        "P over the modulus": lambda: modulus_plot(report, mangoes),
-        "P over the travel": lambda: travel_plot(report),
-        "error against tilt": lambda: pose_plot(report, model),
-        "pressure on the skin": lambda: pressure_plot(report),
-        "error budget": lambda: budget_plot(report),
-        "speed against error": lambda: speed_plot(report),
-    }
-    pictures, missing = _drawn(draws)
-    resolved = {
-        "as printed": alike_pairs([seen.printed for seen in mangoes]),
-        "after calibrating the unit": alike_pairs([seen.calibrated for seen in mangoes]),
-    }
+def rendered(template: str, scripts: tuple[str, ...], folder: Path = _HERE, **values: object) -> str:
+    """Return a page of a template with its style, the libraries and scripts of this folder; values are escaped."""
     environment = Environment(
-        loader=FileSystemLoader(_HERE),
+        loader=FileSystemLoader([folder, _HERE]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("page.html.j2").render(
+    names = [*(f"libraries/{name}" for name in _LIBRARIES), *scripts]
+    return environment.get_template(template).render(
+        style=(_HERE / "page.css").read_text(encoding="utf-8"),
+        scripts=[(_HERE / name).read_text(encoding="utf-8") for name in names],
+        **values,
+    )
+
+
+def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Path) -> str:
+    """Return the page of a report and its JSON data, with the bodies of a result and of the folder of its files.
+
+    What cannot be drawn is left out, and the page says why.
+    """
+    mangoes = seen_mangoes(report)
+    verdicts = [as_data(verdict) | {"sense": bound_sense(verdict)} for verdict in report.verdicts]
+    scene = scene_of(report.design, result.press.height_offsets)
+    bodies, missing = _drawn(
+        {
+            "assembly": lambda: assembly_body(folder),
+            "springs under load": lambda: flexure_body(report, result),
+            "skin under the tips": lambda: skin_body(report, scene),
+        }
+    )
+    page_data = {
+        "report": data,
+        "verdicts": verdicts,
+        "law": law_data(report, result),
+        "profile": _pressure_profile(report, result),
+        "mangoes": [seen.mango._asdict() | {"P": seen.P} for seen in mangoes],
+        "bodies": bodies,
+    }
+    resolved = {
+        "as printed": alike_pairs([seen.printed for seen in mangoes]),
+        "after calibrating the unit": alike_pairs([seen.calibrated for seen in mangoes]),
+    }
+    return rendered(
+        "page.html.j2",
+        ("law.js", "bodies.js", "page.js"),
         report=report,
         answer=answer.answer_of(report),
         scene=answer.scene_in_words(report.design),
-        targets=[verdict for verdict in report.verdicts if not answer.is_on_the_part(verdict)],
-        part=[verdict for verdict in report.verdicts if answer.is_on_the_part(verdict)],
+        targets=[(i, one) for i, one in enumerate(report.verdicts) if not answer.is_on_the_part(one)],
+        part=[(i, one) for i, one in enumerate(report.verdicts) if answer.is_on_the_part(one)],
         paper={} if report.paper is None else {verdict["name"]: verdict for verdict in report.paper["verdicts"]},
-        pictures=pictures,
         missing=missing,
-        live=live_data(report, model),
+        data=finite(page_data),
         mangoes=mangoes,
         resolved=resolved,
         dimensions=answer.dimensions(report),
+        sizes={file.path: (folder / file.path).stat().st_size for file in report.files},
         outcomes=answer.OUTCOMES,
         number_text=number_text,
         limit_text=limit_text,
         tolerance_text=tolerance_text,
-        bar_of=answer.bar_of,
         meanings={name: entry.meaning for entry in entries() for name in entry.each or (entry.name,)},
         unread=UNREAD,
         fails_unread=fails_unread,
-        style=(_HERE / "page.css").read_text(encoding="utf-8"),
-        script=(_HERE / "live.js").read_text(encoding="utf-8"),
     )
 
 
-def _drawn(draws: Mapping[str, Callable[[], Picture]]) -> tuple[list[Picture], dict[str, str]]:
-    """Return the pictures, and why each other one cannot be drawn: its numbers are in report.json all the same."""
-    pictures = []
+def finite(data: object) -> object:
+    """Return JSON data of any depth with None in the place of every number that is not finite."""
+    if isinstance(data, dict):
+        return {key: finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
+
+
+def _drawn(draws: dict[str, Callable[[], Plain]]) -> tuple[list[Plain], dict[str, str]]:
+    """Return the bodies, and why each other one cannot be drawn."""
+    bodies = []
     missing = {}
     for name, draw in draws.items():
         try:
-            pictures.append(draw())
+            bodies.append(draw())
         except (ArithmeticError, ValueError, SolveError) as error:
             missing[name] = str(error)
-    return pictures, missing
+    return bodies, missing
+
+
+def _pressure_profile(report: StoredReport, result: SensorResult) -> Plain:
+    """Return pressure over its mean [1] along the middle of one flat tip of each spring [mm]; else a reason."""
+    design = result.design
+    if design.tips.dome_radius_mm is not None:
+        return {}
+    scene = scene_of(design, result.press.height_offsets)
+    E = float(result.press.at_largest_E.E[-1])
+    try:
+        contact = footprint_pressure(scene, result.contact.at(E), result.springs.C, E, design.press.travel_mm)
+    except (ArithmeticError, ValueError, SolveError) as error:
+        return {"reason": str(error)}
+    sizes = np.diff(contact.edges)
+    middle = len(sizes) // 2
+    centres = 0.5 * (contact.edges[1:] + contact.edges[:-1])
+    profile = {}
+    for spring in ("low", "high"):
+        tip = next(index for index, tip in enumerate(report.tips) if tip.spring == spring)
+        force = float(contact.cell_forces[tip].sum())
+        if not force > 0.0:
+            return {"reason": "a tip is off the fruit"}
+        pressure = contact.cell_forces[tip, :, middle] / (sizes * sizes[middle])
+        over_mean = pressure * design.tips.face_mm2 / force
+        profile[spring] = {"x": centres.tolist(), "over_mean": over_mean.tolist()}
+    return profile

@@ -20,7 +20,7 @@ from cad.parts.coupon import modulus_factor
 
 ROOT = Path(__file__).parents[3]
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
-FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf"]
+FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]
 SHEETS = [
     "drawing.dxf", "drawing.svg", "drawing-coupon.dxf", "drawing-coupon.svg", "drawing-cover.dxf", "drawing-cover.svg",
     "coupon.step", "coupon.stl", "cover.step", "cover.stl", "mount.step", "mount.stl", "bom.csv", "fabrication.md",

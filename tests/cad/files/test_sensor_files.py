@@ -13,7 +13,7 @@ from cad.files.sensor_files import export_step, write_sensor
 from cad.files.step import read_step, write_step
 from cad.files.stl import CHORD_MM, read_stl, write_stl
 from cad.files.threemf import read_3mf, write_3mf
-from cad.parts.assembly import fasteners
+from cad.parts.assembly import assembly_bodies, fasteners, outwards
 from cad.parts.fruit import curved_fruit
 from cad.parts.pose import print_pose, sensor_pose
 from cad.parts.sensor import Body
@@ -23,9 +23,9 @@ ROUND_MM2 = 300.0  # more than the area of fillets and holes, whose chords cost 
 
 def test_files_hold_the_solids_and_print_files_the_marks(sensor, tmp_path):
     named = replace(sensor, name="paper")
-    step, assembly, stl, model = write_sensor(named, tmp_path)
-    assert [path.name for path in (step, assembly, stl, model)] == [
-        "housing.step", "assembly.step", "housing.stl", "housing.3mf",
+    step, assembly, stl, model, shown = write_sensor(named, tmp_path)
+    assert [path.name for path in (step, assembly, stl, model, shown)] == [
+        "housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb",
     ]  # fmt: skip
     volume, fruit = sensor.part.shape.Volume(), 20.0 * 20.0 * 12.0
     steel = sum(shape.Volume() for shape in fasteners(sensor).values())
@@ -35,6 +35,17 @@ def test_files_hold_the_solids_and_print_files_the_marks(sensor, tmp_path):
     assert volume - engraved > 1.0
     assert read_stl(stl).volume == pytest.approx(engraved, abs=CHORD_MM * ROUND_MM2)
     assert read_3mf(model).mesh.volume == pytest.approx(engraved, abs=CHORD_MM * ROUND_MM2)
+    assert set(trimesh.load(shown).geometry) == {body.name for body in assembly_bodies(named)}
+
+
+def test_screws_are_moved_beyond_all_that_they_hold(sensor):
+    """Taken apart, no screw is left in a cover, and what lies behind moves backwards."""
+    reached = {}
+    for body in assembly_bodies(sensor):
+        box = body.shape.BoundingBox()
+        reached[body.name] = (box.ymin + outwards(body), box.ymax + outwards(body))
+    assert reached["screw 1"][1] < min(low for name, (low, _) in reached.items() if not name.startswith("screw"))
+    assert reached["back washer 1"][1] < reached["nut 1"][0]
 
 
 def test_assembly_shows_a_curved_fruit_curved(sensor, tmp_path):

@@ -130,7 +130,7 @@ def test_fruit_is_as_far_from_the_feet_as_the_pins_stand_out(pinned, travel, lef
 
 def test_files_hold_the_pockets_and_the_pins(pinned, tmp_path):
     written = write_sensor(pinned, tmp_path)
-    names = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "pin.step"]
+    names = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb", "pin.step"]
     assert [path.name for path in written] == names
     assert read_step(tmp_path / "pin.step").Volume() == pytest.approx(4.0)
     assert read_step(tmp_path / "housing.step").Volume() == pytest.approx(pinned.part.shape.Volume())

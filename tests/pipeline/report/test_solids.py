@@ -49,7 +49,7 @@ def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tm
     assert {"geometry.valid", "geometry.watertight"} <= {verdict.name for verdict in verdicts}
     assert [verdict.name for verdict in verdicts if not verdict.passed] == []
     assert digests(first) == digests(tmp_path)
-    assert {"housing.step", "housing.stl", "housing.3mf", "assembly.step"} == set(digests(first))
+    assert {"housing.step", "housing.stl", "housing.3mf", "assembly.step", "assembly.glb"} == set(digests(first))
 
 
 def test_another_leaf_is_another_solid(first, tmp_path):

@@ -12,9 +12,11 @@ from stand_ins import result_of
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
+from pipeline.options import RunOptions
 from pipeline.report.outputs import PAGE, write_outputs
 from pipeline.report.stored import StoredReport, read_report
 from pipeline.result import SensorResult
+from pipeline.run import run
 
 DOMES = Design(
     name="domes",
@@ -55,6 +57,18 @@ def flat_page(tmp_path_factory: pytest.TempPathFactory) -> WrittenPage:
 def dome_page(tmp_path_factory: pytest.TempPathFactory) -> WrittenPage:
     """Return the page of a scene that is not linear."""
     return written(result_of(DOMES), tmp_path_factory.mktemp("page"))
+
+
+@pytest.fixture
+def preset_page(tmp_path: Path) -> Callable[[Design], WrittenPage]:
+    """Return a function that runs a design and returns its page."""
+
+    def written_run(design: Design) -> WrittenPage:
+        result = run(design, RunOptions(out=tmp_path / "out"))
+        text = (tmp_path / "out" / PAGE).read_text(encoding="utf-8")
+        return WrittenPage(result=result, folder=tmp_path / "out", report=read_report(tmp_path / "out"), text=text)
+
+    return written_run
 
 
 @pytest.fixture(scope="module")

@@ -10,14 +10,15 @@ from stand_ins import result_of
 
 from cad.verdict import Verdict
 from pipeline.report.outputs import PAGE, write_outputs
-from pipeline.report.page.answer import answer_of, bar_of, scene_in_words
-from pipeline.report.page.page import page_of
-from pipeline.report.stored import read_report
+from pipeline.report.page.answer import answer_of, scene_in_words
+from pipeline.report.page.page import finite, page_of
+from pipeline.report.stored import read_data
 from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest
 
-MOST_BYTES = 3_000_000
+MOST_BYTES = 2_500_000
 VOID = {"meta", "input", "br", "link", "img", "hr"}
+SCRIPT = re.compile(r"<script(?! type)>.*?</script>", re.DOTALL)  # libraries name places that they never ask for
 OUTSIDE = re.compile(
     r"""(?:src|href|action|data|poster)\s*=\s*["']?\s*(?:https?:)?//|url\(\s*["']?(?:https?:)?//|@import"""
 )
@@ -63,11 +64,8 @@ def test_page_is_well_formed_and_needs_nothing_from_elsewhere(page):
     assert outline.faults == []
     ids = [attributes["id"] for _, attributes in outline.elements if "id" in attributes]
     assert len(ids) == len(set(ids))
-    assert OUTSIDE.findall(page.text) == []
+    assert OUTSIDE.findall(SCRIPT.sub("", page.text)) == []
     assert len(page.text.encode()) < MOST_BYTES
-    pictures = [attributes for tag, attributes in outline.elements if tag == "svg"]
-    assert sum(attributes["class"] == "picture" for attributes in pictures) >= 6
-    assert all(attributes["role"] == "img" and attributes["aria-label"] for attributes in pictures)
 
 
 def test_planted_faults_are_found():
@@ -80,7 +78,7 @@ def test_numbers_of_the_page_are_those_of_the_report(page):
     text = Outline(page.text).text
     for verdict in data["verdicts"]:
         for number in (verdict["value"], verdict["error"]):
-            assert number is None or f"{number:.5g}" in text
+            assert number is None or abs(number) < 1e-12 or f"{number:.5g}" in text  # round-off is 0
     for note in data["notes"]:
         assert " ".join(note.split()) in text
     assert all(f"{name} {version}" in text for name, version in data["versions"].items())
@@ -120,7 +118,7 @@ def test_page_shows_planted_verdicts_with_their_sign_and_hint_and_no_markup(flat
     unread = planted("reading.bias", value=0.02, limit=0.05, unit="1")
     wrong = planted("bruise", remedy="travel at most 0.05 mm", reference="<script>alert(1)</script>")
     report = dataclasses.replace(flat_page.report, verdicts=(unread, wrong))
-    page = page_of(report, flat_page.result)
+    page = page_of(report, read_data(flat_page.folder), flat_page.result, flat_page.folder)
     text = Outline(page).text
     assert "≤ 0.05" in text
     assert "travel at most 0.05 mm" in text
@@ -141,34 +139,22 @@ def test_scene_tells_keys_that_are_not_the_default(flat_page, table, key, value)
     assert words in scene_in_words(dataclasses.replace(design, **{table: changed}))
 
 
-@pytest.mark.parametrize(
-    ("verdict", "value", "low", "high", "limit"),
-    [
-        # three tolerances to each side are 100 units: one is 100 / 6
-        (planted("P_max", value=5.05, limit=5.0, tolerance=0.01, relative=True), 50 + 100 / 6, 100 / 3, 200 / 3, 50),
-        (planted("NL", value=0.049, limit=0.05, tolerance=0.001), 50 - 100 / 6, 100 / 3, 200 / 3, 50),
-        # one and a half limits are 100 units
-        (planted("bruise", value=1.2, limit=1.0), 80, 0, 200 / 3, 200 / 3),
-        (planted("reading.lift", value=1.2, limit=1.0, passed=True), 80, 200 / 3, 100, 200 / 3),
-        (planted("bruise", value=9.0, limit=1.0), 100, 0, 200 / 3, 200 / 3),
-    ],
-)
-def test_bar_shows_value_limit_and_what_passes(verdict, value, low, high, limit):
-    bar = bar_of(verdict)
-    assert (bar.value, bar.passing_low, bar.passing_high, bar.limit) == pytest.approx((value, low, high, limit))
+def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
+    """Springs that were not made bend no flexure."""
+    write_outputs(result_of(made=False), tmp_path, page=True)
+    text = Outline((tmp_path / PAGE).read_text(encoding="utf-8")).text
+    assert "springs under load, no part is made" in text
+    assert "assembly, no part is made" in text
 
 
-@pytest.mark.parametrize("changes", [{"value": None}, {"limit": "greater than 0"}, {"limit": 0.0}])
-def test_verdict_without_a_scale_has_no_bar(changes):
-    assert bar_of(planted("x", **changes)) is None
+def test_numbers_that_are_not_finite_are_none_in_the_data_of_the_page():
+    data = {"a": [1.0, float("nan"), (2, float("inf"))], "b": {"c": -float("inf"), "d": "nan", "e": None}}
+    assert finite(data) == {"a": [1.0, None, [2, None]], "b": {"c": None, "d": "nan", "e": None}}
 
 
-def test_picture_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
-    """Springs that were not made bend no flexure; an infinite error has no scale."""
-    result = result_of(made=False)
-    write_outputs(result, tmp_path, page=True)
-    report = read_report(tmp_path)
-    budget = {**next(one for one in report.errors.values() if one), "inputs_percent": float("inf")}
-    text = Outline(page_of(dataclasses.replace(report, errors={"P_max": budget}), result)).text
-    assert "flexures under load: no part is made" in text
-    assert "error budget: " in text
+def test_data_of_the_page_is_the_report(page):
+    (text,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page.text, re.DOTALL)
+    shown = json.loads(text)["report"]
+    stored = read_data(page.folder)
+    assert {**shown, "files": None, "digest": None} == {**stored, "files": None, "digest": None}
+    assert len(shown["files"]) == len(stored["files"]) - 1

@@ -1,0 +1,185 @@
+"""The bodies that the page shows, as GLB: the assembly, the bent flexures in their stress, the skin under the tips."""
+
+import base64
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.files.glb import GlbBody, glb_of, glb_position
+from cad.theory import hertz
+from mesh.housing.sweep import flexure_mesh
+from pipeline.report.stored import StoredReport
+from pipeline.result import SensorResult
+from pipeline.springs.mounts import attached_to
+from pipeline.storage.plain import Plain
+from solve.arrays import Floats
+from solve.contact.scene import Scene
+from solve.housing.fields import flexure_fields
+from solve.housing.stiffness import SPRINGS, tip_face
+
+ASSEMBLY = "assembly.glb"
+_COARSE = 2.0  # scale of the mesh of the picture: its stress is some per cent off, and a third of the time
+_SYMMETRY = "symmetry"
+_DRAWN_DEFLECTION = 0.06  # of the width, at most
+_SKIN_CELLS = 48  # along each side
+_SKIN_REACH = 1.6  # of the spacing of the tips: how far around them the skin reaches
+_PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
+"""From the least to the most: viridis of S. van der Walt and N. Smith, for every kind of sight; CC0."""
+
+
+def palette_colours(values: Floats, low: float, high: float) -> Floats:
+    """Return the colours of values (n,) between two ends [their unit] as red, green and blue from 0 to 1, (n, 3)."""
+    shades = np.array([[int(shade[i : i + 2], 16) / 255.0 for i in (1, 3, 5)] for shade in _PALETTE])
+    places = np.clip((values - low) / (high - low), 0.0, 1.0) * (len(_PALETTE) - 1)
+    steps = np.arange(len(_PALETTE))
+    return np.stack([np.interp(places, steps, shade) for shade in shades.T], axis=1)
+
+
+def shown(name: str, glb: bytes, **told: object) -> Plain:
+    """Return a body as the page reads it: its name, the bytes of its GLB, and what is told of it."""
+    return {"name": name, "glb": base64.b64encode(glb).decode(), **told}
+
+
+def legend(label: str, low: float, high: float, limit: float | None = None) -> Plain:
+    """Return the colours of a field with its label and unit, the ends of its values and its limit."""
+    return {"label": label, "low": low, "high": high, "limit": limit, "palette": list(_PALETTE)}
+
+
+def assembly_body(folder: Path) -> Plain:
+    """Return the assembly of an output folder; raises ValueError where it has none."""
+    path = folder / ASSEMBLY
+    if not path.is_file():
+        msg = "no part is made"
+        raise ValueError(msg)
+    return shown("Sensor over its fruit", path.read_bytes(), slider="apart")
+
+
+def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
+    """Return the housing, or one plate of a square, at full travel in its von Mises stress [MPa].
+
+    Raises ValueError where there is no housing, SolveError.
+    """
+    housing = result.springs.housing
+    if housing is None:
+        msg = "no part is made"
+        raise ValueError(msg)
+    process = result.springs.process
+    mesh = flexure_mesh(housing, _COARSE)
+    pairs = zip(result.springs.springs, result.springs.deflections, strict=True)
+    forces = [spring.stiffness * deflection for spring, deflection in pairs]
+    fields = flexure_fields(mesh, process.E_MPa, process.poisson, forces, attached_to(housing))
+    skin = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
+    quads = mesh.facets[:, skin].T
+    corners = np.unique(quads)
+    at_rest = mesh.p.T[corners]
+    displacement = fields.displacement[corners]
+    largest = float(np.linalg.norm(displacement, axis=1).max())
+    factor = _deflection_factor(largest, float(np.ptp(at_rest[:, 0])))
+    stress = fields.von_mises[corners]
+    limit = process.E_MPa * process.strain_limit
+    half = np.searchsorted(corners, quads)
+    highest = max(limit, float(stress.max()))
+    colours = palette_colours(stress, 0.0, highest)
+    mirror = np.array([1.0, -1.0, 1.0])
+    body = GlbBody(
+        name="housing",
+        vertices=np.concatenate([at_rest, at_rest * mirror]),
+        triangles=_triangles(np.concatenate([half, len(corners) + half[:, ::-1]])),
+        colour=np.concatenate([colours, colours]),
+        moved=factor * np.concatenate([displacement, displacement * mirror]),
+    )
+    labels = []
+    for spring in SPRINGS:
+        face = np.unique(mesh.facets[:, mesh.boundaries[tip_face(spring)]])
+        labels.append({"text": f"{spring} tip", "at": glb_position(mesh.p[:, face].mean(axis=1)).tolist()})
+    factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
+    caption = (
+        f"At full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises stress "
+        f"{float(stress.max()):.3g} MPa, limit {limit:.3g} MPa (E of {process.name} times its strain limit). Safety "
+        f"against the strain limit: {', '.join(factors)}. A coarse mesh: some per cent off."
+    )
+    colours_of = legend("von Mises stress [MPa]", 0.0, max(limit, float(stress.max())), limit)
+    return shown(
+        "Springs under load", glb_of([body]), slider="press", caption=caption, legend=colours_of, labels=labels
+    )
+
+
+def _deflection_factor(deflection: float, width: float) -> float:
+    """Return by how much deflections are drawn larger [1]: 1, 2 or 5 times a power of ten, at least 1."""
+    factor = _DRAWN_DEFLECTION * width / deflection if deflection > 0.0 else 1.0
+    if factor <= 1.0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(factor))
+    return max(digit * power for digit in (1.0, 2.0, 5.0) if digit * power <= factor)
+
+
+def _triangles(quads: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return quadrilaterals (n, 4) as triangles (2 n, 3)."""
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def skin_body(report: StoredReport, scene: Scene) -> Plain:
+    """Return the skin of the fruit under the tips at the largest modulus and full travel, drawn as it is.
+
+    Each tip pushes the skin as on a half-space, in closed form, and they add up. Raises ValueError without forces.
+    """
+    row = max(report.response, key=lambda row: row.E_MPa)
+    forces = [force[-1] or 0.0 for force in row.tip_forces]
+    if not max(forces) > 0.0:
+        msg = "no tip is on the fruit"
+        raise ValueError(msg)
+    centres = np.array(scene.centres)
+    reach = _SKIN_REACH * report.design.tips.spacing_mm
+    middle = centres.mean(axis=0)
+    line = np.linspace(-reach, reach, _SKIN_CELLS + 1)
+    x, y = (middle[:, None, None] + np.stack(np.meshgrid(line, line, indexing="ij"))).reshape(2, -1)
+    gap = scene.fruit_gap(x, y)
+    on_fruit = np.isfinite(gap)
+    indentation = np.zeros(len(x))
+    for centre, force in zip(centres, forces, strict=True):
+        distance = np.hypot(x - centre[0], y - centre[1])
+        indentation += _skin_fall(report, row.E_MPa, force, distance)
+    cells = np.arange(len(x)).reshape(_SKIN_CELLS + 1, -1)
+    quads = np.stack([cells[:-1, :-1], cells[1:, :-1], cells[1:, 1:], cells[:-1, 1:]], axis=-1).reshape(-1, 4)
+    body = GlbBody(
+        name="skin",
+        vertices=np.stack([x, y, -np.where(on_fruit, gap, 0.0)], axis=1),
+        triangles=_triangles(quads[on_fruit[quads].all(axis=1)]),
+        colour=palette_colours(indentation, 0.0, float(indentation.max())),
+        moved=np.stack([np.zeros_like(x), np.zeros_like(x), -indentation], axis=1),
+    )
+    deepest = float(indentation.max())
+    caption = (
+        f"The skin on a fruit of {row.E_MPa:g} MPa at full travel, pressed in by up to {deepest:.3g} mm, drawn as it "
+        "is: each tip as on a half-space. Where flat tips touch, their edges are drawn round."
+    )
+    labels = []
+    for tip, centre in zip(report.tips, centres, strict=True):
+        height = -float(scene.fruit_gap(np.array([centre[0]]), np.array([centre[1]]))[0])
+        labels.append({"text": tip.name, "at": glb_position(np.array([*centre, height])).tolist()})
+    colours = legend("pressed in by [mm]", 0.0, deepest)
+    return shown("Skin under the tips", glb_of([body]), slider="press", caption=caption, legend=colours, labels=labels)
+
+
+def _skin_fall(report: StoredReport, E: float, force: float, distance: Floats) -> Floats:
+    """Return how far the skin falls [mm] at distances [mm] from a tip with a force [N] on flesh of modulus E [MPa].
+
+    A flat tip is a circle of equal area, a dome Hertz's sphere: K. L. Johnson, Contact Mechanics, (3.41) and (3.42).
+    """
+    fruit = report.design.fruit
+    tips = report.design.tips
+    reduced = E / (1.0 - fruit.poisson**2)
+    if force <= 0.0:
+        return np.zeros_like(distance)
+    if tips.dome_radius_mm is None:
+        radius = math.sqrt(tips.face_mm2 / math.pi)
+        share = radius / np.maximum(distance, radius)
+        return np.asarray(force / (math.pi * reduced * radius) * np.arcsin(share))
+    curvature = hertz.mean_relative_curvature(tips.dome_radius_mm, *fruit.radii_mm)
+    radius = hertz.contact_radius(force, E, fruit.poisson, curvature)
+    r = np.maximum(distance / radius, 1.0)
+    outside = (2.0 - r**2) * np.arcsin(1.0 / r) + np.sqrt(r**2 - 1.0)
+    inside = 0.5 * math.pi * (2.0 - np.minimum(distance / radius, 1.0) ** 2)
+    return np.asarray(radius**2 / (math.pi * curvature) * np.where(distance < radius, inside, outside))

@@ -1,0 +1,428 @@
+"use strict";
+/* Draws the page of a report: sliders, plots, bodies. `report` is report.json, `law` is law.js. */
+(function () {
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const { report } = data;
+  const law = sensorLaw(data.law);
+  const setting = { ...law.start, K: { ...law.start.K } };
+  const colours = d3.range(1, 8).map((number) => `var(--c${number})`);
+  const element = (id) => document.getElementById(id);
+  const digits = (value, count = 4) => String(Math.abs(value) < 1e-9 ? 0 : Number(Number(value).toPrecision(count)));
+  const text = (value, unit = "") => (Number.isFinite(value) ? `${digits(value)}${unit && ` ${unit}`}` : "none");
+  const percent = (value) => `${digits(100 * value, 3)} %`;
+  const last = (values) => values[values.length - 1];
+  const verdictOf = (name) => report.verdicts.find((verdict) => verdict.name === name);
+  const settings = (changes) => ({ ...setting, ...changes });
+  const rows = report.response;
+  const travel = report.design.press.travel_mm;
+  const tipNames = report.tips.map((tip) => tip.name);
+  const tipForces = (row) => row.F_N || [row.F_l_N, row.F_h_N];
+
+  /* Plots: each returns the options of Plot.plot, a caption beside them; `need` says what is missing. */
+  function need(found, reason) {
+    if (!found) throw new Error(reason);
+    return found;
+  }
+  const here = (marks) => marks.filter((mark) => mark !== null);
+  const atSlider = (x, y, title) => (Number.isFinite(y) ? Plot.dot([{ x, y }], { x: "x", y: "y", r: 5, fill: "var(--ink)", title: () => title }) : null);
+
+  function ratioOverModulus() {
+    const curve = report.curve;
+    need(curve.E_MPa, "report.json has no curve");
+    const points = d3.zip(curve.E_MPa, curve.P, curve.E_lower_as_printed_MPa, curve.E_upper_as_printed_MPa,
+      curve.E_lower_calibrated_MPa, curve.E_upper_calibrated_MPa).filter(([, P]) => Number.isFinite(P));
+    need(points.length, "a tip is off the fruit at every modulus");
+    const E_max = last(curve.E_MPa);
+    const band = (low, high, opacity) => Plot.areaX(points.filter((one) => one[low] !== null || one[high] !== null), {
+      y: "1", x1: (one) => one[low] ?? 0, x2: (one) => Math.min(one[high] ?? E_max, E_max), fill: colours[0], fillOpacity: opacity,
+    });
+    const softest = curve.P_softest;
+    const chord = softest !== null && Number.isFinite(last(curve.P)) ? [[0, softest], [E_max, last(curve.P)]] : [];
+    const moving = d3.range(1, 41).map((i) => d3.min(law.data.E) + ((E_max - d3.min(law.data.E)) * i) / 40)
+      .map((E) => [E, law.ratioOf(law.forces(settings({ E })))]);
+    const P = law.ratioOf(law.forces(setting));
+    const NL = verdictOf("NL");
+    return {
+      x: { label: "modulus of the fruit E [MPa]", domain: [0, E_max] }, y: { label: "force ratio P [1]", zero: true },
+      marks: here([
+        band(2, 3, 0.16), band(4, 5, 0.35),
+        Plot.line(points, { x: "0", y: "1", stroke: colours[0], strokeWidth: 2 }),
+        Plot.line(chord, { stroke: "var(--muted)", strokeDasharray: "5 3" }),
+        Plot.line(moving, { stroke: "var(--ink)", strokeDasharray: "2 2" }),
+        Plot.ruleY(data.mangoes, { y: "P", x1: (one) => one.E_MPa - one.scatter_MPa, x2: (one) => one.E_MPa + one.scatter_MPa, stroke: colours[3] }),
+        Plot.dot(data.mangoes, { x: "E_MPa", y: "P", r: 3, fill: colours[3] }),
+        atSlider(setting.E, P, `E ${text(setting.E, "MPa")}: P ${text(P)}`),
+        Plot.tip(points, Plot.pointerX({ x: "0", y: "1", title: (one) => `E ${text(one[0], "MPa")}\nP ${text(one[1])}\ncalibrated ${text(one[4])} to ${text(one[5], "MPa")}` })),
+        Plot.tip(data.mangoes, Plot.pointer({ x: "E_MPa", y: "P", title: (one) => `mango ${one.number}, ${one.variety}\nE ${text(one.E_MPa, "MPa")} ± ${text(one.scatter_MPa)}\nP ${text(one.P)}` })),
+      ]),
+      caption: `At full travel; bands: moduli that may show P, as printed (light) and after calibrating (dark). Orange: mangoes of the paper's Table I. Dashed: straight line; dotted: at the sliders.${NL && Number.isFinite(NL.value) ? ` NL ${percent(NL.value)}.` : ""}`,
+    };
+  }
+
+  function overTravel(points, label, marks, caption) {
+    return {
+      x: { label: "travel x [mm]", domain: [0, travel] }, y: { label, zero: true }, marginRight: 62,
+      color: { domain: rows.map((row) => row.E_MPa), range: rows.map((_, i) => colours[i % colours.length]) },
+      marks: [
+        ...here(marks),
+        Plot.line(points, { x: "x", y: "y", stroke: "E" }), Plot.dot(points, { x: "x", y: "y", fill: "E", r: 1.6 }),
+        Plot.text(points, Plot.selectLast({ x: "x", y: "y", z: "E", text: (one) => `${one.E} MPa`, fill: "E", textAnchor: "start", dx: 6 })),
+        Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `E ${one.E} MPa, travel ${text(one.x, "mm")}\n${text(one.y)}${one.error ? ` ± ${digits(one.error, 2)} %` : ""}` })),
+      ],
+      caption,
+    };
+  }
+
+  function ratioOverTravel() {
+    const points = rows.flatMap((row) => d3.zip(row.x_mm, row.P, row.P_error_percent || [])
+      .map(([x, y, error]) => ({ E: row.E_MPa, x, y, error })).filter((one) => Number.isFinite(one.y)));
+    need(points.length, "a tip is off the fruit at every modulus");
+    const moving = travels().map((x) => [x, law.ratioOf(law.forces(settings({ travel: x })))]);
+    const spread = verdictOf("P_displacement_independent");
+    return overTravel(points, "force ratio P [1]", [
+      Plot.areaY(points, { x: "x", y1: (one) => one.y * (1 - (one.error || 0) / 100), y2: (one) => one.y * (1 + (one.error || 0) / 100), fill: "E", fillOpacity: 0.25 }),
+      Plot.line(moving, { stroke: "var(--ink)", strokeDasharray: "2 2" }),
+      atSlider(setting.travel, law.ratioOf(law.forces(setting)), "at the sliders"),
+    ], `The paper's Fig. 11. Bands: error of P by mesh and springs. Dotted: at the sliders.${spread && Number.isFinite(spread.value) ? ` P varies by at most ${percent(spread.value)} of its mean.` : ""}`);
+  }
+
+  const travels = () => (law.data.kind === "table" ? law.data.table.x : d3.range(1, 25).map((i) => (travel * i) / 24));
+
+  function forcesOverTravel() {
+    const points = travels().flatMap((x) => law.forces(settings({ travel: x })).map((y, tip) => ({ x, y, tip: tipNames[tip], spring: law.data.springs[tip] })));
+    need(points.some((one) => one.y > 0) && rows.length, "no tip is on the fruit");
+    const solved = d3.least(rows, (row) => Math.abs(row.E_MPa - setting.E));
+    const known = tipForces(solved).flatMap((F, tip) => F.map((y, i) => ({ x: solved.x_mm[i], y, tip: tipNames[tip], spring: law.data.springs[tip] })));
+    return {
+      x: { label: "travel x [mm]", domain: [0, travel] }, y: { label: "force [N]", zero: true }, marginRight: 70,
+      color: { domain: ["low", "high"], range: [colours[0], colours[1]], legend: true },
+      marks: [
+        Plot.line(points, { x: "x", y: "y", z: "tip", stroke: "spring" }),
+        Plot.dot(known.filter((one) => Number.isFinite(one.y)), { x: "x", y: "y", stroke: "spring", r: 2 }),
+        ...here(law.forces(setting).map((y, tip) => atSlider(setting.travel, y, `${tipNames[tip]}: ${text(y, "N")}`))),
+        Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `tip ${one.tip} (${one.spring} spring)\ntravel ${text(one.x, "mm")}\nforce ${text(one.y, "N")}` })),
+      ],
+      caption: `Lines: at the sliders, E ${text(setting.E, "MPa")}. Circles: solved for the design at ${solved.E_MPa} MPa.`,
+    };
+  }
+
+  /* Error of the modulus read [%] over one slider, at three moduli and at that of the slider. */
+  function errorOver(key, label, caption) {
+    const slider = need(law.readable && law.sliders.find((one) => one.key === key), "what this pose does to a reading follows from no law of the browser; the reading plot has the poses that were solved");
+    const places = d3.range(41).map((i) => slider.min + ((slider.max - slider.min) * i) / 40);
+    const moduli = [...new Set([d3.min(law.data.E), d3.max(law.data.E), setting.E])];
+    const error = (E, x) => {
+      const found = law.evaluate(settings({ E, [key]: x }));
+      return found.E_read === null ? NaN : 100 * (found.E_read / E - 1);
+    };
+    const points = moduli.flatMap((E) => places.map((x) => ({ E, x, y: error(E, x) }))).filter((one) => Math.abs(one.y) <= 100);
+    need(points.length, "no setting has a reading within 100 %");
+    const limit = law.data.reading ? 100 * law.data.reading.bias_limit : null;
+    return {
+      x: { label }, y: { label: "error of the modulus read [%]" },
+      color: { domain: moduli, range: [colours[0], colours[1], "var(--ink)"], legend: true, tickFormat: (E) => `${digits(E, 3)} MPa` },
+      marks: here([
+        Plot.ruleY([0], { stroke: "var(--muted)" }),
+        limit === null ? null : Plot.ruleY([-limit, limit], { stroke: "var(--bad)", strokeDasharray: "5 3" }),
+        Plot.line(points, { x: "x", y: "y", stroke: "E" }),
+        atSlider(setting[key], error(setting.E, setting[key]), "at the sliders"),
+        Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `E ${text(one.E, "MPa")}, ${text(one.x)}\nerror ${text(one.y, "%")}` })),
+      ]),
+      caption,
+    };
+  }
+
+  function readingOverModulus() {
+    const moduli = need(report.reading && report.reading.moduli.length && report.reading.moduli, "the design asks for no [reading], or no modulus is read");
+    const asked = report.design.reading;
+    const points = moduli.flatMap((row) => [
+      { E: row.E_MPa, y: Math.abs(row.E_bias_percent), what: "bias, worst pose", worst: row.worst },
+      { E: row.E_MPa, y: row.uncertainty_percent, what: "deviation, level", worst: "all sources together" },
+    ]).filter((one) => Number.isFinite(one.y));
+    need(points.length, "no modulus is read in every pose");
+    const found = law.evaluate(setting);
+    const own = found.E_read === null ? NaN : 100 * Math.abs(found.E_read / setting.E - 1);
+    return {
+      x: { label: "modulus of the fruit E [MPa]" }, y: { label: "error of the modulus read [%]", zero: true },
+      color: { domain: ["bias, worst pose", "deviation, level"], range: [colours[0], colours[1]], legend: true },
+      marks: here([
+        Plot.ruleY([100 * asked.bias_limit], { stroke: colours[0], strokeDasharray: "5 3" }),
+        Plot.ruleY([100 * asked.uncertainty_limit], { stroke: colours[1], strokeDasharray: "5 3" }),
+        Plot.line(points, { x: "E", y: "y", stroke: "what" }), Plot.dot(points, { x: "E", y: "y", fill: "what" }),
+        atSlider(setting.E, own, `bias at the sliders ${text(own, "%")}`),
+        Plot.tip(points, Plot.pointer({ x: "E", y: "y", title: (one) => `E ${text(one.E, "MPa")}\n${one.what} ${text(one.y, "%")}\n${one.worst}` })),
+      ]),
+      caption: `Read as ${report.reading.method}, over tilts up to ${asked.tilt_deg} degrees. Dashed: limits. The first tip lifts off at ${text(report.reading.lift_deg)} degrees. Black: bias at the sliders.`,
+    };
+  }
+
+  function pressureOverTravel() {
+    const points = rows.flatMap((row) => row.x_mm.map((x, i) => ({ E: row.E_MPa, x, y: law.meanPressure(tipForces(row).map((F) => F[i]), row.E_MPa) })));
+    need(points.some((one) => one.y > 0), "no tip is on the fruit");
+    const limits = rows.map((row) => ({ E: row.E_MPa, y: law.bruiseLimit(row.E_MPa) })).filter((one) => one.y !== null);
+    const moving = travels().map((x) => [x, law.meanPressure(law.forces(settings({ travel: x })), setting.E)]);
+    return overTravel(points, "mean pressure under the worst tip [MPa]", [
+      Plot.ruleY(limits, { y: "y", x1: 0.85 * travel, x2: travel, stroke: "E", strokeWidth: 2, strokeDasharray: "5 3" }),
+      Plot.line(moving, { stroke: "var(--ink)", strokeDasharray: "2 2" }),
+      atSlider(setting.travel, law.meanPressure(law.forces(setting), setting.E), "at the sliders"),
+    ], `${limits.length ? "Dashed: what the fruit stands." : "No limit is set for this fruit (fruit.bruise_limit_MPa)."} Dotted: at the sliders.`);
+  }
+
+  function pressureUnderTips() {
+    const F = law.forces(setting);
+    const chosen = [...new Set([law.data.low[0], law.data.high[0]])].filter((tip) => F[tip] > 0);
+    need(chosen.length, "no tip is on the fruit");
+    const points = chosen.flatMap((tip) => {
+      if (law.data.dome !== null) {
+        const radius = law.contactRadius(F[tip], setting.E);
+        const mean = F[tip] / (Math.PI * radius ** 2);
+        return d3.range(-60, 61).map((i) => ({ x: (radius * i) / 60, y: 1.5 * mean * Math.sqrt(1 - (i / 60) ** 2), spring: law.data.springs[tip] }));
+      }
+      need(!data.profile.reason, data.profile.reason);
+      const { x, over_mean: shape } = data.profile[law.data.springs[tip]];
+      return x.map((one, i) => ({ x: one, y: (shape[i] * F[tip]) / law.data.face, spring: law.data.springs[tip] }));
+    });
+    const means = chosen.map((tip) => ({ spring: law.data.springs[tip], y: law.meanPressure([F[tip]], setting.E) }));
+    return {
+      x: { label: "from the middle of the tip [mm]" }, y: { label: "pressure [MPa]", domain: [0, 3 * d3.max(means, (one) => one.y)], clamp: true },
+      color: { domain: ["low", "high"], range: [colours[0], colours[1]], legend: true },
+      marks: [
+        Plot.line(points, { x: "x", y: "y", stroke: "spring", clip: true }),
+        Plot.ruleY(means, { y: "y", stroke: "spring", strokeDasharray: "5 3" }),
+        Plot.tip(points, Plot.pointer({ x: "x", y: "y", title: (one) => `${one.spring} spring\n${text(one.x, "mm")}: ${text(one.y, "MPa")}` })),
+      ],
+      caption: `Along the tips at the sliders; means (dashed): ${means.map((one) => `${one.spring} ${text(one.y, "MPa")}`).join(", ")}. ${law.data.dome === null ? "The shape is that of the design at full travel." : "Hertz's pressure."}`,
+    };
+  }
+
+  function errorBudget() {
+    const names = { discretisation_percent: "mesh", model_percent: "left out of the model", inputs_percent: "scatter of prints" };
+    const parts = Object.entries(report.errors).filter(([, budget]) => budget !== null).flatMap(([name, budget]) => Object.keys(names)
+      .map((key) => ({ name, what: names[key], y: budget[key], effects: (budget[key.replace("_percent", "")] || []) })))
+      .filter((one) => Number.isFinite(one.y) && one.y > 0);
+    need(parts.length, "no number has a budget");
+    const words = (one) => (Array.isArray(one.effects) ? one.effects.map((part) => `${part.effect} ${text(part.size_percent, "%")}`).join("\n") : "");
+    return {
+      x: { label: "part of the number [%], logarithmic", type: "log" }, y: { label: null, domain: Object.values(names) }, fy: { label: null },
+      marginLeft: 110, marginRight: 60, height: 60 + 90 * new Set(parts.map((one) => one.name)).size,
+      color: { domain: Object.values(names), range: colours },
+      marks: [
+        Plot.ruleY(parts, { fy: "name", y: "what", x1: d3.min(parts, (one) => one.y) / 2, x2: "y", stroke: "what", strokeWidth: 8 }),
+        Plot.tip(parts, Plot.pointerY({ fy: "name", y: "what", x: "y", title: (one) => `${one.name}, ${one.what}: ${text(one.y, "%")}\n${words(one)}` })),
+      ],
+      caption: "Half widths. Calibrating a unit settles the scatter of its springs.",
+    };
+  }
+
+  function speedAgainstError() {
+    const solves = [["contact", report.contact.seconds, report.contact.error_percent],
+      ...Object.entries(report.flexures).map(([name, spring]) => [`${name} spring`, spring.seconds, spring.error_percent])]
+      .filter(([, seconds, error]) => seconds > 0 && error > 0);
+    need(solves.length, "nothing was solved");
+    const asked = 100 * report.accuracy.tolerance;
+    return {
+      x: { label: "wall time of the solve [s]", type: "log", nice: true }, y: { label: "error bar [%]", type: "log", nice: true }, marginRight: 80,
+      marks: [
+        Plot.ruleY([asked], { stroke: "var(--bad)", strokeDasharray: "5 3" }),
+        Plot.dot(solves, { x: "1", y: "2", fill: (one) => colours[solves.indexOf(one)], r: 5 }),
+        Plot.text(solves, { x: "1", y: "2", text: "0", textAnchor: "start", dx: 9 }),
+        Plot.tip(solves, Plot.pointer({ x: "1", y: "2", title: ([name, seconds, error]) => `${name}: ${text(error, "%")} in ${text(seconds, "s")}` })),
+      ],
+      caption: `What each solve of this run took for its error; ${report.contact.method} for the contact. Dashed: asked for (--tol).`,
+    };
+  }
+
+  const PLOTS = [
+    ["Force ratio over modulus", ratioOverModulus],
+    ["Force ratio over travel", ratioOverTravel],
+    ["Force of each tip", forcesOverTravel],
+    ["Error of the reading over the tilt", () => errorOver("tilt", "tilt along the tips [degrees]", "At the other sliders as they stand; dashed: the limit of the design.")],
+    ["Error of the reading off the apex", () => errorOver("place", "off the apex, along the tips [mm]", "At the other sliders as they stand; dashed: the limit of the design.")],
+    ["Error over all poses", readingOverModulus],
+    ["Pressure on the skin", pressureOverTravel],
+    ["Pressure where the tips touch", pressureUnderTips],
+    ["What the errors are made of", errorBudget],
+    ["Speed against error", speedAgainstError],
+  ];
+
+  const figures = PLOTS.map(([title, spec]) => {
+    const figure = document.createElement("figure");
+    const heading = document.createElement("h3");
+    heading.textContent = title;
+    const place = document.createElement("div");
+    const caption = document.createElement("figcaption");
+    figure.append(heading, place, caption);
+    element("plots").append(figure);
+    return { title, spec, figure, place, caption };
+  });
+
+  /* One image with one name for those who hear it: names of its marks say nothing. */
+  function asImage(svg, words) {
+    for (const group of svg.querySelectorAll("[aria-label]")) group.removeAttribute("aria-label");
+    svg.setAttribute("role", "img");
+    svg.setAttribute("aria-label", words);
+  }
+
+  /* Draw a plot into its place; one that cannot be drawn says so, and its numbers are in report.json all the same. */
+  function draw({ title, spec, figure, place, caption }) {
+    try {
+      const { caption: words, ...options } = spec();
+      const drawn = Plot.plot({ width: 560, height: 340, grid: true, inset: 4, marginBottom: 46, marginTop: 28, style: { background: "none", fontSize: "12px" }, ...options });
+      const svg = drawn.tagName === "svg" ? drawn : drawn.querySelector(":scope > svg:last-of-type");
+      asImage(svg, `${title}. ${words}`);
+      place.replaceChildren(drawn);
+      caption.textContent = words;
+      figure.classList.remove("missing");
+    } catch (error) {
+      place.replaceChildren();
+      figure.classList.add("missing");
+      caption.textContent = `Cannot be drawn: ${error.message}.`;
+    }
+  }
+
+  /* Where a verdict lies: three tolerances to each side of its target, or up to one and a half limits. */
+  function verdictScale(place) {
+    const { value, limit, error, tolerance, relative, passed, sense } = data.verdicts[Number(place.dataset.verdict)];
+    if (![value, limit, tolerance].every(Number.isFinite)) return;
+    const width = relative ? tolerance * Math.abs(limit) : tolerance;
+    if (!(width > 0 || limit > 0)) return;
+    const domain = width > 0 ? [limit - 3 * width, limit + 3 * width] : [0, 1.5 * limit];
+    const below = sense ? sense === "at most" : (value <= limit) === (passed !== false);
+    const passing = width > 0 ? [limit - width, limit + width] : below ? [0, limit] : [limit, domain[1]];
+    const ends = [value - (error || 0), value + (error || 0)];
+    const words = width > 0 ? `${digits((value - limit) / width, 2)} of the tolerance from the target` : `${digits(value / limit, 2)} of the limit`;
+    const svg = Plot.plot({
+      width: 150, height: 22, margin: 3, x: { domain, clamp: true, axis: null }, y: { axis: null }, style: { background: "none" },
+      marks: [
+        Plot.ruleY([0], { x1: domain[0], x2: domain[1], stroke: "var(--line)", strokeWidth: 2 }),
+        Plot.ruleY([0], { x1: passing[0], x2: passing[1], stroke: "var(--passing)", strokeWidth: 10 }),
+        Plot.ruleX([limit], { stroke: "var(--ink)" }),
+        Plot.ruleY([0], { x1: ends[0], x2: ends[1], stroke: colours[0], strokeWidth: 2.5 }),
+        Plot.dot([value], { x: (one) => one, y: 0, r: 4, fill: colours[0] }),
+      ],
+    });
+    asImage(svg, words);
+    place.replaceChildren(svg);
+  }
+
+  /* The table under the sliders. */
+  const judged = (passes, words) => ({ outcome: passes ? "passed" : "failed", words });
+
+  function byVerdict(name, value) {
+    const rule = law.data.judged[name];
+    if (!rule) return null;
+    if (!Number.isFinite(value)) return judged(false, "a tip is off the fruit");
+    const allowed = rule.relative ? rule.tolerance * rule.limit : rule.tolerance;
+    const within = rule.relative ? percent(rule.tolerance) : digits(rule.tolerance);
+    return judged(Math.abs(value - rule.limit) <= allowed, `target ${digits(rule.limit)} within ${within}`);
+  }
+
+  function numbersOf(found) {
+    const numbers = tipNames.map((name, i) => [`force on the tip ${name}`, text(found.F[i], "N"), found.F[i] > 0 ? null : judged(false, "off the fruit")]);
+    numbers.push(["force ratio P", text(found.P), null]);
+    if (law.readable) {
+      const asked = law.data.reading;
+      const error = found.E_read === null ? null : found.E_read / setting.E - 1;
+      const rule = asked ? judged(error !== null && Math.abs(error) <= asked.bias_limit, `limit ${percent(asked.bias_limit)}`) : null;
+      numbers.push(["modulus read, unit calibrated", text(found.E_read, "MPa"), null]);
+      numbers.push(["its error", error === null ? "none" : percent(Math.round(1e5 * error) / 1e5), rule]);
+      numbers.push(["its standard deviation by noise", text(found.noise, "MPa"), null]);
+      numbers.push(["modulus read with the stiffnesses of the design", text(found.E_uncalibrated, "MPa"), null]);
+    }
+    if ("P_max" in found) {
+      numbers.push(["P at the largest modulus, P_max", text(found.P_max), byVerdict("P_max", found.P_max)]);
+      numbers.push(["nonlinearity NL", text(found.NL), byVerdict("NL", found.NL)]);
+      numbers.push(["spread of P over the travel", text(found.spread), byVerdict("P_displacement_independent", found.spread)]);
+    }
+    numbers.push(["mean pressure under the worst tip", text(found.pressure, "MPa"), found.bruise === null ? null
+      : judged(found.pressure <= found.bruise, `limit ${text(found.bruise, "MPa")}`)]);
+    return numbers;
+  }
+
+  function cell(kind, words, outcome) {
+    const made = document.createElement(kind);
+    if (kind === "th") made.scope = "row";
+    if (outcome) {
+      const span = document.createElement("span");
+      span.className = `outcome ${outcome}`;
+      span.textContent = outcome;
+      made.append(span, ` ${words}`);
+    } else {
+      made.textContent = words;
+    }
+    return made;
+  }
+
+  /* Sliders: one for each that the law follows. */
+  const inputs = law.sliders.map(({ key, label, unit, min, max, step = "any" }) => {
+    const box = document.createElement("div");
+    box.className = "slider";
+    const name = document.createElement("label");
+    name.textContent = `${label} [${unit}]`;
+    name.htmlFor = `slider-${key}`;
+    const input = document.createElement("input");
+    Object.assign(input, { type: "range", id: `slider-${key}`, min, max, step });
+    const kind = key.startsWith("K-") ? key.slice(2) : null;
+    input.value = kind ? 1000 * law.start.K[kind] : law.start[key];
+    input.defaultValue = input.value;
+    const output = document.createElement("output");
+    output.htmlFor = input.id;
+    box.append(name, output, input);
+    element("sliders").append(box);
+    input.addEventListener("input", () => {
+      if (kind) setting.K[kind] = Number(input.value) / 1000; else setting[key] = Number(input.value);
+      moved();
+    });
+    return { input, output, unit };
+  });
+
+  function show() {
+    for (const { input, output, unit } of inputs) {
+      output.textContent = digits(input.value);
+      input.setAttribute("aria-valuetext", `${digits(input.value)} ${unit}`);
+    }
+    const numbers = numbersOf(law.evaluate(setting));
+    element("numbers").replaceChildren(...numbers.map(([name, value, verdict]) => {
+      const row = document.createElement("tr");
+      row.append(cell("th", name), cell("td", value), cell("td", verdict ? verdict.words : "", verdict && verdict.outcome));
+      return row;
+    }));
+    const wrong = numbers.filter(([, , verdict]) => verdict && verdict.outcome === "failed").map(([name]) => name);
+    element("live-answer").textContent = wrong.length === 0 ? "Everything judged here passes at these settings." : `At these settings fails: ${wrong.join(", ")}.`;
+    figures.forEach(draw);
+  }
+
+  let waiting = false;
+  function moved() {
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => { waiting = false; show(); });
+  }
+
+  element("reset").addEventListener("click", () => {
+    Object.assign(setting, law.start, { K: { ...law.start.K } });
+    for (const { input } of inputs) input.value = input.defaultValue;
+    show();
+  });
+  for (const hint of document.querySelectorAll(".hint")) {
+    for (const [flag] of new Set(hint.textContent.matchAll(/--set [\w.]+=\S*[\w\]"]/g))) {
+      const button = document.createElement("button");
+      Object.assign(button, { type: "button", textContent: `Copy ${flag}` });
+      button.dataset.copy = flag;
+      hint.append(" ", button);
+    }
+  }
+  for (const button of document.querySelectorAll("button[data-copy]")) {
+    button.addEventListener("click", async () => {
+      await navigator.clipboard.writeText(button.dataset.copy);
+      element("copied").textContent = `Copied: ${button.dataset.copy}`;
+    });
+  }
+  window.addEventListener("beforeprint", () => {
+    for (const one of document.querySelectorAll("details")) one.open = true;
+  });
+  document.querySelectorAll("[data-verdict]").forEach(verdictScale);
+  show();
+  window.addEventListener("load", () => requestIdleCallback(() => showBodies(data.bodies)));
+  window.twintip = { law, setting, show };
+}());

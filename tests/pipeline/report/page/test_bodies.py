@@ -1,0 +1,56 @@
+"""Bodies of the page: colours of a scale, the skin where closed forms say what it is."""
+
+import numpy as np
+import pytest
+
+from pipeline.report.page.bodies import _skin_fall, palette_colours, skin_body
+from pipeline.response.scene_press import scene_of
+
+
+def test_colours_run_from_dark_to_bright_and_are_cut_at_the_ends():
+    """Relative luminance of IEC 61966-2-1 rises with the value: the scale reads without hue."""
+    colours = palette_colours(np.linspace(-1.0, 11.0, 25), 0.0, 10.0)
+    linear = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+    luminance = linear @ np.array([0.2126, 0.7152, 0.0722])
+    assert (np.diff(luminance[2:-2]) > 0.0).all()
+    np.testing.assert_allclose(colours[:3], np.broadcast_to(np.array([0x44, 0x01, 0x54]) / 255.0, (3, 3)))
+    np.testing.assert_allclose(colours[-3:], np.broadcast_to(np.array([0xFD, 0xE7, 0x25]) / 255.0, (3, 3)))
+
+
+@pytest.mark.parametrize("name", ["flat_page", pytest.param("dome_page", marks=pytest.mark.slow)])
+def test_skin_is_that_of_a_point_force_far_away(name, request):
+    """Boussinesq: u = (1 - nu^2) F / (pi E r); the next term of a spread load is below (a / r)^2."""
+    report = request.getfixturevalue(name).report
+    E, force = 2.0, 0.7
+    distance = np.array([50.0, 100.0])
+    nu = report.design.fruit.poisson
+    expected = (1.0 - nu**2) * force / (np.pi * E * distance)
+    np.testing.assert_allclose(_skin_fall(report, E, force, distance), expected, rtol=2e-3)
+
+
+def test_flat_tip_pushes_all_under_it_as_far(flat_page):
+    """A flat circle: u = (1 - nu^2) F / (2 a E), K. L. Johnson (3.36)."""
+    report = flat_page.report
+    a = np.sqrt(report.design.tips.face_mm2 / np.pi)
+    nu = report.design.fruit.poisson
+    fall = _skin_fall(report, 2.0, 0.7, np.array([0.0, 0.5 * a, a]))
+    np.testing.assert_allclose(fall, (1.0 - nu**2) * 0.7 / (2.0 * a * 2.0), rtol=1e-12)
+
+
+@pytest.mark.slow
+def test_dome_pushes_the_middle_by_the_approach(dome_page):
+    """Hertz: u(0) = a^2 / R, and half of it at the rim; K. L. Johnson (3.41), (4.22)."""
+    from cad.theory import hertz
+
+    report = dome_page.report
+    fruit, tips = report.design.fruit, report.design.tips
+    R = hertz.mean_relative_curvature(tips.dome_radius_mm, *fruit.radii_mm)
+    a = hertz.contact_radius(0.7, 2.0, fruit.poisson, R)
+    fall = _skin_fall(report, 2.0, 0.7, np.array([0.0, a]))
+    np.testing.assert_allclose(fall, [a**2 / R, 0.5 * a**2 / R], rtol=1e-12)
+
+
+def test_skin_has_a_label_for_each_tip(flat_page):
+    body = skin_body(flat_page.report, scene_of(flat_page.report.design))
+    assert [label["text"] for label in body["labels"]] == [tip.name for tip in flat_page.report.tips]
+    assert body["legend"]["low"] == 0.0 < body["legend"]["high"] <= flat_page.report.design.press.travel_mm
