@@ -107,12 +107,13 @@ def shape_change(
 
     Raises SolveError when a solve is not exact.
     """
-    loads = smooth_loads(fruit, footprints)
+    # Neighbours that lean feel how wide a load is: under domes it is about as wide as their contacts.
+    loads = smooth_loads(fruit, footprints, 1.0) if along_normals else smooth_loads(fruit, footprints)
     fine, dofs = curvature_correction(fruit, footprints, loads, steps, along_normals)
     coarser = replace(steps, fraction=COARSER * steps.fraction)
     coarse, _ = curvature_correction(fruit, footprints, loads, coarser, along_normals)
 
-    # The action of one tip on another does not depend on how sharp it is.
+    # The action of one tip on another does not depend on how its load is spread.
     sharper = np.zeros(len(loads))
     bound = np.zeros(len(loads))
     for i, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):

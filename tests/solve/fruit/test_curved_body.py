@@ -13,8 +13,15 @@ from cad.design.tips import Tips
 from cad.quantity import InputError
 from solve.fruit.body_lines import BodySteps
 from solve.fruit.curved_body import SAFETY, ShapeChange, curvature_correction, curved_compliance, shape_change
-from solve.fruit.smooth_load import line_forces, smooth_loads
-from solve.fruit.split import LEVELS, footprint_compliance, relative_changes, split_compliance, tip_footprints
+from solve.fruit.smooth_load import least_deviation, line_forces, smooth_loads
+from solve.fruit.split import (
+    LEVELS,
+    contact_footprints,
+    footprint_compliance,
+    relative_changes,
+    split_compliance,
+    tip_footprints,
+)
 from solve.linear import SolveError
 
 PIECE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0, thickness_mm=12.0)
@@ -116,3 +123,22 @@ def test_a_fold_is_refused(monkeypatch):
     monkeypatch.setattr(solve.fruit.curved_body.CurvedShape, "bent", inside_out)
     with pytest.raises(SolveError):
         curvature_correction(PIECE, PAIR, smooth_loads(PIECE, PAIR), BodySteps())
+
+
+@pytest.mark.slow
+def test_neighbouring_domes_that_lean_feel_each_other_as_under_the_pressure_of_hertz():
+    """To 0.1 % of their compliance, under loads of its second moment; as wide as there is room they miss 1 %."""
+    mango = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=12.0, length_mm=24.0, width_mm=24.0)
+    tips = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.6, spacing_mm=6.0)
+    domes = contact_footprints(mango, tips)
+    between = split_compliance(mango, tips, 1e-3).S[0, 1]
+    found = shape_change(mango, domes, along_normals=True).change[0, 1]
+
+    def with_loads(most):
+        loads = smooth_loads(mango, domes, most)
+        change, _ = curvature_correction(mango, domes, loads, solve.fruit.curved_body.STEPS, along_normals=True)
+        return change[0, 1]
+
+    hertz = 0.5 * domes[0].side / np.sqrt(5.0)  # deviation of a pressure (1 - r^2 / a^2)^(1/2) along an axis
+    assert found == pytest.approx(with_loads(hertz / least_deviation(domes[0])), abs=1e-3 * between)
+    assert abs(with_loads(3.0) - found) > 1e-2 * between
