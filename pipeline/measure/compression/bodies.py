@@ -12,7 +12,8 @@ from solve.compression.tool import Tool
 
 POINT_CONTACT = 1.5  # exponent of Hertz's law, with which every convex body begins
 _DEEPEST = 0.15  # of half the height, or of the radius: most fruit have failed before
-_DEEPEST_PLUNGER = 0.15  # of a ball's radius; twice that of a flat one's: beyond, its contact is not solved
+_DEEPEST_BALL = 0.1  # of the radius of a ball plunger: beyond, not every law of flesh has an equilibrium
+_DEEPEST_FLAT = 0.3  # of the radius of a flat plunger
 _LINE_CONTACT = 1.0  # and a logarithm, which the terms of the curve follow
 _FLAT_CONTACT = 1.0
 _WIDEST = 0.8  # plunger over body: nearer its edge the flesh would be shorn off
@@ -38,7 +39,7 @@ class Plunger:
     @property
     def deepest(self) -> float:
         """Return down to which depth it is solved [mm]."""
-        return _DEEPEST_PLUNGER * self.radius_mm * (1.0 if self.ball else 2.0)
+        return self.radius_mm * (_DEEPEST_BALL if self.ball else _DEEPEST_FLAT)
 
 
 class Body(Protocol):
