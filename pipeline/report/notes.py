@@ -35,6 +35,7 @@ def notes(result: SensorResult) -> list[str]:
     else:
         lines += _of_the_reading(result, result.readings)
     lines.append(_relaxation(result))
+    lines += _skin(result)
     lines += _weight(result)
     lines += _free_fruit(result)
     lines.append(f"response: {info.method}; {info.status}")
@@ -146,6 +147,17 @@ def _relaxation(result: SensorResult) -> str:
         f"relaxation: E is the modulus at the first instant; what is read {over_time.t[over_time.at]:.3g} s after the "
         f"touch is {fallen.min():.3g} to {fallen.max():.3g} times it, which `pipeline read` takes back"
     )
+
+
+def _skin(result: SensorResult) -> list[str]:
+    """Return how much stiffer a skin makes the fruit under a tip, at the least and the largest modulus of the flesh."""
+    if result.contact.skin is None:
+        return []
+    bare = result.contact.K_m_over_E()
+    told = []
+    for E in (min(result.design.fruit.E_MPa), result.design.fruit.E_max_MPa):
+        told.append(f"{100.0 * (result.contact.at(E).K_m_over_E() / bare - 1.0):+.3g} % at {E:g} MPa")
+    return [f"skin: the fruit is stiffer under a tip than its flesh alone, K_m {' and '.join(told)}"]
 
 
 def _weight(result: SensorResult) -> list[str]:

