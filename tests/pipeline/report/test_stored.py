@@ -63,10 +63,13 @@ def test_report_comes_back_as_it_was_written(design, made, tmp_path):
 
 
 def assert_part(value, whole):
-    """Assert that nested data read back are, key by key, those of the file."""
+    """Assert that nested data read back are, key by key, those of the file; what it leaves out is empty."""
     if isinstance(value, dict):
         for key, inside in value.items():
-            assert_part(inside, whole.get(key, []))
+            if key in whole:
+                assert_part(inside, whole[key])
+            else:
+                assert not inside
     elif isinstance(value, list):
         for inside, of_file in zip(value, whole, strict=True):
             assert_part(inside, of_file)
