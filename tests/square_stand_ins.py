@@ -52,7 +52,7 @@ def linear_pose_forces(scene, contact, C, poses):
     return PoseForces(
         F=F,
         F_error=FORCE_ERROR * F,
-        F_profile=np.zeros(shape),
+        F_flesh=np.zeros(shape),
         error=np.full(len(F), FORCE_ERROR),
         touching=F > 0.0,
         contact_radius=np.full(shape, 0.5),

@@ -75,7 +75,8 @@ class Readings:
     `noise_percent` is the noise of the forces at which the uncertainty reaches 10 %, None where it does without noise.
     `full_scale` is the largest force of each channel over all poses [N], (tips,). `pressures` are those on the skin at
     each modulus. `plates` is by how much E moves where the two plates of a square are mounted as far off as their holes
-    allow, before the tips are zeroed on a hard plate [1]; 0 for one plate.
+    allow, before the tips are zeroed on a hard plate [1]; 0 for one plate. `flesh` is by how much E moves to either
+    side where the flesh under domes obeys the law of Hencky or of Storakers [1].
     """
 
     method: str
@@ -88,6 +89,7 @@ class Readings:
     full_scale: tuple[float, ...] | None = None
     pressures: tuple[SkinPressure, ...] = ()
     plates: float = 0.0
+    flesh: float = 0.0
 
     @property
     def worst_bias(self) -> ModulusReading:
@@ -153,7 +155,15 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
         noise_percent=noise_to_reach(NOISE_LIMIT, sources[widest], reading),
         refused=refused,
         full_scale=tuple(presses.full_scale.tolist()),
+        flesh=_flesh_share(model, level, presses.flesh[:, 0]),
     )
+
+
+def _flesh_share(model: MeasurementModel, forces: Floats, flesh: Floats) -> float:
+    """Return the largest change of a modulus [1] where another law of flesh changes forces [N], (moduli, ...)."""
+    if not flesh.any():
+        return 0.0
+    return max(abs(model.modulus(F + more) / model.modulus(F) - 1.0) for F, more in zip(forces, flesh, strict=True))
 
 
 def _biases(model: MeasurementModel, presses: Presses, least: Floats) -> tuple[Floats, str | None]:

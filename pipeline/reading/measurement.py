@@ -136,12 +136,14 @@ def rows_of(matrix: Floats | Matrix) -> tuple[tuple[float, ...], ...]:
 class Presses:
     """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
 
-    `error` [1], (moduli, placements, samples), is the largest relative error of a force.
+    `flesh` [N], as F, is what Hencky's law of flesh adds under domes; `error` [1], (moduli, placements, samples), is
+    the largest relative error of a force.
     """
 
     moduli: tuple[float, ...]
     placements: tuple[Placement, ...]
     F: Floats
+    flesh: Floats
     error: Floats
 
     @property
@@ -182,6 +184,7 @@ class PressedSensor:
             moduli=tuple(moduli),
             placements=tuple(placements),
             F=forces.F.reshape(*shape, -1),
+            flesh=forces.F_flesh.reshape(*shape, -1),
             error=forces.error.reshape(shape),
         )
 

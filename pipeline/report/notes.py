@@ -96,6 +96,11 @@ def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:
     if readings.plates > 0.0:
         percent = 100.0 * readings.plates
         lines.append(f"plates: mounted as far off as their holes allow they move E by {percent:.2g} %: zero the tips")
+    if readings.flesh > 0.0:
+        percent = 100.0 * readings.flesh
+        lines.append(
+            f"law of the flesh: E is that of neo-Hookean flesh; by Hencky or as foam it is within {percent:.2g} %"
+        )
     lines.append(
         f"what is read is E / (1 - nu^2): E takes nu = {fruit.poisson:g}, which within {fruit.poisson_spread:g} moves "
         f"it by {moved:.2g} %; twice the time of a press lowers the E of flesh by some 4 %"

@@ -41,8 +41,8 @@ class Pose:
 class PoseForces:
     """Forces F of the tips [N], shape (poses, tips), nan in a pose whose contact runs off the face of a dome.
 
-    `F_error` [N] is how far each may be off, of which `F_profile` [N] is what large strain decides about domes: by how
-    much less a sphere's own profile would carry than Hertz's paraboloid in small strain. `error` (poses,) is the
+    `F_error` [N] is how far each may be off; it leaves out `F_flesh` [N], what Hencky's law of flesh adds under domes
+    to the neo-Hookean one, and that of Storakers takes. `error` (poses,) is the
     largest relative error of a force above 0 [1]; `touching` (poses, tips) says which tips touch; `contact_radius` [mm]
     and `mean_pressure` [MPa], (poses, tips), are those of a round contact of the same area; `face_mm` (poses,) [mm] is
     how wide the face of a dome must be to hold its contact, 0 for other tips.
@@ -50,7 +50,7 @@ class PoseForces:
 
     F: Floats
     F_error: Floats
-    F_profile: Floats
+    F_flesh: Floats
     error: Floats
     touching: Flags
     contact_radius: Floats
@@ -108,7 +108,7 @@ def _dome_forces(
     return PoseForces(
         F=np.where(off_face[:, None], np.nan, domes.F),
         F_error=domes.error,
-        F_profile=domes.profile,
+        F_flesh=domes.flesh,
         error=domes.relative_error.max(axis=1),
         touching=domes.F > 0.0,
         contact_radius=domes.contact_radius,
@@ -136,7 +136,7 @@ def _cell_forces(
     return PoseForces(
         F=F,
         F_error=error * F,
-        F_profile=np.zeros_like(F),
+        F_flesh=np.zeros_like(F),
         error=np.full(len(F), error),
         touching=F > 0.0,
         contact_radius=np.sqrt(area / np.pi),

@@ -114,8 +114,8 @@ def _dome_response(
         hint = "widen the face, or press more level or less deep"
         raise validation_error("tips.side_mm", scene.tips.side_mm, "mm", bound, hint)
     status = (
-        "Hertz's law where each dome touches, at any tilt without a small-angle approximation; the fruit slopes by "
-        f"{joined(scene.slopes_deg)} deg under the tips; friction and large strain are left out"
+        "Hertz's law at large strain where each dome touches, at any tilt without a small-angle approximation; the "
+        f"fruit slopes by {joined(scene.slopes_deg)} deg under the tips; friction is left out"
     )
     info = SolveInfo(method="domes", dofs=0, seconds=time.perf_counter() - start, status=status)
     shape = (len(moduli), len(x), len(C))

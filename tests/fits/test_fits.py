@@ -9,6 +9,7 @@ from fits import (
     contact_cells,
     curve_errors,
     dome_law,
+    dome_strain,
     frame_share,
     gauge_edges,
     glued_pin,
@@ -43,6 +44,7 @@ REDUCED = {
     "contact cells": partial(contact_cells.compared, contact_cells.PARTLY[::2], contact_cells.SPHERES[:1]),
     "curve errors": partial(curve_errors.compared, curve_errors.LAWS[:1], curve_errors.EDGES[:1]),
     "dome law": partial(dome_law.compared, (dome_law.GENTLE, dome_law.SHALLOW)),
+    "dome strain": partial(dome_strain.compared, (0.3,), (0.0, 0.05), dome_strain.DOMES[:5]),
 }
 
 

@@ -12,8 +12,9 @@ from solve.fruit.skin import layer_on
 from solve.fruit.split import contact_footprints
 from solve.halfspace.layered import RoundContact, round_contact
 
-# Of what the shape of a fruit changes, by how much less or more it may be for another radius than by its curvature.
-OTHER_RADIUS = 0.3
+# Of what the shape of a fruit changes, by how much less or more it may be for another radius than by its curvature: by
+# 1.2 less between opposite domes of a square of 6 mm where a fruit of 28 mm instead of 35 is solved anew.
+OTHER_RADIUS = 1.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +36,7 @@ class Body:
 def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
     """Return the fruit of a scene, whose compliance this is, where it has other radii (poses,) [mm] along the tips.
 
-    What the shape of the fruit changes goes with its curvature; half of what that differs by is in the bound.
+    What the shape of the fruit changes goes with its curvature; how far that may be off is in the bound.
     """
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)

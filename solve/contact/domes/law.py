@@ -2,10 +2,10 @@
 
 A dome that is pressed by q [mm] along the normal beyond what the others and the body give way carries
 
-    N = 4/3 E* sqrt(R) q^(3/2),    E* = E / (1 - nu^2),    1 / R = 1 / r + 1 / R_fruit,
+    N = 4/3 g E* sqrt(R) q^(3/2),    E* = E / (1 - nu^2),    1 / R = 1 / r + 1 / R_fruit,
 
-K. L. Johnson, Contact Mechanics (1985), equation (4.23), doi:10.1017/CBO9781139171731. Its interference b, what it
-would enter the undeformed fruit on its spring as it stands, is
+K. L. Johnson, Contact Mechanics (1985), equation (4.23), doi:10.1017/CBO9781139171731, with g by large strain
+(`large_strain.py`). Its interference b, what it would enter the undeformed fruit on its spring as it stands, is
 
     b_i = q_i + sum_j (B_ij + k_ij) N_j / E,
     k_ij = (1 - nu^2) / (pi p) (1 + a_i^2 / (6 p^2) + a_j^2 / (10 p^2)),
@@ -14,10 +14,9 @@ with p the distance of two contacts, a their radii, and B what the body adds to 
 the domes touch. The second moments are those of the pressures: of Hertz where a force acts, of its increment, the flat
 punch, where it is felt. The slope that the others make under a dome moves its contact by R times that slope. The force
 along the spring is N times the cosine of the normal to the axis; what leans moves the dome sideways, as far as the
-housing gives. A dome that is off has q <= 0 and no force: one smooth system, solved by Newton's method. Neither
-friction nor large strain is in it; nor is what a sphere's own profile takes off a paraboloid's force in small strain,
-which large strain gives back in part: that is told apart. Under a skin N is that of a layered half-space
-(`solve/halfspace/layered.py`).
+housing gives. A dome that is off has q <= 0 and no force: one smooth system, solved by Newton's method. Friction is not
+in it. The flesh is neo-Hookean; other laws are told apart. Under a skin N is that of a layered half-space at small
+strain (`solve/halfspace/layered.py`), and all that large strain does to bare flesh is in the bar.
 """
 
 from collections.abc import Sequence
@@ -28,7 +27,8 @@ import numpy as np
 from solve.arrays import Floats
 from solve.contact.domes.body import Body, dome_body
 from solve.contact.domes.geometry import DomeApproach, DomePoses, dome_poses
-from solve.contact.domes.sphere import paraboloid_force, sphere_contact_radius, sphere_force
+from solve.contact.domes.large_strain import LargeStrain, large_strain
+from solve.contact.domes.sphere import sphere_contact_radius
 from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
@@ -50,15 +50,15 @@ RESIDUAL_LIMIT = 1e-11  # of the largest interference: round-off of coordinates 
 class DomeForces:
     """Forces F of the domes along their springs [N], (poses, tips), and what they do, each as F.
 
-    `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off, and `profile` [N] how much of
-    that is the profile of a sphere against that of a paraboloid. `contact_radius` [mm] and `mean_pressure` [MPa] are
-    those of the contacts, `face` [mm] is the width of a face that would hold each.
+    `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off in neo-Hookean flesh, `flesh`
+    [N] what Hencky's law adds and that of Storakers takes. `contact_radius` [mm] and `mean_pressure` [MPa] are those of
+    the contacts, `face` [mm] is the width of a face that would hold each.
     """
 
     F: Floats
     rates: Floats
     error: Floats
-    profile: Floats
+    flesh: Floats
     contact_radius: Floats
     mean_pressure: Floats
     face: Floats
@@ -78,6 +78,7 @@ class _State:
     N: Floats
     stiffness: Floats
     contact_radius: Floats
+    strain: LargeStrain
     action: Floats
     residual: Floats
     q: Floats
@@ -105,12 +106,11 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
     touching = state.N > 0.0
     # what the forces along the springs gain per interference of each dome
     gain = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
-    profile = np.einsum("pij,pj->pi", np.abs(gain), law.profile(state))
     return DomeForces(
         F=cosine * state.N,
         rates=np.where(touching, np.einsum("pij,pj->pi", gain, state.approach.normal[..., 2]), 0.0),
-        error=np.einsum("pij,pj->pi", np.abs(gain), law.bound(state)) + profile,
-        profile=profile,
+        error=np.einsum("pij,pj->pi", np.abs(gain), law.bound(state)),
+        flesh=np.einsum("pij,pj->pi", gain, law.deeper(state, state.strain.apart)),
         contact_radius=state.contact_radius,
         mean_pressure=state.N / np.where(touching, np.pi * state.contact_radius**2, 1.0),
         face=np.where(touching, 2.0 * (poses.dome_radius * state.approach.sine + law.rim(state)), 0.0),
@@ -186,10 +186,10 @@ class _Law:
 
     def state(self, q: Floats, before: DomeApproach) -> _State:
         """Return the domes at trial depths q (poses, tips) [mm], whose forces lean as they stood `before`."""
-        N, _, _ = self._hertz(q, before)
+        N = self._hertz(q, before)[0]
         moved = np.einsum("ijab,pjb->pia", self._C, N[..., None] * before.direction)
         approach = self._poses.approach(moved)
-        N, stiffness, radius = self._hertz(q, approach)
+        N, stiffness, radius, strain = self._hertz(q, approach)
 
         # The slope that the others make under a dome moves its contact by its radius times that slope.
         between, distance = _between(approach.foot)
@@ -201,22 +201,32 @@ class _Law:
         sunk = np.einsum("pij,pj->pi", action + self._body.remainder, N) / self._E
         by_slope = 0.5 * (shift**2).sum(axis=2) / approach.radius
         residual = approach.interference - by_slope - sunk - q
-        return _State(approach, N, stiffness, radius, action, residual, q)
+        return _State(approach, N, stiffness, radius, strain, action, residual, q)
 
     def springs(self, approach: DomeApproach) -> Floats:
         """Return how far domes yield along their normals for normal forces [mm/N], (poses, tips, tips)."""
         along = approach.direction
         return np.asarray(np.einsum("pia,ijab,pjb->pij", along, self._C, along, optimize=True))
 
-    def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats]:
-        """Return the normal forces [N], their slopes over the depth [N/mm] and the contact radii [mm]."""
+    def _hertz(self, q: Floats, approach: DomeApproach) -> tuple[Floats, Floats, Floats, LargeStrain]:
+        """Return the normal forces [N], their slopes over the depth [N/mm], contact radii [mm], and large strain."""
         depth = np.maximum(q, 0.0) / approach.eased
         if self._body.skinned is not None:
             contact, force, stiffness = self._body.skinned.press(approach.radius * depth)
-            return self._E * force / approach.radius, self._E * stiffness / approach.eased, contact
+            bare = self._large_strain(contact, approach)
+            strain = replace(bare, error=np.abs(bare.factor - 1.0))
+            return self._E * force / approach.radius, self._E * stiffness / approach.eased, contact, strain
         contact = np.sqrt(approach.radius * depth)
+        strain = self._large_strain(contact, approach)
         stiffness = 2.0 * self._E / (1.0 - self._body.poisson**2) * contact
-        return stiffness * depth / 1.5, stiffness / approach.eased, contact
+        # the contact radius goes with the root of the depth, the force with its power of 3/2
+        slope = stiffness * (strain.factor + strain.slope / 3.0) / approach.eased
+        return strain.factor * stiffness * depth / 1.5, slope, contact, strain
+
+    def _large_strain(self, contact: Floats, approach: DomeApproach) -> LargeStrain:
+        """Return what large strain does to bare flesh at contact radii (poses, tips) [mm]."""
+        dome = self._poses.dome_radius
+        return large_strain(contact, dome, 1.0 / approach.radius - 1.0 / dome, self._body.poisson)
 
     def jacobian(self, state: _State) -> Floats:
         """Return minus the slope of the residual over the depths [1], (poses, tips, tips), but for its small parts."""
@@ -233,7 +243,8 @@ class _Law:
         next_moment = NEXT_MOMENT * self._normal / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
         by_forces = np.einsum("pij,pj->pi", body.bound + over_contact + next_moment, state.N) / self._E
         depth = radius**2 / state.approach.radius
-        return np.asarray(by_forces + OF_DEPTH * depth + self._sideways_error * self._leant(state))
+        leant = self._sideways_error * self._leant(state)
+        return np.asarray(by_forces + OF_DEPTH * depth + leant + self.deeper(state, state.strain.error))
 
     def _leant(self, state: _State) -> Floats:
         """Return how far domes yield along their normals by what leans of the forces [mm], (poses, tips)."""
@@ -247,13 +258,9 @@ class _Law:
         depth = state.contact_radius**2 / state.approach.radius
         return sphere_contact_radius(depth, self._poses.dome_radius, self._fruit_curvature(state))
 
-    def profile(self, state: _State) -> Floats:
-        """Return by how much a sphere sinks deeper than a paraboloid of its radius [mm], (poses, tips)."""
-        contact = self.rim(state)
-        hertz = paraboloid_force(state.contact_radius, state.approach.radius)
-        missing = hertz - sphere_force(contact, self._poses.dome_radius, self._fruit_curvature(state))
-        touching = contact > 0.0
-        return np.where(touching, missing / np.where(touching, 2.0 * contact, 1.0), 0.0)
+    def deeper(self, state: _State, fraction: Floats) -> Floats:
+        """Return by how much more domes sink that carry less by a fraction of Hertz's force [mm], (poses, tips)."""
+        return fraction * state.contact_radius**2 / state.approach.radius / 1.5
 
     def _fruit_curvature(self, state: _State) -> Floats:
         """Return the curvature of the fruit under the domes [1/mm], (poses, tips)."""

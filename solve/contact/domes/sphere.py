@@ -3,9 +3,9 @@
 C. M. Segedin, Mathematika 4 (1957) 156, doi:10.1112/S0025579300001224; I. N. Sneddon, Int. J. Engng Sci. 3 (1965) 47,
 doi:10.1016/0020-7225(65)90019-4: with contact radius a, sphere r and a surface that falls away by rho^2 / (2 R),
 
-    depth = a artanh(a / r) + a^2 / R,    force / E* = (r^2 + a^2) artanh(a / r) - a r + 4 a^3 / (3 R),
+    depth = a artanh(a / r) + a^2 / R.
 
-and d force / d depth = 2 a E*. Hertz is what remains for a much smaller than r.
+Hertz is what remains for a much smaller than r.
 """
 
 import numpy as np
@@ -28,20 +28,6 @@ def sphere_contact_radius(depth: Floats, sphere: float, curvature: Floats) -> Fl
         above = x * (x + _artanh_less(x)) + x**2 * beside - sunk
         x = x - np.divide(above, slope, out=np.zeros_like(x), where=x > 0.0)
     return sphere * x
-
-
-def sphere_force(contact_radius: Floats, sphere: float, curvature: Floats) -> Floats:
-    """Return the force over E* [mm^2] at a contact radius [mm]; `curvature` [1/mm] is that of the surface."""
-    x = contact_radius / sphere
-    return sphere**2 * ((1.0 + x**2) * _artanh_less(x) + x**3 * (1.0 + 4.0 / 3.0 * sphere * curvature))
-
-
-def paraboloid_force(contact_radius: Floats, radius: Floats) -> Floats:
-    """Return the force over E* [mm^2] at a contact radius [mm] of a relative radius of curvature [mm]: Hertz's law.
-
-    F / E* = 4/3 a^3 / R: Johnson (4.22) with (4.23).
-    """
-    return 4.0 / 3.0 * contact_radius**3 / radius
 
 
 def _artanh_less(x: Floats) -> Floats:

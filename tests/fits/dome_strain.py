@@ -1,0 +1,211 @@
+"""The coefficients of large strain under domes: balls on half-spaces and on balls at finite strain over Hertz's force.
+
+`python tests/fits dome_strain` (half an hour). The radius of the contact is 1 throughout, so that one mesh serves all
+balls on a fruit. Small strain on the same mesh tells what the finite body gives way, and is Hertz's force exactly: what
+the mesh misses cancels. Contact is a penalty at Gauss points of the skin; the rest is the half body of compression.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from unittest.mock import patch
+
+import numpy as np
+from fits.comparison import Comparison, covering
+from scipy.sparse import coo_matrix, csc_matrix
+from scipy.sparse.linalg import splu
+
+from solve.compression import body as half_body
+from solve.compression.body import HalfBody, RoundSection, StraightSection
+from solve.contact.domes.large_strain import DEEPEST, FIT, POISSONS, large_strain
+from solve.large_strain.flesh_law import FleshLaw
+
+DOMES = (0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7)  # contact radius over the dome's
+FRUITS = (0.0, 0.05, 0.1)  # contact radius over the fruit's
+LARGE = 20.0  # half height and radius of what stands for a half-space
+PENALTY = 1e4  # pressure over penetration [E / contact radius]
+CELLS = 8  # over 1.25 contact radii
+GROWTH = 1.35
+REACH = 2.0  # radius within which the skin may touch
+POINTS = 8
+RESIDUAL = 3e-7  # of the force
+SPARE = 6.0  # the constant also holds what other elements find
+
+
+def graded(contact: float, _refinement: float) -> np.ndarray:
+    """Return lines from 0 to 1, as many over the contact, a fraction of 1, on every body."""
+    lines = np.linspace(0.0, 1.25 * contact, CELLS + 1).tolist()
+    step = lines[1]
+    while lines[-1] < 1.0:
+        step *= GROWTH
+        lines.append(lines[-1] + step)
+    lines = np.array(lines)
+    edge = lines[CELLS]
+    lines[CELLS:] = edge + (lines[CELLS:] - edge) * (1.0 - edge) / (lines[-1] - edge)
+    return lines
+
+
+def flesh_body(law: FleshLaw, fruit: float) -> HalfBody:
+    """Return a body with a curvature, its elements integrated in full: no plate stiffens its modes without energy."""
+    with patch.object(half_body, "_graded", graded), patch.object(half_body, "_POINTS", 3):
+        if fruit == 0.0:
+            return HalfBody(StraightSection(half_height=LARGE, radius=LARGE), law, 1.0)
+        # its lines crowd where the section maps the square on a disc
+        return HalfBody(RoundSection(half_height=1.0 / fruit, radius=1.0 / fruit), law, np.sqrt(2.0))
+
+
+@dataclass(frozen=True)
+class State:
+    """A body under a ball: displacements, penetration, distance and normal at the points, and the energy of both."""
+
+    body: half_body.Deformed
+    penetration: np.ndarray
+    distance: np.ndarray
+    normal: np.ndarray
+    energy: float
+
+
+class Pressed:
+    """A body of flesh under balls."""
+
+    def __init__(self, law: FleshLaw, fruit: float) -> None:
+        self.body = flesh_body(law, fruit)
+        self.fruit = fruit
+        self.modulus = 1.0 / (1.0 - law.poisson**2)
+        skin = self.body.surface
+        self.edges = np.stack([skin[:-2:2], skin[1:-1:2], skin[2::2]], axis=1)
+        x = self.body.x[self.edges]
+        top = self.body.x[skin[0], 1]
+        self.edges = self.edges[(x[:, :, 0].max(axis=1) < REACH) & (x[:, :, 1].min(axis=1) > 0.3 * top)]
+        self.top = top
+        points, weights = np.polynomial.legendre.leggauss(POINTS)
+        self.shapes = half_body._quadratic(points)
+        x = self.body.x[self.edges]
+        self.x = np.einsum("qn,enk->eqk", self.shapes, x)
+        along = np.einsum("qn,enk->eqk", half_body._quadratic_slope(points), x)
+        self.stiffness = PENALTY * np.linalg.norm(along, axis=-1) * weights * 2.0 * np.pi * self.x[..., 0]
+        self.level = PENALTY * along[..., 0] * weights * 2.0 * np.pi * self.x[..., 0]  # as seen from above
+        self.dofs = (2 * self.edges[:, :, None] + np.arange(2)).reshape(-1, 6)
+        self.free = np.flatnonzero(~self.body.held)
+
+    def hertz(self, radius: float, depth: float) -> float:
+        return 4.0 / 3.0 * self.modulus * np.sqrt(radius) * depth**1.5
+
+    def step(self, K: csc_matrix, block: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        rows = np.repeat(self.dofs, 6, axis=1).ravel()
+        columns = np.tile(self.dofs, (1, 6)).ravel()
+        total = csc_matrix(K + coo_matrix((block.ravel(), (rows, columns)), shape=K.shape))
+        factor = splu(
+            csc_matrix(total[self.free][:, self.free]),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+        found = np.zeros(len(residual))
+        found[self.free] = factor.solve(-residual[self.free])
+        return found.reshape(-1, 2)
+
+    def given_way(self, radius: float, depth: float) -> float:
+        """Return what the body gives way per force beside Hertz's law: small strain under a paraboloid."""
+        u = np.zeros_like(self.body.x)
+        _, K = self.body.tangent(self.body.deformed(u), convex=False)
+        gap = 0.5 * self.x[..., 0] ** 2 / radius - depth
+        before = None
+        for _ in range(50):
+            penetration = np.minimum(gap - np.einsum("qn,en->eq", self.shapes, u[self.edges, 1]), 0.0)
+            touching = penetration < 0.0
+            push = self.level * penetration
+            if before is not None and np.array_equal(before, touching):
+                break
+            before = touching
+            forces = np.zeros(2 * self.body.count)
+            np.add.at(forces, 2 * self.edges + 1, -np.einsum("eq,qn->en", push, self.shapes))
+            block = np.zeros((len(self.edges), 3, 2, 3, 2))
+            block[:, :, 1, :, 1] = np.einsum("eq,qn,qm->enm", self.level * touching, self.shapes, self.shapes)
+            u = u + self.step(K, block.reshape(-1, 6, 6), K @ u.ravel() + forces)
+        force = -push.sum()
+        sunk = (force / (4.0 / 3.0 * self.modulus * np.sqrt(radius))) ** (2.0 / 3.0)
+        return float((depth - _mean(push, penetration) - sunk) / force)
+
+    def state(self, u: np.ndarray, ball: float, depth: float) -> State:
+        deformed = self.body.deformed(u)
+        from_centre = self.x + np.einsum("qn,enk->eqk", self.shapes, u[self.edges]) - [0.0, self.top + ball - depth]
+        distance = np.linalg.norm(from_centre, axis=-1)
+        penetration = np.minimum(np.where(from_centre[..., 1] < 0.0, distance - ball, 1.0), 0.0)
+        energy = deformed.energy + 0.5 * float((self.stiffness * penetration**2).sum())
+        return State(deformed, penetration, distance, from_centre / distance[..., None], energy)
+
+    def pressed(self, u: np.ndarray, ball: float, depth: float) -> tuple[np.ndarray, float, float]:
+        """Return displacements, force and the mean penetration under a ball at a depth, from a start."""
+        state = self.state(u, ball, depth)
+        for _ in range(60):
+            push = self.stiffness * state.penetration
+            force = float((push * state.normal[..., 1]).sum())
+            contact = np.einsum("eq,eqk,qn->enk", push, state.normal, self.shapes)
+            both = state.normal[..., :, None] * state.normal[..., None, :]
+            reached = None
+            for convex in (False, True):
+                forces, K = self.body.tangent(state.body, convex=convex)
+                np.add.at(forces, self.dofs.ravel(), contact.ravel())
+                residual = np.where(self.body.held, 0.0, forces)
+                if np.linalg.norm(residual) <= RESIDUAL * force:
+                    return state.body.u, force, _mean(push, state.penetration)
+                bend = 0.0 if convex else (push / state.distance)[..., None, None] * (np.eye(2) - both)
+                curvature = (self.stiffness * (state.penetration < 0.0))[..., None, None] * both + bend
+                block = np.einsum("eqij,qn,qm->enimj", curvature, self.shapes, self.shapes)
+                step = self.step(K, block, residual)
+                slope = float(residual @ step.ravel())
+                for halvings in range(14 if slope < 0.0 else 0):
+                    length = 0.5**halvings
+                    tried = self.state(state.body.u + length * step, ball, depth)
+                    if tried.energy <= state.energy + 1e-4 * length * slope + 1e-13:
+                        reached = tried
+                        break
+                if reached is not None:
+                    break
+            if reached is None:
+                break
+            state = reached
+        raise ArithmeticError(ball)  # no equilibrium under a ball of so many contact radii
+
+
+def _mean(push: np.ndarray, penetration: np.ndarray) -> float:
+    return float((push * -penetration).sum() / push.sum())
+
+
+def over_hertz(law: FleshLaw, fruit: float, domes: Sequence[float] = DOMES) -> np.ndarray:
+    """Return Hertz's contact radii over the dome's, and the force over Hertz's, (domes, 2)."""
+    pressed = Pressed(law, fruit)
+    u = np.zeros_like(pressed.body.x)
+    solved = [(-1.0, u), (0.0, u)]
+    rows = []
+    for dome in domes:
+        radius = 1.0 / (dome + fruit)
+        depth = 1.0 / radius
+        body = pressed.given_way(radius, depth)
+        s0, u0 = solved[-2]
+        s1, u1 = solved[-1]
+        start = u1 + (u1 - u0) * (dome - s1) / (s1 - s0)
+        if not np.isfinite(pressed.body.deformed(start).energy):
+            start = u1
+        u, force, inside = pressed.pressed(start, 1.0 / dome, depth)
+        solved.append((dome, u))
+        sunk = depth - inside - body * force
+        rows.append((np.sqrt(radius * sunk), force / pressed.hertz(radius, sunk)))
+    return np.array(rows)
+
+
+def of_bar(poisson: float, fruit: float, domes: Sequence[float] = DOMES) -> float:
+    """Return the largest departure of neo-Hookean forces from the fit over its bar [1]."""
+    contact, found = over_hertz(FleshLaw(poisson=poisson), fruit, domes).T
+    dome = 1.0 / np.array(domes)
+    fits = [large_strain(a, r, np.array(fruit), poisson) for a, r in zip(contact, dome, strict=True)]
+    return max(float(abs(g - fit.factor) / fit.error) for g, fit in zip(found, fits, strict=True))
+
+
+def compared(
+    poissons: Sequence[float] = POISSONS, fruits: Sequence[float] = FRUITS, domes: Sequence[float] = DOMES
+) -> list[Comparison]:
+    domes = [dome for dome in domes if dome <= DEEPEST]
+    seen = [FIT * of_bar(poisson, fruit, domes) for poisson, fruit in itertools.product(poissons, fruits)]
+    return [covering("FIT of large strain under domes", FIT, seen, SPARE)]

@@ -1,0 +1,65 @@
+"""Balls at finite strain over Hertz's force: limits, and finite elements that share nothing with the fit."""
+
+import ball_contact
+import numpy as np
+import pytest
+from ball_contact import Cap
+
+from solve.contact.domes.large_strain import DEEPEST, FIT, large_strain
+
+FLAT = np.array(0.0)
+# Of the independent elements: their step from 14 to 20 cells is 1e-4, and 10 cells are half as fine as 20.
+OWN = 5e-4
+# A ball of nu 0.3 between plates pressed in by 1 % of its height, neo-Hooke over small strain: contact at finite strain
+# in another code, each number to 0.3 %. The contact radius is a tenth of the ball's.
+BETWEEN_PLATES = 1.046 / 1.057
+BETWEEN_PLATES_ERROR = 0.003
+
+
+def test_small_contacts_are_hertz():
+    found = large_strain(np.array(1e-6), 10.0, FLAT, 0.3)
+    assert found.factor == pytest.approx(1.0, abs=1e-6)
+    assert found.error < 1e-6
+
+
+def test_ball_between_plates_is_that_of_another_code():
+    found = large_strain(np.array(1.0), 1e9, np.array(0.1), 0.3)
+    assert found.factor == pytest.approx(BETWEEN_PLATES, abs=BETWEEN_PLATES_ERROR)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.2, 0.49])
+def test_slope_is_that_of_the_factor(poisson):
+    contact = np.array([0.2, 2.0, 6.0])
+    curvature = np.full(3, 0.03)
+    step = 1e-6
+    ahead = large_strain(contact * (1.0 + step), 10.0, curvature, poisson).factor
+    behind = large_strain(contact * (1.0 - step), 10.0, curvature, poisson).factor
+    found = large_strain(contact, 10.0, curvature, poisson)
+    assert found.slope == pytest.approx((ahead - behind) / (2.0 * step), rel=1e-6)
+
+
+def test_beyond_what_was_solved_all_of_it_is_open():
+    end = large_strain(np.array(DEEPEST), 1.0, FLAT, 0.3)
+    deeper = large_strain(np.array(1.1), 1.0, FLAT, 0.3)
+    assert deeper.factor == pytest.approx(float(end.factor))
+    assert deeper.error >= abs(deeper.factor - 1.0)
+    softer = large_strain(np.array(0.2), 1.0, FLAT, -0.2)
+    assert softer.error >= abs(softer.factor - 1.0)
+
+
+@pytest.mark.study
+@pytest.mark.parametrize(("dome", "fruit", "poisson"), [(0.15, 0.0, 0.3), (0.15, 0.045, 0.3), (0.3, 0.05, 0.45)])
+def test_other_elements_find_the_same(dome, fruit, poisson, monkeypatch):
+    """Curvatures are times the contact radius; small strain on the same mesh tells what the finite cap gives way."""
+    monkeypatch.setattr(ball_contact, "CELLS", 10)
+    cap = Cap(fruit, poisson)
+    radius = 1.0 / (dome + fruit)
+    depth = 1.0 / radius
+    stiffness = 4.0 / 3.0 / (1.0 - poisson**2) * np.sqrt(radius)
+    small, _ = cap.force(1.0 / dome, depth, finite=0.0)
+    body = (depth - (small / stiffness) ** (2.0 / 3.0)) / small
+    _, start = cap.force(1.0 / dome, 0.5 * depth)
+    force, _ = cap.force(1.0 / dome, depth, start=start)
+    hertz_depth = depth - body * force
+    found = large_strain(np.sqrt(radius * hertz_depth), 1.0 / dome, np.array(fruit), poisson)
+    assert found.factor == pytest.approx(force / (stiffness * hertz_depth**1.5), abs=FIT + OWN)
