@@ -18,7 +18,7 @@ function showBodies(bodies) {
     const body = bodies[index];
     const viewer = document.createElement("model-viewer");
     const attributes = { src: addresses[index], alt: `${body.name}. ${body.caption || ""}`, "camera-controls": "", "interaction-prompt": "none",
-      "shadow-intensity": "0.6", "environment-image": "neutral", "animation-name": "motion", "touch-action": "pan-y", exposure: "1.1", "camera-orbit": "25deg 65deg auto" };
+      "shadow-intensity": "0.6", "environment-image": "neutral", "animation-name": "motion", "touch-action": "pan-y", exposure: "1.1", "camera-orbit": `25deg 65deg ${body.slider === "apart" ? "130%" : "105%"}` };
     for (const [name, value] of Object.entries(attributes)) viewer.setAttribute(name, value);
     (body.labels || []).forEach(({ text, at }, i) => {
       const label = document.createElement("button");

@@ -24,7 +24,7 @@ _COARSE = 2.0  # scale of the mesh of the picture: its stress is some per cent o
 _SYMMETRY = "symmetry"
 _DRAWN_DEFLECTION = 0.06  # of the width, at most
 _SKIN_CELLS = 48  # along each side
-_SKIN_REACH = 1.6  # of the spacing of the tips: how far around them the skin reaches
+_SKIN_REACH = 0.85  # of the spacing of the tips: how far around them the skin reaches
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
 """From the least to the most: viridis of S. van der Walt and N. Smith, for every kind of sight; CC0."""
 
@@ -80,7 +80,7 @@ def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
     stress = fields.von_mises[corners]
     limit = process.E_MPa * process.strain_limit
     half = np.searchsorted(corners, quads)
-    highest = max(limit, float(stress.max()))
+    highest = float(stress.max())
     colours = palette_colours(stress, 0.0, highest)
     mirror = np.array([1.0, -1.0, 1.0])
     body = GlbBody(

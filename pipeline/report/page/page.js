@@ -34,7 +34,7 @@
     need(points.length, "a tip is off the fruit at every modulus");
     const E_max = last(curve.E_MPa);
     const band = (low, high, opacity) => Plot.areaX(points.filter((one) => one[low] !== null || one[high] !== null), {
-      y: "1", x1: (one) => one[low] ?? 0, x2: (one) => Math.min(one[high] ?? E_max, E_max), fill: colours[0], fillOpacity: opacity,
+      y: "1", x1: (one) => Math.max(one[low] ?? 0, 0), x2: (one) => Math.min(one[high] ?? E_max, E_max), fill: colours[0], fillOpacity: opacity,
     });
     const softest = curve.P_softest;
     const chord = softest !== null && Number.isFinite(last(curve.P)) ? [[0, softest], [E_max, last(curve.P)]] : [];
@@ -203,8 +203,8 @@
     need(parts.length, "no number has a budget");
     const words = (one) => (Array.isArray(one.effects) ? one.effects.map((part) => `${part.effect} ${text(part.size_percent, "%")}`).join("\n") : "");
     return {
-      x: { label: "part of the number [%], logarithmic", type: "log" }, y: { label: null, domain: Object.values(names) }, fy: { label: null },
-      marginLeft: 110, marginRight: 60, height: 60 + 90 * new Set(parts.map((one) => one.name)).size,
+      x: { label: "part of the number [%], logarithmic", type: "log", tickFormat: (value) => digits(value) }, y: { label: null, domain: Object.values(names) }, fy: { label: null },
+      marginLeft: 130, marginRight: 60, height: 60 + 90 * new Set(parts.map((one) => one.name)).size,
       color: { domain: Object.values(names), range: colours },
       marks: [
         Plot.ruleY(parts, { fy: "name", y: "what", x1: d3.min(parts, (one) => one.y) / 2, x2: "y", stroke: "what", strokeWidth: 8 }),
@@ -221,7 +221,7 @@
     need(solves.length, "nothing was solved");
     const asked = 100 * report.accuracy.tolerance;
     return {
-      x: { label: "wall time of the solve [s]", type: "log", nice: true }, y: { label: "error bar [%]", type: "log", nice: true }, marginRight: 80,
+      x: { label: "wall time of the solve [s]", type: "log", nice: true, tickFormat: (value) => digits(value) }, y: { label: "error bar [%]", type: "log", nice: true, tickFormat: (value) => digits(value) }, marginRight: 80,
       marks: [
         Plot.ruleY([asked], { stroke: "var(--bad)", strokeDasharray: "5 3" }),
         Plot.dot(solves, { x: "1", y: "2", fill: (one) => colours[solves.indexOf(one)], r: 5 }),
@@ -267,7 +267,7 @@
   function draw({ title, spec, figure, place, caption }) {
     try {
       const { caption: words, ...options } = spec();
-      const drawn = Plot.plot({ width: 560, height: 340, grid: true, inset: 4, marginBottom: 46, marginTop: 28, style: { background: "none", fontSize: "12px" }, ...options });
+      const drawn = Plot.plot({ width: Math.min(560, place.clientWidth || 560), height: 340, grid: true, inset: 4, marginBottom: 46, marginTop: 28, style: { background: "none", fontSize: "12px" }, ...options });
       const svg = drawn.tagName === "svg" ? drawn : drawn.querySelector(":scope > svg:last-of-type");
       asImage(svg, `${title}. ${words}`);
       place.replaceChildren(drawn);

@@ -52,7 +52,7 @@ def test_plots_and_bodies_are_drawn(address, open_page):
     drawn = [caption for caption in captions if not caption.startswith("Cannot be drawn")]
     assert len(drawn) >= 6
     assert page.locator("#plots svg[role=img]").count() == len(drawn)
-    page.wait_for_function("document.querySelector('model-viewer').loaded", timeout=1000 * SECONDS)
+    page.wait_for_function("() => document.querySelector('model-viewer')?.loaded", timeout=1000 * SECONDS)
 
 
 @pytest.mark.parametrize("key", ["curve", "response", "contact", "errors"])
