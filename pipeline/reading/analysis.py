@@ -137,7 +137,11 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     level = presses.F[:, 0]
     errors = _modulus_errors(sensor, presses.moduli, level, presses.error[:, 0])
     poses = _pose_contributions(biases, presses.placements)
-    sources = uncertainty_sources(model, reading, level, presses.full_scale, poses)
+    try:
+        sources = uncertainty_sources(model, reading, level, presses.full_scale, poses)
+    except ReadingError as error:  # tips or springs that the fruit hardly moves
+        refused = f"forces of a level press that are off by a ten-thousandth have no reading: {error}"
+        return Readings(method=model.method, lift=lift, refused=refused)
     rows = []
     for E, at_modulus, of_modulus in zip(presses.moduli, biases, sources, strict=True):
         worst = _largest_bias(at_modulus.tolist())

@@ -112,6 +112,33 @@ def test_tilt_that_lifts_a_tip_is_refused_and_fails_the_lift():
     assert bias.reference.startswith(f"{found.refused}; of the others: largest |E read / E - 1|")
 
 
+def hard(E_max):
+    """Return the square on fruit up to a modulus [MPa] at which its springs take nearly all of the travel."""
+    design = square_design()
+    return dataclasses.replace(design, fruit=dataclasses.replace(design.fruit, E_max_MPa=E_max))
+
+
+def test_forces_that_need_be_known_better_than_to_a_ten_thousandth_fail_bias_and_uncertainty():
+    """At 1e6 MPa the fruit gives less than 1e-6 of the travel."""
+    found = assessed(hard(1e6))
+    assert (found.bias, found.uncertainty, found.moduli) == (None, None, ())
+    assert found.refused
+    checked = outcomes(found, hard(1e6))
+    assert (checked["reading.bias"], checked["reading.uncertainty"]) == (False, False)
+
+
+def test_level_press_without_a_reading_is_left_out_of_the_level_readings(monkeypatch):
+    def off(scene, contact, C, poses):
+        made = linear_pose_forces(scene, contact, C, poses)
+        return dataclasses.replace(made, F=made.F * (1.0 + 1e-3 * np.array([-1.0, 1.0, -1.0, 1.0])))
+
+    monkeypatch.setattr(measurement, "pose_forces", off)
+    rows = measurement.level_readings(sensor_of(hard(1e6)))
+    moduli = np.geomspace(0.5, 1e6, measurement.LEVEL_MODULI).tolist()
+    assert [row.E_MPa for row in rows] == pytest.approx(moduli[: len(rows)])
+    assert 1 <= len(rows) < len(moduli)
+
+
 def test_lift_is_where_the_force_of_the_first_tip_ends():
     """The softest spring lifts first, on the softest fruit, towards the corner: by the linear law, on a fine grid."""
     design = square_design()
