@@ -78,6 +78,12 @@ def browser() -> Iterator[Browser]:
         yield opened
 
 
+def _note(page: Page, text: str) -> None:
+    """Keep what a page says on its console, but for how fast the driver of software WebGL finds itself."""
+    if "GL Driver Message (OpenGL, Performance" not in text:
+        page.complaints.append(text)
+
+
 @pytest.fixture
 def open_page(browser: Browser) -> Iterator[Callable[..., Page]]:
     """Return a function that opens an address in a window of a width [pixel], in light or dark."""
@@ -88,7 +94,7 @@ def open_page(browser: Browser) -> Iterator[Callable[..., Page]]:
         page = contexts[-1].new_page()
         page.requested, page.complaints = [], []
         page.on("request", lambda request: page.requested.append(request.url))
-        page.on("console", lambda message: page.complaints.append(message.text))
+        page.on("console", lambda message: _note(page, message.text))
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
         page.goto(address)
         return page
