@@ -96,12 +96,12 @@ def deep_report() -> dict[str, object]:
 
 @pytest.fixture(scope="module")
 def timed_report() -> dict[str, object]:
-    """Return what the report of a sensor has beside the others' keys where its fruit relaxes."""
+    """Return what the report of a sensor has beside the others' keys where its fruit relaxes and a file is stale."""
     design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
     springs = springs_of(design)
     over_time = reading_over_time(design, CONTACT, springs.C)
-    data = report_mapping(replace(result_of(design), over_time=over_time))
-    return {"relaxation": data["relaxation"]}
+    data = report_mapping(replace(result_of(design), over_time=over_time), stale={"sheet.md": "0"})
+    return {key: data[key] for key in ("relaxation", "stale")}
 
 
 @pytest.mark.slow
