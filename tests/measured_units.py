@@ -22,6 +22,7 @@ from pipeline.storage.plain import from_plain, strict_converter
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
 from solve.contact.scene import SidewaysGive
+from solve.fruit.compliance import FruitCompliance
 
 EXACT = 1e-9  # [%] of springs that are known
 PAPER = (906.0, 20830.0)  # [N/m] springs that its targets size
@@ -35,6 +36,7 @@ class ReportOfUnits:
     design: Design
     tips: tuple[StoredTip, ...]
     contact: StoredContact
+    compliance: FruitCompliance
     read_out: ReadOut
     moduli: tuple[StoredModulus, ...]
     housing: Housing | None = None
@@ -74,6 +76,7 @@ class MeasuredDesign:
             design=design,
             tips=stored(tuple[StoredTip, ...], tip_keys(design.tips)),
             contact=stored(StoredContact, contact_keys(self.contact)),
+            compliance=self.contact,
             read_out=read_out,
             moduli=() if readings is None else stored(StoredReading, reading_keys(readings)).moduli,
         )

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from cad.design.tips import Tips
 from solve.arrays import Floats
@@ -35,6 +34,8 @@ class SkinTable:
 
     def at(self, E: float) -> Floats:
         """Return S [1/mm], shape (tips, tips), at a modulus of the flesh [MPa], by a cubic spline over ln E."""
+        from scipy.interpolate import CubicSpline  # a reading of flesh without a skin is told without it
+
         return np.asarray(CubicSpline(np.log(self.E), self.S)(math.log(self.within(E))))
 
     def within(self, E: float) -> float:

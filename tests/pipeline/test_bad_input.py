@@ -163,7 +163,7 @@ ATTACKED = [
     ("study base.toml", "base"),
     ("study points.toml", "FILE"),
     ("optimise {file}", "FILE.toml"),
-    ("modulus {file}", "FILE"),
+    ("modulus {file} --height 70 --radius 35", "FILE"),
     ("calibrate folder {file}", "FILE"),
     ("read folder --unit {file} --forces 0.4,1", "--unit"),
     ("read folder {file}", "FILE"),

@@ -12,7 +12,6 @@ from pipeline.measure.unit.fruit_reading import FruitReading, contrast_reading
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.pair_press import PairPress, single_reading
 from pipeline.measure.unit.signals import Sample, Signal
-from pipeline.measure.unit.timed_reading import RelaxingPress
 
 Floats = NDArray[np.float64]
 
@@ -78,7 +77,11 @@ class _Press:
         self._sensor = sensor
         self._pair = PairPress(sensor)
         arms = sensor.design.fruit.relaxation
-        self._relaxing = None if arms is None else RelaxingPress(sensor, Relaxation(arms))
+        self._relaxing = None
+        if arms is not None:
+            from pipeline.measure.unit.timed_reading import RelaxingPress  # loads SciPy, which few readings need
+
+            self._relaxing = RelaxingPress(sensor, Relaxation(arms))
         self._largest = 0.0
         self.deepest = Sample(0, 0.0, None, ())
 

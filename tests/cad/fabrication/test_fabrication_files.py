@@ -125,7 +125,7 @@ def test_sheet_tells_of_gauges_where_they_are_fitted(sensor):
     assert "Foil gauges fit on both springs: run again with --set print.gauges=foil" in bare
     text = sheet_of(replace(long, housing=replace(long.housing, gauges="foil")))
     for part in (
-        "Eight foil gauges, grid 3 x 3 mm, gauge factor 2.1", "6 x 4 mm", "0.5 mm from wall or shuttle",
+        "8 foil gauges, grid 3 x 3 mm, gauge factor 2.1", "6 x 4 mm", "0.5 mm from wall or shuttle",
         "| red | E+ |", "| 8 | strain gauge | grid 3 x 3 mm, 1000 ohm", "| 2 | amplifier | 5 V | HX711 |",
     ):  # fmt: skip
         assert part in text

@@ -21,7 +21,7 @@ def test_one_name_has_meaning_formula_source_and_number(capsys):
         "K_m: Stiffness of the fruit",
         "formula: K_m = E",
         "source: docs/theory.md",
-        "the default design: 3846",
+        "the default design: 4629",
     ):
         assert words in out
     assert main(["explain", "K_m", "--json"]) == 0

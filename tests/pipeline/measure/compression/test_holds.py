@@ -1,5 +1,7 @@
 """Holds of compression tests: planted Prony series come back, whatever the speed; what tells nothing is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from virtual_compression import specimen
@@ -7,7 +9,7 @@ from virtual_compression import specimen
 from cad.quantity import InputError
 from pipeline.measure.compression import modulus
 from pipeline.measure.compression.bodies import Ellipsoid
-from pipeline.measure.compression.force_law import TestGeometry, hertz_law
+from pipeline.measure.compression.force_law import POISSON, TestGeometry, hertz_law
 from pipeline.measure.compression.holds import held_relaxation, hold_of, loading_before
 from pipeline.measure.compression.modulus import measured_modulus
 from pipeline.measure.compression.summary import design_range, fruit_summaries, print_results, result_mapping
@@ -99,7 +101,11 @@ def test_signs_of_a_machine_that_counts_downwards_are_turned():
 
 
 def test_modulus_tells_the_relaxation_of_a_hold_and_is_that_of_the_loading_alone(capsys, monkeypatch):
-    monkeypatch.setattr(modulus, "solved_law", hertz_law)  # the fruit of the curve
+    def law_of_the_curve(geometry):
+        law = hertz_law(geometry)
+        return replace(law, others={POISSON: (law,)})
+
+    monkeypatch.setattr(modulus, "solved_law", law_of_the_curve)
     geometry = TestGeometry(body=Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))
     test = held_curve(((0.4, 8.0),), noise=0.002)
     result = measured_modulus(test, geometry)
