@@ -90,6 +90,17 @@ function sensorLaw(data) {
     });
   }
 
+  /* What large strain makes of Hertz's force at a contact radius [mm]: its factor and the slope of that over ln a. */
+  function largeStrain(contact, R) {
+    const { radius, strain: [c1, c2, c3, c4], deepest } = data.dome;
+    const beyond = contact > deepest * radius;
+    const held = beyond ? deepest * radius : contact;
+    const [s, t] = [held / radius, held / R];
+    const first = c1 * s + c2 * t;
+    const second = c3 * s * s + c4 * s * t;
+    return { factor: 1 + first + second, slope: beyond ? 0 : first + 2 * second };
+  }
+
   function domeForces(setting) {
     const { radius, remainder, shape_change: change, fruit_radius: own, sideways } = data.dome;
     const pose = domePose(setting);
@@ -105,8 +116,10 @@ function sensorLaw(data) {
     /* Domes at trial depths q [mm], whose forces lean as they stood before. */
     function state(q, before) {
       const a = q.map((depth) => Math.sqrt(relative * Math.max(depth, 0)));
-      const stiffness = a.map((one) => (2 * E * one) / (1 - data.poisson ** 2));
-      const N = stiffness.map((one, i) => (one * Math.max(q[i], 0)) / 1.5);
+      const strain = a.map((one) => largeStrain(one, pose.R));
+      const hertz = a.map((one) => (2 * E * one) / (1 - data.poisson ** 2));
+      const stiffness = hertz.map((one, i) => one * (strain[i].factor + strain[i].slope / 3));
+      const N = hertz.map((one, i) => (strain[i].factor * one * Math.max(q[i], 0)) / 1.5);
       const now = approach(pose, C.map((row) => [0, 1, 2].map((a) => add(row.map((give, j) => N[j] * dot(give[a], before[j].direction))))));
       const moved = now.map(({ foot }, i) => {
         let slope = [0, 0, 0];
@@ -276,7 +289,12 @@ function sensorLaw(data) {
 
   function contactRadius(force, E) {
     const R = data.dome.relative_radius;
-    return Math.cbrt((0.75 * (1 - data.poisson ** 2) * R * force) / E);
+    const hertz = Math.cbrt((0.75 * (1 - data.poisson ** 2) * R * force) / E);
+    let radius = hertz;
+    for (let step = 0; step < 20; step += 1) {
+      radius = hertz / Math.cbrt(largeStrain(radius, data.dome.fruit_radius ?? Infinity).factor);
+    }
+    return radius;
   }
 
   /* What the fruit stands [MPa], between the moduli that have a limit; null without. */

@@ -16,6 +16,7 @@ from pipeline.response.scene_press import LINEAR_MODULI, TRAVELS, ScenePress, sc
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
 from solve.contact.domes.body import dome_body
+from solve.contact.domes.large_strain import DEEPEST, NEO_HOOKE, coefficients
 from solve.contact.scene import Scene
 from solve.fruit.compliance import FruitCompliance
 
@@ -84,6 +85,8 @@ def _dome(scene: Scene, contact: FruitCompliance) -> Plain | None:
     return {
         "radius": dome,
         "fruit_radius": radius if math.isfinite(radius) else None,
+        "strain": coefficients(NEO_HOOKE, body.poisson),
+        "deepest": DEEPEST,
         "relative_radius": mean_relative_curvature(dome, *scene.fruit.radii_mm),
         "remainder": body.remainder[0].tolist(),
         "shape_change": contact.shape_change.tolist(),

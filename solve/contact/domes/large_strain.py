@@ -70,7 +70,12 @@ def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float
     )
 
 
+def coefficients(table: tuple[tuple[float, ...], ...], poisson: float) -> list[float]:
+    """Return c1 to c4 [1] of a table at a Poisson's ratio, by straight lines between its rows."""
+    return [float(np.interp(poisson, POISSONS, column)) for column in zip(*table, strict=True)]
+
+
 def _terms(table: tuple[tuple[float, ...], ...], poisson: float, s: Floats, t: Floats) -> tuple[Floats, Floats]:
-    """Return the terms of first and of second order [1], by straight lines between Poisson's ratios."""
-    c1, c2, c3, c4 = (np.interp(poisson, POISSONS, column) for column in zip(*table, strict=True))
+    """Return the terms of first and of second order [1]."""
+    c1, c2, c3, c4 = coefficients(table, poisson)
     return c1 * s + c2 * t, c3 * s**2 + c4 * s * t
