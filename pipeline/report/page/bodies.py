@@ -97,10 +97,10 @@ def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
     factors = [f"{name} spring {s.safety_factor:.3g}" for name, s in report.flexures.items() if s.safety_factor]
     caption = (
         f"At full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises stress "
-        f"{float(stress.max()):.3g} MPa, limit {limit:.3g} MPa (E of {process.name} times its strain limit). Safety "
+        f"{highest:.3g} MPa, limit {limit:.3g} MPa (E of {process.name} times its strain limit). Safety "
         f"against the strain limit: {', '.join(factors)}. A coarse mesh: some per cent off."
     )
-    colours_of = legend("von Mises stress [MPa]", 0.0, max(limit, float(stress.max())), limit)
+    colours_of = legend("von Mises stress [MPa]", 0.0, highest, limit)
     return shown(
         "Springs under load", glb_of([body]), slider="press", caption=caption, legend=colours_of, labels=labels
     )

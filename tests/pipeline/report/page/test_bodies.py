@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from pipeline.report.page.bodies import _skin_fall, palette_colours, skin_body
+from pipeline.report.page import bodies
+from pipeline.report.page.bodies import _skin_fall, flexure_body, palette_colours, skin_body
+from pipeline.report.stored import read_report
 from pipeline.response.scene_press import scene_of
 
 
@@ -54,3 +56,17 @@ def test_skin_has_a_label_for_each_tip(flat_page):
     body = skin_body(flat_page.report, scene_of(flat_page.report.design))
     assert [label["text"] for label in body["labels"]] == [tip.name for tip in flat_page.report.tips]
     assert body["legend"]["low"] == 0.0 < body["legend"]["high"] <= flat_page.report.design.press.travel_mm
+
+
+@pytest.mark.slow
+def test_legend_of_the_stress_ends_where_its_colours_end(default_run, monkeypatch):
+    coloured = []
+
+    def recorded(values, low, high):
+        coloured.append((low, high, values.max()))
+        return palette_colours(values, low, high)
+
+    monkeypatch.setattr(bodies, "palette_colours", recorded)
+    legend = flexure_body(read_report(default_run.folder), default_run.result)["legend"]
+    assert coloured == [(legend["low"], legend["high"], legend["high"])]
+    assert legend["limit"] > legend["high"]  # this design is far from it: a scale up to the limit would be another one
