@@ -1,4 +1,4 @@
-"""Coloured bodies as GLB, the binary form of glTF 2.0, which browsers show: registry.khronos.org/glTF/specs/2.0."""
+"""Coloured bodies as GLB, the binary form of glTF 2.0, which browsers show: ISO/IEC 12113."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -39,8 +39,10 @@ def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
     A stale file was made from another design, whose digest is given.
     """
     before = result.options.out
-    earlier = managed_files(before) if before is not None else []
-    if before is None or not earlier:
+    if before is None:
+        return {}
+    earlier = managed_files(before)
+    if not earlier:
         return {}
     report = read_data(before)
     made_from = report.get("stale", {})

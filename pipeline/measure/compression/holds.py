@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from scipy.optimize import OptimizeWarning, curve_fit
 
 from cad.quantity import COVERAGE, Estimate, validation_error
+from pipeline.measure.compression.bodies import POINT_CONTACT
+from pipeline.measure.compression.loading import rises
 from pipeline.measure.compression.specimens import Specimen
 
 Floats = NDArray[np.float64]
@@ -17,7 +19,6 @@ LEAST_ROWS = 12
 STILL = 2e-3  # of the travel, within which it counts as held
 DWELL = 0.05  # of the time of loading: a machine that turns back stands still for less
 MOST_ARMS = 3
-POINT_CONTACT = 1.5  # exponent of the force over the depth, by which the loading is weighed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,5 +179,4 @@ def _arms(found: Floats, errors: Floats) -> tuple[RelaxationArm, ...]:
 
 def _upwards(values: Floats) -> Floats:
     """Return values turned so that they rise in compression."""
-    begin = np.median(values[:3])
-    return values if values.max() - begin >= begin - values.min() else -values
+    return values if rises(values) else -values

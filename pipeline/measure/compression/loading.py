@@ -52,8 +52,8 @@ def loading(specimen: Specimen, *, compression_negative: bool = False) -> Loadin
     _refuse_few_rows(specimen, len(travel))
     _refuse_backwards_time(specimen)
     if compression_negative:
-        travel = travel if _rises(travel) else -travel
-        force = force if _rises(force) else -force
+        travel = travel if rises(travel) else -travel
+        force = force if rises(force) else -force
     _refuse_falling(specimen, travel, "travel", "mm")
     _refuse_falling(specimen, force, "force", "N")
     _refuse_backwards_travel(specimen, travel, force)
@@ -82,7 +82,7 @@ def _refuse_backwards_time(specimen: Specimen) -> None:
         raise validation_error(place, time, "s", bound, "put the rows in order of time")
 
 
-def _rises(values: Floats) -> bool:
+def rises(values: Floats) -> bool:
     """Say whether values move up from where they begin farther than down."""
     begin = np.median(values[:3])
     return bool(values.max() - begin >= begin - values.min())
@@ -94,7 +94,7 @@ def _refuse_falling(specimen: Specimen, values: Floats, quantity: str, unit: str
     if lowest == values.max():
         bound = "one that rises, and all are alike"
         raise validation_error(specimen.cell(0, quantity), lowest, unit, bound, "export the whole test")
-    if not _rises(values):
+    if not rises(values):
         hint = "with --compression-negative its sign is turned"
         raise validation_error(specimen.cell(row, quantity), lowest, unit, "rising in compression", hint)
 
