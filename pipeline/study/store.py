@@ -5,7 +5,6 @@ Every row carries a digest of itself, so that what a person or a disk changed is
 
 import hashlib
 import json
-import math
 import re
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
@@ -85,13 +84,14 @@ class StudyStore:
 
     def spans(self, wanted: Sequence[str]) -> dict[str, tuple[float, float]]:
         """Return the least and the largest value by wanted key over all points; keys without a number are left out."""
-        spans: dict[str, tuple[float, float]] = {}
-        for result in self.rows():
-            for key in wanted:
-                value = result.values.get(key)
-                if isinstance(value, int | float) and not isinstance(value, bool):
-                    least, most = spans.get(key, (math.inf, -math.inf))
-                    spans[key] = (min(least, value), max(most, value))
+        spans = {}
+        for key in wanted:
+            value = f"json_extract(results, '$.\"{key}\"')"
+            is_number = f"json_type(results, '$.\"{key}\"') IN ('integer', 'real')"
+            query = f"SELECT MIN({value}), MAX({value}) FROM points WHERE {is_number}"
+            least, most = self._connection.execute(query).fetchone()
+            if least is not None:
+                spans[key] = (least, most)
         return spans
 
     def messages(self, most: int = 5) -> dict[str, int]:

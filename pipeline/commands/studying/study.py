@@ -67,7 +67,7 @@ def execute(arguments: Namespace) -> int:
 
             write_page(store, study, page, force=arguments.force)
         refusals = store.messages()
-        spans = store.spans(study.wanted)
+        spans = {} if arguments.json else store.spans(study.wanted)
         indices = sensitivities(store, study) if study.how == "sensitivity" else ()
     with answering():
         if arguments.json:
