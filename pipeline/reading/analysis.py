@@ -122,14 +122,13 @@ def analyse_readings(design: Design, contact: FruitCompliance, springs: FittedSp
 def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     """Return how good the readings of a sensor are.
 
-    Raises InputError where the poses are outside the domain of contact or a contact runs off the face of a dome,
-    SolveError when a solve is not exact.
+    Raises InputError where the poses are outside the domain of contact, SolveError when a solve is not exact.
     """
     model = sensor.model
     lift = lift_tilt(sensor, reading)
     presses = sensor.presses(read_moduli(sensor.design.fruit), tuple(occurring(sensor.design, reading)))
     least_forces = LEAST_OVER_NOISE * force_noises(reading, presses.full_scale)
-    biases, refused = _biases(model, presses, least_forces)
+    biases, refused = _biases(model, presses, least_forces, sensor.design.tips.side_mm)
     level_has_no_reading = np.isnan(biases[:, 0]).any()
     if level_has_no_reading or np.isnan(biases).all(axis=1).any():
         return Readings(method=model.method, lift=lift, refused=refused)
@@ -170,16 +169,22 @@ def _flesh_share(model: MeasurementModel, forces: Floats, flesh: Floats) -> floa
     return max(abs(model.modulus(F + more) / model.modulus(F) - 1.0) for F, more in zip(forces, flesh, strict=True))
 
 
-def _biases(model: MeasurementModel, presses: Presses, least: Floats) -> tuple[Floats, str | None]:
+def _biases(model: MeasurementModel, presses: Presses, least: Floats, side_mm: float) -> tuple[Floats, str | None]:
     """Return E read / E - 1 (moduli, placements), nan where there is no reading, and in words where there is none.
 
-    A force that is not over the `least` (tips,) [N] counts as none.
+    A force that is not over the `least` (tips,) [N] counts as none; a contact that needs more of a dome's face than
+    `side_mm` has no force.
     """
     biases = np.full(presses.F.shape[:2], np.nan)
     forces = np.where(least < presses.F, presses.F, 0.0)
     reasons = []
     for i, E in enumerate(presses.moduli):
         for j, placement in enumerate(presses.placements):
+            face = presses.face_mm[i, j]
+            if face > side_mm:
+                off_face = f"tips.side_mm = {side_mm:g} mm is less than the {face:.3g} mm that the contact needs"
+                reasons.append(f"as at {E:.3g} MPa, {placement}: {off_face}")
+                continue
             try:
                 biases[i, j] = model.modulus(forces[i, j]) / E - 1.0
             except ReadingError as refused:

@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
-from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw, Matrix, ReadingError, contrast_weights, read_modulus, stiffened
 from cad.theory.pair_line import line_over_press
 from pipeline.reading.poses import Placement, press_of
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.response.scene_press import scene_of
-from pipeline.storage.plain import first_largest
 from solve.contact.domes.law import dome_contrast
 from solve.contact.poses import Pose, PoseForces, pose_forces
 from solve.contact.scene import Scene, SidewaysGive
@@ -137,8 +135,9 @@ def rows_of(matrix: Floats | Matrix) -> tuple[tuple[float, ...], ...]:
 class Presses:
     """Presses at moduli [MPa] in placements: forces F [N], shape (moduli, placements, samples, tips).
 
-    `flesh` [N], as F, is what Hencky's law of flesh adds under domes; `error` [1], (moduli, placements, samples), is
-    the largest relative error of a force.
+    F is nan where a contact runs off the face of a dome. `flesh` [N], as F, is what Hencky's law of flesh adds under
+    domes; `error` [1], (moduli, placements, samples), is the largest relative error of a force; `face_mm` (moduli,
+    placements) is how wide the face of a dome must be to hold every contact of a press, 0 for other tips.
     """
 
     moduli: tuple[float, ...]
@@ -146,6 +145,7 @@ class Presses:
     F: Floats
     flesh: Floats
     error: Floats
+    face_mm: Floats
 
     @property
     def full_scale(self) -> Floats:
@@ -169,17 +169,13 @@ class PressedSensor:
     sideways: SidewaysGive | None = None
 
     def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> Presses:
-        """Return the presses at moduli [MPa] in placements.
-
-        Raises InputError where a contact runs off the face of a dome.
-        """
+        """Return the presses at moduli [MPa] in placements; raises as `pose_forces`."""
         samples = self.model.samples
         poses: list[Pose] = []
         for E in moduli:
             for placement in placements:
                 poses += press_of(placement, E, self.design, samples)
         forces = self.in_poses(poses)
-        self._check_faces(forces.face_mm, poses)
         shape = (len(moduli), len(placements), samples)
         return Presses(
             moduli=tuple(moduli),
@@ -187,23 +183,13 @@ class PressedSensor:
             F=forces.F.reshape(*shape, -1),
             flesh=forces.F_flesh.reshape(*shape, -1),
             error=forces.error.reshape(shape),
+            face_mm=forces.face_mm.reshape(shape).max(axis=2),
         )
 
     def in_poses(self, poses: Sequence[Pose]) -> PoseForces:
         """Return the forces of the tips in poses; raises as `pose_forces`."""
         scene = scene_of(self.design, self.height_offsets, self.sideways)
         return pose_forces(scene, self.contact, self.C, poses)
-
-    def _check_faces(self, widths: Floats, poses: Sequence[Pose]) -> None:
-        side = self.design.tips.side_mm
-        widest = first_largest(widths.tolist())
-        if widths[widest] > side:
-            pose = poses[widest]
-            bound = (
-                f"at least {widths[widest]:.3g} mm, which the contact needs at {pose.E:.3g} MPa, {Placement.of(pose)}"
-            )
-            remedy = "take wider or rounder domes, or press less far"
-            raise validation_error("tips.side_mm", side, "mm", bound, remedy)
 
 
 def pressed_sensor(

@@ -112,6 +112,26 @@ def test_tilt_that_lifts_a_tip_is_refused_and_fails_the_lift():
     assert bias.reference.startswith(f"{found.refused}; of the others: largest |E read / E - 1|")
 
 
+def test_poses_whose_contact_runs_off_the_face_have_no_reading_and_fail(monkeypatch):
+    """Faces of domes too narrow for every tilted press; the level presses read as before."""
+    design = square_design(tilt_deg=2.0, off_centre_mm=0.0, radius_spread=0.0)
+    wide = 1.5 * design.tips.side_mm
+
+    def off_face_where_tilted(scene, contact, C, poses):
+        made = linear_pose_forces(scene, contact, C, poses)
+        tilted = np.array([any(pose.tilt_deg) for pose in poses])
+        return dataclasses.replace(
+            made, F=np.where(tilted[:, None], np.nan, made.F), face_mm=np.where(tilted, wide, 0.0)
+        )
+
+    monkeypatch.setattr(measurement, "pose_forces", off_face_where_tilted)
+    found = assessed(design)
+    assert f"{wide:.3g} mm" in found.refused
+    assert found.bias.value < 1e-9
+    checked = outcomes(found, design)
+    assert (checked["reading.bias"], checked["reading.uncertainty"]) == (False, False)
+
+
 def hard(E_max):
     """Return the square on fruit up to a modulus [MPa] at which its springs take nearly all of the travel."""
     design = square_design()
