@@ -74,15 +74,6 @@ def test_page_is_reached_from_the_readme(page: Path) -> None:
     assert f"docs/{page.name}" in linked | beyond
 
 
-def test_planted_faults_are_found(tmp_path: Path) -> None:
-    page = tmp_path / "page.md"
-    page.write_text("# A title\n[a](none.md) [b](#a-title) [c](#another) [d](page.md)\n", encoding="utf-8")
-    assert broken_links(page) == ["none.md", "#another"]
-    assert machine_paths("see /home/someone/x, but not https://a.org/home or outputs/tmp") != []
-    assert machine_paths("https://a.org/home and outputs/tmp") == []
-    assert missing_sources("`cad/nowhere.py` and `cad/verdict.py`") == ["cad/nowhere.py"]
-
-
 @pytest.mark.parametrize("name", ["design-file.md", "processes.md", "words.md"])
 def test_generated_page_is_up_to_date(name: str) -> None:
     """Else run `python docs/pages.py`."""

@@ -157,8 +157,3 @@ def test_every_verdict_is_explained(
 def test_columns_of_the_table_are_explained(designed: Path) -> None:
     heads = (designed / "response.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert explained("column") == heads
-
-
-def test_planted_key_is_seen() -> None:
-    assert unexplained({"flexures.low.colour", "flexures.low.dofs"}, "key") == {"flexures.low.colour"}
-    assert set(leaves({"a": [{"b": 1.0}, {"b": None}], "c": [[1.0], [2.0]]})) == {"a[].b", "c[]"}

@@ -65,14 +65,6 @@ def test_factors_of_large_strain_are_what_their_script_recomputes(law, poisson):
         assert large_strain_factor(depth, poisson, law) == pytest.approx(float(found.factor(depth)), abs=6e-5)
 
 
-@pytest.mark.study
-@pytest.mark.parametrize("times", [0.25, 4.0])
-def test_wrong_constant_is_caught(times, monkeypatch):
-    wrong = tuple(times * share for share in frame_share.FRAME_FRACTIONS)
-    monkeypatch.setattr(frame_share, "FRAME_FRACTIONS", wrong)
-    assert not all(row.holds for row in frame_share.compared())
-
-
 def test_share_that_covers_too_little_or_far_too_much_does_not_hold():
     seen = (0.1, 0.2)
     assert [covering("share", share, seen).holds for share in (0.19, 0.2, 0.6, 0.61)] == [False, True, True, False]

@@ -17,7 +17,6 @@ from typing import Any
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-EXAMPLES = ROOT / "docs" / "examples"
 NUMBERS = HERE / "numbers"
 
 RUNS: dict[str, list[str]] = {

@@ -5,12 +5,10 @@ import warnings
 
 import numpy as np
 import pytest
-from hard import press as hard_press
 from hard.cases import every_case
 from hard.reference_check import HardCase, ReferenceCheck, attempted, checks, evaluate
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from skfem import ElementHex1, ElementTetP1
 
 import solve.fruit.direct
 import solve.fruit.remainder
@@ -102,30 +100,6 @@ def test_wrong_sign_in_a_traction_fails_by_reciprocity_and_without_it_by_the_ref
     assert evaluate(case("paper: split")).verdict == "WRONG"
     monkeypatch.setattr(solve.fruit.remainder, "RECIPROCITY_LIMIT", np.inf)
     assert evaluate(case("paper: split")).verdict == "WRONG"
-
-
-@pytest.mark.parametrize(
-    ("method", "module", "name", "lower"),
-    [
-        ("direct", solve.fruit.direct, "ElementTetP2", ElementTetP1),
-        ("split", solve.fruit.remainder, "ElementHex2", ElementHex1),
-        ("to 0.01 %", solve.fruit.remainder, "ElementHex2", ElementHex1),
-    ],
-)
-def test_a_mesh_at_order_1_fails(method, module, name, lower, monkeypatch):
-    monkeypatch.setattr(module, name, lower)
-    assert evaluate(case(f"paper: {method}")).verdict == "WRONG"
-
-
-def test_an_independent_solver_disagrees_with_a_force_1_percent_off(monkeypatch):
-    forces = hard_press.forces
-
-    def off(*arguments):
-        F, error = forces(*arguments)
-        return F * [1.0, 1.01], error
-
-    monkeypatch.setattr(hard_press, "forces", off)
-    assert "F_h is off" in evaluate(case("press: tilt 5 deg")).reason
 
 
 def scaled_checks(fruit, tips):

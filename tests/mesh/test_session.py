@@ -12,10 +12,6 @@ from mesh.session import OPTIONS, MeshError, gmsh_session, stage
 ROOT = Path(__file__).parents[2]
 
 
-class PlantedError(Exception):
-    pass
-
-
 def test_session_is_open_inside_and_closed_after():
     with gmsh_session():
         assert gmsh.isInitialized()

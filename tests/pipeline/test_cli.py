@@ -42,14 +42,6 @@ def test_help_names_every_command_and_the_exit_codes(arguments, capsys):
     assert "example: pipeline run --nl 0.05" in out
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("flag", ["-h", "--help"])
-def test_each_command_has_help_with_an_example(command, flag, capsys):
-    code, out, err = settle([command, flag], capsys)
-    assert (code, err) == (0, "")
-    assert f"example: pipeline {command}" in out
-
-
 @pytest.mark.parametrize(("passed", "code"), [(True, 0), (False, 1), (None, 1)])
 @pytest.mark.parametrize("command", ["run", "design"])
 def test_verdict_decides_the_exit_code_and_outputs_stay(command, passed, code, stand_in_run, capsys):

@@ -53,15 +53,14 @@ def test_command_ends_with_its_code_and_at_most_one_line(words, variables, befor
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("words", "number", "code"),
+    ("words", "number", "code", "seconds"),
     [
-        ("run --tol 0.1", signal.SIGKILL, -9),
-        ("run --tol 0.1", signal.SIGTERM, 143),
-        ("run --tol 0.1", signal.SIGINT, 130),
-        ("design --tol 0.1", signal.SIGKILL, -9),
+        ("run --tol 0.1", signal.SIGKILL, -9, 0.5),
+        ("run --tol 0.1", signal.SIGTERM, 143, 4.0),
+        ("run --tol 0.1", signal.SIGINT, 130, 4.0),
+        ("design --tol 0.1", signal.SIGKILL, -9, 4.0),
     ],
 )
-@pytest.mark.parametrize("seconds", [0.5, 4.0])
 def test_killed_run_leaves_the_old_outputs_and_the_next_run_is_whole(words, number, code, seconds, tmp_path):
     command = [sys.executable, "-m", "pipeline", *words.split(), "--out", str(tmp_path / "out")]
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}

@@ -6,15 +6,9 @@ import math
 from pathlib import Path
 
 import pytest
-from stand_ins import CONTACT
 
-from cad.design.parameters import Design
 from cad.files.step import read_step
 from pipeline.cli import main
-from pipeline.evaluate import check_targets
-from pipeline.options import RunOptions
-from pipeline.springs.fitted_springs import ideal_springs
-from pipeline.springs.sizing import spring_sizing
 
 ACCURACY = Path(__file__).parents[2] / "docs" / "accuracy.md"
 MAIN_KEYS = {
@@ -156,18 +150,6 @@ def test_design_file_repeats_the_run_without_its_cache(default_run, tmp_path, mo
     again = tmp_path / "again"
     assert main(["run", "--design", str(first / "design.toml"), "--out", str(again)]) == 0
     assert numbers_of(report_of(again)) == numbers_of(report_of(first))
-
-
-def test_hayes_designs_the_paper_sensor_and_fails_it():
-    options = RunOptions(fruit_stiffness="hayes")
-    sizing = spring_sizing(Design(), CONTACT, options)
-    assert sizing.springs.stiffnesses == pytest.approx((0.7525, 17.308), abs=5e-4)
-    assert sizing.K_m_max == pytest.approx(3.84615, abs=1e-5)
-    springs = ideal_springs(Design(), sizing)
-    checked = check_targets(Design(), options, contact=CONTACT, sizing=sizing, springs=springs, parts=())
-    P_max = next(verdict for verdict in checked.verdicts if verdict.name == "P_max")
-    assert P_max.value == pytest.approx(5.643, rel=2e-3)
-    assert P_max.passed is False
 
 
 @pytest.mark.usefixtures("without_page")

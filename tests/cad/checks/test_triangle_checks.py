@@ -166,14 +166,6 @@ def test_step_is_checked_in_its_best_pose(tmp_path):
     assert failures(verdicts_of(tmp_path / "part.stl")) == {"overhang"}
 
 
-def test_two_solids_in_a_step_fail(tmp_path):
-    two = cq.Compound.makeCompound([solid(), solid(at=(40.0, 0.0, 0.0))])
-    cq.exporters.export(cq.Workplane(obj=two), str(tmp_path / "two.step"))
-    verdicts = verdicts_of(tmp_path / "two.step")
-    assert failures(verdicts) == {"one_solid"}
-    assert verdicts["one_solid"].value == 2.0
-
-
 def test_3mf_is_checked_like_its_triangles(tmp_path):
     write_3mf({"plate": plate_with_wall(0.3)}, tmp_path / "part.3mf")
     assert failures(verdicts_of(tmp_path / "part.3mf")) == {"min_wall"}

@@ -1,10 +1,8 @@
 """Layouts of tips: where they stand, on which springs, and what a design file may not ask of them."""
 
-import tomllib
-
 import pytest
 
-from cad.design.design_file import design_as_toml, design_from_mapping
+from cad.design.design_file import design_from_mapping
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings
 from cad.design.reading import Reading
@@ -43,13 +41,6 @@ def test_square_has_equal_springs_on_its_diagonals():
 def test_one_bruise_limit_for_each_modulus():
     assert Fruit(E_MPa=(1.0, 2.0), bruise_limit_MPa=0.3).bruise_limits_MPa == (0.3, 0.3)
     assert Fruit(E_MPa=(1.0, 2.0), bruise_limit_MPa=(0.1, 0.2)).bruise_limits_MPa == (0.1, 0.2)
-
-
-def test_design_of_a_square_reads_back_from_its_file():
-    design = Design(
-        name="four", targets=None, springs=SPRINGS, tips=SQUARE, fruit=Fruit(), press=Press(), reading=Reading()
-    )
-    assert design_from_mapping(tomllib.loads(design_as_toml(design))) == design
 
 
 def test_springs_that_are_given_leave_no_targets_unless_the_file_has_them():

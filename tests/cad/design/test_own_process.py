@@ -107,6 +107,8 @@ def test_one_of_several_processes_is_named(folder):
     [
         ("E_MPa = 1900.0", "E_MPA = 1900.0", "process tough-resin.E_MPA"),
         ("E_MPa = 1900.0", "E_MPa = 1900000000.0", "process tough-resin.E_MPa"),
+        ("E_MPa = 1900.0", "", "process tough-resin.E_MPa"),
+        ('poisson = "typical', '# "typical', "process tough-resin.poisson"),
         ("poisson = 0.38", 'poisson = "0.38"', "process tough-resin.poisson"),
         ('kind = "sla"', 'kind = "resin"', "process tough-resin.kind"),
         ('poisson = "typical', 'density = "typical', "process tough-resin.density"),

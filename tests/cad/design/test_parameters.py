@@ -27,20 +27,6 @@ UNIT_OF_ENDING = {"_mm": "mm", "_MPa": "MPa", "_deg": "deg", "_N_per_m": "N/m", 
 UNIT_OF_ENDING |= {"_mm_per_s": "mm/s", "_s": "s"}
 
 
-def test_defaults_are_the_paper():
-    design = Design()
-    assert (design.targets.P_max, design.targets.NL, design.targets.NL_definition) == (5.0, 0.05, "mid-range")
-    fruit, tips, press = design.fruit, design.tips, design.press
-    assert (fruit.length_mm, fruit.width_mm, fruit.height_mm, fruit.poisson) == (20.0, 20.0, 12.0, 0.3)
-    assert fruit.E_max_MPa == 3.5
-    assert fruit.E_MPa == (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)
-    assert (tips.shape, tips.side_mm, tips.spacing_mm, tips.offset_mm, tips.gap_mm) == ("cube", 1.0, 8.0, 0.0, 0.5)
-    assert (press.travel_mm, press.tilt_deg) == (0.6, 0.0)
-    assert (design.print.process, design.print.max_length_mm) == ("fdm-petg", 120.0)
-    assert not design.springs.given
-    assert design.fruit.bruise_limit_MPa is None
-
-
 @each_number
 def test_unit_is_told_by_the_name(table, item):
     ending = next((ending for ending in UNIT_OF_ENDING if item.name.endswith(ending)), None)

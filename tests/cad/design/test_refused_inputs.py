@@ -111,11 +111,6 @@ def test_the_nearest_name_is_suggested(tables, suggestion):
     assert str(error.value).endswith(f"did you mean {suggestion}?")
 
 
-@pytest.mark.parametrize("text", [".03", "3e-2", "+0.03", "0.030"])
-def test_numbers_of_settings_are_read_as_people_write_them(text):
-    assert design_from_mapping(overridden({}, {"targets.NL": text})).targets.NL == 0.03
-
-
 def test_tips_may_reach_the_edge_of_the_fruit():
     assert design_from_mapping({"tips": {"spacing_mm": 19.0}}).tips.spacing_mm == 19.0
 

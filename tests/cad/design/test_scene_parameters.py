@@ -8,7 +8,6 @@ import pytest
 
 from cad.design.design_file import design_as_toml, design_from_mapping
 from cad.design.fruit import Fruit
-from cad.design.tips import Tips
 from cad.input_file import read_toml
 
 DESIGNS = Path(__file__).parents[3] / "designs"
@@ -46,13 +45,6 @@ def test_equivalent_block_has_the_plan_and_the_thickness():
     block = Fruit(**ELLIPSOID, length_mm=20.0, width_mm=18.0, poisson=0.45).equivalent_block
     assert block == Fruit(width_mm=18.0, height_mm=10.0, poisson=0.45)
     assert Fruit(**SPHERE, length_mm=20.0, width_mm=20.0).equivalent_block == Fruit()
-
-
-@pytest.mark.parametrize(("shape", "flat"), [("cube", "cube"), ("cylinder", "cylinder"), ("sphere", "cylinder")])
-def test_flat_tips_keep_the_outline(shape, flat):
-    tips = Tips(shape=shape, side_mm=2.0, offset_mm=1.0)
-    assert tips.flat == Tips(shape=flat, side_mm=2.0, offset_mm=1.0)
-    assert Tips(fillet_mm=0.1).flat == Tips()
 
 
 @pytest.mark.parametrize("path", sorted(DESIGNS.glob("*.toml")), ids=lambda path: path.stem)

@@ -116,14 +116,6 @@ def test_no_text_lies_on_another_and_all_lie_on_the_sheet(kind, sheets):
     assert (scale * (right - left), scale * (top - bottom)) == pytest.approx(SIZES[sheet.size])
 
 
-def test_planted_overlap_is_seen():
-    canvas = Canvas(1.0)
-    for x in (0.0, 1.0):
-        canvas.length("x", (x, 0.0), (x + 20.0, 0.0), (x + 10.0, 12.0), 10.0)
-    (_, one), (_, two) = texts(canvas)
-    assert one.has_overlap(two)
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_files_hold_the_dimensions_and_the_size_of_the_sheet_and_the_same_bytes_again(kind, sheets, tmp_path):
     sheet = sheets[kind]

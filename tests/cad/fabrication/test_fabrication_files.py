@@ -1,6 +1,5 @@
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from squares import RESIN, square_sensor
@@ -18,7 +17,6 @@ from cad.fabrication.mount_checks import mount_verdicts
 from cad.files.sensor_files import write_sensor
 from cad.parts.coupon import modulus_factor
 
-ROOT = Path(__file__).parents[3]
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]
 SHEETS = [
@@ -80,135 +78,98 @@ def test_coupon_cover_and_3mf_pass_their_own_check(curved, written):
     assert [finding.name for finding in findings if finding.passed is not True] == []
 
 
-def test_sheet_says_how_to_print_and_what_to_measure(sensor):
+def variant(sensor, **changes):
+    """Return the sensor with a housing of other dimensions; a high leaf by its length."""
     housing = sensor.housing
-    text = sheet_of(sensor)
-    volume = 1e-3 * sensor.part.shape.Volume()
-    for part in (
-        "Nozzle 0.4 mm", "L leaves are 2 lines, H leaves 3", "Layer 0.2 mm", "assumes solid leaves", "Pose: flat",
-        f"{volume:.2f} cm3, {1.27 * volume:.1f} g",
-        "E = C F / d", "Calibrate each unit", f"{modulus_factor(housing.low, 3.5):.5g}",
-    ):  # fmt: skip
-        assert part in text
+    if "high" in changes:
+        changes["high"] = replace(housing.high, length=changes["high"])
+    return replace(sensor, housing=replace(housing, **changes))
 
 
-@pytest.mark.parametrize(
-    ("mount", "words", "absent"),
-    [
-        ("covers", ("12 mm to grip\n(plate 6 + two covers of 3)", "M3 x 25", "to 0.5 N m"), "wide (ISO 7089)"),
-        ("washers", ("M3, 7 mm wide (ISO 7089)", "6 mm between them", "to 0.5 N m"), "to grip\n"),
-    ],
-)
-def test_sheet_tells_the_mount_that_was_solved_and_no_other(sensor, mount, words, absent):
-    text = sheet_of(replace(sensor, housing=replace(sensor.housing, mount=mount)))
-    assert text.count("## Mount") == 1
-    for part in words:
-        assert part in text
-    assert absent not in text
+PROCESS = {
+    "fdm-petg": (
+        (
+            "Nozzle 0.4 mm", "No brim on leaves", "L leaves are 2 lines, H leaves 3", "assumes solid leaves",
+            "Calibrate each unit", "E = C F / d", "Do not round or sand the tip faces",
+        ),
+        ("isopropanol", "argon", "H900", "powder out", "Two plates", "dowel"),
+    ),
+    "sla-resin": (("Wash 10 min in isopropanol", "30 min at 60 C"), ("Nozzle", "No support", "argon", "brim")),
+    "sls-pa12": (("powder out of every gap", "2 bar"), ("Nozzle", "isopropanol", "argon", "brim")),
+    "dmls-17-4ph": (("H900, 480 C for 1 h", "by wire AFTER the heat"), ("argon", "No support", "brim")),
+    "dmls-ti64": (("650 to 750", "argon"), ("H900", "No support", "brim")),
+}  # fmt: skip
+MOUNTED = {
+    "covers": (
+        ("12 mm to grip\n(plate 6 + two covers of 3)", "M3 x 25", "to 0.5 N m", "on shorter screws, M3 x 16."),
+        ("wide (ISO 7089)",),
+    ),
+    "washers": (("M3, 7 mm wide (ISO 7089)", "6 mm between them", "on shorter screws, M3 x 10."), ("to grip\n",)),
+}
+GAUGED = {
+    "none": (("run again with --set print.gauges=foil",), ("## Strain gauges",)),
+    "foil": (
+        ("8 foil gauges, grid 3 x 3 mm, gauge factor 2.1", "0.5 mm from wall or shuttle", "| red | E+ |", "HX711"), (),
+    ),
+}  # fmt: skip
+SQUARE = (
+    (
+        "Make housing.stl twice", "two steel dowels, 3 x 10 mm (ISO 8734), into the holes of 2.95 mm", "M3 x 25",
+        "17.6 mm to grip (two plates 11.6 + two covers of 3)", "domes of radius 10 mm",
+        "g = (F_H1 + F_H2) / (2 K_h) - (F_L1 + F_L2) / (2 K_l)",
+    ),
+    ("Do not round or sand the tip faces", "The front one hides the marks"),
+)  # fmt: skip
 
 
-@pytest.mark.parametrize("mount", ["covers", "washers"])
-def test_heading_has_an_empty_line_before_it_and_the_assembly_says_which_screws_it_has(mount, sensor):
-    """Screws without the bracket: 12 or 6 mm of grip, a nut of 2.4 mm and two washers of 0.5 mm."""
-    lines = sheet_of(replace(sensor, housing=replace(sensor.housing, mount=mount))).splitlines()
-    headings = [number for number, line in enumerate(lines) if line.startswith("## ")]
-    assert {lines[number] for number in headings} >= {"## Mount", "## Bracket"}
-    assert all(lines[number - 1] == "" != lines[number - 2] for number in headings)
-    shorter = {"covers": "M3 x 16", "washers": "M3 x 10"}[mount]
-    assert f"assembly.step shows the sensor without the bracket, on shorter screws, {shorter}." in "\n".join(lines)
-
-
-def test_sheet_tells_of_gauges_where_they_are_fitted(sensor):
-    long = replace(sensor, housing=replace(sensor.housing, high=replace(sensor.housing.high, length=14.0)))
-    bare = sheet_of(long)
-    assert "## Strain gauges" not in bare
-    assert "Foil gauges fit on both springs: run again with --set print.gauges=foil" in bare
-    text = sheet_of(replace(long, housing=replace(long.housing, gauges="foil")))
-    for part in (
-        "8 foil gauges, grid 3 x 3 mm, gauge factor 2.1", "6 x 4 mm", "0.5 mm from wall or shuttle",
-        "| red | E+ |", "| 8 | strain gauge | grid 3 x 3 mm, 1000 ohm", "| 2 | amplifier | 5 V | HX711 |",
-    ):  # fmt: skip
-        assert part in text
-
-
-def test_spring_without_room_for_gauges_asks_for_another_read_out(sensor):
-    short = replace(sensor, housing=replace(sensor.housing, high=replace(sensor.housing.high, length=12.5)))
-    text = sheet_of(short)
-    assert "Foil gauges do not fit the high spring" in text
-    assert "one per cent of the least travel is 1 micrometres" in text
-
-
-@pytest.mark.parametrize(
-    ("process", "words", "absent"),
-    [
-        ("fdm-petg", ("Nozzle 0.4 mm", "No brim on leaves"), ("isopropanol", "argon", "H900", "powder out")),
-        ("sla-resin", ("Wash 10 min in isopropanol", "30 min at 60 C"), ("Nozzle", "No support", "argon", "brim")),
-        ("sls-pa12", ("powder out of every gap", "2 bar"), ("Nozzle", "isopropanol", "argon", "brim")),
-        ("dmls-17-4ph", ("H900, 480 C for 1 h", "by wire AFTER the heat"), ("argon", "No support", "brim")),
-        ("dmls-ti64", ("650 to 750", "argon"), ("H900", "No support", "brim")),
-    ],
-)
-def test_sheet_is_true_to_its_process(process, words, absent, sensor):
-    text = sheet_of(sensor, replace(TITLE, process=PROCESSES[process]))
+def assert_tells(text, told):
+    """Assert what a sheet tells and what it does not, and that every heading has one empty line before it."""
+    words, absent = told
     assert [part for part in words if part not in text] == []
     assert [part for part in absent if part in text] == []
+    lines = text.splitlines()
+    headings = [number for number, line in enumerate(lines) if line.startswith("## ")]
+    assert all(lines[number - 1] == "" != lines[number - 2] for number in headings)
 
 
-def test_alloy_without_a_known_cycle_is_told_no_other_ones(sensor):
-    process = replace(PROCESSES["dmls-ti64"], name="dmls-316l", material="316L")
-    text = sheet_of(sensor, replace(TITLE, process=process))
-    assert "by the cycle that the maker of the powder gives" in text
-    assert "argon" not in text
+@pytest.mark.parametrize("name", PROCESS)
+def test_sheet_is_true_to_its_process(name, sensor):
+    assert_tells(sheet_of(sensor, replace(TITLE, process=PROCESSES[name])), PROCESS[name])
 
 
-def test_process_of_another_kind_is_made_not_printed(sensor):
-    process = replace(PROCESSES["sla-resin"], name="milled", kind="other")
-    text = sheet_of(sensor, replace(TITLE, process=process))
-    assert "Nozzle" not in text
-    assert "## Make" in text
+@pytest.mark.parametrize("mount", MOUNTED)
+def test_sheet_tells_the_mount_that_was_solved(mount, sensor):
+    assert_tells(sheet_of(variant(sensor, mount=mount)), MOUNTED[mount])
 
 
-@pytest.fixture(scope="module")
-def square_sheet():
-    square = square_sensor()
-    title = Title(name="gentle-square", process=RESIN)
-    return sheet_of(square, title)
+@pytest.mark.parametrize("gauges", GAUGED)
+def test_sheet_tells_of_gauges_where_they_are_fitted(gauges, sensor):
+    assert_tells(sheet_of(variant(sensor, high=14.0, gauges=gauges)), GAUGED[gauges])
+    assert "Foil gauges do not fit the high spring" in sheet_of(variant(sensor, high=12.5))
 
 
-def test_sheet_of_a_square_says_how_two_plates_are_put_together_and_zeroed(square_sheet):
-    """Grip: two plates 6 mm apart, 5.6 mm deep, and two covers of 3 mm; a screw passes a nut and two washers too."""
-    assert "Make housing.stl twice" in square_sheet
-    assert "two steel dowels, 3 x 10 mm (ISO 8734), into the holes of 2.95 mm" in square_sheet
-    assert "17.6 mm to grip (two plates 11.6 + two covers of 3)" in square_sheet
-    assert "M3 x 25" in square_sheet
-    assert "flat hard plate" in square_sheet
-    assert "g = (F_H1 + F_H2) / (2 K_h) - (F_L1 + F_L2) / (2 K_l)" in square_sheet
-    assert "Do not round or sand the tip faces" not in square_sheet
-    assert "domes of radius 10 mm" in square_sheet
-    assert "The front one hides the marks" not in square_sheet
+def test_sheet_of_a_part_has_its_numbers(sensor):
+    volume = 1e-3 * sensor.part.shape.Volume()
+    factor = f"{modulus_factor(sensor.housing.low, 3.5):.5g}"
+    assert_tells(sheet_of(sensor), ((f"{volume:.2f} cm3, {1.27 * volume:.1f} g", factor), ()))
 
 
-def test_sheet_of_a_square_has_the_numbers_of_its_mounting_error(square_sheet):
+def test_process_without_a_known_cycle_or_printer_is_told_no_other_ones(sensor):
+    alloy = replace(PROCESSES["dmls-ti64"], name="dmls-316l", material="316L")
+    milled = replace(PROCESSES["sla-resin"], name="milled", kind="other")
+    told = (("by the cycle that the maker of the powder gives",), ("argon",))
+    assert_tells(sheet_of(sensor, replace(TITLE, process=alloy)), told)
+    assert_tells(sheet_of(sensor, replace(TITLE, process=milled)), (("## Make",), ("Nozzle",)))
+
+
+def test_sheet_of_a_square_says_how_two_plates_are_put_together_and_zeroed():
     """Holes 0.05 mm off: 0.1 mm of height over 6 mm is a roll; 0.2 mm over the distance of the dowels is a turn."""
-    (left, _), (right, _) = sorted(square_sensor().housing.dowels)
+    square = square_sensor()
+    (left, _), (right, _) = sorted(square.housing.dowels)
     turn = 0.2 / (right - left)
-    assert "up to 0.1 mm higher" in square_sheet
-    assert f"{math.degrees(0.1 / 6.0):.2g} degrees" in square_sheet
-    assert f"{math.degrees(turn):.2g} degrees" in square_sheet
-    assert f"is {3.0 * turn:.2g} mm in the reading" in square_sheet
-
-
-def test_sheet_of_a_pair_knows_no_second_plate(sensor):
-    covered = replace(sensor, housing=replace(sensor.housing, mount="covers"))
-    sheet = sheet_of(covered)
-    assert "Two plates" not in sheet
-    assert "dowel" not in sheet
-    assert "The front one hides the marks" in sheet
-
-
-def test_square_between_washers_is_told_so():
-    square = square_sensor(replace(square_sensor().housing, mount="washers"))
+    off = ("up to 0.1 mm higher", f"{math.degrees(0.1 / 6.0):.2g} degrees", f"is {3.0 * turn:.2g} mm in the reading")
+    words, absent = SQUARE
     title = Title(name="gentle-square", process=RESIN)
-    sheet = sheet_of(square, title)
-    assert "11.6 mm between their washers" in sheet
-    assert "cover.stl" not in sheet
+    assert_tells(sheet_of(square, title), ((*words, *off, f"{math.degrees(turn):.2g} degrees"), absent))
+    told = (("11.6 mm between their washers",), ("cover.stl",))
+    assert_tells(sheet_of(variant(square, mount="washers"), title), told)

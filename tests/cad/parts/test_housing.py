@@ -93,35 +93,11 @@ def test_named_faces_have_the_areas_of_the_formulas(housing):
     assert centres["high_tip"] == pytest.approx((0.5 * housing.spacing, 0.0, 0.0), abs=1e-9)
 
 
-@each_housing
-def test_overall_size_is_what_the_dimensions_say(housing):
-    box = _part(housing).shape.BoundingBox()
-    length = housing.low.length + housing.high.length + housing.spacing + housing.shuttle_width + 2 * housing.wall_width
-    assert (box.xlen, box.ylen, box.zlen) == pytest.approx((length, housing.depth, housing.top_level), abs=1e-6)
-    assert (box.zmin, box.ymin) == pytest.approx((0.0, -0.5 * housing.depth), abs=1e-6)
-
-
 def _solid_along(shape: cq.Shape, start: tuple[float, float, float], end: tuple[float, float, float]) -> list[float]:
     """Return the lengths of a straight line that lie inside the solid, from the start on."""
     origin = cq.Vector(*start)
     inside = cq.Edge.makeLine(origin, cq.Vector(*end)).intersect(shape).Edges()
     return [edge.Length() for edge in sorted(inside, key=lambda edge: (edge.Center() - origin).Length)]
-
-
-@each_housing
-def test_leaves_have_their_thickness_and_their_separation(housing):
-    shape = _part(housing).shape
-    for arm in housing.arms:
-        flexure, roots = arm.flexure, arm.roots
-        x, top = 0.5 * sum(roots), housing.top_level + 1.0
-        inside = _solid_along(shape, (x, 0.0, 0.0), (x, 0.0, top))
-        bar = housing.top_level - housing.cavity_level
-        assert inside == pytest.approx([flexure.thickness, flexure.thickness, bar], abs=1e-6)
-        middle = housing.lower_leaf_level + 0.5 * flexure.separation
-        window = abs(roots[0] - roots[1])
-        through = _solid_along(shape, (min(roots) - 0.1, 0.0, middle), (max(roots) + 0.1, 0.0, middle))
-        assert through == pytest.approx([0.1, 0.1], abs=1e-6)  # 0.1 of wall and of shuttle, the window between them
-        assert window == pytest.approx(flexure.length)
 
 
 @each_housing

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import cadquery as cq
 import numpy as np
 import pytest
 
@@ -15,10 +14,6 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press, Tips
-from cad.drawing.housing_drawing import housing_drawing
-from cad.drawing.sheet import Title
-from cad.fabrication.bridges import Bridge
-from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.files.sensor_files import write_sensor
 from cad.files.step import read_step
 from cad.files.stl import triangles
@@ -32,7 +27,6 @@ from cad.quantity import InputError
 
 PETG = PROCESSES["fdm-petg"]
 PINS = Design(tips=Tips(socket="pin"))
-SHEET_LINES = ("Two ground steel pins, 1 x 1 mm, 4 mm long", "Pockets are 1.1 mm wide and 3 mm deep")
 
 
 def foot_of(process=PETG, **tips):
@@ -77,12 +71,6 @@ def test_pockets_are_a_square_and_a_gable_deep_and_leave_the_faces_their_names(p
     taken = housing_part(foot).shape.Volume() - pinned.part.shape.Volume()
     assert taken == pytest.approx(2.0 * 3.0 * square_and_gable, rel=1e-6)
     assert pinned.part.face_area("low_tip") == pytest.approx(3.8**2 - square_and_gable)
-
-
-def test_pocket_without_a_gable_would_hang_over(foot):
-    part = housing_part(foot)
-    boxes = [cq.Solid.makeBox(1.1, 1.1, 4.0, cq.Vector(x - 0.55, -0.55, -1.0)) for x in (-4.0, 4.0)]
-    assert overhang(replace(part, shape=part.shape.cut(*boxes))) == pytest.approx(1.1, abs=1e-3)
 
 
 def test_neck_above_a_wide_foot_prints_without_support():
@@ -136,15 +124,6 @@ def test_files_hold_the_pockets_and_the_pins(pinned, tmp_path):
     assert read_step(tmp_path / "housing.step").Volume() == pytest.approx(pinned.part.shape.Volume())
     assert [body.name for body in pinned.bodies()] == ["housing", "low pin", "high pin", "fruit"]
     assert all(verdict.passed for verdict in check_file(tmp_path / "housing.3mf", PETG))
-
-
-def test_drawing_and_sheet_tell_of_the_pins(pinned, foot):
-    title = Title(name="paper", process=PETG)
-    texts = housing_drawing(pinned.part, foot, title).canvas.space.query("TEXT")
-    assert "steel pin 1 x 1 x 4 2x, 1 out" in [text.dxf.text for text in texts]
-    bridge = Bridge(name="low", force=1.0, deflection=0.5, output=1.0, noise_mN=1.0)
-    sheet = fabrication_sheet(pinned, title, (), (bridge,))
-    assert all(line in sheet for line in SHEET_LINES)
 
 
 def test_give_holds_that_of_solids_and_is_far_under_a_punch_that_is_not_glued(foot):

@@ -25,10 +25,6 @@ def test_straight_lines_are_those_of_numpy(x):
     assert interpolated(x, CURVE) == pytest.approx(float(np.interp(x, *zip(*CURVE, strict=True))), abs=ROUND_OFF)
 
 
-def test_every_point_lies_on_its_curve():
-    assert [interpolated(x, CURVE) for x, _ in CURVE] == pytest.approx([y for _, y in CURVE], abs=ROUND_OFF)
-
-
 def test_grip_is_that_of_spence():
     """(1 - nu) ln(3 - 4 nu) / (1 - 2 nu): ln 3 at nu = 0, and 1 where the flesh does not change its volume."""
     assert no_slip(0.0) == pytest.approx(math.log(3.0) - 1.0, rel=1e-12)

@@ -2,7 +2,6 @@
 
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,8 +10,6 @@ from cad.design.processes import PROCESSES
 from pipeline.cli import COMMANDS, command_parsers, main
 from pipeline.commands.completion import completion
 from pipeline.options import preset_names
-
-ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
@@ -27,15 +24,6 @@ def test_script_knows_commands_presets_processes_and_names(shell, capsys):
 def test_other_shell_is_refused_in_a_line(words, capsys):
     assert main(["--print-completion", *words]) == 2
     assert "must be one of bash, zsh, tcsh" in capsys.readouterr().err
-
-
-def test_help_stays_with_the_standard_library():
-    """Shtab and all that is heavy wait until they are asked for."""
-    program = "import sys; from pipeline.cli import main; main(['--help']); print(*sys.modules, file=sys.stderr)"
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=60
-    )
-    assert {"shtab", "numpy", "rich", "cadquery", "gmsh"} & set(done.stderr.split()) == set()
 
 
 def bash_completions(line, script, folder):

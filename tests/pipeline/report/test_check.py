@@ -16,7 +16,6 @@ from cad.design.parameters import Design, Targets
 from cad.design.processes import PROCESSES
 from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
-from cad.files.stl import read_stl
 from cad.parts.assembly import sensor_of
 from cad.parts.cover_solid import cover_of, cover_part
 from cad.parts.layout import housing_for
@@ -86,18 +85,6 @@ def test_missing_or_unreadable_housing_fails(name, folder):
     assert failed(folder) == ["files.unchanged", "geometry.readable"]
 
 
-def test_step_of_another_housing_fails_by_the_leaf_that_differs(folder, sensor, tmp_path):
-    """The leaves have each other's thickness."""
-    arms = sensor.housing.arms
-    swapped = zip(arms, reversed(arms), strict=True)
-    changed = {arm.name: dataclasses.replace(arm.flexure, thickness=other.flexure.thickness) for arm, other in swapped}
-    (tmp_path / "other").mkdir()
-    write_sensor(sensor_of(result_of().design, sensor.housing.with_flexures(changed)), tmp_path / "other")
-    shutil.copy(tmp_path / "other" / "housing.step", folder / "housing.step")
-    expected = {"files.unchanged", "geometry.leaf_thickness_low", "geometry.leaf_thickness_high"}
-    assert expected <= set(failed(folder))
-
-
 @pytest.fixture(scope="module")
 def of_another_run(tmp_path_factory, default_run):
     """Return a folder with files of a run whose leaves are longer and whose springs are others."""
@@ -140,20 +127,6 @@ def test_solids_of_another_run_fail_though_their_digests_were_made_again(folder,
 
 
 @pytest.mark.slow
-def test_open_or_turned_stl_fails_watertight(folder):
-    path = folder / "housing.stl"
-    data = path.read_bytes()
-    count = int.from_bytes(data[80:84], "little")
-    path.write_bytes(data[:80] + (count - 1).to_bytes(4, "little") + data[84:-50])
-    assert "geometry.watertight" in failed(folder)
-    path.write_bytes(data)
-    mesh = read_stl(path)
-    mesh.invert()
-    mesh.export(path)
-    assert "geometry.watertight" in failed(folder)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("recess", "names"), [(1.0, []), (0.1, ["geometry.cover_clearance"])])
 def test_cover_that_touches_what_moves_fails(folder, sensor, recess, names):
     cover = dataclasses.replace(cover_of(sensor), recess=recess)
@@ -183,12 +156,6 @@ def test_edited_report_fails_its_digest_and_one_that_is_not_ours_is_refused(fold
         path.write_text(text, encoding="utf-8")
         assert main(["check", str(folder)]) == 2
         assert capsys.readouterr().err.count("\n") == 1
-
-
-@pytest.mark.parametrize("process", ["fdm-petg", "dmls-17-4ph"])
-def test_one_file_is_judged_by_the_rules_of_its_process(process, default_run):
-    verdicts = {verdict.name: verdict for verdict in check.file_geometry(default_run.folder / "housing.stl", process)}
-    assert verdicts["geometry.min_wall"].limit == PROCESSES[process].min_wall_mm
 
 
 def end_the_kernel(*_):

@@ -13,12 +13,6 @@ from cad.design.tips import Press, Tips
 from pipeline.options import RunOptions
 from pipeline.report.mapping import report_mapping
 from pipeline.report.outputs import write_outputs
-from pipeline.storage.digests import content_digest
-
-
-def test_report_has_its_digest():
-    report = report_mapping(result_of())
-    assert report["digest"] == content_digest(report)
 
 
 def test_stiffnesses_are_in_newtons_per_metre_and_errors_in_per_cent():
@@ -32,16 +26,6 @@ def test_stiffnesses_are_in_newtons_per_metre_and_errors_in_per_cent():
     assert entry["safety_factor"] == pytest.approx(low.printable.strain_limit / 2e-3)
     assert report["springs"]["K_l_N_per_m"] == pytest.approx(1e3 * result.sizing.springs.K_l)
     assert report["contact"]["error_percent"] == pytest.approx(100.0 * CONTACT.error_pair)
-
-
-def test_budgets_are_in_per_cent_with_the_totals_of_their_shares():
-    result = result_of()
-    entry, budget = report_mapping(result)["errors"]["K_l"], result.errors.budgets.K_l
-    assert entry["discretisation_percent"] == pytest.approx(100.0 * budget.numerical)
-    sizes = [one["size_percent"] for one in entry["model"]]
-    assert entry["model_percent"] == pytest.approx(sum(map(abs, sizes)), rel=1e-12)
-    sizes = [one["size_percent"] for one in entry["inputs"]]
-    assert entry["inputs_percent"] == pytest.approx(math.hypot(*sizes), rel=1e-12)
 
 
 def test_springs_that_were_not_made_are_null():
@@ -79,13 +63,6 @@ def test_paper_is_null_unless_fruit_and_tips_are_the_papers(tables, paper):
 def test_paper_is_in_the_report_of_its_scene_alone():
     assert report_mapping(result_of())["paper"] is not None
     assert report_mapping(result_of(Design(fruit=Fruit(poisson=0.45))))["paper"] is None
-
-
-def test_paper_has_its_springs_and_four_verdicts():
-    paper = report_mapping(result_of())["paper"]
-    assert (paper["K_l_N_per_m"], paper["K_h_N_per_m"]) == pytest.approx((753.0, 17300.0))
-    names = ["P_max", "NL", "P_displacement_independent", "P_monotonic"]
-    assert [verdict["name"] for verdict in paper["verdicts"]] == names
 
 
 def test_force_ratio_is_null_where_a_tip_is_off_the_fruit():

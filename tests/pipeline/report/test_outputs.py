@@ -1,7 +1,5 @@
 """The files that say what a run has found: a design that repeats it, and every file with its digest."""
 
-import hashlib
-
 from stand_ins import result_of
 
 from cad.design.design_file import design_from_mapping
@@ -10,7 +8,7 @@ from cad.design.parameters import Design
 from cad.input_file import read_toml
 from pipeline.options import RunOptions
 from pipeline.report.check import unchanged_verdicts
-from pipeline.report.outputs import listed_files, write_outputs
+from pipeline.report.outputs import write_outputs
 from pipeline.report.stored import read_report
 from pipeline.storage.folder import output_folder
 
@@ -24,15 +22,6 @@ def test_design_file_is_the_design_and_says_how_it_was_run(tmp_path):
     first = path.read_text(encoding="utf-8").splitlines()[0]
     flags = "--fruit-stiffness hayes --contact-method direct --tol 0.02"
     assert first == f"# pipeline run --design design.toml {flags}"
-
-
-def test_every_file_but_the_report_is_listed_with_its_digest(tmp_path):
-    (tmp_path / "pictures").mkdir()
-    for name in ("b.stl", "a.step", "pictures/c.png"):
-        (tmp_path / name).write_text(name, encoding="utf-8")
-    (tmp_path / "report.json").write_text("{}", encoding="utf-8")
-    digests = {name: hashlib.sha256(name.encode()).hexdigest() for name in ("a.step", "b.stl", "pictures/c.png")}
-    assert {file.path: file.sha256 for file in listed_files(tmp_path)} == digests
 
 
 def second_command(design, out, made=()):

@@ -53,14 +53,6 @@ def test_split_and_direct_agree_within_their_error_bars(both):
     assert direct.error_pair <= 1e-2
 
 
-@pytest.mark.slow
-def test_a_wrong_method_would_be_seen(both):
-    """A 2 % error of the split, as of a missing factor in crosstalk or a wrong modulus, leaves the sum of the bars."""
-    split, direct = both
-    bars = split.error_pair * paired(split.S) + direct.error_pair * paired(direct.S)
-    assert abs(1.02 * paired(split.S) - paired(direct.S)) > bars
-
-
 def test_paper_block_takes_the_split_by_default():
     found = contact_compliance(BLOCK, TIPS)
     assert found.info.method == "split"

@@ -82,13 +82,6 @@ def test_reports_solve_nothing(solved, tmp_path, capsys):
     assert capsys.readouterr().out
 
 
-def test_a_press_that_is_solved_twice_would_be_seen(solved):
-    springs = springs_of(Design())
-    for _ in range(2):
-        press_scene(Design(), CONTACT, springs.C)
-    assert len(solved) == 2 * len(set(solved))
-
-
 def test_another_fruit_leaves_the_papers_springs_unsolved(solved):
     kiwi = Design(fruit=Fruit(height_mm=20.0))
     assert paper_verdicts(kiwi, CONTACT, sizing_of(kiwi)) is None

@@ -9,7 +9,6 @@ from stand_ins import CONTACT, K_M_OVER_E, sizing_of
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings, Targets
 from cad.quantity import InputError
-from cad.theory.two_spring_law import size_springs
 from pipeline.options import RunOptions
 from pipeline.springs.sizing import spring_sizing
 from solve.contact.linear_response import linear_response, spring_compliance
@@ -24,18 +23,6 @@ def test_hayes_gives_the_springs_that_the_paper_prints():
     assert 1e3 * sizing.springs.K_h == pytest.approx(17308.0, abs=0.5)
     assert sizing.K_m_over_E == pytest.approx(1.0 / 0.91, rel=1e-12)
     assert sizing.basis == "hayes"
-
-
-def test_paper_rounds_the_fruit_stiffness_to_3850():
-    rounded = size_springs(5.0, 0.05, 3850.0)
-    assert (round(rounded.K_l, 2), round(rounded.K_h)) == (753.26, 17325)
-
-
-def test_true_contact_gives_stiffer_springs():
-    sizing = sizing_of(Design())
-    assert sizing.K_m_over_E == pytest.approx(K_M_OVER_E, rel=1e-12)
-    assert 1e3 * sizing.springs.K_l == pytest.approx(905.7, rel=5e-4)
-    assert 1e3 * sizing.springs.K_h == pytest.approx(20831.0, rel=5e-4)
 
 
 def test_whatever_sized_the_true_contact_judges():

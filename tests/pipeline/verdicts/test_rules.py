@@ -106,16 +106,6 @@ def test_one_failed_verdict_fails_the_run(each, whole):
     assert all_passed([verdict(passed) for passed in each]) is whole
 
 
-@pytest.mark.parametrize("definition", ["mid-range", "largest"])
-def test_sized_springs_meet_their_targets(definition):
-    targets = Targets(P_max=7.0, NL=0.03, NL_definition=definition)
-    own = Characteristic(springs=size_springs(7.0, 0.03, K_M, definition), K_m_max=K_M)
-    P_max, NL = judged(own, targets)
-    assert P_max.value == pytest.approx(7.0, rel=1e-12)
-    assert NL.value == pytest.approx(0.03, rel=1e-10)
-    assert (P_max.passed, NL.passed) == (True, True)
-
-
 def test_targets_of_springs_that_were_not_made_are_undecided():
     own = Characteristic(springs=size_springs(5.0, 0.05, K_M), K_m_max=K_M)
     P_max, NL = judged(own, Targets(), manufactured=False)
@@ -130,13 +120,6 @@ def test_scene_in_which_a_tip_is_off_has_no_values_and_fails_where_springs_were_
         assert (one.value, one.error) == (None, None)
         assert one.passed is (False if manufactured else None)
         assert "a tip is off the fruit" in one.reference
-
-
-def test_paper_springs_fail_their_own_targets_under_the_true_contact():
-    P_max, NL = judged(Characteristic(springs=PAPER_SPRINGS, K_m_max=K_M), PAPER_TARGETS)
-    assert P_max.value == pytest.approx(5.6388, abs=5e-5)
-    assert NL.value == pytest.approx(0.059, abs=5e-4)
-    assert (P_max.passed, NL.passed) == (False, False)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ from stand_ins import CONTACT, sizing_of, springs_of
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings, Targets
 from cad.design.tips import Press, Tips
-from cad.theory.two_spring_law import fruit_stiffness
 from cad.verdict import Verdict
 from pipeline.response.scene_press import ScenePress, press_scene
 from pipeline.verdicts.sensor import edge_drift, reached_targets, sensor_verdicts
@@ -64,21 +63,6 @@ def test_flat_level_scene_is_the_two_spring_law():
     reached = checked(Design()).reached
     assert (reached.P_max, reached.NL) == reached.level
     assert reached.P_max.value == pytest.approx(5.0, rel=1e-9)
-
-
-def test_level_values_stay_as_facts(tilted):
-    P_max, NL = tilted.reached.level
-    assert (P_max.value, NL.value) == (pytest.approx(5.0, rel=1e-9), pytest.approx(0.05, rel=1e-9))
-    assert "a level sensor on flat fruit has P_max 5" in tilted.verdicts["P_max"].reference
-
-
-def test_reading_of_a_tilted_sensor_by_the_level_law_is_wrong_and_no_longer_offered():
-    """E 0.5 would read 0.85."""
-    press = checked(TILTED).press
-    P = press.table.P[list(press.table.E).index(0.5), -1]
-    read = fruit_stiffness(SPRINGS, float(P)) / CONTACT.K_m_over_E()
-    assert read == pytest.approx(0.85, abs=0.01)
-    assert press.curve.P[-1, -1] == pytest.approx(press.table.P[-1, -1], rel=1e-12)
 
 
 @pytest.mark.slow

@@ -9,7 +9,6 @@ from cad.design.parameters import Design, Targets
 from cad.design.tips import Tips
 from pipeline.response.scene_press import press_scene
 from pipeline.verdicts.sensor import paper_verdicts, tip_pressure
-from pipeline.verdicts.targets import characteristic
 
 ALWAYS = ["P_max", "NL", "K_l", "K_h", "P_displacement_independent", "P_monotonic", "printable.low", "printable.high"]
 
@@ -32,13 +31,6 @@ def test_tips_that_the_housing_does_not_carry_fail(tips, failed):
     """A cylinder is asked for with pins, or not made."""
     names = [verdict.name for verdict in verdicts_of(Design(tips=tips)) if verdict.name.startswith("geometry.tip")]
     assert names == failed
-
-
-def test_characteristic_is_judged_by_the_true_contact():
-    own = characteristic(CONTACT, sizing_of(Design()), springs_of(Design()).stiffnesses, (0.01, 0.02))
-    assert own.K_m_max == pytest.approx(3.5 * CONTACT.K_m_over_E(), rel=1e-12)
-    assert own.K_m_error == pytest.approx(CONTACT.error_pair * own.K_m_max, rel=1e-12)
-    assert own.spring_errors == (0.01, 0.02)
 
 
 @pytest.mark.parametrize(("solved", "added"), [(0.03, 0.03), (float("nan"), 0.0)])

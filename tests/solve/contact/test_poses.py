@@ -20,7 +20,6 @@ GENTLE = Tips(layout="square", shape="dome", dome_radius_mm=10.0, side_mm=5.8, s
 SPRINGS = spring_compliance(1.2, 20.0, 1.2, 20.0)
 LEVEL = Pose(E=1.0, travel=0.4)
 TILTED = Pose(E=0.5, travel=0.3, tilt_deg=(1.0, -2.0), off_centre_mm=(0.3, 0.2), radius_mm=42.0)
-STEEP = Pose(E=0.5, travel=0.4, tilt_deg=(8.0, 6.0))
 LINE = Tips(layout="line", order="LHL", spacing_mm=2.5, outer_mm=2.5**2 / 70.0)
 
 

@@ -287,24 +287,6 @@ def test_springs_that_are_not_made_have_no_error_of_their_own():
     assert names_of(budgets.P_max.model) == OF_FRUIT
 
 
-@pytest.mark.parametrize(
-    "tables",
-    [
-        {"press": Press(travel_mm=5.0)},
-        {"press": Press(travel_mm=1e-6)},
-        {"targets": Targets(P_max=1.05)},
-        {"targets": Targets(P_max=50.0, NL=0.2, NL_definition="largest")},
-        {"fruit": Fruit(poisson=0.4999)},
-        {"press": Press(tilt_deg=-15.0)},
-        {"print": Print(process="dmls-17-4ph")},
-    ],
-    ids=str,
-)
-def test_hard_designs_have_finite_shares(tables):
-    for budget in vars(budgets_of(Design(**tables))).values():
-        assert all(math.isfinite(total) for total in (budget.numerical, budget.model_total, budget.input_total))
-
-
 def test_effect_of_size_zero_is_left_out(monkeypatch):
     """Leaves that do not bend have nothing to stiffen."""
     monkeypatch.setattr(effects, "large_deflection_stiffening", lambda _length, _deflection: 0.0)
@@ -334,10 +316,6 @@ def test_poissons_ratio_moves_P_as_another_fruit_does(poisson, percent):
     assert round(100.0 * true) == percent
     # the spread goes both ways, and the fruit gains more above 0.3 than it loses below: half of the whole range
     assert size_of(down, "Poisson's ratio") == pytest.approx(true, rel=0.1)
-
-
-def test_mount_that_changes_most_names_the_others(budgets):
-    assert "loose +0 and -0.2 %" in next(one.reason for one in budgets.K_h.model if one.effect == "mount")
 
 
 def test_weight_of_a_sensor_that_is_held_sideways_says_what_pressing_down_does():
