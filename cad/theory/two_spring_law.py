@@ -8,7 +8,8 @@ K_m is the fruit's stiffness under the low tip. Off the middle of a fruit it is 
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+import sys
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -18,7 +19,6 @@ SOFTEST = 1e-9  # of E_max: springs are rigid against such a fruit
 CURVE_STEPS = 24  # of a curve of P that is solved point by point; even, so that half of E_max is one of them
 _NL_LIMIT = 0.5  # which NL tends to as K_h tends to 0
 _STIFFEST = -14.0  # ln(K_m,max / K_h) of a high spring that is as good as rigid
-_HALVINGS = 60
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,6 +171,7 @@ def size_springs(
 
     if not stiffening:
         return springs(r)
+    from scipy.optimize import brentq  # seldom needed, and slow to load
 
     def excess(log_r: float) -> float:
         return nonlinearity(springs(math.exp(log_r)), K_m_max, definition, stiffness_ratio, stiffening) - NL
@@ -179,15 +180,6 @@ def size_springs(
     if least >= NL:
         msg = f"NL = {NL:g}: must be above {least:.4g}, which the skin alone makes; ask for a larger one"
         raise ValueError(msg)
-    return springs(math.exp(_root(excess, _STIFFEST, math.log(r))))
-
-
-def _root(rising: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function that rises from below 0 at `low` to above it at `high` is 0, by halving."""
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if rising(middle) < 0.0:
-            low = middle
-        else:
-            high = middle
-    return high
+    # The skin's own departure lowers the root; twice the closed one leaves room where it has none.
+    log_r = brentq(excess, _STIFFEST, math.log(2.0 * r), xtol=1e-15, rtol=4.0 * sys.float_info.epsilon)
+    return springs(math.exp(log_r))

@@ -11,17 +11,20 @@ from pipeline.commands.console import FAILED, PASSED, add_force_flag, add_json_f
 if TYPE_CHECKING:
     from cad.quantity import Estimate
     from pipeline.measure.calibrating.calibration import Calibration
+    from pipeline.measure.calibrating.fruit_presses import ScaleFit
 
 PURPOSE = "find the springs of a printed unit from what was measured of it"
 EXAMPLE = "pipeline calibrate outputs/paper weights.csv --out unit.toml"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add OUT, MEASURED.csv and --out."""
+    """Add OUT, MEASURED.csv, --fruit and --out."""
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="the output folder of the unit's design")
     columns = "tip,weight_g,deflection_mm; or coupon,...; or rubber,E_over_1_minus_nu2_MPa and a force for each tip"
     add("measured", metavar="MEASURED.csv", type=Path, help=f"a table with the columns {columns}")
+    firm = "fruit,firmness_N (or E_MPa) and a force for each tip: fruit that another instrument measured"
+    add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
     add("--out", metavar="unit.toml", type=Path, help="write the unit there, for pipeline read --unit")
     add("--classes", metavar="NAMES", default="", help="ripeness classes of its readings, as in ripe:0.8,unripe")
     add_force_flag(parser)
@@ -32,6 +35,7 @@ def execute(arguments: Namespace) -> int:
     """Calibrate a unit, or find the modulus of a coupon; return 1 where the unit misses the targets of its design."""
     from cad.theory.contrast_law import ReadingError
     from pipeline.measure.calibrating.calibration import calibrated, measured_print, modulus_of_coupon
+    from pipeline.measure.calibrating.fruit_presses import measured_fruit
     from pipeline.measure.unit.ripeness import ripeness_classes
     from pipeline.report.stored import read_report
 
@@ -40,14 +44,16 @@ def execute(arguments: Namespace) -> int:
     report = read_report(arguments.folder)
     table = measured_print(arguments.measured, report)
     if "coupon" in table.texts:
-        if arguments.out is not None:
-            bound = "left out for a coupon, which tells a modulus and no unit"
-            raise validation_error("--out", str(arguments.out), "", bound, "leave it out")
+        for flag, path in (("--out", arguments.out), ("--fruit", arguments.fruit)):
+            if path is not None:
+                bound = "left out for a coupon, which tells a modulus and no unit"
+                raise validation_error(flag, str(path), "", bound, "leave it out")
         modulus = modulus_of_coupon(table, report)
         _print_modulus(modulus, report.design.process.E_MPa, as_json=arguments.json)
         return PASSED
+    fruit = None if arguments.fruit is None else measured_fruit(arguments.fruit, len(report.tips))
     try:
-        calibration = calibrated(report, table)
+        calibration = calibrated(report, table, fruit)
     except ReadingError as error:
         msg = f"{arguments.measured}: {error}"
         raise InputError(msg) from error
@@ -92,7 +98,7 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
     trims = []
     for tip, longer in zip(unit.tips, calibration.trims, strict=False):
         trims.append({"tip": tip, "leaf_longer_mm": longer})
-    return {
+    data: dict[str, object] = {
         "tips": list(unit.tips),
         "method": unit.method,
         "K_N_per_m": list(unit.K_N_per_m),
@@ -102,6 +108,10 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
         "verdicts": [asdict(verdict) for verdict in calibration.verdicts],
         "trims": trims,
     }
+    if calibration.scale is not None:
+        left_out = {f"{curve}_percent": 100.0 * error for curve, error in calibration.scale.left_out.items()}
+        data["scale"] = {**asdict(calibration.scale.scale), "fruit": calibration.scale.fruit, "left_out": left_out}
+    return data
 
 
 def _print(calibration: "Calibration") -> None:
@@ -110,6 +120,8 @@ def _print(calibration: "Calibration") -> None:
 
     _print_springs(calibration)
     _print_table(calibration)
+    if calibration.scale is not None:
+        _print_scale(calibration.scale)
     print_verdicts("the unit against its design", calibration.verdicts)
     if all_passed(calibration.verdicts) is not False:
         return
@@ -136,6 +148,16 @@ def _print_table(calibration: "Calibration") -> None:
     worst = max((row.with_design for row in calibration.table), key=abs)
     print(f"E read with the design's stiffnesses is off by {100.0 * worst:+.1f} % at worst; with these by", end=" ")
     print(f"{100.0 * max(row.u for row in calibration.table):.2g} % at most (95 %), {calibration.error_by}")
+
+
+def _print_scale(fit: "ScaleFit") -> None:
+    scale = fit.scale
+    print(f"firmness by {scale.curve} of E read, +- {scale.percent:.2g} % (95 %), of {fit.fruit} fruit")
+    errors = ", ".join(f"{curve} {100.0 * error:.2g} %" for curve, error in fit.left_out.items())
+    print(f"error of a fruit that is left out: {errors}")
+    print(f"E read [MPa]  firmness [{scale.unit}]")
+    for E, firmness in zip(scale.E_MPa, scale.firmness, strict=True):
+        print(f"{E:12.3f}  {firmness:.4g}")
 
 
 def _print_modulus(modulus: "Estimate", design_MPa: float, *, as_json: bool) -> None:

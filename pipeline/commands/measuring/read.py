@@ -179,6 +179,9 @@ def _print(reading: "FruitReading") -> None:
     parts += [f"by {name.replace('_', ' ')} {value:.4g} MPa" for name, value in reading.others.items()]
     if reading.relaxation is not None:
         parts.append(f"relaxes to {reading.relaxation:.3g}")
+    if reading.firmness is not None:
+        value = f"{reading.firmness.value:.4g} {reading.firmness.unit}"
+        parts.append(f"firmness {value} +- {2.0 * reading.firmness.percent:.2g} % (95 %)")
     if reading.ripeness is not None:
         parts.append(f"class {reading.ripeness}")
     print(f"{time}{'  '.join(parts)}{flags}", flush=True)

@@ -1,7 +1,7 @@
 """From what was measured of a print to its unit: springs by weights, or by readings on rubbers; or to its modulus."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from cad.parts.coupon import coupon_of, modulus_factor
 from cad.quantity import Estimate, validation_error
 from cad.verdict import Verdict
+from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
 from pipeline.measure.calibrating.rubbers import assumed_of_rubbers, springs_on_rubbers
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
@@ -47,7 +48,7 @@ class Calibration:
 
     `nominal` are the stiffnesses of the design [N/mm], `trims` by how much longer leaves must be to have them [mm], for
     each tip, None where its error holds its target; `assumed` what was taken for granted, `error_by` says what the
-    errors of the table count.
+    errors of the table count. `scale` is that of the unit, where fruit was pressed with it.
     """
 
     unit: PrintedUnit
@@ -57,6 +58,7 @@ class Calibration:
     trims: list[float | None]
     assumed: list[str]
     error_by: str
+    scale: ScaleFit | None = None
 
 
 def measured_print(source: Path | str, report: StoredReport) -> MeasuredTable:
@@ -83,8 +85,11 @@ def measured_print(source: Path | str, report: StoredReport) -> MeasuredTable:
     return numbers_of(form, rows, quantities, needed, examples[measured])
 
 
-def calibrated(report: StoredReport, table: MeasuredTable) -> Calibration:
-    """Return the calibration of a unit; raises InputError, and ReadingError for springs that read nothing."""
+def calibrated(report: StoredReport, table: MeasuredTable, fruit: MeasuredTable | None = None) -> Calibration:
+    """Return the calibration of a unit, with the scale of `fruit` that was pressed with it, as `measured_fruit` has it.
+
+    Raises InputError, and ReadingError for springs that read nothing.
+    """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     assumed = []
     if "rubber" in table.texts:
@@ -103,16 +108,18 @@ def calibrated(report: StoredReport, table: MeasuredTable) -> Calibration:
         method=method,
     )
     sensor = MeasuringUnit(report=report, unit=unit)
+    scale = None if fruit is None else scale_of_presses(fruit, sensor)
     nominal = as_designed.unit.stiffnesses
     shown = unit_table(sensor, as_designed)
     return Calibration(
-        unit=unit,
+        unit=unit if scale is None else replace(unit, scale=scale.scale),
         nominal=nominal,
         table=shown,
         verdicts=unit_verdicts(sensor, shown),
         trims=trims(sensor, nominal),
         assumed=assumed,
         error_by=error_sources(sensor),
+        scale=scale,
     )
 
 

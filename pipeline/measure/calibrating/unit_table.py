@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.quantity import COVERAGE
-from cad.theory.contrast_law import ReadingError, contrast_slopes, read_modulus
+from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_slopes, read_modulus
 from cad.theory.leaf_spring import pair_length
 from pipeline.measure.unit.deep_pair import one_sample
 from pipeline.measure.unit.deep_reading import curve_contribution
 from pipeline.measure.unit.measuring import MeasuringUnit
+from solve.contact.relaxing import elastic_forces
+from solve.linear import SolveError
 
 Floats = NDArray[np.float64]
 
@@ -63,42 +65,40 @@ def unit_table(sensor: MeasuringUnit, nominal: MeasuringUnit) -> tuple[UnitRow, 
 def level_forces(sensor: MeasuringUnit, E: float) -> Floats:
     """Return the forces of all tips [N] of a level unit at full travel on a fruit of modulus E [MPa].
 
-    travel + least gap = (C F)_i + h E^(-2/3) F_i^(2/3) + (S F)_i / E + gap_i; raises ReadingError where a tip is off.
-    At large strain by the curve of a tip.
+    Of a line or a square they are those that read as E does; at large strain they are by the curve of a tip. Raises
+    ReadingError where a tip is off.
     """
-    from scipy.optimize import root
-
     travel = sensor.design.press.travel_mm
     if sensor.deep is not None:
         return sensor.deep.forces(E, travel)
     law = sensor.law
-    S = np.array(sensor.report.contact.compliance_per_mm if law is None else law.S)
-    gaps = np.zeros(len(S)) if law is None else np.array(law.gaps)
-    dome = 0.0 if law is None else law.hertz * E ** (-2.0 / 3.0)
-    linear = np.array(sensor.C) + S / E
-    depth = travel + gaps.min() - gaps  # travel counts from the first touch
-
-    def balance(roots: Floats) -> Floats:
-        """Return the residual [mm] for the cube roots of the forces: in these it is a polynomial."""
-        return np.asarray(linear @ roots**3 + dome * roots**2 - depth)
-
-    start = np.cbrt(np.maximum(depth, 0.0) / (np.diag(linear) + dome))
-    solution = root(balance, start, tol=1e-13)
-    if not np.abs(solution.fun).max() <= 1e-9 * np.abs(depth).max() or solution.x.min() < 0.0:
+    modulus = sensor.read_as(E)
+    if law is None:
+        S = sensor.report.compliance.at(E).S  # a skin has another one at each modulus
+        law = ContrastLaw(weights=(-1.0, 1.0), gaps=(0.0, 0.0), C=sensor.C, S=S.tolist())
+        modulus = E
+    from_first_touch = travel + min(law.gaps)
+    try:
+        forces = elastic_forces(law, np.array([modulus]), np.array([from_first_touch]))[0]
+    except SolveError:
+        forces = np.zeros(len(law.gaps))
+    if not forces.min() > 0.0:
         msg = f"a level press at {E:g} MPa: must have every tip on the fruit; its springs are too far from the design"
         raise ReadingError(msg)
-    return np.asarray(solution.x**3)
+    return np.asarray(forces)
 
 
 def _read_level(sensor: MeasuringUnit, forces: Floats) -> float:
     """Return the modulus [MPa] that a unit reads of the forces [N] of a level press; raises ReadingError."""
-    return sensor.ratio_modulus(forces) if sensor.law is None else read_modulus(sensor.law, forces.tolist())
+    read = sensor.ratio_modulus(forces) if sensor.law is None else read_modulus(sensor.law, forces.tolist())
+    return sensor.corrected(read)
 
 
 def _spring_slopes(sensor: MeasuringUnit, forces: Floats, E: float) -> Sequence[float]:
     """Return the relative change of E for a relative change of each spring [1]."""
     if sensor.law is not None:
-        return contrast_slopes(sensor.law, forces.tolist(), E).springs
+        of_read = contrast_slopes(sensor.law, forces.tolist(), sensor.read_as(E)).springs
+        return [sensor.steepness(E) * slope for slope in of_read]
     slopes = []
     for tip in range(len(forces)):
         stiffer = sensor.with_stiffness(tip, 1.0 + STEP)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.quantity import COVERAGE
+from cad.quantity import COVERAGE, Estimate
 from cad.theory.contrast_law import (
     ContrastLaw,
     ReadingError,
@@ -36,7 +36,8 @@ class FruitReading:
     All are None where the forces tell no modulus. `tilt` and `direction` [deg] are how the sensor stood on the skin,
     None where the layout does not tell. `others` are moduli [MPa] by other read-outs of the same forces. `t` [s] is the
     time of the reading in a signal. `relaxation` [1] is the apparent modulus late in the hold over that at its start,
-    None where the flesh is not said to relax.
+    None where the flesh is not said to relax. `firmness` is what another instrument shows of such fruit, half of its
+    band beside [N or MPa], where the unit has its scale.
     """
 
     E: float | None = None
@@ -49,6 +50,7 @@ class FruitReading:
     t: float | None = None
     others: dict[str, float] = field(default_factory=dict)
     relaxation: float | None = None
+    firmness: Estimate | None = None
 
     def flagged(self, flag: str) -> "FruitReading":
         """Return this reading with one flag more."""
@@ -58,6 +60,10 @@ class FruitReading:
 def reading_as_mapping(reading: FruitReading) -> Plain:
     """Return a reading as JSON data, keys with their unit."""
     data: Plain = {} if reading.t is None else {"t_s": reading.t}
+    firmness: Plain = {}
+    if reading.firmness is not None:
+        firmness[f"firmness_{reading.firmness.unit}"] = reading.firmness.value
+        firmness["firmness_u_percent"] = COVERAGE * reading.firmness.percent
     return {
         **data,
         "E_MPa": reading.E,
@@ -67,6 +73,7 @@ def reading_as_mapping(reading: FruitReading) -> Plain:
         "tilt_direction_deg": reading.direction,
         "flags": list(reading.flags),
         "class": reading.ripeness,
+        **firmness,
         **{f"E_{name}_MPa": value for name, value in reading.others.items()},
         **({} if reading.relaxation is None else {"relaxation_ratio": reading.relaxation}),
     }
@@ -102,6 +109,10 @@ def checked_reading(
         flags.append("press_over_bruise_limit")
     if u > UNCERTAIN:
         flags.append("uncertain")
+    scale = sensor.unit.scale
+    firmness = None if scale is None else scale.of(E)
+    if scale is not None and firmness is None:
+        flags.append("beyond_scale")
     return FruitReading(
         E=E,
         reduced=sensor.reduced(E),
@@ -110,6 +121,7 @@ def checked_reading(
         direction=direction,
         flags=tuple(flags),
         ripeness=None if sensor.classes is None else sensor.classes.of(E),
+        firmness=firmness,
     )
 
 

@@ -141,6 +141,14 @@ class MeasuringUnit:
         """Return the modulus [MPa] that a level sensor reads as `read` [MPa]: what shape and skin of the fruit add."""
         return corrected(read, self.report.read_out.level)
 
+    def read_as(self, E: float) -> float:
+        """Return as which modulus [MPa] a level sensor reads E [MPa], before shape and skin are taken off again."""
+        level = self.report.read_out.level
+        if not level:
+            return E
+        logs = np.log([(row.E_MPa, row.read_MPa) for row in level])
+        return E * math.exp(np.interp(math.log(E), logs[:, 0], logs[:, 1] - logs[:, 0]))
+
     def steepness(self, E: float) -> float:
         """Return by which fraction the modulus moves at E [MPa] per fraction of what is read [1]: 1 without a skin."""
         if self.design.fruit.skin_mm is None:

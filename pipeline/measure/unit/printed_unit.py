@@ -12,6 +12,7 @@ from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.input_file import read_toml
 from cad.quantity import Bounds, InputError, check_fields, quantity, validation_error
+from pipeline.measure.unit.fruit_scale import FruitScale
 from pipeline.report.stored import StoredReport
 from pipeline.storage.plain import from_plain, to_plain
 
@@ -30,7 +31,8 @@ class PrintedUnit:
 
     `design_sha256` is the digest of the design that it is a print of. Each reading of a channel [N] times its gain is
     the force. `height_mm` is how far a tip stands out more than designed, after zeroing. `classes` are ripeness classes
-    as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found.
+    as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found. `scale` is what another
+    instrument shows of fruit that it reads.
     """
 
     design: str
@@ -44,6 +46,7 @@ class PrintedUnit:
     gain: tuple[float, ...] = quantity("1", _GAIN, hint="a channel that needs no correction has 1")
     gain_percent: tuple[float, ...] = quantity("%", _ERROR, hint=_HINT)
     classes: str = ""
+    scale: FruitScale | None = None
 
     def __post_init__(self) -> None:
         """Check each field, and that every list has one number for each tip."""
@@ -138,6 +141,10 @@ def read_unit(path: Path, report: StoredReport) -> PrintedUnit:
 def unit_as_toml(unit: PrintedUnit) -> str:
     """Return a unit as TOML text that reads back as the same unit."""
     lines = ["# A printed unit, written by pipeline calibrate; pipeline read --unit takes it."]
+    keys = to_plain(unit)
+    scale = keys.pop("scale")
     # Texts, numbers and lists of them are written alike in JSON and in TOML.
-    lines += [f"{key} = {json.dumps(value)}" for key, value in to_plain(unit).items()]
+    lines += [f"{key} = {json.dumps(value)}" for key, value in keys.items()]
+    if scale is not None:
+        lines += ["", "[scale]", *(f"{key} = {json.dumps(value)}" for key, value in scale.items())]
     return "\n".join(lines) + "\n"

@@ -53,8 +53,9 @@ def test_springs_under_a_skin_meet_both_targets_over_the_modulus(contact):
 def test_without_a_skin_the_curve_gives_the_springs_of_the_closed_form(definition):
     closed = size_springs(5.0, 0.05, 4.6, definition)
     by_curve = size_springs(5.0, 0.05, 4.6, definition, stiffening=curve_shares(24))
+    # P has risen by (5 - 0.2) 1e-9 where the curve begins: by 6e-10 of its rise at mid-range, 1.2e-8 of NL.
     assert by_curve.stiffnesses == pytest.approx(
-        closed.stiffnesses, rel={"mid-range": 1e-9, "largest": 2e-3}[definition]
+        closed.stiffnesses, rel={"mid-range": 1.5e-8, "largest": 2e-3}[definition]
     )
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from measured_units import MeasuredDesign
 from stand_ins import default_housing
 
 from cad.parts.coupon import coupon_of, modulus_factor
@@ -159,6 +160,21 @@ def test_level_forces_are_those_of_the_engine(mango, paper):
         for E in (0.5, 3.5):
             expected = measured.forces([Pose(E=E, travel=measured.design.press.travel_mm)])[0]
             assert level_forces(measured.measuring(), E) == pytest.approx(expected.tolist(), rel=near)
+
+
+@pytest.mark.slow
+def test_level_forces_under_a_skin_are_those_of_the_engine():
+    """A pair meets another compliance at each modulus; its table reads E by them."""
+    skin = {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0, "targets.NL": 0.1}
+    skinned = MeasuredDesign("paper", **skin)
+    sensor = skinned.measuring(percent=1.0)
+    for E in (0.5, 3.5):
+        expected = skinned.forces([Pose(E=E, travel=skinned.design.press.travel_mm)])[0]
+        assert level_forces(sensor, E) == pytest.approx(expected.tolist(), rel=1e-6)
+    for row in unit_table(sensor, sensor):
+        assert row.with_design == pytest.approx(0.0, abs=2e-3)
+        moved = [10.0 * (reading_of(sensor.with_stiffness(tip, 1.001), row.forces).E / row.E - 1.0) for tip in (0, 1)]
+        assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.05)
 
 
 def rows_of(path, report, text):

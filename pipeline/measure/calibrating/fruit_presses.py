@@ -1,0 +1,183 @@
+"""The scale of another instrument from presses of fruit that it measured: the firmness over the modulus that is read.
+
+Whatever a skin, a law of flesh or another instrument does, firmer fruit reads firmer. Three curves are tried over the
+logarithms of both, and judged by leaving out each fruit in turn (M. Stone, J. R. Stat. Soc. B 36 (1974) 111): of them
+the simplest is taken whose error is within one standard error of the least (L. Breiman et al., Classification and
+Regression Trees, 1984, 3.4.3).
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import isotonic_regression
+from scipy.special import stdtrit
+
+from cad.quantity import validation_error
+from pipeline.measure.measured_table import FORCE, MODULUS, MeasuredTable, Quantity, numbers_of, place_of, read_csv
+from pipeline.measure.unit.fruit_reading import FruitReading
+from pipeline.measure.unit.fruit_scale import FruitScale
+from pipeline.measure.unit.measuring import MeasuringUnit
+from pipeline.measure.unit.pair_press import PairPress
+from pipeline.measure.unit.presses import reading_of
+from pipeline.measure.unit.signals import force_keys
+
+Floats = NDArray[np.float64]
+
+FEWEST_FRUIT = 6
+PARAMETERS = 2  # of the freedom of a band: those of a power
+_ROUND_OFF = 1e-9  # of a logarithm
+_HOLDS = 0.975  # of a distribution below the upper end of what holds 95 %
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScaleFit:
+    """A scale, how many fruit it is of, and the error of fruit that was left out by each curve [1], one deviation."""
+
+    scale: FruitScale
+    fruit: int
+    left_out: Mapping[str, float]
+
+
+class _Points(NamedTuple):
+    """Points of a curve, or fruit: logarithms of E read and of firmness."""
+
+    read: Floats
+    firm: Floats
+
+    def at(self, read: Floats) -> Floats:
+        """Return what the curve through the points shows at logarithms of E; it stays level beyond."""
+        return np.interp(read, self.read, self.firm)
+
+
+def measured_fruit(source: Path | str, tips: int) -> MeasuredTable:
+    """Return presses of fruit by a sensor of so many tips, with what another instrument showed; raises InputError."""
+    form, rows = read_csv(source)
+    keys = force_keys(tips)
+    quantities = {
+        "fruit": Quantity(units={}),
+        "firmness": Quantity(units=FORCE, most=1e4),
+        "E": Quantity(units=MODULUS, most=1e4),
+    }
+    quantities |= {key: Quantity(units=FORCE, most=1e3) for key in keys}
+    example = ",".join(["fruit", "firmness_N", *(f"{key}_N" for key in keys)])
+    table = numbers_of(form, rows, quantities, ("fruit", *keys), example)
+    measured = {"firmness", "E"} & set(table.numbers)
+    if len(measured) != 1:
+        bound = "a header with one of firmness_N (a penetrometer) and E_MPa (a compression test)"
+        raise validation_error(place_of(table.source, 1), len(measured), "of them", bound, f"for instance {example}")
+    (name,) = measured
+    for line, value in zip(table.lines, table.numbers[name].tolist(), strict=True):
+        if not value > 0.0:
+            raise validation_error(place_of(table.source, line, name), value, "", "greater than 0", "mend that line")
+    return table
+
+
+def scale_of_presses(table: MeasuredTable, sensor: MeasuringUnit) -> ScaleFit:
+    """Return the scale of the instrument that measured the fruit of a table.
+
+    Raises InputError for too few fruit, for forces that tell no modulus, and where readings tell no firmness.
+    """
+    read = _moduli_read(table, sensor)
+    column, unit = ("firmness", "N") if "firmness" in table.numbers else ("E", "MPa")
+    return fitted_scale(table.source, table.texts["fruit"], read, table.numbers[column], unit)
+
+
+def fitted_scale(source: str, names: tuple[str, ...], read: Floats, firmness: Floats, unit: str) -> ScaleFit:
+    """Return the scale of presses of fruit, named as in `names`, that read as moduli [MPa], (presses,), by a firmness.
+
+    A reading is one press of a fruit that was not seen: each press is judged by all other fruit. Raises InputError.
+    """
+    fruit = np.array(names)
+    presses = _Points(np.log(read), np.log(firmness))
+    of_fruit = [_Points(*(values[fruit == name] for values in presses)) for name in dict.fromkeys(names)]
+    if len(of_fruit) < FEWEST_FRUIT:
+        bound = f"at least {FEWEST_FRUIT}, from the softest to the firmest"
+        raise validation_error(source, len(of_fruit), "fruit", bound, "press more of them")
+    means = _Points(*np.transpose([(each.read.mean(), each.firm.mean()) for each in of_fruit]))
+    ends = np.array([means.read.min(), means.read.max()])
+
+    squares = {name: np.zeros(len(of_fruit)) for name in (*_CURVES, "mean")}
+    for index, left_out in enumerate(of_fruit):
+        others = _Points(*(np.delete(values, index) for values in means))
+        span = np.array([presses.read.min(), presses.read.max()])
+        for name, curve in _CURVES.items():
+            squares[name][index] = np.mean((curve(others, span).at(left_out.read) - left_out.firm) ** 2)
+        squares["mean"][index] = np.mean((others.firm.mean() - left_out.firm) ** 2)
+    errors = {name: float(each.mean()) for name, each in squares.items()}
+    by_mean = math.sqrt(errors.pop("mean"))
+    best = min(errors, key=errors.__getitem__)
+    allowed = errors[best] + float(squares[best].std(ddof=1)) / math.sqrt(len(of_fruit))
+    chosen = next(name for name in _CURVES if errors[name] <= allowed)
+    deviation = math.sqrt(errors[chosen])
+    if not deviation < by_mean - _ROUND_OFF:
+        bound = f"below the {100.0 * by_mean:.3g} % that the mean of all leaves: readings tell no firmness here"
+        name = f"{source}: error of fruit left out"
+        raise validation_error(name, 100.0 * deviation, "%", bound, "press fruit from softest to firmest")
+    points = _CURVES[chosen](means, ends)
+    half_width = math.expm1(float(stdtrit(len(of_fruit) - PARAMETERS, _HOLDS)) * deviation)
+    scale = FruitScale(
+        unit=unit,
+        curve=chosen,
+        percent=100.0 * half_width,
+        E_MPa=tuple(np.exp(points.read).tolist()),
+        firmness=tuple(np.exp(points.firm).tolist()),
+    )
+    return ScaleFit(scale=scale, fruit=len(of_fruit), left_out={name: math.sqrt(each) for name, each in errors.items()})
+
+
+def _moduli_read(table: MeasuredTable, sensor: MeasuringUnit) -> Floats:
+    """Return the modulus [MPa] that each row reads: its own, or of a pair that of all rows of its fruit, one press."""
+    if sensor.design.fruit.relaxation is not None:
+        bound = "left out where presses of fruit are calibrated: a row has no time"
+        raise validation_error("fruit.relaxation", None, "", bound, "calibrate the design without it")
+    fruit = table.texts["fruit"]
+    forces = np.column_stack([table.numbers[key] for key in force_keys(len(sensor.report.tips))])
+    readings: list[FruitReading] = []
+    if sensor.law is None:
+        presses = {name: PairPress(sensor) for name in fruit}
+        for name, row in zip(fruit, forces.tolist(), strict=True):
+            presses[name].add(*sensor.gained(row).tolist())
+        by_name = {name: press.reading() for name, press in presses.items()}
+        readings = [by_name[name] for name in fruit]
+    else:
+        readings = [reading_of(sensor, row) for row in forces.tolist()]
+    moduli = []
+    for line, name, reading in zip(table.lines, fruit, readings, strict=True):
+        if reading.E is None:
+            bound = "a reading of a modulus"
+            place = f"{place_of(table.source, line)}: fruit {name}"
+            raise validation_error(place, ", ".join(reading.flags), "", bound, "press farther, or leave the row out")
+        moduli.append(reading.E)
+    return np.array(moduli)
+
+
+def _factor(fruit: _Points, ends: Floats) -> _Points:
+    """Return the line of slope 1 from end to end through fruit: a constant factor."""
+    return _Points(ends, ends + (fruit.firm - fruit.read).mean())
+
+
+def _power(fruit: _Points, ends: Floats) -> _Points:
+    """Return the line of least squares from end to end, level where it would fall."""
+    read = fruit.read - fruit.read.mean()
+    slope = max(0.0, float(read @ fruit.firm) / max(float(read @ read), np.finfo(np.float64).tiny))
+    return _Points(ends, fruit.firm.mean() + slope * (ends - fruit.read.mean()))
+
+
+def _rising(fruit: _Points, ends: Floats) -> _Points:
+    """Return the curve from end to end through the centres of the steps of isotonic regression."""
+    order = np.argsort(fruit.read)
+    steps = isotonic_regression(fruit.firm[order])
+    starts = steps.blocks[:-1]
+    centres = _Points(np.add.reduceat(fruit.read[order], starts) / steps.weights, steps.x[starts])
+    inside = (centres.read > ends[0]) & (centres.read < ends[1])
+    at_ends = centres.at(ends)
+    read = np.concatenate([ends[:1], centres.read[inside], ends[1:]])
+    return _Points(read, np.concatenate([at_ends[:1], centres.firm[inside], at_ends[1:]]))
+
+
+_CURVES: dict[str, Callable[[_Points, Floats], _Points]] = {"factor": _factor, "power": _power, "rising": _rising}

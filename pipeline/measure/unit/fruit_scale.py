@@ -1,0 +1,44 @@
+"""What another instrument shows of fruit that a unit reads as a modulus: a rising curve with its band."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cad.quantity import COVERAGE, Bounds, Estimate, check_fields, choice, quantity, validation_error
+
+CURVES = ("factor", "power", "rising")
+"""A constant factor on E, a power of E, and any curve that rises with it."""
+_HINT = "take the numbers that pipeline calibrate wrote"
+_POSITIVE = Bounds(above=0.0, at_most=1e6)
+_AT_THE_EDGE = 1e-6  # of an end of the curve, by which E may lie beyond it
+
+
+@dataclass(frozen=True, kw_only=True)
+class FruitScale:
+    """The firmness [`unit`] of fruit that read as E [MPa], between the points straight over the logarithms of both.
+
+    `percent` is the half width that holds 95 % of fruit, by leaving each one out.
+    """
+
+    unit: str = choice(("N", "MPa"), default="N", hint=_HINT)
+    curve: str = choice(CURVES, default="factor", hint=_HINT)
+    percent: float = quantity("%", _POSITIVE, hint=_HINT)
+    E_MPa: tuple[float, ...] = quantity("MPa", _POSITIVE, hint=_HINT)
+    firmness: tuple[float, ...] = quantity("", _POSITIVE, hint=_HINT)
+
+    def __post_init__(self) -> None:
+        """Check each field, and that both lists rise together."""
+        check_fields(self, "unit.scale")
+        if len(self.firmness) != len(self.E_MPa):
+            bound = f"a list of {len(self.E_MPa)} numbers, one for each modulus"
+            raise validation_error("unit.scale.firmness", list(self.firmness), self.unit, bound, _HINT)
+        for name, values in (("unit.scale.E_MPa", self.E_MPa), ("unit.scale.firmness", self.firmness)):
+            if list(values) != sorted(values):
+                raise validation_error(name, list(values), "", "numbers that rise", _HINT)
+
+    def of(self, E: float) -> Estimate | None:
+        """Return the firmness of fruit that reads as E [MPa], half of its band beside; None beyond the curve."""
+        if not self.E_MPa[0] * (1.0 - _AT_THE_EDGE) <= E <= self.E_MPa[-1] * (1.0 + _AT_THE_EDGE):
+            return None
+        value = float(np.exp(np.interp(np.log(E), np.log(self.E_MPa), np.log(self.firmness))))
+        return Estimate(value, 0.01 * self.percent / COVERAGE * value, self.unit)
