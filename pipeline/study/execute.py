@@ -9,21 +9,17 @@ from functools import partial
 from pathlib import Path
 
 from cad.quantity import InputError
-from pipeline.storage.plain import from_plain, to_plain
-from pipeline.study.interpolated_contact import InterpolatedContact, contact_keys, fitted_contact, may_interpolate
 from pipeline.study.points import Point, design_of, point_count, points_between
 from pipeline.study.report_keys import parts_of
-from pipeline.study.scenes import UnitScene, unit_scene
+from pipeline.study.scenes import UnitScene, move_contact, unit_scene
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.study_file import Study
-from pipeline.study.tasks import lost_points, solve_points, solve_scene
+from pipeline.study.tasks import lost_points, solve_points
 from pipeline.study.workers import Engine, ProgressReport, completed
-from solve.fruit.compliance import FruitCompliance
 
 QUICK = 500  # points of a task without a solve
 SHARING = 32  # points of a task that share one solve, or have their readings solved
 WINDOW = 20_000  # points that are sorted by their scenes at a time, so that a million need no memory
-_FACT = "interpolation"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +33,6 @@ class StudySummary:
     failed: int
     solved: int
     seconds: float
-    interpolation: InterpolatedContact | None
 
 
 def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressReport | None = None) -> StudySummary:
@@ -50,10 +45,9 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressRepo
     with study_store(folder, study) as store:
         before = sum(store.counts().values())
         solved = before
-        interpolation = _interpolation(study, count, store, engine)
         # A worker gets its points with their settings: all rows of a file would be sent again with each task.
-        solve = partial(solve_points, study.without_rows, interpolation, folder)
-        tasks = _tasks(study, store, interpolation)
+        solve = partial(solve_points, study.without_rows, folder)
+        tasks = _tasks(study, store)
         with closing(completed(engine, solve, tasks, lost_points)) as ended:  # no worker outlives an error here
             for _, results in ended:
                 store.put(results)
@@ -66,38 +60,14 @@ def run_study(study: Study, folder: Path, engine: Engine, progress: ProgressRepo
         points=count,
         solved=solved - before,
         seconds=time.perf_counter() - start,
-        interpolation=interpolation,
         **counts,
     )
 
 
-def _interpolation(study: Study, count: int, store: StudyStore, engine: Engine) -> InterpolatedContact | None:
-    """Return the interpolated contact of a study, made once and kept in its store, None where there is none."""
-    if not may_interpolate(study, count):
-        return None
-    kept = store.fact(_FACT)
-    if kept is not None:
-        return from_plain(InterpolatedContact, kept) if kept else None
-
-    def solve(points: Sequence[Point]) -> list[FruitCompliance]:
-        work = partial(solve_scene, study)
-        contacts = {point.number: contact for point, contact in completed(engine, work, points, _refuse_lost)}
-        return [contacts[point.number] for point in points]
-
-    model = fitted_contact(study, solve)
-    store.remember(_FACT, to_plain(model) or {})
-    return model
-
-
-def _refuse_lost(point: Point) -> FruitCompliance:
-    msg = f"the worker that solved the contact of {dict(point.settings)} was lost again and again; free memory"
-    raise InputError(msg)
-
-
-def _tasks(study: Study, store: StudyStore, interpolation: InterpolatedContact | None) -> Iterator[Sequence[Point]]:
+def _tasks(study: Study, store: StudyStore) -> Iterator[Sequence[Point]]:
     """Yield the points that are not solved, in groups for one worker: points that share a solve of contact together."""
     count = point_count(study)
-    one_scene = interpolation is not None or not contact_keys(study)
+    one_scene = not move_contact(study.vary)
     reads = "reading" in study.base
     if study.level != "contact":
         size = 1

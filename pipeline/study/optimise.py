@@ -98,7 +98,7 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
 
 def _refuse_no_number(study: Study) -> None:
     """Solve the base itself; raise InputError where it has a text or a truth value for what is to be made least."""
-    (base,) = solve_points(study, None, None, [Point(number=0, settings={})])
+    (base,) = solve_points(study, None, [Point(number=0, settings={})])
     value = base.values.get(study.goal.minimise)
     if value is not None and not _is_number(value):
         bound = f"a key whose value is a number, and that of the base is {value!r}"
@@ -124,7 +124,7 @@ def _evolve(study: Study, store: StudyStore, engine: Engine, progress: ProgressR
                 msg = f"{store.path}: must hold the candidates of this search, and point {point.number} is another"
                 raise InputError(msg)
         missing = [[point] for point in points if point.number not in results]
-        with closing(completed(engine, partial(solve_points, study, None, None), missing, lost_points)) as ended:
+        with closing(completed(engine, partial(solve_points, study, None), missing, lost_points)) as ended:
             for _, solved in ended:
                 store.put(solved)
                 results.update({result.number: result for result in solved})

@@ -6,6 +6,7 @@ larger by a factor is smaller by it, and its indentation is over E.
 
 import dataclasses
 import functools
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from cad.design.fruit import Fruit
@@ -27,6 +28,7 @@ _FRUIT: Plain = {
     "poisson_spread": Fruit().poisson_spread,
     "bruise_limit_MPa": None,
 }
+_BESIDE_CONTACT = {*(f"tips.{key}" for key in _TIPS), *(f"fruit.{key}" for key in _FRUIT)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,14 +42,14 @@ class UnitScene:
     tips: Tips
     scale: float = dataclasses.field(compare=False)
 
-    @property
-    def side_mm(self) -> float:
-        """Return the side of a tip in its size [mm]."""
-        return self.scale * self.tips.side_mm
-
     def __hash__(self) -> int:
         """Return one number for scenes that compare equal."""
         return hash((self.fruit, self.tips))
+
+
+def move_contact(keys: Iterable[str]) -> bool:
+    """Say whether any of some keys of the design file moves the solution of contact."""
+    return any(key.startswith(("fruit.", "tips.")) and key not in _BESIDE_CONTACT for key in keys)
 
 
 def unit_scene(design: Design) -> UnitScene:

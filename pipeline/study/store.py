@@ -30,7 +30,7 @@ _TABLES = {
     "study": "CREATE TABLE study (key TEXT PRIMARY KEY, value TEXT NOT NULL, digest TEXT NOT NULL)",
     "points": (
         "CREATE TABLE points (number INTEGER PRIMARY KEY, status TEXT NOT NULL, settings TEXT NOT NULL, "
-        "results TEXT NOT NULL, audit TEXT, error TEXT, seconds REAL NOT NULL, digest TEXT NOT NULL)"
+        "results TEXT NOT NULL, error TEXT, seconds REAL NOT NULL, digest TEXT NOT NULL)"
     ),
 }
 _PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
@@ -49,14 +49,13 @@ class StudyStore:
         """Keep results, all of them or none."""
         rows = []
         for result in results:
-            audit = None if result.audit is None else _json(result.audit)
             settings = _json(result.settings)
             values = _json(result.values)
             seconds = round(result.seconds, 6)
-            row = (result.number, result.status, settings, values, audit, result.error, seconds)
+            row = (result.number, result.status, settings, values, result.error, seconds)
             rows.append((*row, _digest(row)))
         with self._connection as transaction:
-            transaction.executemany("INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
+            transaction.executemany("INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
 
     def remember(self, key: str, value: object) -> None:
         """Keep a fact of the study by its name."""
@@ -155,7 +154,7 @@ class StudyStore:
 
     def _result(self, row: Sequence[Any]) -> PointResult:
         self._refuse_changed(f"point {row[0]}", row)
-        number, status, settings, values, audit, error, seconds, _ = row
+        number, status, settings, values, error, seconds, _ = row
         return PointResult(
             number=number,
             settings=json.loads(settings),
@@ -163,7 +162,6 @@ class StudyStore:
             values=json.loads(values),
             error=error,
             seconds=seconds,
-            audit=None if audit is None else json.loads(audit),
         )
 
     def _refuse_changed(self, name: str, row: Sequence[object]) -> None:
@@ -224,7 +222,7 @@ def _opened(path: Path) -> Iterator[StudyStore]:
 
 def study_facts(study: Study) -> Plain:
     """Return what decides the results of a study."""
-    names = ("base", "wanted", "how", "samples", "seed", "tol", "level", "contact", "audit", "rows")
+    names = ("base", "wanted", "how", "samples", "seed", "tol", "level", "rows")
     return {
         **{name: getattr(study, name) for name in names},
         "vary": {key: {"kind": type(varied).__name__, **asdict(varied)} for key, varied in study.vary.items()},

@@ -27,16 +27,12 @@ from pipeline.study.variation import Choices, Setting, Variation, setting_of_cel
 
 Row = tuple[Setting, ...]
 How = Literal["sobol", "grid", "points", "search", "sensitivity"]
-Contact = Literal["auto", "solve", "surrogate"]
 
 HOW = ("sobol", "grid", "points", "search", "sensitivity")
-CONTACT = ("auto", "solve", "surrogate")
 MOST_POINTS = 10_000_000
 VERDICT_FIELDS = ("value", "limit", "tolerance", "passed")
 _PROCESS_FILE = "print.process_file"
-_FILE_KEYS = (
-    "base", "samples", "seed", "wanted", "vary", "set", "how", "points", "tol", "level", "contact", "audit", "optimise"
-)  # fmt: skip
+_FILE_KEYS = ("base", "samples", "seed", "wanted", "vary", "set", "how", "points", "tol", "level", "optimise")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,8 +60,7 @@ class Goal:
 class Study:
     """A base design [as nested tables], the keys that vary, how points are drawn, and the keys of report.json wanted.
 
-    `tol` is the relative error [1] allowed to the springs, and to the contact where it is interpolated. `audit` is the
-    fraction of points [1] that are solved in full beside the interpolation. `rows` are the points of a CSV file.
+    `tol` is the relative error [1] allowed to the springs. `rows` are the points of a CSV file.
     """
 
     name: str
@@ -77,10 +72,6 @@ class Study:
     seed: int = quantity("", Bounds(at_least=0), default=0, hint="any whole number will do")
     tol: float = quantity("1", TOLERANCES, default=DEFAULT_TOLERANCE, hint=f"the default is {DEFAULT_TOLERANCE:g}")
     level: Level = choice(LEVELS, default="contact")
-    contact: Contact = choice(CONTACT, default="auto")
-    audit: float = quantity(
-        "1", Bounds(at_least=0.0, at_most=1.0), default=0.001, hint="0.001 solves one point in a thousand in full"
-    )
     rows: tuple[Row, ...] = ()
     goal: Goal = field(default_factory=Goal)
 
@@ -155,7 +146,7 @@ def read_study(path: Path) -> Study:
         vary, rows = _points_file(folder / _text("points", data.get("points", "")))
     else:
         vary = {key: variation(key, varied) for key, varied in _flat("vary", data).items()}
-    plain = {key: data[key] for key in ("samples", "seed", "tol", "contact", "audit") if key in data}
+    plain = {key: data[key] for key in ("samples", "seed", "tol") if key in data}
     base = _base(data, folder)
     return Study(
         name=path.stem, base=base, vary=vary, wanted=wanted, how=how, level=level, rows=rows, goal=goal, **plain

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
 from cad.design.parameters import Design
 from cad.quantity import InputError
 from pipeline.evaluate import check_targets
@@ -28,14 +26,12 @@ from pipeline.result import Evaluation
 from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.plain import Plain
-from pipeline.study.interpolated_contact import InterpolatedContact, is_covered
 from pipeline.study.points import Point, design_of
 from pipeline.study.printed import printed_sizing
 from pipeline.study.report_keys import parts_of, value_at_key
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.study_file import Study
 from pipeline.study.variation import Setting
-from solve.fruit.compliance import FruitCompliance
 
 Status = Literal["done", "refused", "failed"]
 
@@ -45,10 +41,7 @@ _DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 @dataclass(frozen=True, kw_only=True)
 class PointResult:
-    """What came out of a point: its values by wanted key, or why it was refused or failed, and its processor seconds.
-
-    `audit` are the values of the same point with contact solved in full, where it was drawn for that.
-    """
+    """What came out of a point: its values by wanted key or why it was refused or failed, and its processor seconds."""
 
     number: int
     settings: Mapping[str, Setting]
@@ -56,17 +49,14 @@ class PointResult:
     values: Mapping[str, object]
     error: str | None
     seconds: float
-    audit: Mapping[str, object] | None = None
 
 
-def solve_points(
-    study: Study, interpolation: InterpolatedContact | None, folder: Path | None, points: Sequence[Point]
-) -> tuple[PointResult, ...]:
+def solve_points(study: Study, folder: Path | None, points: Sequence[Point]) -> tuple[PointResult, ...]:
     """Return the results of some points; one that is refused or fails does not stop the others.
 
     The files of whole runs go into the folder.
     """
-    return tuple(_solved(study, interpolation, folder, point) for point in points)
+    return tuple(_solved(study, folder, point) for point in points)
 
 
 def lost_points(points: Sequence[Point]) -> tuple[PointResult, ...]:
@@ -80,14 +70,10 @@ def _without_values(point: Point, status: Status, error: str, seconds: float) ->
     )
 
 
-def _solved(study: Study, interpolation: InterpolatedContact | None, folder: Path | None, point: Point) -> PointResult:
+def _solved(study: Study, folder: Path | None, point: Point) -> PointResult:
     start = time.process_time()
-    audit = None
     try:
-        values = _values(study, interpolation, folder, point)
-        # An audit is drawn by the number of the point, so that a resumed study draws the same ones.
-        if interpolation is not None and np.random.default_rng([study.seed, point.number]).random() < study.audit:
-            audit = _values(study, None, folder, point)
+        values = _values(study, folder, point)
     except Exception as failure:
         causes = (failure, failure.__cause__)
         if any(isinstance(cause, OSError) and cause.errno in _DISK_FULL for cause in causes):
@@ -103,17 +89,14 @@ def _solved(study: Study, interpolation: InterpolatedContact | None, folder: Pat
         values=values,
         error=None,
         seconds=time.process_time() - start,
-        audit=audit,
     )
 
 
-def _values(
-    study: Study, interpolation: InterpolatedContact | None, folder: Path | None, point: Point
-) -> dict[str, object]:
+def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object]:
     """Return the wanted values of a point, at the level of its study."""
     design = design_of(study, point.settings)
     if study.level == "contact":
-        report = _sized_report(study, design, point, interpolation)
+        report = _sized_report(study, design, point)
     elif study.level == "flexures":
         report = evaluation_mapping(check_targets(design, RunOptions(tolerance=study.tol)))
     else:
@@ -125,13 +108,9 @@ def _values(
     return {key: value_at_key(report, key) for key in study.wanted}
 
 
-def _sized_report(study: Study, design: Design, point: Point, interpolation: InterpolatedContact | None) -> Plain:
+def _sized_report(study: Study, design: Design, point: Point) -> Plain:
     """Return the part of report.json that follows from contact and springs as they were sized, or as printed."""
-    scene = unit_scene(design)
-    if interpolation is not None and is_covered(scene):
-        contact = interpolation.compliance(scene, point.settings)
-    else:
-        contact = scene_compliance(scene, study.tol)
+    contact = scene_compliance(unit_scene(design), study.tol)
     drawn = spring_sizing(design, contact, RunOptions())
     sizing = printed_sizing(design, drawn, point.settings)
     springs = ideal_springs(design, drawn, sizing.springs)
@@ -158,8 +137,3 @@ def evaluation_mapping(evaluation: Evaluation) -> Plain:
         report["response"] = response_keys(tips, evaluation.contact, springs, evaluation.press.table)
     data: Plain = as_data(report)
     return data
-
-
-def solve_scene(study: Study, point: Point) -> FruitCompliance:
-    """Return the compliance of the scene of a point [1/mm]."""
-    return scene_compliance(unit_scene(design_of(study, point.settings)), study.tol)

@@ -91,26 +91,6 @@ def test_table_of_errors_in_the_docs_is_that_of_the_default_run(default_run, nam
     assert row in ACCURACY.read_text(encoding="utf-8")
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("without_page")
-def test_loose_tolerance_takes_coarser_meshes_and_says_which_would_decide(default_run, tmp_path):
-    fine = report_of(default_run.folder)
-    assert main(["run", "--tol", "0.02", "--out", str(tmp_path / "rough")]) == 1
-    rough = report_of(tmp_path / "rough")
-    assert (fine["accuracy"]["tolerance"], rough["accuracy"]["tolerance"]) == (1e-3, 0.02)
-    assert rough["contact"]["dofs"] < fine["contact"]["dofs"]
-    assert fine["contact"]["error_percent"] <= 100.0 * 0.25 * 1e-3
-    for name in ("low", "high"):
-        assert rough["flexures"][name]["dofs"] < fine["flexures"][name]["dofs"]
-        assert fine["flexures"][name]["error_percent"] <= 0.1 < rough["flexures"][name]["error_percent"] <= 2.0
-    for name in ("K_l", "K_h"):
-        assert verdicts_of(rough)[name]["passed"] is None
-        assert "--tol 0.0005 would decide" in verdicts_of(rough)[name]["remedy"]
-    worst = max(spring["error_percent"] for spring in rough["flexures"].values())
-    assert rough["accuracy"]["springs"]["error_percent"] == worst
-    assert rough["errors"]["K_l"]["discretisation_percent"] == rough["flexures"]["low"]["error_percent"]
-
-
 def test_response_ends_at_the_largest_force_ratio(default_run):
     report = report_of(default_run.folder)
     assert report["response"][-1]["P"][-1] == pytest.approx(verdicts_of(report)["P_max"]["value"], rel=1e-4)

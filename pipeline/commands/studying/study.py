@@ -105,16 +105,9 @@ def refuse_two_engines(arguments: Namespace) -> None:
 def _as_mapping(
     summary: "StudySummary", refusals: dict[str, int], indices: "tuple[Sensitivity, ...]"
 ) -> dict[str, object]:
-    model = summary.interpolation
     return {
+        **asdict(summary),
         "folder": str(summary.folder),
-        "points": summary.points,
-        "done": summary.done,
-        "refused": summary.refused,
-        "failed": summary.failed,
-        "solved": summary.solved,
-        "seconds": summary.seconds,
-        "surrogate": None if model is None else {"solves": model.solves, "error": model.error},
         "messages": refusals,
         "sensitivities": [asdict(index) for index in indices],
     }
@@ -123,9 +116,6 @@ def _as_mapping(
 def _print_counts(summary: "StudySummary", refusals: dict[str, int]) -> None:
     """Print how the points ended, why some were refused, and what the solved ones cost."""
     print(f"{summary.points} points: {summary.done} done, {summary.refused} refused, {summary.failed} failed")
-    model = summary.interpolation
-    if model is not None:
-        print(f"contact interpolated between {model.solves} solves, K_m / E off by at most {100.0 * model.error:.2g} %")
     for message, count in refusals.items():
         print(f"  {count} x {message}" if count == 1 else f"  {count} x, for instance: {message}")
     if summary.solved:

@@ -1,6 +1,5 @@
 """Verdicts on a cover and on the two plates of a square: their own pass, and what wrong ones are told."""
 
-import math
 from dataclasses import replace
 
 import cadquery as cq
@@ -8,9 +7,7 @@ import pytest
 from squares import RESIN, square_sensor
 
 from cad.checks.assembly_checks import cover_verdicts, plate_verdicts
-from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
-from cad.design.tips import Press
 from cad.parts.cover import RECESS_MM
 from cad.parts.cover_solid import cover_of, cover_part
 from cad.parts.housing import SETBACK_MM
@@ -66,22 +63,6 @@ def test_cover_of_a_longer_housing_does_not_match_its_holes(sensor, cover):
     blank = cq.Solid.makeBox(1.0, 1.0, 1.0, cq.Vector(0.0, 10.0, 40.0))
     verdict = checked_cover(sensor, blank)["cover_holes"]
     assert (verdict.passed, verdict.value) == (False, None)
-
-
-def test_foot_is_never_lower_over_a_large_fruit_than_the_frame(sensor):
-    """Beyond every edge of the fruit the lowest corner is the frame's own, by the set-back of the foot."""
-    housing = replace(sensor.housing, protrusion=5.0, lower_leaf_level=6.8)
-    fruit = Fruit(length_mm=300.0, width_mm=300.0)
-    wide = replace(sensor, fruit=fruit, press=Press(roll_deg=5.0), housing=housing, part=housing_part(housing))
-    cover = cover_of(wide)
-    ways = [math.radians(22.5 * step) for step in range(16)]
-    reach = max(abs(x * math.cos(way) + 6.0 * math.sin(way)) for x in (housing.left, housing.right) for way in ways)
-    turn = math.radians(5.0)
-    expected = cover.foot_level * math.cos(turn) - reach * math.sin(turn) - wide.press.travel_mm
-    verdict = checked_cover(wide, cover_part(cover).shape)["cover_over_fruit"]
-    assert verdict.value == pytest.approx(expected, abs=2e-3)
-    low = cover_part(replace(cover, foot_level=0.2)).shape
-    assert checked_cover(wide, low)["cover_over_fruit"].passed is False
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import trimesh
 from cad.checks.part_checks import check_file, check_mesh
 from cad.checks.triangle_checks import (
     closed_verdicts,
-    crossing_pairs,
     least_gap,
     least_wall,
     widest_ledge,
@@ -102,13 +101,6 @@ def test_turned_triangle_fails():
     mesh.faces[0] = mesh.faces[0][::-1]
     watertight, manifold = closed_verdicts(mesh)
     assert (watertight.passed, manifold.passed) == (False, True)
-
-
-@pytest.mark.parametrize(
-    ("at", "crosses"), [((20.0, 3.0, 2.0), False), ((0.0, 0.0, 30.0), False), ((13.0, 3.0, 2.0), True)]
-)
-def test_boxes_that_overlap_cross_and_those_that_touch_do_not(at, crosses):
-    assert (len(crossing_pairs(boxes(at))) > 0) == crosses
 
 
 def plate_with_wall(thickness):

@@ -12,7 +12,6 @@ from squares import GENTLE, RESIN, square_housing, square_sensor
 from cad.design.parameters import Print
 from cad.parts.assembly import assembly_bodies, dowel_length, finished_part, grip, screw_length, turned_twin
 from cad.parts.housing import mounting_error
-from cad.parts.housing_solid import housing_part
 from cad.parts.pose import in_place
 
 KERNEL = 1e-6  # [mm] and [mm^3] of the geometry kernel
@@ -28,36 +27,12 @@ def bodies(square):
     return {body.name: body.shape for body in assembly_bodies(square)}
 
 
-@pytest.mark.parametrize("lengths", [(20.0, 8.0), (8.0, 20.0), (12.0, 12.0)])
-def test_frame_has_equal_halves_whichever_arm_is_longer(lengths):
-    housing = square_housing(lengths=lengths)
-    assert housing.left == -housing.right
-    for points in (housing.holes, housing.dowels):
-        assert sorted(points) == sorted((-x, z) for x, z in points)
-    for arm in housing.arms:
-        assert abs(arm.post) >= abs(arm.wall)
-        assert abs(arm.outer) - abs(arm.post) == pytest.approx(housing.wall_width)
-
-
 @pytest.mark.parametrize("process", ["fdm-petg", "sls-pa12", "dmls-ti64"])
 def test_plate_is_one_valid_solid_in_every_process_with_its_named_faces(process):
     part = finished_part(square_housing(replace(GENTLE, print=Print(process=process))))
     assert part.shape.isValid()
     assert part.shape.ShapeType() == "Solid"
     assert len(part.faces["mounting_holes"]) == 4
-
-
-def test_pads_and_holes_change_the_volume_by_their_own(square):
-    """Plate, pad of the posts and the bar, less its holes, less two holes for dowels; domes left out."""
-    flat = replace(square.housing, dome_radius=0.0)
-    foot, top, width = flat.cover_level, flat.top_level, flat.right - flat.left
-    inner = width - 2.0 * (flat.wall_width - 1.0)
-    on_pad = 4.0 * math.pi * (0.5 * flat.hole_diameter) ** 2
-    dowels = 2.0 * math.pi * (0.5 * flat.dowel_hole) ** 2
-    pad = width * (top - foot) - inner * (flat.cavity_level + 1.0 - foot) - on_pad - dowels
-    assert flat.dowels[0][1] - 0.5 * flat.dowel_hole > flat.cavity_level + 1.0  # whole in the pad
-    expected = housing_part(flat).shape.Volume() + pad * flat.pad_height - dowels * flat.depth
-    assert finished_part(flat).shape.Volume() == pytest.approx(expected, rel=1e-9)
 
 
 def test_tips_stand_at_the_places_of_the_layout_with_springs_of_one_kind_on_each_diagonal(square):

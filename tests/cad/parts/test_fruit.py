@@ -42,18 +42,6 @@ def test_tips_stand_where_the_numbers_say(make, offset):
 
 
 @pytest.mark.parametrize(
-    ("fruit", "tips"),
-    [
-        (FRUIT, Tips(side_mm=2.0, spacing_mm=18.0)),  # at the side of the fruit
-        (FRUIT, Tips(side_mm=2.0, spacing_mm=2.05)),
-        (Fruit(width_mm=2.0), Tips(side_mm=2.0)),
-    ],
-)
-def test_tips_may_reach_the_side_of_the_fruit_and_come_close(fruit, tips):
-    assert fruit_block(fruit, tips).face_area("low_tip") == pytest.approx(4.0, rel=ROUND_OFF)
-
-
-@pytest.mark.parametrize(
     ("make", "fruit", "tips", "field"),
     [
         (fruit_block, FRUIT, Tips(side_mm=1.5, spacing_mm=19.0), "tips.spacing_mm"),

@@ -28,14 +28,6 @@ DEFINITION = st.sampled_from(["mid-range", "largest"])
 RATIO = st.sampled_from([1.0, 0.8, 0.953, 1.3])
 
 
-def test_paper_springs_follow_from_its_targets():
-    springs = size_springs(5.0, 0.05, PAPER_K_M)
-    assert springs.K_l == pytest.approx(753.26, abs=0.005)
-    assert springs.K_h == pytest.approx(17325.0, abs=0.05)
-    assert round(springs.K_l) == 753
-    assert round(springs.K_h, -2) == 17300
-
-
 @pytest.mark.parametrize("K_l", [700.0, 753.0, 800.0, 900.0])
 def test_equations_10_and_12_for_the_paper(K_l):
     NL_of_12 = (962.5 - K_l) / (1925.0 + 3.0 * K_l)

@@ -1,13 +1,12 @@
 """The doctor names what is missing, and only what every run needs makes it end with 2."""
 
 import subprocess
-import sys
 
 import pytest
 
 from pipeline.cli import main
 from pipeline.commands import doctor
-from pipeline.commands.doctor import Row, package_row, pins, place_row
+from pipeline.commands.doctor import Row, package_row, place_row
 
 
 @pytest.fixture
@@ -28,19 +27,6 @@ def test_here_everything_needed_is_present(capsys):
     assert [
         word for word in ("Python", "cadquery", "import json", "ccx", "cores", "cache") if word not in printed
     ] == []
-
-
-@pytest.mark.usefixtures("quick")
-def test_declared_packages_are_compared_with_the_lock():
-    lock = pins((doctor.ROOT / "requirements.lock").read_text(encoding="utf-8"))
-    assert found("numpy") == Row(name="numpy", found=lock["numpy"], status="ok")
-
-
-def test_pins_are_read_with_and_without_marker():
-    assert pins("# a note\nnumpy==2.4.6\nmkl==2026.2.0; sys_platform == 'linux'\n") == {
-        "numpy": "2.4.6",
-        "mkl": "2026.2.0",
-    }
 
 
 @pytest.mark.parametrize(
@@ -77,23 +63,6 @@ def test_import_without_end_is_wrong(monkeypatch):
 
     monkeypatch.setattr(doctor.subprocess, "run", too_long)
     assert found("import gmsh").status == "wrong"
-
-
-@pytest.mark.usefixtures("quick")
-def test_optional_program_is_looked_for(monkeypatch, tmp_path):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    assert (found("ccx").found, found("ccx").status) == ("absent", "note")
-    (tmp_path / "ccx").write_text("#!/bin/sh\n", encoding="utf-8")
-    (tmp_path / "ccx").chmod(0o755)
-    assert (found("ccx").found, found("ccx").status) == ("present", "ok")
-
-
-@pytest.mark.usefixtures("quick")
-def test_old_python_and_little_memory_are_said(monkeypatch):
-    monkeypatch.setattr(doctor, "OLDEST_PYTHON", (sys.version_info[0], sys.version_info[1] + 1))
-    monkeypatch.setattr(doctor, "LEAST_MEMORY_GIB", 1e9)
-    assert found("Python").status == "wrong"
-    assert found("memory").status == "note"
 
 
 @pytest.mark.usefixtures("quick")

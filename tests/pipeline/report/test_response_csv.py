@@ -62,13 +62,6 @@ def test_band_after_calibrating_holds_springs_known_to_one_per_cent_and_no_more(
         assert (row["E_upper_calibrated_MPa"] or 0.0) <= inside[1] * (1.0 + ROUNDED)
 
 
-def test_band_narrows_as_the_travel_outgrows_the_tilt():
-    """The pose is one travel ahead of the other: half the travel, about twice its share."""
-    at_E = [row for row in rows() if row["E_MPa"] == 1.75]
-    widths = [row["E_upper_calibrated_MPa"] - row["E_lower_calibrated_MPa"] for row in at_E]
-    assert (np.diff(widths) < 0.0).all()
-
-
 def test_travel_at_which_a_tip_is_off_some_fruit_has_no_bands():
     """The others keep theirs."""
     curve = RESULT.press.curve

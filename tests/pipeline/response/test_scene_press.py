@@ -4,7 +4,7 @@ import importlib
 
 import numpy as np
 import pytest
-from stand_ins import CONTACT, fresh_result, print_everything, print_summary, result_of, sizing_of, springs_of
+from stand_ins import CONTACT, fresh_result, result_of, sizing_of, springs_of
 
 import pipeline.response.scene_press
 from cad.design.fruit import Fruit
@@ -12,9 +12,7 @@ from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.options import RunOptions
-from pipeline.report.mapping import report_mapping
-from pipeline.report.outputs import write_outputs
-from pipeline.response.scene_press import TRAVELS, mean_tip_pressure, press_scene, refuse_unsolvable, spring_shares
+from pipeline.response.scene_press import TRAVELS, mean_tip_pressure, press_scene, spring_shares
 from pipeline.verdicts.sensor import paper_verdicts
 from solve.contact.scene import check_scene
 
@@ -58,28 +56,12 @@ def test_scene_that_contact_cannot_solve_is_refused_before_anything_is_solved(ch
         pipeline.run(Design(**change))
 
 
-@pytest.mark.parametrize("change", [{}, {"press": TILTED}, {"tips": Tips(offset_mm=4.5)}])
-def test_scene_that_can_be_solved_is_not_refused(change):
-    refuse_unsolvable(Design(**change))
-
-
 @pytest.mark.parametrize(("tilt", "presses"), [(10.0, 2), (19.5, 0), (-19.5, 0)])
 def test_spread_of_the_tilt_that_contact_cannot_solve_is_left_out(tilt, presses, monkeypatch):
     """At 20 deg the slopes are no longer small; a press at 19.5 deg is solved, only not one degree steeper."""
     monkeypatch.setattr(pipeline.response.scene_press, "scene_response", lambda scene, *_: check_scene(scene))
     design = Design(press=Press(tilt_deg=tilt, tilt_spread_deg=1.0))
     assert len(press_scene(design, CONTACT, np.eye(2)).tilted) == presses
-
-
-def test_reports_solve_nothing(solved, tmp_path, capsys):
-    result = result_of()
-    solved.clear()
-    report_mapping(result)
-    print_summary(result)
-    print_everything(result)
-    write_outputs(result, tmp_path)
-    assert solved == []
-    assert capsys.readouterr().out
 
 
 def test_another_fruit_leaves_the_papers_springs_unsolved(solved):

@@ -30,7 +30,6 @@ TEXT = """
 base = "paper"
 samples = 64
 seed = 1
-contact = "solve"
 wanted = ["springs.K_l_N_per_m", "verdicts.P_max.value", "verdicts.P_max.passed", "verdicts.printable.low.value"]
 [vary]
 "printed.thickness_offset_mm" = { mean = 0.0, sd = 0.025, source = "accuracy_mm of fdm-petg, two sigma" }

@@ -10,7 +10,6 @@ from cad.quantity import InputError
 from pipeline.cli import main
 from pipeline.report.outputs import write_outputs
 from pipeline.view import pictures as viewer
-from pipeline.view import scene
 from pipeline.view.pictures import pictures, write_pictures
 from pipeline.view.window import show_pictures, window_of
 
@@ -45,12 +44,6 @@ def test_every_picture_has_its_size_and_something_on_white(stand_in_folder, tmp_
     assert dark_red(drawn["flexure-high"]) > 0.005
     red, green, blue = drawn["response"].T
     assert np.mean((blue > red + 60) & (blue > green + 20)) > 1e-3  # the curve
-
-
-def test_planted_flat_field_would_show_no_dark_red(stand_in_folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(scene, "PALETTE", ["#ffffcc", "#fed976"])
-    (picture,) = pixels(stand_in_folder, ["flexure-high"], tmp_path).values()
-    assert dark_red(picture) < 1e-4
 
 
 def test_folder_of_a_run_without_fields_has_its_solids_mesh_and_response(default_run):

@@ -10,7 +10,7 @@ from view_stand_ins import DEPTH, LENGTH
 from cad.design.design_file import design_from_mapping
 from pipeline.options import load_design
 from pipeline.report.stored import read_data, read_report
-from pipeline.view.scene import deformation_factor, deformed_surface, draw_scene, round_below
+from pipeline.view.scene import deformation_factor, deformed_surface, draw_scene
 from pipeline.view.scenes import (
     LARGEST_STRAIN,
     STRAIN_OVER_LIMIT,
@@ -123,11 +123,6 @@ def test_sphere_is_drawn_as_a_sphere():
     np.testing.assert_allclose(bent.points[base, 2], -12.0)
     flat = design_from_mapping({"name": "flat"})
     np.testing.assert_array_equal(on_true_shape(flat, block).points, block.points)
-
-
-@pytest.mark.parametrize(("value", "below"), [(10.0, 10.0), (9.75, 5.0), (0.25, 0.2), (0.125, 0.1)])
-def test_round_number_below(value, below):
-    assert round_below(value) == pytest.approx(below)
 
 
 @pytest.mark.parametrize(

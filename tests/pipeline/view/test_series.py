@@ -2,7 +2,6 @@
 
 import xml.etree.ElementTree as ET
 
-import meshio
 import numpy as np
 import pytest
 import pyvista as pv
@@ -42,13 +41,3 @@ def test_series_grows_with_the_travel_to_the_fields_of_the_run(run_with_fields, 
     written = pv.read(run_with_fields / "fruit.vtu").point_data["displacement_mm"]
     last = pv.read(tmp_path / "fruit_02.vtu").point_data["displacement_mm"]
     np.testing.assert_allclose(last, written, atol=1e-3 * np.abs(written).max())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["flexure.vtu", "fruit.vtu"])
-def test_meshio_and_vtk_read_the_same(name, run_with_fields):
-    by_meshio = meshio.read(run_with_fields / name)
-    by_vtk = pv.read(run_with_fields / name)
-    assert sum(len(block.data) for block in by_meshio.cells) == by_vtk.n_cells
-    assert len(by_meshio.points) == by_vtk.n_points
-    assert set(by_meshio.point_data) == set(by_vtk.point_data.keys())

@@ -31,14 +31,6 @@ def found(mesh):
     return flexure_fields(mesh, *PETG, FORCES)
 
 
-def test_tips_move_as_the_compliance_says(mesh, found):
-    """A tip's face is not quite level: the mean of its nodes is the mean of the face to a part in a hundred."""
-    wanted = tip_compliance(mesh, *PETG).C @ np.array(FORCES)
-    for tip, moved in zip(("low_tip", "high_tip"), wanted, strict=True):
-        nodes = np.unique(mesh.facets[:, mesh.boundaries[tip]])
-        assert found.displacement[nodes, 2].mean() == pytest.approx(moved, rel=1e-2)
-
-
 @pytest.mark.parametrize(("side", "index"), [("low", 0), ("high", 1)])
 def test_leaves_carry_the_peak_that_the_strain_tells(mesh, found, side, index):
     """Both forces act, so the other spring's has its small part in the strain."""
