@@ -10,12 +10,11 @@ from benchmarks import contact, flexure, unilateral
 from benchmarks.command import command_section
 from benchmarks.harness import ROOT, measurements_of, write_page
 from benchmarks.plot import error_over_cost
-from solve.linear import solver_in_words
 
 INTRODUCTION = """\
 This page is written by `make bench`, never typed. Each method solves the same task; the tables say how far its answer
 is from a reference and what it cost. CPU seconds are on one thread, imports not counted. Measured on {cores} cores
-(load before it began: {load:.1f}), Python {python}; our own finite elements are solved by {solver}.
+(load before it began: {load:.1f}), Python {python}.
 
 A peer that is not installed is named. `make bench-peers` installs all but CalculiX; GetFEM comes from Debian, which it
 can install only as root: else root runs `apt-get install --yes --no-install-recommends python3-getfem`. felupe
@@ -27,9 +26,7 @@ hold the same nodes.
 
 def main() -> None:
     """Measure everything and write the page."""
-    introduction = INTRODUCTION.format(
-        cores=os.cpu_count(), load=os.getloadavg()[0], python=platform.python_version(), solver=solver_in_words()
-    )
+    introduction = INTRODUCTION.format(cores=os.cpu_count(), load=os.getloadavg()[0], python=platform.python_version())
     measured = {module.BENCH: measurements_of(module.__name__) for module in (contact, unilateral, flexure)}
     sections = [bench.section(rows) for bench, rows in measured.items()]
     sections.append(command_section())

@@ -41,18 +41,13 @@ def calculix(deck: Deck) -> tuple[list[StepResult], float]:
     The displacements are those of the set that the deck asks for. Raises SolveError when the program is absent, stops,
     prints an error, or its reactions do not balance.
     """
-    return calculix_on(deck.text(), deck)
-
-
-def calculix_on(text: str, deck: Deck) -> tuple[list[StepResult], float]:
-    """Return CalculiX's answer to the text of a deck as `calculix` does."""
     program = shutil.which("ccx")
     if program is None:
         msg = "CalculiX = absent: the program ccx must be on the path; install it (Debian: calculix-ccx)"
         raise SolveError(msg)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "scene.inp").write_text(text, encoding="ascii")
+        (folder / "scene.inp").write_text(deck.text(), encoding="ascii")
         (folder / "scene.dat").touch()
         usage = resource_usage([program, "-i", "scene"], folder, ONE_THREAD)
         printed = (folder / "scene.dat").read_text(encoding="ascii")

@@ -3,6 +3,7 @@
 import statistics
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.harness import ROOT, section
@@ -33,17 +34,16 @@ def command_section(repeats: int = REPEATS) -> str:
                 environment = {**ONE_THREAD, "XDG_CACHE_HOME": str(folder / "cache")}
                 command = [sys.executable, "-m", "pipeline", *words, "--out", str(folder / "out")]
                 usages[label].append(resource_usage(command, ROOT, environment))
-    bare_wall = statistics.median(usage.wall for usage in usages["bare imports"])
-    bare_cpu = statistics.median(usage.cpu for usage in usages["bare imports"])
     rows = []
+    bare: Sequence[float] = ()  # of the first row
     for label, repeated in usages.items():
-        wall = statistics.median(usage.wall for usage in repeated)
-        cpu = statistics.median(usage.cpu for usage in repeated)
+        wall, cpu = (statistics.median(getattr(usage, key) for usage in repeated) for key in ("wall", "cpu"))
+        bare = bare or (wall, cpu)
         peak = max(usage.peak_MiB for usage in repeated)
         failed = [
             f"exit code {usage.exit_code}: {usage.last_line}" for usage in repeated if usage.exit_code not in (0, 1)
         ]
-        numbers = [f"{value:.3g}" for value in (wall, cpu, wall / bare_wall, cpu / bare_cpu, peak)]
+        numbers = [f"{value:.3g}" for value in (wall, cpu, wall / bare[0], cpu / bare[1], peak)]
         rows.append([label, *numbers, "; ".join(failed)])
     heads = ["run", "wall s", "CPU s", "wall / imports", "CPU / imports", "peak MiB", "remark"]
     note = f"with all files, beside python -c '{IMPORTS[-1]}'; median of {repeats}; memory of the largest process"

@@ -37,7 +37,6 @@ BENCH = Bench(
         source="two independent methods: split with spectral elements, and hp finite elements of order 5 to 7",
     ),
     ours=JUDGED_SPLIT,
-    families=(SPLIT, DIRECT, "CalculiX P2 tets"),
 )
 FRUIT, TIPS = Fruit(), Tips()
 FOOTPRINTS = (Footprint(-4.0, 0.0, 1.0), Footprint(4.0, 0.0, 1.0))

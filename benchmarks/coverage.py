@@ -81,10 +81,7 @@ def main() -> int:
                 continue
             checks += [check for check in drawn if check.reference is not None]
             print(f"{kind} {number}", file=sys.stderr, flush=True)
-        if not checks:
-            rows.append([kind, str(scenes), str(refused), "0", "-", "-", "-"])
-            continue
-        inside = sum(check.excess <= 1.0 for check in checks) / len(checks)
+        inside = statistics.fmean(check.excess <= 1.0 for check in checks)
         all_hold = all_hold and inside >= GOAL
         bar = statistics.median(check.relative_error for check in checks)
         worst = max(check.excess for check in checks)

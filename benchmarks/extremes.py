@@ -1,6 +1,6 @@
 """Whole runs of random extreme designs: each ends in verdicts or in one line, with finite numbers.
 
-`python -m benchmarks.extremes [--count 200] [--first 0] [--seed 1]` writes docs/extremes.md, and exits with 1 where a
+`python -m benchmarks.extremes [--count 200] [--seed 1]` writes docs/extremes.md, and exits with 1 where a
 run ends otherwise. Ctrl-C ends it with the designs that were run.
 """
 
@@ -158,16 +158,15 @@ def main() -> int:
     """Run the designs, write and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=200, help="designs to run")
-    parser.add_argument("--first", type=int, default=0, help="number of the first one")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     outcomes: list[Outcome] = []
     with suppress(KeyboardInterrupt), tempfile.TemporaryDirectory() as folder:
-        for number in range(asked.first, asked.first + asked.count):
+        for number in range(asked.count):
             one = outcome(number, random_design(asked.seed, number), Path(folder))
             outcomes.append(one)
             print(f"{number}: {one.wall:.1f} s, {one.fault or one.message or OUTCOMES[one.code]}", file=sys.stderr)
-    flags = f"--first {asked.first} --count {len(outcomes)} --seed {asked.seed}"
+    flags = f"--count {len(outcomes)} --seed {asked.seed}"
     introduction = INTRODUCTION.format(flags=flags, seconds=SECONDS, memory=MOST_MIB)
     write_page(ROOT / "docs" / "extremes.md", "Extreme designs", introduction, sections(outcomes))
     return 1 if any(one.fault for one in outcomes) else 0

@@ -35,7 +35,6 @@ BENCH = Bench(
         source="20-node hexahedra at 295k dofs, reduced and full integration extrapolated",
     ),
     ours=OURS,
-    families=("hex 20, reduced, curved",),
 )
 # The default sensor in PETG: thickness, lengths and levels [mm] as its layout gives them, kept here so that the
 # reference stays valid.

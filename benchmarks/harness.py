@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-
 from benchmarks.peers import PEER_NAMES, absent_peers
 from benchmarks.usage import ONE_THREAD, resource_usage
 from solve.linear import SolveError
@@ -67,10 +65,7 @@ class Measurement:
 
 @dataclass(frozen=True, kw_only=True)
 class Bench:
-    """One bench: what is computed, the names and unit of its values, their reference, the product's method.
-
-    `families` are the methods whose rows are one family of meshes each.
-    """
+    """One bench: what is computed, the names and unit of its values, their reference, the product's method."""
 
     name: str
     scene: str
@@ -78,7 +73,6 @@ class Bench:
     unit: str
     reference: Reference
     ours: str
-    families: tuple[str, ...]
 
     def row(
         self, method: str, mesh: str, values: Iterable[float], cpu: float, dofs: int, error_bar: float | None = None
@@ -117,7 +111,6 @@ class Bench:
             if level >= self.reference.relative_error:
                 yield self._winner(rows, level)
         yield from self._outside(rows)
-        yield from self._growth(rows)
         absent = absent_peers()
         if absent:
             yield f"not installed, so not measured: {', '.join(absent)}"
@@ -165,16 +158,6 @@ class Bench:
                 f"{'the bar is missed' if missed else 'it cannot tell'}"
             )
 
-    def _growth(self, rows: Sequence[Measurement]) -> Iterator[str]:
-        """Say how error falls and time grows with dofs over each family of meshes, by least squares of logarithms."""
-        for method in self.families:
-            family = [(row.dofs, row.worst, row.cpu) for row in rows if row.method == method and row.errors]
-            if len(family) > 1:
-                dofs, error, cpu = np.log(np.transpose(family))
-                error_order = float(np.polyfit(dofs, error, 1)[0])
-                cpu_order = float(np.polyfit(dofs, cpu, 1)[0])
-                yield f"{method}: error ~ dofs^{error_order:.2f}, CPU ~ dofs^{cpu_order:.2f}"
-
 
 def timed(work: Callable[[], T]) -> tuple[T, float]:
     """Return what a piece of work gives, and its CPU seconds [s]."""
@@ -201,9 +184,13 @@ def measurements_of(module: str) -> list[Measurement]:
 
 def section(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]], notes: Sequence[str] = ()) -> str:
     """Return a table under its title with notes below it, as Markdown."""
+    return "\n".join([f"## {title}", "", table(heads, rows), "", *(f"- {note}" for note in notes), ""])
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table as Markdown."""
     rule = ["---"] + ["---:"] * (len(heads) - 1)
-    table = ["| " + " | ".join(cells) + " |" for cells in (heads, rule, *rows)]
-    return "\n".join([f"## {title}", "", *table, "", *(f"- {note}" for note in notes), ""])
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (heads, rule, *rows))
 
 
 def write_page(path: Path, title: str, introduction: str, sections: Sequence[str]) -> None:

@@ -1,7 +1,6 @@
 """What large strain does to the paper's press, beside the linear law: the table of docs/accuracy.md.
 
-From the root of the repository, `python -m benchmarks.large_strain` prints its rows, by the factors of
-cad/theory/large_strain.toml; tests/docs/test_large_strain_table.py holds the page against them.
+The factors are those of cad/theory/large_strain.toml; tests/docs/test_large_strain_table.py holds the page against it.
 """
 
 from collections.abc import Iterator
@@ -31,8 +30,3 @@ def rows() -> Iterator[str]:
             biases = [f"{100.0 * deep.bias(K_m, travel):+.1f} %" for travel in TRAVELS]
             cells = [f"{poisson:g}", law, f"{linear:.3f}", *ratios, "0", drift, "0", *biases]
             yield f"| {' | '.join(cells)} |"
-
-
-if __name__ == "__main__":
-    for row in rows():
-        print(row)

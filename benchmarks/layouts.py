@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.harness import ROOT
+from benchmarks.harness import ROOT, table
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.theory.contrast_law import ContrastLaw, ReadingError, contrast_weights, read_modulus
@@ -113,7 +113,7 @@ def pair_errors(row: Row, scene: Scene, compliance: FruitCompliance, tilt: float
 def main() -> None:
     """Write the table."""
     heads = ["layout", "read by", *(f"{tilt:g} deg" for tilt in TILTS)]
-    lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
+    rows = []
     for row in ROWS:
         compliance = contact_compliance(FRUIT, row.tips)
         scene = Scene(fruit=FRUIT, tips=row.tips, press=Press(travel_mm=row.travel))
@@ -125,11 +125,11 @@ def main() -> None:
                 cells.append("lifts")
             else:
                 cells.append("none" if math.isinf(max(sizes)) else f"{max(sizes):.3g}")
-        lines.append(f"| {row.name} | {row.reading} | " + " | ".join(cells) + " |")
-        print(lines[-1], flush=True)
+        rows.append([row.name, row.reading, *cells])
+        print(rows[-1], flush=True)
     page = ROOT / "docs" / "layouts.md"
     head = page.read_text(encoding="utf-8").partition("<!-- table -->")[0]
-    page.write_text(f"{head}<!-- table -->\n\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    page.write_text(f"{head}<!-- table -->\n\n{table(heads, rows)}\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

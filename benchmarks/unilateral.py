@@ -49,7 +49,6 @@ BENCH = Bench(
         "pair before",
     ),
     ours=OURS,
-    families=("GetFEM P2 tets",),
 )
 SCALES = (2.0, 1.0, 0.5, 0.25)  # of the size at the edges of the tips, as in mesh/fruit.py
 # What is prescribed is what the tips do: the flesh is free to stay below them.

@@ -101,11 +101,6 @@ def _has_pardiso() -> bool:
     return importlib.util.find_spec("pypardiso") is not None
 
 
-def solver_in_words() -> str:
-    """Return the name of the direct solver that factorises matrices here."""
-    return f"pypardiso, SuperLU of SciPy up to {_PARDISO_FROM_DOFS} dofs" if _has_pardiso() else "SuperLU of SciPy"
-
-
 def factor_bytes(unknowns: int) -> float:
     """Return about how much memory a factorised matrix takes [byte], by its unknowns [1]."""
     return FACTOR_BYTES * math.pow(unknowns, 4.0 / 3.0)
