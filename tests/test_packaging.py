@@ -23,7 +23,6 @@ FAST_MARKER = "; sys_platform == 'linux' and platform_machine == 'x86_64'"
 DISTRIBUTION = {
     "OCP": "cadquery",
     "skfem": "scikit-fem",
-    "trame_vtk": "trame-vtk",
     "vtkmodules": "pyvista",
 }
 NEEDED_BY_TRIMESH = {"rtree", "manifold3d"}

@@ -3,6 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from cad.quantity import validation_error
 from pipeline.commands.console import add_force_flag
 
 PURPOSE = "show the parts, fields and response"
@@ -10,12 +11,21 @@ EXAMPLE = "pipeline view outputs/paper --png pictures"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add DIR and the flags that name what is written."""
-    parser.add_argument("folder", metavar="DIR", type=Path, help="an output folder")
+    """Add DIR, another one to compare it with, and the flags that name what is written."""
     add = parser.add_argument
+    add("folder", metavar="DIR", type=Path, help="an output folder")
+    add("other", metavar="OTHER", type=Path, nargs="?", help="another output folder, for --compare")
     add("--png", metavar="DIR", type=Path, help="write pictures there instead of opening a window")
-    add("--html", metavar="FILE", type=Path, help="write the scenes as one web page that needs no network")
+    add("--html", metavar="FILE", type=Path, help="write bodies and fields as one web page that needs no network")
     add("--pvd", metavar="DIR", type=Path, help="write flexures and fruit over the travel there, a series for ParaView")
+    add(
+        "--compare",
+        metavar="FILE",
+        type=Path,
+        nargs="?",
+        const=Path("comparison.html"),
+        help="write DIR and OTHER side by side as one web page (default comparison.html)",
+    )
     add_force_flag(parser)
 
 
@@ -23,8 +33,11 @@ def execute(arguments: Namespace) -> int:
     """Show an output folder in a window, or write what the flags ask for and print the paths; return exit code 0."""
     from pipeline.report.stored import read_data
 
+    if (arguments.other is None) != (arguments.compare is None):
+        hint = "pipeline view DIR OTHER --compare"
+        raise validation_error("OTHER", str(arguments.other), "", "a second folder, and --compare with it", hint)
     read_data(arguments.folder)  # refuses another folder before anything heavy is loaded
-    if arguments.png is None and arguments.html is None and arguments.pvd is None:
+    if all(flag is None for flag in (arguments.png, arguments.html, arguments.pvd, arguments.compare)):
         from pipeline.view.pictures import pictures
         from pipeline.view.window import show_pictures
 
@@ -51,4 +64,9 @@ def _write(arguments: Namespace) -> list[Path]:
         from pipeline.view.series import write_series
 
         paths += write_series(arguments.folder, arguments.pvd, force=arguments.force)
+    if arguments.compare is not None:
+        from pipeline.view.web_page import write_comparison
+
+        folders = (arguments.folder, arguments.other)
+        paths.append(write_comparison(folders, arguments.compare, force=arguments.force))
     return paths

@@ -20,32 +20,31 @@ FIRST_TRAVEL = 0.1  # of the whole, from which the change of P over the travel i
 
 
 def notes(result: SensorResult) -> list[str]:
-    """Return the notes of a result, closed forms of its numbers only."""
+    """Return the notes of a result, closed forms of its numbers only, the weightiest first."""
     process = result.springs.process
     info = result.press.table.info
     # A leaf's stiffness goes with the third power of its thickness.
     moved_l, moved_h = (100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in process.leaf_thicknesses_mm)
-    lines = _paper(result)
-    if result.readings is None:
-        lines.append(
-            f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the "
-            "paper's have 1.3226 mm; its tips on a cube of 12 mm 15 % less)"
-        )
-        lines += _beyond_the_law(result)
-    else:
-        lines += _of_the_reading(result, result.readings)
-    lines.append(_relaxation(result))
-    lines += _skin(result)
-    lines += _weight(result)
-    lines += _free_fruit(result)
-    lines.append(f"response: {info.method}; {info.status}")
-    if result.readings is None:
-        lines += _press(result)
+    lines = list(result.left_out)
     lines.append(
         f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved_l:.0f} % "
         f"and K_h by {moved_h:.0f} %"
     )
-    return [*lines, *result.left_out]
+    lines.append(_relaxation(result))
+    lines += _skin(result)
+    lines += _weight(result)
+    lines += _free_fruit(result)
+    if result.readings is None:
+        lines += _press(result)
+        lines += _beyond_the_law(result)
+        lines.append(
+            f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the "
+            "paper's have 1.3226 mm; its tips on a cube of 12 mm 15 % less)"
+        )
+    else:
+        lines += _of_the_reading(result, result.readings)
+    lines += _paper(result)
+    return [*lines, f"response: {info.method}; {info.status}"]
 
 
 def _press(result: SensorResult) -> list[str]:

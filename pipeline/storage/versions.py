@@ -10,6 +10,8 @@ from pathlib import Path
 _SOURCES = ("cad", "mesh", "solve", "pipeline")
 _LIBRARIES = ("cadquery", "cadquery-ocp", "gmsh", "lib3mf", "numpy", "scikit-fem", "scipy", "shapely", "trimesh")
 _OPTIONAL = ("mkl", "pypardiso")  # another direct solver where they are installed
+_OF_PAGES = (".js", ".css", ".html.j2", ".LICENSE")
+"""Endings of files that only show numbers: whoever changes a plot need not solve again."""
 _NAME = re.compile(r"[A-Za-z0-9._-]+")
 
 
@@ -32,11 +34,11 @@ def computing_versions() -> dict[str, str | None]:
 
 
 def sources_digest(root: Path) -> str:
-    """Return the digest of every file of the four packages below a folder, at any depth, caches of Python left out."""
+    """Return the digest of every file of the four packages below a folder, at any depth, that numbers may come from."""
     digest = hashlib.sha256()
     for package in _SOURCES:
         for path in sorted((root / package).rglob("*")):
-            if path.is_file() and "__pycache__" not in path.parts:
+            if path.is_file() and "__pycache__" not in path.parts and not path.name.endswith(_OF_PAGES):
                 digest.update(f"{path.relative_to(root).as_posix()} {path.stat().st_size}\n".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TypeGuard
 
 import numpy as np
-from matplotlib.figure import Figure
 from scipy.optimize import Bounds, differential_evolution
 
 from cad.design.design_file import design_as_toml
@@ -24,7 +23,7 @@ from pipeline.options import RunOptions
 from pipeline.storage.files import is_ours, refuse_taken, write_files
 from pipeline.storage.folder import refuse_unusable
 from pipeline.study.columns import Floats
-from pipeline.study.page import as_svg
+from pipeline.study.page import PAGE
 from pipeline.study.points import Point, design_of, point_at
 from pipeline.study.printed import PRINTED_KEYS
 from pipeline.study.store import STORE, StudyStore, study_store
@@ -37,8 +36,6 @@ MARGIN = 0.01  # of a limit, kept from it: the plate of printed springs moves ea
 MOST_RUNS = 5
 DESIGN = "design.toml"
 RUN = "best"
-PLOT = "pareto.svg"
-PRESSURE = ("verdicts.bruise.value", "verdicts.bruise.limit")
 _INFEASIBLE = 2.0  # above the costs of designs that pass, which lie from -1 to 1
 _REFUSED = 4.0
 _MEMBERS = 8  # of a generation, for each key that varies
@@ -207,7 +204,7 @@ def refuse_occupied(folder: Path, *, force: bool = False) -> None:
     """Raise InputError where a search could not write its results into its folder, before anything is solved."""
     refuse_unusable(folder / RUN, force=force)
     if not force:
-        refuse_taken((folder / DESIGN, folder / PLOT), "--out", renew=True)
+        refuse_taken((folder / DESIGN, folder / PAGE), "--out", renew=True)
 
 
 def prove(study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False) -> Proof | None:
@@ -234,49 +231,3 @@ def prove(study: Study, candidates: Sequence[Candidate], folder: Path, *, force:
 def _named_design(study: Study, candidate: Candidate) -> Design:
     """Return the design of a candidate, named for the study."""
     return design_of(replace(study, base={**study.base, "name": study.name}), candidate.result.settings)
-
-
-def write_pareto(study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False) -> None:
-    """Plot into a folder (SVG) the number made least against the pressure on the skin over its limit, with its front.
-
-    Nothing is written where the verdict on bruising is not among those of the goal. Raises as `write_files`.
-    """
-    if any(key not in study.wanted for key in PRESSURE):
-        return
-    figure = Figure(figsize=(6.4, 4.4), layout="constrained")
-    axes = figure.add_subplot(
-        xlabel="pressure on the skin over its limit [1]",
-        ylabel=f"{study.goal.minimise.removeprefix('verdicts.').removesuffix('.value')} [1]",
-    )
-    done = [candidate for candidate in candidates if math.isfinite(candidate.value)]
-    failing = _against_pressure([candidate for candidate in done if candidate.violation > 0.0])
-    passing = _against_pressure([candidate for candidate in done if candidate.violation == 0.0])
-    axes.scatter(failing[:, 0], failing[:, 1], s=12, color="#b8b8b8", label="a verdict fails")
-    axes.scatter(passing[:, 0], passing[:, 1], s=12, color="#1f6fb2", label="verdicts pass")
-    best = front(passing)
-    axes.step(best[:, 0], best[:, 1], where="post", color="#c0392b", label="front")
-    axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":")
-    axes.legend(frameon=False)
-    content = f'<?xml version="1.0" encoding="utf-8"?>\n{as_svg(figure)}'
-    write_files({folder / PLOT: content.encode()}, "--out", force=force, renew=True)
-
-
-def _against_pressure(candidates: Sequence[Candidate]) -> Floats:
-    """Return the pressure over its limit [1] and the number made least of each candidate, shape (candidates, 2)."""
-    rows = []
-    for candidate in candidates:
-        pressure, limit = (candidate.result.values[key] for key in PRESSURE)
-        if _is_number(pressure) and _is_number(limit):
-            rows.append((pressure / limit, candidate.value))
-    return np.array(rows).reshape(-1, 2)
-
-
-def front(rows: Floats) -> Floats:
-    """Return the rows, shape (rows, 2), that no other one beats in both numbers, both the less the better."""
-    least = math.inf
-    unbeaten = []
-    for row in np.unique(rows, axis=0):  # by the first number, then the second
-        if row[1] < least:
-            least = row[1]
-            unbeaten.append(row)
-    return np.array(unbeaten).reshape(-1, 2)

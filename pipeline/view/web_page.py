@@ -1,128 +1,132 @@
-"""The scenes of an output folder in one web page that needs nothing else: vtk.js, drawn by the browser."""
+"""An output folder as one web page that needs nothing else: its bodies with their fields, or two runs side by side."""
 
-import base64
-import io
-import json
-import zipfile
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
-import pyvista as pv
-from jinja2 import Environment, FileSystemLoader, select_autoescape
-from trame_vtk.modules.vtk.serializers import (
-    SynchronizationContext,
-    configure_serializer,
-    extract_array_hash,
-    initialize_serializers,
-    reference_id,
-    serialize,
-)
-from trame_vtk.tools.vtksz2html import HTML_VIEWER_PATH
+import numpy as np
 
+from cad.design.design_file import design_as_mapping
+from cad.files.glb import GlbBody, glb_of
 from cad.quantity import validation_error
-from pipeline.report.stored import StoredReport, read_report
+from pipeline.report.page import answer
+from pipeline.report.page.bodies import assembly_body, legend, palette_colours, shown
+from pipeline.report.page.template import BODIES, FIGURES, rendered
+from pipeline.report.stored import StoredReport, read_data, report_of
+from pipeline.report.verdict_rule import limit_text, number_text
 from pipeline.storage.files import refuse_taken, write_files
-from pipeline.view.pictures import draw_without_display
-from pipeline.view.scene import PALETTE, draw_field, look_at
-from pipeline.view.scenes import ASSEMBLY_DIRECTION, assembly, draw_bodies, field_scenes
-
-Plotter = Any  # a PyVista plotter: its decorated methods have no types that strict mode takes
+from pipeline.storage.plain import Plain
+from pipeline.view.scene import DISPLACEMENT, Field, FieldScene, deformed_surface
+from pipeline.view.scenes import field_scenes
 
 FLAG = "--html"
-_SUBDIVISION = 1  # how often the facet of a quadratic cell is halved: the page is to stay small
-_COLOURS = 12
-_ICONS = b"https://kitware.github.io/vtk-js/icon/"
+COMPARE = "--compare"
+
+
+def refuse_page(path: Path, flag: str, *, force: bool = False) -> None:
+    """Raise InputError where a path ends in another way than .html, or a file that is not ours is there."""
+    if path.suffix != ".html":
+        hint = f"write {path.with_suffix('.html').name}"
+        raise validation_error(flag, str(path), "", "a file name that ends in .html", hint)
+    if not force:
+        refuse_taken([path], flag, renew=True)
 
 
 def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:
-    """Write the scenes of an output folder as one web page; return its path.
+    """Write the bodies of an output folder with their fields as one web page; return its path.
 
-    Raises InputError where the folder has no scene, the path ends in another way than .html or cannot be written, or
+    Raises InputError where the folder has no body, the path ends in another way than .html or cannot be written, or
     an unmanaged file is there and `force` does not keep it as NAME.bak.
     """
-    if path.suffix != ".html":
-        hint = f"write {path.with_suffix('.html').name}"
-        raise validation_error(FLAG, str(path), "", "a file name that ends in .html", hint)
-    if not force:
-        refuse_taken([path], FLAG, renew=True)
-    write_files({path: web_page(folder)}, FLAG, force=force, renew=True)
+    refuse_page(path, FLAG, force=force)
+    report = report_of(folder, read_data(folder))
+    bodies = field_bodies(report, folder) + assembly_bodies(folder)
+    if not bodies:
+        bound = "an output folder with an assembly, or with fields"
+        raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run --fields")
+    page = rendered("scenes.html.j2", (*FIGURES, *BODIES, "scenes.js"), {"bodies": bodies}, name=report.design.name)
+    write_files({path: page.encode()}, FLAG, force=force, renew=True)
     return path
 
 
-def web_page(folder: Path) -> bytes:
-    """Return the page of an output folder; raises InputError where it has no scene."""
-    draw_without_display()
-    report = read_report(folder)
-    scenes = _web_scenes(report, folder)
-    if not scenes:
-        bound = "an output folder with a housing, or with fields"
-        raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run --fields")
-    viewer = HTML_VIEWER_PATH.read_bytes().replace(_ICONS, b"data:,")  # icons that it would ask of the network
-    colours = mpl.colormaps[PALETTE].resampled(_COLOURS)
-    templates = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=select_autoescape(["j2"]))
-    page = templates.get_template("scenes.html.j2").render(
-        name=report.design.name,
-        scenes=scenes,
-        viewer=base64.b64encode(viewer).decode(),
-        colours=[mpl.colors.to_hex(colours(index)) for index in range(_COLOURS)],
+def assembly_bodies(folder: Path) -> list[Plain]:
+    """Return the assembly of an output folder, if it has one."""
+    try:
+        return [assembly_body(folder)]
+    except ValueError:
+        return []
+
+
+def field_bodies(report: StoredReport, folder: Path) -> list[Plain]:
+    """Return each scene of an output folder in the colours of each of its fields; none without fields."""
+    return [_coloured(scene, field) for scene in field_scenes(report, folder) for field in scene.fields]
+
+
+def _coloured(scene: FieldScene, field: Field) -> Plain:
+    """Return a scene in the colours of a field, which its animation bends."""
+    at_rest, _ = deformed_surface(scene, subdivision=0)
+    surface = at_rest.triangulate()
+    lowest, highest = field.range_on(scene.mesh)
+    values = np.asarray(surface.point_data[field.array], dtype=np.float64)
+    body = GlbBody(
+        name=scene.name,
+        vertices=np.asarray(surface.points, dtype=np.float64),
+        triangles=surface.regular_faces,
+        colour=palette_colours(values, lowest, highest if highest > lowest else lowest + 1.0),
+        moved=scene.factor * np.asarray(surface.point_data[DISPLACEMENT], dtype=np.float64),
     )
-    return page.encode()
+    colours = legend(field.title, lowest, highest)
+    name = f"{scene.name}: {field.title}"
+    return shown(name, glb_of([body]), slider="press", caption=f"{scene.caption}.", legend=colours, labels=[])
 
 
-def _web_scenes(report: StoredReport, folder: Path) -> list[dict[str, str | None]]:
-    """Return each scene with each of its fields, then the assembly, as the page's script reads them.
+def write_comparison(folders: tuple[Path, Path], path: Path, *, force: bool = False) -> Path:
+    """Write two output folders side by side as one web page: verdicts, plots and parts; return its path.
 
-    A scene has its label and title, the body as data, and its field with the ends of its colours as text.
+    Raises InputError as `write_web_page`.
     """
-    scenes: list[dict[str, str | None]] = []
-    for scene in field_scenes(report, folder):
-        for field in scene.fields:
-            plotter: Plotter = pv.Plotter(off_screen=True)
-            draw_field(plotter, scene, field, subdivision=_SUBDIVISION)
-            look_at(plotter, scene.focus or tuple(scene.mesh.bounds), scene.direction)
-            lowest, highest = field.range_on(scene.mesh)
-            web_scene: dict[str, str | None] = {
-                "label": f"{scene.name}: {field.title}",
-                "title": scene.caption,
-                "data": _archived(plotter),
-                "field": field.title,
-                "lowest": f"{lowest:.3g}",
-                "highest": f"{highest:.3g}",
-            }
-            scenes.append(web_scene)
-    bodies = assembly(report)
-    if bodies:
-        plotter = pv.Plotter(off_screen=True)
-        draw_bodies(plotter, bodies)
-        look_at(plotter, tuple(plotter.bounds), ASSEMBLY_DIRECTION)
-        title = f"{report.design.name}: the sensor over its fruit"
-        no_field = dict.fromkeys(("field", "lowest", "highest"))
-        scenes.append({"label": "assembly", "title": title, "data": _archived(plotter), **no_field})
-    return scenes
+    refuse_page(path, COMPARE, force=force)
+    sides: list[Plain] = []
+    reports: list[StoredReport] = []
+    for folder in folders:
+        data = read_data(folder)
+        report = report_of(folder, data)
+        reports.append(report)
+        title = report.design.name
+        if sides and sides[0]["title"] == title:
+            title = f"{title} ({folder.name})"
+        sides.append({"title": title, "report": data, "bodies": assembly_bodies(folder)})
+    rows = {}
+    for verdict in (verdict for report in reports for verdict in report.verdicts):
+        rows[verdict.name] = [
+            next((one for one in report.verdicts if one.name == verdict.name), None) for report in reports
+        ]
+    page = rendered(
+        "comparison.html.j2",
+        (*FIGURES, *BODIES, "comparison.js"),
+        {"sides": sides},
+        sides=[
+            {"title": side["title"], "answer": answer.answer_of(report)}
+            for side, report in zip(sides, reports, strict=True)
+        ],
+        inputs=_different(*(_flat(design_as_mapping(report.design)) for report in reports)),
+        rows=rows,
+        outcomes=answer.OUTCOMES,
+        number_text=number_text,
+        limit_text=limit_text,
+    )
+    write_files({path: page.encode()}, COMPARE, force=force, renew=True)
+    return path
 
 
-def _archived(plotter: Plotter) -> str:
-    """Return what a plotter draws as vtk.js reads it, an archive in base 64, and close the plotter."""
-    initialize_serializers()
-    configure_serializer(encode_lut=True, skip_light=True)
-    plotter.render()
-    window = plotter.render_window
-    context = SynchronizationContext()
-    context.set_ignore_last_dependencies(True)
-    state = serialize(None, window, reference_id(window), context, 1)
-    camera = plotter.camera
-    state["extra"] = {
-        "vtkRefId": reference_id(window),
-        "centerOfRotation": list(camera.focal_point),
-        "camera": reference_id(camera),
-    }
-    arrays = {}
-    for entry in extract_array_hash(state):
-        content = context.get_cached_data_array(entry["hash"], binary=False)
-        arrays[entry["hash"]] = {**entry, "content": content}
-    plotter.close()
-    archive = io.BytesIO()
-    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
-        file.writestr("index.json", json.dumps({"hashes": arrays, "scene": state}))
-    return base64.b64encode(archive.getvalue()).decode()
+def _flat(design: Plain) -> Plain:
+    """Return the keys of a design by their dotted names."""
+    flat: Plain = {}
+    for table, values in design.items():
+        if isinstance(values, dict):
+            flat |= {f"{table}.{key}": value for key, value in values.items()}
+    return flat
+
+
+def _different(first: Plain, second: Plain) -> dict[str, tuple[object, object]]:
+    """Return the keys whose values differ in two designs, with both values, None for one that is not set."""
+    pairs = {key: (first.get(key), second.get(key)) for key in {**first, **second}}
+    return {key: pair for key, pair in pairs.items() if pair[0] != pair[1]}

@@ -35,7 +35,7 @@ RUN_HERE = {
     "pipeline modulus docs/examples/fruit-1.csv docs/examples/fruit-2.csv docs/examples/fruit-3.csv --height 70 "
     "--radius 35": 0,
     "pipeline modulus docs/examples/fruit-1.csv --height 70 --radius 35 --json": 0,
-    "pipeline modulus docs/examples/fruit-1.csv --height 70 --radius 35 --plot fruit-1.svg": 0,
+    "pipeline modulus docs/examples/fruit-1.csv --height 70 --radius 35 --plot fruit-1.html": 0,
 }
 """What is run below in one folder, in this order, with its exit code; other runs are taken up to their first solve."""
 

@@ -27,7 +27,6 @@ SIZES = {
 }
 """The flags that each body needs."""
 OPTIONAL_SIZES = {"ball": ("height", "radius_across"), "ellipsoid": ("radius_across",)}
-PLOT_KINDS = {".svg": "svg", ".png": "png"}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -58,7 +57,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--travel-unit", metavar="UNIT", help="unit of the travel where the file gives none (mm, um, in, ...)")
     add("--compression-negative", action="store_true", help="the machine counts compression negative: turn the signs")
     add("--per", choices=("file", "folder"), default="file", help="what holds the tests of one fruit (default file)")
-    add("--plot", metavar="FILE", type=Path, help="draw curves and fits into an SVG or PNG file")
+    add("--plot", metavar="FILE", type=Path, help="draw curves and fits as one web page (FILE.html)")
     add_force_flag(parser)
     add_json_flag(parser)
 
@@ -77,12 +76,11 @@ def execute(arguments: Namespace) -> int:
         for specimen in read_specimens(file, quantities):
             results.append(measured_modulus(specimen, geometry, compression_negative=arguments.compression_negative))
     if arguments.plot is not None:
-        from pipeline.measure.compression.plot import plotted
+        from pipeline.measure.compression.page import modulus_page
         from pipeline.storage.files import write_files
 
-        path: Path = arguments.plot
-        content = plotted(results, PLOT_KINDS[path.suffix.lower()])
-        write_files({path: content}, "--plot", force=arguments.force, renew=True)
+        page = modulus_page(results)
+        write_files({arguments.plot: page.encode()}, "--plot", force=arguments.force, renew=True)
     with answering():
         if arguments.json:
             print_json([result_mapping(result, assumed) for result in results])
@@ -95,8 +93,9 @@ def execute(arguments: Namespace) -> int:
 def _refuse_plot(path: Path | None) -> None:
     if path is None:
         return
-    if path.suffix.lower() not in PLOT_KINDS:
-        raise validation_error("--plot", str(path), "", f"a file that ends in {' or '.join(PLOT_KINDS)}", "rename it")
+    if path.suffix.lower() != ".html":
+        hint = f"write {path.with_suffix('.html').name}"
+        raise validation_error("--plot", str(path), "", "a file name that ends in .html", hint)
     if path.is_dir():
         raise validation_error("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
 

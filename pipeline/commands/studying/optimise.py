@@ -27,7 +27,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Search, prove the best candidate by a run, print it; return 0 when all verdicts of the run pass, else 1."""
-    from pipeline.study.optimise import base_candidate, prove, refuse_occupied, search, write_pareto
+    from pipeline.study.optimise import base_candidate, prove, refuse_occupied, search
+    from pipeline.study.page import PAGE, write_page
     from pipeline.study.store import stored_study
     from pipeline.study.study_file import read_study
     from pipeline.study.workers import chosen_engine, shown_progress
@@ -43,7 +44,8 @@ def execute(arguments: Namespace) -> int:
     with chosen_engine(arguments.processes, arguments.scheduler) as engine, shown_progress() as progress:
         candidates = search(study, folder, engine, progress)
     with stored_study(folder) as store:
-        write_pareto(study, candidates, folder, force=arguments.force)
+        best = [candidate.result.number for candidate in candidates if candidate.result.status == "done"]
+        write_page(store, study, folder / PAGE, best, force=arguments.force)
         proof = prove(study, candidates, folder, force=arguments.force)
         messages = store.messages()
     with answering():
@@ -52,6 +54,7 @@ def execute(arguments: Namespace) -> int:
         else:
             _print_counts(candidates, messages)
             _print_proof(candidates, proof, folder)
+            print(folder / PAGE)
             if proof is not None and proof.candidate == base_candidate(study, candidates):
                 print("nothing better than the base was found: it is the base itself")
     return PASSED if proof is not None and proof.passed else FAILED
@@ -98,6 +101,3 @@ def _print_proof(candidates: "tuple[Candidate, ...]", proof: "Proof | None", fol
         print(f"  {key} = {shown}")
     print(f"its run {'passes' if proof.passed else 'does not pass'} all verdicts")
     print(proof.design or folder / "best")
-    plot = folder / "pareto.svg"
-    if plot.exists():
-        print(plot)

@@ -1,12 +1,15 @@
 """The answer in words."""
 
+import csv
 from dataclasses import dataclass
+from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
 from cad.verdict import Verdict
 from pipeline.report.stored import StoredReport
 
+BILL = "bom.csv"
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 _SCENE_TABLES = ("fruit", "tips", "press", "reading")
@@ -75,3 +78,12 @@ def dimensions(report: StoredReport) -> dict[str, str]:
             if isinstance(size, float) and size != 0.0:
                 rows[key.replace("_", " ")] = f"{size:.5g}"
     return rows
+
+
+def bill(folder: Path) -> list[list[str]]:
+    """Return the rows of the bill of materials of an output folder, its header first; none where none was written."""
+    path = folder / BILL
+    if not path.is_file():
+        return []
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.reader(file))

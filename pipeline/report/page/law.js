@@ -297,6 +297,19 @@ function sensorLaw(data) {
     return radius;
   }
 
+  /* How far from the axis of a dome a tip is touched at most [mm], as the verdict geometry.tip_face counts it. */
+  function farthestContact(F, setting) {
+    const { radius, printed } = data.dome;
+    const R = data.dome.fruit_radius === null ? Infinity : setting.radius;
+    const relative = 1 / (1 / radius + 1 / R);
+    const slope = (angle) => Math.abs(Math.tan((angle * Math.PI) / 180));
+    return Math.max(...tips.map((i) => {
+      const across = [Math.abs(data.x[i] + setting.place) / R + slope(setting.tilt), Math.abs(data.y[i]) / R + slope(data.roll)];
+      const steepest = printed ? Math.max(...across) : Math.hypot(...across);
+      return steepest * relative + Math.cbrt((0.75 * (1 - data.poisson ** 2) * relative * Math.max(F[i] || 0, 0)) / setting.E);
+    }));
+  }
+
   /* What the fruit stands [MPa], between the moduli that have a limit; null without. */
   function bruiseLimit(E) {
     return data.bruise.length === 0 ? null : between(data.E, data.bruise, E);
@@ -307,6 +320,7 @@ function sensorLaw(data) {
     const C = springs(setting.K);
     const F = forces(setting);
     const found = { F, P: ratioOf(F), pressure: meanPressure(F, setting.E), bruise: bruiseLimit(setting.E) };
+    found.reach = data.kind === "domes" ? farthestContact(F, setting) : null;
     found.E_read = read(F, C);
     found.E_uncalibrated = read(F, data.C);
     found.noise = found.E_read === null ? null : noiseOf(F, C, setting.noise);

@@ -92,6 +92,8 @@ def _dome(scene: Scene, contact: FruitCompliance) -> Plain | None:
         "shape_change": contact.shape_change.tolist(),
         "sideways": None if scene.sideways is None else scene.sideways.compliance.tolist(),
         "built": list(scene.tips.height_offset_mm),
+        "half_face": 0.5 * scene.tips.side_mm,
+        "printed": scene.tips.socket == "none",
     }
 
 

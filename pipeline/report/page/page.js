@@ -1,16 +1,9 @@
 "use strict";
 /* Draws the page of a report: sliders, plots, bodies. `report` is report.json, `law` is law.js. */
 (function () {
-  const data = JSON.parse(document.getElementById("data").textContent);
   const { report } = data;
   const law = sensorLaw(data.law);
   const setting = { ...law.start, K: { ...law.start.K } };
-  const colours = d3.range(1, 8).map((number) => `var(--c${number})`);
-  const element = (id) => document.getElementById(id);
-  const digits = (value, count = 4) => String(Math.abs(value) < 1e-9 ? 0 : Number(Number(value).toPrecision(count)));
-  const text = (value, unit = "") => (Number.isFinite(value) ? `${digits(value)}${unit && ` ${unit}`}` : "none");
-  const percent = (value) => `${digits(100 * value, 3)} %`;
-  const last = (values) => values[values.length - 1];
   const verdictOf = (name) => report.verdicts.find((verdict) => verdict.name === name);
   const settings = (changes) => ({ ...setting, ...changes });
   const rows = report.response;
@@ -18,12 +11,7 @@
   const tipNames = report.tips.map((tip) => tip.name);
   const tipForces = (row) => row.F_N || [row.F_l_N, row.F_h_N];
 
-  /* Plots: each returns the options of Plot.plot, a caption beside them; `need` says what is missing. */
-  function need(found, reason) {
-    if (!found) throw new Error(reason);
-    return found;
-  }
-  const here = (marks) => marks.filter((mark) => mark !== null);
+  /* Plots: each returns the options of Plot.plot and a caption. */
   const atSlider = (x, y, title) => (Number.isFinite(y) ? Plot.dot([{ x, y }], { x: "x", y: "y", r: 5, fill: "var(--ink)", title: () => title }) : null);
 
   function ratioOverModulus() {
@@ -245,41 +233,6 @@
     ["Speed against error", speedAgainstError],
   ];
 
-  const figures = PLOTS.map(([title, spec]) => {
-    const figure = document.createElement("figure");
-    const heading = document.createElement("h3");
-    heading.textContent = title;
-    const place = document.createElement("div");
-    const caption = document.createElement("figcaption");
-    figure.append(heading, place, caption);
-    element("plots").append(figure);
-    return { title, spec, figure, place, caption };
-  });
-
-  /* One image with one name for those who hear it: names of its marks say nothing. */
-  function asImage(svg, words) {
-    for (const group of svg.querySelectorAll("[aria-label]")) group.removeAttribute("aria-label");
-    svg.setAttribute("role", "img");
-    svg.setAttribute("aria-label", words);
-  }
-
-  /* Draw a plot into its place; one that cannot be drawn says so, and its numbers are in report.json all the same. */
-  function draw({ title, spec, figure, place, caption }) {
-    try {
-      const { caption: words, ...options } = spec();
-      const drawn = Plot.plot({ width: Math.min(560, place.clientWidth || 560), height: 340, grid: true, inset: 4, marginBottom: 46, marginTop: 28, style: { background: "none", fontSize: "12px" }, ...options });
-      const svg = drawn.tagName === "svg" ? drawn : drawn.querySelector(":scope > svg:last-of-type");
-      asImage(svg, `${title}. ${words}`);
-      place.replaceChildren(drawn);
-      caption.textContent = words;
-      figure.classList.remove("missing");
-    } catch (error) {
-      place.replaceChildren();
-      figure.classList.add("missing");
-      caption.textContent = `Cannot be drawn: ${error.message}.`;
-    }
-  }
-
   /* Where a verdict lies: three tolerances to each side of its target, or up to one and a half limits. */
   function verdictScale(place) {
     const { value, limit, error, tolerance, relative, passed, sense } = data.verdicts[Number(place.dataset.verdict)];
@@ -334,41 +287,28 @@
       numbers.push(["nonlinearity NL", text(found.NL), byVerdict("NL", found.NL)]);
       numbers.push(["spread of P over the travel", text(found.spread), byVerdict("P_displacement_independent", found.spread)]);
     }
+    if (found.reach !== null) {
+      const half = law.data.dome.half_face;
+      numbers.push(["farthest contact from the axis of a dome", text(found.reach, "mm"), judged(found.reach <= half, `limit ${text(half, "mm")}, half its face`)]);
+    }
     numbers.push(["mean pressure under the worst tip", text(found.pressure, "MPa"), found.bruise === null ? null
       : judged(found.pressure <= found.bruise, `limit ${text(found.bruise, "MPa")}`)]);
     return numbers;
   }
 
-  function cell(kind, words, outcome) {
-    const made = document.createElement(kind);
-    if (kind === "th") made.scope = "row";
-    if (outcome) {
-      const span = document.createElement("span");
-      span.className = `outcome ${outcome}`;
-      span.textContent = outcome;
-      made.append(span, ` ${words}`);
-    } else {
-      made.textContent = words;
-    }
-    return made;
-  }
+  const judgedCell = (verdict) => (verdict
+    ? made("td", {}, made("span", { className: `outcome ${verdict.outcome}`, textContent: verdict.outcome }), ` ${verdict.words}`)
+    : made("td"));
 
   /* Sliders: one for each that the law follows. */
   const inputs = law.sliders.map(({ key, label, unit, min, max, step = "any" }) => {
-    const box = document.createElement("div");
-    box.className = "slider";
-    const name = document.createElement("label");
-    name.textContent = `${label} [${unit}]`;
-    name.htmlFor = `slider-${key}`;
-    const input = document.createElement("input");
-    Object.assign(input, { type: "range", id: `slider-${key}`, min, max, step });
     const kind = key.startsWith("K-") ? key.slice(2) : null;
+    const input = made("input", { type: "range", id: `slider-${key}`, min, max, step });
     input.value = kind ? 1000 * law.start.K[kind] : law.start[key];
     input.defaultValue = input.value;
-    const output = document.createElement("output");
-    output.htmlFor = input.id;
-    box.append(name, output, input);
-    element("sliders").append(box);
+    const output = made("output", { htmlFor: input.id });
+    const name = made("label", { textContent: `${label} [${unit}]`, htmlFor: input.id });
+    element("sliders").append(made("div", { className: "slider" }, name, output, input));
     input.addEventListener("input", () => {
       if (kind) setting.K[kind] = Number(input.value) / 1000; else setting[key] = Number(input.value);
       moved();
@@ -382,14 +322,11 @@
       input.setAttribute("aria-valuetext", `${digits(input.value)} ${unit}`);
     }
     const numbers = numbersOf(law.evaluate(setting));
-    element("numbers").replaceChildren(...numbers.map(([name, value, verdict]) => {
-      const row = document.createElement("tr");
-      row.append(cell("th", name), cell("td", value), cell("td", verdict ? verdict.words : "", verdict && verdict.outcome));
-      return row;
-    }));
+    element("numbers").replaceChildren(...numbers.map(([name, value, verdict]) => made("tr", {},
+      made("th", { scope: "row", textContent: name }), made("td", { textContent: value }), judgedCell(verdict))));
     const wrong = numbers.filter(([, , verdict]) => verdict && verdict.outcome === "failed").map(([name]) => name);
     element("live-answer").textContent = wrong.length === 0 ? "Everything judged here passes at these settings." : `At these settings fails: ${wrong.join(", ")}.`;
-    figures.forEach(draw);
+    drawAll();
   }
 
   let waiting = false;
@@ -406,23 +343,14 @@
   });
   for (const hint of document.querySelectorAll(".hint")) {
     for (const [flag] of new Set(hint.textContent.matchAll(/--set [\w.]+=\S*[\w\]"]/g))) {
-      const button = document.createElement("button");
-      Object.assign(button, { type: "button", textContent: `Copy ${flag}` });
+      const button = made("button", { type: "button", textContent: `Copy ${flag}` });
       button.dataset.copy = flag;
       hint.append(" ", button);
     }
   }
-  for (const button of document.querySelectorAll("button[data-copy]")) {
-    button.addEventListener("click", async () => {
-      await navigator.clipboard.writeText(button.dataset.copy);
-      element("copied").textContent = `Copied: ${button.dataset.copy}`;
-    });
-  }
-  window.addEventListener("beforeprint", () => {
-    for (const one of document.querySelectorAll("details")) one.open = true;
-  });
   document.querySelectorAll("[data-verdict]").forEach(verdictScale);
+  const drawAll = drawPlots(PLOTS, element("plots"));
   show();
-  window.addEventListener("load", () => requestIdleCallback(() => showBodies(data.bodies)));
+  window.addEventListener("load", () => requestIdleCallback(() => showBodies(data.bodies, element("bodies"))));
   window.twintip = { law, setting, show };
 }());

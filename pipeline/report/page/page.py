@@ -1,45 +1,28 @@
 """report.html: one page of a report that needs no other file, no network and no font from elsewhere."""
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from cad.design.tips import Tips
 from pipeline.report.explain.entries import entries
 from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, flexure_body, skin_body
 from pipeline.report.page.law import law_data
 from pipeline.report.page.mangoes import alike_pairs, seen_mangoes
+from pipeline.report.page.template import BODIES, FIGURES, rendered
 from pipeline.report.stored import StoredReport, as_data
 from pipeline.report.verdict_rule import UNREAD, bound_sense, fails_unread, limit_text, number_text, tolerance_text
 from pipeline.response.scene_press import scene_of
 from pipeline.result import SensorResult
 from pipeline.storage.plain import Plain
+from solve.arrays import Floats
 from solve.contact.pressure import footprint_pressure
+from solve.halfspace.punch import graded_edges, influence
 from solve.linear import SolveError
 
-_HERE = Path(__file__).parent
-_LIBRARIES = ("d3.min.js", "plot.min.js", "model-viewer.min.js")
-"""D3 and Observable Plot draw plots, model-viewer shows bodies: NOTICE has versions, licences and digests."""
-
-
-def rendered(template: str, scripts: tuple[str, ...], folder: Path = _HERE, **values: object) -> str:
-    """Return a page of a template with its style, the libraries and scripts of this folder; values are escaped."""
-    environment = Environment(
-        loader=FileSystemLoader([folder, _HERE]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    names = [*(f"libraries/{name}" for name in _LIBRARIES), *scripts]
-    return environment.get_template(template).render(
-        style=(_HERE / "page.css").read_text(encoding="utf-8"),
-        scripts=[(_HERE / name).read_text(encoding="utf-8") for name in names],
-        **values,
-    )
+_CELLS = 17  # along each side of a flat tip, one of them in the middle
 
 
 def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Path) -> str:
@@ -71,7 +54,8 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
     }
     return rendered(
         "page.html.j2",
-        ("law.js", "bodies.js", "page.js"),
+        (*FIGURES, *BODIES, "law.js", "page.js"),
+        page_data,
         report=report,
         answer=answer.answer_of(report),
         scene=answer.scene_in_words(report.design),
@@ -79,10 +63,10 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         part=[(i, one) for i, one in enumerate(report.verdicts) if answer.is_on_the_part(one)],
         paper={} if report.paper is None else {verdict["name"]: verdict for verdict in report.paper["verdicts"]},
         missing=missing,
-        data=finite(page_data),
         mangoes=mangoes,
         resolved=resolved,
         dimensions=answer.dimensions(report),
+        bill=answer.bill(folder),
         sizes={file.path: (folder / file.path).stat().st_size for file in report.files},
         outcomes=answer.OUTCOMES,
         number_text=number_text,
@@ -92,15 +76,6 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         unread=UNREAD,
         fails_unread=fails_unread,
     )
-
-
-def finite(data: object) -> object:
-    """Return JSON data of any depth with None in the place of every number that is not finite."""
-    if isinstance(data, dict):
-        return {key: finite(value) for key, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [finite(value) for value in data]
-    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 def _drawn(draws: dict[str, Callable[[], Plain]]) -> tuple[list[Plain], dict[str, str]]:
@@ -116,11 +91,18 @@ def _drawn(draws: dict[str, Callable[[], Plain]]) -> tuple[list[Plain], dict[str
 
 
 def _pressure_profile(report: StoredReport, result: SensorResult) -> Plain:
-    """Return pressure over its mean [1] along the middle of one flat tip of each spring [mm]; else a reason."""
+    """Return pressure over its mean [1] along the middle of one flat tip of each spring [mm]; else a reason.
+
+    Level tips on flat fruit press as one does on a half-space; others as their cells of contact were solved.
+    """
     design = result.design
     if design.tips.dome_radius_mm is not None:
         return {}
     scene = scene_of(design, result.press.height_offsets)
+    if scene.linear:
+        along, over_mean = flat_pressure(design.tips)
+        profile = {"x": along.tolist(), "over_mean": over_mean.tolist()}
+        return {"low": profile, "high": profile}
     E = float(result.press.at_largest_E.E[-1])
     try:
         contact = footprint_pressure(scene, result.contact.at(E), result.springs.C, E, design.press.travel_mm)
@@ -129,7 +111,7 @@ def _pressure_profile(report: StoredReport, result: SensorResult) -> Plain:
     sizes = np.diff(contact.edges)
     middle = len(sizes) // 2
     centres = 0.5 * (contact.edges[1:] + contact.edges[:-1])
-    profile = {}
+    profiles = {}
     for spring in ("low", "high"):
         tip = next(index for index, tip in enumerate(report.tips) if tip.spring == spring)
         force = float(contact.cell_forces[tip].sum())
@@ -137,5 +119,22 @@ def _pressure_profile(report: StoredReport, result: SensorResult) -> Plain:
             return {"reason": "a tip is off the fruit"}
         pressure = contact.cell_forces[tip, :, middle] / (sizes * sizes[middle])
         over_mean = pressure * design.tips.face_mm2 / force
-        profile[spring] = {"x": centres.tolist(), "over_mean": over_mean.tolist()}
-    return profile
+        profiles[spring] = {"x": centres.tolist(), "over_mean": over_mean.tolist()}
+    return profiles
+
+
+def flat_pressure(tips: Tips) -> tuple[Floats, Floats]:
+    """Return places along the middle of a flat tip on a half-space [mm] and the pressure there over its mean [1].
+
+    Under a round tip it is 1 / (2 sqrt(1 - r^2 / a^2)), K. L. Johnson, Contact Mechanics, (3.34); under a square one
+    it is uniform on each of graded cells that go down by the same depth.
+    """
+    edges = graded_edges(_CELLS)
+    along = 0.5 * (edges[1:] + edges[:-1])
+    if tips.tip_shape.is_round:
+        return tips.side_mm * along, 0.5 / np.sqrt(1.0 - (2.0 * along) ** 2)
+    areas = np.outer(np.diff(edges), np.diff(edges)).ravel()
+    moved = influence(edges, edges).transpose(0, 2, 1, 3).reshape(len(areas), len(areas))
+    pressure = np.linalg.solve(moved, areas)
+    over_mean = pressure / (pressure @ areas)
+    return tips.side_mm * along, over_mean.reshape(_CELLS, _CELLS)[_CELLS // 2]

@@ -98,5 +98,5 @@ def test_whole_fruit_on_a_table_is_told_to_be_held():
     assert f"at least {friction:.2g} " in note(result, "a whole fruit")
 
 
-def test_file_that_is_left_out_is_noted_last():
-    assert notes(dataclasses.replace(result_of(), left_out=("too steep",)))[-1] == "too steep"
+def test_file_that_is_left_out_is_noted_first():
+    assert notes(dataclasses.replace(result_of(), left_out=("too steep",)))[0] == "too steep"

@@ -171,6 +171,7 @@ def test_every_source_file_counts_in_sub_folders_too(plant):
     (root / "solve/deep/c.py").rename(root / "solve/deep/e.py")
     seen.add(sources_digest(root))
     assert len(seen) == len(files) + 3
+    (root / "pipeline/page.js").write_text("a plot", encoding="utf-8")  # shows numbers and makes none
     (root / "cad/__pycache__").mkdir()
     (root / "cad/__pycache__/a.pyc").write_text("", encoding="utf-8")
     assert sources_digest(root) in seen

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import open_page, opened_browser  # noqa: F401 - fixtures
 
 from pipeline.study import workers
 from pipeline.study.workers import Engine

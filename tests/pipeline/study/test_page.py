@@ -1,18 +1,21 @@
-"""The page of a study stands by itself, its links lead to designs that load; tables and means are those of formulas."""
+"""The page of a study stands by itself, its links lead to designs that load; its tables are those of the store."""
 
+import json
 import re
 import tracemalloc
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from browser import grave_findings, validator_findings
 
 from pipeline.options import load_design
 from pipeline.study import Study, read_study, run_study
 from pipeline.study.columns import point_columns
-from pipeline.study.page import bin_means, drawn_at_random, write_page
+from pipeline.study.page import MOST_DOTS, write_page
 from pipeline.study.points import points_between
 from pipeline.study.store import StudyStore, study_store
 from pipeline.study.table import export_table
@@ -43,22 +46,35 @@ def many(written: Callable[..., Path], samples: int) -> Study:
     return read_study(written(**text))
 
 
+def data_of(page: Path) -> dict[str, Any]:
+    """Return what the scripts of a page read."""
+    found = re.search(r'id="data">(.*?)</script>', page.read_text(encoding="utf-8"))
+    assert found is not None
+    data: dict[str, Any] = json.loads(found[1])
+    return data
+
+
 def test_page_of_many_points_is_small_and_leads_to_the_best(written: Callable[..., Path], tmp_path: Path) -> None:
     study = many(written, 5_000)
+    page = tmp_path / "out" / "study.html"
     with study_store(tmp_path / "out", study) as store:
         store.put(planted(study))
-        write_page(store, study, tmp_path / "out" / "study.html")
+        write_page(store, study, page)
         values = {row.number: row.values["springs.K_l_N_per_m"] for row in store.rows() if row.status == "done"}
-    text = (tmp_path / "out" / "study.html").read_text(encoding="utf-8")
-    assert len(text) < 1_000_000  # dots as shapes of their own would take more, and more with each point
-    assert not re.search(r"(?:src|href)=\"https?:|<script", text)  # it needs no network
-    assert text.count("<svg") == 3  # effects of two keys on the one number that differs, and a map
-    for count in ("4,500 points done", "500 refused", "1,000 of them", "500 points, for instance"):
-        assert count in text
+    text = page.read_text(encoding="utf-8")
+    assert len(text) < 1_000_000
+    assert not re.search(r"(?:src|href)=\"https?:", text)  # it needs no network
     links = re.findall(r'<a href="([^"]+)">(\d+)</a>', text)
     assert [int(number) for _, number in links] == sorted(values, key=lambda number: values[number])[:10]
     for link, number in links:
         assert 1e3 / load_design(tmp_path / "out" / link).nominal_targets.P_max == values[int(number)]
+    data = data_of(page)
+    shown = {point["number"]: point["springs.K_l_N_per_m"] for point in data["points"]}
+    assert MOST_DOTS <= len(shown) <= MOST_DOTS + 10
+    assert shown.items() <= values.items()
+    assert data["axes"] == ["targets.P_max", "targets.NL", "springs.K_l_N_per_m"]  # K_h is the same at every point
+    # Drawn from all points: those of a grid in their order would show its first corner alone.
+    assert np.histogram(list(shown), bins=4, range=(0, 5_000))[0].min() > 150  # of 250; 8 standard deviations
 
 
 def test_best_prints_have_no_design_files(written: Callable[..., Path], engine: Engine, tmp_path: Path) -> None:
@@ -67,29 +83,8 @@ def test_best_prints_have_no_design_files(written: Callable[..., Path], engine: 
     assert run_study(study, tmp_path / "out", engine).done == 8
     with study_store(tmp_path / "out", study) as store:
         write_page(store, study, tmp_path / "out" / "study.html")
-    assert "<a href" not in (tmp_path / "out" / "study.html").read_text(encoding="utf-8")
+    assert data_of(tmp_path / "out" / "study.html")["links"] == {}
     assert not (tmp_path / "out" / "best-designs").exists()
-
-
-def test_means_are_those_of_the_formula() -> None:
-    """The mean of x^2 over a part from a to b of a span is (a^2 + a b + b^2) / 3; there are twelve parts."""
-    x = (np.arange(120_000) + 0.5) / 10_000.0
-    positions, means = bin_means(x, x**2)
-    low = np.arange(12.0)
-    assert positions == pytest.approx(low + 0.5, abs=1e-3)
-    assert means == pytest.approx((low**2 + low * (low + 1.0) + (low + 1.0) ** 2) / 3.0, rel=1e-3)
-    unknown = np.where(x < 6.0, np.nan, x**2)
-    last = (11.5**2 + 11.5 * 12.0 + 12.0**2) / 3.0  # the parts of what is known, from 6 to 12, are half as wide
-    assert bin_means(x, unknown)[1][-1] == pytest.approx(last, rel=1e-3)
-    assert bin_means(np.array([3.0, 5.0, 3.0]), np.array([1.0, 4.0, 2.0]))[1] == pytest.approx([1.5, 4.0])
-
-
-def test_dots_are_drawn_from_all_points() -> None:
-    """Points of a grid in their order would show its first corner alone."""
-    indices = drawn_at_random(1_000_000, 1000)
-    assert len(set(indices.tolist())) == 1000
-    assert np.histogram(indices, bins=4, range=(0, 1_000_000))[0].min() > 150  # of 250; 8 standard deviations
-    assert drawn_at_random(5, 1000).tolist() == [0, 1, 2, 3, 4]
 
 
 def test_null_is_no_number_and_texts_have_no_column(written: Callable[..., Path], tmp_path: Path) -> None:
@@ -133,3 +128,30 @@ def test_export_holds_a_few_rows_at_a_time(written: Callable[..., Path], tmp_pat
             peaks.append(tracemalloc.get_traced_memory()[1])
             tracemalloc.stop()
     assert peaks[1] < 2.0 * peaks[0]
+
+
+@pytest.mark.slow
+def test_browser_shows_the_design_of_a_point(written: Callable[..., Path], open_page: Any, tmp_path: Path) -> None:
+    study = many(written, 300)
+    address = tmp_path / "out" / "study.html"
+    with study_store(tmp_path / "out", study) as store:
+        store.put(planted(study))
+        write_page(store, study, address)
+        (point,) = store.rows([42])
+    page = open_page(address.as_uri(), 390)
+    plots = page.inner_html("#plots")
+    page.fill("#picked", "42")
+    page.keyboard.press("Enter")
+    command = page.inner_text("#design code")
+    assert f"targets.P_max={point.settings['targets.P_max']!r}" in command
+    assert page.inner_html("#plots") != plots
+    page.select_option("#across", "springs.K_l_N_per_m")
+    page.hover("#plots figure:first-of-type svg", position={"x": 150, "y": 150})
+    page.mouse.down()
+    page.mouse.move(300, 400)
+    page.mouse.up()
+    page.wait_for_function("() => window.twintip.setting.held !== null")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert page.complaints == []
+    assert grave_findings(page) == []
+    assert validator_findings(address) == ""

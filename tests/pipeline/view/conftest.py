@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from browser import open_page, opened_browser  # noqa: F401 - fixtures
 from view_stand_ins import write_output_folder
 
 from pipeline.cli import main

@@ -1,12 +1,11 @@
-"""Pages of results that were not solved, and of the default run; a browser where there is one."""
+"""Pages of results that were not solved, and of the default run."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from browser import browser as quiet_browser
-from playwright.sync_api import Browser, Page
+from browser import open_page, opened_browser  # noqa: F401 - fixtures
 from stand_ins import result_of
 
 from cad.design.fruit import Fruit
@@ -69,36 +68,3 @@ def preset_page(tmp_path: Path) -> Callable[[Design], WrittenPage]:
         return WrittenPage(result=result, folder=tmp_path / "out", report=read_report(tmp_path / "out"), text=text)
 
     return written_run
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    """Return a browser; it ends with the module, so that those of other modules can open theirs."""
-    with quiet_browser() as opened:
-        yield opened
-
-
-def _note(page: Page, text: str) -> None:
-    """Keep what a page says on its console, but for how fast the driver of software WebGL finds itself."""
-    if "GL Driver Message (OpenGL, Performance" not in text:
-        page.complaints.append(text)
-
-
-@pytest.fixture
-def open_page(browser: Browser) -> Iterator[Callable[..., Page]]:
-    """Return a function that opens an address in a window of a width [pixel], in light or dark."""
-    contexts = []
-
-    def opened(address: str, width: int = 1280, scheme: str = "light") -> Page:
-        contexts.append(browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme))
-        page = contexts[-1].new_page()
-        page.requested, page.complaints = [], []
-        page.on("request", lambda request: page.requested.append(request.url))
-        page.on("console", lambda message: _note(page, message.text))
-        page.on("pageerror", lambda error: page.complaints.append(str(error)))
-        page.goto(address)
-        return page
-
-    yield opened
-    for context in contexts:
-        context.close()

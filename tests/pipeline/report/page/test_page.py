@@ -11,7 +11,8 @@ from stand_ins import result_of
 from cad.verdict import Verdict
 from pipeline.report.outputs import PAGE, write_outputs
 from pipeline.report.page.answer import answer_of, scene_in_words
-from pipeline.report.page.page import finite, page_of
+from pipeline.report.page.page import page_of
+from pipeline.report.page.template import finite
 from pipeline.report.stored import read_data
 from pipeline.report.verdict_rule import limit_text
 from pipeline.storage.digests import file_digest

@@ -1,0 +1,70 @@
+"use strict";
+/* What every page has: its data, words for numbers, plots that say what they lack, and buttons that copy. */
+const data = JSON.parse(document.getElementById("data").textContent);
+const colours = d3.range(1, 8).map((number) => `var(--c${number})`);
+const element = (id) => document.getElementById(id);
+const digits = (value, count = 4) => String(Math.abs(value) < 1e-9 ? 0 : Number(Number(value).toPrecision(count)));
+const text = (value, unit = "") => (Number.isFinite(value) ? `${digits(value)}${unit && ` ${unit}`}` : "none");
+const percent = (value) => `${digits(100 * value, 3)} %`;
+const last = (values) => values[values.length - 1];
+const here = (marks) => marks.filter((mark) => mark !== null);
+
+/* Say what a plot lacks; its numbers are in the files beside the page all the same. */
+function need(found, reason) {
+  if (!found) throw new Error(reason);
+  return found;
+}
+
+function made(kind, properties = {}, ...children) {
+  const one = Object.assign(document.createElement(kind), properties);
+  one.append(...children);
+  return one;
+}
+
+/* One image with one name for those who hear it: names of its marks say nothing. */
+function asImage(svg, words) {
+  for (const group of svg.querySelectorAll("[aria-label]")) group.removeAttribute("aria-label");
+  svg.setAttribute("role", "img");
+  svg.setAttribute("aria-label", words);
+}
+
+/* Plots, each a title and a function that returns the options of Plot.plot with a caption, and `ready`, which is given
+   the drawing. Returns a function that draws all of them, and again. */
+function drawPlots(plots, place) {
+  const figures = plots.map(([title, spec]) => {
+    const drawing = made("div");
+    const caption = made("figcaption");
+    const figure = made("figure", {}, made("h3", { textContent: title }), drawing, caption);
+    place.append(figure);
+    return { title, spec, figure, drawing, caption };
+  });
+
+  function draw({ title, spec, figure, drawing, caption }) {
+    try {
+      const { caption: words, ready, ...options } = spec();
+      const drawn = Plot.plot({ width: Math.min(560, drawing.clientWidth || 560), height: 340, grid: true, inset: 4,
+        marginBottom: 46, marginTop: 28, style: { background: "none", fontSize: "12px" }, ...options });
+      const svg = drawn.tagName === "svg" ? drawn : drawn.querySelector(":scope > svg:last-of-type");
+      asImage(svg, `${title}. ${words}`);
+      drawing.replaceChildren(drawn);
+      caption.textContent = words;
+      figure.classList.remove("missing");
+      if (ready) ready(drawn, svg);
+    } catch (error) {
+      drawing.replaceChildren();
+      figure.classList.add("missing");
+      caption.textContent = `Cannot be drawn: ${error.message}.`;
+    }
+  }
+
+  return () => figures.forEach(draw);
+}
+
+document.addEventListener("click", async ({ target }) => {
+  if (!target.matches("button[data-copy]")) return;
+  await navigator.clipboard.writeText(target.dataset.copy);
+  element("copied").textContent = `Copied: ${target.dataset.copy}`;
+});
+window.addEventListener("beforeprint", () => {
+  for (const one of document.querySelectorAll("details")) one.open = true;
+});

@@ -1,0 +1,2 @@
+"use strict";
+showBodies(data.bodies, element("bodies"));

@@ -1,0 +1,130 @@
+"use strict";
+/* Draws the page of a study: what its points trade for what, every key beside the others, means over each key. */
+(function () {
+  const { points, best } = data;
+  const passing = (point) => data.wanted.every((key) => !key.endsWith(".passed") || point[key] !== false);
+  /* A number that has a limit beside it is also told as its part of the limit. */
+  const parts = data.wanted.filter((key) => key.endsWith(".limit") && data.axes.includes(key.replace(/limit$/, "value")));
+  for (const key of parts) for (const point of points) point[`${key.replace(/\.limit$/, "")} / limit`] = point[key.replace(/limit$/, "value")] / point[key];
+  const axes = [...data.axes, ...parts.map((key) => `${key.replace(/\.limit$/, "")} / limit`)];
+  const setting = { picked: best[0], held: null };
+  const isHeld = (point) => setting.held === null || setting.held.has(point.number);
+  const found = () => points.find((point) => point.number === setting.picked);
+  const colour = (point) => (passing(point) ? colours[0] : "var(--muted)");
+  const tell = (point) => [`point ${point.number}`, ...[...data.vary, ...axes].slice(0, 12).map((key) => `${key} ${typeof point[key] === "number" ? digits(point[key]) : point[key]}`)].join("\n");
+
+  /* Points that no other one beats in both numbers, both the less the better. */
+  function front(x, y) {
+    const rows = d3.sort(points.filter((one) => passing(one) && Number.isFinite(one[x]) && Number.isFinite(one[y])), (one) => one[x], (one) => one[y]);
+    return rows.filter((one, i) => i === 0 || one[y] < d3.min(rows.slice(0, i), (other) => other[y]));
+  }
+
+  function tradeOff() {
+    need(axes.length > 1, "fewer than two numbers differ");
+    const [x, y] = [element("across").value, element("up").value];
+    return {
+      x: { label: x }, y: { label: y }, marginLeft: 60,
+      marks: here([
+        Plot.line(front(x, y), { x, y, curve: "step-after", stroke: colours[1] }),
+        Plot.dot(points, { x, y, r: 3, fill: colour, fillOpacity: (one) => (isHeld(one) ? 0.8 : 0.1) }),
+        Plot.dot([found()], { x, y, r: 7, stroke: "var(--ink)", strokeWidth: 2 }),
+        Plot.tip(points, Plot.pointer({ x, y, title: tell })),
+      ]),
+      ready: (drawn, svg) => holdByDragging(drawn, svg, x, y),
+      caption: "Grey: a verdict fails. Line: points that no passing one beats in both numbers, the less the better.",
+    };
+  }
+
+  function holdByDragging(drawn, svg, x, y) {
+    const [across, up] = [drawn.scale("x"), drawn.scale("y")];
+    d3.select(svg).append("g").call(d3.brush().on("end", ({ selection }) => {
+      if (selection === null) {
+        const at = d3.select(svg).property("value");
+        if (setting.held === null && at) pick(at.number); else { setting.held = null; drawAll(); }
+        return;
+      }
+      const [[left, top], [right, bottom]] = selection;
+      const inside = (one) => across.apply(one[x]) >= left && across.apply(one[x]) <= right && up.apply(one[y]) >= top && up.apply(one[y]) <= bottom;
+      setting.held = new Set(points.filter(inside).map((one) => one.number));
+      drawAll();
+    }));
+  }
+
+  function everyKey() {
+    need(axes.length > 1, "fewer than two numbers differ");
+    const ends = new Map(axes.map((key) => [key, d3.extent(points, (one) => one[key])]));
+    const rows = points.flatMap((one) => axes.map((key) => ({ key, one, x: (one[key] - ends.get(key)[0]) / (ends.get(key)[1] - ends.get(key)[0]) })))
+      .filter((row) => Number.isFinite(row.x));
+    const picked = rows.filter((row) => row.one.number === setting.picked);
+    return {
+      x: { axis: null, domain: [-0.02, 1.02] }, y: { domain: axes, label: null, axis: null }, grid: false, height: 60 + 44 * axes.length,
+      marks: [
+        Plot.ruleY(axes, { stroke: "var(--line)" }),
+        Plot.line(rows, { x: "x", y: "key", z: (row) => row.one.number, stroke: (row) => colour(row.one), strokeOpacity: (row) => (isHeld(row.one) ? 0.35 : 0.02) }),
+        Plot.line(picked, { x: "x", y: "key", z: null, stroke: "var(--ink)", strokeWidth: 2.5 }),
+        Plot.text(axes, { x: 0, y: (key) => key, dy: -10, text: (key) => key, textAnchor: "start", fill: "var(--ink)", stroke: "var(--paper)", strokeWidth: 4 }),
+        Plot.text(axes, { x: 0, y: (key) => key, dy: 10, text: (key) => digits(ends.get(key)[0]), textAnchor: "start", stroke: "var(--paper)", fill: "var(--muted)" }),
+        Plot.text(axes, { x: 1, y: (key) => key, dy: 10, text: (key) => digits(ends.get(key)[1]), textAnchor: "end", stroke: "var(--paper)", fill: "var(--muted)" }),
+        Plot.tip(rows, Plot.pointer({ x: "x", y: "key", title: (row) => tell(row.one) })),
+      ],
+      ready: (drawn, svg) => svg.addEventListener("click", () => svg.value && pick(svg.value.one.number)),
+      caption: "A line is a point, each key from its least to its largest value; black is the point picked.",
+    };
+  }
+
+  function overKey(key) {
+    const y = element("up").value;
+    need(key !== y, "it is the number that is drawn up");
+    return {
+      x: { label: key }, y: { label: y }, marginLeft: 60, height: 260,
+      marks: [
+        Plot.dot(points, { x: key, y, r: 1.6, fill: colour, fillOpacity: (one) => (isHeld(one) ? 0.6 : 0.05) }),
+        Plot.line(points.filter(isHeld), Plot.binX({ y: "mean", x: (bin, { x1, x2 }) => (x1 + x2) / 2 }, { x: key, y, thresholds: 12, stroke: colours[1], strokeWidth: 2 })),
+        Plot.dot([found()], { x: key, y, r: 5, stroke: "var(--ink)", strokeWidth: 2 }),
+        Plot.tip(points, Plot.pointer({ x: key, y, title: tell })),
+      ],
+      ready: (drawn, svg) => svg.addEventListener("click", () => svg.value && pick(svg.value.number)),
+      caption: "Line: means over twelve parts of the span.",
+    };
+  }
+
+  const PLOTS = [
+    ["Trade-off", tradeOff],
+    ["Every key beside the others", everyKey],
+    ...data.vary.filter((key) => data.axes.includes(key)).map((key) => [`Over ${key}`, () => overKey(key)]),
+  ];
+
+  /* The design of the point picked: its file where it has one, else the command that makes it of the base. */
+  function showPoint() {
+    const point = found();
+    element("picked").value = setting.picked;
+    element("point-number").textContent = setting.picked;
+    element("point").replaceChildren(...[...data.vary, ...data.wanted].map((key) => made("tr", {},
+      made("th", { scope: "row", textContent: key }), made("td", { className: "number", textContent: typeof point[key] === "number" ? digits(point[key], 6) : point[key] ?? "none" }))));
+    if (!data.links.base) return;
+    const command = ["pipeline run --design", data.links.base, ...data.vary.map((key) => `--set ${key}=${point[key]}`)].join(" ");
+    const copy = made("button", { type: "button", textContent: "Copy" });
+    copy.dataset.copy = command;
+    const file = data.links[setting.picked];
+    element("design").replaceChildren(...(file ? [made("a", { href: file, textContent: file }), ", the same as "] : []), made("code", { textContent: command }), " ", copy);
+  }
+
+  function pick(number) {
+    if (!points.some((point) => point.number === number)) return;
+    setting.picked = number;
+    showPoint();
+    drawAll();
+  }
+
+  for (const [id, chosen] of [["across", axes.find((key) => key.endsWith("/ limit")) || axes.find((key) => key !== data.minimise)], ["up", data.minimise]]) {
+    element(id).append(...axes.map((key) => made("option", { value: key, textContent: key, selected: key === chosen })));
+    element(id).addEventListener("change", () => drawAll());
+  }
+  element("picked").addEventListener("change", () => pick(Number(element("picked").value)));
+  const drawAll = drawPlots(PLOTS, element("plots"));
+  if (points.length > 0) {
+    showPoint();
+    drawAll();
+  }
+  window.twintip = { setting, pick };
+}());

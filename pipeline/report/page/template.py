@@ -1,0 +1,37 @@
+"""A page as one file that needs no other: a template of this folder with style, scripts and data inside."""
+
+import math
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+FIGURES = ("libraries/d3.min.js", "libraries/plot.min.js", "figures.js")
+BODIES = ("libraries/model-viewer.min.js", "bodies.js")
+"""D3 and Observable Plot draw plots, model-viewer shows bodies: NOTICE has versions, licences and digests."""
+
+_HERE = Path(__file__).parent
+
+
+def rendered(template: str, scripts: tuple[str, ...], data: object, **values: object) -> str:
+    """Return the page of a template of this folder with its scripts, in their order, and the data that they read.
+
+    Values are escaped.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.get_template(template).render(
+        style=(_HERE / "page.css").read_text(encoding="utf-8"),
+        scripts=[(_HERE / name).read_text(encoding="utf-8") for name in scripts],
+        data=finite(data),
+        **values,
+    )
+
+
+def finite(data: object) -> object:
+    """Return JSON data of any depth with None in the place of every number that is not finite."""
+    if isinstance(data, dict):
+        return {key: finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
