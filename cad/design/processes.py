@@ -23,6 +23,9 @@ from cad.quantity import (
 )
 
 _FRACTION = Bounds(above=0.0, below=1.0)
+# Prints up to 4.3 sigma off are drawn: their modulus and their leaves must stay above zero.
+_SCATTER = Bounds(above=0.0, at_most=0.23)
+_LEAST_KNOWN = 0.45  # of the thinnest leaf, by which it may be off at two sigma
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
 _DATA = "correct its entry among the processes"
 _LONGEST_TEXT = 64
@@ -44,7 +47,7 @@ class Process:
     kind: str = choice(KINDS, default="other")
     E_MPa: float = quantity("MPa", MODULUS, hint=_DATA, meaning="modulus of the material")
     E_scatter: float = quantity(
-        "1", _FRACTION, hint=_DATA, meaning="scatter of the modulus from print to print, one sigma as a share of E"
+        "1", _SCATTER, hint=_DATA, meaning="scatter of the modulus from print to print, one sigma as a share of E"
     )
     poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), hint=_DATA, meaning="Poisson's ratio")
     strain_limit: float = quantity(
@@ -79,6 +82,11 @@ class Process:
         check_process_name(self.name)
         check_fields(self, f"process {self.name}")
         check_sources(self, f"process {self.name}", _DATA)
+        most = _LEAST_KNOWN * min(self.leaf_thicknesses_mm)
+        if self.accuracy_mm > most:
+            name = f"process {self.name}.accuracy_mm"
+            bound = f"at most {_LEAST_KNOWN:g} of the thinnest leaf, {most:g} mm"
+            raise validation_error(name, self.accuracy_mm, "mm", bound, "take thicker leaves, or a finer process")
 
     @property
     def leaf_thicknesses_mm(self) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.theory.contrast_law import ContrastLaw, Matrix, ReadingError, contrast_weights, read_modulus, stiffened
-from cad.theory.pair_line import line_over_press
+from cad.theory.pair_line import line_over_press, ratio_modulus
 from pipeline.reading.poses import Placement, press_of
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.response.scene_press import scene_of
@@ -207,7 +207,8 @@ def pressed_sensor(
     sensor = PressedSensor(
         design=design, contact=contact, C=C, model=model, height_offsets=height_offsets, sideways=sideways
     )
-    if contact.skin is None:
+    off_centre_pair = isinstance(model, LineModel) and contact.stiffness_ratio() != 1.0
+    if contact.skin is None and not off_centre_pair:
         return sensor
     return replace(sensor, model=replace(model, level=level_readings(sensor)))
 
@@ -215,24 +216,27 @@ def pressed_sensor(
 def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
     """Return the readings of a level sensor at moduli where all tips touch on their faces and tell a modulus.
 
-    Under a skin they reach beyond the range of the fruit, and those of a pair are by the slope of its line.
+    Under a skin and for a pair they reach beyond the range of the fruit; those of a flat pair are of its forces in
+    closed form, as under a skin and off the middle of the fruit the flesh gives otherwise than its line takes it.
     """
     model = sensor.model
     contact = sensor.contact
     least = min(sensor.design.fruit.E_MPa)
     largest = sensor.design.largest_E_MPa
+    moduli = np.geomspace(least / BEYOND, largest * BEYOND, SKIN_MODULI).tolist()
+    rows = []
+    if isinstance(model, LineModel) and sensor.design.tips.tip_shape.has_flat_face:
+        for E in moduli:
+            F = np.linalg.solve(sensor.C + contact.at(E).S / E, [1.0, 1.0])
+            read = ratio_modulus(model.C, model.own_less_other, F.tolist())
+            rows.append(LevelReading(E_MPa=E, read_MPa=read))
+        return tuple(rows)
     if contact.skin is None:
         moduli = np.geomspace(least, largest, LEVEL_MODULI).tolist()
-    else:
-        moduli = np.geomspace(least / BEYOND, largest * BEYOND, SKIN_MODULI).tolist()
-        if isinstance(model, LineModel) and sensor.design.tips.tip_shape.has_flat_face:
-            bare = contact.K_m_over_E()
-            return tuple(LevelReading(E_MPa=E, read_MPa=E * contact.at(E).K_m_over_E() / bare) for E in moduli)
     poses: list[Pose] = []
     for E in moduli:
         poses += press_of(Placement(), E, sensor.design, model.samples)
     forces = sensor.in_poses(poses).F.reshape(len(moduli), model.samples, -1)
-    rows = []
     for E, press in zip(moduli, forces, strict=True):
         if np.nanmin(press[-1]) > 0.0 and np.isfinite(press).all():
             with suppress(ReadingError):  # the springs take nearly all of the travel

@@ -7,6 +7,7 @@ import numpy as np
 from cad.design.parameters import PAPER_TARGETS
 from cad.theory.deep_press import DeepPress
 from cad.theory.free_fruit import roll, table_share
+from cad.theory.hertz import equivalent_radius
 from cad.theory.soft_tissue import FLESH_LAWS, deepest_solved
 from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.reading.analysis import Readings
@@ -185,10 +186,13 @@ def _free_fruit(result: SensorResult) -> list[str]:
     E = float(at_largest_E.E[-1])
     forces = at_largest_E.F[-1, -1]
     travel = result.design.press.travel_mm
-    by_table = table_share(float(forces.sum()), travel, E, fruit.poisson, fruit.radius_mm)
+    on_table = equivalent_radius(*fruit.radii_mm)
+    by_table = table_share(float(forces.sum()), travel, E, fruit.poisson, on_table)
     contact = result.contact.at(E)
-    under_tip = np.diag(result.springs.C) + (np.diag(contact.S) - contact.crosstalk) / E  # [mm/N]
-    rolled = roll(forces.tolist(), result.design.tips.centres_mm, (1.0 / under_tip).tolist(), fruit.radius_mm)
+    # Spring and flesh in series, of which a tip's share of what every tip feels is taken off [mm/N].
+    compliance_under_tip = np.diag(result.springs.C) + (np.diag(contact.S) - contact.crosstalk) / E
+    stiffness_under_tip = (1.0 / compliance_under_tip).tolist()
+    rolled = roll(forces.tolist(), result.design.tips.centres_mm, stiffness_under_tip, fruit.radius_mm)
     rolls = f"rolls by {rolled.angle_deg:.2g} deg" if rolled.steady else "rolls away under the tips"
     return [
         f"a whole fruit is solved as held at its base; free on a table it gives {100.0 * by_table:.2g} % of the travel "

@@ -171,6 +171,9 @@ def _range_or_distribution(table: Mapping[str, object]) -> Span | Normal:
     if (normal or "distribution" in table) and not (isinstance(source, str) and source.strip()):
         raise validation_error("source", source, "", "given with a distribution", "say where its numbers are from")
     if normal:
+        for key in table:
+            if key not in ("mean", "sd", "source"):
+                raise validation_error(key, str(table[key]), "", "left out beside mean and sd", "give one or the other")
         return Normal(mean=_number(table, "mean"), sd=_number(table, "sd"), source=str(source))
     steps: Any = table.get("steps")  # which the span checks
     kept_source = str(source) if "distribution" in table else None

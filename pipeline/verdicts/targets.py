@@ -59,7 +59,12 @@ class Characteristic:
         """Return the fruit stiffness at which the definition of the targets takes the nonlinearity [N/mm]."""
         if targets.NL_definition == "mid-range":
             return self.K_m_max * (self.stiffening[len(self.stiffening) // 2] if self.stiffening else 0.5)
-        return stiffness_at_largest_nonlinearity(self.springs.K_h / self.stiffness_ratio, self.K_m_max)
+        if not self.stiffening:
+            return stiffness_at_largest_nonlinearity(self.springs.K_h / self.stiffness_ratio, self.K_m_max)
+        K_m = self.K_m_max * np.array(self.stiffening)
+        P = np.array([force_ratio(self.springs, each, self.stiffness_ratio) for each in K_m.tolist()])
+        departure = (P - P[0]) / (P[-1] - P[0]) - curve_shares(len(P) - 1)
+        return float(K_m[departure.argmax()])
 
     def modulus_share(self, K_m: float) -> float:
         """Return the modulus of the flesh over E_max [1] at which the fruit has a stiffness [N/mm]."""

@@ -142,14 +142,15 @@ class CurvedShape:
         return np.stack([a * radius * u, b * radius * v, depth])
 
     def _on_disc(self, plan: Floats) -> Floats:
-        """Return where points (2, n) of the block's plan lie on the unit disc: the core keeps its place times 1 / cap.
+        """Return where points (2, n) of the block's plan lie on the unit disc; the core becomes (x, y) / cap.
 
-        Outside the core this is the elliptical map of a square on a disc.
+        On the edge of the plan this is the elliptical map of a square on a disc, between core and edge a blend of both.
         """
         half_plan = 0.5 * np.array([self.fruit.length_mm, self.fruit.width_mm])
         core = np.array(self.core)
         cap = np.array(self.cap)
         distance = np.abs(plan)
+        # 0 in the core, 1 on the edge of the plan; `rounding` then goes from 0 to the 1/2 of the elliptical map
         beyond = np.maximum(0.0, (distance - core[:, None]) / (half_plan - core)[:, None])
         within = np.minimum(distance, core[:, None])
         p, q = np.sign(plan) * (within + beyond * (cap - core)[:, None]) / cap[:, None]

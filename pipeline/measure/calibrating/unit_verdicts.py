@@ -104,8 +104,10 @@ def _reached(sensor: MeasuringUnit, deep: DeepPair | None) -> _Reached:
         springs = Springs(K_l=K_low, K_h=K_high)
         contact = sensor.report.compliance
         K_m = E_max * contact.at(E_max).K_m_over_E()
+        ratio = contact.at(E_max).stiffness_ratio()
         stiffening = fruit_stiffening(E_max, contact)
-        return _Reached(force_ratio(springs, K_m), nonlinearity(springs, K_m, definition, stiffening=stiffening))
+        NL = nonlinearity(springs, K_m, definition, ratio, stiffening)
+        return _Reached(force_ratio(springs, K_m, ratio), NL)
     steps = 2 if definition == "mid-range" else CURVE_STEPS  # mid-range is of both ends and the middle
     moduli = [E_max * fraction for fraction in curve_shares(steps)]
     ratios = []

@@ -57,6 +57,13 @@ def test_number_that_is_none_is_refused(name, value):
     assert error.value.field == f"process fdm-petg.{name}"
 
 
+@pytest.mark.parametrize(("name", "value"), [("accuracy_mm", 0.37), ("E_scatter", 0.24)])
+def test_print_that_may_have_no_leaf_or_no_modulus_left_is_refused(name, value):
+    with pytest.raises(InputError) as error:
+        dataclasses.replace(PROCESSES["fdm-petg"], **{name: value})
+    assert error.value.field == f"process fdm-petg.{name}"
+
+
 def test_number_without_a_source_is_refused():
     petg = PROCESSES["fdm-petg"]
     without = tuple(item for item in petg.sources if item[0] != "E_MPa")

@@ -13,6 +13,9 @@ from square_stand_ins import (
     square_springs,
 )
 
+from cad.design.parameters import Design
+from cad.design.tips import Tips
+from cad.theory.pair_line import line_over_press
 from pipeline.reading import measurement
 from pipeline.reading.analysis import error_analysis, lift_tilt, skin_pressures
 from pipeline.reading.poses import Placement, occurring, radii, read_moduli
@@ -92,6 +95,20 @@ def test_planted_misread_spring_fails_the_bias(monkeypatch):
     found = assessed(design)
     assert found.bias.value > 0.02
     assert outcomes(found, design)["reading.bias"] is False
+
+
+def test_level_readings_of_a_pair_off_the_middle_undo_what_its_line_makes_of_them():
+    """Under the high tip the flesh gives 4 % more than under the low one: the line alone reads 3 to 6 % too soft."""
+    design = Design(tips=Tips(offset_mm=2.0))
+    S = np.array([[0.8, 0.04], [0.04, 0.83]])
+    contact = dataclasses.replace(square_contact(), tips=design.tips.names, S=S, shape_change=np.zeros((2, 2)))
+    C = np.diag([1.1, 0.05])
+    sensor = measurement.pressed_sensor(design, contact, C)
+    for E in (0.5, 1.3, 3.5):
+        F = np.linalg.solve(C + S / E, [0.6, 0.6])
+        by_line = line_over_press(C.tolist(), sensor.model.own_less_other, [F / 3, F / 2, F]).modulus
+        assert abs(by_line / E - 1.0) > 0.01
+        assert sensor.model.modulus(np.array([F / 3, F / 2, F])) == pytest.approx(E, rel=1e-4)
 
 
 def test_planted_noise_fails_the_uncertainty():

@@ -35,6 +35,8 @@ def test_study_file_is_read(written: Write) -> None:
         ("to = 8", "to = 8, distribution = 'normal'", "distribution", "normal"),
         ("from = 3, to = 8", "mean = 5, sd = 0.1", "source", None),
         ("from = 3, to = 8", "mean = 5, sd = 0, source = 'x'", "sd", 0.0),
+        ("from = 3, to = 8", "mean = 5, sd = 0.1, source = 'x', steps = 3", "steps", "3"),
+        ("from = 3, to = 8", "mean = 5, sd = 0.1, source = 'x', distribution = 'uniform'", "distribution", "uniform"),
         ("from = 3", "from = 0, log = true", "from", 0.0),
         ("from = 3", "from = 3, log = 1", "log", "1"),
         ("from = 3", "from = 3, steps = 1", "steps", 1),

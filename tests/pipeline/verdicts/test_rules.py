@@ -4,11 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 from stand_ins import CONTACT, K_M_OVER_E, springs_of
 
 from cad.design.parameters import PAPER_SPRINGS, PAPER_TARGETS, Design, Targets
 from cad.quantity import Estimate
-from cad.theory.two_spring_law import Springs, size_springs
+from cad.theory.two_spring_law import Springs, curve_shares, force_ratio, size_springs
 from cad.verdict import Verdict, all_passed
 from pipeline.springs.fitted_springs import FittedSpring
 from pipeline.verdicts.rules import (
@@ -128,6 +129,24 @@ def test_scene_in_which_a_tip_is_off_has_no_values_and_fails_where_springs_were_
 def test_spring_off_its_target_fails_the_verdict_that_it_moves(K_l, K_h, failed):
     own = Characteristic(springs=Springs(K_l=K_l, K_h=K_h), K_m_max=K_M)
     assert [each.name for each in judged(own, PAPER_TARGETS) if not each.passed] == [failed]
+
+
+def test_largest_nonlinearity_under_a_skin_is_where_the_curve_departs_most():
+    """Without a skin it is where the closed form says, and where K_m rises as E^0.8 a search finds the same place."""
+    springs = size_springs(5.0, 0.05, K_M)
+    shares = np.array(curve_shares(200))
+    targets = dataclasses.replace(PAPER_TARGETS, NL_definition="largest")
+    bare = Characteristic(springs=springs, K_m_max=K_M)
+    as_flesh = dataclasses.replace(bare, stiffening=tuple(shares.tolist()))
+    assert as_flesh.K_m_of_NL(targets) == pytest.approx(bare.K_m_of_NL(targets), abs=K_M / 200)
+    skin = dataclasses.replace(bare, stiffening=tuple((shares**0.8).tolist()))
+
+    def departure(share):
+        P = [force_ratio(springs, K_M * each**0.8) for each in (shares[0], share, 1.0)]
+        return share - (P[1] - P[0]) / (P[2] - P[0])
+
+    found = minimize_scalar(departure, bounds=(0.01, 0.99), method="bounded")
+    assert skin.K_m_of_NL(targets) == pytest.approx(K_M * found.x**0.8, abs=K_M / 100)
 
 
 def test_error_of_P_max_is_what_the_worst_springs_do():

@@ -37,6 +37,19 @@ def test_value_passes_within_its_tolerance(index, name, paper):
         assert verdict.limit == target
 
 
+def test_unit_on_one_side_of_the_fruit_is_judged_by_the_stiffness_under_each_tip(paper):
+    """The compliance under the high tip, less crosstalk, is 4 % larger: the fruit is that much softer there."""
+    sensor = paper.measuring()
+    contact = sensor.report.compliance
+    S = contact.S.copy()
+    S[1, 1] += 0.04 * (S[1, 1] - S[0, 1])
+    unlike = replace(sensor, report=replace(sensor.report, compliance=replace(contact, S=S)))
+    E = paper.design.fruit.E_max_MPa
+    K_l, K_h = paper.K
+    forces = np.linalg.solve(np.diag([1.0 / K_l, 1.0 / K_h]) + S / E, [0.6, 0.6])
+    assert unit_verdicts(unlike, ())[0].value == pytest.approx(forces[1] / forces[0], rel=1e-9)
+
+
 def error_by_springs(law, percent):
     """Return the half width that holds 95 % of a value by springs that are uncertain by so many per cent."""
     changes = [law(1.001, 1.0) - law(1.0, 1.0), law(1.0, 1.001) - law(1.0, 1.0)]

@@ -1,6 +1,7 @@
 """Bands of a print: a surrogate that is exact for a power law, and bands that closed forms give."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -48,6 +49,15 @@ def test_surrogate_of_a_power_law_is_that_power(exponents):
     assert surrogate.slopes == pytest.approx(exponents, rel=1e-9)
     assert surrogate.curves == pytest.approx((0.0, 0.0), abs=1e-9)
     assert surrogate.corner_error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_bands_of_the_coarsest_process_that_is_accepted_are_finite():
+    coarse = replace(PETG, accuracy_mm=0.45 * THICKNESSES[0], E_scatter=0.23)
+    surrogate = fit_surrogate(HOUSING, coarse.accuracy_mm, beams)
+    bands = scatter_bands(HOUSING, coarse, OWN, Targets(), surrogate)
+    ends = (*bands.K_l_N_per_m, *bands.K_h_N_per_m, *bands.P_max, *bands.NL)
+    assert np.isfinite(ends).all()
+    assert min(ends) > 0.0
 
 
 def test_springs_that_disturb_each_other_show_at_the_corners():
