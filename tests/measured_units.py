@@ -11,13 +11,15 @@ from cad.parts.housing import Housing
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.options import RunOptions, load_design
-from pipeline.reading.analysis import error_analysis, read_out_of
+from pipeline.reading.analysis import design_signal, error_analysis, read_out_of
 from pipeline.reading.measurement import pressed_sensor
 from pipeline.reading.read_out import ReadOut
 from pipeline.report.mapping import contact_keys, reading_keys, tip_keys
 from pipeline.report.stored import StoredContact, StoredModulus, StoredReading, StoredTip, as_data
 from pipeline.response.contact import fruit_compliance
 from pipeline.response.scene_press import scene_of
+from pipeline.springs.fitted_springs import ideal_springs
+from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.plain import from_plain, strict_converter
 from solve.contact.linear_response import spring_compliance
 from solve.contact.poses import Pose, pose_forces
@@ -67,10 +69,12 @@ class MeasuredDesign:
             give[range(len(self.K)), range(len(self.K)), 1, 1] = design.tips.each(*ACROSS)
             self.sideways = SidewaysGive(give, 0.0)
         sensor = pressed_sensor(design, self.contact, self.C, (), self.sideways)
+        ideal = ideal_springs(design, spring_sizing(design, self.contact, RunOptions()))
+        springs = SimpleNamespace(**{**vars(ideal), "C": self.C, "sideways": self.sideways})
+        sensor = replace(sensor, signal=design_signal(design, springs))
         readings = error_analysis(sensor, design.reading) if assessed and design.reading else None
         level = self.forces([Pose(E=design.largest_E_MPa, travel=design.press.travel_mm)])
         press = SimpleNamespace(height_offsets=(), at_largest_E=SimpleNamespace(F=level[None]))
-        springs = SimpleNamespace(C=self.C, sideways=self.sideways)
         read_out = read_out_of(design, self.contact, springs, press, readings)
         self.report = ReportOfUnits(
             design=design,

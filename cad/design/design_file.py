@@ -17,6 +17,7 @@ from cad.design.processes import (
     read_process_file,
 )
 from cad.design.reading import Reading
+from cad.design.readout import Readout
 from cad.design.tips import Press, Tips
 from cad.input_file import parsed_toml
 from cad.quantity import InputError, as_float, nearest, validation_error, written_number
@@ -28,6 +29,7 @@ TABLE_TYPES: dict[str, Any] = {
     "tips": Tips,
     "press": Press,
     "reading": Reading,
+    "readout": Readout,
     "print": Print,
 }
 
@@ -54,11 +56,25 @@ def design_from_mapping(data: Mapping[str, Any]) -> Design:
     if not isinstance(name, str):
         raise validation_error("name", name, "", "text", "it names files and folders")
     tables = {table: _table(table, data[table]) for table in TABLE_TYPES if table in data}
+    if "readout" in data:
+        _refuse_typed_noise(data.get("reading"))
     if "printer" in data:
         tables["printer"] = _printer(tables.get("print", Print()), data["printer"])
     if "springs" in tables and tables["springs"].given:
         tables.setdefault("targets", None)  # springs that are given leave nothing to size
     return Design(name=name, **tables)
+
+
+_TYPED_NOISE = ("noise_percent", "noise_N")
+
+
+def _refuse_typed_noise(reading: object) -> None:
+    """Raise InputError for a noise that is typed beside [readout], which computes it."""
+    for key in _TYPED_NOISE:
+        if isinstance(reading, Mapping) and key in reading:
+            bound = "left out beside [readout], which computes it"
+            name = f"reading.{key}"
+            raise validation_error(name, reading[key], "", bound, "drop one of the two")
 
 
 def _printer(chosen: Print, table: object) -> Process:
@@ -194,6 +210,8 @@ def design_as_mapping(design: Design) -> dict[str, Any]:
         held = {key: getattr(record, key) for key in keys}
         kept = {key: list(value) if isinstance(value, tuple) else value for key, value in held.items()}
         tables[table] = {key: value for key, value in kept.items() if value is not None}
+    if design.readout is not None and "reading" in tables:
+        tables["reading"] = {key: value for key, value in tables["reading"].items() if key not in _TYPED_NOISE}
     return tables
 
 

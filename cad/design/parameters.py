@@ -12,6 +12,7 @@ from typing import Literal
 from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES, Process
 from cad.design.reading import Reading
+from cad.design.readout import Readout
 from cad.design.tips import Press, Tips, check_tips_on_fruit
 from cad.quantity import (
     LENGTH,
@@ -175,6 +176,7 @@ class Design:
     tips: Tips = field(default_factory=Tips)
     press: Press = field(default_factory=Press)
     reading: Reading | None = None
+    readout: Readout | None = None
     print: Print = field(default_factory=Print)
     printer: Process | None = None
 
@@ -193,6 +195,7 @@ class Design:
         self._check_what_sizes()
         self._check_what_judges()
         self._check_time()
+        self._check_readout()
 
     def _check_process(self) -> None:
         """Refuse the name of a process that is neither known nor the design's own."""
@@ -225,6 +228,19 @@ class Design:
             bound = "left out beside [springs] and [reading]"
             raise validation_error(
                 "targets.P_max", self.targets.P_max, "1", bound, "nothing is sized or judged by [targets]"
+            )
+
+    def _check_readout(self) -> None:
+        """Refuse foil without its gauges, gauges beside another transducer, and a process whose drift is not known."""
+        if self.readout is None:
+            return
+        gauges = "foil" if self.readout.transducer == "foil" else "none"
+        if self.print.gauges != gauges:
+            bound = f"{gauges!r} beside readout.transducer = {self.readout.transducer!r}"
+            raise validation_error("print.gauges", self.print.gauges, "", bound, "set both alike")
+        if self.process.E_per_K is None:
+            raise validation_error(
+                "printer.E_per_K", None, "1/K", "given beside [readout]", "0.003 is usual of a plastic"
             )
 
     def _check_time(self) -> None:

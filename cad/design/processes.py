@@ -49,6 +49,13 @@ class Process:
     E_scatter: float = quantity(
         "1", _SCATTER, hint=_DATA, meaning="scatter of the modulus from print to print, one sigma as a share of E"
     )
+    E_per_K: float | None = quantity(
+        "1/K",
+        Bounds(at_least=-0.1, at_most=0.1),
+        default=None,
+        hint=_DATA,
+        meaning="change of the modulus by the temperature about 23 C, as a share of E; [readout] needs it",
+    )
     poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), hint=_DATA, meaning="Poisson's ratio")
     strain_limit: float = quantity(
         "1", _FRACTION, hint=_DATA, meaning="largest strain at the root of a leaf that is bent again and again"

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
 from cad.design.processes import Process
-from cad.fabrication.bridges import AMPLIFIER, RESISTANCE_OHM, Bridge, series_resistor
+from cad.fabrication.bridges import HX711, RESISTANCE_OHM, Bridge, series_resistor
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
@@ -85,11 +85,11 @@ def _electronics(sensor: Sensor, process: Process, bridges: Sequence[Bridge]) ->
     grid = f"grid {FOIL.grid_length_mm:g} x {FOIL.grid_width_mm:g} mm"
     gauge = f"{grid}, {RESISTANCE_OHM:g} ohm, gauge factor {FOIL.gauge_factor:g}"
     outputs = ", ".join(f"{each.name} {each.output:.3g} mV/V per N" for each in bridges if each.output is not None)
-    gain = f"gain {AMPLIFIER['gain']:g}, +-{AMPLIFIER['full_scale_mV']:g} mV, one for each bridge"
+    gain = f"gain 128, +-{HX711.full_scale_mV:g} mV, one for each bridge"
     resistor = f"{series_resistor(process):g} ohm, 0.1 %"
     return [
         Row(4 * count, "strain gauge", gauge, "foil on polyimide", f"four are the full bridge of a spring: {outputs}"),
-        Row(count, "amplifier", f"{AMPLIFIER['supply_V']:g} V", AMPLIFIER["name"], gain),
+        Row(count, "amplifier", f"{HX711.supply_V:g} V", HX711.name, gain),
         Row(2 * count, "resistor", resistor, "metal film", "in both supply wires of a bridge"),
     ]
 

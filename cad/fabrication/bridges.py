@@ -1,24 +1,21 @@
-"""Full bridges of foil gauges on the springs, and the amplifier that reads them: output, excitation, noise.
+"""Full bridges of foil gauges on the springs, and the signal path of a sensor: output, excitation, noise, drift.
 
 Excitation: Vishay Measurements Group, Tech Note TN-502: a bridge of equal arms whose grids may give off p of power per
 area takes V = 2 sqrt(R p A).
 """
 
 import math
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from cad.design.processes import Process
+from cad.design.readout import AMPLIFIERS, BRIDGE, PROBE, Amplifier, Readout
 from cad.parts.housing import Housing
 from cad.theory.leaf_spring import Flexure, gauge_strain
 from cad.theory.strain_gauge import FOIL, shortest_gauged
 
-_DATA = tomllib.loads(Path(__file__).with_name("electronics.toml").read_text(encoding="utf-8"))
-AMPLIFIER = _DATA["amplifier"]
-_BRIDGE = _DATA["bridge"]
-RESISTANCE_OHM: float = _BRIDGE["resistance_ohm"]
+HX711 = AMPLIFIERS["HX711"]
+RESISTANCE_OHM = BRIDGE.resistance_ohm
 _METAL_MPA = 2e4  # a modulus beyond that of any plastic
 _E96 = 96  # values of a decade, three digits each
 _LEAST_OUTPUT = 0.1  # [mV/V] at full force: below it 1 % of it is lost in drift of a few microvolts per volt
@@ -64,19 +61,19 @@ class Bridge:
         return self.full_output is not None and self.full_output >= _LEAST_OUTPUT
 
 
-def largest_excitation(process: Process) -> float:
+def largest_excitation(process: Process, amplifier: Amplifier = HX711) -> float:
     """Return the largest voltage across a bridge [V] that keeps its zero steady on this material."""
-    power = _BRIDGE["metal_mW_per_mm2" if process.E_MPa > _METAL_MPA else "plastic_mW_per_mm2"]
+    power = BRIDGE.metal_mW_per_mm2 if process.E_MPa > _METAL_MPA else BRIDGE.plastic_mW_per_mm2
     area = FOIL.grid_length_mm * FOIL.grid_width_mm
-    return min(float(AMPLIFIER["supply_V"]), 2.0 * math.sqrt(1e-3 * RESISTANCE_OHM * power * area))
+    return min(amplifier.supply_V, 2.0 * math.sqrt(1e-3 * RESISTANCE_OHM * power * area))
 
 
-def series_resistor(process: Process) -> float:
+def series_resistor(process: Process, amplifier: Amplifier = HX711) -> float:
     """Return the resistor [ohm] in each of the two supply wires of a bridge: the least of series E96 that is enough.
 
     None is needed, 0, where the bridge bears the whole supply.
     """
-    least = 0.5 * RESISTANCE_OHM * (float(AMPLIFIER["supply_V"]) / largest_excitation(process) - 1.0)
+    least = 0.5 * RESISTANCE_OHM * (amplifier.supply_V / largest_excitation(process, amplifier) - 1.0)
     if least <= 0.0:
         return 0.0
     decade = 10.0 ** (math.floor(math.log10(least)) - 2)
@@ -84,9 +81,9 @@ def series_resistor(process: Process) -> float:
     return next(value for value in values if value >= least)
 
 
-def excitation(process: Process) -> float:
+def excitation(process: Process, amplifier: Amplifier = HX711) -> float:
     """Return the voltage across a bridge [V] behind its two resistors."""
-    return float(AMPLIFIER["supply_V"]) * RESISTANCE_OHM / (RESISTANCE_OHM + 2.0 * series_resistor(process))
+    return amplifier.supply_V * RESISTANCE_OHM / (RESISTANCE_OHM + 2.0 * series_resistor(process, amplifier))
 
 
 def bridges(springs: Sequence[Spring], housing: Housing, process: Process) -> tuple[Bridge, ...]:
@@ -99,9 +96,144 @@ def _bridge(spring: Spring, housing: Housing, process: Process) -> Bridge:
     room = flexure.length >= shortest_gauged(flexure.fillet, FOIL) and flexure.depth >= FOIL.backing_width_mm
     output = noise = None
     if housing.gauges != "none" or room:
-        strain = spring.strain_per_N
-        if strain is None:
-            strain = gauge_strain(flexure.thickness, flexure.length, 1.0 / spring.K, FOIL.grid_length_mm)
-        output = 1e3 * FOIL.gauge_factor * strain
-        noise = 1e-3 * AMPLIFIER["noise_nV"] / (output * excitation(process))
+        output = _bridge_output(spring)
+        noise = 1e-3 * HX711.noise_nV / (output * excitation(process))
     return Bridge(name=spring.name, force=spring.force, deflection=spring.deflection, output=output, noise_mN=noise)
+
+
+def _bridge_output(spring: Spring) -> float:
+    """Return the output of the bridge of a spring [mV/V per N]; raises ValueError for a grid too long for its leaf."""
+    strain = spring.strain_per_N
+    if strain is None:
+        flexure = spring.flexure
+        strain = gauge_strain(flexure.thickness, flexure.length, 1.0 / spring.K, FOIL.grid_length_mm)
+    return 1e3 * FOIL.gauge_factor * strain
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalPath:
+    """What becomes of forces on the way to counts, each list in the order of the tips; fields are keys of report.json.
+
+    `mV_per_V` is the output of a bridge at its largest force, none for a sensor of displacement; `full_counts` are the
+    counts of the largest force. Noise is one sigma of a sample; drifts are bounds, after a change of the temperature
+    as [readout] allows: zeros since the last taring, all else since the calibration. `modulus_drift_percent` is that of
+    all forces together, by the modulus of the leaves; `self_heating_K` is by how much gauges warm their leaf, at most.
+    """
+
+    transducer: str
+    amplifier: str
+    board: str
+    rate_Hz: float
+    excitation_V: float
+    saturation_counts: int
+    mV_per_V: tuple[float, ...]
+    full_counts: tuple[float, ...]
+    counts_per_N: tuple[float, ...]
+    noise_N: tuple[float, ...]
+    zero_drift_N: tuple[float, ...]
+    gain_drift_percent: tuple[float, ...]
+    modulus_drift_percent: float
+    self_heating_K: float
+    self_heating_percent: float
+
+    @property
+    def quanta_N(self) -> tuple[float, ...]:
+        """Return the force of one count of each tip [N]."""
+        return tuple(1.0 / counts for counts in self.counts_per_N)
+
+    @property
+    def noises_N(self) -> tuple[float, ...]:
+        """Return the standard deviation of a sample of each tip [N]: its noise, and its rounding to whole counts."""
+        rows = zip(self.noise_N, self.quanta_N, strict=True)
+        return tuple(math.hypot(noise, quantum / math.sqrt(12.0)) for noise, quantum in rows)  # JCGM 100:2008, F.2.2.1
+
+    @property
+    def errors_N(self) -> tuple[float, ...]:
+        """Return what a force of each tip may be off by without a touch [N]: noise and drift of zero together."""
+        return tuple(math.hypot(noise, zero) for noise, zero in zip(self.noises_N, self.zero_drift_N, strict=True))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Transducer:
+    """What turns the force of a spring into a voltage: slope [V/N], noise [V], and drift of zero [V] and gain [%]."""
+
+    V_per_N: float
+    noise_V: float
+    zero_V: float
+    gain_percent: float
+
+
+def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, kinds: Sequence[str]) -> SignalPath:
+    """Return the signal path of a sensor whose tips stand on springs of these kinds, by their names.
+
+    Raises ValueError for a grid longer than half a leaf.
+    """
+    amplifier = readout.circuit
+    is_foil = readout.transducer == "foil"
+    supply = amplifier.supply_V
+    if is_foil:
+        supply = readout.excitation_V or excitation(process, amplifier)
+    by_amplifier = 1e-4 * amplifier.gain_ppm_per_K * readout.drift_K
+    offset = 1e-9 * amplifier.offset_nV_per_K * readout.tare_K
+    rows = {}
+    for spring in springs:
+        transducer = _foil(readout, spring, supply) if is_foil else _probe(readout, spring)
+        counts_per_N = transducer.V_per_N * amplifier.counts_per_V
+        rows[spring.name] = {
+            "mV_per_V": 1e3 * transducer.V_per_N / supply * spring.force,
+            "full_counts": counts_per_N * spring.force,
+            "counts_per_N": counts_per_N,
+            "noise_N": math.hypot(1e-9 * amplifier.noise_nV, transducer.noise_V) / transducer.V_per_N,
+            "zero_drift_N": math.hypot(offset, transducer.zero_V) / transducer.V_per_N,
+            "gain_drift_percent": math.hypot(by_amplifier, transducer.gain_percent),
+        }
+
+    def each(key: str) -> tuple[float, ...]:
+        return tuple(rows[kind][key] for kind in kinds)
+
+    heating = 0.0
+    if is_foil:
+        # The four gauges of a bridge warm the leaf they are on, whose two faces the air cools.
+        largest = max(1.0 / (2.0 * spring.flexure.length * spring.flexure.depth) for spring in springs)
+        heating = supply**2 / RESISTANCE_OHM * largest / (1e-6 * BRIDGE.film_W_per_m2_K)
+    per_K = 100.0 * abs(process.E_per_K or 0.0)
+    return SignalPath(
+        transducer=readout.transducer,
+        amplifier=amplifier.name,
+        board=readout.board,
+        rate_Hz=amplifier.rate_Hz,
+        excitation_V=supply,
+        saturation_counts=amplifier.saturation,
+        mV_per_V=each("mV_per_V") if is_foil else (),
+        full_counts=each("full_counts"),
+        counts_per_N=each("counts_per_N"),
+        noise_N=each("noise_N"),
+        zero_drift_N=each("zero_drift_N"),
+        gain_drift_percent=each("gain_drift_percent"),
+        modulus_drift_percent=per_K * readout.drift_K,
+        self_heating_K=heating,
+        self_heating_percent=per_K * heating,
+    )
+
+
+def _foil(readout: Readout, spring: Spring, supply: float) -> _Transducer:
+    """Return the full bridge of a spring under a voltage [V]; all four of its arms see the strain of its drift."""
+    return _Transducer(
+        V_per_N=1e-3 * _bridge_output(spring) * supply,
+        noise_V=0.0,
+        zero_V=FOIL.gauge_factor * BRIDGE.zero_strain_per_K * readout.tare_K * supply,
+        gain_percent=math.hypot(BRIDGE.gain_percent_per_K * readout.drift_K, BRIDGE.linearity_percent),
+    )
+
+
+def _probe(readout: Readout, spring: Spring) -> _Transducer:
+    """Return the sensor of displacement at a spring."""
+    V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
+    noise_um = PROBE.noise_um if readout.noise_um is None else readout.noise_um
+    zero_um = math.hypot(PROBE.zero_um_per_K * readout.tare_K, PROBE.zero_um)
+    return _Transducer(
+        V_per_N=V_per_mm / spring.K,
+        noise_V=1e-3 * noise_um * V_per_mm,
+        zero_V=1e-3 * zero_um * V_per_mm,
+        gain_percent=math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent),
+    )

@@ -8,7 +8,7 @@ from pathlib import Path
 from cad.design.processes import Process
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import Row, as_markdown, bill_table, screw_name
-from cad.fabrication.bridges import AMPLIFIER, RESISTANCE_OHM, Bridge, excitation, largest_excitation, series_resistor
+from cad.fabrication.bridges import HX711, RESISTANCE_OHM, Bridge, excitation, largest_excitation, series_resistor
 from cad.fabrication.mount import PLATE_MM, mounted_grip
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import Coupon, coupon_of, largest_weight, modulus_factor
@@ -73,7 +73,7 @@ def fabrication_sheet(sensor: Sensor, title: Title, bill: Sequence[Row], bridges
         # the read-out, and the weights on the balance
         readout_rows="\n".join(_readout_row(bridge, with_noise=has_gauges) for bridge in bridges),
         readout_advice=readout_advice(bridges),
-        amplifier=AMPLIFIER,
+        amplifier=HX711,
         ohms=RESISTANCE_OHM,
         excitation=excitation(process),
         largest_excitation=largest_excitation(process),

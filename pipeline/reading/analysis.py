@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE, Reading
+from cad.fabrication.bridges import SignalPath, signal_path
 from cad.parts.housing import mounting_error
 from cad.quantity import Estimate
 from cad.theory.contrast_law import ReadingError
@@ -22,9 +23,9 @@ from pipeline.reading.measurement import (
 )
 from pipeline.reading.poses import Placement, directed, occurring, read_moduli
 from pipeline.reading.read_out import DepthFactor, ReadOut
-from pipeline.reading.uncertainty import UncertaintySources, force_noises, noise_to_reach, uncertainty_sources
+from pipeline.reading.uncertainty import UncertaintySources, force_errors, noise_to_reach, uncertainty_sources
 from pipeline.response.scene_press import ScenePress, scene_of, tip_curve
-from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
+from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
 from pipeline.storage.plain import first_largest
 from solve.contact.large_response import flesh_error
 from solve.contact.poses import Pose
@@ -111,12 +112,20 @@ def analyse_readings(design: Design, contact: FruitCompliance, springs: FittedSp
         return None
     offsets = tip_height_offsets(springs, design.press.attitude)
     sensor = pressed_sensor(design, contact, springs.C, offsets, springs.sideways)
+    sensor = replace(sensor, signal=design_signal(design, springs))
     analysis = error_analysis(sensor, design.reading)
     contrast_slope = max((row.sources.contrast_slope for row in analysis.moduli), default=0.0)
     contrast_mm = 0.0  # how far the high tips may stand out before the low ones by the mounting of two plates
     if springs.housing is not None:
         contrast_mm = mounting_error(springs.housing, springs.process.accuracy_mm).contrast_mm
     return replace(analysis, pressures=skin_pressures(sensor), plates=contrast_mm * contrast_slope)
+
+
+def design_signal(design: Design, springs: FittedSprings) -> SignalPath | None:
+    """Return the signal path of a design on its springs; None where it names no read-out."""
+    if design.readout is None:
+        return None
+    return signal_path(design.readout, springs_to_read(design, springs), springs.process, design.tips.springs)
 
 
 def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
@@ -127,7 +136,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     model = sensor.model
     lift = lift_tilt(sensor, reading)
     presses = sensor.presses(read_moduli(sensor.design.fruit), tuple(occurring(sensor.design, reading)))
-    least_forces = LEAST_OVER_NOISE * force_noises(reading, presses.full_scale)
+    least_forces = LEAST_OVER_NOISE * force_errors(reading, presses.full_scale, sensor.signal)
     biases, refused = _biases(model, presses, least_forces, sensor.design.tips.side_mm)
     level_has_no_reading = np.isnan(biases[:, 0]).any()
     if level_has_no_reading or np.isnan(biases).all(axis=1).any():
@@ -137,7 +146,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     errors = _modulus_errors(sensor, presses.moduli, level, presses.error[:, 0])
     poses = _pose_contributions(biases, presses.placements)
     try:
-        sources = uncertainty_sources(model, reading, level, presses.full_scale, poses)
+        sources = uncertainty_sources(model, reading, level, presses.full_scale, poses, sensor.signal)
     except ReadingError as error:  # tips or springs that the fruit hardly moves
         refused = f"forces of a level press that are off by a ten-thousandth have no reading: {error}"
         return Readings(method=model.method, lift=lift, refused=refused)
@@ -155,7 +164,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
         moduli=tuple(rows),
         bias=Estimate(max(abs(row.bias) for row in rows), float(errors[largest])),
         uncertainty=Estimate(uncertainty, float(errors[widest]) * uncertainty),
-        noise_percent=noise_to_reach(NOISE_LIMIT, sources[widest], reading),
+        noise_percent=noise_to_reach(NOISE_LIMIT, sources[widest]),
         refused=refused,
         full_scale=tuple(presses.full_scale.tolist()),
         flesh=_flesh_share(model, level, presses.flesh[:, 0]),
@@ -306,6 +315,7 @@ def read_out_of(
         model_error_percent=100.0 * error,
         level=model.level,
         large_strain=_depth_factors(scene_of(design)) if design.press.strain == "large" else (),
+        signal=design_signal(design, springs),
     )
     if isinstance(model, LineModel):
         return replace(by_line, own_less_other_per_mm=model.own_less_other)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
+from cad.fabrication.bridges import SignalPath
 from cad.theory.contrast_law import ContrastLaw, Matrix, ReadingError, contrast_weights, read_modulus, stiffened
 from cad.theory.pair_line import line_over_press, ratio_modulus
 from pipeline.reading.poses import Placement, press_of
@@ -158,7 +159,8 @@ class PressedSensor:
     """A design on its fruit with its springs: what every press of an error analysis needs.
 
     C (tips, tips) [mm/N] is their compliance, `height_offsets` how far each tip stands before the foremost one [mm],
-    none where all are level, `sideways` what forces that lean move domes.
+    none where all are level, `sideways` what forces that lean move domes, `signal` what reads the springs, if the
+    design names it.
     """
 
     design: Design
@@ -167,6 +169,7 @@ class PressedSensor:
     model: MeasurementModel
     height_offsets: Sequence[float] = ()
     sideways: SidewaysGive | None = None
+    signal: SignalPath | None = None
 
     def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> Presses:
         """Return the presses at moduli [MPa] in placements; raises as `pose_forces`."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cad.fabrication.bridges import SignalPath
 from cad.theory.contrast_law import ContrastLaw
 
 Matrix = tuple[tuple[float, ...], ...]
@@ -46,7 +47,8 @@ class ReadOut:
     contrast; other layouts the other way round. `level` are readings over the range of E which a contrast is corrected
     by, and a pair on a fruit with a skin: all other terms are those of flesh alone. `large_strain` is the curve of a
     tip over rising depths; none where the flesh is linear. `lean_mm_per_N` (tips, tips) is what the contrast of domes
-    adds to the springs, for forces that lean; None for other tips.
+    adds to the springs, for forces that lean; None for other tips. `signal` is what becomes of
+    forces on the way to counts; None where the design names no read-out.
     """
 
     method: str
@@ -61,6 +63,7 @@ class ReadOut:
     hertz: float | None = None
     lean_mm_per_N: Matrix | None = None
     large_strain: tuple[DepthFactor, ...] = ()
+    signal: SignalPath | None = None
 
     @property
     def contrast(self) -> ContrastLaw | None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.reading import Reading
+from cad.fabrication.bridges import SignalPath
 from pipeline.reading.measurement import MeasurementModel
 
 Floats = NDArray[np.float64]
@@ -22,13 +23,14 @@ class UncertaintySources:
 
     `stiffness_slope` is that per relative error of each spring, apart from the others [1]; `noise_slope` that per cent
     of noise in forces, and in the heights that they give [1/%]; `contrast_slope` that per mm by which high tips stand
-    out before low ones, 0 where no height matters [1/mm].
+    out before low ones, 0 where no height matters [1/mm]; `by_noise` what noise in forces makes in all [1].
     """
 
     contributions: Mapping[str, float]
     stiffness_slope: float
     noise_slope: float
     contrast_slope: float
+    by_noise: float
 
     @property
     def total(self) -> float:
@@ -37,7 +39,12 @@ class UncertaintySources:
 
 
 def uncertainty_sources(
-    model: MeasurementModel, reading: Reading, forces: Floats, full_scale: Floats, poses: Sequence[Mapping[str, float]]
+    model: MeasurementModel,
+    reading: Reading,
+    forces: Floats,
+    full_scale: Floats,
+    poses: Sequence[Mapping[str, float]],
+    signal: SignalPath | None = None,
 ) -> list[UncertaintySources]:
     """Return the sources at each modulus of a level sensor in the middle of its fruit.
 
@@ -45,24 +52,35 @@ def uncertainty_sources(
     radius [1]. `full_scale` (tips,) [N] is the largest force of each channel. The heights of the tips are those that
     the mean of a hundred readings on a flat hard plate gives: its noise is what is left. Raises ReadingError.
     """
-    return [_sources(model, reading, press, full_scale, pose) for press, pose in zip(forces, poses, strict=True)]
+    rows = zip(forces, poses, strict=True)
+    return [_sources(model, reading, press, full_scale, pose, signal) for press, pose in rows]
 
 
-def force_noises(reading: Reading, full_scale: Floats) -> Floats:
-    """Return the standard deviation of the noise of each channel [N] from its full scale [N], (tips,)."""
+def force_errors(reading: Reading, full_scale: Floats, signal: SignalPath | None) -> Floats:
+    """Return what each force may be off by without a touch [N], (tips,), one sigma: by the read-out, or as is asked.
+
+    The noise that a reading asks for is of the full scale [N] of each channel.
+    """
+    if signal is not None:
+        return np.array(signal.errors_N)
     return np.array([reading.force_noise(force) for force in full_scale.tolist()])
 
 
-def noise_to_reach(limit: float, sources: UncertaintySources, reading: Reading) -> float | None:
+def noise_to_reach(limit: float, sources: UncertaintySources) -> float | None:
     """Return the noise [% of full scale] at which a standard deviation [1] is reached; None where it is without."""
-    rest = sources.total**2 - (sources.noise_slope * reading.noise_percent) ** 2
+    rest = sources.total**2 - sources.by_noise**2
     if rest >= limit**2:
         return None
     return math.sqrt(limit**2 - rest) / sources.noise_slope
 
 
 def _sources(
-    model: MeasurementModel, reading: Reading, press: Floats, full_scale: Floats, poses: Mapping[str, float]
+    model: MeasurementModel,
+    reading: Reading,
+    press: Floats,
+    full_scale: Floats,
+    poses: Mapping[str, float],
+    signal: SignalPath | None,
 ) -> UncertaintySources:
     """Return the sources at one modulus: noise, springs, gains and heights beside those of the poses."""
     E = model.modulus(press)
@@ -87,11 +105,19 @@ def _sources(
     # A hard plate gives heights by the deflection of each spring under its force.
     zeroed = heights * np.diag(model.C) / math.sqrt(_PLATE_READINGS)  # per noise in forces [1/N]
 
-    by_percent = 0.01 * reading.noise_percent * full_scale
-    by_force = np.full(tips, reading.noise_N)
+    noise_slope = 0.01 * math.hypot(_norm(noise * full_scale), _norm(zeroed * full_scale))
+    if signal is None:
+        by_percent = 0.01 * reading.noise_percent * full_scale
+        by_force = np.full(tips, reading.noise_N)
+        by_signal = {"noise_percent": _norm(noise * by_percent), "noise_N": _norm(noise * by_force)}
+        by_noise = noise_slope * reading.noise_percent
+    else:
+        by_percent = np.array(signal.noise_N)
+        by_force = np.array(signal.quanta_N) / math.sqrt(12.0)  # JCGM 100:2008, F.2.2.1
+        by_signal = _signal_sources(signal, noise, np.sum(of_samples, axis=0), gains)
+        by_noise = math.hypot(_norm(noise * by_percent), _norm(zeroed * by_percent))
     contributions = {
-        "noise_percent": _norm(noise * by_percent),
-        "noise_N": _norm(noise * by_force),
+        **by_signal,
         "stiffness": 0.01 * reading.stiffness_percent * _norm(springs),
         "gain": 0.01 * reading.gain_percent * _norm(gains),
         "tip_height": math.hypot(_norm(zeroed * by_percent), _norm(zeroed * by_force)),
@@ -99,10 +125,29 @@ def _sources(
     return UncertaintySources(
         contributions={**contributions, **poses},
         stiffness_slope=_norm(springs),
-        noise_slope=0.01 * math.hypot(_norm(noise * full_scale), _norm(zeroed * full_scale)),
+        noise_slope=noise_slope,
         # The weights of the high tips add up to one, as those of the low ones do.
         contrast_slope=0.5 * float(heights.sum()),
+        by_noise=by_noise,
     )
+
+
+def _signal_sources(signal: SignalPath, noise: Floats, offsets: Floats, gains: Floats) -> dict[str, float]:
+    """Return what a read-out adds [1]: `noise` and `offsets` are slopes of the modulus [1/N], `gains` [1], (tips,).
+
+    A drift lies anywhere within its bound: its standard deviation is that over the root of three (JCGM 100:2008,
+    4.3.7). A zero is alike in all samples of a press. Leaves of another modulus give as before under a force of another
+    size: deflections are read right, all forces are off by that share, and so is the modulus, which is one of forces.
+    """
+    bounded = 1.0 / math.sqrt(3.0)
+    return {
+        "readout_noise": _norm(noise * signal.noise_N),
+        "quantisation": _norm(noise * signal.quanta_N) / math.sqrt(12.0),
+        "zero_drift": bounded * _norm(offsets * signal.zero_drift_N),
+        "gain_drift": bounded * 0.01 * _norm(gains * signal.gain_drift_percent),
+        "modulus_drift": bounded * 0.01 * signal.modulus_drift_percent,
+        "self_heating": bounded * 0.01 * signal.self_heating_percent,
+    }
 
 
 def _norm(values: Floats) -> float:

@@ -5,13 +5,12 @@ from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
-from cad.fabrication.bridges import Spring
 from cad.quantity import Estimate
 from cad.verdict import Verdict
 from mesh.housing.sweep import flexure_mesh
 from pipeline.options import RunOptions
 from pipeline.report.cad_tasks import write_fabrication_files
-from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
+from pipeline.springs.fitted_springs import FittedSpring, FittedSprings, springs_to_read
 from pipeline.springs.leaf_lengths import COARSE
 from pipeline.springs.mounts import attached_to
 from pipeline.storage.cache import cached
@@ -34,7 +33,7 @@ def begin_fabrication(
     housing = springs.housing
     if not options.fabrication or housing is None:
         return finished(())
-    to_read = springs_to_read(springs)
+    to_read = springs_to_read(design, springs)
     inputs = {
         "design": design_as_mapping(design),
         "process": springs.process,
@@ -45,25 +44,6 @@ def begin_fabrication(
     if kept is not None:
         return finished(kept)
     return submit(executor, write_fabrication_files, inputs, design, housing, to_read, folder)
-
-
-def springs_to_read(springs: FittedSprings) -> tuple[Spring, ...]:
-    """Return what a read-out must know of the springs; raises ValueError for springs that are not made."""
-    if springs.fitted is None:
-        msg = "read-out: springs that are not made have none; ask for it after a fit"
-        raise ValueError(msg)
-    strains = springs.fitted.stiffness.gauge_strain_per_N
-    to_read = []
-    for i, arm in enumerate(springs.fitted.housing.arms):
-        spring = Spring(
-            name=arm.name,
-            flexure=arm.flexure,
-            K=springs.springs[i].stiffness,
-            deflection=springs.deflections[i],
-            strain_per_N=None if strains is None else float(strains[i]),
-        )
-        to_read.append(spring)
-    return tuple(to_read)
 
 
 def sideways_verdicts(springs: FittedSprings, options: RunOptions) -> tuple[Verdict, ...]:

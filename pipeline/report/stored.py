@@ -225,7 +225,7 @@ class StoredReport:
 _CONVERTER = strict_converter(forbid_extra_keys=False)
 _CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(data))
 _CONVERTER.register_unstructure_hook(Design, design_as_mapping)
-leave_out_default(_CONVERTER, ReadOut, "lean_mm_per_N")
+leave_out_default(_CONVERTER, ReadOut, "lean_mm_per_N", "signal")
 
 
 def as_data(value: object) -> Any:  # noqa: ANN401 - JSON data of any kind

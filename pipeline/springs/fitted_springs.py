@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 from cad.design.parameters import Design
 from cad.design.printability import Printable, check_printable
 from cad.design.processes import Process
+from cad.design.tip_mount import plate_depth
 from cad.design.tips import Attitude, Tips
+from cad.fabrication.bridges import Spring
 from cad.parts.housing import Housing
 from cad.parts.layout import housing_for
 from cad.parts.pin import pin_mass
 from cad.quantity import Estimate, InputError
 from cad.theory.leaf_spring import Flexure
+from cad.theory.strain_gauge import FOIL
 from cad.theory.two_spring_law import Springs
 from mesh.session import MeshError
 from pipeline.options import RunOptions
@@ -235,6 +238,41 @@ def _springs_as_fitted(
         )
         springs.append(spring)
     return tuple(springs)
+
+
+def springs_to_read(design: Design, springs: FittedSprings) -> tuple[Spring, ...]:
+    """Return what a read-out must know of the springs; of those that are not made, leaves by the beam law."""
+    if springs.fitted is None:
+        return _springs_as_sized_to_read(design, springs)
+    strains = springs.fitted.stiffness.gauge_strain_per_N
+    to_read = []
+    for i, arm in enumerate(springs.fitted.housing.arms):
+        spring = Spring(
+            name=arm.name,
+            flexure=arm.flexure,
+            K=springs.springs[i].stiffness,
+            deflection=springs.deflections[i],
+            strain_per_N=None if strains is None else float(strains[i]),
+        )
+        to_read.append(spring)
+    return tuple(to_read)
+
+
+def _springs_as_sized_to_read(design: Design, springs: FittedSprings) -> tuple[Spring, ...]:
+    process = springs.process
+    to_read = []
+    for spring, thickness, deflection in zip(
+        springs.springs, process.leaf_thicknesses_mm, springs.deflections, strict=True
+    ):
+        flexure = Flexure(
+            thickness=thickness,
+            length=max(spring.printable.length_mm, 2.0 * (FOIL.grid_length_mm + process.fillet_mm)),
+            depth=plate_depth(design, process),
+            separation=thickness + 3.0 * process.fillet_mm,  # no number of a read-out depends on it
+            fillet=process.fillet_mm,
+        )
+        to_read.append(Spring(name=spring.name, flexure=flexure, K=spring.stiffness, deflection=deflection))
+    return tuple(to_read)
 
 
 def weight_sag(springs: FittedSprings, attitude: Attitude) -> tuple[Estimate, ...]:

@@ -87,9 +87,9 @@ def strict_converter(*, forbid_extra_keys: bool) -> cattrs.Converter:
     return converter
 
 
-def leave_out_default(converter: cattrs.Converter, record: type, key: str) -> None:
-    """Let JSON data of a record be without one of its keys where that has its default."""
-    options: dict[str, Any] = {key: override(omit_if_default=True)}
+def leave_out_default(converter: cattrs.Converter, record: type, *keys: str) -> None:
+    """Let JSON data of a record be without each of these keys where that has its default."""
+    options: dict[str, Any] = {key: override(omit_if_default=True) for key in keys}
     converter.register_unstructure_hook(record, make_dict_unstructure_fn(record, converter, **options))
 
 

@@ -21,7 +21,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add OUT, MEASURED.csv, --fruit and --out."""
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="the output folder of the unit's design")
-    columns = "tip,weight_g,deflection_mm; or coupon,...; or rubber,E_over_1_minus_nu2_MPa and a force for each tip"
+    of_rubbers = "rubber,E_over_1_minus_nu2_MPa and a force for each tip"
+    columns = f"tip,weight_g,deflection_mm, with counts of each channel; or coupon,...; or {of_rubbers}"
     add("measured", metavar="MEASURED.csv", type=Path, help=f"a table with the columns {columns}")
     firm = "fruit,firmness_N (or E_MPa) and a force for each tip: fruit that another instrument measured"
     add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")
@@ -107,6 +108,7 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
         "table": table,
         "verdicts": [asdict(verdict) for verdict in calibration.verdicts],
         "trims": trims,
+        **_channel_keys(calibration),
     }
     if calibration.scale is not None:
         left_out = {f"{curve}_percent": 100.0 * error for curve, error in calibration.scale.left_out.items()}
@@ -114,11 +116,27 @@ def _as_mapping(calibration: "Calibration") -> dict[str, object]:
     return data
 
 
+def _channel_keys(calibration: "Calibration") -> dict[str, object]:
+    channels = calibration.channels
+    if channels is None:
+        return {}
+    keys: dict[str, object] = {
+        "counts_per_N": channels.counts_per_N.tolist(),
+        "zero_counts": channels.zero_counts.tolist(),
+        "gain_percent": list(calibration.unit.gain_percent),
+        "crosstalk_percent": list(channels.crosstalk_percent),
+        "hysteresis_percent": list(channels.hysteresis_percent),
+        "drift_percent": list(channels.drift_percent),
+    }
+    return {"channels": keys}
+
+
 def _print(calibration: "Calibration") -> None:
     """Print springs, table, verdicts and, where the unit misses its targets, how to trim it."""
     from pipeline.report.verdict_table import print_verdicts
 
     _print_springs(calibration)
+    _print_channels(calibration)
     _print_table(calibration)
     if calibration.scale is not None:
         _print_scale(calibration.scale)
@@ -138,6 +156,19 @@ def _print_springs(calibration: "Calibration") -> None:
     for name, K, percent, nominal in zip(unit.tips, unit.K_N_per_m, unit.K_percent, calibration.nominal, strict=True):
         against = f"{0.1 * K / nominal - 100.0:+.1f} % against the design's {1e3 * nominal:.1f}"
         print(f"{name:8} K {K:9.1f} N/m +- {2.0 * percent:.2g} % (95 %), {against}")
+
+
+def _print_channels(calibration: "Calibration") -> None:
+    """Print gain, crosstalk, hysteresis and drift of each channel, where counts were given."""
+    channels = calibration.channels
+    if channels is None:
+        return
+    for tip, name in enumerate(calibration.unit.tips):
+        print(
+            f"{name:8} {channels.counts_per_N[tip, tip]:.6g} counts/N +- {2.0 * channels.gain_percent[tip]:.2g} % "
+            f"(95 %), zero {channels.zero_counts[tip]:.0f}, crosstalk {channels.crosstalk_percent[tip]:.2g} %, "
+            f"hysteresis {channels.hysteresis_percent[tip]:.2g} %, drift {channels.drift_percent[tip]:+.2g} %"
+        )
 
 
 def _print_table(calibration: "Calibration") -> None:

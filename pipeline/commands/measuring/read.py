@@ -2,6 +2,7 @@
 
 import sys
 from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,8 +23,15 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add OUT, FILE.csv and the flags of a reading."""
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="the output folder of the sensor's design")
-    add("signal", metavar="FILE.csv", nargs="?", help="columns t_s, x_mm if it is there, one force for each tip; or -")
+    add(
+        "signal",
+        metavar="FILE.csv",
+        nargs="?",
+        help="columns t_s, x_mm if it is there, a force or counts for each tip; or -",
+    )
     add("--forces", metavar="F1,F2,...", help="one reading [N]; write --forces=-0.5,1 below 0")
+    add("--counts", metavar="C1,C2,...", help="one reading in counts, of a unit whose counts were calibrated")
+    add("--tare", metavar="C1,C2,...", help="counts of the free sensor beside --counts (default: the calibration's)")
     add("--unit", metavar="unit.toml", type=Path, help="the unit as pipeline calibrate found it (default: as designed)")
     add("--classes", metavar="NAMES", help="ripeness by modulus [MPa], as in ripe:0.8,turning:1.6,unripe")
     add("--each", action="store_true", help="a reading for each sample instead of one for each press")
@@ -35,17 +43,20 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def execute(arguments: Namespace) -> int:
     """Read, or write firmware; return 1 where forces tell no modulus, else 0. Files are written last."""
-    if arguments.forces is not None and arguments.signal is not None:
-        raise validation_error(
-            "--forces", arguments.forces, "", f"left out beside {arguments.signal}", "read one of the two"
-        )
+    given = {"--forces": arguments.forces, "--counts": arguments.counts, "FILE.csv": arguments.signal}
+    sources = {name: value for name, value in given.items() if value is not None}
+    if len(sources) > 1:
+        first, second = list(sources)[:2]
+        raise validation_error(first, sources[first], "", f"left out beside {second}", "read one of the two")
+    if arguments.tare is not None and arguments.counts is None:
+        raise validation_error("--tare", arguments.tare, "", "left out without --counts", "a file has its own tare")
     sensor = _sensor(arguments)
     _refuse_without_time(arguments, sensor)
     firmware = _firmware(arguments, sensor)
     outcome = PASSED
-    if arguments.forces is not None or arguments.signal is not None:
+    if sources:
         _tell_assumptions(arguments, sensor)
-        outcome = _read_signal(arguments, sensor) if arguments.forces is None else _read_forces(arguments, sensor)
+        outcome = _read_forces(arguments, sensor) if arguments.signal is None else _read_signal(arguments, sensor)
     elif not firmware:
         raise validation_error("FILE.csv", None, "", "a file, - or left out beside --forces", "say what to read")
     if firmware:
@@ -63,6 +74,7 @@ def _refuse_without_time(arguments: Namespace, sensor: "MeasuringUnit") -> None:
         return
     asked = {
         "--forces": arguments.forces,
+        "--counts": arguments.counts,
         "--each": arguments.each,
         "--c-header": arguments.c_header,
         "--micropython": arguments.micropython,
@@ -126,10 +138,16 @@ def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> dict[str, dict[P
 
 def _read_forces(arguments: Namespace, sensor: "MeasuringUnit") -> int:
     from pipeline.measure.unit.fruit_reading import reading_as_mapping
-    from pipeline.measure.unit.presses import reading_of, refuse_bad_forces
-    from pipeline.measure.unit.signals import forces_of_text
+    from pipeline.measure.unit.presses import forces_of_counts, reading_of, refuse_bad_forces
+    from pipeline.measure.unit.signals import numbers_of_text
 
-    forces = forces_of_text(arguments.forces, len(sensor.report.tips))
+    tips = len(sensor.report.tips)
+    if arguments.forces is not None:
+        forces: Sequence[float] = numbers_of_text(arguments.forces, tips, "--forces", "N")
+    else:
+        counts = numbers_of_text(arguments.counts, tips, "--counts", "counts")
+        tare = None if arguments.tare is None else numbers_of_text(arguments.tare, tips, "--tare", "counts")
+        forces = forces_of_counts(sensor, counts, tare)
     refuse_bad_forces(sensor, forces)
     reading = reading_of(sensor, forces)
     if sensor.law is None:

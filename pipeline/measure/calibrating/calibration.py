@@ -9,6 +9,7 @@ import numpy as np
 from cad.parts.coupon import coupon_of, modulus_factor
 from cad.quantity import Estimate, validation_error
 from cad.verdict import Verdict
+from pipeline.measure.calibrating.channels import ChannelCalibration, weighed_channels
 from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
 from pipeline.measure.calibrating.rubbers import assumed_of_rubbers, springs_on_rubbers
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
@@ -26,7 +27,7 @@ from pipeline.measure.measured_table import (
 )
 from pipeline.measure.unit.measuring import LAW_OF_FLESH, MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
-from pipeline.measure.unit.signals import force_keys
+from pipeline.measure.unit.signals import COUNTS, count_keys, force_keys
 from pipeline.report.stored import StoredReport
 
 _WEIGHED = {
@@ -48,7 +49,8 @@ class Calibration:
 
     `nominal` are the stiffnesses of the design [N/mm], `trims` by how much longer leaves must be to have them [mm], for
     each tip, None where its error holds its target; `assumed` what was taken for granted, `error_by` says what the
-    errors of the table count. `scale` is that of the unit, where fruit was pressed with it.
+    errors of the table count. `scale` is that of the unit, where fruit was pressed with it; `channels` are what counts
+    told, None where none were given.
     """
 
     unit: PrintedUnit
@@ -59,6 +61,7 @@ class Calibration:
     assumed: list[str]
     error_by: str
     scale: ScaleFit | None = None
+    channels: ChannelCalibration | None = None
 
 
 def measured_print(source: Path | str, report: StoredReport) -> MeasuredTable:
@@ -74,15 +77,21 @@ def measured_print(source: Path | str, report: StoredReport) -> MeasuredTable:
         "coupon": "coupon,weight_g,deflection_mm",
         "rubber": ",".join(["rubber", "E_over_1_minus_nu2_MPa", *(f"{key}_N" for key in keys)]),
     }
+    counts = dict.fromkeys(count_keys(len(report.tips)), COUNTS)
     objects = [cell.lower() for cell in rows[0].cells if cell.lower() in examples]
     if len(objects) != 1:
         bound = "a header with one column tip (weights), coupon (weights) or rubber (readings)"
         header = form.delimiter.join(rows[0].cells)
         raise validation_error(place_of(form.source, 1), header, "", bound, f"for instance {examples['tip']}")
     measured = objects[0]
-    quantities = {measured: Quantity(units={})} | (_RUBBERS | forces if measured == "rubber" else _WEIGHED)
+    columns = _RUBBERS | forces if measured == "rubber" else _WEIGHED
     needed = (measured, *(forces if measured == "rubber" else _WEIGHED))
-    return numbers_of(form, rows, quantities, needed, examples[measured])
+    example = examples[measured]
+    if measured == "tip" and any(cell.lower().startswith("counts") for cell in rows[0].cells):
+        columns = columns | counts
+        needed = (*needed, *counts)
+        example = ",".join([example, *counts])
+    return numbers_of(form, rows, {measured: Quantity(units={}), **columns}, needed, example)
 
 
 def calibrated(report: StoredReport, table: MeasuredTable, fruit: MeasuredTable | None = None) -> Calibration:
@@ -92,6 +101,7 @@ def calibrated(report: StoredReport, table: MeasuredTable, fruit: MeasuredTable 
     """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
     assumed = []
+    channels = None
     if "rubber" in table.texts:
         springs = springs_on_rubbers(table, as_designed)
         assumed = assumed_of_rubbers(table, as_designed)
@@ -99,6 +109,7 @@ def calibrated(report: StoredReport, table: MeasuredTable, fruit: MeasuredTable 
     else:
         springs = weighed_springs(table, "tip", [tip.name for tip in report.tips])
         method = "weights and deflections"
+        channels = weighed_channels(table, report)
     if as_designed.deep is not None:
         assumed.append(LAW_OF_FLESH)
     unit = unit_of(
@@ -107,6 +118,8 @@ def calibrated(report: StoredReport, table: MeasuredTable, fruit: MeasuredTable 
         percent=[spring.percent for spring in springs],
         method=method,
     )
+    if channels is not None:
+        unit = _with_channels(unit, channels, report)
     sensor = MeasuringUnit(report=report, unit=unit)
     scale = None if fruit is None else scale_of_presses(fruit, sensor)
     nominal = as_designed.unit.stiffnesses
@@ -120,6 +133,24 @@ def calibrated(report: StoredReport, table: MeasuredTable, fruit: MeasuredTable 
         assumed=assumed,
         error_by=error_sources(sensor),
         scale=scale,
+        channels=channels,
+    )
+
+
+def _with_channels(unit: PrintedUnit, channels: ChannelCalibration, report: StoredReport) -> PrintedUnit:
+    """Return a unit with the channels that weights told: what they leave of the gains, and what drifts beside it."""
+    signal = report.read_out.signal
+    drifts = [0.0] * len(unit.tips) if signal is None else signal.gain_drift_percent
+    gain_percent = []
+    for left, drift in zip(channels.gain_percent, drifts, strict=True):
+        gain_percent.append(math.hypot(left, drift / math.sqrt(3.0)))
+    return replace(
+        unit,
+        method=f"{unit.method}, counts of the same weights",
+        newtons_per_count=channels.newtons_per_count,
+        zero_counts=tuple(channels.zero_counts.tolist()),
+        saturation_counts=channels.saturation,
+        gain_percent=tuple(gain_percent),
     )
 
 

@@ -187,7 +187,7 @@ def _difference_equation(sensor: MeasuringUnit, forces: Floats, E: float) -> _Eq
     skin_difference = skin * float(difference @ forces)
     if sensor.deep is not None:
         skin_difference = float(sensor.deep.skin_difference(forces, E))
-    noise = math.hypot(*(np.hypot(compliance, skin) * AVERAGED * sensor.noises))
+    noise = math.hypot(*(np.hypot(compliance, skin) * _row_errors(sensor)))
     return _Equation(difference * compliance * forces, -skin_difference - float(difference @ by_frame), noise)
 
 
@@ -198,8 +198,13 @@ def _contrast_equation(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats, 
     coefficients = weights * compliance * forces
     rigid, dome, body = contrast_terms(law, forces.tolist())
     without_springs = rigid - coefficients.sum() + dome * E ** (-2.0 / 3.0) + body / E
-    noise = math.hypot(*(weights * compliance * AVERAGED * sensor.noises))
+    noise = math.hypot(*(weights * compliance * _row_errors(sensor)))
     return _Equation(coefficients, -without_springs, noise)
+
+
+def _row_errors(sensor: MeasuringUnit) -> Floats:
+    """Return what the forces of a row are off by [N]: their averaged noise, and the drift of zero, which stays."""
+    return np.hypot(AVERAGED * sensor.noises, sensor.zero_drifts)
 
 
 def _on_rubber(sensor: MeasuringUnit, law: ContrastLaw, radius: float) -> ContrastLaw:

@@ -44,26 +44,36 @@ def weighed_springs(table: MeasuredTable, column: str, names: Sequence[str]) -> 
 def _weighed_spring(
     field: str, forces: NDArray[np.float64], deflections: NDArray[np.float64], last_digits: NDArray[np.float64]
 ) -> Estimate:
-    """Return the stiffness [N/mm] by rows that load one spring; a constant error of the zero drops out."""
+    """Return the stiffness [N/mm] by rows that load one spring."""
+    compliance = line_through(field, forces, deflections, last_digits, "mm/N")
+    if not compliance.value > _LEAST_COMPLIANCE:
+        hint = "swap columns, turn the sign, or mend a unit"
+        raise validation_error(field, compliance.value, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
+    if compliance.error > compliance.value:
+        bound = f"known to 200 %, not +- {2.0 * compliance.error:.2g} mm/N"
+        raise validation_error(field, compliance.value, "mm/N", bound, "weigh again")
+    relative = max(compliance.error / compliance.value, _LEAST_ERROR)
+    return Estimate(1.0 / compliance.value, relative / compliance.value, "N/mm")
+
+
+def line_through(
+    field: str, forces: NDArray[np.float64], shown: NDArray[np.float64], last_digits: NDArray[np.float64], unit: str
+) -> Estimate:
+    """Return the slope of what is shown over forces [N], half of what holds 95 % beside; a wrong zero drops out.
+
+    Raises InputError for fewer than three rows or one weight.
+    """
     weights = len(set(forces.tolist()))
     if len(forces) < FEWEST or weights == 1:
-        bound = f"at least {FEWEST}, of 2 weights; one weight cannot tell a wrong zero from a wrong stiffness"
-        unit = f"rows, of {weights} different weights"
-        raise validation_error(field, len(forces), unit, bound, "add a row without weight")
+        bound = f"at least {FEWEST}, of 2 weights; one weight cannot tell a wrong zero from a wrong slope"
+        rows = f"rows, of {weights} different weights"
+        raise validation_error(field, len(forces), rows, bound, "add a row without weight")
 
-    compliance, zero = np.polyfit(forces, deflections, 1).tolist()
-    if not compliance > _LEAST_COMPLIANCE:
-        hint = "swap columns, turn the sign, or mend a unit"
-        raise validation_error(field, compliance, "mm/N", f"more than {_LEAST_COMPLIANCE:g}", hint)
-
-    # Each deflection has the scatter about the line and, beside it, the standard deviation of its rounding.
-    residual = deflections - zero - compliance * forces
+    slope, zero = np.polyfit(forces, shown, 1).tolist()
+    # Each number has the scatter about the line and, beside it, the standard deviation of its rounding.
+    residual = shown - zero - slope * forces
     freedom = len(forces) - 2
     student = _STUDENT[freedom - 1] if freedom <= len(_STUDENT) else COVERAGE
     scatter = student / COVERAGE * math.sqrt(float(residual @ residual) / freedom)
     rounding = _ROUNDED * float(last_digits.min())
-    error = math.hypot(scatter, rounding) / float(np.linalg.norm(forces - forces.mean()))
-    if error > compliance:
-        bound = f"known to 200 %, not +- {2.0 * error:.2g} mm/N"
-        raise validation_error(field, compliance, "mm/N", bound, "weigh again")
-    return Estimate(1.0 / compliance, max(error / compliance, _LEAST_ERROR) / compliance, "N/mm")
+    return Estimate(slope, math.hypot(scatter, rounding) / float(np.linalg.norm(forces - forces.mean())), unit)

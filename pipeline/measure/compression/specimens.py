@@ -89,7 +89,8 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
             raise _row_error(form, block[0], bound, hint)
     if not specimens:
         first = next(row for row in rows if not row.empty)
-        hint = "begin it with force_N,travel_mm, or name its headers by --columns force=HEADER,travel=HEADER"
+        known = "; ".join(f"{name}: {', '.join((name, *quantities[name].words))}" for name in ("force", "travel"))
+        hint = f"known words, each with its unit: {known}; or name yours by --columns force=HEADER,travel=HEADER"
         raise _row_error(form, first, "a table whose header names a force and a travel", hint)
     return specimens
 

@@ -10,6 +10,7 @@ from cad.quantity import validation_error
 from cad.theory.contrast_law import ContrastLaw
 from pipeline.measure.unit.fruit_reading import AT_THE_EDGE
 from pipeline.measure.unit.measuring import SAME_DEPTH, MeasuringUnit
+from pipeline.measure.unit.presses import TARE_SAMPLES
 
 
 def c_header(sensor: MeasuringUnit) -> str:
@@ -33,11 +34,17 @@ def _rendered(template: str, sensor: MeasuringUnit, number: object) -> str:
     least, largest = sensor.range_MPa
     law = _pair_constants(sensor) if sensor.law is None else _contrast_constants(sensor.law)
     rows = sensor.report.read_out.level
+    signal = sensor.report.read_out.signal
     constants = {
         "design": sensor.design.name,
         "method": sensor.unit.method,
         "tips": [tip.name for tip in sensor.report.tips],
         "gains": sensor.unit.gain,
+        "newtons": [slope for row in sensor.unit.newtons_per_count for slope in row],
+        "saturation": sensor.unit.saturation_counts,
+        "tare_samples": TARE_SAMPLES,
+        "amplifier": "" if signal is None else signal.amplifier,
+        "board": "" if signal is None else signal.board,
         "least_forces": sensor.least_forces.tolist(),
         "largest_forces": sensor.largest_forces.tolist(),
         "least_E": least * (1.0 - AT_THE_EDGE),

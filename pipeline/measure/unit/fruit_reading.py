@@ -146,8 +146,9 @@ def half_width(
     felt = -2.0 * fruit.poisson / (1.0 - fruit.poisson**2)
     by_poisson = (felt + curve_by_poisson) * fruit.poisson_spread
     steepness = sensor.steepness(E)
+    by_heat = sensor.modulus_drift
     by_bias = math.hypot(sensor.bias(E), steepness * sensor.model_error, *bounds) / math.sqrt(3.0)
-    return COVERAGE * math.hypot(*(steepness * deviation for deviation in deviations), by_poisson, by_bias)
+    return COVERAGE * math.hypot(*(steepness * deviation for deviation in deviations), by_heat, by_poisson, by_bias)
 
 
 class Sensitivity(NamedTuple):
@@ -163,8 +164,8 @@ class Sensitivity(NamedTuple):
         return [*springs, *gains]
 
     def by_noise(self, sensor: MeasuringUnit, forces: Floats) -> float:
-        """Return the standard deviation of the modulus [1] by noise on forces [N]."""
-        return float(np.linalg.norm(self.forces * sensor.noises / forces))
+        """Return the standard deviation of the modulus [1] by noise and drift of zero on forces [N]."""
+        return float(np.linalg.norm(self.forces * sensor.force_errors / forces))
 
 
 def contrast_reading(sensor: MeasuringUnit, law: ContrastLaw, forces: Floats) -> FruitReading:

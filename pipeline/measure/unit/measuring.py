@@ -97,14 +97,36 @@ class MeasuringUnit:
 
     @cached_property
     def noises(self) -> Floats:
-        """Return the standard deviation of the noise of each channel [N]: the design's, or that of a usual bridge."""
+        """Return the standard deviation of the noise of each channel [N]: by read-out, or as the design asks."""
+        signal = self.report.read_out.signal
+        if signal is not None:
+            return np.array(signal.noises_N)
         asked = self.design.reading or Reading()
         return np.array([asked.force_noise(force) for force in self.report.read_out.full_scale_N])
 
     @cached_property
+    def zero_drifts(self) -> Floats:
+        """Return by how much the zero of each channel may drift after taring [N]; 0 where no read-out is named."""
+        signal = self.report.read_out.signal
+        return np.zeros(len(self.noises)) if signal is None else np.array(signal.zero_drift_N)
+
+    @property
+    def force_errors(self) -> Floats:
+        """Return what a force of each channel may be off by without a touch [N]: by noise and by drift of its zero."""
+        return np.hypot(self.noises, self.zero_drifts)
+
+    @property
+    def modulus_drift(self) -> float:
+        """Return the standard deviation of a modulus [1] by the temperature of the leaves: a bound over root three."""
+        signal = self.report.read_out.signal
+        if signal is None:
+            return 0.0
+        return 0.01 * math.hypot(signal.modulus_drift_percent, signal.self_heating_percent) / math.sqrt(3.0)
+
+    @cached_property
     def least_forces(self) -> Floats:
         """Return the force of each channel below which its tip counts as off the fruit [N]."""
-        return LEAST_OVER_NOISE * self.noises
+        return LEAST_OVER_NOISE * self.force_errors
 
     @cached_property
     def largest_forces(self) -> Floats:

@@ -1,5 +1,6 @@
 """From signals to readings: a press is the samples from the touch of the last tip to the lift of the first one."""
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -15,6 +16,8 @@ from pipeline.measure.unit.signals import Sample, Signal
 
 Floats = NDArray[np.float64]
 
+TARE_SAMPLES = 10
+"""Of a signal of counts, at its start, of a sensor that hangs free."""
 _CHECK_CHANNEL = "check zero, sign and unit of the channel"
 
 
@@ -31,7 +34,8 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
     """
     press: _Press | None = None
     pressed = False
-    for sample in signal:
+    samples = counted_in_newtons(sensor, signal) if signal.counted else signal
+    for sample in samples:
         forces = sensor.gained(sample.forces)
         tip = _first_out_of_scale(sensor, forces)
         if tip is not None:
@@ -50,6 +54,63 @@ def readings_of(sensor: MeasuringUnit, signal: Signal, *, every_sample: bool = F
         yield press.reading(press.deepest)
     if not pressed:
         yield FruitReading(flags=("lift_off",))
+
+
+def counted_in_newtons(sensor: MeasuringUnit, signal: Signal) -> Iterator[Sample]:
+    """Yield the samples of a signal of counts with their forces [N]: its first ten, of a free sensor, are the tare.
+
+    Raises InputError for a unit whose counts were not calibrated, for counts at the end of the converter's range, and
+    for a tare that is no free sensor's: unsteady, or more than a full scale off that of the calibration.
+    """
+    unit = sensor.unit
+    refuse_uncalibrated_counts(sensor, "FILE.csv")
+    samples = iter(signal)
+    free = list(itertools.islice(samples, TARE_SAMPLES))
+    for sample in free:
+        _refuse_saturation(sensor, signal, sample)
+    tare = np.mean([sample.forces for sample in free], axis=0).tolist()
+    hint = f"let the sensor hang free and still for the first {TARE_SAMPLES} samples"
+    if len(free) < TARE_SAMPLES:
+        raise signal.force_error(free[-1], 0, f"one of at least {TARE_SAMPLES} samples", hint, "counts")
+    for sample in free:
+        off = np.abs(unit.forces_of_counts(sample.forces, tare))
+        if (off > sensor.least_forces).any():
+            raise signal.force_error(sample, int((off - sensor.least_forces).argmax()), "steady", hint, "counts")
+    moved = np.abs(unit.forces_of_counts(tare, unit.zero_counts))
+    full_scale = np.array(sensor.report.read_out.full_scale_N)
+    if (moved > full_scale).any():
+        bound = "within a full scale of the calibration's zero"
+        raise signal.force_error(free[0], int((moved / full_scale).argmax()), bound, hint, "counts")
+    for sample in samples:
+        _refuse_saturation(sensor, signal, sample)
+        yield replace(sample, forces=unit.forces_of_counts(sample.forces, tare))
+
+
+def refuse_uncalibrated_counts(sensor: MeasuringUnit, name: str) -> None:
+    """Raise InputError for counts that a unit tells no forces of."""
+    if not sensor.unit.newtons_per_count:
+        bound = "forces, for the counts of this unit were not calibrated"
+        raise validation_error(name, "counts", "", bound, "calibrate weights with counts, and give --unit")
+
+
+def forces_of_counts(sensor: MeasuringUnit, counts: Sequence[float], tare: Sequence[float] | None) -> tuple[float, ...]:
+    """Return the forces [N] of `--counts`, above a tare or the zero of the calibration; raises InputError."""
+    refuse_uncalibrated_counts(sensor, "--counts")
+    for values in (counts, tare or ()):
+        for value in values:
+            if abs(value) >= sensor.unit.saturation_counts:
+                raise validation_error("--counts", value, "counts", _range_in_words(sensor), _CHECK_CHANNEL)
+    return sensor.unit.forces_of_counts(counts, tare or sensor.unit.zero_counts)
+
+
+def _refuse_saturation(sensor: MeasuringUnit, signal: Signal, sample: Sample) -> None:
+    sizes = np.abs(sample.forces)
+    if sizes.max() >= sensor.unit.saturation_counts:
+        raise signal.force_error(sample, int(sizes.argmax()), _range_in_words(sensor), _CHECK_CHANNEL, "counts")
+
+
+def _range_in_words(sensor: MeasuringUnit) -> str:
+    return f"within +-{sensor.unit.saturation_counts}, the range of the converter"
 
 
 def refuse_bad_forces(sensor: MeasuringUnit, forces: Sequence[float]) -> None:

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -31,8 +32,10 @@ class PrintedUnit:
 
     `design_sha256` is the digest of the design that it is a print of. Each reading of a channel [N] times its gain is
     the force. `height_mm` is how far a tip stands out more than designed, after zeroing. `classes` are ripeness classes
-    as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found. `scale` is what another
-    instrument shows of fruit that it reads.
+    as in `ripe:0.8,unripe`, empty for none. `method` says how the numbers were found. Where counts were calibrated, the
+    forces of all tips [N] are `newtons_per_count` (tips, channels) times the counts of all channels less their tare;
+    `zero_counts` are those of the calibration, and counts of `saturation_counts` or more are none. `scale` is
+    what another instrument shows of fruit that it reads.
     """
 
     design: str
@@ -45,6 +48,9 @@ class PrintedUnit:
     height_error_mm: tuple[float, ...] = quantity("mm", _ERROR, hint=_HINT)
     gain: tuple[float, ...] = quantity("1", _GAIN, hint="a channel that needs no correction has 1")
     gain_percent: tuple[float, ...] = quantity("%", _ERROR, hint=_HINT)
+    newtons_per_count: tuple[tuple[float, ...], ...] = ()
+    zero_counts: tuple[float, ...] = ()
+    saturation_counts: int = 0
     classes: str = ""
     scale: FruitScale | None = None
 
@@ -59,6 +65,25 @@ class PrintedUnit:
                 bound = f"a list of {len(self.tips)} numbers, one for each tip"
                 name = f"unit.{item.name}"
                 raise validation_error(name, list(values), "", bound, _HINT)
+        if self.newtons_per_count or self.zero_counts:
+            self._check_counts()
+
+    def _check_counts(self) -> None:
+        count = len(self.tips)
+        rows = [*self.newtons_per_count, self.zero_counts]
+        numbers = [number for row in rows for number in row]
+        is_whole = len(rows) == count + 1 and all(len(row) == count for row in rows)
+        if not is_whole or not all(map(math.isfinite, numbers)) or self.saturation_counts <= 0:
+            bound = f"{count} lists of {count} finite numbers, beside {count} zero_counts and saturation_counts above 0"
+            raise validation_error("unit.newtons_per_count", str(self.newtons_per_count), "", bound, _HINT)
+
+    def forces_of_counts(self, counts: Sequence[float], tare: Sequence[float]) -> tuple[float, ...]:
+        """Return the force of each tip [N] of counts of all channels, less those of a free sensor."""
+        above_tare = [count - zero for count, zero in zip(counts, tare, strict=True)]
+        return tuple(
+            math.fsum(slope * count for slope, count in zip(row, above_tare, strict=True))
+            for row in self.newtons_per_count
+        )
 
     @property
     def stiffnesses(self) -> tuple[float, ...]:
@@ -99,7 +124,12 @@ def unit_of(
     """
     count = len(report.tips)
     asked = report.design.reading or Reading()
-    noises = [asked.force_noise(force) for force in report.read_out.full_scale_N]
+    signal = report.read_out.signal
+    noises: Sequence[float] = [asked.force_noise(force) for force in report.read_out.full_scale_N]
+    gain_percent = [asked.gain_percent] * count
+    if signal is not None:
+        noises = signal.noises_N
+        gain_percent = [math.hypot(asked.gain_percent, drift / math.sqrt(3.0)) for drift in signal.gain_drift_percent]
     return PrintedUnit(
         design=report.design.name,
         design_sha256=design_digest(report.design),
@@ -110,7 +140,7 @@ def unit_of(
         height_mm=(0.0,) * count,
         height_error_mm=tuple(0.1 * noise / K for noise, K in zip(noises, stiffnesses, strict=True)),
         gain=(1.0,) * count,
-        gain_percent=(asked.gain_percent,) * count,
+        gain_percent=tuple(gain_percent),
     )
 
 
@@ -144,6 +174,9 @@ def unit_as_toml(unit: PrintedUnit) -> str:
     keys = to_plain(unit)
     scale = keys.pop("scale")
     # Texts, numbers and lists of them are written alike in JSON and in TOML.
+    for key in ("newtons_per_count", "zero_counts", "saturation_counts"):
+        if not keys[key]:
+            del keys[key]
     lines += [f"{key} = {json.dumps(value)}" for key, value in keys.items()]
     if scale is not None:
         lines += ["", "[scale]", *(f"{key} = {json.dumps(value)}" for key, value in scale.items())]

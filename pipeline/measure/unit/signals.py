@@ -17,6 +17,8 @@ from pipeline.measure.measured_table import (
     strict_columns,
 )
 
+COUNTS = Quantity(units={"1": 1.0}, default="1", most=2.0**31)
+
 
 @dataclass(frozen=True)
 class Sample:
@@ -35,8 +37,15 @@ def force_keys(tips: int) -> tuple[str, ...]:
     return tuple(f"F_{tip}" for tip in range(1, tips + 1))
 
 
+def count_keys(tips: int) -> tuple[str, ...]:
+    """Return the names of the counts of the channels of a sensor of so many tips, as those of its forces."""
+    return tuple(f"counts_{key.removeprefix('F_')}" for key in force_keys(tips))
+
+
 class Signal:
     """A signal that is read as its lines come; `notes` say which units were assumed.
+
+    Where its header names counts, `counted`, its samples have those in place of forces.
 
     Raises InputError, in one line that names line and column, at the first line that is not as the header says.
     """
@@ -45,14 +54,16 @@ class Signal:
         """Read the header."""
         self._lines = enumerate(lines, start=1)
         _, header = next(self._lines, (1, ""))
-        keys = force_keys(tips)
-        example = ",".join(["t_s", *(f"{key}_N" for key in keys)])
+        self.counted = "counts_" in header.lower()
+        keys = count_keys(tips) if self.counted else force_keys(tips)
+        unit = "" if self.counted else "_N"
+        example = ",".join(["t_s", *(f"{key}{unit}" for key in keys)])
         if not header.strip():
             bound = f"a header like {example} and lines of numbers"
             raise validation_error(source, "", "", bound, "record a press")
         quantities = {"t": Quantity(units=TIME, default="s"), "x": Quantity(units=LENGTH, default="mm")}
         for key in keys:
-            quantities[key] = Quantity(units=FORCE, default="N")
+            quantities[key] = COUNTS if self.counted else Quantity(units=FORCE, default="N")
         self._format = format_of(source, [header])
         columns = strict_columns(self._format, self._format.row(1, header), quantities, ("t", *keys), example)
         self._columns = {column.name: column for column in columns}
@@ -79,17 +90,17 @@ class Signal:
             bound = "at least one line of numbers below the header"
             raise validation_error(form.source, 0, "samples", bound, "record a press")
 
-    def force_error(self, sample: Sample, tip: int, bound: str, hint: str) -> InputError:
-        """Return the error for the force of a tip in a sample."""
+    def force_error(self, sample: Sample, tip: int, bound: str, hint: str, unit: str = "N") -> InputError:
+        """Return the error for the force of a tip in a sample, or for the counts of its channel."""
         place = place_of(self._format.source, sample.line, self._force_columns[tip].label)
-        return validation_error(place, sample.forces[tip], "N", bound, hint)
+        return validation_error(place, sample.forces[tip], unit, bound, hint)
 
 
-def forces_of_text(text: str, tips: int) -> list[float]:
-    """Return the forces [N] of `--forces F1,F2,...`; raises InputError."""
+def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:
+    """Return the numbers of a flag like `--forces F1,F2,...`, one for each tip; raises InputError."""
     cells = [cell.strip() for cell in text.split(",")]
     if len(cells) != tips or not all(is_number(cell) for cell in cells):
-        bound = f"{tips} numbers in N with commas between, one for each tip of this sensor"
+        bound = f"{tips} numbers in {unit} with commas between, one for each tip of this sensor"
         example = ",".join(f"F{tip}" for tip in range(1, tips + 1))
-        raise validation_error("--forces", text, "", bound, f"write --forces {example}, decimals with a point")
+        raise validation_error(flag, text, "", bound, f"write {flag} {example}, decimals with a point")
     return [float(cell) for cell in cells]

@@ -24,7 +24,8 @@ each_choice = pytest.mark.parametrize(
     ("table", "item"), CHOICES, ids=[f"{table}.{item.name}" for table, item in CHOICES]
 )
 UNIT_OF_ENDING = {"_mm": "mm", "_MPa": "MPa", "_deg": "deg", "_N_per_m": "N/m", "_N": "N", "_percent": "%"}
-UNIT_OF_ENDING |= {"_mm_per_s": "mm/s", "_s": "s"}
+UNIT_OF_ENDING = {"_mV_per_mm": "mV/mm"} | UNIT_OF_ENDING | {"_mm_per_s": "mm/s", "_s": "s", "_V": "V", "_mV": "mV"}
+UNIT_OF_ENDING |= {"_Hz": "Hz", "_nV": "nV", "_um": "um", "_K": "K"}
 
 
 @each_number

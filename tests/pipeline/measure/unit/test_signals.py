@@ -5,7 +5,7 @@ import itertools
 import pytest
 
 from cad.quantity import InputError
-from pipeline.measure.unit.signals import Signal, forces_of_text
+from pipeline.measure.unit.signals import Signal, numbers_of_text
 
 HEAD = "t_s,F_l_N,F_h_N\n"
 
@@ -79,8 +79,8 @@ def test_stream_is_read_line_by_line():
 
 
 def test_forces_of_a_flag():
-    assert forces_of_text("0.2, 1.5", 2) == [0.2, 1.5]
+    assert numbers_of_text("0.2, 1.5", 2, "--forces", "N") == [0.2, 1.5]
     for text in ("1,2,3", "1,two", "1,nan", "1", ""):
         with pytest.raises(InputError) as caught:
-            forces_of_text(text, 2)
+            numbers_of_text(text, 2, "--forces", "N")
         assert caught.value.field == "--forces"

@@ -86,7 +86,7 @@ def test_search_without_keys_or_without_budget_finds_nothing(fixed, budget):
     [
         ("paper", {"press.tilt_deg": 1.0}),
         ("paper", {"tips.shape": "sphere"}),
-        ("mango", {"reading.noise_percent": 1.0}),
+        ("mango", {"readout.noise_um": 8.0}),
     ],
 )
 def test_scenes_that_are_not_linear_are_mended(preset, settings):

@@ -1,0 +1,191 @@
+"""What turns the springs' deflections into counts: transducer, amplifier and board, from electronics.toml or by number.
+
+A design that names its read-out has the noise of its forces computed, and what drifts with the temperature counted.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from cad.input_file import read_toml
+from cad.quantity import Bounds, check_fields, check_sources, choice, quantity, sourced_records, validation_error
+
+_DATA = "correct the entry in cad/design/electronics.toml"
+_POSITIVE = Bounds(above=0.0, at_most=1e12)
+_SIZE = Bounds(at_least=0.0, at_most=1e12)
+_BITS = Bounds(at_least=8.0, at_most=32.0)
+_KELVIN = Bounds(at_least=0.0, at_most=50.0)
+_AS_SOLD = "leave it out to have that of the amplifier's data sheet"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Amplifier:
+    """An amplifier with its converter: input range +-`full_scale_mV` in `bits` bits, and its noise, one sigma.
+
+    `rate_Hz` is that of one channel, of which it has `channels`.
+    """
+
+    name: str
+    bits: float = quantity("1", _BITS, hint=_DATA)
+    full_scale_mV: float = quantity("mV", _POSITIVE, hint=_DATA)
+    supply_V: float = quantity("V", _POSITIVE, hint=_DATA)
+    noise_nV: float = quantity("nV", _POSITIVE, hint=_DATA)
+    rate_Hz: float = quantity("Hz", _POSITIVE, hint=_DATA)
+    offset_nV_per_K: float = quantity("nV/K", _SIZE, hint=_DATA)
+    gain_ppm_per_K: float = quantity("ppm/K", _SIZE, hint=_DATA)
+    channels: float = quantity("1", _POSITIVE, hint=_DATA)
+    sources: tuple[tuple[str, str], ...]
+
+    def __post_init__(self) -> None:
+        """Check each number, and that it has a source."""
+        check_fields(self, f"amplifier {self.name}")
+        check_sources(self, f"amplifier {self.name}", _DATA)
+
+    @property
+    def saturation(self) -> int:
+        """Return the largest count [1]: that of the whole input range."""
+        return int(2 ** (self.bits - 1.0)) - 1
+
+    @property
+    def counts_per_V(self) -> float:
+        """Return the counts of one volt at the input [1/V]."""
+        return float(2.0 ** (self.bits - 1.0) / (1e-3 * self.full_scale_mV))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Probe:
+    """A sensor of displacement at a shuttle: its slope at the supply, its noise, one sigma, and its drifts.
+
+    `zero_um` is by how much its zero may be off without any change of temperature.
+    """
+
+    name: str
+    sensitivity_mV_per_mm: float = quantity("mV/mm", _POSITIVE, hint=_DATA)
+    noise_um: float = quantity("um", _SIZE, hint=_DATA)
+    zero_um_per_K: float = quantity("um/K", _SIZE, hint=_DATA)
+    zero_um: float = quantity("um", _SIZE, hint=_DATA)
+    gain_percent_per_K: float = quantity("%/K", _SIZE, hint=_DATA)
+    linearity_percent: float = quantity("%", _SIZE, hint=_DATA)
+    sources: tuple[tuple[str, str], ...]
+
+    def __post_init__(self) -> None:
+        """Check each number, and that it has a source."""
+        check_fields(self, f"probe {self.name}")
+        check_sources(self, f"probe {self.name}", _DATA)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BridgeData:
+    """A full bridge of foil gauges: its resistance, the power that its grids may give off, and its drifts.
+
+    `film_W_per_m2_K` is what air takes of the heat of a leaf.
+    """
+
+    name: str
+    resistance_ohm: float = quantity("ohm", _POSITIVE, hint=_DATA)
+    plastic_mW_per_mm2: float = quantity("mW/mm2", _POSITIVE, hint=_DATA)
+    metal_mW_per_mm2: float = quantity("mW/mm2", _POSITIVE, hint=_DATA)
+    zero_strain_per_K: float = quantity("1/K", _SIZE, hint=_DATA)
+    gain_percent_per_K: float = quantity("%/K", _SIZE, hint=_DATA)
+    linearity_percent: float = quantity("%", _SIZE, hint=_DATA)
+    film_W_per_m2_K: float = quantity("W/(m2 K)", _POSITIVE, hint=_DATA)
+    sources: tuple[tuple[str, str], ...]
+
+    def __post_init__(self) -> None:
+        """Check each number, and that it has a source."""
+        check_fields(self, f"bridge {self.name}")
+        check_sources(self, f"bridge {self.name}", _DATA)
+
+
+_TABLES = read_toml(Path(__file__).with_name("electronics.toml"), "electronics")
+AMPLIFIERS = sourced_records(_TABLES["amplifier"], Amplifier, "amplifier", _DATA)
+PROBE = sourced_records(_TABLES["probe"], Probe, "probe", _DATA)["DRV5055A2"]
+BRIDGE = sourced_records(_TABLES["bridge"], BridgeData, "bridge", _DATA)["foil"]
+USUAL = {"foil": "HX711", "displacement": "ADS1220"}
+"""The amplifier of a transducer where none is named."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Readout:
+    """The signal path of a design; a number that is not set is that of the amplifier or of the sensor named.
+
+    `drift_K` is how far the temperature may be from that of the calibration, `tare_K` from that of the last taring.
+    """
+
+    transducer: str = choice(
+        tuple(USUAL),
+        default="foil",
+        meaning="foil gauges on the leaves, or a sensor of displacement at each shuttle",
+    )
+    amplifier: str | None = choice(
+        tuple(AMPLIFIERS),
+        default=None,
+        meaning="amplifier with its converter; HX711 for foil, ADS1220 for displacement where it is not set",
+    )
+    board: str = choice(
+        ("rp2040",), default="rp2040", meaning="microcontroller board of the wiring plan and of the MicroPython program"
+    )
+    excitation_V: float | None = quantity(
+        "V",
+        _POSITIVE,
+        default=None,
+        hint="leave it out to have what the leaf bears",
+        meaning="voltage across a bridge; what its resistors leave where it is not set",
+    )
+    bits: float | None = quantity(
+        "1", _BITS, default=None, hint=_AS_SOLD, meaning="bits of the converter, its sign too"
+    )
+    full_scale_mV: float | None = quantity(
+        "mV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="input range of the amplifier, to either side of zero"
+    )
+    rate_Hz: float | None = quantity(
+        "Hz", _POSITIVE, default=None, hint=_AS_SOLD, meaning="samples a second of one channel"
+    )
+    noise_nV: float | None = quantity(
+        "nV", _POSITIVE, default=None, hint=_AS_SOLD, meaning="noise at the amplifier's input, one sigma, at its rate"
+    )
+    sensitivity_mV_per_mm: float | None = quantity(
+        "mV/mm",
+        _POSITIVE,
+        default=None,
+        hint="leave it out for a DRV5055A2 between two magnets",
+        meaning="slope of a sensor of displacement; that of a DRV5055A2 between two magnets where it is not set",
+    )
+    noise_um: float | None = quantity(
+        "um",
+        _SIZE,
+        default=None,
+        hint="leave it out for a DRV5055A2 between two magnets",
+        meaning="noise of a sensor of displacement, one sigma",
+    )
+    drift_K: float = quantity(
+        "K", _KELVIN, default=5.0, hint="a room keeps within 5", meaning="how far the air may be from the calibration's"
+    )
+    tare_K: float = quantity(
+        "K",
+        _KELVIN,
+        default=1.0,
+        hint="tare before each fruit",
+        meaning="how far the air may be from the last taring's",
+    )
+
+    def __post_init__(self) -> None:
+        """Check each field, and that none belongs to the other transducer."""
+        check_fields(self, "readout")
+        foreign = ("sensitivity_mV_per_mm", "noise_um") if self.transducer == "foil" else ("excitation_V",)
+        for name in foreign:
+            value = getattr(self, name)
+            if value is not None:
+                bound = f"left out beside readout.transducer = {self.transducer!r}"
+                key = f"readout.{name}"
+                raise validation_error(key, value, "", bound, "it belongs to the other transducer")
+
+    @property
+    def circuit(self) -> Amplifier:
+        """Return the amplifier that is named, or the usual one, with the numbers that are set."""
+        named = AMPLIFIERS[self.amplifier or USUAL[self.transducer]]
+        numbers = {}
+        for name in ("bits", "full_scale_mV", "rate_Hz", "noise_nV"):
+            value = getattr(self, name)
+            if value is not None:
+                numbers[name] = value
+        return replace(named, **numbers)

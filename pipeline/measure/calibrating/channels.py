@@ -1,0 +1,104 @@
+"""Channels from weights: the counts of every channel while one tip after the other is loaded; gains and crosstalk."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.quantity import validation_error
+from pipeline.measure.calibrating.weighing import line_through
+from pipeline.measure.measured_table import MeasuredTable, place_of
+from pipeline.measure.unit.signals import count_keys
+from pipeline.report.stored import StoredReport
+
+Floats = NDArray[np.float64]
+
+USUAL_SATURATION = 2**23 - 1
+"""The largest count of a converter of 24 bits."""
+_WORST_CONDITION = 100.0  # of gains, each over its own channel's: beyond it channels do not tell the tips apart
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelCalibration:
+    """What weights tell of the channels, in the order of the tips.
+
+    `counts_per_N` (channels, tips) are slopes, `gain_percent` what is left of the force of each tip, one sigma.
+    `crosstalk_percent` is the largest slope of a channel over a tip that is not its own, of its own one.
+    `hysteresis_percent` is how far readings of one weight are apart at most, `drift_percent` how far the last reading
+    without weight is from the first, both of what the largest weight shows.
+    """
+
+    counts_per_N: Floats
+    zero_counts: Floats
+    saturation: int
+    gain_percent: tuple[float, ...]
+    crosstalk_percent: tuple[float, ...]
+    hysteresis_percent: tuple[float, ...]
+    drift_percent: tuple[float, ...]
+
+    @property
+    def newtons_per_count(self) -> tuple[tuple[float, ...], ...]:
+        """Return the matrix from counts above tare to forces [N], (tips, channels)."""
+        return tuple(map(tuple, np.linalg.inv(self.counts_per_N).tolist()))
+
+
+def weighed_channels(table: MeasuredTable, report: StoredReport) -> ChannelCalibration | None:
+    """Return the channels of a table of weights, tare first; None where it has no counts.
+
+    Raises InputError for saturated counts, for a tip whose first row has a weight, and for channels that do not tell
+    the tips apart.
+    """
+    names = [tip.name for tip in report.tips]
+    keys = count_keys(len(names))
+    if keys[0] not in table.numbers:
+        return None
+    counts = np.column_stack([table.numbers[key] for key in keys])
+    digits = np.column_stack([table.last_digits[key] for key in keys])
+    signal = report.read_out.signal
+    saturation = USUAL_SATURATION if signal is None else signal.saturation_counts
+    for line, row in zip(table.lines, counts, strict=True):
+        if np.abs(row).max() >= saturation:
+            worst = float(row[np.abs(row).argmax()])
+            bound = f"within +-{saturation}, the range of the converter"
+            raise validation_error(place_of(table.source, line), worst, "counts", bound, "take a smaller weight")
+
+    forces = table.numbers["force"]
+    tips = np.array(table.texts["tip"])
+    slopes = np.empty((len(names), len(names)))
+    gain_percent = []
+    hysteresis = []
+    drift = []
+    for tip, name in enumerate(names):
+        rows = np.flatnonzero(tips == name)
+        loads = forces[rows]
+        if loads[0] != 0.0:
+            place = place_of(table.source, table.lines[int(rows[0])], "tip")
+            raise validation_error(place, float(loads[0]), "N", "0 in the first row of a tip", "tare first")
+        for channel, key in enumerate(keys):
+            field = f"{table.source}: {key} over the weight on {name}"
+            slope = line_through(field, loads, counts[rows, channel], digits[rows, channel], "counts/N")
+            slopes[channel, tip] = slope.value
+            if channel != tip:
+                continue
+            shown = counts[rows, channel]
+            span = abs(slope.value) * float(np.ptp(loads))
+            unlike = max(float(np.ptp(shown[loads == load])) for load in set(loads.tolist()))
+            hysteresis.append(100.0 * unlike / span)
+            without = shown[loads == 0.0]
+            drift.append(100.0 * float(without[-1] - without[0]) / span)
+            # What comes back otherwise lies anywhere within its width (JCGM 100:2008, 4.3.7).
+            gain_percent.append(float(np.hypot(slope.percent, 0.5 * hysteresis[-1] / np.sqrt(3.0))))
+    relative = slopes / np.diag(slopes)[:, None]
+    if not np.linalg.cond(relative) < _WORST_CONDITION:
+        bound = "channels each of which shows mostly its own tip"
+        raise validation_error(table.source, float(np.linalg.cond(relative)), "", bound, "check order and wires")
+    others = np.abs(relative - np.eye(len(names))).max(axis=1)
+    return ChannelCalibration(
+        counts_per_N=slopes,
+        zero_counts=counts[forces == 0.0].mean(axis=0),
+        saturation=saturation,
+        gain_percent=tuple(gain_percent),
+        crosstalk_percent=tuple((100.0 * others).tolist()),
+        hysteresis_percent=tuple(hysteresis),
+        drift_percent=tuple(drift),
+    )

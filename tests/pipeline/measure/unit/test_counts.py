@@ -1,0 +1,283 @@
+"""The whole chain: a fruit's forces by the contact engine, counts by an amplifier made up here, and its modulus back.
+
+The amplifier has gains 20 % off, crosstalk, an offset, noise, whole counts of 24 bits, and drifts over 5 K; the leaves
+of plastic change with the temperature. Weights on each tip tell the unit what it then reads by.
+"""
+
+import runpy
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from measured_units import random_pose
+
+from cad.quantity import InputError
+from pipeline.measure.calibrating.calibration import calibrated, measured_print
+from pipeline.measure.unit.firmware import c_header, micropython
+from pipeline.measure.unit.measuring import MeasuringUnit
+from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, reading_of, readings_of
+from pipeline.measure.unit.printed_unit import read_unit, unit_as_toml
+from pipeline.measure.unit.signals import Signal, count_keys
+from solve.contact.poses import Pose
+
+GRAM = 9.80665e-3  # [N]
+UNITS = 50
+FRUIT = 20  # of each unit
+LEAST_COVERED = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / (UNITS * FRUIT))  # three sigma of a fair count of 95 %
+DEPTHS = (0.4, 0.7, 1.0, 0.8)  # of the travel: into the fruit, and out again
+AGREES = 1e-5
+FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
+MAIN = """
+#include <stdio.h>
+#include "unit.h"
+int main(void)
+{
+    int32_t counts[TWINTIP_TIPS];
+    twintip_tare tare = {0};
+    while (fread(counts, sizeof counts, 1, stdin) == 1) {
+        if (tare.samples < 10) {
+            twintip_tare_add(&tare, counts);
+            continue;
+        }
+        EACH
+    }
+    AFTER
+    return 0;
+}
+"""
+PRINT = 'printf("%.9g %u\\n", (double)found.E, (unsigned)found.flags);'
+SQUARE = {"EACH": f"const twintip_reading found = twintip_read_counts(&tare, counts);\n{PRINT}", "AFTER": ""}
+PAIR = {
+    "twintip_tare tare = {0};": "twintip_tare tare = {0};\n twintip_press press;\n twintip_begin(&press);",
+    "EACH": "(void)twintip_add_counts(&press, &tare, counts);",
+    "AFTER": f"const twintip_reading found = twintip_end(&press);\n{PRINT}",
+}
+
+
+class Electronics:
+    """Gains, crosstalk and offset of the channels of one unit, all of them made up."""
+
+    def __init__(self, measured, rng):
+        count = len(measured.K)
+        signal = measured.report.read_out.signal
+        self.rng = rng
+        nominal = np.full(count, 1.5e6) if signal is None else np.array(signal.counts_per_N)
+        self.noise = 1e-4 * nominal if signal is None else nominal * np.array(signal.noise_N)
+        self.zero_drift = 0.0 if signal is None else nominal * np.array(signal.zero_drift_N)
+        self.gain_drift = 0.0 if signal is None else 0.01 * np.array(signal.gain_drift_percent)
+        gains = nominal * (1.0 + 0.2 * rng.uniform(-1.0, 1.0, count))
+        crosstalk = np.eye(count) + 0.02 * rng.uniform(-1.0, 1.0, (count, count)) * (1.0 - np.eye(count))
+        self.matrix = crosstalk * gains
+        self.zero = rng.uniform(-3e5, 3e5, count)
+
+    def counts(self, forces, modulus=1.0, gains=1.0, zero=0.0):
+        """Return whole counts of forces [N], (rows, tips), on leaves whose modulus is a share of the calibration's."""
+        clean = self.zero + zero + forces @ (gains * self.matrix.T) / modulus
+        return np.rint(clean + self.noise * self.rng.normal(size=clean.shape)).astype(np.int64)
+
+
+def weights(measured, factors, electronics, hysteresis=0.0):
+    """Return the table of weights on each tip, up and down, with a dial of a micrometre and the counts beside."""
+    names = [tip.name for tip in measured.report.tips]
+    lines = [",".join(["tip,weight_g,deflection_mm", *count_keys(len(names))])]
+    stiffnesses = measured.K * factors
+    for tip, name in enumerate(names):
+        full = round(0.9 * measured.report.read_out.full_scale_N[tip] / GRAM, 2)
+        for step, part in enumerate((0.0, 0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0)):
+            force = np.zeros(len(names))
+            force[tip] = part * full * GRAM
+            if 4 < step < 8:
+                force[tip] += hysteresis * full * GRAM
+            counts = electronics.counts(force[None])[0]
+            lines.append(
+                ",".join(map(str, [name, part * full, round(part * full * GRAM / stiffnesses[tip], 3), *counts]))
+            )
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def calibrate(tmp_path):
+    def calibration(report, text):
+        path = tmp_path / "measured.csv"
+        path.write_text(text, encoding="utf-8")
+        return calibrated(report, measured_print(path, report))
+
+    return calibration
+
+
+def signal_of(rows):
+    """Return counts in rows as the lines of a file, ten samples a second."""
+    keys = count_keys(len(rows[0]))
+    return [",".join(["t_s", *keys]), *(",".join(map(str, [0.1 * i, *row])) for i, row in enumerate(rows.tolist()))]
+
+
+def read(sensor, rows):
+    return list(readings_of(sensor, Signal(signal_of(rows), "press.csv", len(rows[0]))))
+
+
+def free(electronics, zero=0.0):
+    """Return the samples of a sensor that hangs free."""
+    return electronics.counts(np.zeros((TARE_SAMPLES, len(electronics.zero))), zero=zero)
+
+
+def covered(measured, rng, calibrate, *, calibrated_gains=True):
+    """Return the share of fruit whose modulus lies in the bar of its reading, over units with their own electronics."""
+    inside = []
+    per_K = measured.design.process.E_per_K
+    for _ in range(UNITS):
+        factors = rng.normal(1.0, 0.12, len(measured.K)).clip(0.7, 1.3)
+        electronics = Electronics(measured, rng)
+        unit = calibrate(measured.report, weights(measured, factors, electronics)).unit
+        if not calibrated_gains:
+            nominal = np.linalg.inv(np.diag(measured.report.read_out.signal.counts_per_N))
+            unit = replace(unit, newtons_per_count=tuple(map(tuple, nominal.tolist())))
+        sensor = MeasuringUnit(report=measured.report, unit=unit)
+        for _ in range(FRUIT):
+            E = float(np.exp(rng.uniform(np.log(0.5), np.log(3.5))))
+            pose = random_pose(measured.design, rng, E, measured.design.press.travel_mm)
+            modulus = 1.0 + per_K * rng.uniform(-5.0, 5.0)
+            forces = measured.forces([replace(pose, travel=share * pose.travel) for share in DEPTHS], factors * modulus)
+            gains = 1.0 + electronics.gain_drift * rng.uniform(-1.0, 1.0, len(measured.K))
+            # since the calibration the zero has moved by far more than since the taring
+            before = 20.0 * electronics.zero_drift * rng.uniform(-1.0, 1.0, len(measured.K))
+            since = electronics.zero_drift * rng.uniform(-1.0, 1.0, len(measured.K))
+            press = electronics.counts(forces, modulus, gains, before + since)
+            try:
+                (reading,) = read(sensor, np.concatenate([free(electronics, before), press]))
+            except InputError:  # forces that are none of this sensor's
+                inside.append(False)
+            else:
+                inside.append(reading.E is not None and abs(reading.E / E - 1.0) <= reading.u)
+    return np.mean(inside)
+
+
+@pytest.mark.slow
+def test_a_thousand_units_and_fruit_are_read_inside_their_bar(mango, rng, calibrate):
+    assert covered(mango, rng, calibrate) >= LEAST_COVERED
+
+
+def test_gains_as_designed_are_seen(mango, rng, calibrate, monkeypatch):
+    """Planted: a unit that takes its gains for those of the data sheets reads nothing."""
+    monkeypatch.setitem(globals(), "UNITS", 3)
+    assert covered(mango, rng, calibrate, calibrated_gains=False) < 0.7
+
+
+def test_weights_tell_gain_crosstalk_hysteresis_and_zero(mango, rng, calibrate):
+    electronics = Electronics(mango, rng)
+    found = calibrate(mango.report, weights(mango, 1.0, electronics, hysteresis=0.01)).channels
+    assert found.counts_per_N == pytest.approx(electronics.matrix, rel=0.01, abs=1e-3 * electronics.matrix.max())
+    assert found.zero_counts == pytest.approx(electronics.zero, abs=1e-3 * np.abs(electronics.zero).max())
+    assert found.hysteresis_percent == pytest.approx([1.0] * 4, rel=0.1)
+    plain = calibrate(mango.report, weights(mango, 1.0, electronics)).channels
+    assert plain.counts_per_N == pytest.approx(electronics.matrix, rel=1e-3, abs=1e-4 * electronics.matrix.max())
+    assert max(plain.hysteresis_percent) < 0.1
+    assert np.abs(plain.drift_percent).max() < 0.1
+    relative = np.abs(electronics.matrix / np.diag(electronics.matrix)[:, None] - np.eye(4)).max(axis=1)
+    assert plain.crosstalk_percent == pytest.approx(100.0 * relative, rel=0.05)
+
+
+def test_a_unit_with_counts_is_read_back_from_its_file(mango, rng, calibrate, tmp_path):
+    unit = calibrate(mango.report, weights(mango, 1.0, Electronics(mango, rng))).unit
+    path = tmp_path / "unit.toml"
+    path.write_text(unit_as_toml(unit), encoding="utf-8")
+    assert read_unit(path, mango.report) == unit
+
+
+def without_tare(text):
+    lines = text.splitlines()
+    return "\n".join([lines[0], *lines[2:]])
+
+
+def saturated(text):
+    lines = text.splitlines()
+    return "\n".join([*lines[:-1], f"{lines[-1].rpartition(',')[0]},8388607"])
+
+
+def one_channel(text):
+    """Return a table in which a channel shows what the one before shows."""
+    lines = text.splitlines()
+    return "\n".join([lines[0], *(f"{line.rpartition(',')[0]},{line.split(',')[-2]}" for line in lines[1:])])
+
+
+@pytest.mark.parametrize("spoilt", [without_tare, saturated, one_channel])
+def test_tables_that_tell_no_channels_are_refused(spoilt, mango, rng, calibrate):
+    text = weights(mango, 1.0, Electronics(mango, rng))
+    with pytest.raises(InputError):
+        calibrate(mango.report, spoilt(text))
+
+
+def test_counts_that_tell_no_force_are_refused(mango, rng, calibrate):
+    electronics = Electronics(mango, rng)
+    unit = calibrate(mango.report, weights(mango, 1.0, electronics)).unit
+    sensor = MeasuringUnit(report=mango.report, unit=unit)
+    forces = mango.forces([Pose(E=1.5, travel=0.5)])
+    rows = np.concatenate([free(electronics), electronics.counts(forces)])
+    beyond = rows.copy()
+    beyond[-1, 0] = 8388607
+    unsteady = rows.copy()
+    unsteady[3] += rows[-1] - rows[0]
+    pressed = np.concatenate([electronics.counts(1.5 * np.repeat(forces, TARE_SAMPLES, axis=0)), rows])
+    for bad in (beyond, unsteady, pressed, rows[:4]):
+        with pytest.raises(InputError):
+            read(sensor, bad)
+    with pytest.raises(InputError):
+        read(mango.measuring(), rows)
+    with pytest.raises(InputError):
+        forces_of_counts(sensor, beyond[-1].tolist(), None)
+    above_tare = forces_of_counts(sensor, rows[-1].tolist(), rows[:TARE_SAMPLES].mean(axis=0).tolist())
+    assert pytest.approx(read(sensor, rows)[0].E, rel=1e-12) == reading_of(sensor, above_tare).E
+
+
+def in_c(folder, sensor, rows):
+    """Return modulus and flags that the compiled header prints for rows of counts."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("no C compiler")
+    text = MAIN
+    for word, code in (SQUARE if sensor.law else PAIR).items():
+        text = text.replace(word, code)
+    (folder / "unit.h").write_text(c_header(sensor), encoding="utf-8")
+    (folder / "main.c").write_text(text, encoding="utf-8")
+    subprocess.run([compiler, *FLAGS, "main.c", "-o", "read", "-lm"], check=True, cwd=folder, timeout=600)
+    content = rows.astype(np.int32).tobytes()
+    out = subprocess.run([folder / "read"], input=content, capture_output=True, check=True, timeout=600).stdout
+    return [tuple(map(float, line.split())) for line in out.decode().splitlines()]
+
+
+@pytest.mark.parametrize("name", ["mango", "paper"])
+def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, calibrate, tmp_path):
+    measured = request.getfixturevalue(name)
+    factors = np.array(measured.design.tips.each(1.19, 1.11))
+    electronics = Electronics(measured, rng)
+    sensor = MeasuringUnit(
+        report=measured.report, unit=calibrate(measured.report, weights(measured, factors, electronics)).unit
+    )
+    script = tmp_path / "unit.py"
+    script.write_text(micropython(sensor), encoding="utf-8")
+    module = runpy.run_path(str(script))
+    # a pair's line is told from the seated part of its press, which firmware is given
+    shares = (1.0,) if name == "mango" else np.linspace(0.5, 1.0, 12)
+    for E in (0.6, 1.4, 3.3):
+        forces = measured.forces(
+            [Pose(E=E, travel=share * measured.design.press.travel_mm) for share in shares], factors
+        )
+        rows = np.concatenate([free(electronics), electronics.counts(forces)])
+        (expected,) = read(sensor, rows)
+        assert pytest.approx(E, rel=expected.u) == expected.E
+        assert in_c(tmp_path, sensor, rows)[-1] == (pytest.approx(expected.E, rel=AGREES), 0.0)
+        ((found, reduced, flags),) = module["readings"](rows.tolist())
+        assert (found, flags) == (pytest.approx(expected.E, rel=AGREES), 0)
+        assert reduced == pytest.approx(sensor.reduced(found), rel=1e-12)
+
+    recorded = tmp_path / "counts.csv"
+    recorded.write_text("\n".join(signal_of(rows)), encoding="utf-8")
+    ended = subprocess.run([sys.executable, script, recorded], capture_output=True, check=True, timeout=600)
+    assert float(ended.stdout.split()[1]) == pytest.approx(expected.E, rel=AGREES)
+    rows[-1, 0] = 8388607
+    assert in_c(tmp_path, sensor, rows)[-1][1] == (8.0 if name == "mango" else 0.0)
+    assert 8 in [flags for _, _, flags in module["readings"](rows.tolist())]
+    assert list(module["readings"](rows[:0].tolist())) == []
+    assert module["Tare"]().channels(rows[0].tolist())[1] == 16
