@@ -46,6 +46,7 @@ SOFTEST = 1.0 / 24.0  # of E_max: the second point of a curve of P
 # Nodes a side that carry the pressure of a tip under a skin, from this thickness [sides] up.
 NODES = ((0.3, 9), (0.1, 17), (0.0, 25))
 OF_NODES = 0.1  # of the step from half as many
+OF_ARCHING = 0.5  # of what the skin bears as a shell: solids leave 0.3 of it. tests/reference/test_layered_solids.py
 ROUND_NODES = 9  # of a circle, whose own compliance has a closed equation
 
 
@@ -81,9 +82,13 @@ def skin_compliance(
     sharp = layered_change(footprints, layers, per_side)
     fewer = layered_change(footprints, layers, (per_side + 1) // 2)
     smooth = smooth_change(loads, layers)
+    arching = np.zeros_like(sharp)
     if fruit.radius_mm is not None:
         shape = CurvedShape(fruit, core_of(loads))
-        for tip, footprint in enumerate(footprints):
+        curvatures = [1.0 / radius for radius in fruit.radii_mm]
+        for tip, (footprint, load) in enumerate(zip(footprints, loads, strict=True)):
+            as_stiff = 0.5 * footprint.side * footprint.punch(per_side).flat_stiffness  # radius of that circle
+            arching[:, tip, tip] = [layer.arching(as_stiff, load.deviation, curvatures) for layer in layers]
             slope = shape.slope(footprint.x, footprint.y)
             if along_normals:  # round along the skin, where the smooth load is round as seen from above
                 smooth[:, tip, tip] *= stretch_factor(slope)
@@ -93,12 +98,13 @@ def skin_compliance(
     fine, dofs = body_change(fruit, footprints, loads, layers, FINE, SPAN[0], along_normals)
     coarse, _ = body_change(fruit, footprints, loads, layers, COARSE, SPAN[1], along_normals)
 
-    table = bare.S + fine + sharp - smooth
+    table = bare.S + fine + sharp - smooth - arching
     errors = []
     asked = moduli >= min(fruit.E_MPa) / BEYOND * (1.0 - 1e-9)  # softer flesh only begins a curve
-    for S, step, of_nodes in zip(table[asked], (fine - coarse)[asked], (sharp - fewer)[asked], strict=True):
+    parts = zip(table[asked], (fine - coarse)[asked], (sharp - fewer)[asked], arching[asked], strict=True)
+    for S, step, of_nodes, arched in parts:
         changes = FLOOR + SAFETY * relative_changes(step, S) + OF_NODES * relative_changes(of_nodes, S)
-        errors.append(largest_errors(changes, len(S)))
+        errors.append(largest_errors(changes + OF_ARCHING * relative_changes(arched, S), len(S)))
     skin = SkinTable(E=moduli, S=table)
     status = f"{bare.info.status}; under a skin by layered half-space and a mesh of {dofs} dofs with and without it"
     seconds = bare.info.seconds + time.perf_counter() - start

@@ -24,6 +24,7 @@ from solve.arrays import Floats
 
 DEEPEST = 25.0  # k h beyond which T is 1 to rounding
 POINTS = 12  # of Gauss's rule on a panel, which holds a period of the fastest wave
+SHORTEST = 30.0  # k a beyond which an arching layer feels next to nothing: 1e-4 of it
 DISTANCES = 160  # of the table of l(r)
 EQUATIONS = 40  # at points of a radius
 RADII = 48
@@ -63,6 +64,20 @@ class Layer:
         k, weight = _panels(9.0 / width, 2.0 * math.pi / max(distance, width))
         spectrum = np.exp(-0.5 * (width * k) ** 2) * j0(k * distance)
         return float(self.surface / math.pi * weight @ (spectrum * (1.0 + self.softening(k * self.thickness))))
+
+    def arching(self, radius: float, deviation: float, curvatures: Sequence[float]) -> float:
+        """Return what a curved layer bears as a shallow shell, times E below [1/mm]: of a tip, less of a smooth load.
+
+        A shell is stiffer by (E_s - E) h (kappa_y k_x^2 + kappa_x k_y^2)^2 / k^4 normal to it, here its mean over all
+        directions: E. Reissner, J. Math. Phys. 25 (1946) 80, doi:10.1002/sapm194625180. The energy is that of first
+        order in it, of a flat circle of a radius [mm] and of a normal distribution of a deviation [mm] each way.
+        """
+        along, across = curvatures
+        shell = (self.modulus - 1.0) * self.thickness * (3.0 * along**2 + 3.0 * across**2 + 2.0 * along * across) / 8.0
+        k, weight = _panels(SHORTEST / radius, 2.0 * math.pi / max(radius, deviation))
+        sinking = 2.0 * self.surface / k * (1.0 + self.softening(k * self.thickness))
+        spectrum = (np.sin(k * radius) / (k * radius)) ** 2 - np.exp(-((deviation * k) ** 2))
+        return shell * float(weight @ (k * sinking**2 * spectrum)) / (2.0 * math.pi)
 
 
 def added_compliances(layers: Sequence[Layer], distances: Floats) -> Floats:

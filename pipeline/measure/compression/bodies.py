@@ -69,19 +69,35 @@ class Body(Protocol):
         """Return, by its name, what the body is simplified by: presses and factors of their force that bound it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Ellipsoid:
-    """A ball, an ellipsoid, any convex fruit: two radii of curvature where a tool touches it, alike above and below."""
-
-    kind: ClassVar[str] = "ellipsoid"
-    end_area_mm2: ClassVar[None] = None
-    height_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
-    radius_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
-    radius_across_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
+class _CheckedBody:
+    """A body whose fields are checked, with what holds for most: no flat end, nothing that it is simplified by."""
 
     def __post_init__(self) -> None:
         """Refuse sizes that no fruit has."""
         check_fields(self, "modulus")
+
+    @property
+    def end_area_mm2(self) -> float | None:
+        """Return none."""
+        return None
+
+    def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:
+        """Return the radius of a ball plunger on a flat end [mm]: neither plates nor a line have a law of Hertz."""
+        return (plunger.radius_mm,)[:plates] if plunger is not None and plunger.ball else ()
+
+    def bounds(self, press: Press) -> dict[str, tuple[tuple[Press, float], ...]]:  # noqa: ARG002 - others need it
+        """Return nothing: it is solved as it is."""
+        return {}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ellipsoid(_CheckedBody):
+    """A ball, an ellipsoid, any convex fruit: two radii of curvature where a tool touches it, alike above and below."""
+
+    kind: ClassVar[str] = "ellipsoid"
+    height_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
+    radius_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
+    radius_across_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
 
     @property
     def per_mm(self) -> float:
@@ -119,17 +135,12 @@ class Ellipsoid:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CylinderOnSide:
+class CylinderOnSide(_CheckedBody):
     """A cylinder between plates along it: plane strain, but for its ends, which are free."""
 
     kind: ClassVar[str] = "cylinder-side"
-    end_area_mm2: ClassVar[None] = None
     radius_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
     length_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
-
-    def __post_init__(self) -> None:
-        """Refuse sizes that no piece of fruit has."""
-        check_fields(self, "modulus")
 
     @property
     def height_mm(self) -> float:
@@ -148,10 +159,6 @@ class CylinderOnSide:
         section = RoundSection(half_height=self.radius_mm, radius=self.radius_mm, length=self.length_mm)
         return (_round_press(section, _LINE_CONTACT, None),) * plates
 
-    def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:  # noqa: ARG002 - as the protocol has it
-        """Return none: a line contact has no law of its own travel."""
-        return ()
-
     def bounds(self, press: Press) -> dict[str, tuple[tuple[Press, float], ...]]:
         """Return the force where a radius at each end is in plane stress: 1 - nu^2 times that of plane strain."""
         free = min(1.0, 2.0 * self.radius_mm / self.length_mm)
@@ -159,16 +166,12 @@ class CylinderOnSide:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CylinderOnEnd:
+class CylinderOnEnd(_CheckedBody):
     """A cylinder pressed along its axis, as a plug from a cork borer."""
 
     kind: ClassVar[str] = "cylinder-end"
     height_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
     radius_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
-
-    def __post_init__(self) -> None:
-        """Refuse sizes that no piece of fruit has."""
-        check_fields(self, "modulus")
 
     @property
     def end_area_mm2(self) -> float:
@@ -184,30 +187,19 @@ class CylinderOnEnd:
         """Return both sides, or under a plunger the body on its table."""
         return _straight_sides(self.kind, self.height_mm, self.radius_mm, plunger, plates)
 
-    def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:  # noqa: ARG002 - as the protocol has it
-        """Return the radius of a ball plunger on the flat end [mm]."""
-        return (plunger.radius_mm,) if plunger is not None and plunger.ball else ()
-
-    def bounds(self, press: Press) -> dict[str, tuple[tuple[Press, float], ...]]:  # noqa: ARG002 - as the protocol has it
-        """Return nothing: it is solved as it is."""
-        return {}
-
 
 @dataclass(frozen=True, kw_only=True)
-class Block:
+class Block(_CheckedBody):
     """A rectangular block, solved as a cylinder of the area of its end.
 
-    That is exact between slippery plates; of all ends of an area the round one is held most by plates that grip.
+    That is exact between slippery plates; of all ends of an area the round one is held most by plates that grip, which
+    the share of friction holds.
     """
 
     kind: ClassVar[str] = "block"
     height_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
     width_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
     length_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
-
-    def __post_init__(self) -> None:
-        """Refuse sizes that no piece of fruit has."""
-        check_fields(self, "modulus")
 
     @property
     def end_area_mm2(self) -> float:
@@ -224,14 +216,6 @@ class Block:
         if plunger is not None:
             raise _not_solved(self.kind, "between plates")
         return _straight_sides(self.kind, self.height_mm, math.sqrt(self.end_area_mm2 / math.pi), plunger, plates)
-
-    def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:  # noqa: ARG002 - as the protocol has it
-        """Return none: plates touch the whole end."""
-        return ()
-
-    def bounds(self, press: Press) -> dict[str, tuple[tuple[Press, float], ...]]:  # noqa: ARG002 - as the protocol has it
-        """Return nothing: the share of friction holds it."""
-        return {}
 
 
 def _round_press(section: RoundSection, exponent: float, plunger: Plunger | None) -> Press:

@@ -126,3 +126,14 @@ def test_a_round_contact_grows_by_steps_of_the_flat_circle():
     assert contact.flat_stiffness(RADIUS) == pytest.approx(
         circle_stiffness(SKIN, RADIUS) * 2.0 * RADIUS / (1.0 - 0.3**2), rel=1e-4
     )
+
+
+def test_only_a_curved_layer_that_is_no_flesh_arches():
+    """Twice the curvature bears four times as much; one curvature alone 3/8 of both, a saddle of both 1/2."""
+    both = SKIN.arching(RADIUS, 1.5, (0.03, 0.03))
+    assert both > 0.0
+    assert SKIN.arching(RADIUS, 1.5, (0.0, 0.0)) == 0.0
+    assert dataclasses.replace(SKIN, modulus=1.0).arching(RADIUS, 1.5, (0.03, 0.03)) == 0.0
+    assert SKIN.arching(RADIUS, 1.5, (0.06, 0.06)) == pytest.approx(4.0 * both)
+    assert SKIN.arching(RADIUS, 1.5, (0.03, 0.0)) == pytest.approx(0.375 * both)
+    assert SKIN.arching(RADIUS, 1.5, (0.03, -0.03)) == pytest.approx(0.5 * both)
