@@ -122,7 +122,8 @@ def text_field(
 def validation_error(name: str, value: object, unit: str, bound: str, hint: str) -> InputError:
     """Return the error for one bad value, in the one form that every message has."""
     in_unit = "" if unit in ("", "1") else f" {unit}"
-    message = f"{name} = {_formatted(value)}{in_unit}: must be {bound}; {hint}"
+    given = f"{name} is not set" if value is None else f"{name} = {_formatted(value)}{in_unit}"
+    message = f"{given}: must be {bound}; {hint}"
     return InputError(message, field=name, value=value, bound=bound)
 
 

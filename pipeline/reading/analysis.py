@@ -77,7 +77,8 @@ class Readings:
     `full_scale` is the largest force of each channel over all poses [N], (tips,). `pressures` are those on the skin at
     each modulus. `plates` is by how much E moves where the two plates of a square are mounted as far off as their holes
     allow, before the tips are zeroed on a hard plate [1]; 0 for one plate. `flesh` is by how much E moves to either
-    side where the flesh under domes obeys the law of Hencky or of Storakers [1].
+    side where the flesh under domes obeys the law of Hencky or of Storakers [1]. `face_mm` is how wide the face of a
+    dome must be to hold the contact in every pose, 0 for other tips.
     """
 
     method: str
@@ -91,6 +92,7 @@ class Readings:
     pressures: tuple[SkinPressure, ...] = ()
     plates: float = 0.0
     flesh: float = 0.0
+    face_mm: float = 0.0
 
     @property
     def worst_bias(self) -> ModulusReading:
@@ -138,9 +140,10 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     presses = sensor.presses(read_moduli(sensor.design.fruit), tuple(occurring(sensor.design, reading)))
     least_forces = LEAST_OVER_NOISE * force_errors(reading, presses.full_scale, sensor.signal)
     biases, refused = _biases(model, presses, least_forces, sensor.design.tips.side_mm)
+    face_mm = float(presses.face_mm.max())
     level_has_no_reading = np.isnan(biases[:, 0]).any()
     if level_has_no_reading or np.isnan(biases).all(axis=1).any():
-        return Readings(method=model.method, lift=lift, refused=refused)
+        return Readings(method=model.method, lift=lift, refused=refused, face_mm=face_mm)
 
     level = presses.F[:, 0]
     errors = _modulus_errors(sensor, presses.moduli, level, presses.error[:, 0])
@@ -149,7 +152,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
         sources = uncertainty_sources(model, reading, level, presses.full_scale, poses, sensor.signal)
     except ReadingError as error:  # tips or springs that the fruit hardly moves
         refused = f"forces of a level press that are off by a ten-thousandth have no reading: {error}"
-        return Readings(method=model.method, lift=lift, refused=refused)
+        return Readings(method=model.method, lift=lift, refused=refused, face_mm=face_mm)
     rows = []
     for E, at_modulus, of_modulus in zip(presses.moduli, biases, sources, strict=True):
         worst = _largest_bias(at_modulus.tolist())
@@ -168,6 +171,7 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
         refused=refused,
         full_scale=tuple(presses.full_scale.tolist()),
         flesh=_flesh_share(model, level, presses.flesh[:, 0]),
+        face_mm=face_mm,
     )
 
 

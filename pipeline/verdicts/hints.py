@@ -14,6 +14,7 @@ Hint = Callable[[Verdict, Design, FittedSprings], str | None]
 
 SEARCH = "`pipeline suggest` searches the nearest design that passes"
 CONTACT_SIZES = "--fruit-stiffness contact sizes the springs for the true contact"
+LEAST_OVER_HEIGHT_ERROR = 5.0  # travel over how far apart tips of a printed part may stand: less reads the print
 _WITHIN = 0.98  # of a bound, so that rounding and error bars keep it
 _DIGITS = 3
 
@@ -44,8 +45,13 @@ def hint(verdict: Verdict, design: Design, springs: FittedSprings, options: RunO
     return rule(verdict, design, springs) or SEARCH
 
 
+def least_travel(design: Design) -> float:
+    """Return the travel [mm] under which the heights of tips as made, not the fruit, would decide a reading."""
+    return LEAST_OVER_HEIGHT_ERROR * design.process.accuracy_mm
+
+
 def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> float | None:
-    """Return the travel [mm] at which a verdict on strain, clearance or pressure passes; None where none is known.
+    """Return the travel [mm] at which a verdict on strain, clearance or pressure passes; None for none long enough.
 
     Strain and the pressure under a flat face are proportional to the travel, a clearance shrinks by as much as it
     grows. The mean pressure under a dome goes with its square root (Hertz: force ~ x^1.5, area ~ x).
@@ -63,7 +69,8 @@ def shorter_travel(verdict: Verdict, design: Design, springs: FittedSprings) -> 
         strain = spring.root_strain
         if spring.printable.name == verdict.name and strain is not None:
             bound = travel * spring.printable.strain_limit / (strain.value + strain.error)
-    return rounded(_WITHIN * bound, 0.0) if 0.0 < bound < travel else None
+    shorter = rounded(_WITHIN * bound, 0.0)
+    return shorter if least_travel(design) <= shorter < travel else None
 
 
 def rounded(value: float, towards: float) -> float:

@@ -1,6 +1,7 @@
 """Every command that the README and the documents show is known to the command line; those of RUN_HERE are run."""
 
 import re
+import shlex
 import shutil
 from pathlib import Path
 
@@ -31,7 +32,13 @@ RUN_HERE = {
     "pipeline view outputs/paper --pvd press": 0,
     "pipeline doctor": 0,
     "pipeline explain NL --out outputs/paper": 0,
-    "pipeline suggest paper --set fruit.bruise_limit_MPa=0.29": 0,
+    "pipeline suggest paper --set fruit.bruise_limit_MPa=1.2": 0,
+    'pipeline suggest --fruit "radius 26, E 0.3 to 2" --out kiwi.toml': 0,
+    "pipeline run --design docs/examples/kiwi.toml": 0,
+    "pipeline run --design docs/examples/apple.toml": 0,
+    "pipeline run --design docs/examples/peach.toml": 0,
+    "pipeline run --design docs/examples/avocado.toml": 0,
+    "pipeline run --design docs/examples/tomato.toml": 0,
     "pipeline modulus docs/examples/fruit-1.csv docs/examples/fruit-2.csv docs/examples/fruit-3.csv --height 70 "
     "--radius 35": 0,
     "pipeline modulus docs/examples/fruit-1.csv --height 70 --radius 35 --json": 0,
@@ -63,7 +70,7 @@ def test_commands_are_found() -> None:
 
 @pytest.mark.parametrize("command", [command for command in shown() if command.startswith("pipeline")])
 def test_shown_command_is_known(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    _, name, *words = command.split()
+    _, name, *words = shlex.split(command)
     assert main([name, "-h"]) == 0
     text = capsys.readouterr().out
     assert [word for word in words if word.startswith("-") and not re.search(rf"{word}\b", text)] == []
@@ -102,6 +109,6 @@ def test_shown_run_reaches_its_first_solve(command: str, monkeypatch: pytest.Mon
 
 @pytest.mark.slow
 def test_commands_end_as_they_should(pages_folder: Path) -> None:
-    codes = {command: main(command.split()[1:]) for command in RUN_HERE}
+    codes = {command: main(shlex.split(command)[1:]) for command in RUN_HERE}
     assert codes == RUN_HERE
     assert {path.name for path in (pages_folder / "pictures").iterdir()} >= {"housing.png", "response.png"}

@@ -23,7 +23,7 @@ RUNS: dict[str, list[str]] = {
     "paper": ["--nl", "0.05"],
     "mango": ["--design", "mango"],
     "compact": ["--design", "compact"],
-    "fouly": ["--design", "fouly"],
+    "fouly": ["--design", "docs/examples/fouly.toml"],
     "paper-on-mango": ["--design", "paper-on-mango"],
     "pla": ["--process", "fdm-pla"],
     "nylon": ["--process", "sls-pa12"],

@@ -12,7 +12,7 @@ from cad.tips.layouts import LAYOUTS
 from cad.tips.shapes import OPTIONAL_KEYS
 from pipeline.options import load_design
 
-Value = float | str | None
+Value = float | str | tuple[float, ...] | None
 Changes = Mapping[str, Value]
 """Values by TABLE.KEY; None unsets a key."""
 Sweep = list[Changes]

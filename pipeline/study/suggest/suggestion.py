@@ -20,7 +20,7 @@ from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.stopwatch import Progress, silent
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.suggest.changes import Changes, changed, in_words, size, sweeps, value_of
-from pipeline.verdicts.hints import rounded, shorter_travel
+from pipeline.verdicts.hints import least_travel, rounded, shorter_travel
 from pipeline.verdicts.rules import displacement_verdict, tolerance_remedy
 from solve.linear import SolveError
 
@@ -31,11 +31,11 @@ _BEAM = 4  # candidates that did not pass on which the next round builds
 _BISECTIONS = 6
 _BISECTIONS_ON_CELLS = 2
 _BEYOND = 0.05  # by how much a bound is passed over, so that the solved leaves and error bars pass too
-_ROUGH = 0.02  # tolerance of the springs whose contact is good enough to try a change
+ROUGH = 0.02  # tolerance of the springs whose contact is good enough to try a change
 _TRAVEL = "press.travel_mm"
 # Readings of flat tips are too slow to try, and none is known to pass.
 _FLAT_TIPS = failed("reading.bias", "tips with a dome", unit="1", reference="readings of flat tips")
-_UNSOLVED = (ExportError, InputError, MeshError, SolveError)
+UNSOLVED = (ExportError, InputError, MeshError, SolveError)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,15 +112,20 @@ class Search:
         return []
 
     def trial(self, changes: Changes) -> Candidate | None:
-        """Return the candidate of some changes; None where they make no design, or one that cannot be solved."""
+        """Return the candidate of some changes; None where they make no design, or one that cannot be solved or read.
+
+        A press that is short against the heights of the tips as made is not read.
+        """
         if self._budget_left <= 0.0:
             return None
         try:
             design = changed(self._base.design, changes)
+            if _TRAVEL in changes and design.press.travel_mm < least_travel(design):
+                return None
             self._budget_left -= _cost(design)
             self.tried += 1
             verdicts = self._verdicts(design)
-        except _UNSOLVED:
+        except UNSOLVED:
             return None
         not_passed = tuple(verdict for verdict in verdicts if verdict.passed is not True)
         return Candidate(changes=changes, design=design, failed=not_passed)
@@ -157,7 +162,7 @@ class Search:
         base = self._base
         scene = unit_scene(design)
         same_contact = scene == unit_scene(base.design) and design.tips.side_mm == base.design.tips.side_mm
-        contact = base.contact if same_contact else scene_compliance(scene, _ROUGH, "split")
+        contact = base.contact if same_contact else scene_compliance(scene, ROUGH, "split")
         sizing = spring_sizing(design, contact, RunOptions())
         sags = design.press.attitude != "side" and design.tips.layout == base.design.tips.layout
         offsets = base.press.height_offsets if sags else ()
@@ -239,7 +244,7 @@ def suggestion(
         runs += 1
         try:
             proof = run(changed(design, changes), options)
-        except _UNSOLVED:
+        except UNSOLVED:
             continue
         if proof.passed:
             reason = f"passes, as a whole run shows: {len(proof.verdicts)} verdicts"
@@ -272,6 +277,11 @@ def _failure(search: Search, passing: Sequence[Candidate]) -> str:
     if nearest is None:
         return "none found: no key of the design is known to help, or every other value of it is refused"
     worst = nearest.failed[0]
-    value = "no value" if worst.value is None else f"{worst.value:.3g}"
-    miss = f"nearest: {in_words(nearest.changes)}, where {worst.name} still is {value} against {worst.limit}"
+    is_number = worst.value is not None and isinstance(worst.limit, float)
+    why = (
+        f"still is {worst.value:.3g} {worst.unit} against {worst.limit:.3g}"
+        if is_number
+        else f"fails: {worst.reference}"
+    )
+    miss = f"nearest: {in_words(nearest.changes)}, where {worst.name} {why}"
     return f"none found: of {search.tried} designs with other keys none passes; {miss}"

@@ -60,7 +60,7 @@ def test_square_covers_the_truth_and_a_planted_spring_does_not(mango, rng):
 
 @pytest.mark.slow
 def test_line_covers_the_truth(rng):
-    line = MeasuredDesign("fouly", reading=FLAT)
+    line = MeasuredDesign("docs/examples/fouly.toml", reading=FLAT)
     moduli = np.geomspace(0.5, 3.5, 9).tolist()
     forces = line.forces([Pose(E=E, travel=line.design.press.travel_mm) for E in moduli])
     assert [reading_of(line.measuring(), row).E for row in forces.tolist()] == pytest.approx(moduli, rel=1e-3)

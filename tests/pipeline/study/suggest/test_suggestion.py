@@ -15,7 +15,7 @@ from pipeline.study.suggest import suggestion as room
 from pipeline.study.suggest.changes import changed, size, sweeps, written
 from pipeline.study.suggest.suggestion import Search, suggestion
 
-BRUISED = Design(fruit=Fruit(bruise_limit_MPa=0.29))
+BRUISED = Design(fruit=Fruit(bruise_limit_MPa=1.2))
 STIFF = Design(targets=Targets(NL=0.001))
 OWN = dataclasses.replace(PROCESSES["fdm-petg"], name="mine")
 LINE = Design(
@@ -59,8 +59,16 @@ def test_travel_under_a_bruise_limit_is_that_of_its_pressure():
     """Under a flat face the pressure is proportional to the travel; the search stops 5 to 10 % short of the bound."""
     search, _, passing = searched(BRUISED)
     (bruise,) = (verdict for verdict in search.trial({}).failed if verdict.name == "bruise")
-    bound = 0.6 * 0.29 / bruise.value
+    bound = 0.6 * 1.2 / bruise.value
     assert 0.88 * bound < passing[0].changes["press.travel_mm"] < bound
+
+
+def test_travel_that_the_heights_of_printed_tips_decide_is_not_suggested():
+    """0.073 mm would keep apple flesh whole; PETG tips stand within 0.05 mm, so that 0.25 mm is the least."""
+    search, _, passing = searched(Design(fruit=Fruit(bruise_limit_MPa=0.29)), frozenset({"print.process"}))
+    assert passing == []
+    assert search.trial({"press.travel_mm": 0.249}) is None
+    assert search.trial({"press.travel_mm": 0.25}) is not None
 
 
 def test_two_keys_are_changed_where_one_does_not_do():

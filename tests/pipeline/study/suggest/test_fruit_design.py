@@ -1,0 +1,158 @@
+"""A sensor for one's own fruit: a range in words or from tests, sizes to measure, a design that a run proves."""
+
+import dataclasses
+import json
+
+import pytest
+
+from cad.quantity import InputError
+from cad.verdict import Verdict
+from pipeline.options import load_design
+from pipeline.study.suggest import fruit_design as room
+from pipeline.study.suggest.changes import changed
+from pipeline.study.suggest.fruit_design import fruit_suggestion, scaled
+from pipeline.study.suggest.fruit_range import FruitRange, bruise_limit, fruit_range
+from pipeline.verdicts.hints import least_travel
+
+MANGO = load_design("mango")
+KIWI = FruitRange(radius_mm=26.0, E_min_MPa=0.3, E_max_MPa=2.0)
+PASSED = Verdict(
+    name="reading.bias", value=0.01, unit="1", limit=0.05, tolerance=0.0, passed=True, reference="", error=0.0
+)
+
+
+@pytest.mark.parametrize("text", ["radius 26, E 0.3 to 2", "radius 26 mm, E .3 to 2e0 MPa", " radius +26, E 0.3 to 2 "])
+def test_fruit_in_words(text):
+    assert fruit_range(text) == KIWI
+
+
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ("radius 26", "--fruit"),
+        ("radius x, E 0.3 to 2", "--fruit"),
+        ("radius 26, E 2 to 0.3", "--fruit E from"),
+        ("radius 0, E 0.3 to 2", "--fruit radius"),
+        ("radius 26, E 0 to 2", "--fruit E"),
+        ("missing.json", "--fruit"),
+    ],
+)
+def test_wrong_fruit_is_refused(text, field):
+    with pytest.raises(InputError) as refused:
+        fruit_range(text)
+    assert refused.value.field == field
+
+
+def test_fruit_from_compression_tests_has_their_error_bars(tmp_path):
+    rows = [{"E_MPa": E, "u_percent": 10.0, "geometry": {"radius": 35.0}} for E in (0.5, 2.0)]
+    path = tmp_path / "tests.json"
+    path.write_text(json.dumps(rows), encoding="utf-8")
+    assert fruit_range(str(path)) == FruitRange(radius_mm=35.0, E_min_MPa=0.45, E_max_MPa=2.2)
+    path.write_text(json.dumps([{"E_MPa": 1.0}]), encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        fruit_range(str(path))
+    assert refused.value.field == "--fruit"
+
+
+def test_bruise_limits_are_the_stated_law_never_wider():
+    """0.1 E^0.85: at 1 MPa it is 0.1 itself; the rounding goes down by less than a hundredth."""
+    assert bruise_limit(1.0) == 0.1
+    for E in (0.05, 0.3, 0.56, 3.5, 12.0):
+        assert 0.99 * 0.1 * E**0.85 < bruise_limit(E) <= 0.1 * E**0.85
+
+
+def test_preset_in_the_size_of_its_own_fruit_is_the_preset():
+    fruit = FruitRange(radius_mm=35.0, E_min_MPa=0.5, E_max_MPa=3.5)
+    same = changed(MANGO, scaled(fruit, MANGO))
+    assert (same.tips, same.springs, same.press, same.reading) == (
+        MANGO.tips,
+        MANGO.springs,
+        MANGO.press,
+        MANGO.reading,
+    )
+
+
+@pytest.mark.parametrize("radius", [12.0, 20.0, 26.0, 33.0, 50.0])
+def test_sizes_can_be_measured_and_the_press_is_deep_against_the_print(radius):
+    fruit = dataclasses.replace(KIWI, radius_mm=radius)
+    design = changed(MANGO, scaled(fruit, MANGO))
+    lengths = (design.tips.spacing_mm, design.tips.side_mm, design.tips.dome_radius_mm, design.fruit.thickness_mm)
+    assert [round(length, 1) for length in lengths] == list(lengths)
+    assert design.press.travel_mm >= 5.0 * design.process.accuracy_mm == least_travel(design)
+    limits = [bruise_limit(E) for E in design.fruit.E_MPa]
+    assert list(design.fruit.bruise_limits_MPa) == limits
+
+
+@dataclasses.dataclass
+class Outcome:
+    """What the search looks at of an evaluation or a run."""
+
+    verdicts: tuple
+    readings: object = None
+    passed: bool = True
+
+
+@pytest.fixture
+def trials(monkeypatch):
+    """Let trials and runs end as told; return the designs that were tried."""
+    tried = []
+
+    def arranged(*outcomes, proof=None):
+        rest = list(outcomes)
+
+        def trial(design, _contact):
+            tried.append(design)
+            return rest.pop(0) if rest else Outcome(verdicts=(PASSED,))
+
+        monkeypatch.setattr(room, "_with_ideal_springs", trial)
+        monkeypatch.setattr(room, "scene_compliance", lambda *_: None)
+        monkeypatch.setattr(room, "run", lambda *_: proof or Outcome(verdicts=(PASSED,)))
+        return tried
+
+    return arranged
+
+
+def failing(name):
+    return Outcome(verdicts=(dataclasses.replace(PASSED, name=name, passed=False),))
+
+
+@pytest.mark.parametrize(
+    ("outcome", "keys"),
+    [
+        (None, {"tips.dome_radius_mm"}),
+        (failing("geometry.tip_face"), {"tips.dome_radius_mm"}),
+        (failing("bruise"), {"springs.K_l_N_per_m", "springs.K_h_N_per_m"}),
+        (failing("reading.lift"), {"press.travel_mm"}),
+        (failing("reading.uncertainty"), {"springs.K_h_N_per_m"}),
+    ],
+)
+def test_each_verdict_has_its_step(trials, outcome, keys):
+    tried = trials(outcome)
+    found = fruit_suggestion(KIWI, MANGO)
+    start = scaled(KIWI, MANGO)
+    assert {key for key, value in found.changes.items() if value != start[key]} == keys
+    assert len(tried) == found.tried == 2
+    assert found.changed == tried[-1]
+
+
+def test_step_of_a_key_that_stays_ends_the_search(trials):
+    trials(failing("reading.lift"))
+    found = fruit_suggestion(KIWI, MANGO, frozenset({"press.travel_mm"}))
+    assert (found.changes, found.tried, found.runs) == (None, 1, 0)
+
+
+def test_design_that_no_run_proves_is_not_suggested(trials):
+    """The same step again and again ends where it returns to a design, or after all trials."""
+    tried = trials(proof=Outcome(verdicts=failing("bruise").verdicts, passed=False))
+    found = fruit_suggestion(KIWI, MANGO)
+    assert (found.changes, found.runs) == (None, room.MOST_RUNS)
+    assert len(tried) == room.MOST_RUNS
+
+
+@pytest.mark.slow
+def test_kiwifruit_is_fitted_in_one_go():
+    """The issue's own fruit: whole runs decide."""
+    found = fruit_suggestion(KIWI, MANGO)
+    assert found.changes is not None
+    assert all(verdict.passed for verdict in found.verdicts)
+    assert found.changed.press.travel_mm >= least_travel(MANGO)
