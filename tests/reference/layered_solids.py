@@ -1,4 +1,4 @@
-"""A skinned body of revolution under a round tip in its middle, and a skinned block under a square one, as solids.
+"""A skinned body of revolution under a round tip in its middle, as a solid.
 
 Nothing of a layered half-space is in them: the skin is elements of another modulus. Quadratic elements, graded to the
 edge of the contact; the tip is rigid and frictionless, the base held, lengths in mm, the modulus of the flesh 1.
@@ -8,18 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse.linalg import splu
-from skfem import (
-    Basis,
-    BilinearForm,
-    ElementHex0,
-    ElementHexS2,
-    ElementQuad0,
-    ElementQuad2,
-    ElementVector,
-    MeshHex,
-    MeshQuad,
-    asm,
-)
+from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad2, ElementVector, MeshQuad, asm
 from skfem.helpers import ddot, grad, sym_grad, trace
 
 BEYOND = 1.4  # each step over the one before, away from the contact
@@ -38,7 +27,7 @@ def lines(edge, end, cells, growth):
 
 
 def depths(skin, end, cells):
-    """Return lines down from the surface, `cells` of them in the skin, finest at the surface."""
+    """Return lines down from the surface, so many equal cells in the skin."""
     return np.concatenate(
         [[0.0], np.cumsum(np.full(cells, skin / cells)), lines(skin / cells, end - skin, 1, 1.0)[1:] + skin]
     )
@@ -56,12 +45,6 @@ def of_revolution(u, v, w):
     strain = ddot(sym_grad(u), sym_grad(v)) + hoop_u * hoop_v
     swelling = (trace(grad(u)) + hoop_u) * (trace(grad(v)) + hoop_v)
     return 2.0 * np.pi * w.x[0] * w["modulus"] * (2.0 * mu * strain + lam * swelling)
-
-
-@BilinearForm
-def of_block(u, v, w):
-    lam, mu = lame(w)
-    return w["modulus"] * (2.0 * mu * ddot(sym_grad(u), sym_grad(v)) + lam * trace(grad(u)) * trace(grad(v)))
 
 
 @dataclass(frozen=True)
@@ -134,28 +117,3 @@ class RoundSolid:
                 return float(force.sum())
             on = now
         raise AssertionError("the contact does not settle")
-
-
-def block_stiffness(half, skin, ratio, sides=(10.0, 10.0, 12.0), poisson=0.3, cells=5):
-    """Return the stiffness of a block under a flat square of side 2 `half` in the middle of its top."""
-    mesh = MeshHex.init_tensor(
-        lines(half, sides[0], cells, 1.6), lines(half, sides[1], cells, 1.6), depths(skin, sides[2], max(3, cells // 2))
-    )
-    basis = Basis(mesh, ElementVector(ElementHexS2()), intorder=4)
-    down = mesh.p[2]
-    in_skin = down[mesh.t].mean(axis=0) < skin
-    modulus = basis.with_element(ElementHex0()).interpolate(np.where(in_skin, ratio, 1.0))
-    K = asm(of_block, basis, modulus=modulus, poisson=poisson)
-    x, y, z = basis.doflocs
-    component = np.zeros(basis.N, dtype=int)
-    for dofs in (basis.nodal_dofs, basis.edge_dofs):
-        for number in range(3):
-            component[dofs[number]] = number
-    under = (component == 2) & (z < ON) & (x < half + ON) & (y < half + ON)
-    held = (z > sides[2] - ON) | ((component == 0) & (x < ON)) | ((component == 1) & (y < ON))
-    u = under.astype(float)
-    free = np.flatnonzero(~under & ~held)
-    u[free] = splu(K[free][:, free].tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(
-        -(K @ u)[free]
-    )
-    return 4.0 * float(u @ (K @ u))
