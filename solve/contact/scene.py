@@ -125,16 +125,19 @@ class Scene:
         radius, across = self.fruit.radii_mm
         farthest = max(math.hypot(*point) for point in self.centres)
         if dome is not None and radius == across and dome * farthest < 0.5 * side * (radius + dome):
-            # Domes on a sphere, or on a plane, that touch it with their caps when level: two spheres.
+            # The contact of a level dome on a sphere or a plane lies on its cap: two spheres touch.
             both = dome + radius
             return 0.0 if math.isinf(both) else both - math.sqrt(both**2 - math.hypot(*centre) ** 2)
 
-        def gap(point: Floats) -> float:
-            inside = np.clip(point, -0.5, 0.5)
+        def onto_face(point: Floats) -> Floats:  # [tip sides]
             if self.tips.tip_shape.is_round:
-                inside = point / max(1.0, 2.0 * float(np.hypot(*point)))
-            return float(self.gap_under(centre, *(side * inside))) / side
+                return point / max(1.0, 2.0 * float(np.hypot(*point)))
+            return np.clip(point, -0.5, 0.5)
 
+        def gap(point: Floats) -> float:  # [tip sides]
+            return float(self.gap_under(centre, *(side * onto_face(point)))) / side
+
+        # A simplex on the half of the face that is nearer to the apex, where the gap is least.
         towards_apex = -0.1 * np.sign(centre)
         simplex = np.array([towards_apex, *(towards_apex + 0.2 * np.eye(2))])
         least = minimize(

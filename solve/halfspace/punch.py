@@ -22,6 +22,7 @@ from solve.arrays import Floats, Ints
 CELLS = (16, 32)
 GRADING = 4.0
 ORDER = 3.0
+ROUND_OFF = 1e-12  # of a table that is exact but for its eigenvalues and sums
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,8 @@ def circle_punch(nodes_per_side: int) -> Punch:
     disc with density / sqrt(1 - r^2); eigenvalues from Boersma and Danicki, SIAM J. Appl. Math. 53 (1993) 925.
     """
     n = nodes_per_side
-    # Quadrature over the half-sphere above the disc: Gauss points in height, even angles.
+    # Quadrature over the half-sphere above the disc, where a density / sqrt(1 - r^2) becomes even: Gauss points in
+    # height, even angles.
     height, weight = legendre.leggauss(2 * n)
     radius = np.sqrt(1.0 - 0.25 * (height + 1.0) ** 2)
     angle = np.pi / (2 * n) * np.arange(4 * n)
@@ -110,8 +112,10 @@ def circle_punch(nodes_per_side: int) -> Punch:
                 harmonic = radial * function
                 moment = polynomials.T @ (weights * harmonic)
                 moments += np.outer(moment, moment) / eigenvalue / (weights @ harmonic**2)
+    # Nodes on a square grid about the disc, some of them outside it, carry polynomials as those of a square do. The
+    # influence of a unit force is 1 / (pi r); the disc of radius 1 is scaled to diameter 1.
     line = 0.5 * legendre.leggauss(n)[0]
-    return Punch(_nodal_stiffness(0.5 * np.pi * moments, line, line), 1e-12, line, line)
+    return Punch(_nodal_stiffness(0.5 * np.pi * moments, line, line), ROUND_OFF, line, line)
 
 
 def _nodal_stiffness(moments: Floats, along_x: Floats, along_y: Floats) -> Floats:

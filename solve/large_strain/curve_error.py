@@ -34,17 +34,19 @@ def unseen_error(press: TipPress, grip: float, depths: Floats) -> Floats:
 
 
 def rim_error(press: TipPress, depths: Floats) -> Floats:
-    """Return what is open [1] at depths [tip sides] as the rim of the contact on a fillet lies between two nodes.
+    """Return the relative error [1] at depths [tip sides] as the rim of the contact on a fillet lies between two nodes.
 
-    Nodes are half an element apart and the slope of the force goes with the radius of the contact. It is off by up to a
-    quarter of an element, until the next node touches: 3/2 (half an element / covered) of the depth.
+    Nodes are half an element apart, so that the radius of the contact is off by up to a quarter of an element, and with
+    it the slope of the force. This lasts until the next node touches: as the depth goes with covered^(3/2), over
+    3/2 (half an element / covered) of the depth, all of it at most.
     """
     tip = press.tip
     if tip.edge == 0.0:
         return np.zeros_like(depths)
     element = tip.edge / fillet_elements(tip.edge, press.refinement)
-    change = np.minimum(0.75 * element / fillet_covered(tip.radius, tip.edge, depths), 1.0)
-    return 0.25 * element / tip.radius * change
+    slope_error = 0.25 * element / tip.radius
+    share_of_depth = np.minimum(0.75 * element / fillet_covered(tip.radius, tip.edge, depths), 1.0)
+    return slope_error * share_of_depth
 
 
 def fillet_covered(radius: float, edge: float, depths: Floats) -> Floats:

@@ -64,17 +64,18 @@ class PressedBody:
         self.grid = grid
         self.body = body
         self.tip = tip
-        # Of the energy [E times tip side^3], and over a unit of length of a force.
+        # The round-off of the energy [E times tip side^3]; over a unit of length it bounds that of a force.
         self._round_off = float(np.finfo(np.float64).eps) * body.volume
 
         # Area of the top that belongs to each node, by Simpson's rule on 2 pi r [tip sides^2].
         start = grid.r[:-1]
         step = np.diff(grid.r)
         self._areas = np.zeros(len(grid.r_nodes))
-        for node, weight in enumerate((1.0, 4.0, 1.0)):
-            contribution = np.pi / 3.0 * weight * step * (start + 0.5 * node * step)
-            np.add.at(self._areas, 2 * np.arange(len(step)) + node, contribution)
+        for local, simpson in enumerate((1.0, 4.0, 1.0)):
+            contribution = np.pi / 3.0 * simpson * step * (start + 0.5 * local * step)
+            np.add.at(self._areas, 2 * np.arange(len(step)) + local, contribution)
 
+        # Where each entry of an element lies in the lower band of the matrix, stored column by column.
         rows = body.dofs[ROWS]
         columns = body.dofs[COLUMNS]
         self._band_width = int((rows - columns).max()) + 1
