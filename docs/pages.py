@@ -67,7 +67,9 @@ is that of the scene as it is.
 
 Lines and squares need `[springs]`: targets size a pair only. With `[springs]` and without `[targets]`, P_max and NL are
 facts that are not judged. With `[reading]` the design is judged by the modulus that it reads, in place of the verdicts
-on P.
+on P. With `[readout]` the noise of the forces is computed: `reading.noise_percent` and `noise_N` are then left out.
+`readout.transducer = "foil"` needs `print.gauges = "foil"`, "displacement" needs "none"; a process of your own needs
+`E_per_K`.
 """
 
 PROCESS_HEAD = """\

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
 from cad.design.processes import Process
-from cad.fabrication.bridges import HX711, RESISTANCE_OHM, Bridge, series_resistor
+from cad.fabrication.bridges import HX711, RESISTANCE_OHM, Bridge, SignalPath, series_resistor
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
@@ -27,10 +27,47 @@ class Row:
 
 
 def bill_of_materials(
-    sensor: Sensor, process: Process, bridges: Sequence[Bridge], masses: Mapping[str, float]
+    sensor: Sensor,
+    process: Process,
+    bridges: Sequence[Bridge],
+    masses: Mapping[str, float],
+    signal: SignalPath | None = None,
 ) -> tuple[Row, ...]:
-    """Return every line of the bill; `masses` are those of the printed parts by name [g]."""
-    return (*_printed(sensor, process, masses), *_bought(sensor), *_electronics(sensor, process, bridges))
+    """Return every line of the bill; `masses` are those of the printed parts by name [g].
+
+    With a signal path glue, wire and board are there too.
+    """
+    rows = [*_printed(sensor, process, masses), *_bought(sensor)]
+    if signal is not None and signal.transducer == "displacement":
+        rows += _probes(len(sensor.tips.springs))
+    else:
+        rows += _electronics(sensor, process, bridges)
+    return (*rows, *(() if signal is None else _board(signal)))
+
+
+def _probes(count: int) -> list[Row]:
+    """Return the sensors of displacement, their magnets and their amplifiers."""
+    return [
+        Row(count, "Hall sensor", "TO-92, 30 mV/mT at 3.3 V", "DRV5055A2", "one at each shuttle, in the cover"),
+        Row(2 * count, "magnet", "disc 2 x 1 mm, N42", "NdFeB", "two opposite ones, 3 mm apart, on each shuttle"),
+        Row(-(-count // 4), "amplifier", "24 bit, four inputs", "ADS1220", "supply as reference, gain 1"),
+        Row(count + 1, "capacitor", "100 nF", "ceramic X7R", "at the supply of each Hall sensor and of the amplifier"),
+    ]
+
+
+def _board(signal: SignalPath) -> list[Row]:
+    """Return what every read-out needs beside transducers and amplifiers."""
+    glue = "2 g"
+    kind = "cyanoacrylate for strain gauges" if signal.transducer == "foil" else "two-part epoxy"
+    bonded = "gauges on the leaves" if signal.transducer == "foil" else "magnets in the shuttles, sensors in the covers"
+    wires = 4 * len(signal.counts_per_N) if signal.transducer == "foil" else 3 * len(signal.counts_per_N)
+    return [
+        Row(1, "glue", glue, kind, bonded),
+        Row(
+            wires, "wire", "0.3 m, 0.05 mm2", "stranded, as thin as it is sold", "wiring.svg; loose, so that none pulls"
+        ),
+        Row(1, "board", "3.3 V, with USB", signal.board.upper(), "pins as in wiring.svg; MicroPython"),
+    ]
 
 
 def _printed(sensor: Sensor, process: Process, masses: Mapping[str, float]) -> list[Row]:

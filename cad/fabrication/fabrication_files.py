@@ -6,14 +6,16 @@ from pathlib import Path
 
 import cadquery as cq
 
+from cad.design.readout import Readout
 from cad.drawing.coupon_drawing import coupon_drawing
 from cad.drawing.cover_drawing import cover_drawing
 from cad.drawing.housing_drawing import housing_drawing
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_csv, bill_of_materials
-from cad.fabrication.bridges import Spring, bridges
+from cad.fabrication.bridges import Spring, bridges, series_resistor, signal_path
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount import mount_solid
+from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl
 from cad.parts.assembly import COVER_COLOUR
 from cad.parts.coupon import coupon_of
@@ -34,8 +36,12 @@ class MakerFiles:
     mount: cq.Shape
 
 
-def write_fabrication(sensor: Sensor, title: Title, springs: Sequence[Spring], folder: Path) -> MakerFiles:
+def write_fabrication(
+    sensor: Sensor, title: Title, springs: Sequence[Spring], folder: Path, readout: Readout | None = None
+) -> MakerFiles:
     """Write drawings, coupon, cover, bracket, bom.csv and fabrication.md; return what was written.
+
+    With a read-out its wiring plan, wiring.svg, too.
 
     Raises OSError when a file cannot be written, ExportError when one read back has another volume.
     """
@@ -70,10 +76,17 @@ def write_fabrication(sensor: Sensor, title: Title, springs: Sequence[Spring], f
     solids = [sensor.housing_body(), *bodies]
     masses = {body.name: 1e-3 * body.shape.Volume() * process.density_g_per_cm3 for body in solids}
     wired = bridges(springs, housing, process)
-    bill = bill_of_materials(sensor, process, wired, masses)
+    signal = None
+    if readout is not None:
+        signal = signal_path(readout, springs, process, sensor.tips.springs)
+        plates = 2 if housing.back_to_back else 1
+        resistor = series_resistor(process, readout.circuit)
+        paths.append(folder / "wiring.svg")
+        write_wiring(paths[-1], readout.transducer, sensor.tips.names, plates, resistor)
+    bill = bill_of_materials(sensor, process, wired, masses, signal)
     texts = {
         "bom.csv": bill_csv(bill),
-        "fabrication.md": fabrication_sheet(sensor, title, bill, wired),
+        "fabrication.md": fabrication_sheet(sensor, title, bill, wired, signal),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -8,7 +8,15 @@ from pathlib import Path
 from cad.design.processes import Process
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import Row, as_markdown, bill_table, screw_name
-from cad.fabrication.bridges import HX711, RESISTANCE_OHM, Bridge, excitation, largest_excitation, series_resistor
+from cad.fabrication.bridges import (
+    HX711,
+    RESISTANCE_OHM,
+    Bridge,
+    SignalPath,
+    excitation,
+    largest_excitation,
+    series_resistor,
+)
 from cad.fabrication.mount import PLATE_MM, mounted_grip
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import Coupon, coupon_of, largest_weight, modulus_factor
@@ -28,15 +36,17 @@ _JIG_FRACTION = 0.9  # of the largest deflection that a calibration presses
 _HEAT = {"17-4PH steel": "heat_17_4ph", "Ti-6Al-4V": "heat_ti64"}  # section of the sheet by material
 
 
-def fabrication_sheet(sensor: Sensor, title: Title, bill: Sequence[Row], bridges: Sequence[Bridge]) -> str:
-    """Return the sheet in Markdown: dimensions, the bill, and the read-out by the bridges."""
+def fabrication_sheet(
+    sensor: Sensor, title: Title, bill: Sequence[Row], bridges: Sequence[Bridge], signal: SignalPath | None = None
+) -> str:
+    """Return the sheet in Markdown: dimensions, the bill, and the read-out by the bridges or by a signal path."""
     process = title.process
     housing = sensor.housing
     has_gauges = housing.gauges != "none"
     mounting = mounting_error(housing, process.accuracy_mm)
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()
     side = housing.pin_side
-    return _template(process, housing).format(
+    return _template(process, housing, signal).format(
         title=title,
         process=process,
         material=as_markdown(process.material),
@@ -78,12 +88,26 @@ def fabrication_sheet(sensor: Sensor, title: Title, bill: Sequence[Row], bridges
         excitation=excitation(process),
         largest_excitation=largest_excitation(process),
         resistor=series_resistor(process),
+        signal=signal,
+        signal_rows="" if signal is None else _signal_rows(sensor.tips.names, signal),
+        name=title.name,
         jig_rows="\n".join(_jig_row(bridge) for bridge in bridges),
     )
 
 
 def _table_row(*cells: str) -> str:
     return f"| {' | '.join(cells)} |"
+
+
+def _signal_rows(names: Sequence[str], signal: SignalPath) -> str:
+    """Return a row for each channel: counts per newton and at full load, noise and drift of zero [mN], gain [%]."""
+    rows = []
+    for i, name in enumerate(names):
+        output = f"{signal.mV_per_V[i]:.3g}" if signal.mV_per_V else "-"
+        cells = [f"{signal.counts_per_N[i]:.4g}", f"{signal.full_counts[i]:.4g}", f"{1e3 * signal.noise_N[i]:.2g}"]
+        cells += [f"{1e3 * signal.zero_drift_N[i]:.2g}", f"{signal.gain_drift_percent[i]:.2g}"]
+        rows.append(_table_row(name, output, *cells))
+    return "\n".join(rows)
 
 
 def _readout_row(bridge: Bridge, *, with_noise: bool) -> str:
@@ -122,7 +146,7 @@ def last_digit(full: float) -> float:
     return 10.0 ** math.floor(math.log10(largest))
 
 
-def _template(process: Process, housing: Housing) -> str:
+def _template(process: Process, housing: Housing, signal: SignalPath | None) -> str:
     """Return the sections of the sheet that this process and this housing ask for; one without a rule is in all."""
     has_covers = housing.mount == "covers"
     is_square = housing.back_to_back
@@ -142,7 +166,10 @@ def _template(process: Process, housing: Housing) -> str:
         "bolts_without_covers": not has_covers and is_square,
         "gauges": has_gauges,
         "readout": has_gauges,
-        "readout_none": not has_gauges,
+        "readout_none": not has_gauges and signal is None,
+        "probes": signal is not None and signal.transducer == "displacement",
+        "signal": signal is not None,
+        "commands": signal is not None,
         "zero": not is_square,
         "zero_plates": is_square,
         "advice_gauges": False,  # in the text of the read-out

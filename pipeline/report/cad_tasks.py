@@ -51,7 +51,7 @@ def write_fabrication_files(
 
     def write() -> Written:
         sensor = sensor_of(design, housing)
-        files = write_fabrication(sensor, Title(name=design.name, process=process), springs, folder)
+        files = write_fabrication(sensor, Title(name=design.name, process=process), springs, folder, design.readout)
         cover = cover_verdicts(sensor, files.cover, process)
         return files.paths, (*cover, *mount_verdicts(sensor, files.mount, process))
 

@@ -41,6 +41,13 @@ def assert_is_the_curve(specimen):
         f"load N\tposition mm\n{PLAIN}".replace(",", "\t"),
         "Kraft [N];Weg [mm]\n0,25;0\n0,5;0,5\n4;1\n9,75;1,5\n",
         f"machine 7,\nspeed,5 mm/min\n\nForce (N),Distance (mm)\n{PLAIN}\n\nlargest,9.75\n",
+        # TA.XT with a row of units, and as it names them in its headers; Zwick in cp1252 with a micro sign
+        f'"Force","Distance"\n"N","mm"\n{PLAIN}',
+        "Force (g)\tDistance (mm)\tTime (sec)\n"
+        + "".join(f"{F / 9.80665e-3}\t{x}\t{x}\n" for F, x in zip(FORCE, TRAVEL, strict=True)),
+        "Prüfzeit;Standardweg;Standardkraft\ns;µm;N\n0;0;0,25\n1;500,0;0,5\n2;1000,0;4\n3;1500,0;9,75\n".encode(
+            "cp1252"
+        ),
         SECTIONS.split("1 _ 2,,")[0],
         SECTIONS.split("1 _ 2,,")[0].encode("cp932"),
         SIDE_BY_SIDE,

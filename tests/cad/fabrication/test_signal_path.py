@@ -1,0 +1,106 @@
+"""What a read-out makes of forces: counts, noise and drift by the formulas of bridge, probe and converter."""
+
+import math
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import pytest
+
+from cad.design.design_file import design_as_mapping, design_from_mapping
+from cad.design.processes import PROCESSES
+from cad.design.readout import AMPLIFIERS, BRIDGE, PROBE, Readout
+from cad.fabrication.bridges import Spring, signal_path
+from cad.fabrication.wiring import write_wiring
+from cad.quantity import InputError
+from cad.theory.leaf_spring import Flexure
+
+PETG = PROCESSES["fdm-petg"]
+LEAF = Flexure(thickness=0.8, length=40.0, depth=6.0, separation=10.0, fillet=0.5)
+SPRINGS = (
+    Spring(name="low", flexure=LEAF, K=0.15, deflection=0.8),
+    Spring(name="high", flexure=LEAF, K=1.6, deflection=0.7),
+)
+KINDS = ("low", "high", "low", "high")
+
+
+def test_bridge_gives_counts_noise_and_drift():
+    """A guided leaf has the strain 3 t d / L^2 at its root, and it falls to none in the middle."""
+    found = signal_path(Readout(excitation_V=1.0), SPRINGS, PETG, KINDS)
+    strain = 3.0 * 0.8 / 0.15 / 40.0**2 * (1.0 - 3.0 / 40.0)  # of 1 N on the low spring, mean under 3 mm
+    volts = 2.1 * strain
+    assert found.mV_per_V[0] == pytest.approx(1e3 * volts * 0.15 * 0.8)
+    assert found.counts_per_N[2] == pytest.approx(volts / 0.02 * 2**23)
+    assert found.full_counts[0] == pytest.approx(found.counts_per_N[0] * 0.12)
+    assert found.noise_N[0] == pytest.approx(50e-9 / volts)
+    assert found.noises_N[0] == pytest.approx(math.hypot(found.noise_N[0], 1.0 / found.counts_per_N[0] / 12.0**0.5))
+    assert found.zero_drift_N[0] == pytest.approx(math.hypot(6e-9, 2.1e-6) / volts)
+    assert found.gain_drift_percent == pytest.approx([math.hypot(0.1, 0.05, 0.0025)] * 4)
+    assert found.modulus_drift_percent == pytest.approx(1.5)
+    # 1 mW leaves by both faces of the leaf into air that takes 10 W/(m^2 K)
+    assert found.self_heating_K == pytest.approx(1e-3 / (10.0 * 2.0 * 40e-3 * 6e-3))
+
+
+def test_probe_gives_counts_noise_and_drift():
+    found = signal_path(Readout(transducer="displacement", tare_K=0.0), SPRINGS, PETG, KINDS)
+    assert found.counts_per_N[1] == pytest.approx(1.05 / 1.6 / 3.3 * 2**23)
+    assert found.noise_N[1] == pytest.approx(1.6 * math.hypot(0.02e-3, 4e-6 / 1.05))
+    assert found.zero_drift_N[1] == pytest.approx(1.6 * 1.4e-3)
+    assert (found.mV_per_V, found.self_heating_K) == ((), 0.0)
+    typed = Readout(
+        transducer="displacement", noise_um=5.0, sensitivity_mV_per_mm=100.0, bits=16.0, full_scale_mV=500.0
+    )
+    other = signal_path(typed, SPRINGS, PETG, KINDS)
+    assert other.counts_per_N[1] == pytest.approx(0.1 / 1.6 / 0.5 * 2**15)
+    assert other.noise_N[1] == pytest.approx(1.6 * 5e-3, rel=1e-3)
+    assert other.saturation_counts == 2**15 - 1
+
+
+def test_every_number_of_the_electronics_has_its_source():
+    for record in (*AMPLIFIERS.values(), PROBE, BRIDGE):
+        assert all(text for _, text in record.sources)
+
+
+@pytest.mark.parametrize(
+    ("tables", "field"),
+    [
+        ({"reading": {"noise_percent": 0.5}, "readout": {}, "print": {"gauges": "foil"}}, "reading.noise_percent"),
+        ({"reading": {"noise_N": 0.0}, "readout": {}, "print": {"gauges": "foil"}}, "reading.noise_N"),
+        ({"readout": {"transducer": "foil"}}, "print.gauges"),
+        ({"readout": {"transducer": "displacement"}, "print": {"gauges": "foil"}}, "print.gauges"),
+        ({"readout": {"transducer": "displacement", "excitation_V": 3.0}}, "readout.excitation_V"),
+        ({"readout": {"noise_um": 1.0}, "print": {"gauges": "foil"}}, "readout.noise_um"),
+        ({"readout": {"amplifier": "AD620"}}, "readout.amplifier"),
+        ({"readout": {"bits": 64.0}}, "readout.bits"),
+    ],
+)
+def test_read_outs_that_contradict_are_refused(tables, field):
+    with pytest.raises(InputError) as error:
+        design_from_mapping(tables)
+    assert error.value.field == field
+
+
+def test_process_without_its_drift_is_refused_beside_a_read_out():
+    design = design_from_mapping({"readout": {"transducer": "displacement"}, "reading": {}})
+    own = replace(PETG, name="mine", E_per_K=None, sources=tuple(row for row in PETG.sources if row[0] != "E_per_K"))
+    with pytest.raises(InputError) as error:
+        replace(design, printer=own, print=replace(design.print, process="mine"))
+    assert error.value.field == "printer.E_per_K"
+
+
+def test_a_design_with_a_read_out_is_read_back_without_its_noise():
+    design = design_from_mapping({"readout": {"transducer": "displacement"}, "reading": {}})
+    tables = design_as_mapping(design)
+    assert design_from_mapping(tables) == design
+    assert not {"noise_percent", "noise_N"} & tables["reading"].keys()
+    plain = design_as_mapping(design_from_mapping({"reading": {}}))
+    assert "readout" not in plain
+    assert {"noise_percent", "noise_N"} <= plain["reading"].keys()
+
+
+@pytest.mark.parametrize("transducer", ["foil", "displacement"])
+def test_wiring_plan_is_a_picture_and_the_same_bytes_again(transducer, tmp_path):
+    for name in ("a.svg", "b.svg"):
+        write_wiring(tmp_path / name, transducer, ("low_1", "high_1", "low_2", "high_2"), 2, 1910.0)
+    content = (tmp_path / "a.svg").read_bytes()
+    assert content == (tmp_path / "b.svg").read_bytes()
+    assert len([element for element in ET.fromstring(content).iter() if element.tag.endswith("path")]) > 50
