@@ -169,8 +169,13 @@ class Readout:
     )
 
     def __post_init__(self) -> None:
-        """Check each field, and that none belongs to the other transducer."""
+        """Check each field, and that none belongs to the other transducer, whose wiring and firmware differ."""
         check_fields(self, "readout")
+        usual = USUAL[self.transducer]
+        if self.amplifier not in (None, usual):
+            bound = f"{usual} beside readout.transducer = {self.transducer!r}"
+            hint = "give another one by bits, full_scale_mV, rate_Hz and noise_nV"
+            raise validation_error("readout.amplifier", self.amplifier, "", bound, hint)
         foreign = ("sensitivity_mV_per_mm", "noise_um") if self.transducer == "foil" else ("excitation_V",)
         for name in foreign:
             value = getattr(self, name)

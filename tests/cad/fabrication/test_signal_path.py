@@ -69,6 +69,7 @@ def test_every_number_of_the_electronics_has_its_source():
         ({"readout": {"transducer": "displacement"}, "print": {"gauges": "foil"}}, "print.gauges"),
         ({"readout": {"transducer": "displacement", "excitation_V": 3.0}}, "readout.excitation_V"),
         ({"readout": {"noise_um": 1.0}, "print": {"gauges": "foil"}}, "readout.noise_um"),
+        ({"readout": {"transducer": "displacement", "amplifier": "HX711"}}, "readout.amplifier"),
         ({"readout": {"amplifier": "AD620"}}, "readout.amplifier"),
         ({"readout": {"bits": 64.0}}, "readout.bits"),
     ],
