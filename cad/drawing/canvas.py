@@ -2,10 +2,10 @@
 
 import copy
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
 from ezdxf import bbox, units
 from ezdxf._options import options
@@ -15,21 +15,35 @@ from ezdxf.addons.drawing.frontend import Frontend
 from ezdxf.addons.drawing.properties import RenderContext
 from ezdxf.addons.drawing.svg import SVGBackend
 from ezdxf.document import Drawing
+from ezdxf.entities.dimension import Dimension
+from ezdxf.entities.mtext import MText
 from ezdxf.enums import TextEntityAlignment
 from ezdxf.filemanagement import new
 from ezdxf.layouts.base import BaseLayout
-from ezdxf.math import BoundingBox2d
+from ezdxf.math import BoundingBox2d, Vec2, is_point_in_polygon_2d
+from ezdxf.render.hatching import hatch_entity
 
-LAYERS = {"PART": 7, "DIMENSIONS": 5, "NOTES": 3, "SHEET": 8}  # with the colour of each, by AutoCAD's index
-PENS = {"PART": 50, "DIMENSIONS": 18, "NOTES": 25, "SHEET": 35}  # [0.01 mm on paper]
+LAYERS = {
+    "PART": 7,
+    "DIMENSIONS": 5,
+    "NOTES": 3,
+    "SHEET": 8,
+    "HATCH": 9,
+    "AXES": 4,
+}  # with the colour of each, by AutoCAD's index
+PENS = {"PART": 50, "DIMENSIONS": 18, "NOTES": 25, "SHEET": 35, "HATCH": 13, "AXES": 18}  # [0.01 mm on paper]
 TEXT_MM = 2.5  # height of a capital on paper, ISO 3098
 LETTER = 0.83  # width of a monospaced letter over the height of a capital: DejaVu Sans Mono, 0.602 / 0.729
 DECIMALS = 3
+SMALL_MM = 0.5  # below it a length needs a tolerance of its own: ISO 2768-1 has none
+HATCH_STEP_MM = 2.0  # on paper, between the lines that mark a cut, ISO 128-50
 MEASURED = "<>"
 """Stands in the text of a dimension for the measured length."""
 _FONT = "MONOSPACED"
 _STYLE = "WORKSHOP"
 _BY_LAYER = 256
+_ANSI31_STEP = 3.175  # between the lines of the pattern at scale 1
+_UPRIGHT_DEG = 45.0
 _LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # to a level text, no centre mark
 _CODES = {"Ø": "%%c", "±": "%%p"}  # that every text font of a DXF viewer knows
 
@@ -43,6 +57,12 @@ class Box(NamedTuple):
     bottom: float
     right: float
     top: float
+
+    @property
+    def corners(self) -> tuple[Point, Point, Point, Point]:
+        """Return the four corners, gone round from the lower left one [mm]."""
+        left, bottom, right, top = self
+        return (left, bottom), (right, bottom), (right, top), (left, top)
 
 
 def format_length(value: float) -> str:
@@ -58,8 +78,10 @@ def text_width(text: str, height: float) -> float:
 class Canvas:
     """What is drawn of a part [mm], for a sheet of the scale: millimetres of paper over those of the part."""
 
-    def __init__(self, scale: float) -> None:
+    def __init__(self, scale: float, decimals: int = DECIMALS) -> None:
+        """Take the scale, and the decimals of lengths that have the general tolerance alone."""
         self.scale = scale
+        self.decimals = decimals
         self.text_height = TEXT_MM / scale
         self.document = _new_document(self.text_height)
         self.space: BaseLayout = self.document.modelspace()
@@ -88,14 +110,60 @@ class Canvas:
 
     def rectangle(self, box: Box, layer: str = "PART") -> None:
         """Draw the four sides of a box."""
-        left, bottom, right, top = box
-        corners = [(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)]
-        for start, end in itertools.pairwise(corners):
+        for start, end in itertools.pairwise((*box.corners, box.corners[0])):
             self.line(start, end, layer)
 
     def circle(self, centre: Point, radius: float, layer: str = "PART") -> None:
         """Draw a circle."""
         self.space.add_circle(centre, radius, dxfattribs={"layer": layer})
+
+    def axis(self, start: Point, end: Point) -> None:
+        """Draw a centre line: long dashes and dots."""
+        attributes = {"layer": "AXES", "linetype": "CENTER", "ltscale": 4.0 / self.scale}
+        self.space.add_line(start, end, dxfattribs=attributes)
+
+    def centre_mark(self, centre: Point, radius: float) -> None:
+        """Draw the two centre lines of a hole, which stand out of it by 2 mm on paper."""
+        x, z = centre
+        reach = radius + 2.0 / self.scale
+        self.axis((x - reach, z), (x + reach, z))
+        self.axis((x, z - reach), (x, z + reach))
+
+    def hatch(self, outlines: Sequence[Sequence[Point]]) -> None:
+        """Hatch what lies within the first closed outline and outside the others; texts within it stay free."""
+        hatch = self.space.add_hatch()
+        hatch.set_pattern_fill("ANSI31", scale=HATCH_STEP_MM / (_ANSI31_STEP * self.scale))
+        outer, *holes = outlines
+        for text in self.text_boxes():
+            corners = text.corners
+            is_within = all(is_point_in_polygon_2d(Vec2(corner), Vec2.list(outer)) > 0 for corner in corners)
+            if is_within and not any(is_point_in_polygon_2d(Vec2(corners[0]), Vec2.list(hole)) > 0 for hole in holes):
+                holes.append(corners)
+        for outline in (outer, *holes):
+            hatch.paths.add_polyline_path(outline, is_closed=True)
+        ends = []  # as lines of our own, in order: ezdxf draws a hatch in the order of a set
+        for start, end in hatch_entity(hatch):
+            ends.append((start.x, start.y, end.x, end.y))
+        self.space.delete_entity(hatch)
+        for x, z, end_x, end_z in sorted(ends):
+            self.line((x, z), (end_x, end_z), "HATCH")
+
+    def text_boxes(self) -> list[Box]:
+        """Return the boxes around the texts of dimensions, level or upright, and around other texts [mm]."""
+        boxes = []
+        for text in self.space.query("TEXT"):
+            around = bbox.extents([text])
+            boxes.append(Box(around.extmin.x, around.extmin.y, around.extmax.x, around.extmax.y))
+        for dimension in self.space.query("DIMENSION"):
+            for text in cast(Dimension, dimension).virtual_entities():
+                if isinstance(text, MText):
+                    across = text.dxf.char_height
+                    along = 0.5 * (text_width(str(text.plain_text()), across) + across)
+                    is_upright = abs(text.get_rotation()) > _UPRIGHT_DEG
+                    half = (across, along) if is_upright else (along, across)
+                    x, z = text.dxf.insert.x, text.dxf.insert.y
+                    boxes.append(Box(x - half[0], z - half[1], x + half[0], z + half[1]))
+        return boxes
 
     def arc(self, centre: Point, radius: float, start: float, end: float) -> None:
         """Draw an arc of the part, counter-clockwise from one angle to another [deg]."""
@@ -120,6 +188,8 @@ class Canvas:
         text_rotation: float = 0.0,
     ) -> None:
         """Draw the dimension of a length along an axis, its line at a level across it, its text [deg] about a point."""
+        distance = abs(end[0] - start[0]) if axis == "x" else abs(end[1] - start[1])
+        is_general = "±" not in label and distance >= SMALL_MM
         dimension = self.space.add_linear_dim(
             base=(text_at[0], level) if axis == "x" else (level, text_at[1]),
             p1=start,
@@ -129,6 +199,7 @@ class Canvas:
             angle=0.0 if axis == "x" else 90.0,
             text_rotation=text_rotation,
             dimstyle=_STYLE,
+            override={"dimdec": self.decimals if is_general else DECIMALS},
             dxfattribs={"layer": "DIMENSIONS"},
         )
         dimension.render()
@@ -194,7 +265,7 @@ def _fixed_meta_data() -> Iterator[None]:
 def _new_document(text_height: float) -> Drawing:
     """Return an empty document with our layers, and a style of dimensions: text over the line, as measured."""
     with _fixed_meta_data():
-        document = new("R2010", setup=False)
+        document = new("R2010", setup=["linetypes"])
     document.units = units.MM
     for layer, colour in LAYERS.items():
         document.layers.add(layer, color=colour, lineweight=PENS[layer])

@@ -5,7 +5,7 @@ import itertools
 from cad.drawing.canvas import MEASURED, Box, Canvas
 from cad.drawing.housing_drawing import call_out_screw_holes
 from cad.drawing.lengths import Length, draw_lengths
-from cad.drawing.section import draw_section, section
+from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Title, on_sheet
 from cad.parts.cover import Cover
 from cad.parts.part import Part
@@ -19,12 +19,16 @@ _NOTES = (
 
 def cover_drawing(part: Part, cover: Cover, title: Title) -> Sheet:
     """Return the sheet of a cover: the section through its rim along +y, and to the right the section across it."""
-    profile = section(part.shape, 0.5 * (cover.housing.depth + cover.recess))
+    cut = 0.5 * (cover.housing.depth + cover.recess)
+    profile = section(part.shape, cut)
 
     def draw_views(canvas: Canvas) -> None:
         draw_section(canvas, profile)
         _draw_front_lengths(canvas, cover)
         call_out_screw_holes(canvas, cover.housing)
+        for hole in cover.housing.holes:
+            canvas.centre_mark(hole, 0.5 * cover.housing.hole_diameter)
+        hatch_section(canvas, part.shape, cut)
         _draw_across(canvas, cover, canvas.extents().right + BETWEEN_MM / canvas.scale)
 
     return on_sheet(draw_views, _NOTES, title)

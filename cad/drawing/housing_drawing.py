@@ -3,11 +3,11 @@
 import math
 
 from cad.design.processes import Process
-from cad.drawing.canvas import MEASURED, Box, Canvas, text_width
+from cad.drawing.canvas import MEASURED, SMALL_MM, Box, Canvas, text_width
 from cad.drawing.lengths import Length, draw_lengths
-from cad.drawing.section import draw_section, section
+from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Title, on_sheet
-from cad.parts.housing import Arm, Housing, fillet_corners
+from cad.parts.housing import DOWEL_MM, Arm, Housing, fillet_corners
 from cad.parts.part import NEAR_MM, Part
 from cad.theory.strain_gauge import GAUGES, FoilGauge, Span, gauge_spans
 
@@ -35,6 +35,13 @@ def housing_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
             _draw_pins(canvas, housing)
         front = canvas.extents()
         _draw_from_the_left(canvas, housing, front.right + BETWEEN_MM / canvas.scale)
+        _draw_cutting_line(canvas, housing, front)
+        for centre, radius in (
+            *((hole, 0.5 * housing.hole_diameter) for hole in housing.holes),
+            *((hole, 0.5 * housing.dowel_hole) for hole in housing.dowels),
+        ):
+            canvas.centre_mark(centre, radius)
+        hatch_section(canvas, part.shape)
         gauge = GAUGES[housing.gauges]
         if gauge is not None:
             draw_gauges(canvas, housing, gauge, front.top + BETWEEN_MM / canvas.scale)
@@ -137,7 +144,9 @@ def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
     call_out_screw_holes(canvas, housing)
     if housing.dowels:
         beside = (housing.right, housing.top_level + 2.4 * height)
-        canvas.callout("diameter", housing.dowels[-1], housing.dowel_hole, beside, "right", f"{MEASURED} 2x, dowels")
+        canvas.callout(
+            "diameter", housing.dowels[-1], housing.dowel_hole, beside, "right", f"{MEASURED} 2x, ream {DOWEL_MM:g} H7"
+        )
     if housing.dome_radius:
         centre = (low.centre, housing.dome_radius)
         beside = (low.centre - 2.5 * height, -8.0 * height)
@@ -151,6 +160,22 @@ def call_out_screw_holes(canvas: Canvas, housing: Housing) -> None:
     beside = (housing.left, housing.top_level + 2.4 * canvas.text_height)
     label = f"{MEASURED} {len(housing.holes)}x"
     canvas.callout("diameter", housing.holes[1], housing.hole_diameter, beside, "left", label)
+
+
+def _draw_cutting_line(canvas: Canvas, housing: Housing, front: Box) -> None:
+    """Draw both ends of the line A-A through the view from the left, looked along +y, and the name of its section."""
+    height = canvas.text_height
+    views = canvas.extents()
+    middle = front.right + BETWEEN_MM / canvas.scale + housing.pad_height + 0.5 * housing.depth
+    for end, inwards in ((views.top, -1.0), (views.bottom, 1.0)):
+        start = end - 1.2 * inwards * height
+        canvas.line((middle, start), (middle, start - 2.0 * inwards * height))
+        arrow = (middle - 1.6 * height, start - inwards * height)  # +y is to the left there
+        canvas.line((middle, arrow[1]), arrow, "DIMENSIONS")
+        for side in (0.3, -0.3):
+            canvas.line(arrow, (arrow[0] + 0.8 * height, arrow[1] + side * height), "DIMENSIONS")
+        canvas.words("A", (middle + height, arrow[1]), 1.2 * height)
+    canvas.words("A-A", (0.5 * (housing.left + housing.right), views.top + 1.6 * height), 1.4 * height)
 
 
 def _draw_pins(canvas: Canvas, housing: Housing) -> None:
@@ -245,10 +270,11 @@ def _notes(housing: Housing, process: Process) -> list[str]:
         f"{process.material}{layer}; made flat, this profile in the plane of the bed.",
         f"Leaves solid: stiffness assumes E = {process.E_MPa:g} MPa. Two leaves of a spring are equal.",
         f"Gaps over the shuttles are stops; {faces}.",
-        "Measure leaf thicknesses; calibrate both springs of each unit.",
+        f"Measure leaf thicknesses; calibrate both springs. Under {SMALL_MM:g}: ±{process.accuracy_mm:g}.",
     ]
     if housing.dowels:
         notes.append("Plate of a square: MAKE TWO, one turned half round the press axis, pads on pads.")
+        notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6 in holes reamed H7.")
     if housing.pin_side:
         size = f"{housing.pocket_side:g} wide, {housing.pocket_depth:g} deep"
         notes.append(f"Pockets for steel pins {size}; pins stand out {housing.pin_out:g}.")

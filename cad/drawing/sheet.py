@@ -28,16 +28,18 @@ class Size(NamedTuple):
 SIZES = {"A4": Size(297.0, 210.0), "A3": Size(420.0, 297.0), "A2": Size(594.0, 420.0)}  # ISO 216, landscape
 _CHOICES = (("A4", "2:1"), ("A3", "2:1"), *itertools.product(SIZES, ("1:1", "1:2", "1:5")))
 _MARGIN = Box(20.0, 10.0, 10.0, 10.0)  # of the frame from the edges of the sheet, ISO 5457
-_BLOCK = Size(124.0, 36.0)  # of the title block
+_BLOCK = Size(124.0, 48.0)  # of the title block
 
 
 @dataclass(frozen=True, kw_only=True)
 class Title:
-    """What stands in the corner of a drawing: the design, the process, and which part it shows."""
+    """What stands in the corner of a drawing: the design, the process, which part it shows, its number and mass [g]."""
 
     name: str
     process: Process
     part: str = "housing"
+    number: int = 1
+    mass_g: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +69,7 @@ def on_sheet(draw_views: Callable[[Canvas], None], notes: Sequence[str], title: 
     """Return the smallest sheet with the largest scale on which the views fit, above title block and notes."""
     below = _MARGIN.bottom + max(_BLOCK.height, _NOTE_STEP_MM * (len(notes) + 1))
     for size, scale in _CHOICES:
-        canvas = Canvas(SCALES[scale])
+        canvas = Canvas(SCALES[scale], decimals=1 if title.process.kind != "dmls" else 2)
         draw_views(canvas)
         views = canvas.extents()
         paper = SIZES[size]
@@ -135,6 +137,11 @@ def _title_rows(title: Title, size: str, scale: str) -> tuple[tuple[_Cell, ...],
     date = given_date()
     return (
         (_Cell("part", f"{title.name}: {title.part}", _BLOCK.width),),
+        (
+            _Cell("number", f"{title.name}-{title.number:02d}", 62.0),
+            _Cell("revision", "A", 22.0),
+            _Cell("mass", "" if title.mass_g is None else f"{title.mass_g:.3g} g", 40.0),
+        ),
         (_Cell("material", process.material, 62.0), _Cell("process", process.name, 62.0)),
         (
             _Cell("general tolerance", general_tolerance(process), 40.0),

@@ -51,16 +51,21 @@ def write_fabrication(
     cover = cover_of(sensor)
     coupon_solid = coupon_part(coupon)
     cover_solid = cover_part(cover)
-    sheets = {
-        "drawing": housing_drawing(sensor.part, housing, title),
-        "drawing-coupon": coupon_drawing(coupon_solid, coupon, replace(title, part="coupon")),
-        "drawing-cover": cover_drawing(cover_solid, cover, replace(title, part="cover, make two")),
-    }
     bodies = [
         Body(name="coupon", shape=coupon_solid.shape, colour=_COUPON_COLOUR),
         Body(name="cover", shape=cover_solid.shape, colour=COVER_COLOUR),
         Body(name="mount", shape=mount_solid(sensor), colour=STEEL_COLOUR),
     ]
+    solids = [sensor.housing_body(), *bodies]
+    masses = {body.name: 1e-3 * body.shape.Volume() * process.density_g_per_cm3 for body in solids}
+    of_housing = replace(title, mass_g=masses[solids[0].name])
+    of_coupon = replace(title, part="coupon", number=2, mass_g=masses["coupon"])
+    of_cover = replace(title, part="cover, make two", number=3, mass_g=masses["cover"])
+    sheets = {
+        "drawing": housing_drawing(sensor.part, housing, of_housing),
+        "drawing-coupon": coupon_drawing(coupon_solid, coupon, of_coupon),
+        "drawing-cover": cover_drawing(cover_solid, cover, of_cover),
+    }
     paths: list[Path] = []
     for name, sheet in sheets.items():
         paths += sheet.write(folder / name)
@@ -73,8 +78,6 @@ def write_fabrication(
         export_stl(print_pose(body.shape), stl)
         paths += [step, stl]
 
-    solids = [sensor.housing_body(), *bodies]
-    masses = {body.name: 1e-3 * body.shape.Volume() * process.density_g_per_cm3 for body in solids}
     wired = bridges(springs, housing, process)
     signal = None
     if readout is not None:

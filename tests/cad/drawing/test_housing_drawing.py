@@ -135,12 +135,59 @@ def test_files_hold_the_dimensions_and_the_size_of_the_sheet_and_the_same_bytes_
 
 def test_title_block_says_what_a_workshop_asks(sheets, monkeypatch, sensor):
     title = words(sheets["pair"])
-    assert title >= {"paper: housing", "PETG", "fdm-petg", "±0.2", "2:1", "A4 1/1", "date", "first angle"}
+    assert title >= {
+        "paper: housing",
+        "PETG",
+        "fdm-petg",
+        "±0.2",
+        "2:1",
+        "A4 1/1",
+        "date",
+        "first angle",
+        "paper-01",
+        "A",
+    }
     assert not any(re.fullmatch(r"\d{4}-\d\d-\d\d", text) for text in title)  # no day is made up
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     metal = replace(TITLE, process=PROCESSES["dmls-ti64"])
     title = words(housing_drawing(sensor.part, sensor.housing, metal))
     assert title >= {"1970-01-02", "Ti-6Al-4V", "ISO 2768-1 m"}
+
+
+def section_area_of(sensor):
+    """Return what the plane y = 0 cuts of the housing [mm^2]: its volume over its depth, but for the pad."""
+    housing = sensor.housing
+    return sensor.part.shape.Volume() / (housing.depth + 0.3 * housing.pad_height)
+
+
+@pytest.mark.parametrize("kind", ["pair", "square"])
+def test_section_is_hatched_with_texts_left_free_and_holes_have_centre_lines(kind, sheets, sensor):
+    """Strokes lie on the plate alone, 2 mm apart on paper, and in no text and no window between leaves."""
+    canvas = sheets[kind].canvas
+    housing = square_sensor().housing if kind == "square" else sensor.housing
+    strokes = [(line.dxf.start, line.dxf.end) for line in canvas.space.query('LINE[layer=="HATCH"]')]
+    section_area = section_area_of(square_sensor() if kind == "square" else sensor)
+    hatched = sum(math.dist(start, end) for start, end in strokes) * 2.0 / canvas.scale
+    assert 0.8 * section_area < hatched < 1.02 * section_area
+    for box in canvas.text_boxes():
+        for start, end in strokes:
+            middle = 0.5 * (start + end)
+            assert not (box.left < middle.x < box.right and box.bottom < middle.y < box.top)
+    holes = len(housing.holes) + len(housing.dowels)
+    axes = canvas.space.query('LINE[layer=="AXES"]')
+    assert len(axes) == 2 * holes
+    assert {axis.dxf.linetype for axis in axes} == {"CENTER"}
+    assert words(sheets[kind]) >= {"A", "A-A"}
+
+
+def test_lengths_of_the_general_tolerance_are_rounded_and_small_ones_are_not(sheets):
+    """±0.2 on the third decimal is no size that a shop can measure; under 0.5 mm ISO 2768-1 has no tolerance."""
+    for dimension in sheets["square"].canvas.space.query("DIMENSION"):
+        (text,) = (entity.plain_text() for entity in dimension.virtual_entities() if entity.dxftype() == "MTEXT")
+        number = re.match(r"[\d.]+", text)
+        if number and "±" not in text and float(number[0]) >= 0.5:
+            assert len(number[0].partition(".")[2]) <= 1
+    assert any("±0.05" in text and "0.5" in text for text in words(sheets["square"]))
 
 
 def test_gauges_are_drawn_where_they_lie(housing):
@@ -164,7 +211,7 @@ def test_gauges_are_drawn_where_they_lie(housing):
 
 def test_plate_of_a_square_tells_its_domes_its_dowels_and_that_two_are_made(sheets):
     square, pair = words(sheets["square"]), words(sheets["pair"])
-    assert {"R10 2x, domes", "Ø2.95 2x, dowels"} <= square
+    assert {"R10 2x, domes", "Ø2.95 2x, ream 3 H7"} <= square
     assert any("MAKE TWO" in text for text in square)
     assert not any("dome" in text or "MAKE TWO" in text for text in pair)
     circles = sheets["square"].canvas.space.query("CIRCLE")
