@@ -5,7 +5,7 @@ import math
 
 import cadquery as cq
 
-from cad.checks.line_probe import UP, SolidLines, Vector
+from cad.checks.line_probe import UP, Lines, Vector, solid_lines
 from cad.parts.housing import Arm, Housing, largest_tilt, press_tilt
 from cad.parts.pose import in_place, pressed
 from cad.parts.sensor import Sensor
@@ -85,14 +85,14 @@ def stop_verdicts(sensor: Sensor, deflections: tuple[float, ...]) -> tuple[Verdi
     The deflections [mm] of low and high spring are those at full travel; a stop must stand 1.2 times above. With
     them geometry.deflected_gap_low and _high [mm]: what is left between leaf and frame when the shuttle is stopped.
     """
-    lines = SolidLines(sensor.part.shape)
+    lines = solid_lines(sensor.part.shape)
     verdicts: list[Verdict] = []
     for arm, deflection in zip(sensor.housing.arms, deflections, strict=True):
         verdicts += _arm_stop_verdicts(lines, sensor.housing, arm, deflection)
     return tuple(verdicts)
 
 
-def _arm_stop_verdicts(lines: SolidLines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
+def _arm_stop_verdicts(lines: Lines, housing: Housing, arm: Arm, deflection: float) -> tuple[Verdict, Verdict]:
     stops = f"geometry.stops_{arm.name}"
     gap = f"geometry.deflected_gap_{arm.name}"
     limit = STOP_SAFETY * deflection
@@ -122,12 +122,12 @@ def _arm_stop_verdicts(lines: SolidLines, housing: Housing, arm: Arm, deflection
     return stop, at_least(gap, left, LEAF_GAP_MM, 0.0, unit="mm", reference=reference)
 
 
-def _gap_above(lines: SolidLines, point: Vector) -> float:
+def _gap_above(lines: Lines, point: Vector) -> float:
     """Return the open distance above the material around a point [mm]; infinite where there is no such, or none above.
 
     A bar that touches the material is one with it.
     """
-    spans = lines.spans(point, UP)
+    spans = lines(point, UP)
     for here, above in itertools.pairwise(spans):
         if here.enter <= 0.0 <= here.leave:
             return above.enter - here.leave

@@ -33,7 +33,7 @@ def _leaf_thickness_verdict(housing: Housing, arm: Arm, forms: Mapping[str, Line
     place = ""
     for form, point in itertools.product(forms, _leaf_points(housing, arm)):
         here = f"in the {form} at x = {point[0]:.3f}, z = {point[2]:.3f} mm"
-        leaves = [span for span in forms[form].spans(point, UP) if span.enter < 0.0 < span.leave]
+        leaves = [span for span in forms[form](point, UP) if span.enter < 0.0 < span.leave]
         if not leaves:
             return failed(name, declared, unit="mm", reference=f"no leaf {here}")
         thickness = leaves[0].leave - leaves[0].enter
@@ -75,5 +75,5 @@ def _radius(lines: Lines, corner: Vector) -> float:
     """Return the radius [mm] of the arc that a diagonal meets where it leaves the material into the open quarter."""
     exits = []
     for diagonal in _DIAGONALS:
-        exits += [span.leave for span in lines.spans(corner, diagonal) if span.enter < -_INSIDE < span.leave]
+        exits += [span.leave for span in lines(corner, diagonal) if span.enter < -_INSIDE < span.leave]
     return max(0.0, min(exits, default=0.0)) / (math.sqrt(2.0) - 1.0)

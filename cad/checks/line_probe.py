@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from collections.abc import Callable
+from typing import NamedTuple
 
 import cadquery as cq
 import numpy as np
@@ -24,40 +25,34 @@ class Span(NamedTuple):
     leave: float
 
 
-class Lines(Protocol):
-    """A form of a part that lines are sent through."""
-
-    def spans(self, start: Vector, direction: Vector) -> tuple[Span, ...]:
-        """Return the spans [mm along the unit direction] where the endless line through start is inside."""
+# The spans [mm along the unit direction] where the endless line through a start is inside a form of a part.
+Lines = Callable[[Vector, Vector], tuple[Span, ...]]
 
 
-class SolidLines:
-    """Spans of lines inside a B-rep solid [mm]."""
+def solid_lines(shape: cq.Shape) -> Lines:
+    """Return the spans of lines inside a B-rep solid [mm]."""
+    faces = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
+    faces.Load(shape.wrapped, 1e-7)
 
-    def __init__(self, shape: cq.Shape) -> None:
-        self._faces = OCP.IntCurvesFace.IntCurvesFace_ShapeIntersector()
-        self._faces.Load(shape.wrapped, 1e-7)
-
-    def spans(self, start: Vector, direction: Vector) -> tuple[Span, ...]:
-        """Return the spans [mm along the unit direction] where the endless line through start is inside."""
+    def spans(start: Vector, direction: Vector) -> tuple[Span, ...]:
         line = OCP.gp.gp_Lin(OCP.gp.gp_Pnt(*start), OCP.gp.gp_Dir(*direction))
-        self._faces.Perform(line, -1e6, 1e6)
-        return _paired(np.array([self._faces.WParameter(i + 1) for i in range(self._faces.NbPnt())]))
+        faces.Perform(line, -1e6, 1e6)
+        return _paired(np.array([faces.WParameter(i + 1) for i in range(faces.NbPnt())]))
+
+    return spans
 
 
-class MeshLines:
-    """Spans of lines inside a closed mesh of triangles [mm]."""
+def mesh_lines(mesh: trimesh.Trimesh) -> Lines:
+    """Return the spans of lines inside a closed mesh of triangles [mm]."""
+    before = 2.0 * float(mesh.extents.sum()) + float(np.abs(mesh.bounds).sum())
 
-    def __init__(self, mesh: trimesh.Trimesh) -> None:
-        self._mesh = mesh
-        self._before = 2.0 * float(mesh.extents.sum()) + float(np.abs(mesh.bounds).sum())
-
-    def spans(self, start: Vector, direction: Vector) -> tuple[Span, ...]:
-        """Return the spans [mm along the unit direction] where the endless line through start is inside."""
+    def spans(start: Vector, direction: Vector) -> tuple[Span, ...]:
         unit = np.array(direction)
-        origin = np.array(start) - self._before * unit
-        hits, _, _ = self._mesh.ray.intersects_location(origin[None], unit[None])
+        origin = np.array(start) - before * unit
+        hits, _, _ = mesh.ray.intersects_location(origin[None], unit[None])
         return _paired((np.asarray(hits).reshape(-1, 3) - np.array(start)) @ unit)
+
+    return spans
 
 
 def _paired(crossings: Floats) -> tuple[Span, ...]:
@@ -75,7 +70,7 @@ def _paired(crossings: Floats) -> tuple[Span, ...]:
 
 def open_ahead(lines: Lines, start: Vector, direction: Vector) -> float:
     """Return the open distance from a point to the first material [mm]; nan inside material, inf without any."""
-    spans = lines.spans(start, direction)
+    spans = lines(start, direction)
     if any(span.enter <= 0.0 <= span.leave for span in spans):
         return math.nan
     return min((span.enter for span in spans if span.enter > 0.0), default=math.inf)

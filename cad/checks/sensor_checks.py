@@ -7,7 +7,7 @@ import cadquery as cq
 from cad.checks.assembly_checks import plate_verdicts
 from cad.checks.clearance import clearance_verdicts, stop_verdicts
 from cad.checks.leaf_section import fillet_verdict, leaf_thickness_verdicts
-from cad.checks.line_probe import Lines, MeshLines, SolidLines
+from cad.checks.line_probe import Lines, mesh_lines, solid_lines
 from cad.checks.part_checks import check_solid, existing_file, unreadable
 from cad.checks.tip_checks import socket_verdicts, tip_verdict
 from cad.checks.triangle_checks import closed_verdicts
@@ -37,7 +37,7 @@ def check_sensor(sensor: Sensor, deflections: tuple[float, ...], folder: Path) -
     except ValueError as error:
         return (*check_solid(shape), unreadable(error))
     stl = sensor_pose(printed, sensor.housing.depth, back_up=sensor.housing.back_to_back)
-    forms: dict[str, Lines] = {"solid": SolidLines(shape), "STEP": SolidLines(step), "STL": MeshLines(stl)}
+    forms: dict[str, Lines] = {"solid": solid_lines(shape), "STEP": solid_lines(step), "STL": mesh_lines(stl)}
     return (
         *check_solid(shape),
         *closed_verdicts(stl),

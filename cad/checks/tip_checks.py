@@ -5,7 +5,7 @@ import math
 
 import cadquery as cq
 
-from cad.checks.line_probe import UP, SolidLines, open_ahead
+from cad.checks.line_probe import UP, Lines, open_ahead, solid_lines
 from cad.design.tips import Tips
 from cad.parts.housing import Arm, Housing
 from cad.parts.housing_solid import BALL_SHARE
@@ -60,7 +60,7 @@ def _cap_level(radius: float, from_axis: float) -> float:
 
 def _cap_errors(part: Part, housing: Housing, arm: Arm) -> list[float]:
     """Return how far a cap is off its sphere along the press [mm], at nine places of the round face."""
-    lines = SolidLines(part.shape)
+    lines = solid_lines(part.shape)
     step = _ON_CAP * min(0.5 * housing.tip_side, housing.dome_radius)
     errors = []
     for along, across in itertools.product((-step, 0.0, step), repeat=2):
@@ -77,7 +77,7 @@ def socket_verdicts(part: Part, housing: Housing, tips: Tips) -> tuple[Verdict, 
     if not housing.pin_side:
         return ()
     name = "geometry.sockets"
-    lines = SolidLines(part.shape)
+    lines = solid_lines(part.shape)
     worst = 0.0
     for pin, shape in pins(housing, tips).items():
         error = _pocket_error(lines, housing, shape.Center().x)
@@ -89,7 +89,7 @@ def socket_verdicts(part: Part, housing: Housing, tips: Tips) -> tuple[Verdict, 
     return (equal(name, worst, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference),)
 
 
-def _pocket_error(lines: SolidLines, housing: Housing, x: float) -> float:
+def _pocket_error(lines: Lines, housing: Housing, x: float) -> float:
     """Return by how much a pocket at x is too wide or too narrow on any side, its gable and its end [mm]."""
     half_width = 0.5 * housing.pocket_side
     half_depth = 0.5 * housing.pocket_depth

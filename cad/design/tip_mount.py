@@ -3,8 +3,6 @@
 The two plates of a square stand back to back on its sides, apart by their pads: each is less deep than the square.
 """
 
-from dataclasses import dataclass
-
 from cad.design.parameters import Design
 from cad.design.processes import Process
 from cad.quantity import validation_error
@@ -13,22 +11,15 @@ _LEAST_PAD_MM = 0.2  # two layers of a coarse print
 _LEAST_ASPECT = 2.0  # depth of a leaf over its thickness: a shallower one is a rod, as soft sideways
 
 
-@dataclass(frozen=True, kw_only=True)
-class TipMount:
-    """Sides [mm] of what is printed at the end of a shuttle and of the pocket in it, 0 for a printed tip."""
+def tip_mount(design: Design, process: Process) -> tuple[float, float]:
+    """Return the sides [mm] of what is printed at the end of a shuttle and of the pocket in it, 0 for a printed tip.
 
-    side: float
-    pocket: float
-
-
-def tip_mount(design: Design, process: Process) -> TipMount:
-    """Return the printed tip, or the foot of a pin: a pocket that the pin fits into, walls around it and its gable.
-
-    Raises InputError when the feet leave no gap between them.
+    A foot is a pocket that the pin fits into, walls around it and its gable. Raises InputError when the feet leave no
+    gap between them.
     """
     tips = design.tips
     if tips.socket == "none":
-        return TipMount(side=tips.side_mm, pocket=0.0)
+        return tips.side_mm, 0.0
     pocket = tips.side_mm + 2.0 * process.accuracy_mm
     side = round(2.0 * (pocket + process.min_wall_mm), 3)
     if side + process.min_gap_mm > tips.spacing_mm:
@@ -36,7 +27,7 @@ def tip_mount(design: Design, process: Process) -> TipMount:
         raise validation_error(
             "tips.spacing_mm", tips.spacing_mm, "mm", bound, "move the tips apart, or tips.socket = 'none'"
         )
-    return TipMount(side=side, pocket=round(pocket, 3))
+    return side, round(pocket, 3)
 
 
 def plate_depth(design: Design, process: Process) -> float:
@@ -44,7 +35,7 @@ def plate_depth(design: Design, process: Process) -> float:
 
     Raises InputError where a square leaves no plate.
     """
-    side = tip_mount(design, process).side
+    side, _ = tip_mount(design, process)
     if not design.tips.tip_layout.is_back_to_back:
         return max(process.depth_mm, side)
     spacing = design.tips.spacing_mm

@@ -29,7 +29,7 @@ def housing_for(
     """
     tips = design.tips
     layout = tips.tip_layout
-    mount = tip_mount(design, process)
+    mount_side, pocket = tip_mount(design, process)
     depth = plate_depth(design, process)
     separation = layout.leaf_separation_mm
     low, high = (
@@ -38,9 +38,9 @@ def housing_for(
     )
 
     # From the tips up: a printed tip stands out itself, a pin out of a foot that is a low tip.
-    side = mount.side if mount.pocket else _tip_side(tips, depth)
+    side = mount_side if pocket else _tip_side(tips, depth)
     standing_out = max(min(tips.side_mm, LEDGE), 1.5 * design.press.travel_mm)
-    if mount.pocket:
+    if pocket:
         pin_out = max(standing_out, _cap_height(tips, tips.side_mm), tips.tip_shape.height_mm)
         tip_height = LEDGE
     else:
@@ -72,19 +72,19 @@ def housing_for(
         mount=design.print.mount,
         cover_level=cover_level(protrusion, design.press),
         gauges=design.print.gauges,
-        dome_radius=0.0 if mount.pocket else tips.dome_radius_mm or 0.0,
+        dome_radius=0.0 if pocket else tips.dome_radius_mm or 0.0,
     )
     if layout.is_back_to_back:
         dowel = round(DOWEL_MM - process.accuracy_mm, 3)  # as much too small as a hole may be off: never loose
         housing = replace(housing, back_to_back=True, pad_height=pad_height(process), dowel_hole=dowel)
-    if not mount.pocket:
+    if not pocket:
         return housing
     return replace(
         housing,
         pin_side=tips.side_mm,
         pin_round=tips.tip_shape.is_round,
         pin_out=pin_out,
-        pocket_side=mount.pocket,
+        pocket_side=pocket,
         pocket_depth=min(POCKET_SIDES * tips.side_mm, neck - process.min_wall_mm),
     )
 

@@ -1,9 +1,9 @@
 """The ground steel pin that is glued into a foot: how it gives way, and its mass."""
 
 import math
-from dataclasses import dataclass
 
 from cad.parts.housing import Housing
+from cad.quantity import Estimate
 
 STEEL_MPA = 206000.0  # modulus, typical of carbon steel
 STEEL_G_PER_CM3 = 7.85  # likewise
@@ -15,30 +15,22 @@ FOOT_GIVE = 0.01
 FOOT_SPREAD = 0.08
 
 
-@dataclass(frozen=True, kw_only=True)
-class PinCompliance:
-    """How far a glued pin moves against its foot under a force [mm/N]: middle and half range."""
-
-    compliance: float
-    error: float
-
-
-def pin_compliance(housing: Housing, E: float, poisson: float) -> PinCompliance:
+def pin_compliance(housing: Housing, E: float, poisson: float) -> Estimate:
     """Return how far a pin moves against the foot it is glued in [mm/N, E in MPa]; 0 for a printed tip.
 
     The steel that stands out is a bar in compression, the glue a layer in shear on three sides of the pin. What the
     foot gives differs little from what its whole face would, which is in the solve of the springs; a ball at the end
-    counts as a cylinder.
+    counts as a cylinder. The error is half the range that is possible.
     """
     if not housing.pin_side:
-        return PinCompliance(compliance=0.0, error=0.0)
+        return Estimate(0.0, 0.0, "mm/N")
     side = housing.pin_side
     of_square = 0.25 * math.pi if housing.pin_round else 1.0  # section and perimeter of a circle over a square's
     bar = housing.pin_out / (STEEL_MPA * of_square * side**2)
     layer = 0.5 * (housing.pocket_side - side)
     glue = layer / (GLUE_SHEAR_MPA * _BONDED_SIDES * of_square * side * housing.pocket_depth)
     foot = (1.0 - poisson**2) / (E * side)
-    return PinCompliance(compliance=bar + glue + FOOT_GIVE * foot, error=0.5 * glue + FOOT_SPREAD * foot)
+    return Estimate(bar + glue + FOOT_GIVE * foot, 0.5 * glue + FOOT_SPREAD * foot, "mm/N")
 
 
 def pin_mass(housing: Housing, density: float) -> float:

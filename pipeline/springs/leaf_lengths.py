@@ -343,7 +343,7 @@ def _miss(stiffnesses: Sequence[float], targets: Floats) -> float:
 
 def targets_without_pins(housing: Housing, targets: Sequence[float], E: float, poisson: float) -> tuple[float, ...]:
     """Return the stiffnesses [N/mm] of the feet with which pins glued into them have the targets."""
-    of_pin = pin_compliance(housing, E, poisson).compliance
+    of_pin = pin_compliance(housing, E, poisson).value
     for arm, K in zip(housing.arms, targets, strict=True):
         if of_pin * K >= 1.0:
             bound = f"less than {1.0 / of_pin:.4g} N/mm, the stiffness of a pin in its foot"
@@ -356,9 +356,9 @@ def targets_without_pins(housing: Housing, targets: Sequence[float], E: float, p
 def add_pin_compliance(stiffness: HousingStiffness, housing: Housing, E: float, poisson: float) -> HousingStiffness:
     """Return the stiffness [N/mm] at the faces of pins from that of the feet; half their span is in the error."""
     pin = pin_compliance(housing, E, poisson)
-    if not pin.compliance:
+    if not pin.value:
         return stiffness
-    C = stiffness.C + pin.compliance * np.eye(len(stiffness.C))
+    C = stiffness.C + pin.value * np.eye(len(stiffness.C))
     K = tip_stiffnesses(C)
     errors = []
     for with_pin, foot, mesh_error in zip(K, stiffness.K, stiffness.error, strict=True):

@@ -26,10 +26,6 @@ _HEXA_EDGES = (
 )  # fmt: skip
 
 
-class FieldError(ValueError):
-    """Arrays or a mesh that cannot be written as fields; the message names the file or mesh and says why."""
-
-
 class Mesh(Protocol):
     """What is read of a scikit-fem mesh."""
 
@@ -60,7 +56,7 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats]) -> None:
     Points are those of `mesh.doflocs`, without the middles of facets and cells; cells are those of `mesh.t`. Six
     components are a symmetric tensor's xx, yy, zz, xy, yz, xz, as ParaView names them. Values are those to a millionth
     of the largest of their array. A named boundary becomes a point array of that name, 1 on its nodes. Raises
-    FieldError for an array of another size, with a value that is not finite or with the name of a boundary, and for
+    ValueError for an array of another size, with a value that is not finite or with the name of a boundary, and for
     cells that VTK does not have.
     """
     kind, cells = _vtk_cells(mesh)
@@ -70,7 +66,7 @@ def write_vtu(path: Path, mesh: Mesh, point_data: Mapping[str, Floats]) -> None:
     taken = sorted(arrays.keys() & marks.keys())
     if taken:
         msg = f"{path.name}: array {taken[0]!r} has the name of a boundary; give it another name, with its unit"
-        raise FieldError(msg)
+        raise ValueError(msg)
     meshio.Mesh(points, [(kind, cells)], point_data={**arrays, **marks}).write(path)
 
 
@@ -93,7 +89,7 @@ def _vtk_cells(mesh: Mesh) -> tuple[str, Ints]:
     kind = _CELL_OF.get(len(nodes))
     if kind is None:
         msg = f"mesh: {len(nodes)} nodes a cell; must be one of {', '.join(map(str, _CELL_OF))}; write its linear mesh"
-        raise FieldError(msg)
+        raise ValueError(msg)
     here = np.asarray(mesh.elem().doflocs, dtype=np.float64)
     straight, turned = (_same_places(VTK_NODES[kind][:, axes], here) for axes in ([0, 1, 2], [1, 0, 2]))
     cells = nodes[straight].T
@@ -110,7 +106,7 @@ def _same_places(wanted: Floats, there: Floats) -> Ints:
     found: Ints = distance.argmin(axis=1)
     if distance.min(axis=1).max() > 0.0:
         msg = "mesh: its nodes do not lie where VTK's cell has them; write its linear mesh"
-        raise FieldError(msg)
+        raise ValueError(msg)
     return found
 
 
@@ -118,10 +114,10 @@ def _checked(path: Path, name: str, values: Floats, count: int) -> NDArray[np.fl
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.shape not in ((count,), (count, 3), (count, 6)):
         msg = f"{path.name}: array {name!r} has shape {array.shape}; must be ({count},), ({count}, 3) or ({count}, 6)"
-        raise FieldError(msg)
+        raise ValueError(msg)
     if not np.isfinite(array).all():
         msg = f"{path.name}: array {name!r} has values that are not finite; check the solution"
-        raise FieldError(msg)
+        raise ValueError(msg)
     return _to_known_digits(array)
 
 

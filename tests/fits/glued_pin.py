@@ -135,5 +135,5 @@ def compared(cases: Sequence[tuple[str, float]] = CASES) -> list[Comparison]:
     for name, side in cases:
         foot = foot_of(PROCESSES[name], side)
         form = pin_compliance(foot.housing, *foot.plastic)
-        filled.append(abs(foot.give() - form.compliance) / form.error)
+        filled.append(abs(foot.give() - form.value) / form.error)
     return [covering("bar of a glued pin", 1.0, filled)]

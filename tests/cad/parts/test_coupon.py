@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad.checks.line_probe import SolidLines
+from cad.checks.line_probe import solid_lines
 from cad.checks.triangle_checks import printability_verdicts
 from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
@@ -37,10 +37,10 @@ def test_coupon_has_the_leaves_of_the_housing(housing):
     assert {name: len(indices) for name, indices in part.faces.items()} == {
         "clamp_holes": 2, "low_weight": 1, "high_weight": 1,
     }  # fmt: skip
-    lines = SolidLines(part.shape)
+    lines = solid_lines(part.shape)
     for sign, flexure in ((-1.0, housing.low), (1.0, housing.high)):
         for share in (0.1, 0.5, 0.9):
-            ((start, end),) = lines.spans((sign * (12.0 + share * flexure.length), 0.4, 0.0), (0.0, 0.0, 1.0))
+            ((start, end),) = lines((sign * (12.0 + share * flexure.length), 0.4, 0.0), (0.0, 0.0, 1.0))
             assert end - start == pytest.approx(flexure.thickness, abs=1e-9)
     box = part.shape.BoundingBox()
     assert box.xlen == pytest.approx(24.0 + housing.low.length + housing.high.length + 2 * 7.0, abs=1e-6)

@@ -25,7 +25,7 @@ def test_pins_add_their_give_to_the_compliance_and_half_its_span_to_the_error():
     give = pin_compliance(PINNED, *MATERIAL)
     pinned = add_pin_compliance(stiffness(TARGETS), PINNED, *MATERIAL)
     for K, foot, error in zip(pinned.K, TARGETS, pinned.error, strict=True):
-        assert pytest.approx(1.0 / foot + give.compliance) == 1.0 / K
+        assert pytest.approx(1.0 / foot + give.value) == 1.0 / K
         assert error == pytest.approx(5e-4 * K / foot + K * give.error)
         soft, hard = 1.0 / (1.0 / K + give.error), 1.0 / (1.0 / K - give.error)
         assert max(1.0 - soft / K, hard / K - 1.0) < error
@@ -42,7 +42,7 @@ def test_feet_are_stiffer_than_the_targets_by_what_the_pins_give():
 
 
 def test_target_that_pins_alone_cannot_carry_is_refused():
-    stiffest = 1.0 / pin_compliance(PINNED, *MATERIAL).compliance
+    stiffest = 1.0 / pin_compliance(PINNED, *MATERIAL).value
     assert targets_without_pins(PINNED, (1.0, 0.99 * stiffest), *MATERIAL)[1] > 0.0
     with pytest.raises(InputError) as refused:
         targets_without_pins(PINNED, (1.0, 1.01 * stiffest), *MATERIAL)
