@@ -100,9 +100,10 @@ def _spring_slopes(sensor: MeasuringUnit, forces: Floats, E: float) -> Sequence[
         of_read = contrast_slopes(sensor.law, forces.tolist(), sensor.read_as(E)).springs
         return [sensor.steepness(E) * slope for slope in of_read]
     slopes = []
+    read = _read_level(sensor, forces)  # not quite E: between the rows of a table of readings
     for tip in range(len(forces)):
         stiffer = sensor.with_stiffness(tip, 1.0 + STEP)
-        slopes.append((_read_level(stiffer, forces) / E - 1.0) / STEP)
+        slopes.append((_read_level(stiffer, forces) / read - 1.0) / STEP)
     return slopes
 
 
