@@ -60,6 +60,7 @@ def open_page(opened_browser: Browser) -> Iterator[Callable[..., Page]]:
         page.on("request", lambda request: page.requested.append(request.url))
         page.on("console", lambda message: _note(page, message.text))
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
+        page.set_default_timeout(1000 * SECONDS)  # software WebGL keeps a page busy
         page.goto(address)
         return page
 

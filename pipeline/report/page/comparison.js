@@ -25,7 +25,7 @@
     const points = overModulus(({ curve }) => d3.zip(curve.E_MPa || [], curve.P || []));
     const E_max = d3.max(points, (one) => one.E);
     const band = data.sides.flatMap(({ title, report: { curve } }) => d3.zip(curve.P || [], curve.E_lower_calibrated_MPa || [], curve.E_upper_calibrated_MPa || [])
-      .filter(([y, low]) => Number.isFinite(y) && Number.isFinite(low)).map(([y, low, high]) => ({ title, y, low: Math.min(low, E_max), high: Math.min(high ?? E_max, E_max) })));
+      .filter(([y, low]) => Number.isFinite(y) && Number.isFinite(low)).map(([y, low, high]) => ({ title, y, low: Math.min(Math.max(low, 0), E_max), high: Math.min(high ?? E_max, E_max) })));
     return overE(points, "force ratio P [1]", "At full travel; bands: moduli that may show P once the unit is calibrated.",
       [Plot.areaX(band, { y: "y", x1: "low", x2: "high", fill: "title", fillOpacity: 0.2 })]);
   }

@@ -56,7 +56,7 @@ def _bar(modulus: float, E: Floats, lower: Sequence[float | None], upper: Sequen
     high = float(np.interp(modulus, E, numbers(upper)))
     if math.isnan(low) and math.isnan(high):
         return None
-    return ModulusBar(low=0.0 if math.isnan(low) else low, high=math.inf if math.isnan(high) else high)
+    return ModulusBar(low=0.0 if math.isnan(low) else max(low, 0.0), high=math.inf if math.isnan(high) else high)
 
 
 def alike_pairs(bars: Sequence[ModulusBar | None]) -> list[tuple[int, int]]:

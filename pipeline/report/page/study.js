@@ -68,7 +68,7 @@
         Plot.tip(rows, Plot.pointer({ x: "x", y: "key", title: (row) => tell(row.one) })),
       ],
       ready: (drawn, svg) => svg.addEventListener("click", () => svg.value && pick(svg.value.one.number)),
-      caption: "A line is a point, each key from its least to its largest value; black is the point picked.",
+      caption: "A line is a point, each key from its least to its largest value; the thick one is the point picked.",
     };
   }
 

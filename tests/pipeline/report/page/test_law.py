@@ -5,6 +5,7 @@ import pytest
 from law_settings import SETTINGS, compliance_of, forces_by_python, modulus_errors, random_settings
 
 from cad.theory.contrast_law import ContrastLaw, contrast_slopes, read_modulus
+from cad.theory.hertz import contact_reach, relative_curvature
 from cad.theory.two_spring_law import SOFTEST, Springs, force_ratio, fruit_stiffness, nonlinearity
 from pipeline.options import load_design
 from pipeline.response.scene_press import TRAVELS
@@ -32,6 +33,21 @@ def test_forces_of_domes_are_those_of_python(dome_page, open_page, rng):
     settings = random_settings(page, rng, SETTINGS)
     assert {"tilt", "place", "radius"} <= set(settings[0])
     assert modulus_errors(page, dome_page.result, settings).max() <= EXACT
+
+
+def test_farthest_contact_of_domes_is_that_of_the_verdict(dome_page, open_page, rng):
+    page = open_page(dome_page.address)
+    tips = dome_page.report.design.tips
+    settings = random_settings(page, rng, 50)
+    for setting, found in zip(settings, evaluated(page, settings), strict=True):
+        radius = relative_curvature(tips.dome_radius_mm, setting["radius"])
+        slopes = [
+            abs(x + setting["place"]) / setting["radius"] + abs(np.tan(np.radians(setting["tilt"])))
+            for x, _ in tips.places_mm
+        ]
+        pairs = zip(found["F"], slopes, strict=True)
+        reach = max(contact_reach(force, setting["E"], 0.3, radius, slope) for force, slope in pairs)
+        assert found["reach"] == pytest.approx(reach, rel=1e-9)
 
 
 def test_planted_wrong_law_is_found(flat_page, open_page, rng):
