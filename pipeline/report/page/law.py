@@ -60,7 +60,7 @@ def law_data(report: StoredReport, result: SensorResult) -> Plain:
         "full_scale": list(report.read_out.full_scale_N),
         "scene": {"travels": TRAVELS, "moduli": LINEAR_MODULI, "softest": SOFTEST},
         "dome": _dome(scene, contact),
-        "reading": None if design.reading is None else asdict(design.reading),
+        "reading": _reading(report),
         "judged": _judged(report),
         "table": _table(result.press),
     }
@@ -73,6 +73,19 @@ def _kind_of(scene: Scene) -> str:
     radius, across = scene.fruit.radii_mm
     dome = scene.tips.dome_radius_mm
     return "domes" if dome is not None and radius == across else "table"
+
+
+def _reading(report: StoredReport) -> Plain | None:
+    """Return what a reading has to stand; the noise of a named read-out is the largest share of a full scale [%]."""
+    reading = report.design.reading
+    if reading is None:
+        return None
+    keys = asdict(reading)
+    signal = report.read_out.signal
+    if signal is not None:
+        shares = zip(signal.errors_N, report.read_out.full_scale_N, strict=True)
+        keys["noise_percent"] = max(100.0 * noise / full_scale for noise, full_scale in shares)
+    return keys
 
 
 def _dome(scene: Scene, contact: FruitCompliance) -> Plain | None:
