@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyvista as pv
 
+from pipeline.report.page.bodies import deformation_factor, round_below
+
 Mesh = Any  # a PyVista data set: its decorated methods have no types that strict mode takes
 Plotter = Any
 
@@ -16,7 +18,6 @@ EDGE = "#30343a"
 PALETTE = "YlOrRd"  # pale where there is little: the shape stays readable
 SUBDIVISION = 3  # how often the facet of a quadratic cell is halved
 _SHARP_EDGE = 25.0  # degrees between two facets
-_DRAWN_DISPLACEMENT = 0.08  # of the diagonal of the part, at most
 _ZOOM = 0.75  # leaves room for title, ruler and bar
 _NARROW = 900  # pixels
 _TITLE_SIZE = 11
@@ -79,19 +80,6 @@ class FieldScene:
     def largest_displacement_mm(self) -> float:
         """Return the largest displacement [mm]."""
         return float(np.linalg.norm(self.mesh.point_data[DISPLACEMENT], axis=1).max())
-
-
-def round_below(value: float) -> float:
-    """Return the largest of 1, 2 or 5 times a power of ten that is not above a positive value."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-12)))
-
-
-def deformation_factor(largest_mm: float, length_mm: float) -> float:
-    """Return by how much displacements are drawn larger [1]: 1, or 1, 2 or 5 times a power of ten."""
-    if largest_mm <= 0.0:
-        return 1.0
-    return max(1.0, round_below(_DRAWN_DISPLACEMENT * length_mm / largest_mm))
 
 
 def deformed_surface(scene: FieldScene, subdivision: int = SUBDIVISION) -> tuple[Mesh, Mesh]:

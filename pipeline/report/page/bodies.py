@@ -22,7 +22,7 @@ from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 ASSEMBLY = "assembly.glb"
 _COARSE = 4.0  # scale of the mesh of the picture: its stress is some per cent off, and a fifth of the time
 _SYMMETRY = "symmetry"
-_DRAWN_DEFLECTION = 0.06  # of the width, at most
+_DRAWN_DEFLECTION = 0.08  # of the length of the part, at most
 _SKIN_CELLS = 48  # along each side
 _SKIN_REACH = 0.85  # of the spacing of the tips: how far around them the skin reaches
 _PALETTE = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725")
@@ -76,7 +76,7 @@ def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
     at_rest = mesh.p.T[corners]
     displacement = fields.displacement[corners]
     largest = float(np.linalg.norm(displacement, axis=1).max())
-    factor = _deflection_factor(largest, float(np.ptp(at_rest[:, 0])))
+    factor = deformation_factor(largest, float(np.ptp(at_rest[:, 0])))
     stress = fields.von_mises[corners]
     limit = process.E_MPa * process.strain_limit
     half = np.searchsorted(corners, quads)
@@ -107,13 +107,17 @@ def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
     )
 
 
-def _deflection_factor(deflection: float, width: float) -> float:
-    """Return by how much deflections are drawn larger [1]: 1, 2 or 5 times a power of ten, at least 1."""
-    factor = _DRAWN_DEFLECTION * width / deflection if deflection > 0.0 else 1.0
-    if factor <= 1.0:
+def round_below(value: float) -> float:
+    """Return the largest of 1, 2 or 5 times a power of ten that is not above a positive value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1.0 + 1e-12)))
+
+
+def deformation_factor(largest_mm: float, length_mm: float) -> float:
+    """Return by how much displacements are drawn larger [1]: 1, or 1, 2 or 5 times a power of ten."""
+    if largest_mm <= 0.0:
         return 1.0
-    power = 10.0 ** math.floor(math.log10(factor))
-    return max(digit * power for digit in (1.0, 2.0, 5.0) if digit * power <= factor)
+    return max(1.0, round_below(_DRAWN_DEFLECTION * length_mm / largest_mm))
 
 
 def _triangles(quads: NDArray[np.int64]) -> NDArray[np.int64]:
