@@ -23,12 +23,12 @@ def force_factor(reduced_modulus: float, radius: float) -> float:
     return 4.0 / 3.0 * reduced_modulus * math.sqrt(radius)
 
 
-def relative_curvature(dome_radius: float, fruit_radius: float) -> float:
+def relative_radius(dome_radius: float, fruit_radius: float) -> float:
     """Return the radius R* of the sphere that touches a plane as a dome touches a fruit [mm]: 1/R* = 1/r + 1/R."""
     return 1.0 / (1.0 / dome_radius + 1.0 / fruit_radius)
 
 
-def mean_relative_curvature(dome_radius: float, along: float, across: float) -> float:
+def mean_relative_radius(dome_radius: float, along: float, across: float) -> float:
     """Return R* of a dome on a fruit of two radii, whose mean curvature is taken [mm].
 
     1 / R* = 1 / r + (1 / along + 1 / across) / 2.

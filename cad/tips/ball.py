@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cad.quantity import LENGTH, quantity, validation_error
-from cad.theory.hertz import contact_radius, relative_curvature
+from cad.theory.hertz import contact_radius, relative_radius
 from cad.tips.tip_shape import Meridian, TipShape, arc
 
 
@@ -41,8 +41,8 @@ class Sphere(TipShape):
 
     def contact_area_mm2(self, force: float, reduced_modulus: float, fruit_radius: float) -> float:
         """Return the area of Hertz's circle [mm^2 from N, E / (1 - nu^2) in MPa, mm]."""
-        curvature = relative_curvature(self.radius_mm, fruit_radius)
-        return math.pi * contact_radius(force, reduced_modulus, 0.0, curvature) ** 2
+        radius = relative_radius(self.radius_mm, fruit_radius)
+        return math.pi * contact_radius(force, reduced_modulus, 0.0, radius) ** 2
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cad.quantity import Bounds, quantity, validation_error
-from cad.theory.hertz import contact_radius, relative_curvature
+from cad.theory.hertz import contact_radius, relative_radius
 from cad.theory.sneddon_cone import cone_mean_pressure
 from cad.tips.tip_shape import LEAST_PIECE_MM, Meridian, MeridianPoint, Straight, TipShape, arc
 
@@ -77,7 +77,7 @@ class Cone(TipShape):
         `force` [N], `reduced_modulus` is E / (1 - nu^2) [MPa], `fruit_radius` [mm].
         """
         if self.blunt_mm > 0.0:
-            radius = contact_radius(force, reduced_modulus, 0.0, relative_curvature(self.blunt_mm, fruit_radius))
+            radius = contact_radius(force, reduced_modulus, 0.0, relative_radius(self.blunt_mm, fruit_radius))
             if radius <= self._ball_edge_mm:
                 return math.pi * radius**2
         return force / cone_mean_pressure(self.half_angle_deg, reduced_modulus)

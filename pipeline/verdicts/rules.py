@@ -10,7 +10,7 @@ from cad.design.parameters import Design, Targets
 from cad.design.reading import Reading
 from cad.design.tips import Tips
 from cad.quantity import Estimate
-from cad.theory.hertz import contact_reach, relative_curvature
+from cad.theory.hertz import contact_reach, relative_radius
 from cad.verdict import Verdict, failed
 from pipeline.options import TOLERANCES
 from pipeline.reading.analysis import Readings, SkinPressure
@@ -243,14 +243,14 @@ def tip_face_verdict(design: Design, press: ScenePress) -> Verdict:
     A printed dome ends in a square, whose sides the contact must keep; that of a pin in a circle.
     """
     tips = design.tips
-    curvature = relative_curvature(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
+    radius = relative_radius(tips.dome_radius_mm or math.inf, min(design.fruit.radii_mm))
     slopes = [_slope_under(design, x, y) for x, y in tips.places_mm]
     farthest = 0.0
     forces_at_full_travel = press.table.F[:, -1]
     for E, forces in zip(press.table.E, forces_at_full_travel, strict=True):
         for force, slope in zip(forces, slopes, strict=True):
             if np.isfinite(force):
-                reach = contact_reach(force, E, design.fruit.poisson, curvature, slope)
+                reach = contact_reach(force, E, design.fruit.poisson, radius, slope)
                 farthest = max(farthest, reach)
     steepest = math.degrees(math.atan(max(slopes)))
     towards = "across the sides of" if tips.socket == "none" else "under"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cad.quantity import Estimate, validation_error
 from cad.theory.contrast_law import ContrastLaw, contrast_terms
-from cad.theory.hertz import relative_curvature
+from cad.theory.hertz import relative_radius
 from pipeline.measure.measured_table import MeasuredTable, place_of
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.signals import force_keys
@@ -216,6 +216,6 @@ def _on_rubber(sensor: MeasuringUnit, law: ContrastLaw, radius: float) -> Contra
     hertz = law.hertz
     lean = np.subtract(law.C, sensor.C) * ((dome + fruit) / (dome + radius)) ** 2
     if dome:
-        hertz *= (relative_curvature(dome, fruit) / relative_curvature(dome, radius)) ** (1.0 / 3.0)
+        hertz *= (relative_radius(dome, fruit) / relative_radius(dome, radius)) ** (1.0 / 3.0)
     C = rows_of(sensor.C + lean)
     return replace(law, gaps=tuple((np.array(law.gaps) + fall).tolist()), C=C, hertz=hertz)

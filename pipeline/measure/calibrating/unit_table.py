@@ -121,11 +121,10 @@ def error_by_curve(bound: float) -> float:
 
 
 def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]:
-    """Return by how much longer the leaves of each spring must be to meet its target [N/mm]: filed, or clamped below 0.
+    """Return by how much longer the leaves of each tip's spring must be [mm]; negative: clamp them that much shorter.
 
-    In mm, for each tip; none where no housing is made, and None for a spring whose error (95 %) holds its target: no
-    cut is known to better it. A pair of leaves has K = 2 E w (t / L)^3: what it measures gives E as it acts, and that
-    the length for the target.
+    `targets` [N/mm] are the stiffnesses wanted. None for a spring whose error (95 %) holds its target: no cut is known
+    to better it. Empty where no housing is made.
     """
     housing = sensor.report.housing
     if housing is None:
@@ -139,6 +138,7 @@ def trims(sensor: MeasuringUnit, targets: Sequence[float]) -> list[float | None]
             longer.append(None)
             continue
         flexure = flexures[tip.spring]
+        # K = 2 E w (t / L)^3 of a pair of leaves: the measured K gives E as it acts, and E the length for the target.
         acting_E = 0.5 * K / flexure.depth * (flexure.length / flexure.thickness) ** 3
         longer.append(pair_length(acting_E, flexure.depth, flexure.thickness, target) - flexure.length)
     return longer

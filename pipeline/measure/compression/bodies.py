@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
 from cad.quantity import LENGTH, InputError, check_fields, quantity, validation_error
-from cad.theory.hertz import equivalent_radius, relative_curvature
+from cad.theory.hertz import equivalent_radius, relative_radius
 from solve.compression.body import RoundSection, StraightSection
 from solve.compression.force_curve import Press
 from solve.compression.tool import Tool
@@ -121,7 +121,7 @@ class Ellipsoid(_CheckedBody):
             return (self._radius,) * plates
         if not plunger.ball:
             return ()
-        return (relative_curvature(plunger.radius_mm, self._radius), self._radius)[:plates]
+        return (relative_radius(plunger.radius_mm, self._radius), self._radius)[:plates]
 
     def bounds(self, press: Press) -> dict[str, tuple[tuple[Press, float], ...]]:
         """Return the balls of either radius, with the force at which each begins as the ellipsoid does."""
@@ -225,7 +225,7 @@ def _round_press(section: RoundSection, exponent: float, plunger: Plunger | None
         contact = math.sqrt(section.radius * deepest)
         return Press(section=section, deepest=deepest, contact=contact, exponent=exponent)
     deepest = min(deepest, plunger.deepest)
-    relative = relative_curvature(plunger.radius_mm, section.radius)
+    relative = relative_radius(plunger.radius_mm, section.radius)
     contact = math.sqrt(relative * deepest)
     return Press(section=section, tool=plunger.tool, deepest=deepest, contact=contact, exponent=exponent)
 

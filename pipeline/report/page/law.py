@@ -9,7 +9,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from cad.theory.hertz import mean_relative_curvature
+from cad.theory.hertz import mean_relative_radius
 from cad.theory.two_spring_law import SOFTEST
 from pipeline.report.stored import StoredReport
 from pipeline.response.scene_press import LINEAR_MODULI, TRAVELS, ScenePress, scene_of
@@ -100,7 +100,7 @@ def _dome(scene: Scene, contact: FruitCompliance) -> Plain | None:
         "fruit_radius": radius if math.isfinite(radius) else None,
         "strain": coefficients(NEO_HOOKE, body.poisson),
         "deepest": DEEPEST,
-        "relative_radius": mean_relative_curvature(dome, *scene.fruit.radii_mm),
+        "relative_radius": mean_relative_radius(dome, *scene.fruit.radii_mm),
         "remainder": body.remainder[0].tolist(),
         "shape_change": contact.shape_change.tolist(),
         "sideways": None if scene.sideways is None else scene.sideways.compliance.tolist(),

@@ -34,19 +34,21 @@ class Body:
 
 
 def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
-    """Return the fruit of a scene, whose compliance this is, where it has other radii (poses,) [mm] along the tips.
+    """Return the body of the scene's fruit in poses on fruits of `radii` (poses,) [mm] along the tips.
 
-    What the shape of the fruit changes goes with its curvature; how far that may be off is in the bound.
+    `compliance` is that of the scene's own fruit. What its shape changes goes with the curvature of each fruit; how far
+    that may be off is in the bound.
     """
     block = scene.fruit.equivalent_block
     footprints = contact_footprints(scene.fruit, scene.tips)
     half_space = level_compliance(footprints, block.poisson, np.zeros(()), nodes_between(footprints))
-    curvature = scene.fruit.radii_mm[0] / radii if scene.curved else np.ones(len(radii))
-    change = np.multiply.outer(curvature - 1.0, compliance.shape_change)
+    curvature_ratio = scene.fruit.radii_mm[0] / radii if scene.curved else np.ones(len(radii))
+    change = np.multiply.outer(curvature_ratio - 1.0, compliance.shape_change)
     skinned = None
     if compliance.flesh_E is not None:
         skinned = round_contact(layer_on(block, compliance.flesh_E), scene.tips.side_mm)
         for tip, footprint in enumerate(footprints):
+            # the bare half-space under a flat circle gives (1 - nu^2) / side
             own = 1.0 / skinned.flat_stiffness(0.5 * footprint.side)
             half_space[tip, tip] += own - (1.0 - block.poisson**2) / footprint.side
     error = max(compliance.error_pair, compliance.error_own)

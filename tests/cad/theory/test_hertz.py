@@ -11,8 +11,8 @@ from cad.theory.hertz import (
     equivalent_radius,
     force_factor,
     hertz_factor,
-    mean_relative_curvature,
-    relative_curvature,
+    mean_relative_radius,
+    relative_radius,
 )
 
 
@@ -28,9 +28,9 @@ def test_force_factor_gives_the_force_of_an_approach():
 
 
 def test_mean_curvature_is_that_of_a_sphere_and_between_those_of_two_radii():
-    assert mean_relative_curvature(10.0, 35.0, 35.0) == pytest.approx(relative_curvature(10.0, 35.0), rel=1e-14)
+    assert mean_relative_radius(10.0, 35.0, 35.0) == pytest.approx(relative_radius(10.0, 35.0), rel=1e-14)
     mean = 2.0 * 30.0 * 40.0 / (30.0 + 40.0)
-    assert mean_relative_curvature(10.0, 30.0, 40.0) == pytest.approx(relative_curvature(10.0, mean), rel=1e-14)
+    assert mean_relative_radius(10.0, 30.0, 40.0) == pytest.approx(relative_radius(10.0, mean), rel=1e-14)
 
 
 def test_contact_radius_is_that_of_the_force():

@@ -10,7 +10,7 @@ from stand_ins import CONTACT, springs_of
 
 from cad.design.parameters import Design
 from cad.design.tips import Press
-from cad.theory.hertz import contact_radius, contact_reach, relative_curvature
+from cad.theory.hertz import contact_radius, contact_reach, relative_radius
 from pipeline.response.scene_press import press_scene
 from pipeline.verdicts.rules import tip_face_verdict, tip_shape_verdicts
 
@@ -33,8 +33,8 @@ def test_hertz_radius_and_indentation_are_those_of_the_textbook():
     force = 4.0 / 3.0 * E / (1.0 - nu**2) * math.sqrt(R) * d**1.5
     assert contact_radius(force, E, nu, R) == pytest.approx(math.sqrt(R * d), rel=1e-12)
     assert contact_radius(-0.1, E, nu, R) == 0.0
-    assert relative_curvature(10.0, math.inf) == 10.0
-    assert relative_curvature(10.0, 35.0) == pytest.approx(350.0 / 45.0)
+    assert relative_radius(10.0, math.inf) == 10.0
+    assert relative_radius(10.0, 35.0) == pytest.approx(350.0 / 45.0)
     assert contact_reach(0.0, E, nu, R, 0.1) == pytest.approx(0.1 * R)
 
 

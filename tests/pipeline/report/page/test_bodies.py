@@ -46,7 +46,7 @@ def test_dome_pushes_the_middle_by_the_approach(dome_page):
 
     report = dome_page.report
     fruit, tips = report.design.fruit, report.design.tips
-    R = hertz.mean_relative_curvature(tips.dome_radius_mm, *fruit.radii_mm)
+    R = hertz.mean_relative_radius(tips.dome_radius_mm, *fruit.radii_mm)
     a = hertz.contact_radius(0.7, 2.0, fruit.poisson, R)
     fall = _skin_fall(report, 2.0, 0.7, np.array([0.0, a]))
     np.testing.assert_allclose(fall, [a**2 / R, 0.5 * a**2 / R], rtol=1e-12)

@@ -5,7 +5,7 @@ import pytest
 from law_settings import SETTINGS, compliance_of, forces_by_python, modulus_errors, random_settings
 
 from cad.theory.contrast_law import ContrastLaw, contrast_slopes, read_modulus
-from cad.theory.hertz import contact_reach, relative_curvature
+from cad.theory.hertz import contact_reach, relative_radius
 from cad.theory.two_spring_law import SOFTEST, Springs, force_ratio, fruit_stiffness, nonlinearity
 from pipeline.options import load_design
 from pipeline.response.scene_press import TRAVELS
@@ -40,7 +40,7 @@ def test_farthest_contact_of_domes_is_that_of_the_verdict(dome_page, open_page, 
     tips = dome_page.report.design.tips
     settings = random_settings(page, rng, 50)
     for setting, found in zip(settings, evaluated(page, settings), strict=True):
-        radius = relative_curvature(tips.dome_radius_mm, setting["radius"])
+        radius = relative_radius(tips.dome_radius_mm, setting["radius"])
         slopes = [
             abs(x + setting["place"]) / setting["radius"] + abs(np.tan(np.radians(setting["tilt"])))
             for x, _ in tips.places_mm
