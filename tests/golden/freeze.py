@@ -133,9 +133,11 @@ def machine() -> str:
     """Name what the last digits of a number depend on: processor, linear-algebra kernel and threads."""
     model = platform.processor() or platform.machine()
     try:
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-        model = next(line.partition(":")[2].strip() for line in text.splitlines() if line.startswith("model name"))
-    except (OSError, StopIteration):
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8").partition("\n\n")[0]
+        told = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in text.splitlines())}
+        # Processors of one name have kernels of their own generation, which family and model tell.
+        model = f"{told['model name']} {told['cpu family']}.{told['model']}"
+    except (OSError, KeyError):
         pass
     kernel = os.environ.get("OPENBLAS_CORETYPE", "own")
     return f"{model}, kernel {kernel}, {os.cpu_count()} cores"

@@ -52,7 +52,7 @@ FILES = [
     ("[target]\nNL = 0.1\n", "target: "),
     ("[targets]\nN = 0.1\n", "targets.N: "),
     ("[fruit]\nheight_mm = -1\n", "fruit.height_mm = -1 mm"),
-    ("[springs]\nK_l_N_per_m = 753\n", "springs.K_h_N_per_m = None"),
+    ("[springs]\nK_l_N_per_m = 753\n", "springs.K_h_N_per_m is not set"),
     ("name = 3\n", "name = 3"),
 ]
 COMMANDS = [

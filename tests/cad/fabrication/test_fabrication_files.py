@@ -114,7 +114,7 @@ GAUGED = {
 }  # fmt: skip
 SQUARE = (
     (
-        "Make housing.stl twice", "two steel dowels, 3 x 10 mm (ISO 8734), into the holes of 2.95 mm", "M3 x 25",
+        "Make housing.stl twice", "Ream the holes of 2.95 mm in the bar to 3 H7", "3 m6 x 10 mm (ISO 8734)", "M3 x 25",
         "17.6 mm to grip (two plates 11.6 + two covers of 3)", "domes of radius 10 mm",
         "g = (F_H1 + F_H2) / (2 K_h) - (F_L1 + F_L2) / (2 K_l)",
     ),
