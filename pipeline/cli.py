@@ -91,14 +91,9 @@ def _arguments(words: list[str]) -> argparse.Namespace | None:
 
         print(f"twintip {version('twintip')}")
         return None
-    if words[0] == "--print-completion":
-        from pipeline.commands.completion import completion
-
-        print(completion(parser, parsers, words[1:]), end="")
-        return None
     if words[0] not in parsers:
         kind = "flag" if words[0].startswith("-") else "command"
-        raise _unknown(kind, words[0], ("--help", "--version", "--print-completion") if kind == "flag" else (*parsers,))
+        raise _unknown(kind, words[0], ("--help", "--version") if kind == "flag" else (*parsers,))
     chosen = parsers[words[0]]
     if "-h" in words or "--help" in words:
         chosen.print_help()
@@ -142,7 +137,6 @@ def command_parsers() -> tuple[_Parser, dict[str, _Parser]]:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="store_true", help="print the version")
-    parser.add_argument("--print-completion", metavar="SHELL", help="print the completion of bash, zsh or tcsh")
     adder = parser.add_subparsers(metavar="COMMAND", parser_class=_Parser)
     parsers = {}
     for name, command in COMMANDS.items():

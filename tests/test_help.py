@@ -10,7 +10,7 @@ from pipeline.cli import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 HEAVY = {"numpy", "scipy", "cadquery", "OCP", "gmsh", "skfem", "pyvista", "vtk", "matplotlib", "trimesh", "meshio"}
-HEAVY |= {"rich", "shtab"}
+HEAVY |= {"rich"}
 NUMERICAL = {"contrast_law", "pair_line"}  # fit lines through forces with NumPy; no sizing and no help needs them
 ROOMS = [path for room in ("theory", "design") for path in sorted((ROOT / "cad" / room).glob("[a-z]*.py"))]
 SIZING = ["quantity", "verdict", *(f"{path.parent.name}.{path.stem}" for path in ROOMS if path.stem not in NUMERICAL)]

@@ -150,14 +150,10 @@ class FittedSprings:
         return replace(self.of_plate, compliance=compliance)
 
 
-def ideal_springs(design: Design, sizing: SpringSizing, stiffnesses: Springs | None = None) -> FittedSprings:
-    """Return springs exactly as they were sized or given, or of other stiffnesses [N/mm] with the leaves as sized."""
-    springs = springs_as_sized(design, sizing)
-    if stiffnesses is not None:
-        rows = zip(springs, stiffnesses.stiffnesses, strict=True)
-        springs = tuple(replace(spring, target=K) for spring, K in rows)
+def ideal_springs(design: Design, sizing: SpringSizing) -> FittedSprings:
+    """Return springs exactly as they were sized or given."""
     return FittedSprings(
-        springs=springs,
+        springs=springs_as_sized(design, sizing),
         process=design.process,
         deflections=sizing.deflections(design.full_travels_mm),
         fitted=None,

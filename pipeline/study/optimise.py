@@ -25,7 +25,6 @@ from pipeline.storage.folder import refuse_unusable
 from pipeline.study.columns import Floats
 from pipeline.study.page import PAGE
 from pipeline.study.points import Point, design_of, point_at
-from pipeline.study.printed import PRINTED_KEYS
 from pipeline.study.store import STORE, StudyStore, study_store
 from pipeline.study.study_file import VERDICT_FIELDS, Study
 from pipeline.study.tasks import PointResult, lost_points, solve_points
@@ -82,9 +81,6 @@ def search(study: Study, folder: Path, engine: Engine, progress: ProgressReport 
     for key, varied in study.vary.items():
         if not isinstance(varied, Span):
             raise validation_error(key, type(varied).__name__, "", "a span, from and to", "an optimum lies in a span")
-        if key in PRINTED_KEYS:
-            bound = "a key of the design: nobody chooses by how much a print misses its drawing"
-            raise validation_error("vary", key, "", bound, "vary it in a study")
     if not (folder / STORE).exists():
         _refuse_no_number(study)
     with study_store(folder, study) as store:

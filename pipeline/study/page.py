@@ -49,17 +49,15 @@ def write_page(
     for key, values in columns.values.items():
         if not columns.differs(key):
             constants[key] = float(np.nanmin(values))
-    links = {}
-    if not study.prints_vary:  # prints that miss their drawing have no design files
-        folder = store.path.parent / _FOLDER
-        base = folder / _BASE
-        designs = {base: design_as_toml(design_from_mapping(study.base)).encode()}
-        links["base"] = _link(base, path)
-        for point in store.rows(best):
-            design = folder / f"point-{point.number}.toml"
-            designs[design] = design_as_toml(design_of(study, point.settings)).encode()
-            links[str(point.number)] = _link(design, path)
-        write_files(designs, "--out", force=force, renew=True)
+    folder = store.path.parent / _FOLDER
+    base = folder / _BASE
+    designs = {base: design_as_toml(design_from_mapping(study.base)).encode()}
+    links = {"base": _link(base, path)}
+    for point in store.rows(best):
+        design = folder / f"point-{point.number}.toml"
+        designs[design] = design_as_toml(design_of(study, point.settings)).encode()
+        links[str(point.number)] = _link(design, path)
+    write_files(designs, "--out", force=force, renew=True)
     data = {
         "vary": list(study.vary),
         "wanted": list(study.wanted),

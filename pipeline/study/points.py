@@ -11,7 +11,6 @@ from cad.design.design_file import design_from_mapping
 from cad.design.parameters import Design
 from cad.quantity import validation_error
 from pipeline.storage.plain import Plain
-from pipeline.study.printed import PRINTED_KEYS
 from pipeline.study.study_file import MOST_POINTS, Study
 from pipeline.study.variation import Setting
 
@@ -113,8 +112,6 @@ def design_of(study: Study, settings: Mapping[str, Setting]) -> Design:
     """Return the design of a point; raises InputError where it is outside the bounds of the design file."""
     changed: dict[str, Plain] = {}
     for name, value in settings.items():
-        if name in PRINTED_KEYS:
-            continue  # a print that misses its drawing is of the same design
         table, _, key = name.partition(".")
         if table not in changed:
             base = study.base.get(table)

@@ -21,7 +21,6 @@ from cad.quantity import Bounds, InputError, check_fields, choice, nearest, quan
 from pipeline.measure.measured_table import read_csv, refuse_other_length
 from pipeline.options import DEFAULT_TOLERANCE, TOLERANCES, design_path
 from pipeline.storage.plain import Plain
-from pipeline.study.printed import PRINTED_KEYS
 from pipeline.study.report_keys import LEVELS, Level, level_of
 from pipeline.study.variation import Choices, Setting, Variation, setting_of_cell, variation
 
@@ -89,10 +88,7 @@ class Study:
         if not self.vary:
             hint = "name a key of the design file under [vary]"
             raise validation_error("vary", "{}", "", "a table of at least one key", hint)
-        _refuse_unknown("vary ", self.vary, [*every_key(), *PRINTED_KEYS])
-        if self.prints_vary and self.level != "contact":
-            bound = "contact where prints vary: the springs of a print follow the beam law"
-            raise validation_error("level", self.level, "", bound, "ask for keys of that level")
+        _refuse_unknown("vary ", self.vary, every_key())
 
     def _check_samples(self) -> None:
         if self.how == "sobol" and self.samples == 0:
@@ -111,11 +107,6 @@ class Study:
     def keys(self) -> tuple[str, ...]:
         """Return the keys that vary and those that are wanted, each once."""
         return tuple(dict.fromkeys((*self.vary, *self.wanted)))
-
-    @property
-    def prints_vary(self) -> bool:
-        """Say whether the points are prints that miss their drawing, so that no design file has them."""
-        return any(key in PRINTED_KEYS for key in self.vary)
 
     @property
     def without_rows(self) -> "Study":

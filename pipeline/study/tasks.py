@@ -27,7 +27,6 @@ from pipeline.springs.fitted_springs import ideal_springs
 from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.plain import Plain
 from pipeline.study.points import Point, design_of
-from pipeline.study.printed import printed_sizing
 from pipeline.study.report_keys import parts_of, value_at_key
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.study_file import Study
@@ -96,7 +95,7 @@ def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object
     """Return the wanted values of a point, at the level of its study."""
     design = design_of(study, point.settings)
     if study.level == "contact":
-        report = _sized_report(study, design, point)
+        report = _sized_report(study, design)
     elif study.level == "flexures":
         report = evaluation_mapping(check_targets(design, RunOptions(tolerance=study.tol)))
     else:
@@ -108,12 +107,11 @@ def _values(study: Study, folder: Path | None, point: Point) -> dict[str, object
     return {key: value_at_key(report, key) for key in study.wanted}
 
 
-def _sized_report(study: Study, design: Design, point: Point) -> Plain:
-    """Return the part of report.json that follows from contact and springs as they were sized, or as printed."""
+def _sized_report(study: Study, design: Design) -> Plain:
+    """Return the part of report.json that follows from contact and springs as they were sized."""
     contact = scene_compliance(unit_scene(design), study.tol)
-    drawn = spring_sizing(design, contact, RunOptions())
-    sizing = printed_sizing(design, drawn, point.settings)
-    springs = ideal_springs(design, drawn, sizing.springs)
+    sizing = spring_sizing(design, contact, RunOptions())
+    springs = ideal_springs(design, sizing)
     parts = parts_of(study.wanted, reads=design.reading is not None, linear=scene_of(design).linear)
     return evaluation_mapping(check_targets(design, contact=contact, sizing=sizing, springs=springs, parts=parts))
 

@@ -21,8 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add OUT, MEASURED.csv, --fruit and --out."""
     add = parser.add_argument
     add("folder", metavar="OUT", type=Path, help="the output folder of the unit's design")
-    of_rubbers = "rubber,E_over_1_minus_nu2_MPa and a force for each tip"
-    columns = f"tip,weight_g,deflection_mm, with counts of each channel; or coupon,...; or {of_rubbers}"
+    columns = "tip,weight_g,deflection_mm, with counts of each channel; or coupon,..."
     add("measured", metavar="MEASURED.csv", type=Path, help=f"a table with the columns {columns}")
     firm = "fruit,firmness_N (or E_MPa) and a force for each tip: fruit that another instrument measured"
     add("--fruit", metavar="FRUIT.csv", type=Path, help=f"find the scale of its firmness, of the columns {firm}")

@@ -21,7 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("file", metavar="FILE.toml", type=Path, help="the study file, see docs/studies.md")
     add_engine_flags(parser)
-    add("--export", metavar="FILE.csv|FILE.parquet", type=Path, help="write the table of all points")
+    add("--export", metavar="FILE.csv", type=Path, help="write the table of all points")
     add(
         "--html",
         metavar="FILE.html",

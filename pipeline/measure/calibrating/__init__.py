@@ -1,1 +1,1 @@
-"""From what was measured of a print to its springs: weights, rubbers, a coupon; what they make of it."""
+"""From what was measured of a print to its springs: weights, a coupon; what they make of it."""

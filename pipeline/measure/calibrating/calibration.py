@@ -1,4 +1,4 @@
-"""From what was measured of a print to its unit: springs by weights, or by readings on rubbers; or to its modulus."""
+"""From what was measured of a print to its unit: springs by weights, or its modulus."""
 
 import math
 from dataclasses import dataclass, replace
@@ -11,14 +11,12 @@ from cad.quantity import Estimate, validation_error
 from cad.verdict import Verdict
 from pipeline.measure.calibrating.channels import ChannelCalibration, weighed_channels
 from pipeline.measure.calibrating.fruit_presses import ScaleFit, scale_of_presses
-from pipeline.measure.calibrating.rubbers import assumed_of_rubbers, springs_on_rubbers
 from pipeline.measure.calibrating.unit_table import UnitRow, error_sources, trims, unit_table
 from pipeline.measure.calibrating.unit_verdicts import unit_verdicts
 from pipeline.measure.calibrating.weighing import weighed_springs
 from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
-    MODULUS,
     MeasuredTable,
     Quantity,
     numbers_of,
@@ -27,20 +25,14 @@ from pipeline.measure.measured_table import (
 )
 from pipeline.measure.unit.measuring import LAW_OF_FLESH, MeasuringUnit
 from pipeline.measure.unit.printed_unit import PrintedUnit, nominal_unit, unit_of
-from pipeline.measure.unit.signals import COUNTS, count_keys, force_keys
+from pipeline.measure.unit.signals import COUNTS, count_keys
 from pipeline.report.stored import StoredReport
 
 _WEIGHED = {
     "force": Quantity(units=FORCE, most=1e3, words=("weight",)),
     "deflection": Quantity(units=LENGTH, most=100.0),
 }
-_RUBBERS = {
-    "E_over_1_minus_nu2": Quantity(units=MODULUS, most=1e6),
-    "E": Quantity(units=MODULUS, most=1e6),
-    "poisson": Quantity(units={"1": 1.0}, default="1", most=1.0),
-    "E_error": Quantity(units={"percent": 0.01}, most=1.0),
-    "radius": Quantity(units=LENGTH, most=1e6),
-}
+_EXAMPLES = {what: f"{what},weight_g,deflection_mm" for what in ("tip", "coupon")}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,28 +57,21 @@ class Calibration:
 
 
 def measured_print(source: Path | str, report: StoredReport) -> MeasuredTable:
-    """Return what was measured of a print of a design; its column of texts is tip, rubber or coupon.
+    """Return what was measured of a print of a design; its column of texts is tip or coupon.
 
     Raises InputError.
     """
     form, rows = read_csv(source)
-    keys = force_keys(len(report.tips))
-    forces = {key: Quantity(units=FORCE, most=1e3) for key in keys}
-    examples = {
-        "tip": "tip,weight_g,deflection_mm",
-        "coupon": "coupon,weight_g,deflection_mm",
-        "rubber": ",".join(["rubber", "E_over_1_minus_nu2_MPa", *(f"{key}_N" for key in keys)]),
-    }
-    counts = dict.fromkeys(count_keys(len(report.tips)), COUNTS)
-    objects = [cell.lower() for cell in rows[0].cells if cell.lower() in examples]
+    objects = [cell.lower() for cell in rows[0].cells if cell.lower() in _EXAMPLES]
     if len(objects) != 1:
-        bound = "a header with one column tip (weights), coupon (weights) or rubber (readings)"
         header = form.delimiter.join(rows[0].cells)
-        raise validation_error(place_of(form.source, 1), header, "", bound, f"for instance {examples['tip']}")
+        bound = "a header with one column tip or coupon"
+        raise validation_error(place_of(form.source, 1), header, "", bound, f"for instance {_EXAMPLES['tip']}")
     measured = objects[0]
-    columns = _RUBBERS | forces if measured == "rubber" else _WEIGHED
-    needed = (measured, *(forces if measured == "rubber" else _WEIGHED))
-    example = examples[measured]
+    columns = _WEIGHED
+    needed = (measured, *_WEIGHED)
+    example = _EXAMPLES[measured]
+    counts = dict.fromkeys(count_keys(len(report.tips)), COUNTS)
     if measured == "tip" and any(cell.lower().startswith("counts") for cell in rows[0].cells):
         columns = columns | counts
         needed = (*needed, *counts)
@@ -100,23 +85,13 @@ def calibrated(report: StoredReport, table: MeasuredTable, fruit: MeasuredTable 
     Raises InputError, and ReadingError for springs that read nothing.
     """
     as_designed = MeasuringUnit(report=report, unit=nominal_unit(report))
-    assumed = []
-    channels = None
-    if "rubber" in table.texts:
-        springs = springs_on_rubbers(table, as_designed)
-        assumed = assumed_of_rubbers(table, as_designed)
-        method = "readings on reference rubbers"
-    else:
-        springs = weighed_springs(table, "tip", [tip.name for tip in report.tips])
-        method = "weights and deflections"
-        channels = weighed_channels(table, report)
-    if as_designed.deep is not None:
-        assumed.append(LAW_OF_FLESH)
+    springs = weighed_springs(table, "tip", [tip.name for tip in report.tips])
+    channels = weighed_channels(table, report)
     unit = unit_of(
         report,
         stiffnesses=[spring.value for spring in springs],
         percent=[spring.percent for spring in springs],
-        method=method,
+        method="weights and deflections",
     )
     if channels is not None:
         unit = _with_channels(unit, channels, report)
@@ -130,7 +105,7 @@ def calibrated(report: StoredReport, table: MeasuredTable, fruit: MeasuredTable 
         table=shown,
         verdicts=unit_verdicts(sensor, shown),
         trims=trims(sensor, nominal),
-        assumed=assumed,
+        assumed=[] if as_designed.deep is None else [LAW_OF_FLESH],
         error_by=error_sources(sensor),
         scale=scale,
         channels=channels,

@@ -170,7 +170,6 @@ def test_violation_is_the_distance_from_the_limit(
         ("springs.K_l_N_per_m", "contact.method", "optimise.minimise"),
         ("springs.K_l_N_per_m", "verdicts.P_max.passed", "optimise.minimise"),
         ("{ from = 3, to = 8 }", "[3, 8]", "targets.P_max"),
-        ('"targets.NL"', '"printed.E_offset"', "vary"),
     ],
 )
 def test_search_that_cannot_be_is_refused_before_anything_is_written(

@@ -13,14 +13,13 @@ import pytest
 from browser import grave_findings, validator_findings
 
 from pipeline.options import load_design
-from pipeline.study import Study, read_study, run_study
+from pipeline.study import Study, read_study
 from pipeline.study.columns import point_columns
 from pipeline.study.page import MOST_DOTS, write_page
 from pipeline.study.points import points_between
-from pipeline.study.store import StudyStore, study_store
+from pipeline.study.store import study_store
 from pipeline.study.table import export_table
 from pipeline.study.tasks import PointResult
-from pipeline.study.workers import Engine
 
 TWO = '"targets.P_max" = { from = 3, to = 8 }\n"targets.NL" = { from = 0.03, to = 0.08 }'
 
@@ -77,16 +76,6 @@ def test_page_of_many_points_is_small_and_leads_to_the_best(written: Callable[..
     assert np.histogram(list(shown), bins=4, range=(0, 5_000))[0].min() > 150  # of 250; 8 standard deviations
 
 
-def test_best_prints_have_no_design_files(written: Callable[..., Path], engine: Engine, tmp_path: Path) -> None:
-    miss = "mean = 0, sd = 0.1, source = 'test'"
-    study = read_study(written(**{"targets.P_max": "printed.E_offset", "from = 3, to = 8": miss}))
-    assert run_study(study, tmp_path / "out", engine).done == 8
-    with study_store(tmp_path / "out", study) as store:
-        write_page(store, study, tmp_path / "out" / "study.html")
-    assert data_of(tmp_path / "out" / "study.html")["links"] == {}
-    assert not (tmp_path / "out" / "best-designs").exists()
-
-
 def test_null_is_no_number_and_texts_have_no_column(written: Callable[..., Path], tmp_path: Path) -> None:
     keys = ("contact.dofs", "contact.method", "verdicts.P_max.passed", "verdicts.P_max.error")
     study = replace(read_study(written()), wanted=keys)
@@ -103,17 +92,6 @@ def test_null_is_no_number_and_texts_have_no_column(written: Callable[..., Path]
         assert set(columns.values) == {"contact.dofs", "verdicts.P_max.error"}
         assert columns.best("verdicts.P_max.error", 3) == [1, 2, 0]
         assert [point.number for point in store.rows(columns.best("contact.dofs", 2))] == [2, 0]
-        _check_parquet(store, study, tmp_path / "table.parquet")
-
-
-def _check_parquet(store: StudyStore, study: Study, path: Path) -> None:
-    parquet = pytest.importorskip("pyarrow.parquet")
-    export_table(store, study, path)
-    table = parquet.read_table(path)
-    kinds = ["int64", "string", "double", "int64", "string", "bool", "double", "string"]
-    assert [str(field.type) for field in table.schema] == kinds
-    assert table.column("verdicts.P_max.error").to_pylist() == [None, 0.5, 1.5]
-    assert table.column("verdicts.P_max.passed").to_pylist() == [True, None, False]
 
 
 def test_export_holds_a_few_rows_at_a_time(written: Callable[..., Path], tmp_path: Path) -> None:

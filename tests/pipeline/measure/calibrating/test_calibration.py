@@ -1,4 +1,4 @@
-"""A print that is off is found by weights, by rubbers and by its coupon; what it then reads, and how it is trimmed."""
+"""A print that is off is found by weights and by its coupon; what it then reads, and how it is trimmed."""
 
 from dataclasses import replace
 
@@ -14,7 +14,6 @@ from pipeline.measure.calibrating.calibration import calibrated, measured_print,
 from pipeline.measure.calibrating.unit_table import level_forces, unit_table
 from pipeline.measure.calibrating.weighing import weighed_springs
 from pipeline.measure.unit.presses import reading_of
-from pipeline.measure.unit.signals import force_keys
 from pipeline.response.scene_press import scene_of
 from solve.contact.poses import Pose
 from solve.contact.response import scene_response
@@ -84,59 +83,6 @@ def test_no_cut_is_named_for_a_spring_whose_error_holds_its_target(paper, calibr
         assert [longer is not None for longer in calibrate(report, "\n".join(lines)).trims] == [known, known]
 
 
-def on_rubbers(measured, factors, rng, noise, radius=None):
-    """Return readings of a unit on two rubbers that are as round as the design's fruit."""
-    design = measured.design
-    radius = radius or design.fruit.radius_mm
-    given = [] if radius is None else [radius]
-    names = ["rubber", "E_over_1_minus_nu2_MPa", *(["radius_mm"] if given else [])]
-    lines = [",".join([*names, *(f"{key}_N" for key in force_keys(len(measured.K)))])]
-    scale = np.array(measured.report.read_out.full_scale_N)
-    for name, E in (("soft", 0.8), ("hard", 3.0)):
-        travels = design.press.travel_mm * np.array([0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
-        for forces in measured.forces([Pose(E=E, travel=x, radius_mm=radius) for x in travels], factors):
-            read = forces + noise * scale * rng.normal(size=len(scale))
-            lines.append(",".join(map(str, [name, E / (1.0 - design.fruit.poisson**2), *given, *read])))
-    return "\n".join(lines) + "\n"
-
-
-@pytest.mark.parametrize("name", ["paper", "mango"])
-def test_rubbers_tell_the_springs_of_any_layout(name, rng, calibrate, request):
-    measured = request.getfixturevalue(name)
-    factors = np.array(measured.design.tips.each(*THICKER))
-    unit = calibrate(measured.report, on_rubbers(measured, factors, rng, 0.0)).unit
-    assert np.array(unit.stiffnesses) / measured.K == pytest.approx(factors, rel=0.02)
-    noisy = calibrate(measured.report, on_rubbers(measured, factors, rng, 3e-4)).unit
-    error = np.array(noisy.stiffnesses) / (measured.K * factors) - 1.0
-    assert (np.abs(error) <= 0.03 * np.array(noisy.K_percent)).all()
-
-
-def test_rubbers_may_be_rounder_or_flatter_than_the_fruit(mango, rng, calibrate):
-    factors = np.array(mango.design.tips.each(*THICKER))
-    for radius in (25.0, 60.0):
-        unit = calibrate(mango.report, on_rubbers(mango, factors, rng, 0.0, radius)).unit
-        assert np.array(unit.stiffnesses) / mango.K == pytest.approx(factors, rel=0.03)
-
-
-def test_error_of_a_rubber_s_modulus_is_that_of_its_springs(paper, rng, calibrate):
-    """Both moduli 1 % off alike scale every spring by 1 %; each alone moves them by what stands in K_percent."""
-    text = on_rubbers(paper, THICKER, rng, 0.0)
-    known = calibrate(paper.report, text).unit
-    lines = text.splitlines()
-    open_by = "\n".join([f"{lines[0]},E_error_percent", *(f"{line},1" for line in lines[1:])])
-    unit = calibrate(paper.report, open_by).unit
-    moved = []
-    for name in ("soft", "hard"):
-        rows = [line.split(",") for line in lines]
-        for row in rows:
-            if row[0] == name:
-                row[1] = str(1.001 * float(row[1]))
-        other = calibrate(paper.report, "\n".join(map(",".join, rows))).unit
-        moved.append(10.0 * (np.array(other.stiffnesses) / known.stiffnesses - 1.0))
-    squares = (1e-2 * np.array(unit.K_percent)) ** 2 - (1e-2 * np.array(known.K_percent)) ** 2
-    assert np.sqrt(squares) == pytest.approx(np.linalg.norm(moved, axis=0), rel=0.02)
-
-
 def test_second_print_from_the_coupon_is_within_a_hundredth(rng, tmp_path, paper):
     """A print whose material is 15 % softer: its coupon shows the modulus that makes the second print right."""
     report = replace(paper.report, housing=default_housing())
@@ -204,7 +150,6 @@ def test_spring_of_few_rows_is_wider_by_student_s_t(paper, tmp_path):
 
 
 TIPS = "tip,weight_g,deflection_mm\n"
-RUBBERS = "rubber,E_over_1_minus_nu2_MPa,F_l_N,F_h_N\n"
 BAD = {
     "one row each": (TIPS + "low,10,0.1\nhigh,10,0.1\n", ": compliance of low", 1),
     "one weight": (TIPS + "low,10,0.1\n" * 4, ": compliance of low", 4),
@@ -214,19 +159,8 @@ BAD = {
     "known to nothing": (TIPS + "low,0,0\nlow,10,3\nlow,20,0.1\n", ": compliance of low", 0.50986),
     "nothing moves": (TIPS + "low,0,0\nlow,50000,1e-6\nlow,99999,2e-6\n", ": compliance of low", 2.0395e-9),
     "nothing named": ("weight_g,deflection_mm\n1,2\n", ", line 1", "weight_g,deflection_mm"),
-    "two things": ("tip,rubber,weight_g,deflection_mm\nlow,a,1,1\n", ", line 1", "tip,rubber,weight_g,deflection_mm"),
-    "no modulus": ("rubber,E_MPa,F_l_N,F_h_N\na,1,0.2,0.5\nb,2,0.3,1\n", ", line 1", None),
-    "no modulus above 0": (RUBBERS + "a,0,0.2,0.5\nb,2,0.3,1\n", ", line 2", 0.0),
-    "one rubber": (RUBBERS + "a,1,0.2,0.5\n", "", 1),
-    "alike rubbers": (RUBBERS + "a,1,0.2,0.5\nb,1,0.2,0.5\n", "", 2),
-    "tip is off": (RUBBERS + "a,1,0.2,0\nb,2,0.3,1\n", ", line 2", 0.0),
-    "forces of no sensor": (
-        RUBBERS + "a,1,0.2,0.8\na,1,0.4,1.6\nb,3,0.2,0.5\nb,3,0.4,1\n",
-        ": spring of tip low",
-        None,
-    ),
+    "two things": ("tip,coupon,weight_g,deflection_mm\nlow,a,1,1\n", ", line 1", "tip,coupon,weight_g,deflection_mm"),
     "unknown column": ("tip,gewicht_g,deflection_mm\nlow,1,1\n", ", line 1, column 'gewicht_g'", "gewicht_g"),
-    "another layout": ("rubber,E_over_1_minus_nu2_MPa,F_1_N,F_2_N\na,1,0.2,0.5\n", ", line 1, column 'F_1_N'", "F_1_N"),
     "far too heavy": (TIPS + "low,1e308,1\n", ", line 2, column 'weight_g'", "1e308"),
     "far too deep": (TIPS + "low,1,101\n", ", line 2, column 'deflection_mm'", "101"),
 }
@@ -246,7 +180,6 @@ def test_bad_table_is_an_error_that_says_where(text, place, value, paper, calibr
     [
         ("tip,weight_g", ["deflection_mm"]),
         ("coupon", ["force_N", "deflection_mm"]),
-        ("rubber,E_over_1_minus_nu2_MPa,F_l_N", ["F_h_N"]),
     ],
 )
 def test_missing_column_is_named_as_a_person_writes_it(header, missing, paper, calibrate):
@@ -261,9 +194,3 @@ def test_unknown_header_is_answered_with_headers_that_can_be_written(header, pap
     with pytest.raises(InputError, match="tip,weight_g,deflection_mm") as caught:
         calibrate(paper.report, f"{header}\n")
     assert not {"poisson_1", "F_l", "E_error"} & set(caught.value.bound.replace(",", " ").split())
-
-
-def test_rubbers_that_leave_a_spring_open_are_refused(paper, rng, calibrate, tmp_path):
-    with pytest.raises(InputError) as caught:
-        calibrate(paper.report, on_rubbers(paper, THICKER, rng, 2e-3))
-    assert caught.value.field == f"{tmp_path / 'measured.csv'}: spring of tip high"
