@@ -17,8 +17,9 @@ from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
 from solve.elasticity import NodalFields
 from solve.fruit.compliance import FruitCompliance
-from solve.housing.fields import flexure_fields, most_strained_node
-from solve.housing.stiffness import leaf_faces
+from solve.housing.clamped_half import ClampedHalf, clamped_half
+from solve.housing.fields import fields_of, most_strained_node
+from solve.housing.stiffness import displacements, leaf_faces
 from solve.linear import SolveError
 
 _ROWS = (0, 1, 2, 0, 1, 0)  # of a tensor: xx, yy, zz, xy, yz, xz
@@ -66,15 +67,26 @@ def _write_flexure(springs: FittedSprings, folder: Path) -> None:
         return
     process = springs.process
     mesh = flexure_mesh(springs.housing)
-    pairs = zip(springs.springs, springs.deflections, strict=True)
-    forces = [spring.stiffness * deflection for spring, deflection in pairs]
-    fields = flexure_fields(mesh, process.E_MPa, process.poisson, forces, attached_to(springs.housing))
+    fields = fields_at_full_travel(
+        springs, clamped_half(mesh, process.E_MPa, process.poisson, attached_to(springs.housing))
+    )
     marks = {}
     for spring in springs.springs:
         mark = np.zeros(len(fields.displacement))
         mark[most_strained_node(mesh, leaf_faces(spring.name), fields)] = 1.0
         marks[f"{spring.name}_largest_strain_place"] = mark
     write_vtu(folder / "flexure.vtu", mesh, {**field_arrays(fields), **marks})
+
+
+def fields_at_full_travel(springs: FittedSprings, half: ClampedHalf) -> NodalFields:
+    """Return the fields of half a housing under the forces [N] that the root strain of each spring is judged at.
+
+    Raises SolveError.
+    """
+    pairs = zip(springs.springs, springs.deflections, strict=True)
+    forces = np.array([spring.stiffness * deflection for spring, deflection in pairs])
+    process = springs.process
+    return fields_of(half.basis.mesh, process.E_MPa, process.poisson, displacements(half) @ forces)
 
 
 def field_arrays(fields: NodalFields) -> dict[str, NDArray[np.float64]]:

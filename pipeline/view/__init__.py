@@ -1,1 +1,1 @@
-"""Pictures of an output folder: the part, its fields, the response."""
+"""Pictures of an output folder: the part and its fields."""

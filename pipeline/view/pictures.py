@@ -1,4 +1,4 @@
-"""Pictures of an output folder: the printed part, the assembly, every scene with its fields, and the response."""
+"""Pictures of an output folder: the printed part, the assembly, and every scene with its fields."""
 
 import os
 import tempfile
@@ -11,7 +11,7 @@ from typing import Any
 import pyvista as pv
 
 from cad.quantity import validation_error
-from pipeline.report.stored import StoredReport, read_report
+from pipeline.report.stored import read_report
 from pipeline.storage.files import refuse_taken, write_files
 from pipeline.view.scene import Vector, draw_cells, draw_part, draw_scene
 from pipeline.view.scenes import (
@@ -43,7 +43,7 @@ class Picture:
 
 
 def pictures(folder: Path) -> list[Picture]:
-    """Return the pictures of an output folder: part, assembly, flexures, fruit, response; raises InputError."""
+    """Return the pictures of an output folder: part, assembly, flexures, fruit, mesh; raises InputError."""
     report = read_report(folder)
     drawn = []
     if (folder / "housing.stl").is_file():
@@ -68,31 +68,10 @@ def pictures(folder: Path) -> list[Picture]:
         mesh = whole_model(read_mesh(folder / FLEXURE))
         title = f"mesh of the housing: {mesh.n_cells} cells, {mesh.n_points} points with the mirrored half"
         drawn.append(Picture(name="mesh", draw=partial(draw_cells, mesh=mesh, title=title), in_window=False))
-    if report.response:
-        drawn.append(Picture(name="response", draw=partial(draw_response, report=report)))
     if not drawn:
-        bound = "an output folder with a housing.stl, a .vtu file or a response to show"
+        bound = "an output folder with a housing.stl or a .vtu file to show"
         raise validation_error("DIR", str(folder), "", bound, "write one with pipeline run")
     return drawn
-
-
-def draw_response(plotter: Plotter, report: StoredReport) -> None:
-    """Draw the force ratio [1] over the modulus [MPa] of a report, beside its target."""
-    vista: Any = pv  # its charts have no types that strict mode takes
-    chart = vista.Chart2D(x_label="modulus of the fruit E [MPa]", y_label="force ratio P = F_h / F_l [1]")
-    rows = [row for row in report.response if row.last_P is not None]
-    if not rows:
-        raise validation_error("report.json", "response", "", "a P at one modulus at least", "press deeper or level")
-    E = [row.E_MPa for row in rows]
-    P = [row.last_P for row in rows]
-    chart.line(E, P, color="#2471a3", width=3.0, label="P at full travel")
-    chart.scatter(E, P, color="#2471a3")
-    targets = report.design.targets
-    if targets is not None:
-        E_max = report.design.fruit.E_max_MPa
-        chart.line([0.0, E_max], [1.0, targets.P_max], color="#c0392b", label="straight line to the target P_max")
-    chart.title = f"{report.design.name}: force ratio over modulus"
-    plotter.add_chart(chart)
 
 
 def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False) -> list[Path]:

@@ -9,7 +9,7 @@ import pyvista as pv
 from vtkmodules.vtkFiltersGeneral import vtkReflectionFilter
 
 from cad.design.parameters import Design
-from cad.parts.assembly import assembly_bodies, sensor_of
+from cad.parts.assembly import assembly_bodies, outwards, sensor_of
 from cad.quantity import validation_error
 from pipeline.report.stored import StoredReport
 from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
@@ -38,18 +38,19 @@ _ZZ = 2  # of xx, yy, zz, xy, yz, xz
 _FOCUS = 0.4  # of the spacing of the tips: how far around them the picture of the fruit reaches
 _CHORD_MM = 0.05
 _FACET_ANGLE = 0.2  # rad
-_APART = 4.0  # how many times its distance across the sensor a body is moved outwards
+_LEADER = 0.2  # of the height of the picture: by how much each name stands above the one before
 ASSEMBLY_DIRECTION = Vector(0.55, -1.0, 0.5)
 _APART_DIRECTION = Vector(1.0, -0.9, 0.75)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DrawnBody:
-    """A body as triangles [mm], its name and its colour (red, green, blue from 0 to 1)."""
+    """A body as triangles [mm], its name, its colour (red, green, blue from 0 to 1) and its move when apart [mm]."""
 
     name: str
     surface: Mesh
     colour: tuple[float, float, float]
+    outwards_mm: float
 
 
 def read_mesh(path: Path) -> Mesh:
@@ -157,7 +158,8 @@ def assembly(report: StoredReport) -> tuple[DrawnBody, ...]:
         vertices, triangles = body.shape.tessellate(_CHORD_MM, _FACET_ANGLE)
         points = np.array([vertex.toTuple() for vertex in vertices])
         surface = pv.PolyData.from_regular_faces(points, np.array(triangles)).clean()
-        bodies.append(DrawnBody(name=body.name, surface=surface, colour=body.colour))
+        drawn = DrawnBody(name=body.name, surface=surface, colour=body.colour, outwards_mm=outwards(body))
+        bodies.append(drawn)
     return tuple(bodies)
 
 
@@ -175,15 +177,22 @@ def draw_assembly(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str) -
 
 
 def draw_apart(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str) -> None:
-    """Draw bodies moved outwards across the sensor, so that each shows; each kind is named at its first body."""
+    """Draw bodies moved outwards across the sensor, so that each shows; a line leads from each kind to its name."""
     moved = []
     first_of_kind: dict[str, Mesh] = {}
     for body in bodies:
-        outwards = _APART * float(body.surface.center[1])
-        surface = body.surface.translate((0.0, outwards, 0.0))
+        surface = body.surface.translate((0.0, body.outwards_mm, 0.0))
         moved.append(replace(body, surface=surface))
         first_of_kind.setdefault(body.name.rstrip("0123456789 "), surface)
-    tops = [(surface.center[0], surface.center[1], surface.bounds[5]) for surface in first_of_kind.values()]
-    plotter.add_point_labels(tops, list(first_of_kind), font_size=18, always_visible=True, show_points=False)
     draw_bodies(plotter, tuple(moved))
-    frame(plotter, pv.merge([body.surface for body in moved]), title, _APART_DIRECTION)
+    whole = pv.merge([body.surface for body in moved])
+    left, right, front, back, bottom, level = whole.bounds
+    rise = _LEADER * (level - bottom)
+    ends = []
+    for surface in first_of_kind.values():
+        level += rise
+        x, y, _ = surface.center
+        ends.append((x, y, level))
+        plotter.add_mesh(pv.Line((x, y, surface.bounds[5]), ends[-1]), color=EDGE, line_width=1)
+    plotter.add_point_labels(ends, list(first_of_kind), font_size=18, always_visible=True, show_points=False)
+    frame(plotter, whole, title, _APART_DIRECTION, (left, right, front, back, bottom, level))

@@ -15,6 +15,7 @@ from pipeline.storage.files import refuse_taken, write_files
 from pipeline.storage.vtu import write_vtu
 from solve.contact.fields import fruit_fields
 from solve.contact.pressure import footprint_pressure
+from solve.housing.clamped_half import clamped_half
 from solve.housing.fields import fields_of
 from solve.housing.stiffness import displacements
 
@@ -62,7 +63,7 @@ def _write_housing(report: StoredReport, row: StoredResponse, folder: Path) -> N
         raise validation_error("DIR", str(folder), "", bound, "run a design that can be made")
     process = report.design.process
     mesh = flexure_mesh(report.housing)
-    u_per_N = displacements(mesh, process.E_MPa, process.poisson, attached_to(report.housing))
+    u_per_N = displacements(clamped_half(mesh, process.E_MPa, process.poisson, attached_to(report.housing)))
     for step, forces in enumerate(zip(row.F_l_N, row.F_h_N, strict=True)):
         u = u_per_N @ np.array([force or 0.0 for force in forces])  # None: the tip is off the fruit
         fields = fields_of(mesh, process.E_MPa, process.poisson, u)

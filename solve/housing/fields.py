@@ -5,30 +5,18 @@ the 2^2 of a facet: Barlow, Int. J. Numer. Meth. Eng. 10 (1976) 243, doi:10.1002
 continued linearly along the axes of the cell or facet, and at a node the neighbours are averaged.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from skfem import CellBasis, ElementHexS2, Mesh
 
 from solve.arrays import Floats, Ints
 from solve.displacement_basis import scalar_gradients
 from solve.elasticity import NodalFields, stress, vector_basis
-from solve.housing.clamped_half import POINTS, REDUCED, Attached
-from solve.housing.stiffness import SPRINGS, displacements, leaf_faces
+from solve.housing.clamped_half import POINTS, REDUCED
+from solve.housing.stiffness import SPRINGS, leaf_faces
 from solve.surface import nodal_dofs, patch_inside, surface_facets
 
 _FREE = "free"
 _NEAR = 1e-9  # of the side of a cell
-
-
-def flexure_fields(
-    mesh: Mesh, E: float, poisson: float, forces: Sequence[float], attached: Sequence[Attached] = ()
-) -> NodalFields:
-    """Return the fields under a force [N] along the press on each tip, mesh of the half y >= 0 [mm], E [MPa].
-
-    Raises SolveError as `tip_compliance` does.
-    """
-    return fields_of(mesh, E, poisson, displacements(mesh, E, poisson, attached) @ np.array(forces))
 
 
 def fields_of(mesh: Mesh, E: float, poisson: float, u: Floats) -> NodalFields:

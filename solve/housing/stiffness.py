@@ -252,9 +252,8 @@ def lever_compliance(half: ClampedHalf, lever: float) -> Floats:
     return compliance
 
 
-def displacements(mesh: Mesh, E: float, poisson: float, attached: Sequence[Attached] = ()) -> Floats:
+def displacements(half: ClampedHalf) -> Floats:
     """Return the displacements [mm] for 1 N along the press on each tip, shape (dofs, tips); raises SolveError."""
-    half = clamped_half(mesh, E, poisson, attached)
     mean = tip_means(half.basis, PRESS)
     u = half.factor.solve(0.5 * mean)
     check_tips(0.5 * mean.T @ u, half.support(u))
@@ -263,10 +262,7 @@ def displacements(mesh: Mesh, E: float, poisson: float, attached: Sequence[Attac
 
 def stiffness_of(half: ClampedHalf) -> PerTip:
     """Return the stiffness of each tip of a clamped half along the press [N/mm]; raises SolveError."""
-    mean = tip_means(half.basis, PRESS)
-    u = half.factor.solve(0.5 * mean)
-    check_tips(0.5 * mean.T @ u, half.support(u))
-    return tip_stiffnesses(mean.T @ u)
+    return tip_stiffnesses(tip_means(half.basis, PRESS).T @ displacements(half))
 
 
 def tip_means(basis: CellBasis, axis: int) -> Floats:

@@ -10,6 +10,7 @@ from cad.verdict import Verdict
 from pipeline.report.stored import StoredReport
 
 BILL = "bom.csv"
+_MASS = " g each"  # ends the size of a printed part in the bill
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 _SCENE_TABLES = ("fruit", "tips", "press", "reading")
@@ -87,3 +88,8 @@ def bill(folder: Path) -> list[list[str]]:
         return []
     with path.open(encoding="utf-8", newline="") as file:
         return list(csv.reader(file))
+
+
+def printed_g(rows: list[list[str]]) -> float:
+    """Return the mass of all printed parts of a bill of materials [g]."""
+    return sum(int(count) * float(size.removesuffix(_MASS)) for count, _, size, *_ in rows[1:] if size.endswith(_MASS))

@@ -1,23 +1,24 @@
 "use strict";
 /* Shows bodies as GLB in <model-viewer>: one at a time, turned by mouse, finger or arrow keys. */
-function showBodies(bodies, place) {
+async function showBodies(bodies, place) {
   if (bodies.length === 0) return;
   if (document.createElement("canvas").getContext("webgl2") === null) {
     place.append(made("p", { className: "caption", textContent: "This browser draws nothing in three dimensions (WebGL is off or missing). The files of the part open in any CAD program or slicer." }));
     return;
   }
-  const bytes = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
   /* The first body of each kind of an assembly, named on its top, and by how much the animation moves it. */
   function partLabels(glb) {
-    const length = new DataView(glb.buffer).getUint32(12, true); // of the JSON, which begins at byte 20
-    const { meshes, accessors } = JSON.parse(new TextDecoder().decode(glb.subarray(20, 20 + length)));
+    const length = new DataView(glb).getUint32(12, true); // of the JSON, which begins at byte 20
+    const { meshes, accessors } = JSON.parse(new TextDecoder().decode(new Uint8Array(glb, 20, length)));
     const middle = ({ min, max }) => min.map((one, i) => 0.5 * (one + max[i]));
     const labels = meshes.map(({ name, primitives: [part] }) => ({ text: name.replace(/[ \d]+$/, ""),
       at: middle(accessors[part.attributes.POSITION]).with(1, accessors[part.attributes.POSITION].max[1]), by: middle(accessors[part.targets[0].POSITION]) }));
     return [...d3.group(labels, (label) => label.text).values()].map(([first]) => first);
   }
 
-  const addresses = bodies.map((body) => URL.createObjectURL(new Blob([bytes(body.glb)], { type: "model/gltf-binary" })));
+  const files = await Promise.all(bodies.map((body) => unpacked(body.glb, "model/gltf-binary")));
+  const glbs = await Promise.all(files.map((file) => file.arrayBuffer()));
+  const addresses = files.map((file) => URL.createObjectURL(file));
   const choice = made("select", {}, ...bodies.map(({ name }, index) => made("option", { value: index, textContent: name })));
   const shown = made("div");
   const caption = made("p", { className: "caption", ariaLive: "polite" });
@@ -38,7 +39,7 @@ function showBodies(bodies, place) {
       "shadow-intensity": "0.6", "environment-image": "neutral", "animation-name": "motion", "touch-action": "pan-y", exposure: "1.1", "camera-orbit": `25deg 65deg ${body.slider === "apart" ? "130%" : "105%"}` };
     for (const [name, value] of Object.entries(attributes)) viewer.setAttribute(name, value);
     const inMetres = (point) => point.map((entry) => `${entry}m`).join(" ");
-    const labels = (body.labels || partLabels(bytes(body.glb))).map(({ text: words, at, by }, i) => {
+    const labels = (body.labels || partLabels(glbs[choice.value])).map(({ text: words, at, by }, i) => {
       const label = made("span", { slot: `hotspot-${i}`, className: "label", textContent: words });
       label.dataset.position = inMetres(at);
       viewer.append(label);

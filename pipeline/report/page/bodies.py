@@ -1,6 +1,5 @@
 """The bodies that the page shows, as GLB: the assembly, the bent flexures in their stress, the skin under the tips."""
 
-import base64
 import math
 from pathlib import Path
 
@@ -9,18 +8,17 @@ from numpy.typing import NDArray
 
 from cad.files.glb import GlbBody, glb_of, glb_position
 from cad.theory import hertz
-from mesh.housing.sweep import flexure_mesh
+from pipeline.report.fields import fields_at_full_travel
+from pipeline.report.page.template import packed
 from pipeline.report.stored import StoredReport
 from pipeline.result import SensorResult
-from pipeline.springs.mounts import attached_to
+from pipeline.springs.mounts import coarse_half
 from pipeline.storage.plain import Plain
 from solve.arrays import Floats
 from solve.contact.scene import Scene
-from solve.housing.fields import flexure_fields
 from solve.housing.stiffness import SPRINGS, leaf_faces, tip_face
 
 ASSEMBLY = "assembly.glb"
-_COARSE = 4.0  # scale of the mesh of the picture: its stress is some per cent off, and a fifth of the time
 _SYMMETRY = "symmetry"
 _DRAWN_DEFLECTION = 0.08  # of the length of the part, at most
 _SKIN_CELLS = 48  # along each side
@@ -38,8 +36,8 @@ def palette_colours(values: Floats, low: float, high: float) -> Floats:
 
 
 def shown(name: str, glb: bytes, **told: object) -> Plain:
-    """Return a body as the page reads it: its name, the bytes of its GLB, and what is told of it."""
-    return {"name": name, "glb": base64.b64encode(glb).decode(), **told}
+    """Return a body as the page reads it: its name, its GLB, and what is told of it."""
+    return {"name": name, "glb": packed(glb), **told}
 
 
 def legend(label: str, low: float, high: float, limit: float | None = None) -> Plain:
@@ -66,10 +64,9 @@ def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
         msg = "no part is made"
         raise ValueError(msg)
     process = result.springs.process
-    mesh = flexure_mesh(housing, _COARSE)
-    pairs = zip(result.springs.springs, result.springs.deflections, strict=True)
-    forces = [spring.stiffness * deflection for spring, deflection in pairs]
-    fields = flexure_fields(mesh, process.E_MPa, process.poisson, forces, attached_to(housing))
+    half = coarse_half(housing, process.E_MPa, process.poisson)
+    mesh = half.basis.mesh
+    fields = fields_at_full_travel(result.springs, half)
     skin = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])
     quads = mesh.facets[:, skin].T
     corners = np.unique(quads)
@@ -79,14 +76,14 @@ def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
     factor = deformation_factor(largest, float(np.ptp(at_rest[:, 0])))
     stress = fields.von_mises[corners]
     limit = process.E_MPa * process.strain_limit
-    half = np.searchsorted(corners, quads)
+    half_quads = np.searchsorted(corners, quads)
     highest = float(stress.max())
     colours = palette_colours(stress, 0.0, highest)
     mirror = np.array([1.0, -1.0, 1.0])
     body = GlbBody(
         name="housing",
         vertices=np.concatenate([at_rest, at_rest * mirror]),
-        triangles=_triangles(np.concatenate([half, len(corners) + half[:, ::-1]])),
+        triangles=_triangles(np.concatenate([half_quads, len(corners) + half_quads[:, ::-1]])),
         colour=np.concatenate([colours, colours]),
         moved=factor * np.concatenate([displacement, displacement * mirror]),
     )

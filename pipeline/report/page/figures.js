@@ -21,6 +21,13 @@ function made(kind, properties = {}, ...children) {
   return one;
 }
 
+/* What Python has packed, as a file of a kind. */
+function unpacked(text, type) {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Response(stream, { headers: { "Content-Type": type } }).blob();
+}
+
 /* One image with one name for those who hear it: names of its marks say nothing. */
 function asImage(svg, words) {
   for (const group of svg.querySelectorAll("[aria-label]")) group.removeAttribute("aria-label");

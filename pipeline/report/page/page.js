@@ -348,9 +348,29 @@
       hint.append(" ", button);
     }
   }
+  /* Time and price of a print, of its volume and mass and of what the reader types. */
+  const cost = element("print-cost");
+  function showCost() {
+    const hours = cost.dataset.printed / element("rate").value;
+    const price = (cost.dataset.mass / 1000) * element("price").value;
+    cost.textContent = [hours < Infinity ? `${digits(hours, 2)} h of printing` : "", price > 0 ? `material for ${digits(price, 3)}` : ""].filter(Boolean).join(", ");
+  }
+  if (cost) {
+    for (const id of ["rate", "price"]) element(id).addEventListener("input", showCost);
+    showCost();
+  }
+
+  /* Drawings that lie beside the page, which holds them too. */
+  async function showDrawings() {
+    for (const { name, content } of data.drawings) {
+      const image = made("img", { src: URL.createObjectURL(await unpacked(content, "image/svg+xml")), alt: `Drawing ${name}` });
+      element("drawings").append(made("figure", {}, made("a", { href: name }, image), made("figcaption", { textContent: name })));
+    }
+  }
+
   document.querySelectorAll("[data-verdict]").forEach(verdictScale);
   const drawAll = drawPlots(PLOTS, element("plots"));
   show();
-  window.addEventListener("load", () => requestIdleCallback(() => showBodies(data.bodies, element("bodies"))));
+  window.addEventListener("load", () => requestIdleCallback(() => { showBodies(data.bodies, element("bodies")); showDrawings(); }));
   window.twintip = { law, setting, show };
 }());

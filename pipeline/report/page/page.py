@@ -11,7 +11,7 @@ from pipeline.report.page import answer
 from pipeline.report.page.bodies import assembly_body, flexure_body, skin_body
 from pipeline.report.page.law import law_data
 from pipeline.report.page.mangoes import alike_pairs, seen_mangoes
-from pipeline.report.page.template import BODIES, FIGURES, rendered
+from pipeline.report.page.template import BODIES, FIGURES, packed, rendered
 from pipeline.report.stored import StoredReport, as_data
 from pipeline.report.verdict_rule import UNREAD, bound_sense, fails_unread, limit_text, number_text, tolerance_text
 from pipeline.response.scene_press import scene_of
@@ -22,6 +22,7 @@ from solve.contact.pressure import footprint_pressure
 from solve.halfspace.punch import graded_edges, influence
 from solve.linear import SolveError
 
+_SPEED = 50.0  # mm/s of a filament printer, until the reader types another rate
 _CELLS = 17  # along each side of a flat tip, one of them in the middle
 
 
@@ -40,6 +41,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
             "skin under the tips": lambda: skin_body(report, scene),
         }
     )
+    drawings = sorted(folder.glob("*.svg"), key=lambda path: path.stem)  # the housing first
     page_data = {
         "report": data,
         "verdicts": verdicts,
@@ -47,7 +49,9 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         "profile": _pressure_profile(report, result),
         "mangoes": [seen.mango._asdict() | {"P": seen.P} for seen in mangoes],
         "bodies": bodies,
+        "drawings": [{"name": path.name, "content": packed(path.read_bytes())} for path in drawings],
     }
+    bill = answer.bill(folder)
     resolved = {
         "as printed": alike_pairs([seen.printed for seen in mangoes]),
         "after calibrating the unit": alike_pairs([seen.calibrated for seen in mangoes]),
@@ -66,7 +70,9 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         mangoes=mangoes,
         resolved=resolved,
         dimensions=answer.dimensions(report),
-        bill=answer.bill(folder),
+        bill=bill,
+        printed_g=answer.printed_g(bill),
+        speed=_SPEED,
         sizes={file.path: (folder / file.path).stat().st_size for file in report.files},
         outcomes=answer.OUTCOMES,
         number_text=number_text,

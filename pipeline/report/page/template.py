@@ -1,6 +1,8 @@
 """A page as one file that needs no other: a template of this folder with style, scripts and data inside."""
 
+import base64
 import math
+import zlib
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -26,6 +28,11 @@ def rendered(template: str, scripts: tuple[str, ...], data: object, **values: ob
         data=finite(data),
         **values,
     )
+
+
+def packed(content: bytes) -> str:
+    """Return bytes as the text that `unpacked` of figures.js reads: deflated, base64."""
+    return base64.b64encode(zlib.compress(content)).decode()
 
 
 def finite(data: object) -> object:

@@ -14,7 +14,7 @@ from pipeline.view.pictures import pictures, write_pictures
 from pipeline.view.window import show_pictures, window_of
 
 FLEXURES = ["flexure-low", "flexure-low-limit", "flexure-high", "flexure-high-limit"]
-NAMES = ["housing", "assembly", "exploded", *FLEXURES, "fruit", "mesh", "response"]
+NAMES = ["housing", "assembly", "exploded", *FLEXURES, "fruit", "mesh"]
 
 
 @pytest.fixture(autouse=True)
@@ -42,13 +42,11 @@ def test_every_picture_has_its_size_and_something_on_white(stand_in_folder, tmp_
         white = float(np.mean(picture.min(axis=1) > 250))
         assert (0.0 if name == "fruit" else 0.03) <= white < 0.985, name
     assert dark_red(drawn["flexure-high"]) > 0.005
-    red, green, blue = drawn["response"].T
-    assert np.mean((blue > red + 60) & (blue > green + 20)) > 1e-3  # the curve
 
 
-def test_folder_of_a_run_without_fields_has_its_solids_mesh_and_response(default_run):
+def test_folder_of_a_run_without_fields_has_its_solids_and_mesh(default_run):
     names = [picture.name for picture in pictures(default_run.folder)]
-    assert names == ["housing", "assembly", "exploded", "mesh", "response"]
+    assert names == ["housing", "assembly", "exploded", "mesh"]
 
 
 @pytest.mark.parametrize("text", [None, "", "[]", '{"schema": 1'])
@@ -62,19 +60,10 @@ def test_folder_that_is_no_output_folder_is_refused(text, tmp_path):
 
 def test_folder_with_nothing_to_show_is_refused(tmp_path):
     write_outputs(result_of(), tmp_path)
-    change_report(tmp_path, response=[], housing=None)
+    change_report(tmp_path, housing=None)
     with pytest.raises(InputError) as caught:
         pictures(tmp_path)
     assert caught.value.field == "DIR"
-
-
-def test_response_without_a_ratio_is_refused(tmp_path):
-    rows = [{"E_MPa": 1.0, "x_mm": [0.3, 0.6], "P": [None, None]}]
-    folder = write_output_folder(tmp_path / "out", response=rows, housing=None)
-    (picture,) = [picture for picture in pictures(folder) if picture.name == "response"]
-    with pytest.raises(InputError) as caught:
-        write_pictures([picture], tmp_path / "png")
-    assert caught.value.value == "response"
 
 
 def test_empty_solid_is_refused_and_leaves_no_picture(tmp_path):
@@ -104,6 +93,6 @@ def test_window_has_a_place_for_each_scene(stand_in_folder, monkeypatch):
     window = window_of(pictures(stand_in_folder), "stand-in")
     try:
         window.show(auto_close=False, interactive=False)
-        assert [len(renderer.actors) > 0 or renderer.has_charts for renderer in window.renderers] == [True] * 6
+        assert sum(len(renderer.actors) > 0 for renderer in window.renderers) == 5
     finally:
         window.close()

@@ -1,8 +1,10 @@
 """The page says what report.json says, its answer first, and needs nothing but itself."""
 
+import base64
 import dataclasses
 import json
 import re
+import zlib
 from html.parser import HTMLParser
 
 import pytest
@@ -53,6 +55,12 @@ class Outline(HTMLParser):
     @property
     def text(self):
         return " ".join(" ".join(self.words).split())
+
+
+def data_of(text):
+    """Return the data that the scripts of a page read."""
+    (data,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    return json.loads(data)
 
 
 @pytest.fixture(params=["flat_page", pytest.param("dome_page", marks=pytest.mark.slow)])
@@ -148,14 +156,28 @@ def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
     assert "assembly, no part is made" in text
 
 
+def test_drawings_are_in_the_page_the_housing_first(flat_page, tmp_path):
+    for name, text in {"drawing-cover.svg": "<svg/>", "drawing.svg": "<svg>1</svg>"}.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "bom.csv").write_text("count,part,size\n2,cover,6.1 g each\n4,nut,M3\n1,housing,13.9 g each\n")
+    report = dataclasses.replace(flat_page.report, files=())
+    page = page_of(report, read_data(flat_page.folder), flat_page.result, tmp_path)
+    drawings = data_of(page)["drawings"]
+    assert [drawing["name"] for drawing in drawings] == ["drawing.svg", "drawing-cover.svg"]
+    assert zlib.decompress(base64.b64decode(drawings[0]["content"])) == b"<svg>1</svg>"
+    (cost,) = [attributes for _, attributes in Outline(page).elements if attributes.get("id") == "print-cost"]
+    assert float(cost["data-mass"]) == pytest.approx(2 * 6.1 + 13.9)
+    density = report.design.process.density_g_per_cm3
+    assert float(cost["data-printed"]) == pytest.approx(float(cost["data-mass"]) / density)
+
+
 def test_numbers_that_are_not_finite_are_none_in_the_data_of_the_page():
     data = {"a": [1.0, float("nan"), (2, float("inf"))], "b": {"c": -float("inf"), "d": "nan", "e": None}}
     assert finite(data) == {"a": [1.0, None, [2, None]], "b": {"c": None, "d": "nan", "e": None}}
 
 
 def test_data_of_the_page_is_the_report(page):
-    (text,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page.text, re.DOTALL)
-    shown = json.loads(text)["report"]
+    shown = data_of(page.text)["report"]
     stored = read_data(page.folder)
     assert {**shown, "files": None, "digest": None} == {**stored, "files": None, "digest": None}
     assert len(shown["files"]) == len(stored["files"]) - 1
