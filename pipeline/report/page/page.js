@@ -279,7 +279,8 @@
       const rule = asked ? judged(error !== null && Math.abs(error) <= asked.bias_limit, `limit ${percent(asked.bias_limit)}`) : null;
       numbers.push(["modulus read, unit calibrated", text(found.E_read, "MPa"), null]);
       numbers.push(["its error", error === null ? "none" : percent(Math.round(1e5 * error) / 1e5), rule]);
-      numbers.push(["its standard deviation by noise", text(found.noise, "MPa"), null]);
+      const loud = asked && found.noise !== null && found.noise > asked.uncertainty_limit * setting.E; // noise is one source of several
+      numbers.push(["its standard deviation by noise", text(found.noise, "MPa"), loud ? judged(false, `limit ${percent(asked.uncertainty_limit)} of E, all sources together`) : null]);
       numbers.push(["modulus read with the stiffnesses of the design", text(found.E_uncalibrated, "MPa"), null]);
     }
     if ("P_max" in found) {
