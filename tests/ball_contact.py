@@ -142,3 +142,20 @@ class Cap:
             if np.abs(step).max() < 1e-8 and (active == before).all():
                 return 2.0 * np.pi * float(-(push * normal[1]).sum()), u
         raise AssertionError("no equilibrium")
+
+
+def over_hertz(cap, dome):
+    """Return Hertz's contact radius, and the force over Hertz's, under a ball of a curvature; contact radii are 1.
+
+    Small strain on the same mesh tells what the cap gives way.
+    """
+    radius = 1.0 / (dome + cap.curvature)
+    depth = 1.0 / radius
+    stiffness = 4.0 / 3.0 / (1.0 - cap.poisson**2) * np.sqrt(radius)
+    small, _ = cap.force(1.0 / dome, depth, finite=0.0)
+    body = (depth - (small / stiffness) ** (2.0 / 3.0)) / small
+    start = None
+    for part in np.linspace(0.0, 1.0, 3 + int(10.0 * dome))[1:]:
+        force, start = cap.force(1.0 / dome, part * depth, start=start)
+    hertz_depth = depth - body * force
+    return np.sqrt(radius * hertz_depth), force / (stiffness * hertz_depth**1.5)

@@ -1,13 +1,17 @@
 """Reports of designs as `pipeline read` takes them, without a run; and units of them in random poses."""
 
+import shutil
+import subprocess
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.parts.housing import Housing
+from pipeline.measure.unit.firmware import c_header
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.printed_unit import unit_of
 from pipeline.options import RunOptions, load_design
@@ -26,6 +30,7 @@ from solve.contact.poses import Pose, pose_forces
 from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 
+C_FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
 EXACT = 1e-9  # [%] of springs that are known
 PAPER = (906.0, 20830.0)  # [N/m] springs that its targets size
 ACROSS = (0.76, 0.21)  # [mm/N] of low and high domes of the mango across their plates
@@ -130,3 +135,15 @@ def random_pose(design, rng, E, travel):
     if design.fruit.radius_mm is not None and asked.radius_spread > 0.0:
         radius = design.fruit.radius_mm * (1.0 + asked.radius_spread * rng.uniform(-1.0, 1.0))
     return Pose(E=E, travel=travel, tilt_deg=tuple(tilt), off_centre_mm=tuple(place), radius_mm=radius)
+
+
+def printed_by_header(folder, sensor, program, rows):
+    """Return the numbers that a C program prints with the header of a unit, fed rows of numbers; skips without C."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("no C compiler")
+    (folder / "unit.h").write_text(c_header(sensor), encoding="utf-8")
+    (folder / "main.c").write_text(program, encoding="utf-8")
+    subprocess.run([compiler, *C_FLAGS, "main.c", "-o", "read", "-lm"], check=True, cwd=folder, timeout=600)
+    out = subprocess.run([folder / "read"], input=rows.tobytes(), capture_output=True, check=True, timeout=600).stdout
+    return np.array([line.split() for line in out.decode().splitlines()], dtype=float)

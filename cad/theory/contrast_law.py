@@ -17,12 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cad.quantity import validation_error
+from cad.theory.bisection import last_holding
 
 Matrix = Sequence[Sequence[float]]
 Place = tuple[float, float]
 
 _LEVEL = 1e-9  # of the largest coordinate: how far the weights may let a tilt through
-_STEPS = 200
 
 
 class ReadingError(ValueError):
@@ -161,20 +161,11 @@ def _smallest_root(rigid: float, dome: float, body: float) -> float:
         return rigid + z * z * (dome + body * z)
 
     turn = -2.0 * dome / (3.0 * body) if body != 0.0 else 0.0
-    start = 0.0
     end = turn if turn > 0.0 else _beyond_root(rigid, dome, body)
     if not rigid * contrast(end) < 0.0:
         msg = "the forces belong to no modulus: must be those of this sensor, pressed on a fruit; calibrate it anew"
         raise ReadingError(msg)
-    for _ in range(_STEPS):
-        middle = 0.5 * (start + end)
-        if middle in (start, end):
-            break
-        if rigid * contrast(middle) > 0.0:
-            start = middle
-        else:
-            end = middle
-    return end
+    return last_holding(lambda z: rigid * contrast(z) > 0.0, 0.0, end)
 
 
 def _beyond_root(rigid: float, dome: float, body: float) -> float:

@@ -6,10 +6,9 @@ side, and its spring K (x - d). Lengths in mm, forces in N.
 
 from dataclasses import dataclass
 
+from cad.theory.bisection import last_holding
 from cad.theory.soft_tissue import FleshLawName, large_strain_factor
 from cad.theory.two_spring_law import Springs, fruit_stiffness
-
-_HALVINGS = 50  # of the travel: 1e-15 of it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,13 +42,9 @@ class DeepPress:
 
     def _depth(self, K: float, K_m: float, travel: float) -> float:
         """Return the indentation [mm] at which spring and fruit carry the same."""
-        low = 0.0
-        high = travel
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            flesh = K_m * large_strain_factor(middle / self.side, self.poisson, self.law) * middle
-            if flesh < K * (travel - middle):
-                low = middle
-            else:
-                high = middle
-        return 0.5 * (low + high)
+
+        def spring_bears_more(depth: float) -> bool:
+            flesh = K_m * large_strain_factor(depth / self.side, self.poisson, self.law) * depth
+            return flesh < K * (travel - depth)
+
+        return last_holding(spring_bears_more, 0.0, travel)

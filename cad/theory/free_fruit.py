@@ -7,9 +7,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cad.theory.bisection import last_holding
 from cad.theory.hertz import approach
 
-_HALVINGS = 40
 _STEADY_DEG = 5.0  # beyond, the tips no longer stand where they stood, and a linear angle means nothing
 
 
@@ -36,16 +36,11 @@ def table_share(force: float, travel: float, E: float, poisson: float, radius: f
     `force` [N] is that of all tips at this travel on the clamped fruit. What the table takes lowers the force in
     proportion: share = approach(force (1 - share)) / travel, whose right side falls, so that there is one answer.
     """
-    low = 0.0
-    high = 1.0
-    for _ in range(_HALVINGS):
-        fraction = 0.5 * (low + high)
-        taken = table_contact(force * (1.0 - fraction), E, poisson, radius).approach_mm / travel
-        if taken > fraction:
-            low = fraction
-        else:
-            high = fraction
-    return 0.5 * (low + high)
+
+    def takes_more(fraction: float) -> bool:
+        return table_contact(force * (1.0 - fraction), E, poisson, radius).approach_mm / travel > fraction
+
+    return last_holding(takes_more, 0.0, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 from cad.input_file import read_toml
 from cad.quantity import Bounds, check_fields, check_sources, quantity, sourced_records, validation_error
+from cad.theory.bisection import last_holding
 from cad.theory.leaf_spring import Flexure, pair_stiffness
 
 _POSITIVE = Bounds(above=0.0)
 _DATA = "correct the entry in cad/theory/gauges.toml"
 _ROOM = "choose another process or other targets, or print.gauges = 'none'"
-_HALVINGS = 60
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,10 +171,4 @@ def gauged_length(E: float, depth: float, thickness: float, fillet: float, stiff
     while too_stiff(longer):
         shorter = longer
         longer = 2.0 * longer
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (shorter + longer)
-        if too_stiff(middle):
-            shorter = middle
-        else:
-            longer = middle
-    return longer
+    return last_holding(too_stiff, shorter, longer)

@@ -16,28 +16,29 @@ _WIDTH = 100
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add NAME, DIR, --out and --json."""
+    """Add NAME, --out and --json."""
     add = parser.add_argument
     add("name", metavar="NAME", nargs="?", help="a verdict or a symbol; without it all are listed")
-    add("folder", metavar="DIR", nargs="?", type=Path, help="an output folder, whose number is told too")
-    add("--out", metavar="DIR", type=Path, help="the same")
+    add("--out", metavar="DIR", type=Path, help="an output folder, whose number is told too")
     add_json_flag(parser)
 
 
 def execute(arguments: Namespace) -> int:
     """Print what a name means, or the list of names; return 0.
 
-    Raises InputError for an unknown name, a folder without a name, two folders.
+    Raises InputError for an unknown name, and for a folder without a name.
     """
     from pipeline.report.explain.entries import entry_of
 
-    _refuse_unread_folder(arguments)
+    folder = arguments.out
     if arguments.name is None:
+        if folder is not None:
+            bound = "left out without a NAME"
+            raise validation_error("--out", str(folder), "", bound, "name what its number is asked of")
         with answering():
             _print_list(arguments)
         return PASSED
     entry = entry_of(arguments.name)
-    folder = arguments.out or arguments.folder
     if folder is None:
         from pipeline.report.explain.numbers import default_numbers
 
@@ -60,16 +61,6 @@ def execute(arguments: Namespace) -> int:
         else:
             print("--out DIR tells the number of a run")
     return PASSED
-
-
-def _refuse_unread_folder(arguments: Namespace) -> None:
-    """Raise InputError for a folder that would not be read."""
-    if arguments.out is not None and arguments.name is None:
-        raise validation_error(
-            "--out", str(arguments.out), "", "left out without a NAME", "name what its number is asked of"
-        )
-    if arguments.out is not None and arguments.folder is not None:
-        raise validation_error("--out", str(arguments.out), "", "left out beside DIR", "give the folder once")
 
 
 def _print_list(arguments: Namespace) -> None:

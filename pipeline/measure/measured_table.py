@@ -247,13 +247,8 @@ def quantities_by_flags(
         bracketed = _IN_BRACKETS.fullmatch(header)
         flagged[name] = replace(flagged[name], words=(*flagged[name].words, bracketed[1] if bracketed else header))
     for name, unit in _named_values("--units", units, quantities):
-        flagged[name] = with_unit(flagged[name], unit, "--units")
+        flagged[name] = replace(flagged[name], flag_unit=_unit_of("--units", flagged[name], unit))
     return flagged
-
-
-def with_unit(quantity: Quantity, unit: str, flag: str) -> Quantity:
-    """Return a quantity in the unit that a flag gives; raises InputError for a unit that it does not have."""
-    return replace(quantity, flag_unit=_unit_of(flag, quantity, unit))
 
 
 def _named_values(flag: str, text: str | None, names: Mapping[str, Quantity]) -> Iterator[tuple[str, str]]:

@@ -87,11 +87,11 @@ def press_of(placement: Placement, E: float, design: Design, samples: int) -> li
     return [placement.pressed(E, travel) for travel in travels(design.press.travel_mm, samples).tolist()]
 
 
-def directed(length: float, count: int = DIRECTIONS) -> list[Vector]:
+def directed(length: float) -> list[Vector]:
     """Return vectors of a length [its unit] in equally spaced directions; a single one of length 0."""
     if length == 0.0:
         return [LEVEL]
-    angles = [2.0 * math.pi * k / count for k in range(count)]
+    angles = [2.0 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     return [(length * math.cos(angle), length * math.sin(angle)) for angle in angles]
 
 

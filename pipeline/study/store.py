@@ -34,6 +34,7 @@ _TABLES = {
     ),
 }
 _PACKAGES = ("twintip", "numpy", "scipy", "scikit-fem", "gmsh", "cadquery")
+_MOST_MESSAGES = 5
 _LONGEST_VALUE = 60  # letters of a value in an error, which is one line
 
 
@@ -57,20 +58,6 @@ class StudyStore:
         with self._connection as transaction:
             transaction.executemany("INSERT OR IGNORE INTO points VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
 
-    def remember(self, key: str, value: object) -> None:
-        """Keep a fact of the study by its name."""
-        row = (key, _json(value))
-        with self._connection as transaction:
-            transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?, ?)", (*row, _digest(row)))
-
-    def fact(self, key: str) -> Any:  # noqa: ANN401 - JSON data of any kind
-        """Return a fact of the study by its name; None where none is kept. Raises InputError where it was changed."""
-        row = self._connection.execute("SELECT * FROM study WHERE key = ?", (key,)).fetchone()
-        if row is None:
-            return None
-        self._refuse_changed(f"fact {key!r}", row)
-        return json.loads(row[1])
-
     def missing(self, start: int, stop: int) -> set[int]:
         """Return the numbers from one up to, not including, another one whose points are not solved."""
         query = "SELECT number FROM points WHERE number >= ? AND number < ?"
@@ -93,8 +80,8 @@ class StudyStore:
                 spans[key] = (least, most)
         return spans
 
-    def messages(self, most: int = 5) -> dict[str, int]:
-        """Return the commonest messages of refused and failed points, and how many points have each.
+    def messages(self) -> dict[str, int]:
+        """Return the five commonest messages of refused and failed points, and how many points have each.
 
         Messages that differ in their numbers alone are one, told by that of the first point.
         """
@@ -104,7 +91,7 @@ class StudyStore:
             reason = re.sub(r"\d[\d.]*(e[+-]?\d+)?", "#", error)
             first.setdefault(reason, error)
             counts[reason] = counts.get(reason, 0) + 1
-        commonest = sorted(counts, key=lambda reason: -counts[reason])[:most]
+        commonest = sorted(counts, key=lambda reason: -counts[reason])[:_MOST_MESSAGES]
         return {first[reason]: counts[reason] for reason in commonest}
 
     def rows(self, numbers: Sequence[int] | None = None) -> Iterator[PointResult]:
@@ -130,14 +117,16 @@ class StudyStore:
             for table in _TABLES.values():
                 transaction.execute(table.replace("TABLE", "TABLE IF NOT EXISTS", 1))
         points = sum(1 for _ in self.rows())
-        asked = json.loads(_json(study_facts(study)))
-        kept = self.fact("asked")
+        asked = ("asked", _json(study_facts(study)))
+        kept = self._connection.execute("SELECT * FROM study WHERE key = 'asked'").fetchone()
         if kept is not None:
-            _refuse_other(self.path, kept, asked)
+            self._refuse_changed("fact 'asked'", kept)
+            _refuse_other(self.path, json.loads(kept[1]), json.loads(asked[1]))
         elif points:
             bound = "whole, and what the study is was taken out of it"
             raise validation_error("study store", str(self.path), "", bound, "name another --out")
-        self.remember("asked", asked)
+        with self._connection as transaction:
+            transaction.execute("INSERT OR REPLACE INTO study VALUES (?, ?, ?)", (*asked, _digest(asked)))
         self._make_view(study)
         if study.how != "search":  # what a search asks for next followed from them
             with self._connection as transaction:

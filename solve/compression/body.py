@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from solve.arrays import Floats, Ints
+from solve.large_strain.elements import quadratic, quadratic_slope, tensor_product
 from solve.large_strain.flesh_law import FleshLaw
 from solve.large_strain.stretch import mode_stiffness, principal_modes, principal_stretches
 
@@ -190,11 +191,11 @@ def _strain_operator(x: Floats, length: float | None) -> tuple[Floats, Floats]:
     points, weights = np.polynomial.legendre.leggauss(_POINTS)
     along = np.repeat(points, _POINTS)
     upward = np.tile(points, _POINTS)
-    value = _products(_quadratic(along), _quadratic(upward))
+    value = tensor_product(quadratic(along), quadratic(upward))
     slope = np.stack(
         [
-            _products(_quadratic_slope(along), _quadratic(upward)),
-            _products(_quadratic(along), _quadratic_slope(upward)),
+            tensor_product(quadratic_slope(along), quadratic(upward)),
+            tensor_product(quadratic(along), quadratic_slope(upward)),
         ],
         axis=-1,
     )
@@ -242,17 +243,3 @@ def _graded(first: float, refinement: float, growth: float = _GROWTH) -> Floats:
 
 def _with_midpoints(lines: Floats) -> Floats:
     return np.sort(np.concatenate([lines, 0.5 * (lines[1:] + lines[:-1])]))
-
-
-def _products(along: Floats, upward: Floats) -> Floats:
-    """Return the products of three functions each way, both (points, 3), shape (points, 9)."""
-    return (along[:, :, None] * upward[:, None, :]).reshape(len(along), 9)
-
-
-def _quadratic(x: Floats) -> Floats:
-    """Return the Lagrange functions of -1, 0, 1 at points x, shape (points, 3)."""
-    return np.stack([0.5 * x * (x - 1.0), 1.0 - x**2, 0.5 * x * (x + 1.0)], axis=1)
-
-
-def _quadratic_slope(x: Floats) -> Floats:
-    return np.stack([x - 0.5, -2.0 * x, x + 0.5], axis=1)

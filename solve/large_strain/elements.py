@@ -51,13 +51,13 @@ def quadratic_elements(grid: Grid) -> Elements:
     by_z = np.broadcast_to(2.0 / height, r.shape)
 
     parts = np.zeros((5, len(x), 9, 2))  # the last index is the component, radial or up
-    d_dx = _tensor_product(_quadratic_slope(x), _quadratic(y))
-    d_dy = _tensor_product(_quadratic(x), _quadratic_slope(y))
+    d_dx = tensor_product(quadratic_slope(x), quadratic(y))
+    d_dy = tensor_product(quadratic(x), quadratic_slope(y))
     parts[0, :, :, 0] = d_dx
     parts[1, :, :, 0] = d_dy
     parts[2, :, :, 1] = d_dx
     parts[3, :, :, 1] = d_dy
-    parts[4, :, :, 0] = _tensor_product(_quadratic(x), _quadratic(y))
+    parts[4, :, :, 0] = tensor_product(quadratic(x), quadratic(y))
     gradient = parts.reshape(5, len(x), DOFS)
 
     squares = []
@@ -80,15 +80,16 @@ def quadratic_elements(grid: Grid) -> Elements:
     )
 
 
-def _tensor_product(along: Floats, up: Floats) -> Floats:
+def tensor_product(along: Floats, up: Floats) -> Floats:
     """Return the products of three functions each way, both (points, 3), shape (points, 9)."""
     return (along[:, :, None] * up[:, None, :]).reshape(len(along), 9)
 
 
-def _quadratic(x: Floats) -> Floats:
+def quadratic(x: Floats) -> Floats:
     """Return the Lagrange functions of -1, 0, 1 at points x, shape (points, 3)."""
     return np.stack([0.5 * x * (x - 1.0), 1.0 - x**2, 0.5 * x * (x + 1.0)], axis=1)
 
 
-def _quadratic_slope(x: Floats) -> Floats:
+def quadratic_slope(x: Floats) -> Floats:
+    """Return the slopes of these functions at points x, shape (points, 3)."""
     return np.stack([x - 0.5, -2.0 * x, x + 0.5], axis=1)

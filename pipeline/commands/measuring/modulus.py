@@ -10,7 +10,6 @@ from pipeline.commands.console import PASSED, add_force_flag, add_json_flag, ans
 if TYPE_CHECKING:
     from pipeline.measure.compression.bodies import Body, Plunger
     from pipeline.measure.compression.force_law import TestGeometry
-    from pipeline.measure.measured_table import Quantity
 
 PURPOSE = "turn compression tests into the modulus of the fruit"
 EXAMPLE = "pipeline modulus mango-1.csv mango-2.csv --height 70 --radius 35"
@@ -53,8 +52,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     add("--strain", metavar="PERCENT", default="5,2,10", help="strains of secant and tangent [%%] (default 5,2,10)")
     add("--columns", metavar="NAME=HEADER,...", help="headers that are not understood, as in force=Last,travel=Pfad")
     add("--units", metavar="NAME=UNIT,...", help="units where the file gives none, as in force=kN,travel=um")
-    add("--force-unit", metavar="UNIT", help="unit of the force where the file gives none (N, kN, kgf, ...)")
-    add("--travel-unit", metavar="UNIT", help="unit of the travel where the file gives none (mm, um, in, ...)")
     add("--compression-negative", action="store_true", help="the machine counts compression negative: turn the signs")
     add("--per", choices=("file", "folder"), default="file", help="what holds the tests of one fruit (default file)")
     add("--plot", metavar="FILE", type=Path, help="draw curves and fits as one web page (FILE.html)")
@@ -65,12 +62,13 @@ def add_arguments(parser: ArgumentParser) -> None:
 def execute(arguments: Namespace) -> int:
     """Print the moduli of every specimen in the files; return exit code 0."""
     from pipeline.measure.compression.modulus import measured_modulus
-    from pipeline.measure.compression.specimens import read_specimens
+    from pipeline.measure.compression.specimens import QUANTITIES, read_specimens
     from pipeline.measure.compression.summary import design_range, fruit_summaries, print_results, result_mapping
+    from pipeline.measure.measured_table import quantities_by_flags
 
     _refuse_plot(arguments.plot)
     geometry, assumed = _geometry(arguments)
-    quantities = _quantities(arguments)
+    quantities = quantities_by_flags(QUANTITIES, arguments.columns, arguments.units)
     results = []
     for file in dict.fromkeys(arguments.files):
         for specimen in read_specimens(file, quantities):
@@ -98,18 +96,6 @@ def _refuse_plot(path: Path | None) -> None:
         raise validation_error("--plot", str(path), "", "a file name that ends in .html", hint)
     if path.is_dir():
         raise validation_error("--plot", str(path), "", "a file, and it is a folder", "name a file in it")
-
-
-def _quantities(arguments: Namespace) -> "dict[str, Quantity]":
-    """Return what headers mean, with what the flags say of them and of their units."""
-    from pipeline.measure.compression.specimens import QUANTITIES
-    from pipeline.measure.measured_table import quantities_by_flags, with_unit
-
-    quantities = quantities_by_flags(QUANTITIES, arguments.columns, arguments.units)
-    for name, unit in (("force", arguments.force_unit), ("travel", arguments.travel_unit)):
-        if unit is not None:
-            quantities[name] = with_unit(quantities[name], unit, f"--{name}-unit")
-    return quantities
 
 
 def _geometry(arguments: Namespace) -> tuple["TestGeometry", list[str]]:

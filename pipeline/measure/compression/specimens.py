@@ -171,7 +171,7 @@ def _specimen(form: CsvFormat, header: Row, rows: Sequence[Row], columns: Mappin
     notes = []
     for name in ("force", "travel"):
         if columns[name].note:
-            notes.append(f"{columns[name].note}; --{name}-unit says another")
+            notes.append(f"{columns[name].note}; --units {name}=UNIT says another")
     return Specimen(
         file=form.source,
         name=title,

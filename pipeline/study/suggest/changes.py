@@ -10,7 +10,6 @@ from cad.design.parameters import Design, GivenSprings
 from cad.design.processes import PROCESSES
 from cad.tips.layouts import LAYOUTS
 from cad.tips.shapes import OPTIONAL_KEYS
-from pipeline.options import load_design
 
 Value = float | str | tuple[float, ...] | None
 Changes = Mapping[str, Value]
@@ -90,7 +89,7 @@ def sweeps(design: Design, failed: Collection[str], *, on_cells: bool) -> list[S
     if reads or springs_fail or "bruise" in failed:
         for key in _SPRINGS:
             found += _scaled(design, key, smaller, larger)
-    if reads:
+    if reads and design.tips.tip_shape.obeys_hertz:
         found += _of_the_reading(design, failed)
     if reads or not (_OF_THE_RATIO | {"bruise", "geometry.tip_face"}).isdisjoint(failed):
         found += _of_the_tips(design, smaller, larger)
@@ -162,9 +161,7 @@ def _of_the_print(design: Design) -> list[Sweep]:
 
 
 def _of_the_reading(design: Design, failed: Collection[str]) -> list[Sweep]:
-    """Return tips that are known to read round fruit; of domes what the reading may ask for instead."""
-    if not design.tips.tip_shape.obeys_hertz:
-        return [[_domes(design)]]
+    """Return what the reading may ask for instead."""
     found: list[Sweep] = []
     for name in ("reading.bias", "reading.uncertainty"):
         if name in failed:
@@ -177,14 +174,3 @@ def _of_the_reading(design: Design, failed: Collection[str]) -> list[Sweep]:
 def _unset(design: Design, *keys: str) -> dict[str, None]:
     """Return changes that unset those of the keys that are set."""
     return {key: None for key in keys if value_of(design, key) is not None}
-
-
-def _domes(design: Design) -> Changes:
-    """Return the square of domes of the preset `mango`, with its springs: a sensor that reads round fruit."""
-    mango = load_design("mango")
-    changes: dict[str, Value] = {}
-    for key in (*(f"tips.{item.name}" for item in dataclasses.fields(mango.tips)), *_SPRINGS, "press.travel_mm"):
-        value = value_of(mango, key)
-        if value != value_of(design, key) and (value is None or isinstance(value, float | str)):
-            changes[key] = value
-    return changes

@@ -64,7 +64,7 @@ def _measured_range(path: Path) -> FruitRange:
         spreads = [0.01 * row["E_MPa"] * row["u_percent"] for row in rows]
         lowest = min(row["E_MPa"] - spread for row, spread in zip(rows, spreads, strict=True))
         highest = max(row["E_MPa"] + spread for row, spread in zip(rows, spreads, strict=True))
-        radius = float(rows[0]["geometry"]["radius"])
+        radius = float(rows[0]["geometry"]["radius_mm"])
     except (ValueError, KeyError, IndexError, TypeError) as error:
         raise validation_error("--fruit", str(path), "", _FORM, "give the radius to pipeline modulus too") from error
     return FruitRange(radius_mm=radius, E_min_MPa=with_digits(lowest, 2), E_max_MPa=with_digits(highest, 2))

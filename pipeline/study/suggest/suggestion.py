@@ -179,8 +179,6 @@ class Search:
 
     def _nearer(self, candidate: Candidate) -> Candidate:
         """Return a candidate each of whose numbers is as near to the design's as lets it pass, a little beyond."""
-        if len(candidate.changes) > MOST_KEYS:  # a whole sensor of its own
-            return candidate
         for key, value in candidate.changes.items():
             before = value_of(self._base.design, key)
             if isinstance(value, float) and isinstance(before, float) and before * value > 0.0:

@@ -37,7 +37,6 @@ def test_unknown_name_is_wrong_input(capsys):
     ("words", "said"),
     [
         (["--out", "paper"], "--out = 'paper': must be left out without a NAME; "),
-        (["NL", "paper", "--out", "mango"], "--out = 'mango': must be left out beside DIR; "),
         (["foo"], "NAME = 'foo': must be a verdict or a symbol; `pipeline explain` lists them all"),
         ([""], "NAME = '': must be a verdict or a symbol; `pipeline explain` lists them all"),
     ],

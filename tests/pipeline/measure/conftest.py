@@ -3,6 +3,8 @@
 import pytest
 from measured_units import MeasuredDesign
 
+from pipeline.measure.calibrating.calibration import calibrated, measured_print
+
 
 @pytest.fixture(scope="session")
 def mango():
@@ -14,3 +16,15 @@ def mango():
 def paper():
     """Return the pair on its flat block."""
     return MeasuredDesign("paper")
+
+
+@pytest.fixture
+def calibrate(tmp_path):
+    """Return a function that writes a table and calibrates a unit of a report by it."""
+
+    def calibration(report, text):
+        path = tmp_path / "measured.csv"
+        path.write_text(text, encoding="utf-8")
+        return calibrated(report, measured_print(path, report))
+
+    return calibration

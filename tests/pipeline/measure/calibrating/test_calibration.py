@@ -10,7 +10,7 @@ from stand_ins import default_housing
 from cad.parts.coupon import coupon_of, modulus_factor
 from cad.quantity import InputError
 from cad.theory.leaf_spring import pair_length, pair_stiffness
-from pipeline.measure.calibrating.calibration import calibrated, measured_print, modulus_of_coupon
+from pipeline.measure.calibrating.calibration import measured_print, modulus_of_coupon
 from pipeline.measure.calibrating.unit_table import level_forces, unit_table
 from pipeline.measure.calibrating.weighing import weighed_springs
 from pipeline.measure.unit.presses import reading_of
@@ -20,18 +20,6 @@ from solve.contact.response import scene_response
 
 THICKER = (1.19, 1.11)  # leaves of 0.8 and 1.2 mm that are 0.05 mm too thick
 GRAM = 9.80665e-3  # [N]
-
-
-@pytest.fixture
-def calibrate(tmp_path):
-    """Return a function that writes a table and calibrates a unit of a report by it."""
-
-    def calibration(report, text):
-        path = tmp_path / "measured.csv"
-        path.write_text(text, encoding="utf-8")
-        return calibrated(report, measured_print(path, report))
-
-    return calibration
 
 
 @pytest.mark.parametrize("name", ["paper", "mango"])

@@ -5,18 +5,16 @@ of plastic change with the temperature. Weights on each tip tell the unit what i
 """
 
 import runpy
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import random_pose
+from measured_units import printed_by_header, random_pose
 
 from cad.quantity import InputError
-from pipeline.measure.calibrating.calibration import calibrated, measured_print
-from pipeline.measure.unit.firmware import c_header, micropython
+from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, reading_of, readings_of
 from pipeline.measure.unit.printed_unit import read_unit, unit_as_toml
@@ -29,7 +27,6 @@ FRUIT = 20  # of each unit
 LEAST_COVERED = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / (UNITS * FRUIT))  # three sigma of a fair count of 95 %
 DEPTHS = (0.4, 0.7, 1.0, 0.8)  # of the travel: into the fruit, and out again
 AGREES = 1e-5
-FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
 MAIN = """
 #include <stdio.h>
 #include "unit.h"
@@ -96,16 +93,6 @@ def weights(measured, factors, electronics, hysteresis=0.0):
                 ",".join(map(str, [name, part * full, round(part * full * GRAM / stiffnesses[tip], 3), *counts]))
             )
     return "\n".join(lines) + "\n"
-
-
-@pytest.fixture
-def calibrate(tmp_path):
-    def calibration(report, text):
-        path = tmp_path / "measured.csv"
-        path.write_text(text, encoding="utf-8")
-        return calibrated(report, measured_print(path, report))
-
-    return calibration
 
 
 def signal_of(rows):
@@ -233,18 +220,10 @@ def test_counts_that_tell_no_force_are_refused(mango, rng, calibrate):
 
 def in_c(folder, sensor, rows):
     """Return modulus and flags that the compiled header prints for rows of counts."""
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        pytest.skip("no C compiler")
-    text = MAIN
+    program = MAIN
     for word, code in (SQUARE if sensor.law else PAIR).items():
-        text = text.replace(word, code)
-    (folder / "unit.h").write_text(c_header(sensor), encoding="utf-8")
-    (folder / "main.c").write_text(text, encoding="utf-8")
-    subprocess.run([compiler, *FLAGS, "main.c", "-o", "read", "-lm"], check=True, cwd=folder, timeout=600)
-    content = rows.astype(np.int32).tobytes()
-    out = subprocess.run([folder / "read"], input=content, capture_output=True, check=True, timeout=600).stdout
-    return [tuple(map(float, line.split())) for line in out.decode().splitlines()]
+        program = program.replace(word, code)
+    return printed_by_header(folder, sensor, program, rows.astype(np.int32))
 
 
 @pytest.mark.parametrize("name", ["mango", "paper"])
@@ -267,7 +246,7 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
         rows = np.concatenate([free(electronics), electronics.counts(forces)])
         (expected,) = read(sensor, rows)
         assert pytest.approx(E, rel=expected.u) == expected.E
-        assert in_c(tmp_path, sensor, rows)[-1] == (pytest.approx(expected.E, rel=AGREES), 0.0)
+        assert in_c(tmp_path, sensor, rows)[-1].tolist() == [pytest.approx(expected.E, rel=AGREES), 0.0]
         ((found, reduced, flags),) = module["readings"](rows.tolist())
         assert (found, flags) == (pytest.approx(expected.E, rel=AGREES), 0)
         assert reduced == pytest.approx(sensor.reduced(found), rel=1e-12)

@@ -2,21 +2,19 @@
 
 import math
 import runpy
-import shutil
-import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from measured_units import printed_by_header
 
 from cad.theory.pair_line import PressSums, line_of_sums
-from pipeline.measure.unit.firmware import c_header, micropython
+from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.fruit_reading import IN_FIRMWARE
 from pipeline.measure.unit.presses import reading_of
 from solve.contact.poses import Pose
 
 AGREES = 1e-5
-FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2")
 FACTORS = {"mango": (1.19, 1.11, 1.15, 1.12), "paper": (1.19, 1.11)}
 MAIN = """
 #include <stdio.h>
@@ -44,22 +42,13 @@ PAIR = {
 @pytest.fixture
 def in_c(tmp_path):
     """Return a function that compiles the firmware of a unit, runs it on rows of forces and returns what it prints."""
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        pytest.skip("no C compiler")
 
     def run(sensor, rows):
-        text = MAIN
+        program = MAIN
         for word, code in (SQUARE if sensor.law else PAIR).items():
-            text = text.replace(word, code)
-        text = text.replace("SECOND", "E_reduced" if sensor.law else "lead")
-        (tmp_path / "unit.h").write_text(c_header(sensor), encoding="utf-8")
-        (tmp_path / "main.c").write_text(text, encoding="utf-8")
-        command = [compiler, *FLAGS, "main.c", "-o", "read", "-lm"]
-        subprocess.run(command, check=True, cwd=tmp_path, timeout=600)
-        content = np.asarray(rows, dtype=np.float32).tobytes()
-        out = subprocess.run([tmp_path / "read"], input=content, capture_output=True, check=True, timeout=600).stdout
-        return np.array([line.split() for line in out.decode().splitlines()], dtype=float)
+            program = program.replace(word, code)
+        program = program.replace("SECOND", "E_reduced" if sensor.law else "lead")
+        return printed_by_header(tmp_path, sensor, program, np.asarray(rows, dtype=np.float32))
 
     return run
 

@@ -7,6 +7,7 @@ import pytest
 
 from cad.quantity import InputError
 from cad.verdict import Verdict
+from pipeline.measure.compression.bodies import Ellipsoid
 from pipeline.options import load_design
 from pipeline.study.suggest import fruit_design as room
 from pipeline.study.suggest.changes import changed
@@ -44,7 +45,8 @@ def test_wrong_fruit_is_refused(text, field):
 
 
 def test_fruit_from_compression_tests_has_their_error_bars(tmp_path):
-    rows = [{"E_MPa": E, "u_percent": 10.0, "geometry": {"radius": 35.0}} for E in (0.5, 2.0)]
+    geometry = vars(Ellipsoid(height_mm=70.0, radius_mm=35.0, radius_across_mm=35.0))  # as pipeline modulus tells it
+    rows = [{"E_MPa": E, "u_percent": 10.0, "geometry": geometry} for E in (0.5, 2.0)]
     path = tmp_path / "tests.json"
     path.write_text(json.dumps(rows), encoding="utf-8")
     assert fruit_range(str(path)) == FruitRange(radius_mm=35.0, E_min_MPa=0.45, E_max_MPa=2.2)
