@@ -7,7 +7,11 @@ import pytest
 from golden.freeze import NUMBERS, RUNS, frozen, machine
 
 QUICK = ("paper",)
-SCENES = [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in RUNS]
+SLOW = ("mango", "steel", "curved", "deep")
+SCENES = [
+    pytest.param(name, marks=() if name in QUICK else pytest.mark.slow if name in SLOW else pytest.mark.study)
+    for name in RUNS
+]
 
 SAME_MACHINE = 1e-9
 """Relative; round-off times the condition of a spring's stiffness matrix, some 1e6, with room for the order of sums."""

@@ -27,6 +27,7 @@ SCENES = {
     "thin layer, nu 0.45": (Fruit(length_mm=16.0, width_mm=10.0, height_mm=2.0, poisson=0.45), TIPS),
     "near a side": (Fruit(length_mm=14.0, width_mm=8.0), Tips(spacing_mm=8.0, offset_mm=1.0)),
 }
+QUICKEST = "thin layer, nu 0.45"
 
 
 def paired(S):
@@ -34,7 +35,9 @@ def paired(S):
     return 0.5 * (S[0][0] + S[1][1]) - 0.5 * (S[0][1] + S[1][0])
 
 
-@pytest.fixture(scope="module", params=SCENES)
+@pytest.fixture(
+    scope="module", params=[pytest.param(name, marks=pytest.mark.study if name != QUICKEST else ()) for name in SCENES]
+)
 def both(request):
     fruit, tips = SCENES[request.param]
     return contact_compliance(fruit, tips, "auto"), contact_compliance(fruit, tips, "direct")
@@ -95,7 +98,7 @@ def test_domes_count_as_circles_where_they_touch():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("radius", [28.0, 42.0])
+@pytest.mark.parametrize("radius", [28.0, pytest.param(42.0, marks=pytest.mark.study)])
 def test_domes_on_a_fruit_of_another_radius(radius):
     """The compliance of one radius serves another within the bar: against the compliance of that fruit."""
     tips = dataclasses.replace(GENTLE, side_mm=5.8, spacing_mm=6.0)
@@ -160,7 +163,7 @@ def test_auto_turns_to_direct_outside_the_domain_and_says_why(monkeypatch):
     np.testing.assert_array_equal(found.S, direct.S)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_direct_serves_cylinders():
     """The circle is faceted on the meshes; radius and area tend to the true ones faster than the edge is resolved."""
     split, direct = (contact_compliance(BLOCK, Tips(shape="cylinder"), method) for method in ("split", "direct"))

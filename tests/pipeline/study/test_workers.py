@@ -122,7 +122,9 @@ def test_workers_that_never_come_back_are_refused() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "number", [pytest.param(signal.SIGINT, marks=pytest.mark.study), signal.SIGTERM, signal.SIGKILL]
+)
 def test_study_that_is_ended_goes_on_to_the_same_table(
     start: Start, written: Write, whole: bytes, tmp_path: Path, number: int
 ) -> None:

@@ -86,7 +86,7 @@ def virtual_error(row, rng):
 
 
 @pytest.mark.parametrize(
-    "name", ["end", *(pytest.param(name, marks=pytest.mark.slow) for name in FORMS if name != "end")]
+    "name", ["end", *(pytest.param(name, marks=pytest.mark.study) for name in FORMS if name != "end")]
 )
 def test_modulus_of_a_body_is_in_its_bar(name, rng):
     chosen = [row for row in rows() if row[0] == name]

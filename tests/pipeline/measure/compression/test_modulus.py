@@ -65,7 +65,7 @@ def least_inside(count):
         (3, 5, 0.015, {"noise_percent": 0.0}),
         (4, 6, 0.05, {"rows": 20, "noise_percent": 0.3}),
         *(
-            pytest.param(40, 3, 0.06, fixed, marks=pytest.mark.slow)
+            pytest.param(40, 3, 0.06, fixed, marks=pytest.mark.study)
             for fixed in ({"rows": 200}, {"rows": 4000}, {"gap_mm": 0.0}, {"noise_percent": 0.1})
         ),
     ],
