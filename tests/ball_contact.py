@@ -143,11 +143,22 @@ class Cap:
                 return 2.0 * np.pi * float(-(push * normal[1]).sum()), u
         raise AssertionError("no equilibrium")
 
+    def contact_radius(self, u, ball, depth):
+        """Return where the gap of the pressed skin begins: beside a contact it opens with the power of 3/2."""
+        x = self.x + u[self.skin]
+        gap = np.linalg.norm(x - np.array([0.0, ball - depth])[:, None], axis=0) - ball
+        order = np.argsort(x[0])
+        r, gap = x[0][order], gap[order]
+        last = np.flatnonzero(gap < 1e-7)[-1]
+        beside = slice(last + 2, last + 8)
+        roots = np.roots(np.polyfit(r[beside], gap[beside] ** (2.0 / 3.0), 2))
+        return float(min(roots.real, key=lambda root: abs(root - r[last])))
+
 
 def over_hertz(cap, dome):
-    """Return Hertz's contact radius, and the force over Hertz's, under a ball of a curvature; contact radii are 1.
+    """Return Hertz's contact radius, force and contact radius over Hertz's, under a ball of a curvature.
 
-    Small strain on the same mesh tells what the cap gives way.
+    The contact's radius is 1. Small strain on the same mesh tells what the cap gives way.
     """
     radius = 1.0 / (dome + cap.curvature)
     depth = 1.0 / radius
@@ -155,7 +166,9 @@ def over_hertz(cap, dome):
     small, _ = cap.force(1.0 / dome, depth, finite=0.0)
     body = (depth - (small / stiffness) ** (2.0 / 3.0)) / small
     start = None
-    for part in np.linspace(0.0, 1.0, 3 + int(10.0 * dome))[1:]:
+    for part in (0.5, 1.0):
         force, start = cap.force(1.0 / dome, part * depth, start=start)
     hertz_depth = depth - body * force
-    return np.sqrt(radius * hertz_depth), force / (stiffness * hertz_depth**1.5)
+    hertz_radius = np.sqrt(radius * hertz_depth)
+    edge = cap.contact_radius(start, 1.0 / dome, depth)
+    return hertz_radius, force / (stiffness * hertz_depth**1.5), edge / hertz_radius

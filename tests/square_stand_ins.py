@@ -57,5 +57,6 @@ def linear_pose_forces(scene, contact, C, poses):
         touching=F > 0.0,
         contact_radius=np.full(shape, 0.5),
         mean_pressure=F / scene.tips.face_mm2,
+        pressure_error=np.zeros(shape),
         face_mm=np.zeros(len(F)),
     )

@@ -287,14 +287,15 @@ def skin_pressures(sensor: PressedSensor) -> tuple[SkinPressure, ...]:
     for E in design.fruit.E_MPa:
         poses += [placement.pressed(E, design.press.travel_mm) for placement in placements]
     forces = sensor.in_poses(poses)
-    shape = (len(limits), len(placements))
-    pressures = np.nan_to_num(forces.mean_pressure).max(axis=1).reshape(shape)  # of the tips of a pose; 0 off the fruit
-    errors = pressures * np.nan_to_num(forces.error).reshape(shape)
+    of_poses = (len(limits), -1)  # of all tips in all placements at a modulus; 0 off the fruit
+    pressures = np.nan_to_num(forces.mean_pressure).reshape(of_poses)
+    errors = np.nan_to_num(forces.pressure_error).reshape(of_poses)
     worst_at_each = []
     for i, E in enumerate(design.fruit.E_MPa):
         worst = first_largest(pressures[i].tolist())
         pressure = Estimate(float(pressures[i, worst]), float(errors[i, worst]), "MPa")
-        skin = SkinPressure(E=E, placement=placements[worst], pressure=pressure, limit=limits[i])
+        placement = placements[worst // forces.F.shape[1]]
+        skin = SkinPressure(E=E, placement=placement, pressure=pressure, limit=limits[i])
         worst_at_each.append(skin)
     return tuple(worst_at_each)
 

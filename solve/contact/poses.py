@@ -44,8 +44,9 @@ class PoseForces:
     `F_error` [N] is how far each may be off; it leaves out `F_flesh` [N], what Hencky's law of flesh adds under domes
     to the neo-Hookean one, and that of Storakers takes. `error` (poses,) is the
     largest relative error of a force above 0 [1]; `touching` (poses, tips) says which tips touch; `contact_radius` [mm]
-    and `mean_pressure` [MPa], (poses, tips), are those of a round contact of the same area; `face_mm` (poses,) [mm] is
-    how wide the face of a dome must be to hold its contact, 0 for other tips.
+    and `mean_pressure` [MPa], which may be off by `pressure_error` [MPa], all (poses, tips), are those of a round
+    contact of the same area; `face_mm` (poses,) [mm] is how wide the face of a dome must be to hold its contact, 0 for
+    other tips.
     """
 
     F: Floats
@@ -55,6 +56,7 @@ class PoseForces:
     touching: Flags
     contact_radius: Floats
     mean_pressure: Floats
+    pressure_error: Floats
     face_mm: Floats
 
 
@@ -113,6 +115,7 @@ def _dome_forces(
         touching=domes.F > 0.0,
         contact_radius=domes.contact_radius,
         mean_pressure=domes.mean_pressure,
+        pressure_error=domes.mean_pressure * (domes.relative_error + domes.pressure_error),
         face_mm=face,
     )
 
@@ -133,6 +136,7 @@ def _cell_forces(
     finer, _ = _grid_forces(turned, fine, C, [poses[i] for i in chosen], [scenes[i] for i in chosen])
     steps = np.divide(np.abs(finer - F[chosen]), finer, out=np.zeros_like(finer), where=finer > 0.0)
     error = LEFT * float(steps.max(initial=0.0)) + compliance.error_pair
+    mean_pressure = F / np.where(area > 0.0, area, 1.0)
     return PoseForces(
         F=F,
         F_error=error * F,
@@ -140,7 +144,8 @@ def _cell_forces(
         error=np.full(len(F), error),
         touching=F > 0.0,
         contact_radius=np.sqrt(area / np.pi),
-        mean_pressure=F / np.where(area > 0.0, area, 1.0),
+        mean_pressure=mean_pressure,
+        pressure_error=error * mean_pressure,
         face_mm=np.zeros(len(F)),
     )
 

@@ -1,9 +1,10 @@
-"""What large strain makes of Hertz's force of a rigid, slippery ball: a polynomial in the radius of the contact.
+"""What large strain makes of Hertz's force and contact of a rigid, slippery ball: polynomials in the contact's radius.
 
 With a Hertz's contact radius at a depth, s = a / dome radius and t = a / fruit radius, the force is Hertz's times
 
     g = 1 + c1 s + c2 t + c3 s^2 + c4 s t,
 
+and the contact of the pressed body is as wide as a times another such polynomial, both
 fitted to finite elements at finite strain by `tests/fits/dome_strain.py`. Strain goes with a over a radius: the first
 two terms are of second-order elasticity, and a sphere's own profile against a paraboloid's is in the others.
 """
@@ -30,20 +31,35 @@ APART = (
     (0.0577, 0.0536, -0.0025, -0.0007),
     (0.0622, 0.0643, -0.0181, -0.0272),
 )
+# Of the radius of the contact as it is pressed over Hertz's at the same depth. The second column is what moves the skin
+# inward under Hertz's pressure, -2 (1 - 2 nu) / (3 pi (1 - nu)): K. L. Johnson, Contact Mechanics (1985), (3.42).
+EDGE = (
+    (-0.1189, -0.2122, -0.0431, 0.1877),
+    (-0.0876, -0.1748, -0.0692, 0.2743),
+    (-0.0407, -0.1213, -0.1080, 0.2570),
+    (-0.0036, -0.0386, -0.1278, 0.1518),
+    (0.0387, -0.0083, -0.1755, 0.1657),
+)
 DEEPEST = 0.7  # contact radius over that of the dome, up to which g is fitted
 # Of the force: the fit leaves 8e-4, and other elements find up to 1.2e-3 more at s = 0.15; less where strain is small.
 FIT = 1.5e-3
-FULL = 0.1  # s + t from which on all of it is open
+FIT_OF_EDGE = 5e-3  # of the radius: what the fit leaves, most of it where an edge lies inside an element
+FULL = 0.1  # s + t from which on all of both is open
 
 
 @dataclass(frozen=True, eq=False)
 class LargeStrain:
-    """g, its slope over ln a, how far it may be off, and half of what laws of flesh put it apart [1], of one shape."""
+    """g, its slope over ln a, how far it may be off, and half of what laws of flesh put it apart [1], of one shape.
+
+    `edge` [1] is the radius of the contact over Hertz's, `edge_error` [1] how far it may be off.
+    """
 
     factor: Floats
     slope: Floats
     error: Floats
     apart: Floats
+    edge: Floats
+    edge_error: Floats
 
 
 def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float) -> LargeStrain:
@@ -62,11 +78,15 @@ def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float
     apart = np.abs(sum(_terms(APART, poisson, s, t)))
     outside = beyond | (not POISSONS[0] <= poisson <= POISSONS[-1])
     departure = first + second
+    narrower = sum(_terms(EDGE, poisson, s, t))
+    strained = np.minimum(1.0, (s + t) / FULL)
     return LargeStrain(
         factor=1.0 + departure,
         slope=np.where(beyond, 0.0, first + 2.0 * second),
-        error=np.where(outside, np.abs(departure), 0.0) + FIT * np.minimum(1.0, (s + t) / FULL),
+        error=np.where(outside, np.abs(departure), 0.0) + FIT * strained,
         apart=apart,
+        edge=1.0 + narrower,
+        edge_error=np.where(outside, np.abs(narrower), 0.0) + FIT_OF_EDGE * strained,
     )
 
 

@@ -52,7 +52,8 @@ class DomeForces:
 
     `rates` [N/mm] are their slopes over the travel, `error` [N] how far each may be off in neo-Hookean flesh, `flesh`
     [N] what Hencky's law adds and that of Storakers takes. `contact_radius` [mm] and `mean_pressure` [MPa] are those of
-    the contacts, `face` [mm] is the width of a face that would hold each.
+    the contacts as they are pressed, `pressure_error` [1] is how far the latter may be off by the edge of the contact
+    alone; `face` [mm] is the width of a face that would hold each.
     """
 
     F: Floats
@@ -61,6 +62,7 @@ class DomeForces:
     flesh: Floats
     contact_radius: Floats
     mean_pressure: Floats
+    pressure_error: Floats
     face: Floats
 
     @property
@@ -104,6 +106,7 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
     state = law.solved()
     cosine = state.approach.cosine
     touching = state.N > 0.0
+    contact_radius = state.contact_radius * state.strain.edge
     # what the forces along the springs gain per interference of each dome
     gain = (cosine * state.stiffness)[..., None] * np.linalg.inv(law.jacobian(state))
     return DomeForces(
@@ -111,8 +114,9 @@ def dome_forces(poses: DomePoses, E: Floats, C: Floats, body: Body) -> DomeForce
         rates=np.where(touching, np.einsum("pij,pj->pi", gain, state.approach.normal[..., 2]), 0.0),
         error=np.einsum("pij,pj->pi", np.abs(gain), law.bound(state)),
         flesh=np.einsum("pij,pj->pi", gain, law.deeper(state, state.strain.apart)),
-        contact_radius=state.contact_radius,
-        mean_pressure=state.N / np.where(touching, np.pi * state.contact_radius**2, 1.0),
+        contact_radius=contact_radius,
+        mean_pressure=state.N / np.where(touching, np.pi * contact_radius**2, 1.0),
+        pressure_error=np.where(touching, 2.0 * state.strain.edge_error, 0.0),
         face=np.where(touching, 2.0 * (poses.dome_radius * state.approach.sine + law.rim(state)), 0.0),
     )
 

@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 from ball_contact import Cap, over_hertz
 
-from solve.contact.domes.large_strain import DEEPEST, FIT, large_strain
+from solve.contact.domes.large_strain import DEEPEST, FIT, FIT_OF_EDGE, large_strain
 
 FLAT = np.array(0.0)
-# Of the independent elements: their step from 14 to 20 cells is 1e-4, and 10 cells are half as fine as 20.
-OWN = 5e-4
+# Of the independent elements: the step of a force from 14 to 20 cells is 1e-4, and at small strain they place the edge
+# of Hertz's contact to 1.7e-3 of its radius.
+OWN = 2.5e-4
+OWN_OF_EDGE = 2e-3
 # A ball of nu 0.3 between plates pressed in by 1 % of its height, neo-Hooke over small strain: contact at finite strain
 # in another code, each number to 0.3 %. The contact radius is a tenth of the ball's.
 BETWEEN_PLATES = 1.046 / 1.057
@@ -20,6 +22,16 @@ def test_small_contacts_are_hertz():
     found = large_strain(np.array(1e-6), 10.0, FLAT, 0.3)
     assert found.factor == pytest.approx(1.0, abs=1e-6)
     assert found.error < 1e-6
+    assert found.edge == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.15, 0.3, 0.45, 0.49])
+def test_contact_with_a_flat_plate_is_narrower_by_what_the_skin_moves_inward(poisson):
+    """Johnson (1985), equation (3.42): the skin moves under Hertz's pressure, and the edge of the contact with it."""
+    curved = 0.05  # contact radius over that of the fruit; the plate has none
+    inward = 2.0 * (1.0 - 2.0 * poisson) / (3.0 * np.pi * (1.0 - poisson)) * curved
+    found = large_strain(np.array(1.0), 1e9, np.array(curved), poisson)
+    assert 1.0 - found.edge == pytest.approx(inward, abs=float(found.edge_error))
 
 
 def test_ball_between_plates_is_that_of_another_code():
@@ -51,7 +63,8 @@ def test_beyond_what_was_solved_all_of_it_is_open():
 @pytest.mark.parametrize(("dome", "fruit", "poisson"), [(0.15, 0.0, 0.3), (0.15, 0.045, 0.3), (0.3, 0.05, 0.45)])
 def test_other_elements_find_the_same(dome, fruit, poisson, monkeypatch):
     """Curvatures are times the contact radius."""
-    monkeypatch.setattr(ball_contact, "CELLS", 10)
-    contact, force = over_hertz(Cap(fruit, poisson), dome)
+    monkeypatch.setattr(ball_contact, "CELLS", 14)
+    contact, force, edge = over_hertz(Cap(fruit, poisson), dome)
     found = large_strain(contact, 1.0 / dome, np.array(fruit), poisson)
     assert found.factor == pytest.approx(force, abs=FIT + OWN)
+    assert found.edge == pytest.approx(edge, abs=FIT_OF_EDGE + OWN_OF_EDGE)

@@ -49,8 +49,9 @@ def test_one_dome_on_a_rigid_spring():
     strain = large_strain(np.array(a), DOME, np.array(0.0), POISSON)
     expected = strain.factor * modulus * 4.0 / 3.0 * a**3 / DOME
     np.testing.assert_allclose(found.F[:, 0], expected, rtol=1e-9)
-    np.testing.assert_allclose(found.contact_radius, a, rtol=1e-9)
-    np.testing.assert_allclose(found.mean_pressure[:, 0], expected / (np.pi * a**2), rtol=1e-9)
+    np.testing.assert_allclose(found.contact_radius, a * strain.edge, rtol=1e-9)
+    np.testing.assert_allclose(found.mean_pressure[:, 0], expected / (np.pi * (a * strain.edge) ** 2), rtol=1e-9)
+    np.testing.assert_allclose(found.pressure_error, 2.0 * strain.edge_error, rtol=1e-12)
     rim = found.face / 2.0  # of a sphere with its own profile, at the same depth
     np.testing.assert_allclose(rim * np.arctanh(rim / DOME), depth, rtol=1e-9)
     deeper = dome_forces(lowered([[0.0, 0.0]], depth + 1e-6), E, np.zeros((1, 1)), half_space())
@@ -71,8 +72,9 @@ def test_one_dome_on_an_ellipsoid_is_the_elliptic_contact_of_hertz():
     none = np.zeros((1, 1, 1))
     body = Body(poisson=POISSON, remainder=none, bound=none, size=np.inf)
     found = dome_forces(poses, np.ones(1), np.zeros((1, 1)), body)
-    large = large_strain(found.contact_radius, dome, np.full((1, 1), np.sqrt(low * high) - 1.0 / dome), POISSON).factor
-    assert found.F[0, 0] == pytest.approx(expected * large[0, 0], rel=1e-3)
+    hertz = np.sqrt(depth / np.sqrt(low * high))
+    large = large_strain(hertz, dome, np.sqrt(low * high) - 1.0 / dome, POISSON)
+    assert found.F[0, 0] == pytest.approx(expected * float(large.factor), rel=1e-3)
 
 
 def test_domes_side_by_side_sink_by_each_other():
