@@ -78,7 +78,7 @@ def large_strain(contact: Floats, dome: float, curvature: Floats, poisson: float
     apart = np.abs(sum(_terms(APART, poisson, s, t)))
     outside = beyond | (not POISSONS[0] <= poisson <= POISSONS[-1])
     departure = first + second
-    narrower = sum(_terms(EDGE, poisson, s, t))
+    narrower: Floats = np.add(*_terms(EDGE, poisson, s, t))
     strained = np.minimum(1.0, (s + t) / FULL)
     return LargeStrain(
         factor=1.0 + departure,
