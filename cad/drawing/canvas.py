@@ -1,6 +1,7 @@
 """A drawing as a DXF document in millimetres of the part: lines, arcs, words, and dimensions that measure it."""
 
 import copy
+import io
 import itertools
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -30,15 +31,18 @@ LAYERS = {
     "SHEET": 8,
     "HATCH": 9,
     "AXES": 4,
+    "HIDDEN": 4,
 }  # with the colour of each, by AutoCAD's index
-PENS = {"PART": 50, "DIMENSIONS": 18, "NOTES": 25, "SHEET": 35, "HATCH": 13, "AXES": 18}  # [0.01 mm on paper]
+THICK = 50  # [0.01 mm on paper], of what is seen and cut; thin lines are half of it, ISO 128-20
+PENS = dict.fromkeys(LAYERS, THICK // 2) | {"PART": THICK, "SHEET": 35}  # [0.01 mm on paper]
 TEXT_MM = 2.5  # height of a capital on paper, ISO 3098
 LETTER = 0.83  # width of a monospaced letter over the height of a capital: DejaVu Sans Mono, 0.602 / 0.729
-DECIMALS = 3
+DECIMALS = 2  # of a length with a tolerance of its own: none is finer than 0.01 mm
 SMALL_MM = 0.5  # below it a length needs a tolerance of its own: ISO 2768-1 has none
 HATCH_STEP_MM = 2.0  # on paper, between the lines that mark a cut, ISO 128-50
 MEASURED = "<>"
 """Stands in the text of a dimension for the measured length."""
+_DASHES = {"AXES": ("CENTER", 4.0), "HIDDEN": ("DASHED", 2.5)}  # pattern of ezdxf, and how long on paper
 _FONT = "MONOSPACED"
 _STYLE = "WORKSHOP"
 _BY_LAYER = 256
@@ -63,11 +67,6 @@ class Box(NamedTuple):
         """Return the four corners, gone round from the lower left one [mm]."""
         left, bottom, right, top = self
         return (left, bottom), (right, bottom), (right, top), (left, top)
-
-
-def format_length(value: float) -> str:
-    """Return a length [mm] as a drawing shows it."""
-    return f"{value:.{DECIMALS}f}".rstrip("0").rstrip(".")
 
 
 def text_width(text: str, height: float) -> float:
@@ -102,32 +101,37 @@ class Canvas:
 
     def label_width(self, label: str, length: float) -> float:
         """Return how long the text of a dimension that measures a length is [mm]."""
-        return text_width(label.replace(MEASURED, format_length(length)), self.text_height)
+        number = f"{length:.{self._decimals(label, length)}f}".rstrip("0").rstrip(".")
+        return text_width(label.replace(MEASURED, number), self.text_height)
+
+    def _decimals(self, label: str, length: float) -> int:
+        """Return the decimals of a length [mm], fewer where the general tolerance is all that it has."""
+        return self.decimals if "±" not in label and length >= SMALL_MM else DECIMALS
 
     def line(self, start: Point, end: Point, layer: str = "PART") -> None:
-        """Draw a straight line."""
-        self.space.add_line(start, end, dxfattribs={"layer": layer})
+        """Draw a straight line: of long dashes and dots on AXES, of dashes on HIDDEN."""
+        self.space.add_line(start, end, dxfattribs=self._look(layer))
+
+    def _look(self, layer: str) -> dict[str, Any]:
+        if layer not in _DASHES:
+            return {"layer": layer}
+        pattern, length = _DASHES[layer]
+        return {"layer": layer, "linetype": pattern, "ltscale": length / self.scale}
 
     def rectangle(self, box: Box, layer: str = "PART") -> None:
         """Draw the four sides of a box."""
-        for start, end in itertools.pairwise((*box.corners, box.corners[0])):
-            self.line(start, end, layer)
+        self.polyline((*box.corners, box.corners[0]), layer)
 
     def circle(self, centre: Point, radius: float, layer: str = "PART") -> None:
         """Draw a circle."""
-        self.space.add_circle(centre, radius, dxfattribs={"layer": layer})
-
-    def axis(self, start: Point, end: Point) -> None:
-        """Draw a centre line: long dashes and dots."""
-        attributes = {"layer": "AXES", "linetype": "CENTER", "ltscale": 4.0 / self.scale}
-        self.space.add_line(start, end, dxfattribs=attributes)
+        self.space.add_circle(centre, radius, dxfattribs=self._look(layer))
 
     def centre_mark(self, centre: Point, radius: float) -> None:
         """Draw the two centre lines of a hole, which stand out of it by 2 mm on paper."""
         x, z = centre
         reach = radius + 2.0 / self.scale
-        self.axis((x - reach, z), (x + reach, z))
-        self.axis((x, z - reach), (x, z + reach))
+        self.line((x - reach, z), (x + reach, z), "AXES")
+        self.line((x, z - reach), (x, z + reach), "AXES")
 
     def hatch(self, outlines: Sequence[Sequence[Point]]) -> None:
         """Hatch what lies within the first closed outline and outside the others; texts within it stay free."""
@@ -165,6 +169,11 @@ class Canvas:
                     boxes.append(Box(x - half[0], z - half[1], x + half[0], z + half[1]))
         return boxes
 
+    def polyline(self, points: Sequence[Point], layer: str = "PART") -> None:
+        """Draw the straight lines from each point to the next one."""
+        for start, end in itertools.pairwise(points):
+            self.line(start, end, layer)
+
     def arc(self, centre: Point, radius: float, start: float, end: float) -> None:
         """Draw an arc of the part, counter-clockwise from one angle to another [deg]."""
         self.space.add_arc(centre, radius, start, end, dxfattribs={"layer": "PART"})
@@ -189,7 +198,6 @@ class Canvas:
     ) -> None:
         """Draw the dimension of a length along an axis, its line at a level across it, its text [deg] about a point."""
         distance = abs(end[0] - start[0]) if axis == "x" else abs(end[1] - start[1])
-        is_general = "±" not in label and distance >= SMALL_MM
         dimension = self.space.add_linear_dim(
             base=(text_at[0], level) if axis == "x" else (level, text_at[1]),
             p1=start,
@@ -199,10 +207,37 @@ class Canvas:
             angle=0.0 if axis == "x" else 90.0,
             text_rotation=text_rotation,
             dimstyle=_STYLE,
-            override={"dimdec": self.decimals if is_general else DECIMALS},
+            override={"dimdec": self._decimals(label, distance)},
             dxfattribs={"layer": "DIMENSIONS"},
         )
         dimension.render()
+        self._lead_to_text(axis, (start, end), text_at, level, 0.5 * self.label_width(label, distance), text_rotation)
+
+    def _lead_to_text(
+        self,
+        axis: Literal["x", "z"],
+        ends: tuple[Point, Point],
+        text_at: Point,
+        level: float,
+        half_text: float,
+        text_rotation: float,
+    ) -> None:
+        """Draw the dimension line on to the far end of a text beyond it, bent under a level text of an upright line."""
+        along = 0 if axis == "x" else 1
+        low, high = sorted(end[along] for end in ends)
+        middle = text_at[along]
+        if low < middle < high:
+            return
+        outwards = 1.0 if middle > high else -1.0
+        end = high if outwards > 0.0 else low
+        if axis == "x":
+            self.line((end, level), (middle + outwards * half_text, level), "DIMENSIONS")
+        elif text_rotation:
+            self.line((level, end), (level, middle + outwards * half_text), "DIMENSIONS")
+        else:
+            foot = text_at[1] - 0.8 * self.text_height
+            self.line((level, end), (level, foot), "DIMENSIONS")
+            self.line((level, foot), (text_at[0] + half_text, foot), "DIMENSIONS")
 
     def callout(
         self,
@@ -233,12 +268,14 @@ class Canvas:
             dimension = self.space.add_diameter_dim(centre, radius=0.5 * size, location=leader_end, **look)
         dimension.render()
 
-    def write_dxf(self, path: Path) -> None:
-        """Write the drawing as DXF R2010; the same drawing gives the same bytes; raises OSError."""
+    def dxf(self) -> str:
+        """Return the drawing as DXF R2010; the same drawing gives the same text."""
         for kind in sorted(self.document.entitydb.dxf_types_in_use()):
             self.document.classes.add_class(kind)  # ezdxf itself takes them in the order of a set
+        text = io.StringIO()
         with _fixed_meta_data():
-            self.document.saveas(path)
+            self.document.write(text)
+        return text.getvalue()
 
     def write_svg(self, path: Path, window: Box) -> None:
         """Write what lies in a window of the drawing [mm] as SVG that plots at its scale; raises OSError."""

@@ -1,27 +1,27 @@
-"""The drawing of a coupon: its section, the view from the left, and every dimension once [mm]."""
+"""The drawing of a coupon: its outline, the view from the left, and every dimension once [mm]."""
 
 from cad.drawing.canvas import MEASURED, Box, Canvas
 from cad.drawing.lengths import Length, draw_lengths
-from cad.drawing.section import draw_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Title, on_sheet
+from cad.drawing.view import draw_view, views_of
 from cad.parts.coupon import CLAMP_INSET, Coupon
 from cad.parts.part import Part
 
 _NOTES = (
-    "Millimetres. Section in the middle of the depth, and view from the left.",
+    "Millimetres. View along the depth, and view from the left.",
     "Made flat beside the housing, with the same settings; leaves as its own.",
     "Clamp the block; hang a weight in the hole of a pad, see the sheet.",
 )
-_TWICE = f"{MEASURED} 2x"
+_TWICE = f"2x {MEASURED}"
 
 
 def coupon_drawing(part: Part, coupon: Coupon, title: Title) -> Sheet:
-    """Return the sheet of a coupon: its section y = 0 seen along +y, and to the right the view from its left."""
-    profile = section(part.shape)
+    """Return the sheet of a coupon: its outline seen along +y, and to the right the view from its left."""
+    (front,) = views_of([part.shape], "front")
     within_accuracy = f"{MEASURED} ±{title.process.accuracy_mm:g}"
 
     def draw_views(canvas: Canvas) -> None:
-        draw_section(canvas, profile)
+        draw_view(canvas, front)
         _draw_lengths(canvas, coupon, within_accuracy)
         _draw_thicknesses(canvas, coupon, within_accuracy)
         _draw_callouts(canvas, coupon)
@@ -76,7 +76,7 @@ def _draw_callouts(canvas: Canvas, coupon: Coupon) -> None:
     low, high = coupon.arms[0].flexure, coupon.arms[-1].flexure
     centre = (left - low.fillet, -0.5 * low.thickness - low.fillet)
     below_leaf = (left, bottom + 1.3 * canvas.text_height)
-    label = f"{MEASURED} {4 * len(coupon.arms)}x"
+    label = f"{4 * len(coupon.arms)}x {MEASURED}"
     canvas.callout("radius", centre, low.fillet, below_leaf, "left", label, angle=45.0)
 
     clamp = right - CLAMP_INSET
@@ -84,6 +84,10 @@ def _draw_callouts(canvas: Canvas, coupon: Coupon) -> None:
     weight = right + high.length + coupon.arm_beyond_leaf
     below_pad = (weight + 0.5 * coupon.pad_side, bottom - 0.5 * canvas.text_height)
     canvas.callout("diameter", (weight, 0.0), coupon.weight_hole, below_pad, "right", _TWICE)
+    clamp_holes = [(x, 0.0, coupon.clamp_hole) for x in (-clamp, clamp)]
+    low_weight = left - low.length - coupon.arm_beyond_leaf
+    for x, z, diameter in (*clamp_holes, (weight, 0.0, coupon.weight_hole), (low_weight, 0.0, coupon.weight_hole)):
+        canvas.centre_mark((x, z), 0.5 * diameter)
 
 
 def _draw_from_the_left(canvas: Canvas, coupon: Coupon, start: float) -> None:

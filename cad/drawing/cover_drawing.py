@@ -1,35 +1,41 @@
-"""The drawing of a cover: its rim seen along the depth, the section across it, and every dimension once [mm]."""
-
-import itertools
+"""The drawing of a cover: its rim seen along the depth, the view from the left, and every dimension once [mm]."""
 
 from cad.drawing.canvas import MEASURED, Box, Canvas
 from cad.drawing.housing_drawing import call_out_screw_holes
 from cad.drawing.lengths import Length, draw_lengths
-from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Title, on_sheet
+from cad.drawing.view import draw_view, views_of
 from cad.parts.cover import Cover
 from cad.parts.part import Part
 
 _NOTES = (
-    "Millimetres. Section through the rim; section across the middle from the left.",
+    "Millimetres. View of the rim, and view from the left.",
     "MAKE TWO: front and back are equal. Made flat, rim up.",
     "The rim rests on the frame alone; what moves stays free below.",
 )
 
 
 def cover_drawing(part: Part, cover: Cover, title: Title) -> Sheet:
-    """Return the sheet of a cover: the section through its rim along +y, and to the right the section across it."""
-    cut = 0.5 * (cover.housing.depth + cover.recess)
-    profile = section(part.shape, cut)
+    """Return the sheet of a cover: its rim seen along +y, and to the right the view from its left."""
+    (front,) = views_of([part.shape], "front")
+    (from_left,) = views_of([part.shape], "left")
 
     def draw_views(canvas: Canvas) -> None:
-        draw_section(canvas, profile)
+        draw_view(canvas, front)
         _draw_front_lengths(canvas, cover)
         call_out_screw_holes(canvas, cover.housing)
         for hole in cover.housing.holes:
             canvas.centre_mark(hole, 0.5 * cover.housing.hole_diameter)
-        hatch_section(canvas, part.shape, cut)
-        _draw_across(canvas, cover, canvas.extents().right + BETWEEN_MM / canvas.scale)
+        start = canvas.extents().right + BETWEEN_MM / canvas.scale
+        outside = 0.5 * cover.housing.depth + cover.thickness  # y of the face that the rim is turned from
+        draw_view(canvas, from_left, (start + outside, 0.0), hidden=True)
+        end = start + cover.thickness
+        top = cover.housing.top_level
+        lengths = [
+            Length("top", (start, top), (end, top)),
+            Length("bottom", (start, cover.foot_level), (start + cover.plate, cover.foot_level)),
+        ]
+        draw_lengths(canvas, lengths, Box(start, cover.foot_level, end, top))
 
     return on_sheet(draw_views, _NOTES, title)
 
@@ -51,24 +57,7 @@ def _draw_front_lengths(canvas: Canvas, cover: Cover) -> None:
         Length("left", bottom_left, top_left),
         Length("left", lower_hole, upper_hole),
         Length("left", bottom_left, lower_hole),
-        Length("bottom", bottom_left, (outline.left + post, outline.bottom), f"{MEASURED} 2x"),
+        Length("bottom", bottom_left, (outline.left + post, outline.bottom), f"2x {MEASURED}"),
         Length("right", rim_corner, top_right),
     ]
     draw_lengths(canvas, lengths, outline)
-
-
-def _draw_across(canvas: Canvas, cover: Cover, start: float) -> None:
-    """Draw the section across the middle seen from the left: plate to the left, rim to the right."""
-    foot = cover.foot_level
-    top = cover.housing.top_level
-    bar = cover.housing.cavity_level + cover.setback
-    plate = start + cover.plate
-    end = start + cover.thickness
-    corners = [(start, top), (start, foot), (plate, foot), (plate, bar), (end, bar), (end, top), (start, top)]
-    for corner, next_corner in itertools.pairwise(corners):
-        canvas.line(corner, next_corner)
-    lengths = [
-        Length("top", (start, top), (end, top)),
-        Length("bottom", (start, foot), (plate, foot)),
-    ]
-    draw_lengths(canvas, lengths, Box(start, foot, end, top))

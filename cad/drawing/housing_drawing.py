@@ -3,10 +3,11 @@
 import math
 
 from cad.design.processes import Process
-from cad.drawing.canvas import MEASURED, SMALL_MM, Box, Canvas, text_width
+from cad.drawing.canvas import MEASURED, SMALL_MM, Box, Canvas
 from cad.drawing.lengths import Length, draw_lengths
 from cad.drawing.section import draw_section, hatch_section, section
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Title, on_sheet
+from cad.drawing.view import View, draw_view, views_of
 from cad.parts.housing import DOWEL_MM, Arm, Housing, fillet_corners
 from cad.parts.part import NEAR_MM, Part
 from cad.theory.strain_gauge import GAUGES, FoilGauge, Span, gauge_spans
@@ -20,11 +21,12 @@ def housing_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
 
     Raises InputError for a leaf without room for its gauges.
     """
-    profile = section(part.shape)
+    cut = section(part.shape)
+    (from_left,) = views_of([part.shape], "left")
     within_accuracy = f"{MEASURED} ±{title.process.accuracy_mm:g}"
 
     def draw_views(canvas: Canvas) -> None:
-        draw_section(canvas, profile)
+        draw_section(canvas, cut)
         lengths = [*_frame_lengths(housing), *_spring_lengths(housing, within_accuracy), *_tip_lengths(housing)]
         draw_lengths(canvas, lengths, Box(housing.left, 0.0, housing.right, housing.top_level))
         for arm in housing.arms:
@@ -34,14 +36,14 @@ def housing_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
         if housing.pin_side:
             _draw_pins(canvas, housing)
         front = canvas.extents()
-        _draw_from_the_left(canvas, housing, front.right + BETWEEN_MM / canvas.scale)
+        _draw_from_the_left(canvas, housing, from_left, front.right + BETWEEN_MM / canvas.scale)
         _draw_cutting_line(canvas, housing, front)
         for centre, radius in (
             *((hole, 0.5 * housing.hole_diameter) for hole in housing.holes),
             *((hole, 0.5 * housing.dowel_hole) for hole in housing.dowels),
         ):
             canvas.centre_mark(centre, radius)
-        hatch_section(canvas, part.shape)
+        hatch_section(canvas, cut)
         gauge = GAUGES[housing.gauges]
         if gauge is not None:
             draw_gauges(canvas, housing, gauge, front.top + BETWEEN_MM / canvas.scale)
@@ -99,7 +101,7 @@ def _tip_lengths(housing: Housing) -> list[Length]:
     high_tip = (high.centre, 0.0)
     lengths = [
         Length("bottom", (low.centre, 0.0), high_tip),
-        Length("bottom", (low.centre - half_width, neck), (low.centre + half_width, neck), f"{MEASURED} 2x"),
+        Length("bottom", (low.centre - half_width, neck), (low.centre + half_width, neck), f"2x {MEASURED}"),
         Length("right", high_tip, (high.centre + half_width, neck)),
     ]
     if housing.tip_height < neck - NEAR_MM:
@@ -128,7 +130,7 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm) -> None:
     x = arm.centre
     shuttle = arm.top_level
     stop = housing.cavity_level
-    text_at = (x - 0.8 * height, stop + height + 0.5 * canvas.label_width(MEASURED, stop - shuttle))
+    text_at = (x - 0.8 * height, stop + 0.7 * height + 0.5 * canvas.label_width(MEASURED, stop - shuttle))
     canvas.length("z", (x, shuttle), (x, stop), text_at, x, text_rotation=90.0)
 
 
@@ -139,26 +141,26 @@ def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
     radius = housing.low.fillet
     root_top = low.levels[0] + 0.5 * low.flexure.thickness
     centre = (low.wall + radius, root_top + radius)
-    label = f"{MEASURED} {len(fillet_corners(housing))}x"
+    label = f"{len(fillet_corners(housing))}x {MEASURED}"
     canvas.callout("radius", centre, radius, (low.wall, root_top + 1.4 * height), "right", label, angle=225.0)
     call_out_screw_holes(canvas, housing)
     if housing.dowels:
         beside = (housing.right, housing.top_level + 2.4 * height)
         canvas.callout(
-            "diameter", housing.dowels[-1], housing.dowel_hole, beside, "right", f"{MEASURED} 2x, ream {DOWEL_MM:g} H7"
+            "diameter", housing.dowels[-1], housing.dowel_hole, beside, "right", f"2x {MEASURED}, ream {DOWEL_MM:g} H7"
         )
     if housing.dome_radius:
         centre = (low.centre, housing.dome_radius)
         beside = (low.centre - 2.5 * height, -8.0 * height)
         half_way_to_the_edge = math.degrees(0.25 * housing.tip_side / housing.dome_radius)
         angle = 270.0 - half_way_to_the_edge
-        canvas.callout("radius", centre, housing.dome_radius, beside, "left", f"{MEASURED} 2x, domes", angle=angle)
+        canvas.callout("radius", centre, housing.dome_radius, beside, "left", f"2x {MEASURED}, domes", angle=angle)
 
 
 def call_out_screw_holes(canvas: Canvas, housing: Housing) -> None:
     """Draw the diameter [mm] of the holes for screws, at the upper left one, its text beside that corner."""
     beside = (housing.left, housing.top_level + 2.4 * canvas.text_height)
-    label = f"{MEASURED} {len(housing.holes)}x"
+    label = f"{len(housing.holes)}x {MEASURED}"
     canvas.callout("diameter", housing.holes[1], housing.hole_diameter, beside, "left", label)
 
 
@@ -179,42 +181,28 @@ def _draw_cutting_line(canvas: Canvas, housing: Housing, front: Box) -> None:
 
 
 def _draw_pins(canvas: Canvas, housing: Housing) -> None:
-    """Draw the pins in their pockets and say what they are."""
+    """Draw the pins in their pockets."""
     side = housing.pin_side
     out = housing.pin_out
-    height = canvas.text_height
     for arm in housing.arms:
         canvas.rectangle(Box(arm.centre - 0.5 * side, -out, arm.centre + 0.5 * side, housing.pocket_depth), "NOTES")
-    cross_section = f"Ø{side:g}" if housing.pin_round else f"{side:g} x {side:g}"
-    text = f"steel pin {cross_section} x {housing.pocket_depth + out:g} 2x, {out:g} out"
-    canvas.words(text, (housing.left - 2.0 * height - 0.5 * text_width(text, height), -6.0 * height), height)
 
 
-def _draw_from_the_left(canvas: Canvas, housing: Housing, start: float) -> None:
+def _draw_from_the_left(canvas: Canvas, housing: Housing, view: View, start: float) -> None:
     """Draw the view from the left, from x = `start` [mm] of the sheet on: the front of the plate to its right."""
     top = housing.top_level
     pad = housing.pad_height
+    middle = start + pad + 0.5 * housing.depth
     plate = Box(start + pad, housing.protrusion, start + pad + housing.depth, top)
-    canvas.rectangle(plate)
-    middle = 0.5 * (plate.left + plate.right)
-    tip_left = middle - 0.5 * housing.tip_side
-    tip_right = middle + 0.5 * housing.tip_side
-    canvas.line((tip_left, 0.0), (tip_right, 0.0))
-    for tip_edge, plate_edge in ((tip_left, plate.left), (tip_right, plate.right)):
-        shoulder = (tip_edge, housing.tip_height)
-        canvas.line((tip_edge, 0.0), shoulder)
-        neck_end = (plate_edge, housing.neck_level)
-        if math.dist(shoulder, neck_end) > NEAR_MM:
-            canvas.line(shoulder, neck_end)
-
+    draw_view(canvas, view, (middle, 0.0))
+    tip = 0.5 * housing.tip_side
     top_left = (plate.left, top)
     lengths = [
         Length("top", top_left, (plate.right, top)),
-        Length("bottom", (tip_left, 0.0), (tip_right, 0.0)),
+        Length("bottom", (middle - tip, 0.0), (middle + tip, 0.0)),
     ]
     if pad:
         foot = max(housing.cover_level, housing.protrusion)
-        canvas.rectangle(Box(start, foot, plate.left, top))
         lengths.append(Length("top", (start, top), top_left))
         lengths.append(Length("left", (plate.left, plate.bottom), (start, foot)))
     draw_lengths(canvas, lengths, Box(start, 0.0, plate.right, top))
@@ -277,5 +265,5 @@ def _notes(housing: Housing, process: Process) -> list[str]:
         notes.append(f"Dowels ISO 8734 {DOWEL_MM:g} m6 in holes reamed H7.")
     if housing.pin_side:
         size = f"{housing.pocket_side:g} wide, {housing.pocket_depth:g} deep"
-        notes.append(f"Pockets for steel pins {size}; pins stand out {housing.pin_out:g}.")
+        notes.append(f"Pockets {size} for pins, see their drawing; these stand out {housing.pin_out:g}.")
     return notes

@@ -10,17 +10,22 @@ from cad.design.readout import Readout
 from cad.drawing.coupon_drawing import coupon_drawing
 from cad.drawing.cover_drawing import cover_drawing
 from cad.drawing.housing_drawing import housing_drawing
+from cad.drawing.pin_drawing import pin_drawing
 from cad.drawing.sheet import Title
+from cad.fabrication.assembly_drawing import assembly_drawing
 from cad.fabrication.bill import bill_csv, bill_of_materials
 from cad.fabrication.bridges import Spring, bridges, series_resistor, signal_path
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount import mount_solid
+from cad.fabrication.mount_drawing import mount_drawing
 from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl
 from cad.parts.assembly import COVER_COLOUR
 from cad.parts.coupon import coupon_of
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_of, cover_part
+from cad.parts.pin import STEEL_G_PER_CM3
+from cad.parts.pin_socket import tip_solid
 from cad.parts.pose import print_pose
 from cad.parts.sensor import STEEL_COLOUR, Body, Sensor
 
@@ -58,14 +63,41 @@ def write_fabrication(
     ]
     solids = [sensor.housing_body(), *bodies]
     masses = {body.name: 1e-3 * body.shape.Volume() * process.density_g_per_cm3 for body in solids}
-    of_housing = replace(title, mass_g=masses[solids[0].name])
-    of_coupon = replace(title, part="coupon", number=2, mass_g=masses["coupon"])
-    of_cover = replace(title, part="cover, make two", number=3, mass_g=masses["cover"])
-    sheets = {
-        "drawing": housing_drawing(sensor.part, housing, of_housing),
-        "drawing-coupon": coupon_drawing(coupon_solid, coupon, of_coupon),
-        "drawing-cover": cover_drawing(cover_solid, cover, of_cover),
+    wired = bridges(springs, housing, process)
+    signal = None if readout is None else signal_path(readout, springs, process, sensor.tips.springs)
+    bill = bill_of_materials(sensor, process, wired, masses, signal)
+
+    titles = {
+        "housing": replace(title, mass_g=masses["housing"]),
+        "coupon": replace(title, part="coupon", number=2, mass_g=masses["coupon"]),
+        "cover": replace(title, part="cover, make two", number=3, mass_g=masses["cover"]),
+        "mount": replace(title, part="mount", number=4, mass_g=masses["mount"]),
     }
+    sheets = {
+        "drawing": housing_drawing(sensor.part, housing, titles["housing"]),
+        "drawing-coupon": coupon_drawing(coupon_solid, coupon, titles["coupon"]),
+        "drawing-cover": cover_drawing(cover_solid, cover, titles["cover"]),
+        "drawing-mount": mount_drawing(sensor, bodies[-1].shape, titles["mount"]),
+    }
+    if housing.pin_side:
+        length = housing.pin_out + housing.pocket_depth
+        pin = tip_solid(sensor.tips.tip_shape, length)
+        titles["pin"] = replace(
+            title,
+            part="pin",
+            number=5,
+            mass_g=1e-3 * pin.Volume() * STEEL_G_PER_CM3,
+            material="steel, ground",
+            made_by="grinding",
+            tolerance="ISO 2768-1 f",
+        )
+        count = len(sensor.tips.springs)
+        sheets["drawing-pin"] = pin_drawing(pin, sensor.tips.tip_shape, length, count, titles["pin"])
+    of_assembly = replace(
+        title, part="assembly", number=0, material="see the list", made_by="assembly", tolerance="none"
+    )
+    numbers = {name: title.drawing_number for name, title in titles.items()}
+    sheets["drawing-assembly"] = assembly_drawing(sensor, bodies[-1].shape, bill, numbers, of_assembly)
     paths: list[Path] = []
     for name, sheet in sheets.items():
         paths += sheet.write(folder / name)
@@ -78,15 +110,11 @@ def write_fabrication(
         export_stl(print_pose(body.shape), stl)
         paths += [step, stl]
 
-    wired = bridges(springs, housing, process)
-    signal = None
     if readout is not None:
-        signal = signal_path(readout, springs, process, sensor.tips.springs)
         plates = 2 if housing.back_to_back else 1
         resistor = series_resistor(process, readout.circuit)
         paths.append(folder / "wiring.svg")
         write_wiring(paths[-1], readout.transducer, sensor.tips.names, plates, resistor)
-    bill = bill_of_materials(sensor, process, wired, masses, signal)
     texts = {
         "bom.csv": bill_csv(bill),
         "fabrication.md": fabrication_sheet(sensor, title, bill, wired, signal),

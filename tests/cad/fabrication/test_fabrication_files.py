@@ -21,6 +21,7 @@ TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]
 SHEETS = [
     "drawing.dxf", "drawing.svg", "drawing-coupon.dxf", "drawing-coupon.svg", "drawing-cover.dxf", "drawing-cover.svg",
+    "drawing-mount.dxf", "drawing-mount.svg", "drawing-assembly.dxf", "drawing-assembly.svg",
     "coupon.step", "coupon.stl", "cover.step", "cover.stl", "mount.step", "mount.stl", "bom.csv", "fabrication.md",
 ]  # fmt: skip
 
