@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from cad.quantity import InputError, written_number
 
 PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
-EXIT_CODES = "exit code: 0 all verdicts pass, 1 one failed or is undecided, 2 wrong input or machine"
+EXIT_CODES = "exit code: 0 all verdicts pass, 1 one fails or is undecided, 2 wrong input"
 
 
 def add_json_flag(parser: ArgumentParser) -> None:
