@@ -248,16 +248,20 @@ def relaxation_keys(over_time: ReadingOverTime) -> Plain:
             "E_apparent_MPa": _numbers(over_time.apparent[i]),
         }
         moduli.append(row)
+    # infinite where a tip is off the fruit
+    moves, error, *least = _numbers(
+        100.0 * np.array([over_time.moves.value, over_time.moves.error, *(each.moves for each in over_time.moments)])
+    )
     return {
         "t_s": over_time.t,
         "stop_s": float(over_time.t[over_time.stop]),
         "at_s": float(over_time.t[over_time.at]),
-        "moves_percent": 100.0 * over_time.moves.value,
-        "moves_error_percent": 100.0 * over_time.moves.error,
+        "moves_percent": moves,
+        "moves_error_percent": error,
         "moduli": moduli,
         "moments": [
-            {"speed_mm_per_s": moment.speed_mm_per_s, "at_s": moment.at_s, "moves_percent": 100.0 * moment.moves}
-            for moment in over_time.moments
+            {"speed_mm_per_s": moment.speed_mm_per_s, "at_s": moment.at_s, "moves_percent": percent}
+            for moment, percent in zip(over_time.moments, least, strict=True)
         ],
     }
 

@@ -96,7 +96,7 @@ def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
     caption = (
         f"At full travel on the firmest fruit, deflection drawn {factor:g} times; largest von Mises stress "
         f"{highest:.3g} MPa, limit {limit:.3g} MPa (E of {process.name} times its strain limit). Safety "
-        f"against the strain limit: {', '.join(factors)}. A coarse mesh: some per cent off."
+        f"against the strain limit: {', '.join(factors)}. A coarse mesh: up to a tenth too high."
     )
     colours_of = legend("von Mises stress [MPa]", 0.0, highest, limit)
     return shown(
