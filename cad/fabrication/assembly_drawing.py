@@ -85,7 +85,8 @@ def _taken_apart(sensor: Sensor, mount: cq.Shape) -> list[Body]:
     for body in bodies:
         layer = places.index(round(place(body), 3)) - 0.5 * len(places)
         out = _APART_MM * layer - (longest if body.name.startswith("screw") else 0.0)
-        down = -_APART_MM if "pin" in body.name.split() else 0.0
+        # so far down that no part before them hides the pins
+        down = -_APART_MM * places.index(round(place(body), 3)) if "pin" in body.name.split() else 0.0
         moved.append(Body(name=body.name, shape=body.shape.translate(cq.Vector(0.0, out, down)), colour=body.colour))
     return moved
 
@@ -99,7 +100,8 @@ def _draw_balloons(canvas: Canvas, items: Sequence[_Item]) -> None:
     rows: dict[float, list[tuple[Point, int]]] = {picture.top + out: [], picture.bottom - out: []}
     upper, lower = rows
     for item in items:
-        edges = [edge for view in item.views for edge in view.seen]
+        seen = [edge for view in item.views for edge in view.seen]
+        edges = seen or [edge for view in item.views for edge in view.hidden]
         outermost = max((edge.positionAt(0.5) for edge in edges), key=lambda point: abs(point.y - middle))
         row = rows[upper if outermost.y > middle else lower]
         row.append(((outermost.x, outermost.y), item.number))

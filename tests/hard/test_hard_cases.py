@@ -119,7 +119,7 @@ def scaled_checks(fruit, tips):
 SIZES = st.floats(-1.5, 1.9).map(lambda power: 10.0**power)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 @settings(max_examples=25)
 @given(
     block=st.tuples(SIZES, SIZES, SIZES),

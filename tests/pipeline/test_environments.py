@@ -58,7 +58,7 @@ def test_command_ends_with_its_code_and_at_most_one_line(words, variables, befor
         pytest.param("run --tol 0.1", signal.SIGKILL, -9, 0.5, marks=pytest.mark.study),
         pytest.param("run --tol 0.1", signal.SIGINT, 130, 4.0, marks=pytest.mark.study),
         ("run --tol 0.1", signal.SIGTERM, 143, 4.0),
-        ("design --tol 0.1", signal.SIGKILL, -9, 4.0),
+        pytest.param("design --tol 0.1", signal.SIGKILL, -9, 4.0, marks=pytest.mark.study),
     ],
 )
 def test_killed_run_leaves_the_old_outputs_and_the_next_run_is_whole(words, number, code, seconds, tmp_path):

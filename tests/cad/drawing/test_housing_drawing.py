@@ -18,7 +18,9 @@ from ezdxf.math import BoundingBox, Vec3
 from squares import square_sensor
 
 from cad.design.design_file import design_from_mapping
+from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
+from cad.design.tips import Tips
 from cad.drawing.canvas import Canvas, text_width
 from cad.drawing.coupon_drawing import coupon_drawing
 from cad.drawing.cover_drawing import cover_drawing
@@ -61,6 +63,11 @@ def of_assembly(sensor, title):
     return assembly_drawing(sensor, mount_solid(sensor), bill, {"housing": "01"}, title)
 
 
+def sensor_with_pins():
+    design = Design(tips=Tips(socket="pin"))
+    return sensor_of(design, housing_for(design, design.process, LENGTHS["paper"], (0.5, 0.2)))
+
+
 def of_pin(shape):
     return pin_drawing(tip_solid(shape, 4.5), shape, 4.5, 2, replace(TITLE, part="pin", tolerance="ISO 2768-1 f"))
 
@@ -98,6 +105,7 @@ def sheets(sensor):
         "mango mount": lambda: mount_drawing(mango, mount_solid(mango), of_mango),
         "paper assembly": lambda: of_assembly(paper, of_paper),
         "mango assembly": lambda: of_assembly(mango, of_mango),
+        "pins assembly": lambda: of_assembly(sensor_with_pins(), of_paper),
         "square pin": lambda: of_pin(Cube(side_mm=1.0, fillet_mm=0.0)),
         "cone pin": lambda: of_pin(Cone(side_mm=1.2, half_angle_deg=30.0, blunt_mm=0.2)),
     }
@@ -105,7 +113,7 @@ def sheets(sensor):
 
 
 PARTS = ["pair", "square", "gauges", "cover", "paper", "steel"]
-SLOW_PARTS = ["mango", "mango cover", "paper mount", "mango mount", "paper assembly", "mango assembly"]
+SLOW_PARTS = ["mango", "mango cover", "paper mount", "mango mount", "paper assembly", "mango assembly", "pins assembly"]
 SMALL_PARTS = ["pins", "coupon", "square pin", "cone pin", "mango coupon"]
 FILLED = PARTS + [pytest.param(kind, marks=pytest.mark.slow) for kind in SLOW_PARTS]
 KINDS = FILLED + SMALL_PARTS

@@ -117,7 +117,7 @@ def test_force_between_slippery_plates_is_that_of_other_elements(row):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["ball plunger", "flat plunger"])
+@pytest.mark.parametrize("name", [pytest.param("ball plunger", marks=pytest.mark.study), "flat plunger"])
 def test_force_under_a_plunger_that_grips_is_that_of_other_elements(name):
     """Travels of two unlike tools add up at equal force: the other elements solve the whole body at once."""
     row = next(row for row in rows() if row[0] == name and row[2:4] == ["neo-hooke", "inf"])

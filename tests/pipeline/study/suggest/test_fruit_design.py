@@ -64,12 +64,13 @@ def test_bruise_limits_are_the_stated_law_never_wider():
 
 
 def test_preset_in_the_size_of_its_own_fruit_is_the_preset():
+    """Its travel is rounded to 0.05 mm."""
     fruit = FruitRange(radius_mm=35.0, E_min_MPa=0.5, E_max_MPa=3.5)
     same = changed(MANGO, scaled(fruit, MANGO))
     assert (same.tips, same.springs, same.press, same.reading) == (
         MANGO.tips,
         MANGO.springs,
-        MANGO.press,
+        dataclasses.replace(MANGO.press, travel_mm=0.5),
         MANGO.reading,
     )
 

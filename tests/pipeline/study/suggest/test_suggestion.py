@@ -98,7 +98,7 @@ def test_search_without_keys_or_without_budget_finds_nothing(fixed, budget):
     [
         ("paper", {"press.tilt_deg": 1.0}),
         ("paper", {"tips.shape": "sphere"}),
-        ("mango", {"readout.noise_um": 4.0}),
+        pytest.param("mango", {"readout.noise_um": 4.0}, marks=pytest.mark.study),
     ],
 )
 def test_scenes_that_are_not_linear_are_mended(preset, settings):
