@@ -121,4 +121,4 @@ def test_sensors_of_other_fruit_pass(command: str) -> None:
 def test_commands_end_as_they_should(pages_folder: Path) -> None:
     codes = {command: main(shlex.split(command)[1:]) for command in RUN_HERE}
     assert codes == RUN_HERE
-    assert {path.name for path in (pages_folder / "pictures").iterdir()} >= {"housing.png", "response.png"}
+    assert {path.name for path in (pages_folder / "pictures").iterdir()} >= {"housing.png", "assembly.png"}
