@@ -3,6 +3,7 @@
 import copy
 import io
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -46,7 +47,7 @@ _DASHES = {"AXES": ("CENTER", 4.0), "HIDDEN": ("DASHED", 2.5)}  # pattern of ezd
 _FONT = "MONOSPACED"
 _STYLE = "WORKSHOP"
 _BY_LAYER = 256
-_ANSI31_STEP = 3.175  # between the lines of the pattern at scale 1
+_OFF_CORNERS_MM = 0.00271  # on paper: no line of a hatch goes through a corner
 _UPRIGHT_DEG = 45.0
 _LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # to a level text, no centre mark
 _CODES = {"Ø": "%%c", "±": "%%p"}  # that every text font of a DXF viewer knows
@@ -136,7 +137,9 @@ class Canvas:
     def hatch(self, outlines: Sequence[Sequence[Point]]) -> None:
         """Hatch what lies within the first closed outline and outside the others; texts within it stay free."""
         hatch = self.space.add_hatch()
-        hatch.set_pattern_fill("ANSI31", scale=HATCH_STEP_MM / (_ANSI31_STEP * self.scale))
+        across = HATCH_STEP_MM / (self.scale * math.sqrt(2.0))  # from one line to the next, along x and along z
+        off_corners = (_OFF_CORNERS_MM / self.scale, 0.0)  # ezdxf itself would throw dice for it
+        hatch.set_pattern_fill("CUT", definition=[[45.0, off_corners, (-across, across), []]])
         outer, *holes = outlines
         for text in self.text_boxes():
             corners = text.corners
@@ -145,11 +148,9 @@ class Canvas:
                 holes.append(corners)
         for outline in (outer, *holes):
             hatch.paths.add_polyline_path(outline, is_closed=True)
-        ends = []  # as lines of our own, in order: ezdxf draws a hatch in the order of a set
-        for start, end in hatch_entity(hatch):
-            ends.append((start.x, start.y, end.x, end.y))
+        lines = sorted((start.x, start.y, end.x, end.y) for start, end in hatch_entity(hatch, jiggle_origin=False))
         self.space.delete_entity(hatch)
-        for x, z, end_x, end_z in sorted(ends):
+        for x, z, end_x, end_z in lines:
             self.line((x, z), (end_x, end_z), "HATCH")
 
     def text_boxes(self) -> list[Box]:
@@ -211,21 +212,22 @@ class Canvas:
             dxfattribs={"layer": "DIMENSIONS"},
         )
         dimension.render()
-        self._lead_to_text(axis, (start, end), text_at, level, 0.5 * self.label_width(label, distance), text_rotation)
+        low, high = sorted((start[0], end[0]) if axis == "x" else (start[1], end[1]))
+        half_text = 0.5 * self.label_width(label, distance)
+        self._lead_to_text(axis, low, high, text_at, level, half_text, text_rotation)
 
     def _lead_to_text(
         self,
         axis: Literal["x", "z"],
-        ends: tuple[Point, Point],
+        low: float,
+        high: float,
         text_at: Point,
         level: float,
         half_text: float,
         text_rotation: float,
     ) -> None:
         """Draw the dimension line on to the far end of a text beyond it, bent under a level text of an upright line."""
-        along = 0 if axis == "x" else 1
-        low, high = sorted(end[along] for end in ends)
-        middle = text_at[along]
+        middle = text_at[0] if axis == "x" else text_at[1]
         if low < middle < high:
             return
         outwards = 1.0 if middle > high else -1.0

@@ -2,6 +2,7 @@
 
 import hashlib
 import itertools
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +28,8 @@ class Size(NamedTuple):
 
 
 SIZES = {"A4": Size(297.0, 210.0), "A3": Size(420.0, 297.0), "A2": Size(594.0, 420.0)}  # ISO 216, landscape
+_NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
+_DIGEST_DECIMALS = 4  # of lengths [mm] in the digest of a drawing: round-off differs between processors
 _CHOICES = (
     ("A4", "20:1"),
     ("A4", "10:1"),
@@ -103,10 +106,11 @@ def on_sheet(
     """
     list_height = _LIST_ROW_MM * (len(parts) + 1) if parts else 0.0
     notes_height = _NOTE_STEP_MM * (len(notes) + 1)
+    decimals = 1 if title.general_tolerance.startswith("±") else DECIMALS
+    canvas = Canvas(max(SCALES.values()), decimals=decimals)
+    draw_views(canvas)
+    least = canvas.extents()  # texts and gaps are of a size on paper: at any smaller scale they take more of the part
     for size, scale in _CHOICES:
-        canvas = Canvas(SCALES[scale], decimals=1 if title.general_tolerance.startswith("±") else DECIMALS)
-        draw_views(canvas)
-        views = canvas.extents()
         paper = SIZES[size]
         left = _MARGIN.left + _ROOM_MM
         right = paper.width - _MARGIN.right - _ROOM_MM
@@ -114,9 +118,13 @@ def on_sheet(
         over_block = _MARGIN.bottom + max(_BLOCK.height + list_height, notes_height) + _ROOM_MM
         over_notes = _MARGIN.bottom + notes_height + _ROOM_MM
         rooms = (Box(left, over_block, right, top), Box(left, over_notes, right - _BLOCK.width, top))
-        width = canvas.scale * (views.right - views.left)
-        height = canvas.scale * (views.top - views.bottom)
-        fitting = [room for room in rooms if width <= room.right - room.left and height <= room.top - room.bottom]
+        if not _that_hold(rooms, least, SCALES[scale]) and (size, scale) != _CHOICES[-1]:
+            continue
+        if canvas.scale != SCALES[scale]:
+            canvas = Canvas(SCALES[scale], decimals=decimals)
+            draw_views(canvas)
+        views = canvas.extents()
+        fitting = _that_hold(rooms, views, canvas.scale)
         if fitting:
             break
     free = fitting[0] if fitting else rooms[0]
@@ -132,11 +140,18 @@ def on_sheet(
         _draw_row(on_paper, paper, cells, base, _LIST_ROW_MM)
     # Nobody counts the changes of a design, so the digest of what is drawn tells whether two prints are the same.
     told = (title.drawing_number, title.part, title.material, title.made_by, title.process, title.tolerance)
-    # Hatching follows from the outlines, and ezdxf does not draw it twice in the same way.
-    drawn = [entity.dxfattribs({"handle", "owner"}) for entity in canvas.space if entity.dxf.layer != "HATCH"]
-    revision = hashlib.sha256(f"{told}{notes}{drawn}".encode()).hexdigest()[:8]
+    drawn = str([entity.dxfattribs({"handle", "owner"}) for entity in canvas.space])
+    rounded = _NUMBER.sub(lambda number: f"{round(float(number[0]), _DIGEST_DECIMALS) + 0.0}", drawn)
+    revision = hashlib.sha256(f"{told}{notes}{rounded}".encode()).hexdigest()[:8]
     _draw_title(on_paper, paper, _title_rows(title, size, scale, revision))
     return Sheet(canvas=canvas, size=size, scale=scale, window=window)
+
+
+def _that_hold(rooms: Sequence[Box], views: Box, scale: float) -> list[Box]:
+    """Return the rooms [mm of paper] that are large enough for views [mm of the part] at a scale."""
+    width = scale * (views.right - views.left)
+    height = scale * (views.top - views.bottom)
+    return [room for room in rooms if width <= room.right - room.left and height <= room.top - room.bottom]
 
 
 def _draw_frame(paper: Canvas, size: Size, notes: Sequence[str]) -> None:

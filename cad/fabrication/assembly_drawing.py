@@ -9,7 +9,7 @@ import cadquery as cq
 from cad.drawing.canvas import Canvas, Point
 from cad.drawing.sheet import Sheet, Title, on_sheet
 from cad.drawing.view import View, draw_view, views_of
-from cad.fabrication.bill import Row
+from cad.fabrication.bill import EACH, Row
 from cad.fabrication.mount import PLATE_MM, back_of, mounted_grip
 from cad.parts.assembly import assembly_bodies, grip
 from cad.parts.pin import STEEL_G_PER_CM3
@@ -54,7 +54,7 @@ def assembly_drawing(
         named.add(row.part)
         number = len(items) + 1
         items.append(_Item(number, own))
-        size = row.size.removesuffix(" each")
+        size = row.size.removesuffix(EACH)
         parts.append((str(number), str(row.count), row.part, size, numbers.get(row.part, row.standard)))
 
     def draw_views(canvas: Canvas) -> None:
@@ -73,20 +73,26 @@ def _taken_apart(sensor: Sensor, mount: cq.Shape) -> list[Body]:
             name = body.name.replace("plate", "housing")
             bodies.append(Body(name=name, shape=body.shape, colour=body.colour))
 
-    def place(body: Body) -> float:
-        box = body.shape.BoundingBox()
-        if body.name == "mount":  # the middle of its upright plate: its flange reaches over all
-            return back_of(sensor) + 0.5 * PLATE_MM
-        return float(box.ymin if body.name.startswith("screw") else box.center.y)
-
-    places = sorted({round(place(body), 3) for body in bodies})
-    longest = max(body.shape.BoundingBox().ylen for body in bodies if body.name.startswith("screw"))
-    moved = []
+    places = []
+    longest_screw = 0.0
     for body in bodies:
-        layer = places.index(round(place(body), 3)) - 0.5 * len(places)
-        out = _APART_MM * layer - (longest if body.name.startswith("screw") else 0.0)
+        box = body.shape.BoundingBox()
+        place = box.center.y
+        if body.name == "mount":  # the middle of its upright plate: its flange reaches over all
+            place = back_of(sensor) + 0.5 * PLATE_MM
+        elif body.name.startswith("screw"):
+            place = box.ymin
+            longest_screw = max(longest_screw, box.ylen)
+        places.append(round(place, 3))
+    layers = sorted(set(places))
+    moved = []
+    for body, place in zip(bodies, places, strict=True):
+        layer = layers.index(place)
+        out = _APART_MM * (layer - 0.5 * len(layers))
+        if body.name.startswith("screw"):
+            out -= longest_screw
         # so far down that no part before them hides the pins
-        down = -_APART_MM * places.index(round(place(body), 3)) if "pin" in body.name.split() else 0.0
+        down = -_APART_MM * layer if "pin" in body.name.split() else 0.0
         moved.append(Body(name=body.name, shape=body.shape.translate(cq.Vector(0.0, out, down)), colour=body.colour))
     return moved
 

@@ -14,6 +14,8 @@ from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import Sensor
 from cad.theory.strain_gauge import FOIL
 
+EACH = " each"  # after the mass of a printed part in the bill
+
 
 @dataclass(frozen=True)
 class Row:
@@ -79,7 +81,7 @@ def _printed(sensor: Sensor, process: Process, masses: Mapping[str, float]) -> l
     parts.insert(0, (2, "housing", "plate of the square") if housing.back_to_back else (1, "housing", "the springs"))
     parts.append((1, "mount", "bracket to the flange of a robot or to a handle; also in aluminium"))
     return [
-        Row(count, name, f"{masses[name]:.1f} g each", f"{name}.stl, {process.material}", note)
+        Row(count, name, f"{masses[name]:.1f} g{EACH}", f"{name}.stl, {process.material}", note)
         for count, name, note in parts
     ]
 

@@ -288,6 +288,12 @@ def test_files_hold_the_dimensions_and_the_size_of_the_sheet_and_the_same_bytes_
     assert (dxf.read_bytes(), svg.read_bytes()) == before
 
 
+@pytest.mark.parametrize("kind", ["pair", "coupon", pytest.param("paper assembly", marks=pytest.mark.slow)])
+def test_a_part_drawn_again_has_the_same_bytes(kind, sheets):
+    again = sheets[f"draw {kind}"]()
+    assert again.canvas.dxf() == sheets[kind].canvas.dxf()
+
+
 def test_title_block_says_what_a_workshop_asks(sheets, monkeypatch, sensor):
     title = words(sheets["pair"])
     assert title >= {
