@@ -218,7 +218,9 @@ class _Law:
         if self._body.skinned is not None:
             contact, force, stiffness = self._body.skinned.press(approach.radius * depth)
             bare = self._large_strain(contact, approach)
-            strain = replace(bare, error=np.abs(bare.factor - 1.0))
+            small = np.ones_like(contact)
+            off = np.abs(bare.factor - small)
+            strain = replace(bare, error=off, edge=small, edge_error=np.abs(bare.edge - small))
             return self._E * force / approach.radius, self._E * stiffness / approach.eased, contact, strain
         contact = np.sqrt(approach.radius * depth)
         strain = self._large_strain(contact, approach)
@@ -263,8 +265,8 @@ class _Law:
         return sphere_contact_radius(depth, self._poses.dome_radius, self._fruit_curvature(state))
 
     def deeper(self, state: _State, fraction: Floats) -> Floats:
-        """Return by how much more domes sink that carry less by a fraction of Hertz's force [mm], (poses, tips)."""
-        return fraction * state.contact_radius**2 / state.approach.radius / 1.5
+        """Return by how much more domes sink that carry less by a fraction of their force [mm], (poses, tips)."""
+        return fraction * state.N / np.where(state.stiffness > 0.0, state.stiffness, 1.0)
 
     def _fruit_curvature(self, state: _State) -> Floats:
         """Return the curvature of the fruit under the domes [1/mm], (poses, tips)."""

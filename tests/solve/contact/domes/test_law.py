@@ -19,6 +19,7 @@ from solve.contact.scene import Scene, SidewaysGive
 from solve.contact.scene_cells import scene_cells
 from solve.contact.unilateral import UnilateralContact
 from solve.fruit.split import split_compliance
+from solve.halfspace.layered import Layer, round_contact
 
 POISSON, DOME = 0.3, 2.0
 E = np.array([1.0, 3.5])
@@ -57,6 +58,19 @@ def test_one_dome_on_a_rigid_spring():
     deeper = dome_forces(lowered([[0.0, 0.0]], depth + 1e-6), E, np.zeros((1, 1)), half_space())
     np.testing.assert_allclose(found.rates, (deeper.F - found.F) / 1e-6, rtol=1e-5)
     np.testing.assert_allclose(found.flesh[:, 0], strain.apart * expected / strain.factor, rtol=0.05)
+
+
+def test_dome_on_a_skin_is_at_small_strain_with_all_of_the_large_one_open():
+    skin = round_contact(Layer(thickness=0.3, modulus=10.0, poisson=POISSON, poisson_below=POISSON), DOME)
+    depth = 0.2
+    contact, force, _ = skin.press(np.array(DOME * depth))
+    body = dataclasses.replace(half_space(), skinned=skin)
+    found = dome_forces(lowered([[0.0, 0.0]], depth), E, np.zeros((1, 1)), body)
+    np.testing.assert_allclose(found.F[:, 0], E * force / DOME, rtol=1e-9)
+    np.testing.assert_allclose(found.contact_radius, contact, rtol=1e-9)
+    bare = large_strain(contact, DOME, np.array(0.0), POISSON)
+    np.testing.assert_allclose(found.pressure_error, 2.0 * abs(bare.edge - 1.0), rtol=1e-9)
+    assert np.all(found.error >= abs(bare.factor - 1.0) * found.F)
 
 
 def test_one_dome_on_an_ellipsoid_is_the_elliptic_contact_of_hertz():
