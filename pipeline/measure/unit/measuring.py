@@ -18,6 +18,7 @@ from pipeline.measure.unit.printed_unit import PrintedUnit
 from pipeline.measure.unit.ripeness import RipenessClasses
 from pipeline.reading.read_out import corrected
 from pipeline.report.stored import StoredReport
+from solve.contact.domes.large_strain import large_strain
 
 Floats = NDArray[np.float64]
 
@@ -194,13 +195,22 @@ class MeasuringUnit:
         return E / (1.0 - self.design.fruit.poisson**2)
 
     def bruises(self, forces: Floats, E: float) -> bool:
-        """Say whether forces [N] press a fruit of modulus E [MPa] harder than its bruise limit, where it has one."""
+        """Say whether forces [N] press a fruit of modulus E [MPa] harder than its bruise limit, where it has one.
+
+        A dome's contact is that of the pressed flesh, as in the verdict on the bruise.
+        """
         fruit = self.design.fruit
         if not fruit.bruise_limits_MPa:
             return False
+        tips = self.design.tips
+        radius = fruit.radii_mm[0]
+        area_of = tips.tip_shape.contact_area_mm2
+        areas = np.array([area_of(force, self.reduced(E), radius) for force in forces.tolist()])
+        if tips.dome_radius_mm is not None:
+            strain = large_strain(np.sqrt(areas / np.pi), tips.dome_radius_mm, np.array(1.0 / radius), fruit.poisson)
+            areas *= strain.edge**2 / strain.factor ** (2.0 / 3.0)  # Hertz's area goes with the force to the power 2/3
         limit = float(np.interp(E, fruit.E_MPa, fruit.bruise_limits_MPa))
-        area = self.design.tips.tip_shape.contact_area_mm2
-        return any(force > limit * area(force, self.reduced(E), fruit.radii_mm[0]) for force in forces.tolist())
+        return bool(np.any(forces > limit * areas))
 
     def gained(self, channels: Sequence[float]) -> Floats:
         """Return the forces [N] of readings of the channels [N]."""

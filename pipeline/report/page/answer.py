@@ -6,11 +6,12 @@ from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
+from cad.fabrication.bill import EACH
 from cad.verdict import Verdict
 from pipeline.report.stored import StoredReport
 
 BILL = "bom.csv"
-_MASS = " g each"  # ends the size of a printed part in the bill
+_MASS = f" g{EACH}"  # ends the size of a printed part in the bill
 OUTCOMES = {True: "passed", False: "failed", None: "undecided"}
 _ON_THE_PART = ("geometry.", "printable.", "sideways.", "files.", "report.")
 _SCENE_TABLES = ("fruit", "tips", "press", "reading")
@@ -82,11 +83,8 @@ def dimensions(report: StoredReport) -> dict[str, str]:
 
 
 def bill(folder: Path) -> list[list[str]]:
-    """Return the rows of the bill of materials of an output folder, its header first; none where none was written."""
-    path = folder / BILL
-    if not path.is_file():
-        return []
-    with path.open(encoding="utf-8", newline="") as file:
+    """Return the rows of the bill of materials of an output folder, its header first; raises OSError."""
+    with (folder / BILL).open(encoding="utf-8", newline="") as file:
         return list(csv.reader(file))
 
 

@@ -41,7 +41,8 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
             "skin under the tips": lambda: skin_body(report, scene),
         }
     )
-    drawings = sorted(folder.glob("*.svg"), key=lambda path: path.stem)  # the housing first
+    own = {file.path for file in report.files}.difference(report.stale)  # not those of a design before this one
+    drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
     page_data = {
         "report": data,
         "verdicts": verdicts,
@@ -51,7 +52,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         "bodies": bodies,
         "drawings": [{"name": path.name, "content": packed(path.read_bytes())} for path in drawings],
     }
-    bill = answer.bill(folder)
+    bill = answer.bill(folder) if answer.BILL in own else []
     resolved = {
         "as printed": alike_pairs([seen.printed for seen in mangoes]),
         "after calibrating the unit": alike_pairs([seen.calibrated for seen in mangoes]),

@@ -9,6 +9,8 @@ from measured_units import stated_and_moved
 
 from pipeline.measure.unit.presses import reading_of
 from pipeline.measure.unit.ripeness import ripeness_classes
+from pipeline.response.scene_press import scene_of
+from solve.contact.domes.law import domes_on
 from solve.contact.poses import Pose
 
 FULL = 0.5  # [mm] travel of the square
@@ -60,6 +62,19 @@ def test_planted_causes_raise_their_flags(mango):
     ):
         refused = reading_of(sensor, forces)
         assert (refused.E, refused.u, refused.flags) == (None, None, flags)
+
+
+@pytest.mark.parametrize(("off", "bruises"), [(0.997, True), (1.003, False)])
+def test_bruise_is_told_at_the_pressure_of_the_pressed_contact(off, bruises, mango):
+    """Domes of the mango at full travel meet 1 % less flesh than Hertz says."""
+    sensor = mango.measuring()
+    contact = mango.contact
+    scene = scene_of(mango.design)
+    domes = domes_on(scene, contact, mango.C, [scene], np.array([0.8]), np.array([mango.design.press.travel_mm]))
+    limit = off * float(domes.mean_pressure.max())
+    tender = replace(mango.design, fruit=replace(mango.design.fruit, bruise_limit_MPa=limit))
+    bruised = replace(sensor, report=replace(sensor.report, design=tender))
+    assert bruised.bruises(domes.F[0], 0.8) is bruises
 
 
 @pytest.mark.parametrize("field", ["K_percent", "gain_percent"])

@@ -11,7 +11,7 @@ import pytest
 from stand_ins import result_of
 
 from cad.verdict import Verdict
-from pipeline.report.outputs import PAGE, write_outputs
+from pipeline.report.outputs import PAGE, listed_files, write_outputs
 from pipeline.report.page.answer import answer_of, scene_in_words
 from pipeline.report.page.page import page_of
 from pipeline.report.page.template import finite
@@ -156,11 +156,13 @@ def test_body_that_cannot_be_drawn_is_named_and_loses_no_file(tmp_path):
     assert "assembly, no part is made" in text
 
 
-def test_drawings_are_in_the_page_the_housing_first(flat_page, tmp_path):
-    for name, text in {"drawing-cover.svg": "<svg/>", "drawing.svg": "<svg>1</svg>"}.items():
+def test_drawings_of_this_design_are_in_the_page_the_housing_first(flat_page, tmp_path):
+    texts = {"drawing-cover.svg": "<svg/>", "drawing.svg": "<svg>1</svg>", "drawing-pin.svg": "<svg>before</svg>"}
+    for name, text in texts.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     (tmp_path / "bom.csv").write_text("count,part,size\n2,cover,6.1 g each\n4,nut,M3\n1,housing,13.9 g each\n")
-    report = dataclasses.replace(flat_page.report, files=())
+    files = tuple(listed_files(tmp_path))
+    report = dataclasses.replace(flat_page.report, files=files, stale={"drawing-pin.svg": "another design"})
     page = page_of(report, read_data(flat_page.folder), flat_page.result, tmp_path)
     drawings = data_of(page)["drawings"]
     assert [drawing["name"] for drawing in drawings] == ["drawing.svg", "drawing-cover.svg"]
@@ -169,6 +171,9 @@ def test_drawings_are_in_the_page_the_housing_first(flat_page, tmp_path):
     assert float(cost["data-mass"]) == pytest.approx(2 * 6.1 + 13.9)
     density = report.design.process.density_g_per_cm3
     assert float(cost["data-printed"]) == pytest.approx(float(cost["data-mass"]) / density)
+    report = dataclasses.replace(report, stale={"bom.csv": "another design"})
+    page = page_of(report, read_data(flat_page.folder), flat_page.result, tmp_path)
+    assert not any(attributes.get("data-mass") for _, attributes in Outline(page).elements)
 
 
 def test_numbers_that_are_not_finite_are_none_in_the_data_of_the_page():
