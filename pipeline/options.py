@@ -66,6 +66,14 @@ class RunOptions:
                 )
 
     @property
+    def command(self) -> str:
+        """Return the command that repeats the run in its folder."""
+        words = ["pipeline", "design" if self.fabrication else "run", "--design design.toml"]
+        words += [f"--fruit-stiffness {self.fruit_stiffness}", f"--contact-method {self.contact_method}"]
+        words += [f"--tol {self.tolerance:g}", *(["--fields"] if self.fields else [])]
+        return " ".join(words)
+
+    @property
     def contact_tolerance(self) -> float:
         """Return the relative error [1] allowed to the fruit's compliance."""
         return CONTACT_SHARE * self.tolerance

@@ -22,7 +22,8 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     A `page`, report.html, is made of the report without the page itself. Files that earlier commands left in the
     output folder, and that this one does not make, are kept.
     """
-    (folder / "design.toml").write_text(reproducing(result), encoding="utf-8")
+    design = f"# {result.options.command}\n{design_as_toml(result.design)}"
+    (folder / "design.toml").write_text(design, encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
     stale = keep_earlier_files(result, folder)
     if page:
@@ -57,16 +58,6 @@ def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
         if design != this_design:
             stale[name] = design
     return stale
-
-
-def reproducing(result: SensorResult) -> str:
-    """Return the design file with the command that repeats the run as its first line."""
-    options = result.options
-    flags = (
-        f"--fruit-stiffness {options.fruit_stiffness} --contact-method {options.contact_method} "
-        f"--tol {options.tolerance:g}"
-    )
-    return f"# pipeline run --design design.toml {flags}\n{design_as_toml(result.design)}"
 
 
 def listed_files(folder: Path) -> list[StoredFile]:

@@ -62,6 +62,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         (*FIGURES, *BODIES, "law.js", "page.js"),
         page_data,
         report=report,
+        command=result.options.command,
         answer=answer.answer_of(report),
         scene=answer.scene_in_words(report.design),
         targets=[(i, one) for i, one in enumerate(report.verdicts) if not answer.is_on_the_part(one)],

@@ -1,5 +1,7 @@
 """The files that say what a run has found: a design that repeats it, and every file with its digest."""
 
+from dataclasses import replace
+
 from stand_ins import result_of
 
 from cad.design.design_file import design_from_mapping
@@ -22,6 +24,8 @@ def test_design_file_is_the_design_and_says_how_it_was_run(tmp_path):
     first = path.read_text(encoding="utf-8").splitlines()[0]
     flags = "--fruit-stiffness hayes --contact-method direct --tol 0.02"
     assert first == f"# pipeline run --design design.toml {flags}"
+    made = replace(options, fabrication=True, fields=True)
+    assert made.command == f"pipeline design --design design.toml {flags} --fields"
 
 
 def second_command(design, out, made=()):

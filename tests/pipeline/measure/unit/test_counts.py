@@ -4,21 +4,25 @@ The amplifier has gains 20 % off, crosstalk, an offset, noise, whole counts of 2
 of plastic change with the temperature. Weights on each tip tell the unit what it then reads by.
 """
 
+import json
 import runpy
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from measured_units import printed_by_header, random_pose
+from measured_units import MeasuredDesign, printed_by_header, random_pose
 
 from cad.quantity import InputError
+from pipeline.cli import main
 from pipeline.measure.unit.firmware import micropython
 from pipeline.measure.unit.measuring import MeasuringUnit
 from pipeline.measure.unit.presses import TARE_SAMPLES, forces_of_counts, reading_of, readings_of
 from pipeline.measure.unit.printed_unit import read_unit, unit_as_toml
 from pipeline.measure.unit.signals import Signal, count_keys
+from pipeline.report.stored import read_report
 from solve.contact.poses import Pose
 
 GRAM = 9.80665e-3  # [N]
@@ -260,3 +264,36 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
     assert 8 in [flags for _, _, flags in module["readings"](rows.tolist())]
     assert list(module["readings"](rows[:0].tolist())) == []
     assert module["Tare"]().channels(rows[0].tolist())[1] == 16
+
+
+@pytest.mark.study
+def test_numbers_of_a_kiwifruit_become_a_sensor_that_three_readers_read_alike(
+    rng, calibrate, tmp_path, monkeypatch, capsys
+):
+    """By the commands, but for what hands do: weights are hung and fruit are pressed."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["suggest", "--fruit", "radius 26, E 0.3 to 2", "--out", "kiwi.toml"]) == 0
+    assert main(["design", "--design", "kiwi.toml", "--out", "kiwi"]) == 0
+    made = {path.name for path in Path("kiwi").iterdir()}
+    assert made >= {"housing.step", "housing.stl", "housing.3mf", "drawing.dxf", "bom.csv", "wiring.svg", "report.html"}
+    measured = MeasuredDesign("kiwi.toml")
+    factors = np.array(measured.design.tips.each(1.19, 1.11))
+    electronics = Electronics(measured, rng)
+    Path("weights.csv").write_text(weights(measured, factors, electronics), encoding="utf-8")
+    assert main(["calibrate", "kiwi", "weights.csv", "--out", "unit.toml"]) == 0
+    assert main(["read", "kiwi", "--unit", "unit.toml", "--c-header", "sensor.h", "--micropython", "sensor.py"]) == 0
+    module = runpy.run_path("sensor.py")
+    report = read_report(Path("kiwi"))
+    sensor = MeasuringUnit(report=report, unit=read_unit(Path("unit.toml"), report))
+    for E in (0.35, 0.8, 1.9):
+        forces = measured.forces([Pose(E=E, travel=measured.design.press.travel_mm)], factors)
+        rows = np.concatenate([free(electronics), electronics.counts(forces)])
+        Path("press.csv").write_text("\n".join(signal_of(rows)), encoding="utf-8")
+        capsys.readouterr()
+        assert main(["read", "kiwi", "press.csv", "--unit", "unit.toml", "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        assert pytest.approx(E, rel=0.01 * told["u_percent"]) == told["E_MPa"]
+        assert in_c(tmp_path, sensor, rows)[-1, 0] == pytest.approx(told["E_MPa"], rel=AGREES)
+        ((found, _, _),) = module["readings"](rows.tolist())
+        assert found == pytest.approx(told["E_MPa"], rel=AGREES)
+    assert covered(measured, rng, calibrate) >= LEAST_COVERED
