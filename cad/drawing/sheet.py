@@ -178,7 +178,7 @@ def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> N
     row_height = _BLOCK.height / len(rows)
     for number, row in enumerate(reversed(rows)):
         _draw_row(paper, size, row, _MARGIN.bottom + number * row_height, row_height)
-    _draw_first_angle(paper, size.width - _MARGIN.right - 10.0, _MARGIN.bottom + 4.0)
+    _draw_first_angle(paper, size.width - _MARGIN.right - 10.0, _MARGIN.bottom + 3.4)
 
 
 def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, row_height: float) -> None:
@@ -198,10 +198,16 @@ def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, ro
         x += cell.width
 
 
-def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[tuple[_Cell, ...], ...]:
+def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Sequence[_Cell], ...]:
     date = given_date()
+    to_sign = (
+        _Cell("legal owner", "", 44.0),
+        _Cell("created by", "", 40.0),
+        _Cell("approved by", "", 40.0),
+    )  # ISO 7200
     return (
         (_Cell("part", f"{title.name}: {title.part}", _BLOCK.width),),
+        to_sign,
         (
             _Cell("number", title.drawing_number, 62.0),
             _Cell("revision", revision, 22.0),

@@ -305,6 +305,7 @@ def test_title_block_says_what_a_workshop_asks(sheets, monkeypatch, sensor):
         "A4 1/1",
         "date",
         "first angle",
+        "legal owner",
         "paper-01",
     }
     assert not any(re.fullmatch(r"\d{4}-\d\d-\d\d", text) for text in title)  # no day is made up
