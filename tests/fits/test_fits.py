@@ -8,6 +8,7 @@ from fits import (
     coarse_mesh,
     contact_cells,
     curve_errors,
+    dome_feet,
     dome_law,
     dome_strain,
     frame_share,
@@ -43,6 +44,7 @@ REDUCED = {
     "split": partial(split_errors.compared, BLOCKS, 8),
     "contact cells": partial(contact_cells.compared, contact_cells.PARTLY[::2], contact_cells.SPHERES[:1]),
     "curve errors": partial(curve_errors.compared, curve_errors.LAWS[:1], curve_errors.EDGES[:1]),
+    "dome feet": partial(dome_feet.compared, dome_feet.FRUITS[:1]),
     "dome law": partial(dome_law.compared, (dome_law.GENTLE, dome_law.SHALLOW)),
     "dome strain": partial(dome_strain.compared, (0.3,), (0.0, 0.05), dome_strain.DOMES[:5]),
 }

@@ -22,14 +22,16 @@ class Body:
     """The fruit under the domes: Poisson's ratio [1], and what it adds to a half-space.
 
     `remainder` (poses, tips, tips), times E [1/mm], is that of the compliance; `bound`, as the remainder, how far that
-    may be off; `size` [mm] the nearest distance from a contact to what bounds the fruit; `skinned` the contact of one
-    dome on a half-space of the flesh under its skin, None without one.
+    may be off; `size` [mm] the nearest distance from a contact to what bounds the fruit; `feet` (tips, 2) [mm] where
+    the domes touch as it was solved; `skinned` the contact of one dome on a half-space of the flesh under its skin,
+    None without one.
     """
 
     poisson: float
     remainder: Floats
     bound: Floats
     size: float
+    feet: Floats
     skinned: RoundContact | None = None
 
 
@@ -57,5 +59,6 @@ def dome_body(scene: Scene, compliance: FruitCompliance, radii: Floats) -> Body:
         remainder=compliance.S - half_space + change,
         bound=error * np.abs(compliance.S) + OTHER_RADIUS * np.abs(change),
         size=min(block.height_mm, *(footprint.room(block) for footprint in footprints)),
+        feet=np.array([(footprint.x, footprint.y) for footprint in footprints]),
         skinned=skinned,
     )

@@ -38,6 +38,9 @@ FELT = 1.0 / 6.0
 ACTING = 1.0 / 10.0
 MOST_STEPS = 60
 HALVINGS = 12
+# Of what the body adds to a half-space, by how much it changes where the domes touch elsewhere than it was solved, per
+# growth of the square of their way from the middle over the square of its size. tests/fits/dome_feet.py
+ELSEWHERE = 2.0
 # Fractions of terms that are left out or not known better: the body's deflection changes over a contact by
 # (a / size)^2, crosstalk by the next power of its moments; the rest is a fraction of the depth. tests/fits/dome_law.py
 OVER_CONTACT = 0.25
@@ -247,10 +250,19 @@ class _Law:
         # Compliances that are left out: what the body's varies over a contact, and the next moments of the crosstalk.
         over_contact = OVER_CONTACT * np.abs(body.remainder) * (radius[:, None] / body.size) ** 2
         next_moment = NEXT_MOMENT * self._normal / distance * (_moments(radius, 0.5, 0.5) / distance**2) ** 2
-        by_forces = np.einsum("pij,pj->pi", body.bound + over_contact + next_moment, state.N) / self._E
+        left_out = body.bound + over_contact + next_moment + self._elsewhere(state)
+        by_forces = np.einsum("pij,pj->pi", left_out, state.N) / self._E
         depth = radius**2 / state.approach.radius
         leant = self._sideways_error * self._leant(state)
         return np.asarray(by_forces + OF_DEPTH * depth + leant + self.deeper(state, state.strain.error))
+
+    def _elsewhere(self, state: _State) -> Floats:
+        """Return how far the body's compliance may be off where the domes now touch, (poses, tips, tips)."""
+        body = self._body
+        moved = np.linalg.norm(state.approach.foot[..., :2] - body.feet, axis=-1)
+        growth = moved * (moved + 2.0 * np.linalg.norm(body.feet, axis=-1)) / body.size**2
+        either = np.maximum(growth[:, :, None], growth[:, None, :])
+        return np.asarray(ELSEWHERE * either * np.abs(body.remainder))
 
     def _leant(self, state: _State) -> Floats:
         """Return how far domes yield along their normals by what leans of the forces [mm], (poses, tips)."""

@@ -33,7 +33,7 @@ TRAVEL = 0.08
 
 def half_space(count=1):
     none = np.zeros((2, count, count))
-    return Body(poisson=POISSON, remainder=none, bound=none, size=np.inf)
+    return Body(poisson=POISSON, remainder=none, bound=none, size=np.inf, feet=np.zeros((count, 2)))
 
 
 def lowered(places, depth):
@@ -84,7 +84,7 @@ def test_one_dome_on_an_ellipsoid_is_the_elliptic_contact_of_hertz():
     expected = 4.0 / 3.0 / (1.0 - POISSON**2) * (low * high) ** -0.25 * (depth / F2) ** 1.5
     poses = DomePoses(dome, np.array([[[0.0, 0.0, dome - depth]]]), np.eye(3)[None], axes[None])
     none = np.zeros((1, 1, 1))
-    body = Body(poisson=POISSON, remainder=none, bound=none, size=np.inf)
+    body = Body(poisson=POISSON, remainder=none, bound=none, size=np.inf, feet=np.zeros((1, 2)))
     found = dome_forces(poses, np.ones(1), np.zeros((1, 1)), body)
     hertz = np.sqrt(depth / np.sqrt(low * high))
     large = large_strain(hertz, dome, np.sqrt(low * high) - 1.0 / dome, POISSON)
@@ -206,7 +206,7 @@ def test_forces_that_lean_against_a_direct_solve(modulus):
     centres = root(unbalanced, poses.centres.ravel() + 0.1 * frames.T @ [0, 0, 1, 0, 0, 1], tol=1e-12)
     assert centres.success
     expected = forces(centres.x) @ poses.frame[0, 2]
-    body = Body(poisson=POISSON, remainder=np.zeros((1, 2, 2)), bound=np.zeros((1, 2, 2)), size=np.inf)
+    body = dataclasses.replace(half_space(2), remainder=np.zeros((1, 2, 2)), bound=np.zeros((1, 2, 2)))
     found = dome_forces(poses, np.array([modulus]), C, body)
     np.testing.assert_allclose(found.F[0], expected, rtol=3e-6)
     straight = dome_forces(dataclasses.replace(poses, sideways=None), np.array([modulus]), C, body)
@@ -217,7 +217,7 @@ def test_forces_that_lean_against_a_direct_solve(modulus):
 
 def test_springs_that_give_nothing_sideways_are_those_without():
     poses, C = on_a_ball(COUPLED)
-    body = Body(poisson=POISSON, remainder=np.zeros((1, 2, 2)), bound=np.zeros((1, 2, 2)), size=np.inf)
+    body = dataclasses.replace(half_space(2), remainder=np.zeros((1, 2, 2)), bound=np.zeros((1, 2, 2)))
     rigid = dataclasses.replace(poses, sideways=SidewaysGive(np.zeros((2, 2, 3, 3)), 0.01))
     without = dataclasses.replace(poses, sideways=None)
     found = [dome_forces(each, np.ones(1), C, body) for each in (rigid, without)]
