@@ -1,4 +1,4 @@
-"""A skinned body of revolution under a round tip in its middle, as a solid.
+"""A skinned body of revolution under a round tip in its middle, and a skinned block under a cube, as solids.
 
 Nothing of a layered half-space is in them: the skin is elements of another modulus. Quadratic elements, graded to the
 edge of the contact; the tip is rigid and frictionless, the base held, lengths in mm, the modulus of the flesh 1.
@@ -8,29 +8,40 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse.linalg import splu
-from skfem import Basis, BilinearForm, ElementQuad0, ElementQuad2, ElementVector, MeshQuad, asm
-from skfem.helpers import ddot, grad, sym_grad, trace
+from skfem import (
+    Basis,
+    BilinearForm,
+    ElementHex0,
+    ElementHex2,
+    ElementQuad0,
+    ElementQuad2,
+    ElementVector,
+    MeshHex,
+    MeshQuad,
+    asm,
+)
+from skfem.helpers import ddot, div, grad, sym_grad, trace
 
 BEYOND = 1.4  # each step over the one before, away from the contact
+FAST = 1.8  # the same in three dimensions
 ON = 1e-9
 
 
-def lines(edge, end, cells, growth):
+def lines(edge, end, cells, growth, beyond=BEYOND):
     """Return lines from 0 to an end, finest on both sides of an edge, so many before it."""
     steps = growth ** np.arange(cells)
     steps *= edge / steps.sum()
     outside = [steps[0]]
     while sum(outside) < end - edge:
-        outside.append(outside[-1] * BEYOND)
-    beyond = np.cumsum(outside) * (end - edge) / sum(outside)
-    return np.concatenate([[0.0], np.cumsum(steps[::-1]), edge + beyond])
+        outside.append(outside[-1] * beyond)
+    rest = np.cumsum(outside) * (end - edge) / sum(outside)
+    return np.concatenate([[0.0], np.cumsum(steps[::-1]), edge + rest])
 
 
-def depths(skin, end, cells):
+def depths(skin, end, cells, beyond=BEYOND):
     """Return lines down from the surface, so many equal cells in the skin."""
-    return np.concatenate(
-        [[0.0], np.cumsum(np.full(cells, skin / cells)), lines(skin / cells, end - skin, 1, 1.0)[1:] + skin]
-    )
+    under = lines(skin / cells, end - skin, 1, 1.0, beyond)[1:] + skin
+    return np.concatenate([[0.0], np.cumsum(np.full(cells, skin / cells)), under])
 
 
 def lame(w):
@@ -45,6 +56,34 @@ def of_revolution(u, v, w):
     strain = ddot(sym_grad(u), sym_grad(v)) + hoop_u * hoop_v
     swelling = (trace(grad(u)) + hoop_u) * (trace(grad(v)) + hoop_v)
     return 2.0 * np.pi * w.x[0] * w["modulus"] * (2.0 * mu * strain + lam * swelling)
+
+
+@BilinearForm
+def of_solid(u, v, w):
+    lam, mu = lame(w)
+    return w["modulus"] * (2.0 * mu * ddot(sym_grad(u), sym_grad(v)) + lam * div(u) * div(v))
+
+
+def cube_stiffness(cells, ratio, side, width, height, skin, poisson=0.3):
+    """Return the stiffness of a block's middle under a cube, so many cells in half its side: a quarter of the block."""
+    across = lines(0.5 * side, 0.5 * width, cells, 1.3, FAST)
+    mesh = MeshHex.init_tensor(across, across, depths(skin, height, max(2, cells // 2), FAST))
+    basis = Basis(mesh, ElementVector(ElementHex2()), intorder=4)
+    component = np.empty(basis.N, dtype=int)
+    dofs = basis.dofs
+    for of_kind in (dofs.nodal_dofs, dofs.edge_dofs, dofs.facet_dofs, dofs.interior_dofs):
+        component[of_kind] = np.arange(len(of_kind))[:, None] % 3
+    x, y, down = basis.doflocs
+    held = ((x < ON) & (component == 0)) | ((y < ON) & (component == 1)) | (down > height - ON)
+    under = (down < ON) & (x < 0.5 * side + ON) & (y < 0.5 * side + ON) & (component == 2)
+    in_skin = mesh.p[2][mesh.t].mean(axis=0) < skin
+    modulus = basis.with_element(ElementHex0()).interpolate(np.where(in_skin, ratio, 1.0))
+    K = asm(of_solid, basis, modulus=modulus, poisson=poisson).tocsc()
+    free = np.flatnonzero(~held & ~under)
+    u = under.astype(float)
+    factor = splu(K[free][:, free], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    u[free] = -factor.solve(K[free] @ u)
+    return 4.0 * float((K @ u)[under].sum())
 
 
 @dataclass(frozen=True)

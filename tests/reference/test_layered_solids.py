@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from reference.layered_solids import RoundSolid
+from reference.layered_solids import RoundSolid, cube_stiffness
 from scipy.optimize import brentq
 
 from cad.design.fruit import Fruit
@@ -15,7 +15,7 @@ from solve.fruit.footprints import Footprint
 from solve.fruit.skin import layer_on, skin_compliance
 from solve.fruit.split import LEVELS, footprint_compliance
 from solve.halfspace.layered import round_contact
-from solve.halfspace.punch import circle_punch
+from solve.halfspace.punch import circle_punch, square_punch
 
 MODULI = (0.5, 1.0, 3.5)  # of the flesh: the skin is 20, 10 and 2.9 times as stiff
 SIDE = math.sqrt(math.pi) * 14.0  # of a block as wide as the round solid
@@ -63,3 +63,18 @@ def test_round_tips_on_a_skin_are_as_stiff_as_solids(fruit, radius):
 
         entered = brentq(lambda q, body=body, force=force: q + body * force(q) - depth, 1e-6, 2.0 * depth)
         assert force(entered) == pytest.approx(fine.dome(ratio, curvature, depth), rel=ALLOWED)
+
+
+@pytest.mark.study
+def test_a_cube_on_a_skin_is_as_stiff_as_a_solid():
+    """The solid gives skin over no skin; the edges of the cube cost it the first power of its cells."""
+    block = Fruit(length_mm=20.0, width_mm=20.0, **SKIN)
+    bare, skinned = compliances(block, Footprint(0.0, 0.0, 1.0, square_punch))
+    coarse, fine = (
+        np.array([cube_stiffness(cells, ratio, 1.0, 20.0, 12.0, 0.3) for ratio in (1.0, *(10.0 / E for E in MODULI))])
+        for cells in (4, 6)
+    )
+    of_coarse, of_fine = coarse[1:] / coarse[0], fine[1:] / fine[0]
+    expected = of_fine + (of_fine - of_coarse) * 4.0 / 2.0
+    found = [bare.S[0, 0] / skinned.at(E).S[0, 0] for E in MODULI]
+    np.testing.assert_allclose(found, expected, rtol=ALLOWED)
