@@ -42,6 +42,13 @@ def test_help_names_every_command_and_the_exit_codes(arguments, capsys):
     assert "example: pipeline run --nl 0.05" in out
 
 
+@pytest.mark.parametrize("command", cli.COMMANDS)
+def test_help_fits_a_window_of_80_columns(command, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    _, out, _ = settle([command, "-h"], capsys)
+    assert [line for line in out.splitlines() if len(line) > 80] == []
+
+
 @pytest.mark.parametrize(("passed", "code"), [(True, 0), (False, 1), (None, 1)])
 @pytest.mark.parametrize("command", ["run", "design"])
 def test_verdict_decides_the_exit_code_and_outputs_stay(command, passed, code, stand_in_run, capsys):

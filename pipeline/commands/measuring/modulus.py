@@ -32,7 +32,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add FILE and the flags on fruit, plates, units and output."""
     add = parser.add_argument
     add("files", metavar="FILE", nargs="+", type=Path, help="CSV with force and travel, or an export of TRAPEZIUM X")
-    add("--body", choices=tuple(SIZES), help="what is pressed (with --radius alone: a ball, or an ellipsoid)")
+    bodies = ", ".join(SIZES)
+    alone = "with --radius alone: a ball, or an ellipsoid"
+    add("--body", choices=tuple(SIZES), metavar="BODY", help=f"what is pressed, one of {bodies} ({alone})")
     add("--height", metavar="MM", type=number, help="its height along the press [mm]")
     add("--radius", metavar="MM", type=number, help="its radius, or that of its curvature where a plate touches [mm]")
     add("--radius-across", metavar="MM", type=number, help="the other radius of curvature there [mm]")
