@@ -1,5 +1,6 @@
 """What can be drawn of an output folder: each spring, the fruit, the assembly."""
 
+import itertools
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,7 @@ _ZZ = 2  # of xx, yy, zz, xy, yz, xz
 _FOCUS = 0.4  # of the spacing of the tips: how far around them the picture of the fruit reaches
 _CHORD_MM = 0.05
 _FACET_ANGLE = 0.2  # rad
-_LEADER = 0.2  # of the height of the picture: by how much each name stands above the one before
+_LEADER = 0.13  # of the height of the picture: by how much each name stands above the one before
 ASSEMBLY_DIRECTION = Vector(0.55, -1.0, 0.5)
 _APART_DIRECTION = Vector(1.0, -0.9, 0.75)
 
@@ -186,13 +187,18 @@ def draw_apart(plotter: Plotter, bodies: tuple[DrawnBody, ...], title: str) -> N
         first_of_kind.setdefault(body.name.rstrip("0123456789 "), surface)
     draw_bodies(plotter, tuple(moved))
     whole = pv.merge([body.surface for body in moved])
-    left, right, front, back, bottom, level = whole.bounds
-    rise = _LEADER * (level - bottom)
-    ends = []
-    for surface in first_of_kind.values():
-        level += rise
+    eye = np.array(_APART_DIRECTION) / np.linalg.norm(_APART_DIRECTION)
+    upwards = np.array([0.0, 0.0, 1.0]) - eye[2] * eye  # in the picture, times its length
+    left, right, front, back, bottom, top = whole.bounds
+    level = max(float(np.dot(corner, upwards)) for corner in itertools.product((left, right), (front, back), (top,)))
+    highest = top
+    for kind, surface in first_of_kind.items():
+        level += _LEADER * (top - bottom)
         x, y, _ = surface.center
-        ends.append((x, y, level))
-        plotter.add_mesh(pv.Line((x, y, surface.bounds[5]), ends[-1]), color=EDGE, line_width=1)
-    plotter.add_point_labels(ends, list(first_of_kind), font_size=18, always_visible=True, show_points=False)
-    frame(plotter, whole, title, _APART_DIRECTION, (left, right, front, back, bottom, level))
+        end = np.array([x, y, (level - x * upwards[0] - y * upwards[1]) / upwards[2]])
+        highest = max(highest, float(end[2]))
+        plotter.add_mesh(pv.Line((x, y, surface.bounds[5]), end), color=EDGE, line_width=1)
+        look: dict[str, object] = {"font_size": 18, "text_color": "black", "shape_color": "white"}
+        # of labels that are added together VTK leaves out those that are near to others
+        plotter.add_point_labels([end], [kind], always_visible=True, show_points=False, **look)
+    frame(plotter, whole, title, _APART_DIRECTION, (left, right, front, back, bottom, highest))
