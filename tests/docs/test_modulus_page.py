@@ -23,6 +23,7 @@ def test_files_of_the_page_are_virtual_tests(number, E):
     np.testing.assert_allclose(committed, written, rtol=0.0, atol=1.5e-5)
 
 
+@pytest.mark.slow
 def test_range_on_the_page_is_what_the_command_prints(monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
     command = next(line for line in PAGE.splitlines() if line.startswith("    pipeline modulus"))

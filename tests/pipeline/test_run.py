@@ -132,6 +132,7 @@ def test_design_file_repeats_the_run_without_its_cache(default_run, tmp_path, mo
     assert numbers_of(report_of(again)) == numbers_of(report_of(first))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_page")
 def test_planted_tilt_and_bruise_limit_fail_their_verdicts(default_run, tmp_path):
     """One degree of tilt; the 0.29 MPa of apple flesh, at the largest modulus whichever moduli are shown.

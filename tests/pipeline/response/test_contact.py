@@ -85,6 +85,7 @@ def test_a_curved_fruit_is_its_block_and_what_its_shape_changes():
     assert "the shape of the sphere adds +0.16 % of s11 - s12" in found.info.status
 
 
+@pytest.mark.slow
 def test_domes_count_as_circles_where_they_touch():
     """A level dome of radius r touches a sphere of radius R at R / (R + r) of its place."""
     piece = Fruit(shape="sphere", radius_mm=35.0, length_mm=24.0, width_mm=24.0, thickness_mm=12.0)

@@ -127,7 +127,7 @@ def test_error_bar_is_the_share_of_the_step_between_meshes_and_the_floor_of_thei
     assert found.error == pytest.approx([factor * pair.share * apart + pair.floor for factor in factors], rel=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_advised_tolerance_does_decide():
     rough = max(fit_lengths(HOUSING, TARGETS, *MATERIAL, 0.02).stiffness.error)
     advice = deciding_tolerance(0.02, STIFFNESS_TOLERANCE, rough)

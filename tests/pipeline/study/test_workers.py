@@ -166,7 +166,7 @@ def assert_same_numbers(one: bytes, other: bytes) -> None:
                 assert cell == number
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_cluster_agrees_and_a_lost_one_is_one_line(
     start: Start, written: Write, whole: bytes, dask_cluster: tuple[Any, str], tmp_path: Path
 ) -> None:

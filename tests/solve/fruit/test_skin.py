@@ -86,7 +86,7 @@ def test_a_circle_on_a_skinned_cylinder_is_as_stiff_as_graded_solids_say(radius,
         assert S[0, 0] / skinned.at(E).S[0, 0] == pytest.approx(ratio, rel=3e-3 + skinned.error_own)
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_the_bar_holds_a_finer_mesh(bare, monkeypatch):
     coarse = under(SKINNED, bare)
     from solve.fruit import skin

@@ -149,6 +149,7 @@ def test_wrong_words_are_one_line_and_write_nothing(words, files, capsys):
     assert sorted(path.name for path in Path().iterdir()) == files
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("files")
 def test_command_needs_no_cad_kernel_and_no_mesher():
     """It starts fast: neither cadquery nor gmsh nor the viewer is imported."""

@@ -35,7 +35,7 @@ def measured(tmp_path):
     return table
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, measured, rng):
     """Forces are those of contact on a layered body in random poses; the unit reads them as those of bare flesh."""
     skinned = MeasuredDesign("mango", assessed=False, **SKIN)

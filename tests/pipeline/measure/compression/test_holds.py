@@ -62,6 +62,7 @@ def test_two_planted_arms_come_back_whatever_the_speed(loading_s, retreat):
     assert told.lost_in_loading == pytest.approx(lost, abs=of_a_row)
 
 
+@pytest.mark.slow
 def test_noise_of_a_percent_leaves_the_arm_in_its_bar():
     covered = []
     for seed in range(20):

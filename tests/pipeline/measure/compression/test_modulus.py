@@ -168,6 +168,7 @@ def test_strain_beyond_the_curve_is_taken_at_its_end():
     assert second == 5.0
 
 
+@pytest.mark.slow
 def test_strain_within_the_error_of_the_touch_is_refused():
     result = measure(QUIET)
     smallest = 196.0 * result.chosen.touch.error / 70.0
@@ -185,6 +186,7 @@ def test_seat_and_radii_change_the_apparent_modulus_by_its_formula():
     assert hertz_law(larger).stiffness == pytest.approx(plates * math.sqrt(45.0 / 35.0))
 
 
+@pytest.mark.slow
 def test_seat_takes_the_travel_on_one_side():
     """The same force at half the travel; a ball twice as large has four times the force at twice the travel."""
     plates = solved_law(BALL)

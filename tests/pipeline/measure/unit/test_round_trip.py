@@ -58,7 +58,7 @@ def test_square_covers_the_truth_and_a_planted_spring_does_not(mango, rng):
     assert coverage(mango, rng, units=20, wrong=1.3) < 0.9
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_line_covers_the_truth(rng):
     line = MeasuredDesign("docs/examples/fouly.toml", reading=FLAT)
     moduli = np.geomspace(0.5, 3.5, 9).tolist()
