@@ -105,8 +105,7 @@ def _refuse_out(path: Path, *, force: bool) -> None:
     if path.suffix != ".toml":
         bound = "a file that ends in .toml"
         raise validation_error("--out", str(path), "", bound, "name a design file, not a folder")
-    if not force:
-        refuse_taken([path], "--out")
+    refuse_taken([path], "--out", force=force)
 
 
 def command_of(design: str, settings: Mapping[str, str], found: "Suggestion") -> str:

@@ -19,11 +19,11 @@ Content = bytes | Callable[[Path], object]
 _WRITTEN = "written"
 
 
-def refuse_taken(paths: Iterable[Path], flag: str, *, renew: bool = False) -> None:
+def refuse_taken(paths: Iterable[Path], flag: str, *, force: bool = False, renew: bool = False) -> None:
     """Raise InputError, which names the flag, where something is in one of these places, or nothing can be.
 
-    With `renew` a file that is as `write_files` once wrote it is in nobody's way. The output folder of a run takes no
-    other file: its next run would refuse it.
+    With `renew` a file that is as `write_files` once wrote it is in nobody's way, with `force` no file is. The output
+    folder of a run takes no other file at all: its next run would refuse it.
     """
     for path in paths:
         existing = next(folder for folder in path.absolute().parents if folder.exists())
@@ -35,7 +35,7 @@ def refuse_taken(paths: Iterable[Path], flag: str, *, renew: bool = False) -> No
         if is_regular(path.parent / REPORT):
             bound = "a file outside the output folder of a run, which would refuse it"
             raise validation_error(flag, str(path), "", bound, f"name another place with {flag}")
-        if os.path.lexists(path) and not (renew and is_ours(path)):
+        if not force and os.path.lexists(path) and not (renew and is_ours(path)):
             bound = "a new file, or an unchanged one of this command" if renew else "a file that is not there yet"
             hint = f"name another one with {flag}, or keep this one as NAME.bak with --force"
             raise validation_error(flag, str(path), "", bound, hint)
@@ -46,8 +46,7 @@ def write_files(files: Mapping[Path, Content], flag: str, *, force: bool = False
 
     Raises InputError as `refuse_taken` before one is written; with `force` what is there is kept as NAME.bak instead.
     """
-    if not force:
-        refuse_taken(files, flag, renew=renew)
+    refuse_taken(files, flag, force=force, renew=renew)
     for path, content in files.items():
         try:
             with written_beside(path, flag) as folder:

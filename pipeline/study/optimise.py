@@ -199,8 +199,7 @@ def _violation(name: str, values: Mapping[str, object]) -> float:
 def refuse_occupied(folder: Path, *, force: bool = False) -> None:
     """Raise InputError where a search could not write its results into its folder, before anything is solved."""
     refuse_unusable(folder / RUN, force=force)
-    if not force:
-        refuse_taken((folder / DESIGN, folder / PAGE), "--out", renew=True)
+    refuse_taken((folder / DESIGN, folder / PAGE), "--out", force=force, renew=True)
 
 
 def prove(study: Study, candidates: Sequence[Candidate], folder: Path, *, force: bool = False) -> Proof | None:

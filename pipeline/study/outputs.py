@@ -17,5 +17,4 @@ def refuse_output(path: Path, endings: Sequence[str], folder: Path, flag: str, *
         raise validation_error(flag, str(path), "", bound, "change its ending")
     if not path.parent.is_dir() and path.parent.resolve() != folder.resolve():
         raise validation_error(flag, str(path), "", "a file in a folder that is there", "make that folder first")
-    if not force:
-        refuse_taken([path], flag, renew=True)
+    refuse_taken([path], flag, force=force, renew=True)

@@ -26,9 +26,8 @@ _SEED = 1
 def refuse_page(path: Path, folder: Path, *, force: bool = False) -> None:
     """Raise InputError where no page of the study of a folder can be written, before anything is solved."""
     refuse_output(path, [".html"], folder, FLAG, force=force)
-    if not force:
-        designs = folder / _FOLDER
-        refuse_taken([designs / _BASE, *designs.glob("point-*.toml")], "--out", renew=True)
+    designs = folder / _FOLDER
+    refuse_taken([designs / _BASE, *designs.glob("point-*.toml")], "--out", force=force, renew=True)
 
 
 def write_page(

@@ -80,8 +80,7 @@ def write_pictures(drawn: list[Picture], folder: Path, *, force: bool = False) -
     Raises InputError where the folder cannot be written, or has other files of these names and `force` does not keep
     them as NAME.bak.
     """
-    if not force:
-        refuse_taken([folder / f"{picture.name}.png" for picture in drawn], FLAG, renew=True)
+    refuse_taken([folder / f"{picture.name}.png" for picture in drawn], FLAG, force=force, renew=True)
     draw_without_display()
     files = {}
     with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:

@@ -43,8 +43,7 @@ def write_series(folder: Path, target: Path, *, force: bool = False) -> list[Pat
     row = max(report.response, key=lambda row: row.E_MPa)
     names = [f"{kind}_{step:02d}.vtu" for kind in _KINDS for step in range(len(row.x_mm))]
     names += [f"{kind}.pvd" for kind in _KINDS]
-    if not force:
-        refuse_taken([target / name for name in names], FLAG, renew=True)
+    refuse_taken([target / name for name in names], FLAG, force=force, renew=True)
     with tempfile.TemporaryDirectory(prefix="twintip-") as unfinished:
         _write_housing(report, row, Path(unfinished))
         _write_fruit(report, row, Path(unfinished))

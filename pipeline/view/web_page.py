@@ -26,8 +26,7 @@ def refuse_page(path: Path, flag: str, *, force: bool = False) -> None:
     if path.suffix != ".html":
         hint = f"write {path.with_suffix('.html').name}"
         raise validation_error(flag, str(path), "", "a file name that ends in .html", hint)
-    if not force:
-        refuse_taken([path], flag, renew=True)
+    refuse_taken([path], flag, force=force, renew=True)
 
 
 def write_web_page(folder: Path, path: Path, *, force: bool = False) -> Path:

@@ -130,9 +130,8 @@ def _firmware(arguments: Namespace, sensor: "MeasuringUnit") -> dict[str, dict[P
         files["--c-header"] = {header: c_header(sensor).encode()}
     if script is not None:
         files["--micropython"] = {script: micropython(sensor).encode()}
-    if not arguments.force:
-        for flag, file in files.items():
-            refuse_taken(file, flag)
+    for flag, file in files.items():
+        refuse_taken(file, flag, force=arguments.force)
     return files
 
 

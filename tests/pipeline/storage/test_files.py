@@ -45,10 +45,12 @@ def test_of_several_files_none_is_written_where_anything_is_in_one_place(make, t
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png", "b.png.bak"]
 
 
-def test_output_folder_of_a_run_takes_no_other_file(tmp_path):
+@pytest.mark.parametrize("force", [False, True])
+def test_output_folder_of_a_run_takes_no_other_file(force, tmp_path):
     (tmp_path / "report.json").write_text("{}", encoding="utf-8")
     with pytest.raises(InputError):
-        write_files({tmp_path / "unit.toml": b"x"}, "--out")
+        write_files({tmp_path / "unit.toml": b"x"}, "--out", force=force)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.json"]
 
 
 def test_what_a_kill_left_is_cleared_by_the_next_and_a_folder_of_a_person_is_not(tmp_path):
