@@ -5,8 +5,6 @@ import os
 import random
 import signal
 import textwrap
-from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,13 +17,13 @@ settings.load_profile("same-every-time")
 
 
 @pytest.fixture(autouse=True)
-def _fixed_seed() -> None:
+def _fixed_seed():
     random.seed(SEED)
     np.random.seed(SEED)  # noqa: NPY002 - for code that draws from the global generator
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _signals_heard() -> None:
+def _signals_heard():
     """Hear the signals that a shell's background job and nohup ignore, and that every child would inherit ignored."""
     for number, handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
         if signal.getsignal(number) is signal.SIG_IGN:
@@ -33,7 +31,7 @@ def _signals_heard() -> None:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _no_width_of_a_terminal() -> Iterator[None]:
+def _no_width_of_a_terminal():
     """Take away the width of whoever's terminal started the tests: answers are as wide as without one."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("COLUMNS", raising=False)
@@ -41,13 +39,13 @@ def _no_width_of_a_terminal() -> Iterator[None]:
 
 
 @pytest.fixture
-def rng() -> np.random.Generator:
+def rng():
     """Return a generator that starts the same in every test."""
     return np.random.default_rng(SEED)
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+def _own_cache(tmp_path_factory):
     """Keep the user's cache out of the tests: a result stored there earlier could hide a mistake.
 
     The workers of one session share it, so that a contact or a spring that tests of both take is solved once.
@@ -61,10 +59,10 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 @pytest.fixture
-def plant(tmp_path: Path) -> Callable[[Mapping[str, str]], Path]:
+def plant(tmp_path):
     """Return a function that writes source files below a fresh root and returns that root."""
 
-    def write(files: Mapping[str, str]) -> Path:
+    def write(files):
         for name, text in files.items():
             path = tmp_path / name
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -75,18 +73,18 @@ def plant(tmp_path: Path) -> Callable[[Mapping[str, str]], Path]:
 
 
 @pytest.fixture
-def without_page(monkeypatch: pytest.MonkeyPatch) -> None:
+def without_page(monkeypatch):
     """Let runs write an empty report.html; tests of pages have their own."""
     monkeypatch.setattr(importlib.import_module("pipeline.report.outputs"), "page_of", lambda *_: "")
 
 
 @pytest.fixture
-def wrong_traction(monkeypatch: pytest.MonkeyPatch) -> None:
+def wrong_traction(monkeypatch):
     """Plant a wrong sign in one shear traction of the half-space, as the remainder sees it."""
     halfspace = importlib.import_module("solve.halfspace.potentials")
     right = halfspace.stress
 
-    def wrong(fields: object, poisson: float) -> np.ndarray:
+    def wrong(fields, poisson):
         sigma: np.ndarray = right(fields, poisson)
         sigma[0, 2] *= -1.0
         sigma[2, 0] = sigma[0, 2]

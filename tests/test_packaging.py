@@ -28,7 +28,7 @@ DISTRIBUTION = {
 NEEDED_BY_TRIMESH = {"rtree", "manifold3d"}
 
 
-def pins(text: str) -> dict[str, str]:
+def pins(text):
     """Return version by name; raises ValueError for a line that is more, or less, than a pinned version."""
     found = {}
     for line in text.splitlines():
@@ -41,18 +41,18 @@ def pins(text: str) -> dict[str, str]:
     return found
 
 
-def locked(*files: str) -> dict[str, str]:
+def locked(*files):
     """Return what the lock files pin."""
     return pins("".join((ROOT / file).read_text(encoding="utf-8") for file in files))
 
 
-def make_targets() -> set[str]:
+def make_targets():
     """Return the targets of the Makefile."""
     return set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), flags=re.MULTILINE))
 
 
 @functools.cache
-def imported_distributions() -> set[str]:
+def imported_distributions():
     """Return the distributions that the four packages import at the top of a module or inside a function."""
     names = set()
     for path in (path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
@@ -65,7 +65,7 @@ def imported_distributions() -> set[str]:
 
 
 @pytest.mark.parametrize("file", LOCKS)
-def test_lock_holds_pinned_versions_and_no_address(file: str) -> None:
+def test_lock_holds_pinned_versions_and_no_address(file):
     text = (ROOT / file).read_text(encoding="utf-8")
     assert pins(text)
     assert re.findall(r"https?:|file:|index|find-links| @ |^\s*-", text, flags=re.MULTILINE) == []
@@ -74,44 +74,44 @@ def test_lock_holds_pinned_versions_and_no_address(file: str) -> None:
 @pytest.mark.parametrize(
     "line", ["numpy", "numpy>=2", "numpy @ file:///numpy.whl", "--index-url x", "-e .", "numpy==2.4 --hash=sha256:0"]
 )
-def test_planted_line_in_lock_is_refused(line: str) -> None:
+def test_planted_line_in_lock_is_refused(line):
     with pytest.raises(ValueError, match=r"must be name==version"):
         pins(f"scipy==1.17.1\n{line}\n")
 
 
 @pytest.mark.parametrize("text", [*PROJECT["dependencies"], *EXTRAS["dev"], *EXTRAS["fast"]])
-def test_dependency_is_locked_inside_its_range(text: str) -> None:
+def test_dependency_is_locked_inside_its_range(text):
     requirement = Requirement(text)
     versions = locked(*LOCKS) if text in EXTRAS["fast"] else locked("requirements.lock")
     assert requirement.specifier
     assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)])
 
 
-def test_fast_lock_is_kept_to_its_platform() -> None:
+def test_fast_lock_is_kept_to_its_platform():
     lines = (ROOT / "requirements-fast.lock").read_text(encoding="utf-8").splitlines()
     assert [line for line in lines if not line.startswith("#") and not line.endswith(FAST_MARKER)] == []
     assert locked("requirements.lock").keys() & locked("requirements-fast.lock").keys() == set()
 
 
-def test_own_packages_are_never_asked_of_an_index() -> None:
+def test_own_packages_are_never_asked_of_an_index():
     """The names cad, solve and pipeline belong to other people's projects there."""
     groups = [PROJECT["dependencies"], *EXTRAS.values()]
     asked = {canonicalize_name(Requirement(text).name) for group in groups for text in group}
     assert (asked | locked(*LOCKS).keys()) & {*PACKAGES, "twintip"} == set()
 
 
-def test_every_import_is_declared() -> None:
+def test_every_import_is_declared():
     wanted = [text for name, texts in EXTRAS.items() if name != "dev" for text in texts]
     declared = {Requirement(text).name for text in [*PROJECT["dependencies"], *wanted]}
     assert imported_distributions() - declared == set()
 
 
-def test_every_dependency_is_imported() -> None:
+def test_every_dependency_is_imported():
     declared = {Requirement(text).name for text in PROJECT["dependencies"]}
     assert declared - NEEDED_BY_TRIMESH - imported_distributions() == set()
 
 
-def test_documented_make_commands_are_targets() -> None:
+def test_documented_make_commands_are_targets():
     pages = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")))
     text = "".join(page.read_text(encoding="utf-8") for page in pages)
     shown = set(re.findall(r"(?:^    |`)make ([a-z-]+)\b", text, flags=re.MULTILINE))
@@ -119,7 +119,7 @@ def test_documented_make_commands_are_targets() -> None:
     assert shown <= make_targets()
 
 
-def test_ci_runs_make_targets() -> None:
+def test_ci_runs_make_targets():
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     called = re.findall(r"^make ([a-z-]+)$", script, flags=re.MULTILINE)
     assert called == ["test-all", "design"]
@@ -127,7 +127,7 @@ def test_ci_runs_make_targets() -> None:
     assert "bash .ci/run" in (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
 
 
-def test_only_the_quick_tests_of_make_leave_slow_ones_out() -> None:
+def test_only_the_quick_tests_of_make_leave_slow_ones_out():
     """`make test` is for the desk, `make test-all`, which .ci/run calls, for what is accepted, studies by hand."""
     text = (ROOT / "Makefile").read_text(encoding="utf-8")
     recipes = dict(re.findall(r"^(test[a-z-]*):.*\n\t(.+)$", text, flags=re.MULTILINE))
@@ -141,7 +141,7 @@ LIBRARIES = ROOT / "pipeline" / "report" / "page" / "libraries"
 
 
 @pytest.mark.parametrize("path", sorted(LIBRARIES.glob("*.js")), ids=lambda path: path.name)
-def test_library_of_the_page_is_the_one_that_notice_names(path: Path) -> None:
+def test_library_of_the_page_is_the_one_that_notice_names(path):
     """What a page carries is what its authors publish, with its licence."""
     notice = (ROOT / "NOTICE").read_text(encoding="utf-8")
     (digest,) = re.findall(rf"^{re.escape(path.name)} .*\n +sha256 ([0-9a-f]{{64}})$", notice, flags=re.MULTILINE)

@@ -14,9 +14,7 @@ from benchmarks import contact, flexure, peers, unilateral
 from benchmarks.calculix import calculix
 from benchmarks.deck import Deck, LinearStep, boundary_sets, peer_elements
 from benchmarks.element_study import element_stiffness
-from benchmarks.harness import Measurement, measurements_of
 from benchmarks.peers import FELUPE, PeerTask, peer_answer
-from benchmarks.usage import resource_usage
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
 from cad.parts.fruit import fruit_quarter
@@ -57,27 +55,6 @@ def test_the_products_rows_are_inside_their_bars(bench, rows, count):
     """The reference's own error counts."""
     for row in itertools.islice(rows(), count):
         assert abs(row.errors[0]) <= row.error_bar + bench.reference.relative_error
-
-
-def test_who_is_cheapest_within_an_error_wins():
-    def row(method, cpu, error, bar=None):
-        return Measurement(method=method, mesh="m", cpu=cpu, errors=(error, 0.0), dofs=300, error_bar=bar)
-
-    cheap = row("felupe P2 tets", 0.01, 5e-2)
-    lucky = row(contact.JUDGED_SPLIT, 0.1, 1e-5, bar=3e-4)
-    section = contact.BENCH.section([cheap, lucky])
-    assert "within 10 % wins felupe" in section
-    assert f"within 0.1 % wins {contact.JUDGED_SPLIT}" in section
-    assert "within 0.01 %: nobody" in section
-
-
-def test_usage_of_a_program_is_its_own():
-    large = resource_usage([sys.executable, "-c", "x = b'1' * (300 << 20); raise SystemExit(3)"])
-    small = resource_usage([sys.executable, "-c", "print('out')"])
-    assert (large.exit_code, small.exit_code, small.out) == (3, 0, "out\n")
-    assert large.peak_MiB > 300.0 > small.peak_MiB > 0.0
-    with pytest.raises(RuntimeError):
-        measurements_of("benchmarks.nowhere")
 
 
 def test_comparison_with_the_products_element_is_the_product(housing_mesh):

@@ -13,7 +13,7 @@ from cad.theory.leaf_spring import Flexure
 
 
 @pytest.fixture(scope="session")
-def housing() -> Housing:
+def housing():
     low = Flexure(thickness=0.8, length=25.0, depth=6.0, separation=14.0, fillet=0.5)
     return Housing(
         low=low, high=replace(low, thickness=1.2, length=13.0), tip_side=1.0, tip_height=1.0, spacing=8.0,
@@ -23,5 +23,5 @@ def housing() -> Housing:
 
 
 @pytest.fixture(scope="session")
-def sensor(housing: Housing) -> Sensor:
+def sensor(housing):
     return Sensor(housing=housing, part=housing_part(housing), fruit=Fruit(), tips=Tips(), press=Press())

@@ -9,7 +9,7 @@ from cad.input_file import MOST_LEVELS, read_bytes, read_toml
 from cad.quantity import InputError
 
 
-def nested(levels: int) -> bytes:
+def nested(levels):
     """Return TOML whose tables and lists reach so many levels below the table of the file."""
     return b"a = " + (levels - 1) * b"[" + b"1" + (levels - 1) * b"]"
 

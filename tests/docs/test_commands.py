@@ -58,18 +58,18 @@ OTHER_FRUIT = [
 ]
 
 
-def commands(text: str) -> set[str]:
+def commands(text):
     """Return the commands that a text shows in indented lines, in shell blocks and in its sentences."""
     fenced = (line for block in FENCE.findall(text) for line in block.splitlines())
     shown = [*LINE.findall(text), *INLINE.findall(text), *LINE.findall("\n".join(f"    {line}" for line in fenced))]
     return {re.split(r"\s+#", command)[0].strip() for command in shown}
 
 
-def shown() -> list[str]:
+def shown():
     return sorted(set().union(*(commands(page.read_text(encoding="utf-8")) for page in PAGES)))
 
 
-def test_commands_are_found() -> None:
+def test_commands_are_found():
     text = "x\n    .venv/bin/pipeline run --nl 1   # why\n    pipeline  IN\n\n```sh\nmake test\n```\n"
     assert commands(text + "and `pipeline doctor`, not `apt make`.\n") == {
         "pipeline run --nl 1",
@@ -82,7 +82,7 @@ def test_commands_are_found() -> None:
 
 
 @pytest.mark.parametrize("command", [command for command in shown() if command.startswith("pipeline")])
-def test_shown_command_is_known(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_shown_command_is_known(command, capsys):
     _, name, *words = shlex.split(command)
     assert main([name, "-h"]) == 0
     text = capsys.readouterr().out
@@ -90,12 +90,12 @@ def test_shown_command_is_known(command: str, capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_shown_script_exists(page: Path) -> None:
+def test_shown_script_exists(page):
     assert [path for path in SCRIPT.findall(page.read_text(encoding="utf-8")) if not (ROOT / path).is_file()] == []
 
 
 @pytest.fixture
-def pages_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def pages_folder(tmp_path, monkeypatch):
     """Return an empty current folder with the examples of the documents; `mine.toml` is that of docs/design-file.md."""
     page = (ROOT / "docs" / "design-file.md").read_text(encoding="utf-8")
     example = re.search(r"(?:^    .*\n|^\n)*^    name = (?:.*\n)(?:    .*\n|\n)*", page, flags=re.MULTILINE)
@@ -108,10 +108,10 @@ def pages_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.usefixtures("pages_folder")
 @pytest.mark.parametrize("command", [line for line in shown() if RUN.fullmatch(line)])
-def test_shown_run_reaches_its_first_solve(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_shown_run_reaches_its_first_solve(command, monkeypatch):
     asked = []
 
-    def run(*design_and_options: object, **_: object) -> None:
+    def run(*design_and_options, **_):
         asked.append(design_and_options)
         raise SolveError(command)
 
@@ -123,7 +123,7 @@ def test_shown_run_reaches_its_first_solve(command: str, monkeypatch: pytest.Mon
 @pytest.mark.study
 @pytest.mark.usefixtures("pages_folder")
 @pytest.mark.parametrize("command", OTHER_FRUIT)
-def test_sensors_of_other_fruit_pass(command: str) -> None:
+def test_sensors_of_other_fruit_pass(command):
     assert main(shlex.split(command)[1:]) == 0
 
 
@@ -132,5 +132,5 @@ def test_sensors_of_other_fruit_pass(command: str) -> None:
     [pytest.param(name, marks=pytest.mark.slow if name in SLOW else pytest.mark.study) for name in RUN_HERE],
 )
 @pytest.mark.usefixtures("pages_folder")
-def test_shown_commands_pass(chain: str) -> None:
+def test_shown_commands_pass(chain):
     assert [command for command in RUN_HERE[chain] if main(shlex.split(command)[1:]) != 0] == []

@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from scripts import loaded_script
@@ -19,17 +18,17 @@ MACHINE = re.compile(r"(?<![\w.:/-])/(?:work|tmp|home|root|usr|opt|var|mnt|media
 ARCHITECTURE = ROOT / "docs" / "architecture.md"
 
 
-def text_of(page: Path) -> str:
+def text_of(page):
     return page.read_text(encoding="utf-8")
 
 
-def anchors(page: Path) -> set[str]:
+def anchors(page):
     """Return the anchors of a page's headings: lower case, punctuation dropped, spaces as hyphens."""
     titles = (re.sub(r"[^\w\- ]", "", title.lower()) for title in HEADING.findall(text_of(page)))
     return {title.replace(" ", "-") for title in titles}
 
 
-def broken_links(page: Path) -> list[str]:
+def broken_links(page):
     """Return the relative links of a page that lead to no file, or to no heading of it."""
     broken = []
     for link in LINK.findall(text_of(page)):
@@ -40,33 +39,33 @@ def broken_links(page: Path) -> list[str]:
     return broken
 
 
-def machine_paths(text: str) -> list[str]:
+def machine_paths(text):
     return MACHINE.findall(text)
 
 
-def missing_sources(text: str) -> list[str]:
+def missing_sources(text):
     """Return the paths of the tree that a text names and that do not exist."""
     return [path for path in SOURCE.findall(text) if not (ROOT / path).exists()]
 
 
-def generator() -> ModuleType:
+def generator():
     """Return docs/pages.py as a module."""
     return loaded_script(ROOT / "docs" / "pages.py")
 
 
-def test_readme_is_short() -> None:
+def test_readme_is_short():
     assert len((ROOT / "README.md").read_bytes()) <= MOST_BYTES
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_page_is_true_of_the_tree(page: Path) -> None:
+def test_page_is_true_of_the_tree(page):
     assert broken_links(page) == []
     assert machine_paths(text_of(page)) == []
     assert missing_sources(text_of(page)) == []
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page.parent.name == "docs"], ids=lambda page: page.name)
-def test_page_is_reached_from_the_readme(page: Path) -> None:
+def test_page_is_reached_from_the_readme(page):
     """Directly, or by one page that the README links."""
     linked = {link.partition("#")[0] for link in LINK.findall(text_of(ROOT / "README.md"))}
     beyond = {f"docs/{link.partition('#')[0]}" for near in linked if near.startswith("docs/") and near.endswith(".md")
@@ -75,12 +74,12 @@ def test_page_is_reached_from_the_readme(page: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["design-file.md", "processes.md", "words.md"])
-def test_generated_page_is_up_to_date(name: str) -> None:
+def test_generated_page_is_up_to_date(name):
     """Else run `python docs/pages.py`."""
     assert text_of(ROOT / "docs" / name) == generator().PAGES[name]()
 
 
-def test_rooms_of_the_architecture_are_the_folders() -> None:
+def test_rooms_of_the_architecture_are_the_folders():
     named = {room for row in ROW.findall(text_of(ARCHITECTURE)) for room in re.findall(r"`([a-z_/]+)`", row)}
     folders = {path.parent.relative_to(ROOT) for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
     rooms = {folder.as_posix() for folder in folders if len(folder.parts) == 2}

@@ -13,12 +13,10 @@ ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "the-paper.md").read_text(encoding="utf-8")
 COMMAND = re.compile(r"^    pipeline (.+)$", flags=re.MULTILINE)
 ROW = re.compile(r"^\|[^|]+\|[^|]+\| ([\d.]+) \| `([\w.]+)` \|$", flags=re.MULTILINE)
-EQUATIONS = range(1, 13)
-FIGURES = range(1, 12)
 ONE_STEP = 0.51  # of the last digit that is shown
 
 
-def valued(report: object, key: str) -> float:
+def valued(report, key):
     """Return the number that a dotted key has in a report; a verdict goes by its name."""
     for word in key.split("."):
         if isinstance(report, list):
@@ -31,19 +29,8 @@ def valued(report: object, key: str) -> float:
     return float(report)
 
 
-@pytest.mark.parametrize("number", EQUATIONS)
-def test_every_equation_is_there(number: int) -> None:
-    in_a_span = number in (10, 11, 12) and "(10) to (12)" in PAGE
-    assert f"({number})" in PAGE or in_a_span
-
-
-@pytest.mark.parametrize("number", FIGURES)
-def test_every_figure_is_there(number: int) -> None:
-    assert re.search(rf"Fig\. {number}\b", PAGE)
-
-
 @pytest.mark.slow
-def test_commands_make_the_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands_make_the_numbers(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "docs" / "examples", tmp_path / "docs" / "examples")
     codes = [main(command.split()) for command in COMMAND.findall(PAGE)]

@@ -11,7 +11,7 @@ OFFERED = re.search(r"\brun\b", (ROOT / "pipeline" / "__init__.py").read_text(en
 RUNS, FORMULAS = re.findall(r"^```python\n(.+?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)
 
 
-def attributes() -> list[str]:
+def attributes():
     """Return the attributes in the page's table."""
     return re.findall(r"^\| `(\w+)` \|", PAGE, flags=re.MULTILINE)
 
@@ -19,7 +19,7 @@ def attributes() -> list[str]:
 @pytest.mark.slow
 @pytest.mark.usefixtures("without_page")
 @pytest.mark.skipif(not OFFERED, reason="the package does not offer run() yet")
-def test_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_example_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     exec(compile(RUNS, "docs/python.md", "exec"), names)
@@ -34,6 +34,6 @@ def test_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     assert (tmp_path / "outputs" / "mine" / "report.json").is_file()
 
 
-def test_formulas_run(capsys: pytest.CaptureFixture[str]) -> None:
+def test_formulas_run(capsys):
     exec(compile(FORMULAS, "docs/python.md", "exec"), {})
     assert float(capsys.readouterr().out.split()[-1]) == pytest.approx(2.0, rel=1e-12)

@@ -4,7 +4,6 @@ import importlib
 import json
 import os
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,7 +32,7 @@ WORDS = {
 """What the words in capitals stand for."""
 
 
-def leaves(value: object, path: str = "") -> Iterator[str]:
+def leaves(value, path=""):
     """Yield the path of every value in nested tables and lists, `[]` for the elements of a list."""
     if isinstance(value, dict):
         for key, item in value.items():
@@ -45,17 +44,17 @@ def leaves(value: object, path: str = "") -> Iterator[str]:
         yield path
 
 
-def all_leaves(*reports: object) -> set[str]:
+def all_leaves(*reports):
     """Return the paths of several reports; one that is null in a report and a table in another is a table."""
     paths = {path for report in reports for path in leaves(report)}
     return {path for path in paths if not any(other.startswith((f"{path}.", f"{path}[")) for other in paths)}
 
 
-def pattern(key: str) -> re.Pattern[str]:
+def pattern(key):
     return re.compile(re.sub(r"[A-Z]{3,}", lambda word: WORDS[word[0]], re.escape(key)))
 
 
-def explained(kind: str) -> list[str]:
+def explained(kind):
     """Return the names in the first column of every table of the page whose first column is of a kind."""
     names: list[str] = []
     for table in re.findall(rf"^\| {kind} \|.*\n\|.*\n((?:\|.*\n)+)", PAGE, flags=re.MULTILINE):
@@ -64,19 +63,19 @@ def explained(kind: str) -> list[str]:
     return names
 
 
-def unexplained(names: set[str], kind: str) -> set[str]:
+def unexplained(names, kind):
     patterns = [pattern(name) for name in explained(kind)]
     return {name for name in names if not any(each.fullmatch(name) for each in patterns)}
 
 
 @pytest.fixture(scope="module")
-def report(designed: Path) -> dict[str, object]:
+def report(designed):
     data: dict[str, object] = json.loads((designed / "report.json").read_text(encoding="utf-8"))
     return data
 
 
 @pytest.fixture(scope="module")
-def read_report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
+def read_report(tmp_path_factory):
     """Return the report of a sensor that is judged by what it reads, its springs solved roughly."""
     folder = tmp_path_factory.mktemp("docs") / "mango"
     with pytest.MonkeyPatch.context() as patch:
@@ -87,7 +86,7 @@ def read_report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, object]:
 
 
 @pytest.fixture(scope="module")
-def deep_report() -> dict[str, object]:
+def deep_report():
     """Return what the report of a pair has beside the others' keys where its fruit is at large strain."""
     result = result_of(Design(press=Press(strain="large", travel_mm=0.05)))
     data = report_mapping(result)
@@ -95,7 +94,7 @@ def deep_report() -> dict[str, object]:
 
 
 @pytest.fixture(scope="module")
-def timed_report() -> dict[str, object]:
+def timed_report():
     """Return what the report of a sensor has beside the others' keys where its fruit relaxes and a file is stale."""
     design = Design(fruit=Fruit(relaxation=((0.5, 1.0),)), press=Press(speed_mm_per_s=0.5, hold_s=1.0))
     springs = springs_of(design)
@@ -106,28 +105,28 @@ def timed_report() -> dict[str, object]:
 
 @pytest.mark.slow
 def test_every_key_is_explained(
-    report: dict[str, object],
-    read_report: dict[str, object],
-    deep_report: dict[str, object],
-    timed_report: dict[str, object],
-) -> None:
+    report,
+    read_report,
+    deep_report,
+    timed_report,
+):
     assert unexplained(all_leaves(report, read_report, deep_report, timed_report), "key") == set()
 
 
 @pytest.mark.slow
 def test_no_explained_key_is_missing(
-    report: dict[str, object],
-    read_report: dict[str, object],
-    deep_report: dict[str, object],
-    timed_report: dict[str, object],
-) -> None:
+    report,
+    read_report,
+    deep_report,
+    timed_report,
+):
     found = all_leaves(report, read_report, deep_report, timed_report)
     assert [key for key in explained("key") if not any(pattern(key).fullmatch(path) for path in found)] == []
     assert {key.split(".")[0].split("[")[0] for key in explained("key")} == {*report, *timed_report}
 
 
 @pytest.mark.slow
-def test_readme_has_the_numbers_of_the_sensor_that_works(read_report: dict[str, dict[str, float]]) -> None:
+def test_readme_has_the_numbers_of_the_sensor_that_works(read_report):
     """To two digits; its springs are solved roughly here."""
     readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
     numbers = [
@@ -141,11 +140,11 @@ def test_readme_has_the_numbers_of_the_sensor_that_works(read_report: dict[str, 
 
 @pytest.mark.slow
 def test_every_verdict_is_explained(
-    report: dict[str, list[dict[str, str]]],
-    read_report: dict[str, list[dict[str, str]]],
-    designed: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+    report,
+    read_report,
+    designed,
+    capsys,
+):
     capsys.readouterr()
     assert main(["check", os.fspath(designed), "--json"]) == 0
     checked = json.loads(capsys.readouterr().out)
@@ -154,6 +153,6 @@ def test_every_verdict_is_explained(
     assert names - {name for entry in entries() if entry.is_verdict for name in entry.each or (entry.name,)} == set()
 
 
-def test_columns_of_the_table_are_explained(designed: Path) -> None:
+def test_columns_of_the_table_are_explained(designed):
     heads = (designed / "response.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
     assert explained("column") == heads

@@ -16,25 +16,23 @@ TRUTH_MPA = 1.5  # of the fruit in press.csv
 ONE_PERCENT = 0.01  # what another processor's meshes may move a number by
 
 
-def commands() -> list[list[str]]:
+def commands():
     return [line.split()[1:] for line in PAGE.splitlines() if line.startswith("    pipeline ")]
 
 
-def number(pattern: str, text: str) -> float:
+def number(pattern, text):
     """Return the one number that a text has in the place of a pattern's group."""
     found = re.findall(pattern, text)
     assert len(found) == 1
     return float(found[0])
 
 
-def test_page_has_the_whole_chain() -> None:
+def test_page_has_the_whole_chain():
     assert [words[0] for words in commands()] == ["modulus", "run", "calibrate", "read", "read", "read"]
 
 
 @pytest.mark.slow
-def test_chain_runs_from_curves_to_c(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_chain_runs_from_curves_to_c(tmp_path, monkeypatch, capsys):
     """The fruit of the press is read within the error bar that is printed, by the commands, in C and in MicroPython."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(ROOT / "docs" / "examples", tmp_path / "docs" / "examples")
@@ -57,18 +55,18 @@ def test_chain_runs_from_curves_to_c(
         assert in_c() == pytest.approx(read, abs=1e-3)
 
 
-def forces() -> list[float]:
+def forces():
     text = re.search(r"--forces (\S+)", PAGE)
     assert text is not None
     return [float(force) for force in text[1].split(",")]
 
 
-def in_micropython() -> float:
+def in_micropython():
     E: float = runpy.run_path("sensor.py")["read"](forces())[0]
     return E
 
 
-def in_c() -> float:
+def in_c():
     """Compile the page's program by the page's command and run it."""
     source, command = (
         re.search(r"^```c\n(.+?)^```", PAGE, flags=re.M | re.S),

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from skfem import Element, ElementHex2, ElementHexS2, ElementTetP2, FacetBasis, Mesh, MeshHex2, MeshTet2
+from skfem import ElementHex2, ElementHexS2, ElementTetP2, FacetBasis, MeshHex2, MeshTet2
 
 from mesh.cells import cell_jacobian, cell_points, determinant, facets_area, gradients, inverse, shape_table
 
 EXACT = 1e-12  # round-off of sums over 27 nodes
 
 
-def bent(mesh: Mesh) -> Mesh:
+def bent(mesh):
     x, y, z = mesh.doflocs
     return replace(mesh, doflocs=np.stack([x + 0.1 * y * z, y + 0.2 * x**2, z - 0.1 * np.sin(x + y)]))
 
@@ -25,9 +25,7 @@ CASES = [
 
 @pytest.mark.parametrize(("mesh", "element"), CASES)
 @pytest.mark.parametrize("own", [False, True])
-def test_map_and_gradients_are_those_of_scikit_fem(
-    mesh: Mesh, element: Element, own: bool, rng: np.random.Generator
-) -> None:
+def test_map_and_gradients_are_those_of_scikit_fem(mesh, element, own, rng):
     mesh, cells = bent(mesh), np.array([3, 0, 5])
     points = rng.uniform(0.0, 0.3, (3, len(cells), 4) if own else (3, 4))
     mapping, slopes = mesh.mapping(), cell_jacobian(mesh, points, cells)
@@ -42,7 +40,7 @@ def test_map_and_gradients_are_those_of_scikit_fem(
     assert np.broadcast_to(shapes, (len(stock), 3, 4)) == pytest.approx(np.stack([np.asarray(one) for one in stock]))
 
 
-def test_area_of_bent_facets_is_that_of_scikit_fem() -> None:
+def test_area_of_bent_facets_is_that_of_scikit_fem():
     mesh = bent(CASES[0][0])
     facets = mesh.boundary_facets()
     stock = FacetBasis(mesh, ElementHex2(), facets=facets, intorder=5).dx.sum()

@@ -29,12 +29,12 @@ class DefaultRun:
 
 
 @pytest.fixture(scope="session")
-def default_run(tmp_path_factory: pytest.TempPathFactory) -> DefaultRun:
+def default_run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "default"
     results: list[SensorResult] = []
     work = pipeline.run
 
-    def kept(design: Design, options: RunOptions, **named: object) -> SensorResult:
+    def kept(design, options, **named):
         results.append(work(design, options, **named))
         return results[-1]
 
@@ -48,7 +48,7 @@ def default_run(tmp_path_factory: pytest.TempPathFactory) -> DefaultRun:
 class StandInRun:
     """Stands for `pipeline.run`: writes a report where it is told, keeps what it was asked for, returns a result."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         """Pass every verdict, until told otherwise."""
         self.asked: list[tuple[Design, RunOptions]] = []
         self.passed: bool | None = True
@@ -56,11 +56,11 @@ class StandInRun:
         self.result = result_of()
 
     @property
-    def designs(self) -> list[Design]:
+    def designs(self):
         """Return the designs that were run."""
         return [design for design, _ in self.asked]
 
-    def __call__(self, design: Design, options: RunOptions, **_: object) -> SensorResult:
+    def __call__(self, design, options, **_):
         """Run nothing, or raise inside the output folder."""
         verdicts = tuple(replace(verdict, passed=self.passed) for verdict in self.result.verdicts)
         result = replace(self.result, design=design, options=options, verdicts=verdicts)
@@ -73,7 +73,7 @@ class StandInRun:
 
 
 @pytest.fixture
-def stand_in_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> StandInRun:
+def stand_in_run(tmp_path, monkeypatch):
     """Put a light run in the place of the real one, in an empty current folder."""
     run = StandInRun()
     monkeypatch.setattr(pipeline, "run", run)

@@ -66,7 +66,7 @@ COMMANDS = [
 ]
 
 
-def refused(arguments, start, capsys, stand_in_run) -> None:
+def refused(arguments, start, capsys, stand_in_run):
     before = sorted(Path.cwd().rglob("*"))
     assert main(arguments) == 2
     out, err = capsys.readouterr()
@@ -102,14 +102,6 @@ def test_name_that_would_steer_a_terminal_is_written_as_its_escape(name, capsys)
 @pytest.mark.parametrize(("words", "start"), COMMANDS)
 def test_bad_command_is_one_line(words, start, capsys, stand_in_run):
     refused(words, start, capsys, stand_in_run)
-
-
-@pytest.mark.parametrize(
-    ("word", "meant"), [(["rnu"], "run"), (["run", "--nll", "1"], "--nl"), (["run", "--design", "papre"], "paper")]
-)
-def test_misspelt_word_is_answered_with_the_nearest(word, meant, capsys):
-    main(word)
-    assert f"did you mean {meant}?" in capsys.readouterr().err
 
 
 def test_good_input_reaches_the_stages(capsys, stand_in_run, tmp_path):

@@ -10,9 +10,6 @@ from pathlib import Path
 
 import pytest
 
-import pipeline.report.check
-import pipeline.view.pictures
-import pipeline.view.window
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from mesh.session import MeshError
@@ -150,41 +147,6 @@ def test_reader_that_leaves_ends_a_command_without_a_traceback():
         process.stdout.close()
         assert process.stderr.read() == ""
         assert process.wait(120) in (0, 1)
-
-
-@pytest.mark.parametrize("value", [float("nan"), float("inf")])
-def test_number_that_is_none_is_not_printed(value, capsys):
-    with pytest.raises(ValueError, match="JSON"):
-        console.print_json({"P": value})
-    assert capsys.readouterr().out == ""
-
-
-@pytest.mark.parametrize(("words", "process"), [("", "fdm-petg"), ("--process sla-resin", "sla-resin")])
-def test_check_hands_a_file_to_the_rules_of_its_process(words, process, tmp_path, monkeypatch, capsys):
-    part = tmp_path / "part.step"
-    part.touch()
-    calls = []
-    monkeypatch.setattr(pipeline.report.check, "check_path", lambda *each: calls.append(each) or ())
-    assert settle(["check", str(part), "--json", *words.split()], capsys) == (0, "[]\n", "")
-    assert calls == [(part, process)]
-
-
-def test_view_shows_a_window_or_writes_the_pictures_that_it_names(monkeypatch, capsys):
-    calls = []
-    stand_ins = {
-        "pictures.pictures": lambda folder: ["picture", folder],
-        "window.show_pictures": lambda *each: calls.append(each),
-        "pictures.write_pictures": lambda shown, folder, force: (
-            calls.append((shown, folder, force)) or [folder / "housing.png"]
-        ),
-    }
-    for name, stand_in in stand_ins.items():
-        monkeypatch.setattr(f"pipeline.view.{name}", stand_in)
-    monkeypatch.setattr("pipeline.report.stored.read_data", lambda _: {})
-    folder = Path("outputs/paper")
-    assert settle(["view", str(folder)], capsys) == (0, "", "")
-    assert settle(["view", str(folder), "--png", "p"], capsys) == (0, "p/housing.png\n", "")
-    assert calls == [(["picture", folder], "paper"), (["picture", folder], Path("p"), False)]
 
 
 def test_processes_are_listed_with_every_number(capsys):

@@ -52,12 +52,6 @@ def test_changes_are_numbers_lists_or_their_text():
     assert load_design("mango", block).fruit.radius_mm is None
 
 
-@pytest.mark.parametrize("number", [0.1, 1e-05, 0.1 + 0.2, 1 / 3, 1e-6])
-def test_number_arrives_to_the_last_bit(number):
-    """Small ones are refused as travels only by their bound; each is the one that was given."""
-    assert load_design("paper", {"press.travel_mm": number}).press.travel_mm == number
-
-
 BAD = [
     *(("targets.NL", value) for value in (math.nan, math.inf, {1, 2}, 1 + 2j, True, {"a": 1}, [0.05], 0.7)),
     pytest.param("targets.NL", object(), id="object"),

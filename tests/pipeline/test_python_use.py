@@ -75,13 +75,6 @@ def test_run_works_in_a_thread():
         assert pool.submit(pipeline.run, load_design("paper")).result().passed is True
 
 
-def test_what_the_package_gives_is_there():
-    assert set(pipeline.__all__) == {"RunOptions", "load_design", "run"}
-    assert all(hasattr(pipeline, name) for name in pipeline.__all__)
-    with pytest.raises(AttributeError, match="rnu"):
-        _ = pipeline.rnu
-
-
 @pytest.mark.parametrize(
     "lines",
     [

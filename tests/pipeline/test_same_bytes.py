@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 WITH_SECONDS = ("report.json", "report.html")
 
 
-def run(folder: Path, threads: int) -> dict[str, bytes]:
+def run(folder, threads):
     """Return the files of a run but STEP and 3MF, whose writers number what they write; with a cache of its own."""
     variables = {"XDG_CACHE_HOME": str(folder / "cache")}
     variables |= {f"{library}_NUM_THREADS": str(threads) for library in ("OMP", "OPENBLAS", "MKL")}
@@ -31,7 +31,7 @@ def run(folder: Path, threads: int) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in paths if path.suffix not in (".step", ".3mf")}
 
 
-def without_seconds(page: str) -> str:
+def without_seconds(page):
     """Return a page without seconds and digests, nor the numbers that hang on the order of sums."""
     timed = r"<caption>Wall time.*?</table>|[0-9a-f]{24,}"
     timeless = re.sub(timed, "", page, flags=re.DOTALL)

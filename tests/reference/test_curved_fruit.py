@@ -19,11 +19,11 @@ EGG = Fruit(shape="ellipsoid", radius_mm=35.0, radius_across_mm=25.0, thickness_
 ALLOWED = 1e-3  # of s11 - s12, besides the bar
 
 
-def paired(S) -> float:
+def paired(S):
     return float(0.5 * (S[0, 0] + S[1, 1]) - S[0, 1])
 
 
-def found(fruit: Fruit, *, along_normals: bool = False) -> tuple[float, float, float]:
+def found(fruit, *, along_normals=False):
     """Return the change of s11 - s12 by the shape, its bar and s11 - s12 of the block [1/mm]."""
     change = shape_change(fruit, tip_footprints(TIPS), STEPS, along_normals)
     S = split_compliance(fruit.equivalent_block, TIPS).S
@@ -31,14 +31,14 @@ def found(fruit: Fruit, *, along_normals: bool = False) -> tuple[float, float, f
     return paired(change.change), float(errors[0]) * paired(S), paired(S)
 
 
-def rigid_change(fruit: Fruit, scale: float) -> float:
+def rigid_change(fruit, scale):
     """Return the change of s11 - s12 [1/mm] under rigid tips, on one mesh of the block and the same mesh bent."""
     block = block_mesh(fruit, TIPS, sizes(TIPS, scale, 0.5 * scale**0.25, 2.0 * scale**0.25))
     bent = bent_by_height(block, fruit)
     return paired(mesh_compliance(bent, fruit.poisson).S) - paired(mesh_compliance(block, fruit.poisson).S)
 
 
-def rigid_limit(fruit: Fruit, coarse: float) -> float:
+def rigid_limit(fruit, coarse):
     """Return the limit of the change at size zero: its error is of first order in the size at the edge of the tips."""
     return 2.0 * rigid_change(fruit, 0.5 * coarse) - rigid_change(fruit, coarse)
 

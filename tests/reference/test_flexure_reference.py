@@ -7,7 +7,6 @@ from reference.tetrahedra import fine_boxes, tetrahedra
 from cad.files.step import read_step, write_step
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part, named_housing
-from cad.parts.part import Part
 from cad.parts.sensor import Body
 from cad.theory.leaf_spring import Flexure
 from mesh.housing.sweep import flexure_mesh
@@ -24,7 +23,7 @@ SIZES = (1.5, 1.15)
 
 
 @pytest.fixture(scope="module")
-def part(tmp_path_factory) -> Part:
+def part(tmp_path_factory):
     path = tmp_path_factory.mktemp("step") / "housing.step"
     write_step([Body(name="housing", shape=housing_part(SMALL).shape, colour=(0.5, 0.5, 0.5))], path, "small")
     return named_housing(read_step(path), SMALL)

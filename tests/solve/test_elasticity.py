@@ -1,4 +1,3 @@
-import numpy as np
 import pytest
 from skfem import ElementHex1, ElementHex2, ElementTetP1, ElementTetP2, MeshHex, MeshTet, asm
 from skfem.models.elasticity import linear_elasticity
@@ -15,7 +14,7 @@ ELEMENTS = {
 }
 
 
-def distorted(name: str, rng: np.random.Generator):
+def distorted(name, rng):
     """Return a unit cube whose inner nodes are moved at random."""
     refinements = 2 if name.startswith("tet") else 1
     mesh = (MeshTet() if name.startswith("tet") else MeshHex()).refined(refinements)

@@ -20,12 +20,12 @@ def solver(request, monkeypatch):
         monkeypatch.setattr(linear, "_SMALL", 0)
 
 
-def spd(rng: np.random.Generator, size: int = 40) -> np.ndarray:
+def spd(rng, size=40):
     A = rng.normal(size=(size, size))
     return A @ A.T + size * np.eye(size)
 
 
-def cube() -> tuple[csc_matrix, MeshTet]:
+def cube():
     mesh = MeshTet().refined(1)
     basis = vector_basis(mesh, ElementTetP1(), order=1)
     return stiffness_matrix(basis, 1.0, 0.3), basis

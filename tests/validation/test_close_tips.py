@@ -17,7 +17,7 @@ GRIDS = (16, 22, 30)
 
 
 @cache
-def cells_pressed_against_each_other(spacing: float, cells: int) -> float:
+def cells_pressed_against_each_other(spacing, cells):
     """Return s11 - s12 at nu = 0 of unit squares under uniform cells."""
     y = graded_edges(cells)
     x = np.concatenate([y - 0.5 * spacing, y + 0.5 * spacing])

@@ -23,7 +23,7 @@ spacing_mm = 8
 
 
 @st.composite
-def _designs(draw: st.DrawFn) -> Design:
+def _designs(draw):
     size = st.floats(0.01, 5.0)
     side = draw(size)
     spacing = side + draw(size)

@@ -62,38 +62,6 @@ def test_flag_names_a_file_from_the_current_folder_and_a_known_process_takes_its
     assert load_design(folder / "alone.toml", {"print.process": "fdm-pla"}).process is PROCESSES["fdm-pla"]
 
 
-def test_flag_unsets_the_file_and_takes_its_path_with_the_quotes_of_toml(folder):
-    mine = folder / "mine.toml"
-    for empty in ("", None):
-        assert load_design(mine, {"print.process_file": empty}) == load_design("paper", {"name": "mine"})
-    other = OWN.replace("tough-resin", "soft-resin").replace("1900.0", "900.0")
-    (folder / "other.toml").write_text(other, encoding="utf-8")
-    for text in ("designs/other.toml", '"designs/other.toml"', "'designs/other.toml'"):
-        assert load_design(mine, {"print.process_file": text}).process.E_MPa == 900.0
-    assert load_design(mine, {"print.process": '"fdm-pla"'}).process is PROCESSES["fdm-pla"]
-
-
-@pytest.mark.parametrize(
-    ("settings", "field"),
-    [
-        ({"print.process": '["a"]'}, "print.process"),
-        ({"print.process": "{a = 1}"}, "print.process"),
-        ({"print.process_file": '""'}, "print.process_file"),
-        ({"print.process_file": "3"}, "print.process_file"),
-    ],
-)
-def test_process_or_file_of_another_kind_is_refused(settings, field, folder):
-    with pytest.raises(InputError) as error:
-        load_design(folder / "mine.toml", settings)
-    assert error.value.field == field
-    listed = '[print]\nprocess = ["a"]\nprocess_file = "printers/own.toml"\n'
-    (folder / "mine.toml").write_text(listed, encoding="utf-8")
-    for other in ({}, {"print.process_file": "designs/printers/own.toml"}):
-        with pytest.raises(InputError) as error:
-            load_design(folder / "mine.toml", other)
-        assert error.value.field == "print.process"
-
-
 def test_one_of_several_processes_is_named(folder):
     two = OWN + OWN.replace("tough-resin", "soft-resin").replace("1900.0", "900.0")
     error = refusal(folder, two)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings, Print, Targets
-from cad.design.printability import NEAREST_MARGIN, SHORTEST, STRAIN_FACTOR, Printable, check_printable
+from cad.design.printability import NEAREST_MARGIN, SHORTEST, STRAIN_FACTOR, check_printable
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press, Tips
 from cad.theory.leaf_spring import pair_length, pair_stiffness
@@ -18,18 +18,18 @@ PETG = PROCESSES["fdm-petg"]
 STEEL = PROCESSES["dmls-17-4ph"]
 
 
-def _design(longest: float = 120.0, travel: float = 0.6, tilt: float = 0.0, **targets) -> Design:
+def _design(longest=120.0, travel=0.6, tilt=0.0, **targets):
     return Design(
         targets=Targets(**targets), print=Print(max_length_mm=longest), press=Press(travel_mm=travel, tilt_deg=tilt)
     )
 
 
-def _sized(design: Design) -> Springs:
+def _sized(design):
     targets = design.targets
     return size_springs(targets.P_max, targets.NL, K_M, targets.NL_definition)
 
 
-def _verdicts(design: Design, process=PETG, lengths=None) -> tuple[Printable, Printable]:
+def _verdicts(design, process=PETG, lengths=None):
     found = check_printable(design, _sized(design), K_M, process, lengths)
     assert [one.name for one in found] == ["printable.low", "printable.high"]
     for one in found:

@@ -9,7 +9,6 @@ import cad.design.processes
 from cad.design.processes import PROCESSES, Process
 from cad.quantity import InputError
 
-K_L, K_H = 0.906, 20.831  # [N/mm], the springs of the paper's targets under the true contact
 NUMBERS = [item.name for item in dataclasses.fields(Process) if "unit" in item.metadata]
 each_process = pytest.mark.parametrize("process", PROCESSES.values(), ids=PROCESSES)
 

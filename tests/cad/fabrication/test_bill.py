@@ -1,7 +1,5 @@
 """What is bought: counts by the parts that are there, bridges by their formulas."""
 
-import csv
-import io
 import math
 from dataclasses import replace
 from html import escape
@@ -13,7 +11,7 @@ from squares import RESIN, square_sensor
 
 from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
-from cad.fabrication.bill import bill_csv, bill_of_materials, bill_table
+from cad.fabrication.bill import bill_of_materials, bill_table
 from cad.fabrication.bridges import Spring, bridges, excitation, largest_excitation, series_resistor
 from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
 from cad.theory.leaf_spring import gauge_strain
@@ -59,15 +57,6 @@ def test_gauges_are_four_a_spring_with_an_amplifier_each(sensor):
     found = {row.part: row for row in bill(gauged, PETG)}
     assert (found["strain gauge"].count, found["amplifier"].count, found["resistor"].count) == (8, 2, 4)
     assert "mV/V per N" in found["strain gauge"].note
-
-
-def test_bill_reads_back_from_csv_and_stands_in_a_table(sensor):
-    rows = bill(sensor, PETG)
-    read = list(csv.DictReader(io.StringIO(bill_csv(rows))))
-    assert [(int(row["count"]), row["part"], row["note"]) for row in read] == [
-        (row.count, row.part, row.note) for row in rows
-    ]
-    assert bill_table(rows).count("\n") == len(rows) + 1
 
 
 def test_output_is_gauge_factor_times_strain_and_noise_is_that_over_the_excitation(sensor):

@@ -7,7 +7,6 @@ import cadquery as cq
 import pytest
 from squares import RESIN, square_sensor
 
-from cad.fabrication import mount, mount_checks
 from cad.fabrication.mount import PLATE_MM, back_of, flange_holes, mount_solid, mounted_grip
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.parts.assembly import grip, screw_length
@@ -78,12 +77,3 @@ def test_planted_wrong_place_fails(move, failing, square, bracket):
 def test_missing_hole_fails(square):
     blind = mount_solid(replace(square, housing=replace(square.housing, hole_diameter=3.0)))
     assert outcome(square, blind)["holes"] is False
-
-
-def test_screw_of_the_flange_in_the_upright_plate_fails(sensor, monkeypatch):
-    """Behind a plate of 6 mm without covers a screw on the axis of the tips would stand in the bracket."""
-    assert outcome(sensor, mount_solid(sensor)) == ALL
-    on_axes = ((25.0, 0.0), (0.0, 25.0), (-25.0, 0.0), (0.0, -25.0))
-    for module in (mount, mount_checks):
-        monkeypatch.setattr(module, "flange_holes", lambda _: on_axes)
-    assert outcome(sensor, mount_solid(sensor))["clearance"] is False

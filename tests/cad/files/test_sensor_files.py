@@ -104,9 +104,3 @@ def test_file_that_is_no_stl_is_refused(tmp_path, content):
     (tmp_path / "a.stl").write_bytes(content)
     with pytest.raises(ValueError, match=r"a\.stl"):
         read_stl(tmp_path / "a.stl")
-
-
-def test_text_stl_is_read_like_a_binary_one_with_equal_corners_merged(tmp_path):
-    trimesh.creation.box((1.0, 2.0, 3.0)).export(tmp_path / "text.stl", file_type="stl_ascii")
-    mesh = read_stl(tmp_path / "text.stl")
-    assert (len(mesh.vertices), len(mesh.faces), mesh.volume) == (8, 12, pytest.approx(6.0))

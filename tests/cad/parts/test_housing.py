@@ -19,7 +19,7 @@ HOUSING = Housing(
 )  # fmt: skip
 
 
-def _changed(low: dict[str, float] | None = None, high: dict[str, float] | None = None, **sizes: float) -> Housing:
+def _changed(low=None, high=None, **sizes):
     low_leaf = dataclasses.replace(LOW, **(low or {}))
     high_leaf = dataclasses.replace(HIGH, **(high or {}))
     return dataclasses.replace(HOUSING, low=low_leaf, high=high_leaf, **sizes)
@@ -42,13 +42,13 @@ each_housing = pytest.mark.parametrize("housing", VARIANTS.values(), ids=VARIANT
 _part = functools.cache(housing_part)
 
 
-def _prismatoid(bottom: tuple[float, float], top: tuple[float, float], height: float) -> float:
+def _prismatoid(bottom, top, height):
     """Return the volume between two parallel rectangles by Simpson's rule, exact for straight edges."""
     middle = ((bottom[0] + top[0]) / 2.0, (bottom[1] + top[1]) / 2.0)
     return height / 6.0 * (math.prod(bottom) + 4.0 * math.prod(middle) + math.prod(top))
 
 
-def _plate_area(h: Housing) -> float:
+def _plate_area(h):
     """Return frame - cavity + shuttles + leaves + fillets - holes [mm^2]."""
     cavity = (h.arms[1].wall - h.arms[0].wall) * (h.cavity_level - h.protrusion)
     frame = (h.right - h.left) * (h.top_level - h.protrusion)
@@ -59,7 +59,7 @@ def _plate_area(h: Housing) -> float:
     return frame - cavity + shuttles + leaves + fillets - holes
 
 
-def _volume(h: Housing) -> float:
+def _volume(h):
     """Return the area of the plate times its depth, + necks + tips [mm^3]."""
     necks = 2.0 * _prismatoid((h.tip_side, h.tip_side), (h.shuttle_width, h.depth), h.neck_level - h.tip_height)
     tips = 2.0 * h.tip_side**2 * h.tip_height
@@ -93,7 +93,7 @@ def test_named_faces_have_the_areas_of_the_formulas(housing):
     assert centres["high_tip"] == pytest.approx((0.5 * housing.spacing, 0.0, 0.0), abs=1e-9)
 
 
-def _solid_along(shape: cq.Shape, start: tuple[float, float, float], end: tuple[float, float, float]) -> list[float]:
+def _solid_along(shape, start, end):
     """Return the lengths of a straight line that lie inside the solid, from the start on."""
     origin = cq.Vector(*start)
     inside = cq.Edge.makeLine(origin, cq.Vector(*end)).intersect(shape).Edges()

@@ -26,7 +26,7 @@ def test_share_settles_where_fruit_and_table_bear_the_same_force():
     assert 0.2 < share < 0.2 / 0.6
 
 
-def moment(u: float, clearance: float, x: np.ndarray, k: np.ndarray) -> float:
+def moment(u, clearance, x, k):
     """Return the moment about the support of a ball that has rolled by u, under springs of k that press by clearance.
 
     The tips stand at x; the skin of the ball about u lies u-dependent below its top.

@@ -43,7 +43,7 @@ def test_contact_radius_is_that_of_the_force():
     ("theta_deg", "K"),
     [(90, 1.351), (80, 1.342), (70, 1.314), (60, 1.267), (50, 1.198)],
 )
-def test_equivalent_radius_gives_the_factor_of_the_standard(theta_deg: float, K: float):
+def test_equivalent_radius_gives_the_factor_of_the_standard(theta_deg, K):
     """ASAE S368: E = 0.338 K^(3/2) F (1 - nu^2) D^(-3/2) (1/R + 1/R')^(1/2), K over cos(theta) in its table.
 
     The table is old and has three digits; cos(theta) = (1/R - 1/R') / (1/R + 1/R').
@@ -55,7 +55,7 @@ def test_equivalent_radius_gives_the_factor_of_the_standard(theta_deg: float, K:
 
 
 @pytest.mark.parametrize("ratio", [1.001, 1.2, 3.0, 20.0])
-def test_ellipse_of_contact_has_the_force_of_its_integrals(ratio: float):
+def test_ellipse_of_contact_has_the_force_of_its_integrals(ratio):
     """An independent form, Johnson (3.66) to (3.70), with e the eccentricity and a = 1 the larger axis.
 
     1/(2 R') = C (K - E) / e^2, 1/(2 R) = C (E/(1 - e^2) - K) / e^2, d = C K and F / E* = 2 pi C / 3.

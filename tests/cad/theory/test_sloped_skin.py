@@ -39,7 +39,7 @@ def test_a_sliding_tip_loses_the_square_of_the_sine_less_what_the_flesh_beside_g
     assert frictionless_press(0.3, 0.0) == pytest.approx(0.0, abs=ROUND_OFF)
 
 
-def surface_stress(poisson: float, *, tangential: bool) -> tuple[np.ndarray, ...]:
+def surface_stress(poisson, *, tangential):
     """Return sigma_x, sigma_y, tau_xy times r^2 on the surface, Johnson's (3.20a) and (3.76), unit load at z = 0."""
     c, s, free = np.cos(ANGLES), np.sin(ANGLES), 1.0 - 2.0 * poisson
     if tangential:
@@ -51,7 +51,7 @@ def surface_stress(poisson: float, *, tangential: bool) -> tuple[np.ndarray, ...
     return sigma_x / (2.0 * np.pi), sigma_y / (2.0 * np.pi), tau / (2.0 * np.pi)
 
 
-def energy(poisson: float, *, tangential: bool) -> float:
+def energy(poisson, *, tangential):
     """Return the integral over all directions of sigma:eps r^4 / 2, E = 1."""
     x, y, t = surface_stress(poisson, tangential=tangential)
     density = x**2 + y**2 - 2.0 * poisson * x * y + 2.0 * (1.0 + poisson) * t**2

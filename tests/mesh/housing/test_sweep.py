@@ -21,7 +21,7 @@ HOUSING = Housing(
 )  # fmt: skip
 
 
-def changed(low: dict | None = None, high: dict | None = None, **sizes: float) -> Housing:
+def changed(low=None, high=None, **sizes):
     flexures = {"low": dataclasses.replace(LOW, **(low or {})), "high": dataclasses.replace(HIGH, **(high or {}))}
     return dataclasses.replace(HOUSING, **flexures, **sizes)
 
@@ -43,7 +43,7 @@ VARIANTS = {
 
 
 @pytest.fixture(scope="module")
-def mesh() -> MeshHex2:
+def mesh():
     return flexure_mesh(HOUSING, 2.0)
 
 
@@ -55,7 +55,7 @@ def test_mesh_has_the_volume_the_surface_and_the_named_areas_of_the_solid(housin
 
 
 def test_named_facets_lie_where_their_faces_lie(mesh):
-    def nodes(name: str) -> np.ndarray:
+    def nodes(name):
         return mesh.p[:, mesh.facets[:, mesh.boundaries[name]]]
 
     for name, centre in (("low_tip", -4.0), ("high_tip", 4.0)):

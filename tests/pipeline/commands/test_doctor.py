@@ -6,7 +6,7 @@ import pytest
 
 from pipeline.cli import main
 from pipeline.commands import doctor
-from pipeline.commands.doctor import Row, package_row, place_row
+from pipeline.commands.doctor import package_row, place_row
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def quick(monkeypatch):
     monkeypatch.setattr(doctor, "IMPORTS", ("json", "math"))
 
 
-def found(name: str) -> Row:
+def found(name):
     (row,) = (row for row in doctor.examination() if row.name == name)
     return row
 

@@ -89,19 +89,3 @@ def test_wrong_words_are_one_line(words, said, found, capsys):
     assert main([*BRUISED, *words]) == 2
     assert capsys.readouterr().err.startswith(f"pipeline: {said}")
     assert found == []
-
-
-def test_file_that_appears_during_the_search_stays(monkeypatch, tmp_path, capsys):
-    """The answer is printed all the same: a search is not lost for the name of a file."""
-    late = tmp_path / "late.toml"
-
-    def slow(design, _options, _keep, _progress):
-        late.write_text("mine", encoding="utf-8")
-        return Suggestion(design=design, changes={"press.travel_mm": 0.07}, verdicts=(), reason="passes")
-
-    monkeypatch.setattr(room, "suggestion", slow)
-    assert main([*BRUISED, "--out", str(late)]) == 2
-    assert late.read_text(encoding="utf-8") == "mine"
-    answer = capsys.readouterr()
-    assert answer.out.splitlines()[-1].startswith("pipeline run --design paper ")
-    assert answer.err.startswith(f"pipeline: --out = '{late}': ")

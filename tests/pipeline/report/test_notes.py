@@ -1,51 +1,19 @@
 """Notes beside the verdicts: each with its number, the paper's only for its own scene."""
 
-import dataclasses
 import re
 
 import pytest
 from stand_ins import CONTACT, result_of
 
-from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press
 from cad.theory.deep_press import DeepPress
-from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity
 from pipeline.report.notes import notes
-
-BALL = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
 
 
 def note(result, start):
     (line,) = (line for line in notes(result) if line.startswith(start))
     return line
-
-
-def count(result, start):
-    return sum(line.startswith(start) for line in notes(result))
-
-
-def test_papers_springs_are_noted_with_what_they_reach():
-    K_m = 3.5 * CONTACT.K_m_over_E()
-    springs = Springs(K_l=0.753, K_h=17.3)
-    P_max = force_ratio(springs, K_m)
-    NL = 100.0 * nonlinearity(springs, K_m, "mid-range")
-    line = note(result_of(), "the paper's own springs")
-    assert f"P_max {P_max:.3f} and NL {NL:.2f} %" in line
-
-
-@pytest.mark.parametrize(
-    ("design", "start", "times"),
-    [
-        (Design(fruit=Fruit(height_mm=20.0)), "the paper's own springs", 0),
-        (Design(fruit=Fruit(poisson=0.45)), "the paper's own springs", 0),
-        (Design(), "P_max, NL", 0),
-        (Design(), "a whole fruit", 0),
-        (Design(), "weight", 1),
-    ],
-)
-def test_note_is_there_for_its_scene_only(design, start, times):
-    assert count(result_of(design), start) == times
 
 
 def test_fruit_stiffness_pressure_and_depth_are_given():
@@ -83,20 +51,3 @@ def test_calibration_note_is_three_times_the_relative_error_of_a_leaf():
     """K goes with the cube of the thickness: 0.05 mm on 0.8 and 1.2 mm."""
     percent = [float(text) for text in re.findall(r"by (\d+) %", note(result_of(), "calibrate"))]
     assert percent == pytest.approx([100.0 * 3.0 * 0.05 / t for t in (0.8, 1.2)], abs=0.51)  # whole per cent
-
-
-def test_scene_that_is_not_level_says_what_a_level_sensor_has():
-    result = result_of()
-    beyond = dataclasses.replace(result, press=dataclasses.replace(result.press, level=False))
-    assert "P_max 5 and NL 5 %" in note(beyond, "P_max, NL")
-
-
-def test_whole_fruit_on_a_table_is_told_to_be_held():
-    forces = result_of().press.at_largest_E.F[-1, -1]
-    friction = 4.0 * (forces[1] - forces[0]) / (2.0 * 35.0 * forces.sum())
-    result = dataclasses.replace(result_of(), design=dataclasses.replace(Design(), fruit=BALL))
-    assert f"at least {friction:.2g} " in note(result, "a whole fruit")
-
-
-def test_file_that_is_left_out_is_noted_first():
-    assert notes(dataclasses.replace(result_of(), left_out=("too steep",)))[0] == "too steep"

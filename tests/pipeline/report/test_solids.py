@@ -57,11 +57,6 @@ def test_another_leaf_is_another_solid(first, tmp_path):
     assert digests(first)["housing.step"] != digests(tmp_path)["housing.step"]
 
 
-def test_another_name_is_another_mark(first, tmp_path):
-    write_solids(Design(name="other"), springs_of(Design()), tmp_path)
-    assert digests(first)["housing.stl"] != digests(tmp_path)["housing.stl"]
-
-
 def test_no_housing_writes_no_file(tmp_path):
     assert write_solids(Design(), springs_of(Design(), made=False), tmp_path) == ()
     assert list(tmp_path.iterdir()) == []
@@ -83,15 +78,3 @@ def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(squ
     text = (folder / "assembly.step").read_text(encoding="ascii")
     named = ("plate 1", "plate 2", "front cover", "back cover", "screw 4", "nut 4", "dowel 1", "dowel 2", "fruit")
     assert [name for name in named if f"'{name}'" not in text] == []
-
-
-@pytest.mark.slow
-def test_second_square_is_the_same_solid(square, tmp_path, monkeypatch):
-    """It is made again: the cache is another one."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    (tmp_path / "second").mkdir()
-    write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), tmp_path / "second")
-    folders = (square[0], tmp_path / "second")
-    assert len({digests(folder)["housing.stl"] for folder in folders}) == 1
-    volumes = [read_step(folder / "assembly.step").Volume() for folder in folders]
-    assert volumes[1] == pytest.approx(volumes[0], rel=1e-12)

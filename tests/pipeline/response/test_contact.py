@@ -164,14 +164,6 @@ def test_auto_turns_to_direct_outside_the_domain_and_says_why(monkeypatch):
     np.testing.assert_array_equal(found.S, direct.S)
 
 
-@pytest.mark.study
-def test_direct_serves_cylinders():
-    """The circle is faceted on the meshes; radius and area tend to the true ones faster than the edge is resolved."""
-    split, direct = (contact_compliance(BLOCK, Tips(shape="cylinder"), method) for method in ("split", "direct"))
-    bars = split.error_pair + direct.error_pair
-    assert abs(paired(split.S) / paired(direct.S) - 1.0) <= bars
-
-
 def test_compliance_is_kept_whatever_the_modulus_and_solved_again_for_another_fruit(tmp_path, monkeypatch):
     """It is that of the fruit times E, so no modulus enters it; the height and the tolerance do."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))

@@ -4,16 +4,14 @@ import importlib
 
 import numpy as np
 import pytest
-from stand_ins import CONTACT, fresh_result, result_of, sizing_of, springs_of
+from stand_ins import CONTACT, result_of, springs_of
 
 import pipeline.response.scene_press
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Press, Tips
 from cad.quantity import InputError
-from pipeline.options import RunOptions
 from pipeline.response.scene_press import TRAVELS, mean_tip_pressure, press_scene, spring_shares
-from pipeline.verdicts.sensor import paper_verdicts
 from solve.contact.scene import check_scene
 
 
@@ -29,12 +27,6 @@ def solved(monkeypatch):
 
     monkeypatch.setattr(pipeline.response.scene_press, "scene_response", counted)
     return presses
-
-
-def test_every_press_of_a_run_is_solved_once(solved):
-    """Table, scan, hardest press and curve of its own springs and of the paper's."""
-    fresh_result(Design(), RunOptions())
-    assert len(solved) == len(set(solved)) == 8
 
 
 TILTED = Press(tilt_deg=1.0)
@@ -62,12 +54,6 @@ def test_spread_of_the_tilt_that_contact_cannot_solve_is_left_out(tilt, presses,
     monkeypatch.setattr(pipeline.response.scene_press, "scene_response", lambda scene, *_: check_scene(scene))
     design = Design(press=Press(tilt_deg=tilt, tilt_spread_deg=1.0))
     assert len(press_scene(design, CONTACT, np.eye(2)).tilted) == presses
-
-
-def test_another_fruit_leaves_the_papers_springs_unsolved(solved):
-    kiwi = Design(fruit=Fruit(height_mm=20.0))
-    assert paper_verdicts(kiwi, CONTACT, sizing_of(kiwi)) is None
-    assert solved == []
 
 
 def test_presses_end_where_the_design_says():

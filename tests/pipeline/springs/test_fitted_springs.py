@@ -124,12 +124,6 @@ def test_fit_that_fails_leaves_all_undecided_with_its_reason(error, fit):
     assert springs.housing is None
 
 
-def test_bug_in_the_fit_is_not_hidden(fit):
-    fit.error = TypeError("a bug")
-    with pytest.raises(TypeError, match="a bug"):
-        springs_of(Design())
-
-
 @pytest.mark.usefixtures("fit")
 @pytest.mark.parametrize("design", [Design(print=Print(gauges="foil")), Design(tips=Tips(socket="pin"))])
 def test_springs_with_gauges_or_pins_are_not_of_one_piece(design):
@@ -147,13 +141,6 @@ def test_tips_of_a_square_are_coupled_within_their_plate_alone():
     expected = np.zeros((4, 4))
     expected[:2, :2] = expected[2:, 2:] = coupled
     assert np.array_equal(C, expected)
-
-
-@pytest.mark.usefixtures("fit")
-def test_compliance_of_a_pair_is_that_of_its_housing():
-    springs = springs_of(Design())
-    assert np.array_equal(springs.C, springs.fitted.stiffness.C)
-    assert np.array_equal(springs_of(GENTLE).C, tip_compliance(springs_of(GENTLE), GENTLE.tips))
 
 
 def test_springs_that_are_not_made_stand_for_every_tip_of_their_kind(fit):

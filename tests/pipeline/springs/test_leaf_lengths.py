@@ -17,7 +17,6 @@ from pipeline.springs.leaf_lengths import (
     mesh_pairs_for,
     solve_on,
 )
-from pipeline.verdicts.rules import STIFFNESS_TOLERANCE, deciding_tolerance
 from solve.housing.clamped_half import foils_of
 from solve.housing.stiffness import TipCompliance
 from solve.linear import SolveError
@@ -69,18 +68,6 @@ def test_solving_the_fitted_housing_finds_the_same_numbers(fitted):
     assert again.error == pytest.approx(fitted.stiffness.error, rel=0.02)
 
 
-@pytest.mark.slow
-def test_loose_tolerance_is_met_on_the_coarse_mesh(fitted):
-    rough = fit_lengths(HOUSING, TARGETS, *MATERIAL, 0.02)
-    loose = rough.stiffness
-    assert loose.info.dofs < fitted.stiffness.info.dofs
-    assert max(loose.error) < 0.02
-    assert pytest.approx(TARGETS, rel=5e-3) == loose.K
-    fine = solve_on(DEFAULT, rough.housing, *MATERIAL).stiffness
-    apart = np.abs(np.array(loose.K) / np.array(fine.K) - 1.0)
-    assert np.all(apart < np.add(loose.error, fine.error))
-
-
 def plant(monkeypatch, slope):
     """Let a mesh be its scale s, and its stiffnesses lie high by slope s^2 of 1 and 10 N/mm, whatever the lengths.
 
@@ -125,14 +112,6 @@ def test_error_bar_is_the_share_of_the_step_between_meshes_and_the_floor_of_thei
     apart = (1.0 + 1e-3 * pair.coarse**2) / (1.0 + 1e-3 * pair.fine**2) - 1.0
     factors = (1.0 + 1.5 * 0.8 / 10.0, 1.0 + 1.5 * 1.2 / 10.0)
     assert found.error == pytest.approx([factor * pair.share * apart + pair.floor for factor in factors], rel=1e-9)
-
-
-@pytest.mark.study
-def test_advised_tolerance_does_decide():
-    rough = max(fit_lengths(HOUSING, TARGETS, *MATERIAL, 0.02).stiffness.error)
-    advice = deciding_tolerance(0.02, STIFFNESS_TOLERANCE, rough)
-    assert rough > STIFFNESS_TOLERANCE
-    assert max(fit_lengths(HOUSING, TARGETS, *MATERIAL, advice).stiffness.error) <= STIFFNESS_TOLERANCE
 
 
 @pytest.mark.parametrize(("gauges", "solves"), [("none", [2.0, 1.0]), ("foil", [2.0, 1.0, 2.0])])

@@ -14,13 +14,11 @@ from cad.parts.cover import WASHER_MM, Cover
 from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
 from mesh.housing.sweep import flexure_mesh
-from pipeline.springs import mounts
 from pipeline.springs.leaf_lengths import COARSE, DEFAULT
-from pipeline.springs.mounts import MOUNT_SCALE, attached_to, coarse_half, mount_changes, mount_layers
+from pipeline.springs.mounts import MOUNT_SCALE, attached_to, mount_changes, mount_layers
 from solve.elasticity import vector_basis
-from solve.housing.clamped_half import REDUCED, clamped_half
+from solve.housing.clamped_half import REDUCED
 from solve.housing.elastic_layer import layer_matrix
-from solve.housing.modes import Solid, modes_of
 from solve.housing.stiffness import housing_stiffness, tip_compliance
 
 MATERIAL = (PETG.E_MPa, PETG.poisson)
@@ -129,12 +127,3 @@ def test_change_to_another_mount_is_that_of_solving_it():
     assert changes["washers on the frame, no covers"] == pytest.approx(washers / own - 1.0, abs=ROUND_OFF)
     for name in ("screws so loose that they bend", "covers that press near the screws alone"):
         assert max(changes[name]) < 0.0
-
-
-def test_mounts_and_modes_share_one_factorisation(monkeypatch):
-    """Modes of the kept half are those of one of their own, to the bit."""
-    housing, solid, K = mounted("covers"), Solid(E=MATERIAL[0], poisson=MATERIAL[1], density=1.27), (0.9, 20.8)
-    mount_changes(housing, *MATERIAL)
-    own = modes_of(clamped_half(flexure_mesh(housing, MOUNT_SCALE), *MATERIAL, attached_to(housing)), solid, K)
-    monkeypatch.setattr(mounts, "clamped_half", None)
-    assert modes_of(coarse_half(housing, *MATERIAL), solid, K) == own

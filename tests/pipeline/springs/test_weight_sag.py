@@ -8,7 +8,6 @@ from stand_ins import PETG, default_housing, fitted_housing, housing_stiffness, 
 
 from cad.design.parameters import Design
 from cad.design.tips import Tips
-from cad.parts.housing import Arm, Housing
 from mesh.housing.sweep import flexure_mesh
 from pipeline.springs.fitted_springs import tip_height_offsets, weight_sag
 from pipeline.springs.leaf_lengths import COARSE
@@ -30,7 +29,7 @@ def springs():
     return replace(given, fitted=fitted_housing(given.housing, solved))
 
 
-def hanging_volume(housing: Housing, arm: Arm) -> float:
+def hanging_volume(housing, arm):
     """Return block, tapered neck and tip of a shuttle with half of its two leaves [mm^3]."""
     section, face = housing.shuttle_width * housing.depth, housing.tip_side**2
     neck = (housing.neck_level - housing.tip_height) * (section + face + (section * face) ** 0.5) / 3.0

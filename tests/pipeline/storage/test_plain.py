@@ -31,7 +31,7 @@ class Outer:
     free: float | str | None = None
 
 
-def outer(**changes) -> Outer:
+def outer(**changes):
     values = {
         "inner": Inner(C=np.array([[0.1 + 0.2, 1e-300], [2.0, 3.0]]), name="high"),
         "pairs": (("a", 1.0), ("b", 2.5)),

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import nullcontext, suppress
 from pathlib import Path
@@ -24,7 +23,7 @@ DEADLINE_S = 600.0  # of whatever a test waits for: many times what a slow machi
 class InProcess(Executor):
     """Runs what it is given at once."""
 
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+    def submit(self, fn, /, *args, **kwargs):
         """Return a future that has ended."""
         future: Future[Any] = Future()
         try:
@@ -35,12 +34,12 @@ class InProcess(Executor):
 
 
 @pytest.fixture(scope="session")
-def engine() -> Engine:
+def engine():
     return Engine(open=InProcess, close=Executor.shutdown, workers=1, lost=(ConnectionError,))
 
 
 @pytest.fixture
-def in_process(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
+def in_process(engine, monkeypatch):
     """Let commands solve in this process."""
     monkeypatch.setattr(workers, "chosen_engine", lambda _processes, _scheduler: nullcontext(engine))
 
@@ -57,10 +56,10 @@ wanted = ["springs.K_l_N_per_m", "springs.K_h_N_per_m"]
 
 
 @pytest.fixture
-def written(tmp_path: Path) -> Callable[..., Path]:
+def written(tmp_path):
     """Write a study file, of some text with replacements."""
 
-    def write(text: str = LAW, **replaced: str) -> Path:
+    def write(text=LAW, **replaced):
         for old, new in replaced.items():
             text = text.replace(old, new)
         path = tmp_path / "springs.toml"
@@ -70,7 +69,7 @@ def written(tmp_path: Path) -> Callable[..., Path]:
     return write
 
 
-def wait_until(holds: Callable[[], object]) -> None:
+def wait_until(holds):
     """Wait until something holds; raise TimeoutError where it does not in time."""
     deadline = time.monotonic() + DEADLINE_S
     while not holds():
@@ -79,7 +78,7 @@ def wait_until(holds: Callable[[], object]) -> None:
         time.sleep(0.05)
 
 
-def is_worker(process: str) -> bool:
+def is_worker(process):
     """Say whether a process is one that solves points."""
     try:
         command = Path(f"/proc/{process}/cmdline").read_bytes()
@@ -91,7 +90,7 @@ def is_worker(process: str) -> bool:
 class Run:
     """A process that a test has started, the first of a group of its own; every wait for it has a deadline."""
 
-    def __init__(self, words: list[str], **environment: str) -> None:
+    def __init__(self, words, **environment):
         """Start it at the root of the project."""
         self.process = subprocess.Popen(
             words,
@@ -104,23 +103,23 @@ class Run:
             start_new_session=True,
         )
 
-    def ended(self) -> tuple[int, str, str]:
+    def ended(self):
         """Wait for its end; return its exit code, and what it wrote on stdout and on stderr."""
         printed, complaint = self.process.communicate(timeout=DEADLINE_S)
         return self.process.returncode, printed, complaint
 
-    def wait_for(self, holds: Callable[[], object]) -> None:
+    def wait_for(self, holds):
         """Wait until something holds or the process has ended, whichever is first."""
         wait_until(lambda: holds() or self.process.poll() is not None)
 
-    def first_line(self) -> str:
+    def first_line(self):
         """Return the first line of what it prints; raises TimeoutError where none comes."""
         assert self.process.stdout is not None
         if not select.select([self.process.stdout], [], [], DEADLINE_S)[0]:
             raise TimeoutError
         return str(self.process.stdout.readline()).strip()
 
-    def workers(self) -> list[int]:
+    def workers(self):
         """Return the processes that it has started to solve points; none where it has ended."""
         found = []
         for thread in Path("/proc").glob(f"{self.process.pid}/task/*/children"):
@@ -128,7 +127,7 @@ class Run:
                 found += [int(child) for child in thread.read_text(encoding="utf-8").split() if is_worker(child)]
         return found
 
-    def clear(self) -> None:
+    def clear(self):
         """Kill whatever is left of its group, and wait for its end."""
         with suppress(ProcessLookupError):
             os.killpg(self.process.pid, signal.SIGKILL)
@@ -136,11 +135,11 @@ class Run:
 
 
 @pytest.fixture
-def start() -> Iterator[Callable[..., Run]]:
+def start():
     """Start processes by their words; none of them outlives the test."""
     started: list[Run] = []
 
-    def begin(*words: str | Path, **environment: str) -> Run:
+    def begin(*words, **environment):
         started.append(Run([sys.executable, *map(str, words)], **environment))
         return started[-1]
 
@@ -166,7 +165,7 @@ if __name__ == "__main__":
 
 
 @pytest.fixture
-def dask_cluster(start: Callable[..., Run], tmp_path: Path) -> tuple[Run, str]:
+def dask_cluster(start, tmp_path):
     """Start a Dask cluster of two workers over TCP; return its process and the address of its scheduler."""
     pytest.importorskip("distributed")
     script, cache = tmp_path / "cluster.py", tmp_path / "cluster-cache"

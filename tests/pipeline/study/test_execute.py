@@ -1,10 +1,7 @@
 """A study solves each of its points once, keeps what goes wrong with it, and goes on where it was ended."""
 
 import errno
-from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -14,24 +11,20 @@ from cad.theory.two_spring_law import size_springs
 from pipeline.cli import main
 from pipeline.options import RunOptions, load_design
 from pipeline.response.contact import fruit_compliance
-from pipeline.study import Study, execute, read_study, run_study, tasks
+from pipeline.study import execute, read_study, run_study, tasks
 from pipeline.study.scenes import scene_compliance, unit_scene
 from pipeline.study.store import stored_study
-from pipeline.study.tasks import PointResult
-from pipeline.study.workers import Engine
 from solve.fruit.split import SplitDomainError
 
-Write = Callable[..., Path]
 
-
-def solved(study: Study, folder: Path, engine: Engine) -> list[PointResult]:
+def solved(study, folder, engine):
     """Return the points of a study that is solved in a folder."""
     run_study(study, folder, engine)
     with stored_study(folder) as store:
         return list(store.rows())
 
 
-def test_springs_of_a_study_follow_the_law(written: Write, engine: Engine, tmp_path: Path) -> None:
+def test_springs_of_a_study_follow_the_law(written, engine, tmp_path):
     rows = solved(read_study(written()), tmp_path / "out", engine)
     K_m_max = 3.5 * fruit_compliance(load_design("paper"), RunOptions()).K_m_over_E()
     assert [row.status for row in rows] == ["done"] * 8
@@ -41,7 +34,7 @@ def test_springs_of_a_study_follow_the_law(written: Write, engine: Engine, tmp_p
         assert row.values["springs.K_h_N_per_m"] == pytest.approx(1e3 * springs.K_h, rel=1e-12)
 
 
-def test_scene_twice_as_large_gives_half_the_compliance() -> None:
+def test_scene_twice_as_large_gives_half_the_compliance():
     small = load_design("paper")
     lengths = {"fruit.length_mm": 26.0, "fruit.width_mm": 26.0, "fruit.height_mm": 15.6, "tips.side_mm": 1.3}
     large = load_design("paper", {**lengths, "tips.spacing_mm": 10.4})
@@ -51,13 +44,13 @@ def test_scene_twice_as_large_gives_half_the_compliance() -> None:
     assert pytest.approx(fruit_compliance(large, RunOptions()).S, rel=1e-9) == S  # of the run, in its own size
 
 
-def test_modulus_and_gap_share_a_scene_and_poisson_does_not() -> None:
+def test_modulus_and_gap_share_a_scene_and_poisson_does_not():
     scene = unit_scene(load_design("paper"))
     assert unit_scene(load_design("paper", {"fruit.E_max_MPa": 2.0, "fruit.E_MPa": [1.0], "tips.gap_mm": 0.2})) == scene
     assert unit_scene(load_design("paper", {"fruit.poisson": 0.31})) != scene
 
 
-def test_points_out_of_bounds_are_kept_with_their_reasons(written: Write, engine: Engine, tmp_path: Path) -> None:
+def test_points_out_of_bounds_are_kept_with_their_reasons(written, engine, tmp_path):
     """Of 1,200 points over 90 to 110 those above 100 are refused, each by its own number, and stay so when resumed."""
     study = read_study(written(**{"from = 3, to = 8": "from = 90, to = 110", "samples = 8": "samples = 1200"}))
     rows = solved(study, tmp_path / "out", engine)
@@ -70,7 +63,7 @@ def test_points_out_of_bounds_are_kept_with_their_reasons(written: Write, engine
     assert (again.solved, again.refused, again.done) == (0, len(refused), 1200 - len(refused))
 
 
-def test_what_is_wanted_alone_is_what_it_is_among_all(written: Write, engine: Engine, tmp_path: Path) -> None:
+def test_what_is_wanted_alone_is_what_it_is_among_all(written, engine, tmp_path):
     keys = ("springs.K_l_N_per_m", "level.NL", "verdicts.printable.low.value", "verdicts.NL.error", "response.0.P.3")
     study = replace(read_study(written()), samples=2)
     together = solved(replace(study, wanted=keys), tmp_path / "all", engine)
@@ -82,22 +75,20 @@ def test_what_is_wanted_alone_is_what_it_is_among_all(written: Write, engine: En
 class Noting:
     """An engine's executor that notes the numbers of the points in each task."""
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine):
         self.tasks: list[list[int]] = []
         self.engine = replace(engine, open=lambda: self)
         self._executor = engine.open()
 
-    def submit(self, work, points) -> Future:
+    def submit(self, work, points):
         self.tasks.append([point.number for point in points])
         assert work.args[0].rows == ()  # a worker is not sent all rows of a file with each task
         return self._executor.submit(work, points)
 
-    def shutdown(self) -> None: ...
+    def shutdown(self): ...
 
 
-def test_points_of_one_scene_go_by_500_and_those_that_share_a_scene_together(
-    written: Write, engine: Engine, tmp_path: Path
-) -> None:
+def test_points_of_one_scene_go_by_500_and_those_that_share_a_scene_together(written, engine, tmp_path):
     one_scene = "\n".join(f"{3.0 + 0.01 * i}" for i in range(600))
     (tmp_path / "rows.csv").write_text(f"targets.P_max\n{one_scene}\n", encoding="utf-8")
     noting = Noting(engine)
@@ -114,9 +105,7 @@ def test_points_of_one_scene_go_by_500_and_those_that_share_a_scene_together(
     assert noting.tasks == [[0, 2], [1, 4], [3]]
 
 
-def test_ended_study_goes_on_to_the_same_points(
-    written: Write, engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ended_study_goes_on_to_the_same_points(written, engine, tmp_path, monkeypatch):
     study = read_study(written())
     whole = solved(study, tmp_path / "whole", engine)
     monkeypatch.setattr(execute, "QUICK", 3)  # so that it ends after one of three tasks
@@ -124,7 +113,7 @@ def test_ended_study_goes_on_to_the_same_points(
     class EndedError(RuntimeError):
         pass
 
-    def end(_solved: int, _count: int) -> None:
+    def end(_solved, _count):
         raise EndedError
 
     with pytest.raises(EndedError):
@@ -138,12 +127,10 @@ def test_ended_study_goes_on_to_the_same_points(
 
 
 @pytest.mark.parametrize("error", [KeyError, MemoryError, ExportError, SplitDomainError])
-def test_point_that_fails_in_any_way_does_not_stop_the_others(
-    written: Write, engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: type[Exception]
-) -> None:
+def test_point_that_fails_in_any_way_does_not_stop_the_others(written, engine, tmp_path, monkeypatch, error):
     count = iter(range(8))
 
-    def solve(*_: object) -> dict[str, object]:
+    def solve(*_):
         if next(count) == 1:
             raise error("of this test")
         return {"springs": {"K_l_N_per_m": 1.0, "K_h_N_per_m": 2.0}}
@@ -154,10 +141,8 @@ def test_point_that_fails_in_any_way_does_not_stop_the_others(
 
 
 @pytest.mark.parametrize("wrapped", [False, True])
-def test_full_disk_is_no_fault_of_a_point(
-    written: Write, engine: Engine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, wrapped: bool
-) -> None:
-    def solve(*_: object) -> dict[str, object]:
+def test_full_disk_is_no_fault_of_a_point(written, engine, tmp_path, monkeypatch, *, wrapped):
+    def solve(*_):
         full = OSError(errno.ENOSPC, "No space left on device", "response.csv")
         if not wrapped:
             raise full
@@ -185,9 +170,7 @@ def test_full_disk_is_no_fault_of_a_point(
         ["--scheduler", "tcp://127.0.0.1:9"],
     ],
 )
-def test_wrong_flags_are_one_line_before_anything_is_solved(
-    written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str]
-) -> None:
+def test_wrong_flags_are_one_line_before_anything_is_solved(written, tmp_path, capsys, words):
     if "--scheduler" in words:
         pytest.importorskip("distributed")
     assert main(["study", str(written()), "--out", str(tmp_path / "out"), *words]) == 2
@@ -209,9 +192,7 @@ wanted = [
 
 
 @pytest.mark.slow
-def test_point_with_flexures_has_the_numbers_of_a_whole_run_to_the_bit(
-    written: Write, engine: Engine, tmp_path: Path
-) -> None:
+def test_point_with_flexures_has_the_numbers_of_a_whole_run_to_the_bit(written, engine, tmp_path):
     (flexures,) = solved(read_study(written(FLEXURES)), tmp_path / "flexures", engine)
     study = read_study(written(FLEXURES.replace("tol =", 'level = "files"\ntol =')))
     (whole,) = solved(study, tmp_path / "files", engine)

@@ -2,11 +2,8 @@
 
 import json
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -26,9 +23,6 @@ from pipeline.study.optimise import (
 )
 from pipeline.study.store import study_store
 from pipeline.study.tasks import PointResult
-from pipeline.study.workers import Engine
-
-Write = Callable[..., Path]
 
 SOFTEST = """
 base = "paper"
@@ -60,13 +54,13 @@ evaluations = 32
 
 
 @pytest.fixture
-def runs(monkeypatch: pytest.MonkeyPatch) -> Callable[[Sequence[bool]], list[float]]:
+def runs(monkeypatch):
     """Put verdicts in the place of runs; return P_max of the designs that were run."""
 
-    def stand_in(passed: Sequence[bool]) -> list[float]:
+    def stand_in(passed):
         ratios: list[float] = []
 
-        def run(design: Any, _options: Any) -> SimpleNamespace:
+        def run(design, _options):
             ratios.append(design.nominal_targets.P_max)
             return SimpleNamespace(passed=passed[len(ratios) - 1])
 
@@ -76,7 +70,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> Callable[[Sequence[bool]], list[flo
     return stand_in
 
 
-def test_search_ends_at_the_corner_that_the_law_names(written: Write, engine: Engine, tmp_path: Path) -> None:
+def test_search_ends_at_the_corner_that_the_law_names(written, engine, tmp_path):
     study = read_study(written(SOFTEST))
     best, *others = search(study, tmp_path / "out", engine)
     K_m_max = 3.5 * fruit_compliance(load_design("paper"), RunOptions()).K_m_over_E()
@@ -89,16 +83,14 @@ def test_search_ends_at_the_corner_that_the_law_names(written: Write, engine: En
     assert base.result.settings == pytest.approx({"targets.P_max": targets.P_max, "targets.NL": targets.NL})
 
 
-def test_ended_search_goes_on_to_the_same_candidates_and_a_longer_one_begins_with_them(
-    written: Write, engine: Engine, tmp_path: Path
-) -> None:
+def test_ended_search_goes_on_to_the_same_candidates_and_a_longer_one_begins_with_them(written, engine, tmp_path):
     study = read_study(written(SOFTEST.replace("400", "96")))
     whole = search(study, tmp_path / "whole", engine)
 
     class EndedError(RuntimeError):
         pass
 
-    def end(solved: int, _count: int) -> None:
+    def end(solved, _count):
         if solved == 40:
             raise EndedError
 
@@ -118,9 +110,7 @@ def test_ended_search_goes_on_to_the_same_candidates_and_a_longer_one_begins_wit
 
 
 @pytest.mark.parametrize(("minimised", "optimum"), [("K_l", 906.0), ("K_h", 20831.0)])
-def test_design_that_fails_a_verdict_is_never_the_best(
-    written: Write, engine: Engine, tmp_path: Path, minimised: str, optimum: float
-) -> None:
+def test_design_that_fails_a_verdict_is_never_the_best(written, engine, tmp_path, minimised, optimum):
     """With springs that are given a soft one fails the verdict on P_max = 5: the softest searched is not the best."""
     text = GIVEN.replace('minimise = "springs.K_l', f'minimise = "springs.{minimised}')
     best, *others = search(read_study(written(text)), tmp_path / "out", engine)
@@ -129,13 +119,13 @@ def test_design_that_fails_a_verdict_is_never_the_best(
     assert any(one.violation > 0.0 and one.value <= best.value for one in others)
 
 
-def planted(value: float, violation: float = 0.0, number: int = 0, **settings: float) -> Candidate:
+def planted(value, violation=0.0, number=0, **settings):
     named = {key.replace("__", "."): value for key, value in settings.items()}
     result = PointResult(number=number, settings=named, status="done", values={}, error=None, seconds=0.0)
     return Candidate(result=result, value=value, violation=violation)
 
 
-def test_costs_are_in_the_order_of_the_designs() -> None:
+def test_costs_are_in_the_order_of_the_designs():
     passing = [planted(value) for value in (-1e6, -2.0, 0.0, 0.1, 2e4, 2.1e4, 1e12)]
     failing = [planted(-5.0, violation) for violation in (0.01, 1.0, 1e6)]
     costs = [one.cost for one in (*passing, *failing, planted(math.nan, math.inf))]
@@ -155,9 +145,7 @@ def test_costs_are_in_the_order_of_the_designs() -> None:
         (None, None, None, True, 0.0),
     ],
 )
-def test_violation_is_the_distance_from_the_limit(
-    written: Write, value: object, limit: object, tolerance: object, passed: object, violation: float
-) -> None:
+def test_violation_is_the_distance_from_the_limit(written, value, limit, tolerance, passed, violation):
     words = {"value": value, "limit": limit, "tolerance": tolerance, "passed": passed}
     values = {"springs.K_l_N_per_m": 1.0, **{f"verdicts.P_max.{word}": one for word, one in words.items()}}
     result = PointResult(number=0, settings={}, status="done", values=values, error=None, seconds=0.0)
@@ -172,9 +160,7 @@ def test_violation_is_the_distance_from_the_limit(
         ("{ from = 3, to = 8 }", "[3, 8]", "targets.P_max"),
     ],
 )
-def test_search_that_cannot_be_is_refused_before_anything_is_written(
-    written: Write, engine: Engine, tmp_path: Path, old: str, new: str, field: str
-) -> None:
+def test_search_that_cannot_be_is_refused_before_anything_is_written(written, engine, tmp_path, old, new, field):
     study = read_study(written(SOFTEST.replace(old, new)))
     with pytest.raises(InputError) as refused:
         search(study, tmp_path / "out", engine)
@@ -183,9 +169,7 @@ def test_search_that_cannot_be_is_refused_before_anything_is_written(
 
 
 @pytest.mark.usefixtures("in_process")
-def test_search_whose_candidates_are_all_refused_says_why(
-    written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_search_whose_candidates_are_all_refused_says_why(written, tmp_path, capsys):
     text = SOFTEST.replace("from = 3, to = 8", "from = 101, to = 108").replace("400", "1")
     assert main(["optimise", str(written(text)), "--out", str(tmp_path / "out")]) == 1
     assert "at most 100" in capsys.readouterr().out
@@ -194,14 +178,14 @@ def test_search_whose_candidates_are_all_refused_says_why(
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize(("largest_ratio", "better"), [(5.0, False), (5.04, True)])
 def test_base_that_is_the_best_is_told(
-    written: Write,
-    tmp_path: Path,
-    runs: Callable[[Sequence[bool]], list[float]],
-    capsys: pytest.CaptureFixture[str],
-    largest_ratio: float,
+    written,
+    tmp_path,
+    runs,
+    capsys,
+    largest_ratio,
     *,
-    better: bool,
-) -> None:
+    better,
+):
     """The softest low spring has the largest P_max of the span; the base has 5."""
     text = SOFTEST.replace("to = 8", f"to = {largest_ratio}").replace('"targets.NL" = { from = 0.02, to = 0.1 }\n', "")
     runs((True,))
@@ -209,7 +193,7 @@ def test_base_that_is_the_best_is_told(
     assert ("nothing better than the base" in capsys.readouterr().out) is not better
 
 
-def test_study_with_a_goal_is_run_by_optimise(written: Write) -> None:
+def test_study_with_a_goal_is_run_by_optimise(written):
     assert main(["study", str(written(SOFTEST))]) == 2
     assert main(["optimise", str(written())]) == 2
 
@@ -217,9 +201,7 @@ def test_study_with_a_goal_is_run_by_optimise(written: Write) -> None:
 CANDIDATES = [planted(P_max, number=i, targets__P_max=P_max) for i, P_max in enumerate((4.0, 5.0, 6.0))]
 
 
-def test_design_of_the_first_run_that_passes_is_written_and_gone_where_no_run_passes(
-    written: Write, tmp_path: Path, runs: Callable[[Sequence[bool]], list[float]]
-) -> None:
+def test_design_of_the_first_run_that_passes_is_written_and_gone_where_no_run_passes(written, tmp_path, runs):
     study = read_study(written(SOFTEST))
     with study_store(tmp_path / "out", study):
         ratios = runs((False, True))
@@ -233,7 +215,7 @@ def test_design_of_the_first_run_that_passes_is_written_and_gone_where_no_run_pa
         assert prove(study, [planted(1.0, 0.5)], tmp_path / "out") is None
 
 
-def test_design_of_a_person_is_refused_before_anything_is_solved(written: Write, tmp_path: Path) -> None:
+def test_design_of_a_person_is_refused_before_anything_is_solved(written, tmp_path):
     (tmp_path / "out").mkdir()
     path = tmp_path / "out" / "design.toml"
     path.write_text("mine", encoding="utf-8")
@@ -242,9 +224,7 @@ def test_design_of_a_person_is_refused_before_anything_is_solved(written: Write,
 
 
 @pytest.mark.study
-def test_optimum_of_mango_is_as_good_as_the_preset_and_its_run_passes(
-    written: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_optimum_of_mango_is_as_good_as_the_preset_and_its_run_passes(written, tmp_path, capsys):
     """A short search around the preset: it begins with the preset, so it ends no worse, and the run decides."""
     text = """
 base = "mango"

@@ -2,10 +2,7 @@
 
 import json
 import re
-import tracemalloc
-from collections.abc import Callable, Iterable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,18 +10,17 @@ import pytest
 from browser import grave_findings, validator_findings
 
 from pipeline.options import load_design
-from pipeline.study import Study, read_study
+from pipeline.study import read_study
 from pipeline.study.columns import point_columns
 from pipeline.study.page import MOST_DOTS, write_page
 from pipeline.study.points import points_between
 from pipeline.study.store import study_store
-from pipeline.study.table import export_table
 from pipeline.study.tasks import PointResult
 
 TWO = '"targets.P_max" = { from = 3, to = 8 }\n"targets.NL" = { from = 0.03, to = 0.08 }'
 
 
-def planted(study: Study) -> Iterable[PointResult]:
+def planted(study):
     """Yield points whose numbers follow formulas; every tenth is refused, each with a number of its own."""
     for point in points_between(study, 0, study.samples):
         P_max = float(str(point.settings["targets.P_max"]))
@@ -39,13 +35,13 @@ def planted(study: Study) -> Iterable[PointResult]:
         )
 
 
-def many(written: Callable[..., Path], samples: int) -> Study:
+def many(written, samples):
     """Return a study of so many points over two keys."""
     text = {'"targets.P_max" = { from = 3, to = 8 }': TWO, "samples = 8": f"samples = {samples}"}
     return read_study(written(**text))
 
 
-def data_of(page: Path) -> dict[str, Any]:
+def data_of(page):
     """Return what the scripts of a page read."""
     found = re.search(r'id="data">(.*?)</script>', page.read_text(encoding="utf-8"))
     assert found is not None
@@ -53,7 +49,7 @@ def data_of(page: Path) -> dict[str, Any]:
     return data
 
 
-def test_page_of_many_points_is_small_and_leads_to_the_best(written: Callable[..., Path], tmp_path: Path) -> None:
+def test_page_of_many_points_is_small_and_leads_to_the_best(written, tmp_path):
     study = many(written, 5_000)
     page = tmp_path / "out" / "study.html"
     with study_store(tmp_path / "out", study) as store:
@@ -76,7 +72,7 @@ def test_page_of_many_points_is_small_and_leads_to_the_best(written: Callable[..
     assert np.histogram(list(shown), bins=4, range=(0, 5_000))[0].min() > 150  # of 250; 8 standard deviations
 
 
-def test_null_is_no_number_and_texts_have_no_column(written: Callable[..., Path], tmp_path: Path) -> None:
+def test_null_is_no_number_and_texts_have_no_column(written, tmp_path):
     keys = ("contact.dofs", "contact.method", "verdicts.P_max.passed", "verdicts.P_max.error")
     study = replace(read_study(written()), wanted=keys)
     rows = [(5, "split", True, None), (7, "split", None, 0.5), (3, "direct", False, 1.5)]
@@ -94,22 +90,8 @@ def test_null_is_no_number_and_texts_have_no_column(written: Callable[..., Path]
         assert [point.number for point in store.rows(columns.best("contact.dofs", 2))] == [2, 0]
 
 
-def test_export_holds_a_few_rows_at_a_time(written: Callable[..., Path], tmp_path: Path) -> None:
-    """Eight times the points ask for no more memory; held as a list they ask for eight times as much."""
-    peaks = []
-    for samples in (500, 4_000):
-        study = many(written, samples)
-        with study_store(tmp_path / str(samples), study) as store:
-            store.put(planted(study))
-            tracemalloc.start()
-            export_table(store, study, tmp_path / f"{samples}.csv")
-            peaks.append(tracemalloc.get_traced_memory()[1])
-            tracemalloc.stop()
-    assert peaks[1] < 2.0 * peaks[0]
-
-
 @pytest.mark.slow
-def test_browser_shows_the_design_of_a_point(written: Callable[..., Path], open_page: Any, tmp_path: Path) -> None:
+def test_browser_shows_the_design_of_a_point(written, open_page, tmp_path):
     study = many(written, 300)
     address = tmp_path / "out" / "study.html"
     with study_store(tmp_path / "out", study) as store:

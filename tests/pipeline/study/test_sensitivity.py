@@ -1,8 +1,5 @@
 """Sobol indices of a study are those of its formula."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,7 +7,6 @@ from cad.quantity import InputError
 from pipeline.study import read_study, run_study
 from pipeline.study.sensitivity import sensitivities
 from pipeline.study.store import stored_study
-from pipeline.study.workers import Engine
 
 TEXT = """
 base = "paper"
@@ -25,7 +21,7 @@ wanted = ["springs.K_h_N_per_m"]
 """
 
 
-def product_indices() -> dict[str, tuple[float, float]]:
+def product_indices():
     """Return first and total index of K_h = E (1 - 2 NL) / (4 NL) K_m / E, a product of two independent factors.
 
     With the squared coefficients of variation a and b of the factors the variance is (1 + a)(1 + b) - 1, of which a
@@ -42,7 +38,7 @@ def product_indices() -> dict[str, tuple[float, float]]:
     }
 
 
-def test_indices_of_a_product(written: Callable[..., Path], engine: Engine, tmp_path: Path) -> None:
+def test_indices_of_a_product(written, engine, tmp_path):
     study = read_study(written(TEXT))
     assert run_study(study, tmp_path / "out", engine).done == 5 * 256
     with stored_study(tmp_path / "out") as store:
@@ -54,7 +50,7 @@ def test_indices_of_a_product(written: Callable[..., Path], engine: Engine, tmp_
         assert one.total == pytest.approx(total, abs=0.1)
 
 
-def test_refused_points_leave_no_indices(written: Callable[..., Path], engine: Engine, tmp_path: Path) -> None:
+def test_refused_points_leave_no_indices(written, engine, tmp_path):
     study = read_study(written(TEXT, **{"to = 8": "to = 200", "256": "4"}))
     refused = run_study(study, tmp_path / "out", engine).refused
     with stored_study(tmp_path / "out") as store, pytest.raises(InputError) as error:

@@ -4,15 +4,11 @@ Every study here runs in a process of its own with a deadline, so that one that 
 """
 
 import os
-import random
 import signal
 import sqlite3
-import time
-from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -21,9 +17,6 @@ from pipeline.study import read_study, run_study
 from pipeline.study.store import STORE, stored_study
 from pipeline.study.table import export_table
 from pipeline.study.workers import MOST_PROCESSES, Engine, completed, process_engine
-
-Write = Callable[..., Path]
-Start = Callable[..., Any]
 
 POINTS = 8
 TEXT = f"""
@@ -37,18 +30,18 @@ wanted = ["springs.K_l_N_per_m", "contact.K_m_over_E_mm", "verdicts.P_max.value"
 """
 
 
-def table(study_path: Path, folder: Path) -> bytes:
+def table(study_path, folder):
     target = folder.parent / f"{folder.name}.csv"
     with stored_study(folder) as store:
         export_table(store, read_study(study_path), target)
     return target.read_bytes()
 
 
-def words_of(study_path: Path, folder: Path, *flags: str) -> tuple[str | Path, ...]:
+def words_of(study_path, folder, *flags):
     return "-m", "pipeline", "study", study_path, "--out", folder, *flags
 
 
-def stored_count(folder: Path) -> int:
+def stored_count(folder):
     if not (folder / STORE).is_file():
         return 0
     with stored_study(folder) as store:
@@ -59,7 +52,7 @@ def stored_count(folder: Path) -> int:
 
 
 @pytest.fixture(scope="module")
-def whole(engine: Engine, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+def whole(engine, tmp_path_factory):
     """Return the table of the study, solved in this process."""
     folder = tmp_path_factory.mktemp("whole")
     path = folder / "springs.toml"
@@ -69,13 +62,13 @@ def whole(engine: Engine, tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 @pytest.mark.parametrize("count", [0, MOST_PROCESSES + 1])
-def test_number_of_processes_has_bounds(count: int) -> None:
+def test_number_of_processes_has_bounds(count):
     with pytest.raises(InputError) as refused, process_engine(count):
         pass
     assert (refused.value.field, refused.value.value) == ("--processes", count)
 
 
-def test_task_that_kills_its_worker_is_lost_and_no_other() -> None:
+def test_task_that_kills_its_worker_is_lost_and_no_other():
     with process_engine(2) as engine:
         tasks = [0, 0, 0, signal.SIGKILL, 0, 0, 0]  # signal 0 does nothing
         ended = list(completed(engine, signal.raise_signal, tasks, lambda _: "lost"))
@@ -84,9 +77,7 @@ def test_task_that_kills_its_worker_is_lost_and_no_other() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("from_stdin", [True, False])
-def test_script_without_a_guard_may_run_a_study(
-    start: Start, written: Write, tmp_path: Path, *, from_stdin: bool
-) -> None:
+def test_script_without_a_guard_may_run_a_study(start, written, tmp_path, *, from_stdin):
     """As in docs/studies.md: neither a script nor stdin has `if __name__ == "__main__"`."""
     text = f"""
 from pathlib import Path
@@ -103,15 +94,15 @@ with process_engine(processes=2) as engine:
     assert run.ended() == (0, f"{POINTS}\n", "")
 
 
-def test_workers_that_never_come_back_are_refused() -> None:
+def test_workers_that_never_come_back_are_refused():
     class Broken(Executor):
-        def submit(self, *_: object) -> None:  # type: ignore[override]
+        def submit(self, *_):  # type: ignore[override]
             raise BrokenExecutor
 
-        def shutdown(self, **_: object) -> None:
+        def shutdown(self, **_):
             """Have nothing to end."""
 
-    def check() -> None:
+    def check():
         msg = "gone"
         raise InputError(msg, field="--scheduler")
 
@@ -125,9 +116,7 @@ def test_workers_that_never_come_back_are_refused() -> None:
 @pytest.mark.parametrize(
     "number", [pytest.param(signal.SIGINT, marks=pytest.mark.study), signal.SIGTERM, signal.SIGKILL]
 )
-def test_study_that_is_ended_goes_on_to_the_same_table(
-    start: Start, written: Write, whole: bytes, tmp_path: Path, number: int
-) -> None:
+def test_study_that_is_ended_goes_on_to_the_same_table(start, written, whole, tmp_path, number):
     path = written(TEXT)
     folder = tmp_path / "ended"
     run = start(*words_of(path, folder, "--processes", "2"))
@@ -142,7 +131,7 @@ def test_study_that_is_ended_goes_on_to_the_same_table(
 
 
 @pytest.mark.slow
-def test_killed_workers_are_replaced(start: Start, written: Write, whole: bytes, tmp_path: Path) -> None:
+def test_killed_workers_are_replaced(start, written, whole, tmp_path):
     path = written(TEXT)
     folder = tmp_path / "killed"
     run = start(*words_of(path, folder, "--processes", "2"))
@@ -156,7 +145,7 @@ def test_killed_workers_are_replaced(start: Start, written: Write, whole: bytes,
     assert table(path, folder) == whole
 
 
-def assert_same_numbers(one: bytes, other: bytes) -> None:
+def assert_same_numbers(one, other):
     """Arrays that a network delivers lie elsewhere in memory, where a kernel may add in another order: round-off."""
     for line, same in zip(one.decode().splitlines(), other.decode().splitlines(), strict=True):
         for cell, number in zip(line.split(","), same.split(","), strict=True):
@@ -167,9 +156,7 @@ def assert_same_numbers(one: bytes, other: bytes) -> None:
 
 
 @pytest.mark.study
-def test_cluster_agrees_and_a_lost_one_is_one_line(
-    start: Start, written: Write, whole: bytes, dask_cluster: tuple[Any, str], tmp_path: Path
-) -> None:
+def test_cluster_agrees_and_a_lost_one_is_one_line(start, written, whole, dask_cluster, tmp_path):
     path = written(TEXT)
     folder = tmp_path / "lost"
     cluster, address = dask_cluster
@@ -186,20 +173,3 @@ def test_cluster_agrees_and_a_lost_one_is_one_line(
     assert (code, complaint.count("\n")) == (2, 1)
     assert address in complaint
     assert 1 <= stored_count(folder) < POINTS
-
-
-@pytest.mark.study
-def test_killed_at_random_moments_it_ends_with_the_same_table(
-    start: Start, written: Write, whole: bytes, tmp_path: Path
-) -> None:
-    path = written(TEXT)
-    folder = tmp_path / "killed"
-    draw = random.Random(17)
-    for _ in range(10):
-        run = start(*words_of(path, folder, "--processes", "2"))
-        time.sleep(draw.uniform(0.0, 6.0))
-        run.process.kill()
-        run.ended()
-    code, _, complaint = start(*words_of(path, folder, "--processes", "2")).ended()
-    assert (code, complaint) == (0, "")
-    assert table(path, folder) == whole

@@ -70,12 +70,6 @@ def test_folder_without_a_body_is_refused(tmp_path):
     assert caught.value.field == "DIR"
 
 
-def test_comparison_without_a_second_folder_is_refused(stand_in_folder, tmp_path):
-    assert main(["view", str(stand_in_folder), "--compare", str(tmp_path / "page.html")]) == 2
-    assert main(["view", str(stand_in_folder), str(stand_in_folder)]) == 2
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 390])
 def test_browser_shows_bodies_and_asks_nobody(scenes_page, width, open_page):

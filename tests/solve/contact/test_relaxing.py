@@ -15,18 +15,18 @@ HOLD_S = 30.0
 SPEED = 0.5  # [mm/s]
 
 
-def nodes(steps: int) -> np.ndarray:
+def nodes(steps):
     """Return times of a ramp and a hold, fine where either begins."""
     ramp = STOP_S * (np.arange(steps + 1) / steps) ** 2
     wait = HOLD_S * (np.arange(1, steps + 1) / steps) ** 3
     return np.concatenate([ramp, STOP_S + wait])[None]
 
 
-def travel(times: np.ndarray) -> np.ndarray:
+def travel(times):
     return SPEED * np.minimum(times, STOP_S)
 
 
-def one_tip(C: float, S: float, hertz: float = 0.0) -> ContrastLaw:
+def one_tip(C, S, hertz=0.0):
     return ContrastLaw(weights=(1.0,), gaps=(0.0,), C=((C,),), S=((S,),), hertz=hertz)
 
 
@@ -39,7 +39,7 @@ def test_one_maxwell_arm_and_a_spring_follow_their_closed_form(E):
     at_last = K * (1.0 - g) * K_m / (K + (1.0 - g) * K_m)
     rate = (1.0 - g * K_m / (K + K_m)) / tau
 
-    def integral(t: np.ndarray) -> np.ndarray:
+    def integral(t):
         return at_last * t + (at_once - at_last) * -np.expm1(-rate * t) / rate
 
     times = nodes(24)
@@ -70,21 +70,21 @@ def test_level_pair_is_the_sum_of_its_modes():
     assert (late.F[0, times[0] > 1.1 * gap / SPEED, 1] > 0.0).all()
 
 
-def independent_dome(E: float, C: float, hertz: float, arms: Relaxation, times: np.ndarray) -> np.ndarray:
+def independent_dome(E, C, hertz, arms, times):
     """Return the force of one dome by the differential equations of Maxwell's arms, an adaptive Runge-Kutta method.
 
     F = sum_i g_i (n - m_i) + (1 - sum g) n of n = E (q / h)^1.5 and tau m' = n - m; q from the springs at each time.
     """
 
-    def entered(t: float, memory: np.ndarray) -> float:
+    def entered(t, memory):
         lost = float(np.array(arms.shares) @ memory)
 
-        def excess(q: float) -> float:
+        def excess(q):
             return q + C * (E * (max(q, 0.0) / hertz) ** 1.5 - lost) - SPEED * min(t, STOP_S)
 
         return brentq(excess, 0.0, SPEED * STOP_S + C * lost + 1e-12, xtol=1e-15, rtol=1e-14)
 
-    def n(t: float, memory: np.ndarray) -> float:
+    def n(t, memory):
         return E * (entered(t, memory) / hertz) ** 1.5
 
     memory = np.zeros(len(arms.shares))

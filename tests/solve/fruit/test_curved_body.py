@@ -12,7 +12,7 @@ from cad.design.fruit import Fruit
 from cad.design.tips import Tips
 from cad.quantity import InputError
 from solve.fruit.body_lines import BodySteps
-from solve.fruit.curved_body import SAFETY, ShapeChange, curvature_correction, curved_compliance, shape_change
+from solve.fruit.curved_body import SAFETY, curvature_correction, curved_compliance, shape_change
 from solve.fruit.smooth_load import least_deviation, line_forces, smooth_loads
 from solve.fruit.split import (
     LEVELS,
@@ -32,21 +32,21 @@ FINER = BodySteps(growth=0.5, largest=0.2, most_dofs=20_000)
 
 
 @functools.cache
-def block_S(fruit: Fruit) -> np.ndarray:
+def block_S(fruit):
     return footprint_compliance(fruit.equivalent_block, PAIR, LEVELS[0]).S
 
 
 @functools.cache
-def pair_change(fruit: Fruit) -> ShapeChange:
+def pair_change(fruit):
     """Return the change under the pair on the meshes of the product, solved once for all tests."""
     return shape_change(fruit, PAIR)
 
 
-def bars(found: ShapeChange, S: np.ndarray) -> np.ndarray:
+def bars(found, S):
     return SAFETY * relative_changes(found.step, S) + relative_changes(found.bound, S)
 
 
-def missed(found: ShapeChange, truth: np.ndarray, S: np.ndarray) -> np.ndarray:
+def missed(found, truth, S):
     return relative_changes(found.change - truth, S)
 
 

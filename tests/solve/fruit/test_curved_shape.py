@@ -17,19 +17,19 @@ CORE = Plan(7.0, 3.0)
 COUNT = 41
 
 
-def grid(fruit: Fruit) -> np.ndarray:
+def grid(fruit):
     """Return points of the block, shape (3, COUNT, COUNT, COUNT)."""
     line = np.linspace(-0.5, 0.5, COUNT)
     axes = fruit.length_mm * line, fruit.width_mm * line, fruit.depth_mm * (line + 0.5)
     return np.stack(np.meshgrid(*axes, indexing="ij"))
 
 
-def bent(fruit: Fruit) -> np.ndarray:
+def bent(fruit):
     points = grid(fruit)
     return CurvedShape(fruit, CORE).bent(points.reshape(3, -1)).reshape(points.shape)
 
 
-def off_the_ellipsoid(fruit: Fruit, points: np.ndarray) -> float:
+def off_the_ellipsoid(fruit, points):
     a, b, c = CurvedShape(fruit, CORE).semi_axes
     x, y, z = points
     return float(np.abs((x / a) ** 2 + (y / b) ** 2 + ((c - z) / c) ** 2 - 1.0).max())
@@ -53,7 +53,7 @@ def test_plan_near_the_tips_stays_what_it_is(fruit):
     assert np.abs(points - flat)[:, inside].max() < 1e-13 * fruit.length_mm
 
 
-def jacobian(fruit: Fruit) -> np.ndarray:
+def jacobian(fruit):
     """Return the determinant of the map at points inside, by differences over a ten thousandth of the fruit."""
     points = 0.999 * grid(fruit)[:, ::2, ::2, ::2].reshape(3, -1)
     points[2] += 5e-4 * fruit.depth_mm

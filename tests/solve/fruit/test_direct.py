@@ -47,7 +47,7 @@ def test_reference_lies_inside_the_error_bars(reference):
     assert abs(cross - s12) <= bar
 
 
-def column() -> MeshTet:
+def column():
     """Return a quarter of a column, pressed over its whole top: 2 x 3 mm, 4 mm high."""
     mesh = MeshTet.init_tensor(np.linspace(0, 2, 3), np.linspace(0, 3, 3), np.linspace(-4, 0, 4))
     return mesh.with_boundaries(

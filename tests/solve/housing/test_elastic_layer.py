@@ -25,7 +25,7 @@ def basis():
     return vector_basis(cube, ElementHexS2(), order=3)
 
 
-def layer(**changes) -> ElasticLayer:
+def layer(**changes):
     return ElasticLayer(**{"name": "side", "thickness": THICKNESS, **changes})
 
 

@@ -9,12 +9,12 @@ from solve.large_strain.grid import Grid
 GRID = Grid(r=np.array([0.0, 0.4, 1.0, 1.7]), z=np.array([0.0, -0.5, -1.2]))
 
 
-def places(grid: Grid) -> np.ndarray:
+def places(grid):
     """Return r and z of every node, shape (nodes, 2)."""
     return np.stack(np.meshgrid(grid.r_nodes, grid.z_nodes, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def deep(body: RoundBody, rng: np.random.Generator) -> np.ndarray:
+def deep(body, rng):
     """Return displacements (nodes, 2) of flesh that is pressed by half of its height, none of them off the axis."""
     uneven = 0.02 * rng.standard_normal((body.count, 2)) * places(GRID)[:, :1]
     return uneven + places(GRID) * [0.2, -0.5]

@@ -9,7 +9,7 @@ from solve.large_strain.flesh_law import FleshLaw
 POISSONS = (0.0, 0.3, 0.49)
 
 
-def energy(law: FleshLaw, stretches: np.ndarray) -> np.ndarray:
+def energy(law, stretches):
     """Return W at principal stretches (..., 3)."""
     return law.phi(stretches)[0].sum(axis=-1) + law.U(np.log(stretches.prod(axis=-1)))[0]
 

@@ -43,7 +43,7 @@ OTHER_LAWS = {  # over the force at first touch, at depths of 0.1, 0.3 and 0.6
 }
 
 
-def sharp_curve(poisson: float, deepest: float = 0.6):
+def sharp_curve(poisson, deepest=0.6):
     return force_curve(RoundTip(radius=RADIUS), FleshLaw(poisson=poisson), deepest)
 
 

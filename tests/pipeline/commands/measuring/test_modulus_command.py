@@ -2,8 +2,6 @@
 
 import json
 import shlex
-import subprocess
-import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -147,17 +145,3 @@ def test_wrong_words_are_one_line_and_write_nothing(words, files, capsys):
     assert out == ""
     assert len(err.splitlines()) == 1
     assert sorted(path.name for path in Path().iterdir()) == files
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("files")
-def test_command_needs_no_cad_kernel_and_no_mesher():
-    """It starts fast: neither cadquery nor gmsh nor the viewer is imported."""
-    script = (
-        "import sys; from pipeline.cli import main; main(['modulus', 'fruit-2.0.csv', '--json', '--radius', '35']);"
-        "print([name for name in ('cadquery', 'OCP', 'gmsh', 'pyvista', 'matplotlib') if name in sys.modules])"
-    )
-    root = str(Path(__file__).parents[4])
-    command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {root!r}); {script}"]
-    out = subprocess.run(command, capture_output=True, encoding="utf-8", check=True, timeout=600).stdout
-    assert out.splitlines()[-1] == "[]"

@@ -176,14 +176,6 @@ def test_press_at_large_strain_is_read_by_its_table(deep, capsys, written):
     assert abs(reading["E_hencky_MPa"] / E - 1.0) > 0.01
 
 
-def test_unit_at_large_strain_is_calibrated_by_weights(deep, capsys, written):
-    main(["calibrate", deep.folder, written(deep.weights(1.0)), "--json"])
-    answer = json.loads(capsys.readouterr().out)
-    np.testing.assert_allclose(1e-3 * np.array(answer["K_N_per_m"]), deep.K, rtol=1e-9)
-    P_max = next(verdict["value"] for verdict in answer["verdicts"] if verdict["name"] == "P_max")
-    assert P_max == pytest.approx(deep.result.reached.P_max.value, rel=2e-3)
-
-
 def test_reading_imports_no_solver(paper):
     """A reading is instant: neither solids nor meshes nor solves are loaded."""
     code = f"""

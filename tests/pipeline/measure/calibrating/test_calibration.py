@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from measured_units import MeasuredDesign
 from stand_ins import default_housing
 
 from cad.parts.coupon import coupon_of, modulus_factor
@@ -14,9 +13,7 @@ from pipeline.measure.calibrating.calibration import measured_print, modulus_of_
 from pipeline.measure.calibrating.unit_table import level_forces, unit_table
 from pipeline.measure.calibrating.weighing import weighed_springs
 from pipeline.measure.unit.presses import reading_of
-from pipeline.response.scene_press import scene_of
 from solve.contact.poses import Pose
-from solve.contact.response import scene_response
 
 THICKER = (1.19, 1.11)  # leaves of 0.8 and 1.2 mm that are 0.05 mm too thick
 GRAM = 9.80665e-3  # [N]
@@ -98,23 +95,6 @@ def test_level_forces_are_those_of_the_engine(mango, paper):
             assert level_forces(measured.measuring(), E) == pytest.approx(expected.tolist(), rel=near)
 
 
-@pytest.mark.slow
-def test_level_forces_under_a_skin_are_those_of_the_engine():
-    """A pair meets another compliance at each modulus; its table reads E by them."""
-    skin = {"fruit.skin_mm": 0.3, "fruit.skin_E_MPa": 10.0, "targets.NL": 0.1}
-    skinned = MeasuredDesign("paper", **skin)
-    sensor = skinned.measuring(percent=1.0)
-    for E in (0.5, 3.5):
-        travel = skinned.design.press.travel_mm
-        expected = scene_response(scene_of(skinned.design), skinned.contact, skinned.C, [E], [travel]).F[0, -1]
-        assert level_forces(sensor, E) == pytest.approx(expected.tolist(), rel=1e-9)
-    for row in unit_table(sensor, sensor):
-        assert row.with_design == pytest.approx(0.0, abs=2e-4)  # between rows of the table of readings
-        read = reading_of(sensor, row.forces).E
-        moved = [10.0 * (reading_of(sensor.with_stiffness(tip, 1.001), row.forces).E / read - 1.0) for tip in (0, 1)]
-        assert row.u == pytest.approx(2.0 * np.linalg.norm(moved), rel=0.01)
-
-
 def rows_of(path, report, text):
     path.write_text("tip,weight_g,deflection_mm\n" + text, encoding="utf-8")
     return measured_print(path, report)
@@ -161,24 +141,3 @@ def test_bad_table_is_an_error_that_says_where(text, place, value, paper, calibr
     assert caught.value.field == f"{tmp_path / 'measured.csv'}{place}"
     if value is not None:
         assert caught.value.value == (pytest.approx(value, rel=1e-4) if isinstance(value, float) else value)
-
-
-@pytest.mark.parametrize(
-    ("header", "missing"),
-    [
-        ("tip,weight_g", ["deflection_mm"]),
-        ("coupon", ["force_N", "deflection_mm"]),
-    ],
-)
-def test_missing_column_is_named_as_a_person_writes_it(header, missing, paper, calibrate):
-    with pytest.raises(InputError) as caught:
-        calibrate(paper.report, f"{header}\n")
-    assert caught.value.value == header
-    assert caught.value.bound == f"a header that has {' and '.join(missing)} too"
-
-
-@pytest.mark.parametrize("header", ["tip,gewicht,deflection_mm", "gewicht,deflection_mm"])
-def test_unknown_header_is_answered_with_headers_that_can_be_written(header, paper, calibrate):
-    with pytest.raises(InputError, match="tip,weight_g,deflection_mm") as caught:
-        calibrate(paper.report, f"{header}\n")
-    assert not {"poisson_1", "F_l", "E_error"} & set(caught.value.bound.replace(",", " ").split())

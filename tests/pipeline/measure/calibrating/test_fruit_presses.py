@@ -66,27 +66,6 @@ def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, measured, rng)
     )
 
 
-@pytest.mark.slow
-def test_scale_of_a_skin_under_flat_tips_is_no_factor(paper, tmp_path):
-    """Its share falls from soft flesh to firm, 1.88 to 1.30 of the stiffness; fruit between those pressed are told."""
-    skinned = MeasuredDesign("paper", **SKIN, **{"targets.NL": 0.1})
-    moduli = np.geomspace(0.5, 3.5, 9)
-    path = tmp_path / "fruit.csv"
-    lines = ["fruit,E_MPa,F_l_N,F_h_N"]
-    for E in moduli.tolist():
-        rows = skinned.forces([Pose(E=E, travel=travel) for travel in (0.4, 0.5, 0.6)]).tolist()
-        lines += [f"{E:.2f},{E},{low:.9f},{high:.9f}" for low, high in rows]
-    path.write_text("\n".join(lines), encoding="utf-8")
-    sensor = paper.measuring()
-    fit = scale_of_presses(measured_fruit(path, 2), sensor)
-    assert fit.scale.curve != "factor"
-    scaled = replace(sensor, unit=replace(sensor.unit, scale=fit.scale))
-    for E in (moduli[1:] * moduli[:-1]) ** 0.5:
-        reading = reading_of(scaled, skinned.forces([Pose(E=E, travel=0.6)])[0].tolist())
-        assert reading.E > 1.25 * E
-        assert reading.firmness.value == pytest.approx(E, rel=0.01 * fit.scale.percent)
-
-
 @pytest.mark.parametrize("fruit", [6, 24])
 @pytest.mark.parametrize("noise", [0.02, 0.1])
 @pytest.mark.parametrize(

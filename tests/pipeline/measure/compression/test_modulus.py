@@ -186,17 +186,6 @@ def test_seat_and_radii_change_the_apparent_modulus_by_its_formula():
     assert hertz_law(larger).stiffness == pytest.approx(plates * math.sqrt(45.0 / 35.0))
 
 
-@pytest.mark.slow
-def test_seat_takes_the_travel_on_one_side():
-    """The same force at half the travel; a ball twice as large has four times the force at twice the travel."""
-    plates = solved_law(BALL)
-    seat = solved_law(replace(BALL, plates=1))
-    large = solved_law(replace(BALL, body=ball(70.0, 140.0)))
-    np.testing.assert_allclose(2.0 * seat.travels, plates.travels)
-    np.testing.assert_allclose(seat.forces, plates.forces)
-    np.testing.assert_allclose(large.depth(4.0 * plates.forces, 1.0), 2.0 * plates.travels, rtol=1e-5)
-
-
 @pytest.mark.parametrize(
     ("travel", "force", "place"),
     [
@@ -211,18 +200,6 @@ def test_number_in_another_unit_is_refused(travel, force, place):
     with pytest.raises(InputError) as caught:
         measured_modulus(specimen(travel, force), BALL)
     assert caught.value.field == f"virtual.csv, specimen '1'{place}"
-
-
-@pytest.mark.slow
-def test_travel_under_load_may_be_as_long_as_the_fruit_is_high():
-    """From a tenth of the largest force on: the plate has travelled 75 mm through air before."""
-    test = VirtualTest(E_MPa=2.0, gap_mm=75.0, rows=6000, noise_percent=0.2)
-    assert measure(test).E_MPa == pytest.approx(2.0, rel=0.02)
-    risen = np.interp(0.1 * F.max(), F[: F.argmax()], X[: F.argmax()])
-    loaded = float(X[F.argmax()] - risen)
-    measure(QUIET, replace(BALL, body=ball(height=1.03 * loaded), strains_percent=(50.0,)))
-    with pytest.raises(InputError):
-        measure(QUIET, replace(BALL, body=ball(height=0.97 * loaded), strains_percent=(50.0,)))
 
 
 def test_what_is_unusual_is_noted():

@@ -1,6 +1,5 @@
 """Pages of results that were not solved, and of the default run."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,34 +34,34 @@ class WrittenPage:
     text: str
 
     @property
-    def address(self) -> str:
+    def address(self):
         """Return the address by which a browser opens the page."""
         return (self.folder / PAGE).as_uri()
 
 
-def written(result: SensorResult, folder: Path) -> WrittenPage:
+def written(result, folder):
     write_outputs(result, folder, page=True)
     text = (folder / PAGE).read_text(encoding="utf-8")
     return WrittenPage(result=result, folder=folder, report=read_report(folder), text=text)
 
 
 @pytest.fixture(scope="session")
-def flat_page(tmp_path_factory: pytest.TempPathFactory) -> WrittenPage:
+def flat_page(tmp_path_factory):
     """Return the page of the paper's scene, whose forces follow from the compliance."""
     return written(result_of(), tmp_path_factory.mktemp("page"))
 
 
 @pytest.fixture(scope="session")
-def dome_page(tmp_path_factory: pytest.TempPathFactory) -> WrittenPage:
+def dome_page(tmp_path_factory):
     """Return the page of a scene that is not linear."""
     return written(result_of(DOMES), tmp_path_factory.mktemp("page"))
 
 
 @pytest.fixture
-def preset_page(tmp_path: Path) -> Callable[[Design], WrittenPage]:
+def preset_page(tmp_path):
     """Return a function that runs a design and returns its page."""
 
-    def written_run(design: Design) -> WrittenPage:
+    def written_run(design):
         result = run(design, RunOptions(out=tmp_path / "out"))
         text = (tmp_path / "out" / PAGE).read_text(encoding="utf-8")
         return WrittenPage(result=result, folder=tmp_path / "out", report=read_report(tmp_path / "out"), text=text)

@@ -58,12 +58,6 @@ def test_number_that_is_missing_is_said_by_its_plot(key, dome_page, open_page, t
     assert page.complaints == []
 
 
-def test_planted_grey_on_grey_is_found(dome_page, open_page):
-    page = open_page(dome_page.address)
-    page.evaluate("document.body.style.color = '#cccccc'")
-    assert "color-contrast" in {name for name, _ in grave_findings(page)}
-
-
 def test_every_slider_is_reached_by_the_keyboard(dome_page, open_page):
     page = open_page(dome_page.address)
     reached = set()

@@ -18,10 +18,8 @@ from cad.theory.soft_tissue import no_slip
 from cad.theory.strain_gauge import FOIL, sandwich_gain
 from cad.theory.two_spring_law import Springs, force_ratio, nonlinearity, series_ratio
 from pipeline.springs.fitted_springs import GRAVITY
-from pipeline.verdicts.errors import effects
-from pipeline.verdicts.errors.budget import Contribution, effects_at, ratio_budget, uncertainty_budgets
+from pipeline.verdicts.errors.budget import effects_at, ratio_budget, uncertainty_budgets
 from pipeline.verdicts.errors.effects import BEAM_SLOPES, effects_after_calibration, level_sensor
-from pipeline.verdicts.errors.print_scatter import StiffnessSurrogate, scatter_bands
 from pipeline.verdicts.rules import target_verdicts
 from pipeline.verdicts.targets import SceneTargets, characteristic
 from solve.contact.scene import SidewaysGive
@@ -248,18 +246,6 @@ def test_inputs_go_through_the_law_with_both_springs_at_once(definition):
     assert size_of(budgets.NL, "modulus") == pytest.approx(NL, rel=rel)
 
 
-def test_inputs_are_those_of_the_sampled_bands():
-    """Half the middle 95 % of 1024 prints, with the same slopes, is 1.96 sigma of modulus and thickness together."""
-    slopes, springs = (2.87, 2.57), springs_of(Design())
-    own = characteristic(CONTACT, sizing_of(Design()), springs.stiffnesses)
-    surrogate = StiffnessSurrogate(slopes=slopes, curves=(0.0, 0.0), corner_error=0.0)
-    sampled = scatter_bands(springs.housing, springs.process, own, Targets(), surrogate)
-    budgets = budgets_of(Design(), springs, slopes)
-    for budget, band, value in ((budgets.P_max, sampled.P_max, 5.0), (budgets.NL, sampled.NL, 0.05)):
-        both = math.hypot(size_of(budget, "modulus"), size_of(budget, "leaf thickness"))
-        assert both * value * 1.96 / 2.0 == pytest.approx(0.5 * (band[1] - band[0]), rel=0.05)
-
-
 def test_foot_of_the_print_is_a_thicker_strip_along_each_leaf():
     """0.2 mm of the depth are 2 x 0.15 mm thicker, and K goes with t to the slope: +5 and +3 % on 6 mm depth."""
     springs, slopes = springs_of(Design()), (2.87, 2.57)
@@ -272,39 +258,10 @@ def test_foot_of_the_print_is_a_thicker_strip_along_each_leaf():
         assert round(100.0 * size) == percent
 
 
-@pytest.mark.parametrize("travel", [1e-3, 1e-5])
-def test_effect_far_below_round_off_keeps_its_size(travel, budgets):
-    """The bend goes with the travel squared, down to shares that P itself cannot hold."""
-    small = budgets_of(Design(press=Press(travel_mm=travel)))
-    for name in ("P_max", "NL"):
-        before, after = (size_of(getattr(each, name), "large deflection") for each in (budgets, small))
-        assert after == pytest.approx(before * (travel / 0.6) ** 2, rel=2e-3)
-
-
 def test_springs_that_are_not_made_have_no_error_of_their_own():
     budgets = budgets_of(Design(), springs_of(Design(), made=False))
     assert (budgets.K_l, budgets.K_h) == (None, None)
     assert names_of(budgets.P_max.model) == OF_FRUIT
-
-
-def test_effect_of_size_zero_is_left_out(monkeypatch):
-    """Leaves that do not bend have nothing to stiffen."""
-    monkeypatch.setattr(effects, "large_deflection_stiffening", lambda _length, _deflection: 0.0)
-    assert names_of(budgets_of(Design()).P_max.model) == OF_SPRINGS[1:] + OF_FRUIT
-
-
-@pytest.mark.parametrize("change", [{"size": 0.0}, {"size": math.nan}, {"reason": ""}, {"effect": ""}])
-def test_contribution_without_size_name_or_reason_is_refused(change):
-    whole = {"effect": "tilt", "size": 0.001, "reason": "measured"}
-    Contribution(**whole)
-    with pytest.raises(ValueError, match="finite"):
-        Contribution(**{**whole, **change})
-
-
-@pytest.mark.parametrize("change", [{"numerical": math.nan}, {"model": ()}, {"input": ()}])
-def test_budget_with_an_empty_share_is_refused(change, budgets):
-    with pytest.raises(ValueError, match="finite"):
-        dataclasses.replace(budgets.P_max, **change)
 
 
 @pytest.mark.parametrize(("poisson", "percent"), [(0.45, 9.0), (0.49, 12.0)])

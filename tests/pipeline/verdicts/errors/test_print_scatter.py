@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stand_ins import K_M_OVER_E, PETG, default_housing, result_of, springs_of
+from stand_ins import K_M_OVER_E, PETG, default_housing
 
-from cad.design.parameters import Design, Targets
+from cad.design.parameters import Targets
 from cad.theory.leaf_spring import pair_stiffness
 from cad.theory.two_spring_law import Springs, force_ratio, size_springs
 from pipeline.verdicts.errors.print_scatter import (
@@ -15,9 +15,7 @@ from pipeline.verdicts.errors.print_scatter import (
     StiffnessSurrogate,
     calibrated_error,
     fit_surrogate,
-    print_scatter,
     scatter_bands,
-    thickened,
 )
 from pipeline.verdicts.targets import Characteristic
 
@@ -70,12 +68,6 @@ def test_springs_that_disturb_each_other_show_at_the_corners():
     assert fit_surrogate(HOUSING, 0.05, coupled).corner_error > 0.02
 
 
-def test_thicker_leaves_by_their_offsets():
-    changed = flexures(thickened(HOUSING, (0.05, -0.02)))
-    assert [leaf.thickness for leaf in changed] == pytest.approx([0.85, 1.18])
-    assert [leaf.length for leaf in changed] == [leaf.length for leaf in flexures(HOUSING)]
-
-
 def test_band_of_a_spring_is_that_of_its_thickness_and_modulus():
     """Small independent scatters add in squares: sigma ln K = sqrt((3 sigma_t / t)^2 + sigma_E^2)."""
     bands = scatter_bands(HOUSING, PETG, OWN, Targets(), fit_surrogate(HOUSING, PETG.accuracy_mm, beams))
@@ -104,8 +96,3 @@ def test_calibration_to_one_percent_leaves_the_sum_of_what_both_springs_do():
     a, b = (K_M / (K + K_M) for K in SPRINGS.stiffnesses)
     # Central differences over 1 % are off by some 1e-4 of the value.
     assert calibrated_error(OWN) == pytest.approx(CALIBRATED * (a + b) / (a - b), rel=1e-3)
-
-
-def test_springs_that_are_not_made_scatter_nothing():
-    result = result_of(made=False)
-    assert print_scatter(Design(), result.contact, result.sizing, springs_of(Design(), made=False)) is None

@@ -215,24 +215,6 @@ def test_forces_that_lean_against_a_direct_solve(modulus):
     assert np.all(found.error > straight.error)
 
 
-def test_springs_that_give_nothing_sideways_are_those_without():
-    poses, C = on_a_ball(COUPLED)
-    body = dataclasses.replace(half_space(2), remainder=np.zeros((1, 2, 2)), bound=np.zeros((1, 2, 2)))
-    rigid = dataclasses.replace(poses, sideways=SidewaysGive(np.zeros((2, 2, 3, 3)), 0.01))
-    without = dataclasses.replace(poses, sideways=None)
-    found = [dome_forces(each, np.ones(1), C, body) for each in (rigid, without)]
-    np.testing.assert_array_equal(found[0].F, found[1].F)
-    np.testing.assert_array_equal(found[0].error, found[1].error)
-
-
-def test_forces_straight_along_the_axis_move_nothing_sideways():
-    across = np.kron(np.eye(2), np.diag([1.0, 2.0, 0.5]))
-    C, sideways = of_two(across)
-    level = lowered([[0.0, 0.0], [40.0, 0.0]], 0.4)
-    found = dome_forces(dataclasses.replace(level, sideways=sideways), E, C, half_space(2))
-    np.testing.assert_allclose(found.F, dome_forces(level, E, C, half_space(2)).F, rtol=1e-12)
-
-
 MANGO = dataclasses.replace(BLUNT, radius_mm=35.0, length_mm=30.0, width_mm=30.0)
 
 
