@@ -43,6 +43,7 @@ def contact_scene():
     return mesh, Deck(elements=elements, sets=sets, E=1.0, poisson=FRUIT.poisson, steps=[step], asked="high_tip")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("bench", "rows", "count"),
     [

@@ -4,6 +4,8 @@
 correction, and say in the commit which number moved and why.
 """
 
+import contextlib
+import io
 import json
 import os
 import platform
@@ -14,6 +16,8 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+from pipeline import cli
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -46,11 +50,18 @@ LONGEST = 12
 """Of a longer list of numbers the first, the last and ten between stand for all."""
 
 
-def command(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+def command(*arguments: str) -> subprocess.CompletedProcess[str]:
     """Run one command of the pipeline in a process of its own."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     line = [sys.executable, "-m", "pipeline", *arguments]
-    return subprocess.run(line, cwd=cwd or ROOT, env=environment, capture_output=True, encoding="utf-8", check=False)
+    return subprocess.run(line, cwd=ROOT, env=environment, capture_output=True, encoding="utf-8", check=False)
+
+
+def here(*arguments: str) -> tuple[int, str]:
+    """Run a command that solves nothing in this process; return its exit code and what it printed."""
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        code = cli.main(arguments)
+    return code, printed.getvalue()
 
 
 def frozen(name: str, folder: Path) -> dict[str, Any]:
@@ -87,14 +98,14 @@ def measured(out: Path, folder: Path) -> dict[str, Any]:
             lines.append(f"{tip['name']},{grams},{1.03 * 9.80665e-3 * grams / kind * 1e3:.9f}")
     weights.write_text("\n".join(lines) + "\n", encoding="utf-8")
     unit = folder / f"{out.name}-unit.toml"
-    calibrated = command("calibrate", str(out), str(weights), "--out", str(unit))
+    exit_code, _ = here("calibrate", str(out), str(weights), "--out", str(unit))
     forces = [",".join(f"{force:.9g}" for force in tip_forces) for tip_forces in forces_of(report)]
-    readings = [command("read", str(out), "--forces", text, "--unit", str(unit), "--json") for text in forces]
+    readings = [here("read", str(out), "--forces", text, "--unit", str(unit), "--json") for text in forces]
     return {
-        "calibrate exit": calibrated.returncode,
-        "unit.toml": numbers(tomllib.loads(unit.read_text(encoding="utf-8"))) if unit.exists() else calibrated.stderr,
-        "read exit": [reading.returncode for reading in readings],
-        "read": [numbers(json.loads(reading.stdout)) if reading.stdout else reading.stderr for reading in readings],
+        "calibrate exit": exit_code,
+        "unit.toml": numbers(tomllib.loads(unit.read_text(encoding="utf-8"))),
+        "read exit": [code for code, _ in readings],
+        "read": [numbers(json.loads(printed)) for _, printed in readings],
     }
 
 

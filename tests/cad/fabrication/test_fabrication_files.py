@@ -58,6 +58,7 @@ def written(curved, tmp_path_factory):
     return write_all(curved, tmp_path_factory.mktemp("fabrication"))
 
 
+@pytest.mark.slow
 def test_every_file_is_written_and_the_same_bytes_again_but_for_step_and_3mf(curved, written, tmp_path):
     """OCCT counts in its text and lib3mf draws numbers: their files hold equal solids, not equal bytes."""
     first, _ = written

@@ -66,23 +66,24 @@ def test_scale_of_a_skin_holds_fruit_that_were_not_pressed(mango, measured, rng)
     )
 
 
-@pytest.mark.parametrize("fruit", [6, 24])
-@pytest.mark.parametrize("noise", [0.02, 0.1])
+LAWS = {
+    "factor": lambda E: 1.2 * E,
+    "power": lambda E: E * (1.0 + 0.4 * E**-0.5),  # a skin
+    "rising": lambda E: E * np.exp(0.2 * np.log(E) ** 2),
+}
+
+
 @pytest.mark.parametrize(
-    ("law", "simplest"),
-    [
-        pytest.param(lambda E: 1.2 * E, "factor", id="a factor"),
-        pytest.param(lambda E: E * (1.0 + 0.4 * E**-0.5), "power", id="a skin"),
-        pytest.param(lambda E: E * np.exp(0.2 * np.log(E) ** 2), "rising", id="bent"),
-    ],
+    ("simplest", "fruit", "noise"),
+    [("factor", 24, 0.02), ("power", 24, 0.02), ("rising", 24, 0.02), ("rising", 6, 0.1)],
 )
-def test_band_holds_95_per_cent_of_fruit_that_were_left_out(fruit, noise, law, simplest, rng):
+def test_band_holds_95_per_cent_of_fruit_that_were_left_out(simplest, fruit, noise, rng):
     """Two presses of each fruit, both with noise, as the firmness is; the error told is that of fresh fruit."""
 
     def pressed(moduli):
         """Return the moduli read of fruit of moduli [MPa], and what the other instrument shows."""
         noises = np.exp(rng.normal(0.0, noise, (2, len(moduli))))
-        return law(moduli) * noises[0], 30.0 * moduli * noises[1]
+        return LAWS[simplest](moduli) * noises[0], 30.0 * moduli * noises[1]
 
     names = tuple(str(name) for name in range(fruit)) * 2
     softest_to_firmest = np.geomspace(0.5, 3.5, fruit)
@@ -105,7 +106,7 @@ def test_band_holds_95_per_cent_of_fruit_that_were_left_out(fruit, noise, law, s
     assert np.mean(held) >= 0.95
     # Those left out at the ends are told by others alone: the error told may be larger, by a third of sets so few.
     assert 0.9 < np.sqrt(np.mean(told) / np.mean(met)) < 2.0
-    if fruit == 24 and noise == 0.02:
+    if fruit == 24:
         assert max(curves, key=curves.count) == simplest
 
 
