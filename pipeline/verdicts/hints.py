@@ -87,14 +87,6 @@ def _travel(verdict: Verdict, design: Design, springs: FittedSprings) -> str | N
     return None if travel is None else f"would pass with less travel: --set press.travel_mm={travel:g}"
 
 
-def _printable(verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
-    for spring in springs.springs:
-        printable = spring.printable
-        if printable.name == verdict.name and printable.passed is False and printable.nearest is not None:
-            return f"could be made with --set {printable.target}={printable.nearest:g}"
-    return _travel(verdict, design, springs)
-
-
 def _ratio(_verdict: Verdict, design: Design, springs: FittedSprings) -> str | None:
     """Return what parts the sensor from the level one with flat tips that targets size springs for."""
     if springs.housing is None:
@@ -159,8 +151,8 @@ HINTS: Mapping[str, Hint | str] = {
     "K_l": _not_made,
     "K_h": _not_made,
     "geometry.made": _not_made,
-    "printable.low": _printable,
-    "printable.high": _printable,
+    "printable.low": _travel,
+    "printable.high": _travel,
     "bruise": _travel,
     **dict.fromkeys(CLEARANCES, _travel),
     "geometry.layout": "take a layout that has a housing: --set tips.layout=pair",

@@ -79,8 +79,8 @@ def test_printable_lengths_have_the_gauges_on():
     springs = Springs(K_l=0.906, K_h=20.83)
     bare = check_printable(Design(), springs, 4.63, PETG)
     fitted = check_printable(Design(print=Print(gauges="foil")), springs, 4.63, PETG)
-    for one, two, t in zip(bare, fitted, (0.8, 1.2), strict=True):
-        assert one.length_mm < two.length_mm == gauged_length(2000.0, 10.0, t, 0.5, two.stiffness_N_per_mm, FOIL)
+    for one, two, t, K in zip(bare, fitted, (0.8, 1.2), springs.stiffnesses, strict=True):
+        assert one.length_mm < two.length_mm == gauged_length(2000.0, 10.0, t, 0.5, K, FOIL)
         assert (one.shortest_mm, two.shortest_mm) == (5.0 * t, 13.0)
         assert two.passed is True
         gain = sandwich_gain(2000.0, 10.0, t, two.length_mm, 0.5, FOIL)
