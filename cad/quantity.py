@@ -7,9 +7,8 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field
-from typing import Any, TypeVar
+from typing import Any, ClassVar, Self
 
-Record = TypeVar("Record")
 _LONGEST_VALUE = 500  # letters of a value in a message: a path is shorter
 
 
@@ -95,11 +94,14 @@ def quantity(
     unit: str,
     bounds: Bounds,
     *,
-    hint: str,
+    hint: str = "",
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - dataclasses.field takes any default
 ) -> Any:  # noqa: ANN401 - stands where a field's value will stand
-    """Declare a field that holds a number, or several: unit, bounds, what to do outside them, and what it means."""
+    """Declare a field that holds a number, or several: unit, bounds, what to do outside them, and what it means.
+
+    Data say for all their fields what to do: `Sourced.HINT`.
+    """
     metadata = {"unit": unit, "bounds": bounds, "hint": hint, "meaning": meaning}
     return field(default=default, metadata=metadata)
 
@@ -111,7 +113,7 @@ def choice(options: Sequence[str], *, default: str | None, hint: str = "choose o
 
 def text_field(
     *,
-    hint: str,
+    hint: str = "",
     meaning: str = "",
     default: Any = MISSING,  # noqa: ANN401 - as above
 ) -> Any:  # noqa: ANN401 - as above
@@ -165,7 +167,8 @@ def check_fields(record: Any, table: str, but: Sequence[str] = ()) -> None:  # n
         value = getattr(record, item.name)
         may_be_left_out = value is None and item.default is None
         if item.name not in but and not may_be_left_out:
-            _check_field(f"{table}.{item.name}", value, item)
+            hint = item.metadata["hint"] or record.HINT
+            _check_field(f"{table}.{item.name}", value, item, hint)
 
 
 @functools.cache
@@ -177,12 +180,12 @@ def _declared(kind: type) -> tuple[Field[Any], ...]:
 def check_choice(name: str, value: object, kind: type[Any]) -> None:
     """Raise InputError unless a value is one of the options of the field `table.key` of a record type."""
     key = name.rpartition(".")[2]
-    _check_field(name, value, kind.__dataclass_fields__[key])
+    item = kind.__dataclass_fields__[key]
+    _check_field(name, value, item, item.metadata["hint"])
 
 
-def _check_field(name: str, value: object, item: Field[Any]) -> None:
+def _check_field(name: str, value: object, item: Field[Any], hint: str) -> None:
     """Check one value against what its field declares."""
-    hint = item.metadata["hint"]
     if "text" in item.metadata:
         if not isinstance(value, str) or not value.strip() or not value.isprintable():
             raise validation_error(name, value, "", item.metadata["text"], hint)
@@ -192,14 +195,13 @@ def _check_field(name: str, value: object, item: Field[Any]) -> None:
             closest = f", did you mean {nearest(value, options)}?" if isinstance(value, str) else ""
             raise validation_error(name, value, "", f"one of {', '.join(options)}", hint + closest)
     else:
-        _check_numbers(name, value, item)
+        _check_numbers(name, value, item, hint)
 
 
-def _check_numbers(name: str, value: object, item: Field[Any]) -> None:
+def _check_numbers(name: str, value: object, item: Field[Any], hint: str) -> None:
     """Check a number, or each number of a field that holds several."""
     unit = item.metadata["unit"]
     bounds = item.metadata["bounds"]
-    hint = item.metadata["hint"]
     annotation = str(item.type)
     if annotation.startswith("tuple") and not (isinstance(value, tuple) and value):
         raise validation_error(name, value, unit, f"a list of at least one number, each {bounds}", hint)
@@ -214,33 +216,45 @@ def _check_numbers(name: str, value: object, item: Field[Any]) -> None:
             raise validation_error(name, as_float(number), unit, str(bounds), hint)
 
 
-def sourced_record(name: str, table: object, kind: type[Record], label: str, hint: str) -> Record:
-    """Return the record of one table with its `sources`; raises InputError for an unknown or bad key."""
-    record = f"{label} {name}"
-    if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
-        bound = "a table of numbers with a table of their sources"
-        raise validation_error(record, str(table), "", bound, hint)
-    fields = dataclasses.fields(kind)  # type: ignore[arg-type]
-    keys = [item.name for item in fields if item.name != "name"]
-    for key in sorted(table.keys() - keys):
-        unknown = f"{record}.{key}"
-        bound = f"left out; did you mean {nearest(key, keys)}?"
-        raise validation_error(unknown, table[key], "", bound, hint)
-    left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
-    sources = tuple(table.get("sources", {}).items())
-    return kind(**{**left_out, **table, "name": name, "sources": sources})
+@dataclass(frozen=True, kw_only=True)
+class Sourced:
+    """Data of one thing by its name; every number that is given has one source, and every source its number."""
 
+    LABEL: ClassVar[str]
+    """What such a thing is called in a message."""
+    HINT: ClassVar[str] = "correct its entry among the data"
 
-def sourced_records(tables: Mapping[str, object], kind: type[Record], label: str, hint: str) -> dict[str, Record]:
-    """Return by name the records with `sources` of many tables; raises as `sourced_record`."""
-    return {name: sourced_record(name, table, kind, label, hint) for name, table in tables.items()}
+    name: str
+    sources: tuple[tuple[str, str], ...]
 
+    def __post_init__(self) -> None:
+        """Check each field, and that every number has its source."""
+        table = f"{self.LABEL} {self.name}"
+        check_fields(self, table)
+        numbers = [item.name for item in dataclasses.fields(self) if "unit" in item.metadata]
+        given = {name for name in numbers if getattr(self, name) is not None}
+        for key in sorted(given ^ dict(self.sources).keys()):
+            name = f"{table}.{key}"
+            raise validation_error(name, getattr(self, key, None), "", "a number with one source", self.HINT)
 
-def check_sources(record: Any, table: str, hint: str) -> None:  # noqa: ANN401 - any frozen dataclass with `sources`
-    """Raise InputError unless every number that a record gives has one source, and every source its number."""
-    sources = dict(record.sources)
-    numbers = [item.name for item in dataclasses.fields(record) if "unit" in item.metadata]
-    given = {name for name in numbers if getattr(record, name) is not None}
-    for key in sorted(given ^ sources.keys()):
-        name = f"{table}.{key}"
-        raise validation_error(name, getattr(record, key, None), "", "a number with one source", hint)
+    @classmethod
+    def from_table(cls, name: str, table: object) -> Self:
+        """Return the record of a table that has its `sources`; raises InputError for an unknown or bad key."""
+        record = f"{cls.LABEL} {name}"
+        if not isinstance(table, Mapping) or not isinstance(table.get("sources", {}), Mapping):
+            bound = "a table of numbers with a table of their sources"
+            raise validation_error(record, str(table), "", bound, cls.HINT)
+        fields = dataclasses.fields(cls)
+        keys = [item.name for item in fields if item.name != "name"]
+        for key in sorted(table.keys() - keys):
+            unknown = f"{record}.{key}"
+            bound = f"left out; did you mean {nearest(key, keys)}?"
+            raise validation_error(unknown, table[key], "", bound, cls.HINT)
+        left_out = dict.fromkeys(item.name for item in fields if item.default is MISSING)
+        sources = tuple(table.get("sources", {}).items())
+        return cls(**{**left_out, **table, "name": name, "sources": sources})
+
+    @classmethod
+    def from_tables(cls, tables: Mapping[str, object]) -> dict[str, Self]:
+        """Return by name the records of many tables; raises as `from_table`."""
+        return {name: cls.from_table(name, table) for name, table in tables.items()}

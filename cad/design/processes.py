@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from cad.input_file import read_toml
 from cad.quantity import (
@@ -12,12 +12,9 @@ from cad.quantity import (
     MODULUS,
     Bounds,
     InputError,
-    check_fields,
-    check_sources,
+    Sourced,
     choice,
     quantity,
-    sourced_record,
-    sourced_records,
     text_field,
     validation_error,
 )
@@ -27,13 +24,12 @@ _FRACTION = Bounds(above=0.0, below=1.0)
 _SCATTER = Bounds(above=0.0, at_most=0.23)
 _LEAST_KNOWN = 0.45  # of the thinnest leaf, by which it may be off at two sigma
 _DENSITY = Bounds(above=0.0, at_most=30.0)  # osmium has 22.6
-_DATA = "correct its entry among the processes"
 _LONGEST_TEXT = 64
 KINDS = ("fdm", "sla", "sls", "dmls", "other")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Process:
+class Process(Sourced):
     """A way to make the housing: material, limits of the machine, and the leaves that suit it.
 
     `E_scatter` is one sigma of E from print to print as a fraction of E; `strain_limit` holds for cyclic bending;
@@ -42,53 +38,44 @@ class Process:
     decides what the sheet for the maker says of supports, washing, heat and powder.
     """
 
-    name: str
-    material: str = text_field(hint=_DATA)
+    LABEL: ClassVar[str] = "process"
+
+    material: str = text_field()
     kind: str = choice(KINDS, default="other")
-    E_MPa: float = quantity("MPa", MODULUS, hint=_DATA, meaning="modulus of the material")
+    E_MPa: float = quantity("MPa", MODULUS, meaning="modulus of the material")
     E_scatter: float = quantity(
-        "1", _SCATTER, hint=_DATA, meaning="scatter of the modulus from print to print, one sigma as a share of E"
+        "1", _SCATTER, meaning="scatter of the modulus from print to print, one sigma as a share of E"
     )
     E_per_K: float | None = quantity(
         "1/K",
         Bounds(at_least=-0.1, at_most=0.1),
         default=None,
-        hint=_DATA,
         meaning="change of the modulus by the temperature about 23 C, as a share of E; [readout] needs it",
     )
-    poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), hint=_DATA, meaning="Poisson's ratio")
+    poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), meaning="Poisson's ratio")
     strain_limit: float = quantity(
-        "1", _FRACTION, hint=_DATA, meaning="largest strain at the root of a leaf that is bent again and again"
+        "1", _FRACTION, meaning="largest strain at the root of a leaf that is bent again and again"
     )
-    density_g_per_cm3: float = quantity("g/cm3", _DENSITY, hint=_DATA, meaning="density")
-    min_wall_mm: float = quantity("mm", LENGTH, hint=_DATA, meaning="thinnest wall")
-    min_gap_mm: float = quantity("mm", LENGTH, hint=_DATA, meaning="narrowest gap that stays open")
-    fillet_mm: float = quantity("mm", LENGTH, hint=_DATA, meaning="radius of inner corners")
+    density_g_per_cm3: float = quantity("g/cm3", _DENSITY, meaning="density")
+    min_wall_mm: float = quantity("mm", LENGTH, meaning="thinnest wall")
+    min_gap_mm: float = quantity("mm", LENGTH, meaning="narrowest gap that stays open")
+    fillet_mm: float = quantity("mm", LENGTH, meaning="radius of inner corners")
     overhang_deg: float = quantity(
         "deg",
         Bounds(above=0.0, at_most=90.0),
-        hint=_DATA,
         meaning="largest slope from the vertical that needs no support",
     )
-    accuracy_mm: float = quantity(
-        "mm", LENGTH, hint=_DATA, meaning="thickness of a thin wall: plus or minus, two sigma"
-    )
-    line_width_mm: float | None = quantity("mm", LENGTH, default=None, hint=_DATA, meaning="width of a printed line")
-    layer_mm: float | None = quantity("mm", LENGTH, default=None, hint=_DATA, meaning="height of a layer")
-    leaf_thickness_low_mm: float = quantity(
-        "mm", LENGTH, hint=_DATA, meaning="thickness of the leaves of the low spring"
-    )
-    leaf_thickness_high_mm: float = quantity(
-        "mm", LENGTH, hint=_DATA, meaning="thickness of the leaves of the high spring"
-    )
-    depth_mm: float = quantity("mm", LENGTH, hint=_DATA, meaning="depth of the plate, which is the width of the leaves")
-    sources: tuple[tuple[str, str], ...]
+    accuracy_mm: float = quantity("mm", LENGTH, meaning="thickness of a thin wall: plus or minus, two sigma")
+    line_width_mm: float | None = quantity("mm", LENGTH, default=None, meaning="width of a printed line")
+    layer_mm: float | None = quantity("mm", LENGTH, default=None, meaning="height of a layer")
+    leaf_thickness_low_mm: float = quantity("mm", LENGTH, meaning="thickness of the leaves of the low spring")
+    leaf_thickness_high_mm: float = quantity("mm", LENGTH, meaning="thickness of the leaves of the high spring")
+    depth_mm: float = quantity("mm", LENGTH, meaning="depth of the plate, which is the width of the leaves")
 
     def __post_init__(self) -> None:
         """Check name, material and each number, and that each number that is given has a source."""
         check_process_name(self.name)
-        check_fields(self, f"process {self.name}")
-        check_sources(self, f"process {self.name}", _DATA)
+        super().__post_init__()
         most = _LEAST_KNOWN * min(self.leaf_thicknesses_mm)
         if self.accuracy_mm > most:
             name = f"process {self.name}.accuracy_mm"
@@ -109,9 +96,7 @@ def check_process_name(name: object) -> None:
         raise validation_error("print.process", name, "", bound, "it names a process in files")
 
 
-PROCESSES = sourced_records(
-    read_toml(Path(__file__).with_name("processes.toml"), "processes"), Process, "process", _DATA
-)
+PROCESSES = Process.from_tables(read_toml(Path(__file__).with_name("processes.toml"), "processes"))
 
 
 def own_process(name: str, table: object) -> Process:
@@ -121,7 +106,7 @@ def own_process(name: str, table: object) -> Process:
             "print.process", name, "", "a name that no known process has", "name your own process anew"
         )
     check_process_name(name)
-    return sourced_record(name, table, Process, "process", _DATA)
+    return Process.from_table(name, table)
 
 
 def read_process_file(path: Path, name: str | None) -> tuple[str, Mapping[str, Any]]:
@@ -145,6 +130,7 @@ def read_process_file(path: Path, name: str | None) -> tuple[str, Mapping[str, A
 
 def process_as_table(process: Process) -> Mapping[str, Any]:
     """Return a process as the table of a file that holds it, without the keys that are not set."""
-    held = {item.name: getattr(process, item.name) for item in dataclasses.fields(process) if item.name != "name"}
+    held = dataclasses.asdict(process)
+    del held["name"], held["sources"]
     held["sources"] = dict(process.sources)
     return {key: value for key, value in held.items() if value is not None}

@@ -5,11 +5,11 @@ A design that names its read-out has the noise of its forces computed, and what 
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import ClassVar
 
 from cad.input_file import read_toml
-from cad.quantity import Bounds, check_fields, check_sources, choice, quantity, sourced_records, validation_error
+from cad.quantity import Bounds, Sourced, check_fields, choice, quantity, validation_error
 
-_DATA = "correct the entry in cad/design/electronics.toml"
 _POSITIVE = Bounds(above=0.0, at_most=1e12)
 _SIZE = Bounds(at_least=0.0, at_most=1e12)
 _BITS = Bounds(at_least=8.0, at_most=32.0)
@@ -18,27 +18,22 @@ _AS_SOLD = "leave it out to have that of the amplifier's data sheet"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Amplifier:
+class Amplifier(Sourced):
     """An amplifier with its converter: input range +-`full_scale_mV` in `bits` bits, and its noise, one sigma.
 
     `rate_Hz` is that of one channel, of which it has `channels`.
     """
 
-    name: str
-    bits: float = quantity("1", _BITS, hint=_DATA)
-    full_scale_mV: float = quantity("mV", _POSITIVE, hint=_DATA)
-    supply_V: float = quantity("V", _POSITIVE, hint=_DATA)
-    noise_nV: float = quantity("nV", _POSITIVE, hint=_DATA)
-    rate_Hz: float = quantity("Hz", _POSITIVE, hint=_DATA)
-    offset_nV_per_K: float = quantity("nV/K", _SIZE, hint=_DATA)
-    gain_ppm_per_K: float = quantity("ppm/K", _SIZE, hint=_DATA)
-    channels: float = quantity("1", _POSITIVE, hint=_DATA)
-    sources: tuple[tuple[str, str], ...]
+    LABEL: ClassVar[str] = "amplifier"
 
-    def __post_init__(self) -> None:
-        """Check each number, and that it has a source."""
-        check_fields(self, f"amplifier {self.name}")
-        check_sources(self, f"amplifier {self.name}", _DATA)
+    bits: float = quantity("1", _BITS)
+    full_scale_mV: float = quantity("mV", _POSITIVE)
+    supply_V: float = quantity("V", _POSITIVE)
+    noise_nV: float = quantity("nV", _POSITIVE)
+    rate_Hz: float = quantity("Hz", _POSITIVE)
+    offset_nV_per_K: float = quantity("nV/K", _SIZE)
+    gain_ppm_per_K: float = quantity("ppm/K", _SIZE)
+    channels: float = quantity("1", _POSITIVE)
 
     @property
     def saturation(self) -> int:
@@ -52,54 +47,44 @@ class Amplifier:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Probe:
+class Probe(Sourced):
     """A sensor of displacement at a shuttle: its slope at the supply, its noise, one sigma, and its drifts.
 
     `zero_um` is by how much its zero may be off without any change of temperature.
     """
 
-    name: str
-    sensitivity_mV_per_mm: float = quantity("mV/mm", _POSITIVE, hint=_DATA)
-    noise_um: float = quantity("um", _SIZE, hint=_DATA)
-    zero_um_per_K: float = quantity("um/K", _SIZE, hint=_DATA)
-    zero_um: float = quantity("um", _SIZE, hint=_DATA)
-    gain_percent_per_K: float = quantity("%/K", _SIZE, hint=_DATA)
-    linearity_percent: float = quantity("%", _SIZE, hint=_DATA)
-    sources: tuple[tuple[str, str], ...]
+    LABEL: ClassVar[str] = "probe"
 
-    def __post_init__(self) -> None:
-        """Check each number, and that it has a source."""
-        check_fields(self, f"probe {self.name}")
-        check_sources(self, f"probe {self.name}", _DATA)
+    sensitivity_mV_per_mm: float = quantity("mV/mm", _POSITIVE)
+    noise_um: float = quantity("um", _SIZE)
+    zero_um_per_K: float = quantity("um/K", _SIZE)
+    zero_um: float = quantity("um", _SIZE)
+    gain_percent_per_K: float = quantity("%/K", _SIZE)
+    linearity_percent: float = quantity("%", _SIZE)
 
 
 @dataclass(frozen=True, kw_only=True)
-class BridgeData:
+class BridgeData(Sourced):
     """A full bridge of foil gauges: its resistance, the power that its grids may give off, and its drifts.
 
     `film_W_per_m2_K` is what air takes of the heat of a leaf.
     """
 
-    name: str
-    resistance_ohm: float = quantity("ohm", _POSITIVE, hint=_DATA)
-    plastic_mW_per_mm2: float = quantity("mW/mm2", _POSITIVE, hint=_DATA)
-    metal_mW_per_mm2: float = quantity("mW/mm2", _POSITIVE, hint=_DATA)
-    zero_strain_per_K: float = quantity("1/K", _SIZE, hint=_DATA)
-    gain_percent_per_K: float = quantity("%/K", _SIZE, hint=_DATA)
-    linearity_percent: float = quantity("%", _SIZE, hint=_DATA)
-    film_W_per_m2_K: float = quantity("W/(m2 K)", _POSITIVE, hint=_DATA)
-    sources: tuple[tuple[str, str], ...]
+    LABEL: ClassVar[str] = "bridge"
 
-    def __post_init__(self) -> None:
-        """Check each number, and that it has a source."""
-        check_fields(self, f"bridge {self.name}")
-        check_sources(self, f"bridge {self.name}", _DATA)
+    resistance_ohm: float = quantity("ohm", _POSITIVE)
+    plastic_mW_per_mm2: float = quantity("mW/mm2", _POSITIVE)
+    metal_mW_per_mm2: float = quantity("mW/mm2", _POSITIVE)
+    zero_strain_per_K: float = quantity("1/K", _SIZE)
+    gain_percent_per_K: float = quantity("%/K", _SIZE)
+    linearity_percent: float = quantity("%", _SIZE)
+    film_W_per_m2_K: float = quantity("W/(m2 K)", _POSITIVE)
 
 
 _TABLES = read_toml(Path(__file__).with_name("electronics.toml"), "electronics")
-AMPLIFIERS = sourced_records(_TABLES["amplifier"], Amplifier, "amplifier", _DATA)
-PROBE = sourced_records(_TABLES["probe"], Probe, "probe", _DATA)["DRV5055A2"]
-BRIDGE = sourced_records(_TABLES["bridge"], BridgeData, "bridge", _DATA)["foil"]
+AMPLIFIERS = Amplifier.from_tables(_TABLES["amplifier"])
+PROBE = Probe.from_tables(_TABLES["probe"])["DRV5055A2"]
+BRIDGE = BridgeData.from_tables(_TABLES["bridge"])["foil"]
 USUAL = {"foil": "HX711", "displacement": "ADS1220"}
 """The amplifier of a transducer where none is named."""
 

@@ -11,7 +11,9 @@ are noisy on both sides of it: W. E. Deming, Statistical Adjustment of Data, 194
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from cad.theory.contrast_law import Matrix, ReadingError
 
@@ -87,24 +89,35 @@ def line_of_sums(C: Matrix, own_less_other: float, sums: PressSums, noises: Sequ
     if sums.count < FEWEST:
         msg = f"samples with both tips on the fruit = {sums.count}: must be at least {FEWEST}; press farther"
         raise ReadingError(msg)
-    deflection = _deflection_difference(C)
-    noise = _along_line(deflection, ForceProducts(noises[0] ** 2, 0.0, noises[1] ** 2))
-    samples = _along_line(deflection, ForceProducts(sums.soft_soft, sums.soft_stiff, sums.stiff_stiff))
+    # x = F_high - F_low [N], and y [mm], by how much more the low spring is bent than the high one
+    x_and_y = np.array([[-1.0, 1.0], np.subtract(C[0], C[1])])
+    forces = [[sums.soft_soft, sums.soft_stiff], [sums.soft_stiff, sums.stiff_stiff]]
+    samples = x_and_y @ forces @ x_and_y.T
+    noise = x_and_y @ np.diag(np.square(noises)) @ x_and_y.T
 
     # Deming's line: so much of the noise is taken off the products that what remains lies on a line
-    fraction = _noise_fraction(samples, noise)
-    spread = samples.xx - fraction * noise.xx
-    rise = samples.xy - fraction * noise.xy
+    (spread, rise), _ = samples - _noise_fraction(samples, noise) * noise
     if not (spread > 0.0 and rise > 0.0):
         raise ReadingError(OF_ANOTHER_SENSOR)
-    slope = rise / spread
+    slope = float(rise / spread)
 
-    scatter = math.sqrt(max(noise.yy - 2.0 * slope * noise.xy + slope**2 * noise.xx, 0.0))
+    x, y = x_and_y @ [sums.soft, sums.stiff]
+    off_line = np.array([-slope, 1.0])
+    scatter = math.sqrt(max(off_line @ noise @ off_line, 0.0))
     return PairLine(
         modulus=own_less_other / slope,
-        lead=deflection.low * sums.soft + deflection.high * sums.stiff - slope * (sums.stiff - sums.soft),
+        lead=float(y - slope * x),
         error=scatter / math.sqrt(spread) / slope,
     )
+
+
+def _noise_fraction(samples: npt.NDArray[np.float64], noise: npt.NDArray[np.float64]) -> float:
+    """Return the smallest t at which the products samples - t noise are those of a line: their determinant is zero."""
+    a = noise[0, 0] * noise[1, 1] - noise[0, 1] ** 2
+    b = samples[0, 0] * noise[1, 1] + samples[1, 1] * noise[0, 0] - 2.0 * samples[0, 1] * noise[0, 1]
+    c = max(samples[0, 0] * samples[1, 1] - samples[0, 1] ** 2, 0.0)
+    root = b + math.sqrt(max(b * b - 4.0 * a * c, 0.0))
+    return float(2.0 * c / root) if root > 0.0 else 0.0
 
 
 def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float], lead: float = 0.0) -> float:
@@ -114,54 +127,7 @@ def ratio_modulus(C: Matrix, own_less_other: float, forces: Sequence[float], lea
     Raises ReadingError where the forces tell nothing.
     """
     low, high = forces
-    deflection = _deflection_difference(C)
-    difference = deflection.low * low + deflection.high * high - lead
+    difference = (C[0][0] - C[1][0]) * low + (C[0][1] - C[1][1]) * high - lead
     if not (difference > 0.0 and high > low):
         raise ReadingError(OF_ANOTHER_SENSOR)
     return own_less_other * (high - low) / difference
-
-
-class ForceProducts(NamedTuple):
-    """Products of the forces of both tips [N^2]."""
-
-    low_low: float
-    low_high: float
-    high_high: float
-
-
-class LineProducts(NamedTuple):
-    """Products of x = F_high - F_low [N] and of y [mm], by how much more the low spring is bent than the high one."""
-
-    xx: float
-    xy: float
-    yy: float
-
-
-class PerForce(NamedTuple):
-    """What y gains per force on the low and on the high tip [mm/N]."""
-
-    low: float
-    high: float
-
-
-def _deflection_difference(C: Matrix) -> PerForce:
-    return PerForce(low=C[0][0] - C[1][0], high=C[0][1] - C[1][1])
-
-
-def _along_line(y: PerForce, products: ForceProducts) -> LineProducts:
-    """Return the products of x and y from those of the forces."""
-    low, mixed, high = products
-    return LineProducts(
-        xx=low - 2.0 * mixed + high,
-        xy=y.low * (mixed - low) + y.high * (high - mixed),
-        yy=y.low**2 * low + 2.0 * y.low * y.high * mixed + y.high**2 * high,
-    )
-
-
-def _noise_fraction(samples: LineProducts, noise: LineProducts) -> float:
-    """Return the smallest t at which samples - t noise is that of a line: its determinant is zero."""
-    a = noise.xx * noise.yy - noise.xy**2
-    b = samples.xx * noise.yy + samples.yy * noise.xx - 2.0 * samples.xy * noise.xy
-    c = max(samples.xx * samples.yy - samples.xy**2, 0.0)
-    root = b + math.sqrt(max(b * b - 4.0 * a * c, 0.0))
-    return 2.0 * c / root if root > 0.0 else 0.0

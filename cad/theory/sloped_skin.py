@@ -7,7 +7,10 @@ direction; under tips alike along and across its mean over all directions counts
 import functools
 import math
 
-_DIRECTIONS = 64  # of a smooth periodic function: its mean is exact to rounding
+import numpy as np
+import numpy.typing as npt
+
+_DIRECTIONS = np.pi * (np.arange(64) + 0.5) / 64.0  # of a smooth periodic function: its mean is exact to rounding
 
 
 def slope_factor(poisson: float, slope: float) -> float:
@@ -18,8 +21,8 @@ def slope_factor(poisson: float, slope: float) -> float:
     """
     sine_squared = slope**2 / (1.0 + slope**2)
     share = sine_squared * poisson / (1.0 - poisson)
-    directions = _stretched(slope)
-    return sum((1.0 + share * (along / r) ** 2) / r for along, r in directions) / _DIRECTIONS
+    along, r = _stretched(slope)
+    return float(np.mean((1.0 + share * (along / r) ** 2) / r))
 
 
 def log_coefficient(poisson: float, slope: float) -> float:
@@ -50,11 +53,11 @@ def stretch_factor(slope: float) -> float:
 
     On a skin that falls by `slope` [1] such a load is longer down the slope: the mean of 1 / r over all directions.
     """
-    return sum(1.0 / r for _, r in _stretched(slope)) / _DIRECTIONS
+    _, r = _stretched(slope)
+    return float(np.mean(1.0 / r))
 
 
-def _stretched(slope: float) -> list[tuple[float, float]]:
+def _stretched(slope: float) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Return what a unit step seen from above is on the slope, down the slope and in length, in each direction [1]."""
-    angles = [math.pi * (count + 0.5) / _DIRECTIONS for count in range(_DIRECTIONS)]
-    steps = [(math.cos(angle) * math.hypot(1.0, slope), math.sin(angle)) for angle in angles]
-    return [(along, math.hypot(along, across)) for along, across in steps]
+    along = np.cos(_DIRECTIONS) * math.hypot(1.0, slope)
+    return along, np.hypot(along, np.sin(_DIRECTIONS))

@@ -3,14 +3,14 @@
 Forces at large strain are read from large_strain.toml, which tests/fits/large_strain_factors.py makes.
 """
 
-import bisect
 import functools
 import math
 import tomllib
 from pathlib import Path
 from typing import Literal
 
-Curve = tuple[tuple[float, float], ...]
+import numpy as np
+
 FleshLawName = Literal["neo-hooke", "hencky", "foam"]
 FLESH_LAWS: tuple[FleshLawName, ...] = ("neo-hooke", "hencky", "foam")
 
@@ -36,8 +36,13 @@ def large_strain_factor(depth: float, poisson: float, law: FleshLawName = "neo-h
     solved the departure from 1 grows with the depth.
     """
     depths, poissons, rows = _table(law)
-    rows_at_depth = [_continued(depth, ((0.0, 1.0), *zip(depths, row, strict=False))) for row in rows]
-    factor = interpolated(poisson, tuple(zip(poissons, rows_at_depth, strict=True)))
+    at_depth = []
+    for row in rows:
+        solved = [0.0, *depths[: len(row)]]
+        factors = [1.0, *row]
+        beyond = max(1.0, depth / solved[-1])
+        at_depth.append(1.0 + (np.interp(depth, solved, factors) - 1.0) * beyond)
+    factor = float(np.interp(poisson, poissons, at_depth))
     return min(max(factor, 1.0 - LARGEST_CHANGE), 1.0 + LARGEST_CHANGE)
 
 
@@ -50,21 +55,6 @@ def constitutive_spread(depth: float, poisson: float) -> float:
     """Return half of what the laws of Hencky and Storakers put the force apart [1] at a depth [tip sides]."""
     apart = large_strain_factor(depth, poisson, "hencky") - large_strain_factor(depth, poisson, "foam")
     return 0.5 * abs(apart)
-
-
-def interpolated(x: float, curve: Curve) -> float:
-    """Return the height at x of straight lines between points (x, y), level beyond both ends [unit of y]."""
-    upper = bisect.bisect_right(curve, (x, math.inf))
-    if upper in (0, len(curve)):
-        return curve[min(upper, len(curve) - 1)][1]
-    (x0, y0), (x1, y1) = curve[upper - 1 : upper + 1]
-    return y0 + (y1 - y0) / (x1 - x0) * (x - x0)
-
-
-def _continued(depth: float, curve: Curve) -> float:
-    """Return a factor at a depth, beyond the last of its points by its growth from 1."""
-    deepest, last = curve[-1]
-    return interpolated(depth, curve) if depth <= deepest else 1.0 + (last - 1.0) * depth / deepest
 
 
 @functools.cache

@@ -9,55 +9,52 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from cad.input_file import read_toml
-from cad.quantity import Bounds, check_fields, check_sources, quantity, sourced_records, validation_error
+from cad.quantity import Bounds, Sourced, quantity, validation_error
 from cad.theory.bisection import last_holding
 from cad.theory.leaf_spring import Flexure, pair_stiffness
 
 _POSITIVE = Bounds(above=0.0)
-_DATA = "correct the entry in cad/theory/gauges.toml"
 _ROOM = "choose another process or other targets, or print.gauges = 'none'"
 
 
 @dataclass(frozen=True, kw_only=True)
-class FoilGauge:
+class FoilGauge(Sourced):
     """A gauge of one grid: sizes [mm], layers and gauge factor; metal ends `margin_mm` inside the backing's edges.
 
     The metal is the grid, which begins at the edge next to a leaf's root, and its solder tabs behind it; `foil_fill`
     is the share of that rectangle which the foil covers.
     """
 
-    name: str
-    grid_length_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
-    grid_width_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
-    backing_length_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
-    backing_width_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
-    margin_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
-    foil_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
-    foil_fill: float = quantity("1", Bounds(above=0.0, at_most=1.0), hint=_DATA)
-    foil_E_MPa: float = quantity("MPa", _POSITIVE, hint=_DATA)
-    foil_poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), hint=_DATA)
-    backing_mm: float = quantity("mm", _POSITIVE, hint=_DATA)
-    backing_E_MPa: float = quantity("MPa", _POSITIVE, hint=_DATA)
-    backing_poisson: float = quantity("1", Bounds(above=-1.0, below=0.5), hint=_DATA)
-    gauge_factor: float = quantity("1", _POSITIVE, hint=_DATA)
-    sources: tuple[tuple[str, str], ...]
+    LABEL: ClassVar[str] = "gauge"
+
+    grid_length_mm: float = quantity("mm", _POSITIVE)
+    grid_width_mm: float = quantity("mm", _POSITIVE)
+    backing_length_mm: float = quantity("mm", _POSITIVE)
+    backing_width_mm: float = quantity("mm", _POSITIVE)
+    margin_mm: float = quantity("mm", _POSITIVE)
+    foil_mm: float = quantity("mm", _POSITIVE)
+    foil_fill: float = quantity("1", Bounds(above=0.0, at_most=1.0))
+    foil_E_MPa: float = quantity("MPa", _POSITIVE)
+    foil_poisson: float = quantity("1", Bounds(above=-1.0, below=0.5))
+    backing_mm: float = quantity("mm", _POSITIVE)
+    backing_E_MPa: float = quantity("MPa", _POSITIVE)
+    backing_poisson: float = quantity("1", Bounds(above=-1.0, below=0.5))
+    gauge_factor: float = quantity("1", _POSITIVE)
 
     def __post_init__(self) -> None:
         """Check each number, that the backing carries the grid, and that every number has a source."""
-        table = f"gauge {self.name}"
-        check_fields(self, table)
+        super().__post_init__()
         for side in ("length", "width"):
             name = f"backing_{side}_mm"
             backing = getattr(self, name)
             least = getattr(self, f"grid_{side}_mm") + 2.0 * self.margin_mm
             if backing < least:
                 bound = f"at least {least:g} mm, to carry the grid"
-                key = f"{table}.{name}"
-                raise validation_error(key, backing, "mm", bound, _DATA)
-        check_sources(self, table, _DATA)
+                key = f"gauge {self.name}.{name}"
+                raise validation_error(key, backing, "mm", bound, self.HINT)
 
     @property
     def foil_stiffness(self) -> float:
@@ -75,7 +72,7 @@ class FoilGauge:
         return self.backing_width_mm - 2.0 * self.margin_mm
 
 
-_DECLARED = sourced_records(read_toml(Path(__file__).with_name("gauges.toml"), "gauges"), FoilGauge, "gauge", _DATA)
+_DECLARED = FoilGauge.from_tables(read_toml(Path(__file__).with_name("gauges.toml"), "gauges"))
 FOIL = _DECLARED["foil"]
 GAUGES: dict[str, FoilGauge | None] = {"none": None, **_DECLARED}
 
