@@ -2,7 +2,6 @@
 
 import csv
 import io
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
@@ -140,16 +139,3 @@ def bill_csv(rows: Sequence[Row]) -> str:
     writer.writerow([field.name for field in fields(Row)])
     writer.writerows(astuple(row) for row in rows)
     return text.getvalue()
-
-
-def as_markdown(text: str) -> str:
-    """Return a text, which a printer's file may have given, so that Markdown shows it as it is."""
-    return re.sub(r"([\\`*_\[\]<>|&~])", r"\\\1", text)
-
-
-def bill_table(rows: Sequence[Row]) -> str:
-    """Return the bill as a table of Markdown."""
-    heads = [field.name for field in fields(Row)]
-    cells = [heads, ["---"] * len(heads)]
-    cells += [[as_markdown(str(cell)) for cell in astuple(row)] for row in rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in cells)

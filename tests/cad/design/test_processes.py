@@ -77,4 +77,8 @@ TABLE = Path(cad.design.processes.__file__).with_name("processes.toml")
 
 def test_data_files_ship_in_the_wheel():
     shipped = {file.distribution_path for file in WheelBuilder(str(TABLE.parents[2])).recurse_included_files()}
-    assert {"cad/design/processes.toml", "cad/theory/gauges.toml", "cad/fabrication/fabrication_sheet.toml"} <= shipped
+    assert {
+        "cad/design/processes.toml",
+        "cad/theory/gauges.toml",
+        "cad/fabrication/fabrication_sheet.md.jinja",
+    } <= shipped
