@@ -15,7 +15,7 @@ from benchmarks.harness import Bench, Measurement, Reference, print_measurements
 from benchmarks.peers import NGSOLVE, PeerTask, Solver, deck_solvers, peer_answer
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.parts.fruit import fruit_quarter
+from cad.parts.fruit import solved_block
 from mesh.fruit import REFINEMENTS, fruit_mesh
 from solve.arrays import Floats
 from solve.fruit.compliance import FruitCompliance
@@ -87,7 +87,7 @@ def _product_row(method: str, mesh: str, compliance: FruitCompliance, cpu: float
 
 def direct_rows() -> Iterator[Measurement]:
     """Yield direct finite elements on each mesh of the family, CalculiX on the same meshes, and the extrapolation."""
-    part = fruit_quarter(FRUIT, TIPS)
+    part = solved_block(FRUIT, TIPS)
     meshes, total = [], 0.0
     for scale in REFINEMENTS:
         mesh, meshing = timed(partial(fruit_mesh, part, FRUIT, TIPS, scale))

@@ -18,7 +18,7 @@ from benchmarks.harness import Bench, Measurement, Reference, print_measurements
 from benchmarks.peers import GETFEM, Peer, PeerTask, deck_task, peer_answer
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
-from cad.parts.fruit import curved_half
+from cad.parts.fruit import curved_fruit
 from cad.parts.part import Part
 from mesh.fruit import edge_size
 from mesh.volume import SizeField, volume_mesh
@@ -100,7 +100,7 @@ def product_rows() -> Iterator[Measurement]:
 
 def peer_rows() -> Iterator[Measurement]:
     """Yield GetFEM by augmented Lagrangian on one family."""
-    part = curved_half(FRUIT, TIPS)
+    part = curved_fruit(FRUIT, TIPS, half=True)
     for scale in SCALES:
         mesh, meshing = timed(partial(half_mesh, part, scale))
         deck, name = half_deck(mesh), f"edge {edge_size(TIPS, scale):.3g} mm"

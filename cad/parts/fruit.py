@@ -5,6 +5,8 @@ x runs along the tips, y across, z along the press; the apex, or the middle of a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cadquery as cq
 
 from cad.design.fruit import Fruit
@@ -14,57 +16,39 @@ from cad.quantity import validation_error
 
 _NEAR_BOX_MM = 1e-3  # the box about a curved face is wider than it
 _MIRROR_PLANES = {"symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
-
-
-def fruit_block(fruit: Fruit, tips: Tips) -> Part:
-    """Return the whole block [mm] with the faces base, top, low_tip, high_tip.
-
-    Raises InputError when a tip stands beyond the fruit.
-    """
-    return _imprinted_block("fruit block", fruit, tips)
+HALF = ("symmetry_y",)
+QUARTER = ("symmetry_x", "symmetry_y")
 
 
 def solved_block(fruit: Fruit, tips: Tips) -> Part:
-    """Return what is solved of a block [mm]: the quarter where the tips are central, else the half y >= 0."""
-    return fruit_quarter(fruit, tips) if tips.offset_mm == 0.0 else fruit_half(fruit, tips)
+    """Return what is solved of a block [mm]: the quarter x, y >= 0 where the tips are central, else the half y >= 0."""
+    return fruit_block(fruit, tips, QUARTER if tips.offset_mm == 0.0 else HALF)
 
 
-def fruit_half(fruit: Fruit, tips: Tips) -> Part:
-    """Return the half y >= 0 of the block [mm] with the faces base, top, low_tip, high_tip, symmetry_y.
+def fruit_block(fruit: Fruit, tips: Tips, mirrors: Sequence[str] = ()) -> Part:
+    """Return the block [mm], or what lies behind its planes of symmetry, with the faces base, top, low_tip, high_tip.
 
-    Raises InputError when a tip stands beyond the fruit.
+    The planes are faces of their names; behind symmetry_x there is no low tip. Raises InputError when a tip stands
+    beyond the fruit.
     """
-    return _imprinted_block("fruit half", fruit, tips, "symmetry_y")
-
-
-def fruit_quarter(fruit: Fruit, tips: Tips) -> Part:
-    """Return the quarter x >= 0, y >= 0 [mm] with the faces base, top, high_tip, symmetry_x, symmetry_y.
-
-    Raises InputError when the tips are off the centre, or stand beyond the fruit.
-    """
-    if tips.offset_mm != 0.0:
-        bound = "0 for a quarter of the fruit"
-        raise validation_error("tips.offset_mm", tips.offset_mm, "mm", bound, "take fruit_half")
-    return _imprinted_block("fruit quarter", fruit, tips, "symmetry_x", "symmetry_y")
+    check_tips_on_fruit(fruit, tips)
+    right, back = 0.5 * fruit.length_mm, 0.5 * fruit.width_mm
+    left = 0.0 if "symmetry_x" in mirrors else -right
+    front = 0.0 if "symmetry_y" in mirrors else -back
+    corner = cq.Vector(left, front, -fruit.height_mm)
+    block = cq.Solid.makeBox(right - left, back - front, fruit.height_mm, corner)
+    centres = {face: x for face, x in _tip_centres(tips).items() if x > left}
+    faces = {
+        "base": on_plane(2, -fruit.height_mm),
+        **{plane: _MIRROR_PLANES[plane] for plane in mirrors},
+        **_top_faces(tips, centres, on_plane(2, 0.0), NEAR_MM),
+    }
+    return named_part("fruit block", block.split(*(_footprint(tips, x) for x in centres.values())), faces)
 
 
 def _tip_centres(tips: Tips) -> dict[str, float]:
     """Return x of the centre of each footprint by face name [mm]."""
     return dict(zip(("low_tip", "high_tip"), tips.centres_mm, strict=True))
-
-
-def _imprinted_block(name: str, fruit: Fruit, tips: Tips, *mirror_planes: str) -> Part:
-    check_tips_on_fruit(fruit, tips)
-    right, back = 0.5 * fruit.length_mm, 0.5 * fruit.width_mm
-    left = 0.0 if "symmetry_x" in mirror_planes else -right
-    front = 0.0 if "symmetry_y" in mirror_planes else -back
-    corner = cq.Vector(left, front, -fruit.height_mm)
-    block = cq.Solid.makeBox(right - left, back - front, fruit.height_mm, corner)
-    centres = {face: x for face, x in _tip_centres(tips).items() if x > left}
-    faces: dict[str, FaceTest] = {"base": on_plane(2, -fruit.height_mm)}
-    faces.update({plane: _MIRROR_PLANES[plane] for plane in mirror_planes})
-    faces.update(_top_faces(tips, centres, on_plane(2, 0.0), NEAR_MM))
-    return named_part(name, block.split(*(_footprint(tips, x) for x in centres.values())), faces)
 
 
 def _footprint(tips: Tips, x: float) -> cq.Face:
@@ -96,10 +80,11 @@ def _is_curved(face: cq.Face) -> bool:
     return face.geomType() != "PLANE"
 
 
-def curved_fruit(fruit: Fruit, tips: Tips | None = None) -> Part:
+def curved_fruit(fruit: Fruit, tips: Tips | None = None, *, half: bool = False) -> Part:
     """Return the piece of a sphere or ellipsoid [mm] with the faces base and top; with tips also low_tip and high_tip.
 
-    The tips leave their outlines as seen from above. Raises InputError for a block.
+    The tips leave their outlines as seen from above. The half y >= 0 has the face symmetry_y too. Raises InputError for
+    a block.
     """
     if fruit.radius_mm is None:
         raise validation_error("fruit.shape", fruit.shape, "", "sphere or ellipsoid", "take fruit_block")
@@ -109,28 +94,19 @@ def curved_fruit(fruit: Fruit, tips: Tips | None = None) -> Part:
         centres = _tip_centres(tips)
         faces.update(_top_faces(tips, centres, _is_curved, _NEAR_BOX_MM))
         piece = piece.split(*(_outline(piece, tips, x) for x in centres.values()))
+    if half:
+        far = piece.BoundingBox().DiagonalLength
+        piece = piece.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far)))
+        faces["symmetry_y"] = _MIRROR_PLANES["symmetry_y"]
     return named_part(f"fruit {fruit.shape}", piece, faces)
 
 
-def curved_half(fruit: Fruit, tips: Tips) -> Part:
-    """Return the half y >= 0 of the piece [mm] with the faces base, top, low_tip, high_tip and symmetry_y.
-
-    The tips leave their outlines as seen from above. Raises InputError for a block.
-    """
-    whole = curved_fruit(fruit, tips).shape
-    far = whole.BoundingBox().DiagonalLength
-    half = whole.intersect(cq.Solid.makeBox(2.0 * far, far, 2.0 * far, cq.Vector(-far, 0.0, -far)))
-    planes = {"base": on_plane(2, -fruit.depth_mm), "symmetry_y": _MIRROR_PLANES["symmetry_y"]}
-    return named_part(
-        f"half of a fruit {fruit.shape}",
-        half,
-        {**planes, **_top_faces(tips, _tip_centres(tips), _is_curved, _NEAR_BOX_MM)},
-    )
-
-
-def bare_fruit(fruit: Fruit) -> cq.Shape:
-    """Return the fruit without outlines of tips [mm], its apex or the middle of its top at the origin."""
-    return outer_box(fruit) if fruit.shape == "block" else curved_fruit(fruit).shape
+def whole_fruit(fruit: Fruit, tips: Tips) -> cq.Shape:
+    """Return the fruit [mm], its apex or the middle of its top at the origin, with the outlines of a pair of tips."""
+    is_pair = tips.tip_layout.is_pair
+    if fruit.shape != "block":
+        return curved_fruit(fruit, tips if is_pair else None).shape
+    return fruit_block(fruit, tips).shape if is_pair else outer_box(fruit)
 
 
 def outer_box(fruit: Fruit, top: float = 0.0) -> cq.Solid:

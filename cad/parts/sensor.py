@@ -13,7 +13,7 @@ import cadquery as cq
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
 from cad.parts.engraving import marked
-from cad.parts.fruit import bare_fruit, curved_fruit, fruit_block, outer_box
+from cad.parts.fruit import outer_box, whole_fruit
 from cad.parts.housing import Housing
 from cad.parts.part import Part
 from cad.parts.pin_socket import pins
@@ -62,13 +62,8 @@ class Sensor:
     def fruit_body(self) -> Body:
         """Return the fruit before the press, with the outlines of a pair of tips on it."""
         below = cq.Vector(-self.tips.offset_mm, 0.0, -self.tips.gap_mm - self.housing.pin_out)
-        if not self.tips.tip_layout.is_pair:
-            shape = bare_fruit(self.fruit)
-        elif self.fruit.shape == "block":
-            shape = fruit_block(self.fruit, self.tips).shape
-        else:
-            shape = curved_fruit(self.fruit, self.tips).shape
-        return Body(name="fruit", shape=shape.translate(below), colour=_FRUIT_COLOUR)
+        shape = whole_fruit(self.fruit, self.tips).translate(below)
+        return Body(name="fruit", shape=shape, colour=_FRUIT_COLOUR)
 
     def pin_bodies(self) -> tuple[Body, ...]:
         """Return the pins in their pockets; none where the tips are printed."""

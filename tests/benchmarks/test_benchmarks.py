@@ -17,7 +17,7 @@ from benchmarks.element_study import element_stiffness
 from benchmarks.peers import FELUPE, PeerTask, peer_answer
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.parts.fruit import fruit_quarter
+from cad.parts.fruit import solved_block
 from cad.quantity import InputError
 from mesh.fruit import fruit_mesh
 from mesh.housing.sweep import flexure_mesh
@@ -36,7 +36,7 @@ def housing_mesh():
 
 @pytest.fixture(scope="module")
 def contact_scene():
-    mesh = fruit_mesh(fruit_quarter(FRUIT, TIPS), FRUIT, TIPS, 2.0)
+    mesh = fruit_mesh(solved_block(FRUIT, TIPS), FRUIT, TIPS, 2.0)
     elements = peer_elements(mesh, "tet P2", "C3D10")
     step = LinearStep(held={"base": (1, 2, 3), "symmetry_y": (2,), "symmetry_x": (1,)}, pressed={"high_tip": 1.0})
     sets = boundary_sets(elements, mesh, "tet P2", ("base", "symmetry_x", "symmetry_y", "high_tip"))

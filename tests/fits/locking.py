@@ -12,7 +12,7 @@ from fits.comparison import Comparison, covering
 from skfem import Mesh
 
 from cad.design.parameters import Fruit, Tips
-from cad.parts.fruit import fruit_quarter
+from cad.parts.fruit import solved_block
 from mesh.fruit import REFINEMENTS, fruit_mesh
 from solve.fruit.direct import direct_compliance, locking
 from solve.fruit.split import split_compliance
@@ -26,7 +26,7 @@ SPARE = 4.0  # the power law lies 1.7 to 3.4 times above what is seen
 @cache
 def meshes(refinements: tuple[float, ...]) -> tuple[Mesh, ...]:
     fruit = Fruit()
-    return tuple(fruit_mesh(fruit_quarter(fruit, TIPS), fruit, TIPS, scale) for scale in refinements)
+    return tuple(fruit_mesh(solved_block(fruit, TIPS), fruit, TIPS, scale) for scale in refinements)
 
 
 @cache

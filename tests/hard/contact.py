@@ -9,7 +9,7 @@ from benchmarks.contact import BENCH, pair_and_own, relative_errors
 from benchmarks.harness import Reference
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.parts.fruit import fruit_half, fruit_quarter
+from cad.parts.fruit import solved_block
 from mesh.fruit import REFINEMENTS, fruit_mesh
 from pipeline.options import CONTACT_SHARE, DEFAULT_TOLERANCE
 from pipeline.response.contact import contact_compliance
@@ -85,7 +85,7 @@ def footprints_of(tips: Tips) -> tuple[Footprint, ...]:
 
 def _by_direct_elements(fruit: Fruit, tips: Tips, scale: float) -> Reference:
     """Return direct FE on its family of meshes: made finer without an error, else with its own error bar."""
-    part = fruit_quarter(fruit, tips) if tips.offset_mm == 0.0 else fruit_half(fruit, tips)
+    part = solved_block(fruit, tips)
     meshes = [fruit_mesh(part, fruit, tips, scale * refinement) for refinement in REFINEMENTS]
     compliance = direct_compliance(meshes, fruit.poisson)
     error = relative_errors(compliance)[0] if scale == 1.0 else 0.0

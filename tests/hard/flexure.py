@@ -15,7 +15,7 @@ from benchmarks.harness import Reference
 from cad.design.fruit import Fruit
 from cad.design.parameters import Design, Print, Targets
 from cad.design.tips import Tips
-from cad.parts.fruit import fruit_quarter
+from cad.parts.fruit import solved_block
 from cad.parts.housing import Housing
 from cad.quantity import InputError
 from mesh.fruit import REFINEMENTS, fruit_mesh
@@ -103,7 +103,7 @@ def jittered_checks(share: float) -> tuple[ReferenceCheck, ...]:
 
 
 def _jittered(scale: float, share: float) -> Any:
-    mesh = fruit_mesh(fruit_quarter(BLOCK, TIPS), BLOCK, TIPS, scale)
+    mesh = fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, scale)
     points = np.array(mesh.p)
     lengths = np.linalg.norm(points[:, mesh.edges[1]] - points[:, mesh.edges[0]], axis=0)
     shortest = np.full(points.shape[1], np.inf)
@@ -118,7 +118,7 @@ def _jittered(scale: float, share: float) -> Any:
 
 def grounded_checks(share: float) -> tuple[ReferenceCheck, ...]:
     """Return the check that a free block on springs k, a share [1] of its stiffest dof, moves by 1 under loads k."""
-    basis = element_basis(fruit_mesh(fruit_quarter(BLOCK, TIPS), BLOCK, TIPS, 1.0), "tet P2")
+    basis = element_basis(fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, 1.0), "tet P2")
     K = stiffness_matrix(basis, 1.0, BLOCK.poisson)
     k = share * float(K.diagonal().max())
     K.setdiag(K.diagonal() + k)

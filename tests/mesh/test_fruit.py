@@ -3,7 +3,7 @@ import pytest
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.parts.fruit import fruit_block, fruit_half, fruit_quarter
+from cad.parts.fruit import HALF, QUARTER, fruit_block, solved_block
 from mesh.fruit import REFINEMENTS, edge_size, fruit_mesh, fruit_meshes, fruit_size
 
 FRUIT, TIPS = Fruit(), Tips()
@@ -24,7 +24,7 @@ def test_edge_of_the_footprint_carries_elements_of_the_asked_size():
 
 
 def test_family_scales_the_edge_at_rate_one_and_the_smooth_part_at_rate_four():
-    part = fruit_quarter(FRUIT, TIPS)
+    part = solved_block(FRUIT, TIPS)
     coarse, fine = (fruit_size(part, FRUIT, TIPS, scale) for scale in (1.0, 1.0 / 16.0))
     assert fine.smallest_mm == pytest.approx(coarse.smallest_mm / 16.0)
     assert fine.growth == pytest.approx(coarse.growth / 2.0)
@@ -34,6 +34,6 @@ def test_family_scales_the_edge_at_rate_one_and_the_smooth_part_at_rate_four():
 @pytest.mark.parametrize("tips", [Tips(spacing_mm=19.0), Tips(spacing_mm=1.1), Tips(side_mm=4.0)])
 @pytest.mark.parametrize("fruit", [FRUIT, Fruit(height_mm=2.0), Fruit(width_mm=4.0)])
 def test_hard_shapes_can_be_meshed(fruit, tips):
-    for make in (fruit_block, fruit_half, fruit_quarter):
-        mesh = fruit_mesh(make(fruit, tips), fruit, tips, 4.0)
+    for mirrors in ((), HALF, QUARTER):
+        mesh = fruit_mesh(fruit_block(fruit, tips, mirrors), fruit, tips, 4.0)
         assert mesh.p.min(axis=1)[2] == pytest.approx(-fruit.height_mm)

@@ -13,7 +13,7 @@ from skfem import ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet1,
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.parts.fruit import curved_fruit, fruit_quarter
+from cad.parts.fruit import curved_fruit, solved_block
 from cad.parts.part import Part, named_part, on_plane
 from cad.theory.sloped_skin import log_coefficient
 from mesh.fruit import edge_size
@@ -55,7 +55,7 @@ def sizes(tips: Tips, scale: float, growth: float, largest: float) -> SizeField:
 
 def block_mesh(fruit: Fruit, tips: Tips, size: SizeField) -> MeshTet2:
     """Return the mesh [mm] of a quarter of the equivalent block."""
-    straight = volume_mesh(fruit_quarter(fruit.equivalent_block, tips), size, tolerance=FACETED)
+    straight = volume_mesh(solved_block(fruit.equivalent_block, tips), size, tolerance=FACETED)
     return MeshTet2.from_mesh(straight).with_boundaries(straight.boundaries)
 
 

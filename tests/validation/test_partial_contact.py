@@ -16,7 +16,7 @@ from skfem import ElementTetP2
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Press, Tips
-from cad.parts.fruit import fruit_half
+from cad.parts.fruit import HALF, fruit_block
 from mesh.fruit import fruit_mesh
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
@@ -51,7 +51,7 @@ class Nodes:
 
 def condensed(scale):
     """Return the nodes under the tips on one mesh, by a unit force on each."""
-    mesh = fruit_mesh(fruit_half(BLOCK, TIPS), BLOCK, TIPS, scale)
+    mesh = fruit_mesh(fruit_block(BLOCK, TIPS, HALF), BLOCK, TIPS, scale)
     basis = vector_basis(mesh, ElementTetP2(), order=2)
     fixed = np.concatenate([basis.get_dofs("base").all(), basis.get_dofs("symmetry_y").all("u^2")])
     factor = factorised(stiffness_matrix(basis, 1.0, BLOCK.poisson), fixed)

@@ -5,49 +5,42 @@ from scipy.integrate import dblquad
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.parts.fruit import curved_fruit, fruit_block, fruit_half, fruit_quarter
+from cad.parts.fruit import HALF, QUARTER, curved_fruit, fruit_block, solved_block
 from cad.quantity import InputError
 
 ROUND_OFF = 1e-9
 FRUIT = Fruit(length_mm=20.0, width_mm=16.0, height_mm=12.0)
 TIPS = Tips(side_mm=1.5, spacing_mm=8.0)
+WHOLE_AREAS = {"base": 320.0, "top": 320.0 - 2.0 * 1.5**2, "low_tip": 1.5**2, "high_tip": 1.5**2}
+QUARTER_AREAS = {
+    "base": 80.0, "symmetry_x": 96.0, "symmetry_y": 120.0, "top": 80.0 - 1.5 * 0.75, "high_tip": 1.5 * 0.75,
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("make", "areas"),
-    [
-        (fruit_block, {"base": 320.0, "top": 320.0 - 2.0 * 1.5**2, "low_tip": 1.5**2, "high_tip": 1.5**2}),
-        (
-            fruit_quarter,
-            {"base": 80.0, "symmetry_x": 96.0, "symmetry_y": 120.0, "top": 80.0 - 1.5 * 0.75, "high_tip": 1.5 * 0.75},
-        ),
-    ],
-)
-def test_volume_and_faces_are_those_of_the_formulas(make, areas):
-    part = make(FRUIT, TIPS)
+@pytest.mark.parametrize(("mirrors", "areas"), [((), WHOLE_AREAS), (QUARTER, QUARTER_AREAS)])
+def test_volume_and_faces_are_those_of_the_formulas(mirrors, areas):
+    part = fruit_block(FRUIT, TIPS, mirrors)
     assert part.shape.isValid()
     assert part.shape.Volume() == pytest.approx(12.0 * areas["base"], rel=ROUND_OFF)
     assert {name: part.face_area(name) for name in part.faces} == pytest.approx(areas, rel=ROUND_OFF)
 
 
-@pytest.mark.parametrize("offset", [0.0, 1.25, -2.0])
-@pytest.mark.parametrize("make", [fruit_block, fruit_half])
-def test_tips_stand_where_the_numbers_say(make, offset):
+@pytest.mark.parametrize("offset", [0.0, -2.0])
+def test_tips_stand_where_the_numbers_say_and_off_the_centre_a_half_is_solved(offset):
     tips = Tips(side_mm=1.5, spacing_mm=8.0, offset_mm=offset)
-    part = make(FRUIT, tips)
-    for name, x in {"low_tip": offset - 4.0, "high_tip": offset + 4.0}.items():
-        centre = part.shape.Faces()[part.faces[name][0]].Center()
-        assert centre.x == pytest.approx(x, abs=ROUND_OFF)
-        assert centre.z == pytest.approx(0.0, abs=ROUND_OFF)
+    solved = solved_block(FRUIT, tips)
+    assert ("symmetry_x" in solved.faces) == (offset == 0.0)
+    for part in (solved, fruit_block(FRUIT, tips, HALF)):
+        for name, x in {"low_tip": offset - 4.0, "high_tip": offset + 4.0}.items():
+            for index in part.faces.get(name, ()):
+                centre = part.shape.Faces()[index].Center()
+                assert (centre.x, centre.z) == pytest.approx((x, 0.0), abs=ROUND_OFF)
 
 
 @pytest.mark.parametrize(
     ("make", "fruit", "tips", "field"),
     [
         (fruit_block, FRUIT, Tips(side_mm=1.5, spacing_mm=19.0), "tips.spacing_mm"),
-        (fruit_half, FRUIT, Tips(spacing_mm=30.0), "tips.spacing_mm"),
-        (fruit_quarter, FRUIT, Tips(offset_mm=0.5), "tips.offset_mm"),
-        (fruit_half, Fruit(width_mm=1.0), TIPS, "tips.side_mm"),
         (curved_fruit, FRUIT, TIPS, "fruit.shape"),
     ],
 )
@@ -57,10 +50,9 @@ def test_tips_that_stand_beyond_the_fruit_and_other_shapes_are_refused(make, fru
     assert refused.value.field == field
 
 
-@pytest.mark.parametrize(("make", "share"), [(fruit_block, 1.0), (fruit_half, 0.5), (fruit_quarter, 0.5)])
-def test_cylinders_leave_circles_with_their_extreme_points(make, share):
-    part = make(FRUIT, Tips(shape="cylinder", side_mm=1.5, spacing_mm=8.0))
-    assert part.shape.isValid()
+@pytest.mark.parametrize(("mirrors", "share"), [((), 1.0), (QUARTER, 0.5)])
+def test_cylinders_leave_circles_with_their_extreme_points(mirrors, share):
+    part = fruit_block(FRUIT, Tips(shape="cylinder", side_mm=1.5, spacing_mm=8.0), mirrors)
     assert part.face_area("high_tip") == pytest.approx(share * math.pi * 0.75**2, rel=ROUND_OFF)
     corners = [point.toTuple() for point in part.shape.Faces()[part.faces["high_tip"][0]].Vertices()]
     for extreme in ((4.75, 0.0), (3.25, 0.0), (4.0, 0.75)):
@@ -80,7 +72,10 @@ def test_volume_is_the_thickness_less_the_fall(fruit, tips):
     expected = 4.0 * dblquad(lambda y, x: fruit.depth_mm - fruit.fall_mm(x, y), 0.0, a, 0.0, b)[0]
     assert part.shape.isValid()
     assert part.shape.Volume() == pytest.approx(expected, rel=SPLINE)
-    assert part.face_area("base") == pytest.approx(fruit.length_mm * fruit.width_mm, rel=1e-9)
+    half = curved_fruit(fruit, tips, half=True)
+    assert half.shape.Volume() == pytest.approx(0.5 * expected, rel=SPLINE)
+    assert part.face_area("base") == pytest.approx(2.0 * half.face_area("base"), rel=1e-9)
+    assert set(half.faces) == {*part.faces, "symmetry_y"}
     assert set(part.faces) == {"base", "top"} | ({"low_tip", "high_tip"} if tips else set())
 
 

@@ -4,7 +4,7 @@ from skfem import ElementTetP2, MeshTet
 
 from cad.design.fruit import Fruit
 from cad.design.tips import Tips
-from cad.parts.fruit import fruit_quarter
+from cad.parts.fruit import solved_block
 from mesh.fruit import fruit_mesh, fruit_meshes
 from solve.elasticity import stiffness_matrix, vector_basis
 from solve.fruit.direct import (
@@ -26,7 +26,7 @@ SOLVER = 1e-9  # relative accuracy asked of each linear solve
 @pytest.fixture(scope="module")
 def meshes():
     """Return a family of three meshes, each twice as coarse as that of the product."""
-    return tuple(fruit_mesh(fruit_quarter(BLOCK, TIPS), BLOCK, TIPS, scale) for scale in (2.0, 1.0, 0.5))
+    return tuple(fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, scale) for scale in (2.0, 1.0, 0.5))
 
 
 @pytest.fixture(scope="module", params=[pytest.param(0.3, marks=pytest.mark.slow), 0.45])
