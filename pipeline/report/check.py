@@ -8,8 +8,8 @@ import numpy as np
 from cad.design.processes import PROCESSES
 from cad.verdict import Verdict, equal, failed
 from pipeline.options import load_design
-from pipeline.report.stored import StoredReport, read_data, read_report, report_of
-from pipeline.storage.digests import KEY, content_digest, is_regular
+from pipeline.report.stored import StoredReport, is_as_written, read_data, report_of
+from pipeline.storage.digests import is_regular
 from pipeline.storage.vtu import vtu_points
 from pipeline.storage.workers import close_workers, open_workers
 
@@ -51,7 +51,7 @@ def unchanged_verdicts(folder: Path) -> tuple[Verdict, ...]:
     others = files_of_another_run(folder, report)
     of_others = f"files that say something else than report.json: {', '.join(others) or 'none'}"
     listed = f"files that are missing or changed since the run: {', '.join(changed) or 'none'}"
-    edited = float(data.get(KEY) != content_digest(data))
+    edited = float(not is_as_written(data))
     return (
         equal("files.unchanged", float(len(changed)), 0.0, 0.0, unit="1", reference=listed),
         equal("files.of_this_run", float(len(others)), 0.0, 0.0, unit="1", reference=of_others),
@@ -121,7 +121,7 @@ def folder_geometry(folder: Path) -> tuple[Verdict, ...]:
     from cad.files.step import read_step
     from cad.parts.assembly import sensor_of
 
-    report = read_report(folder)
+    report = report_of(folder, read_data(folder))  # an edited one has its own verdict
     process = report.design.process
     if report.housing is None:
         return (equal("geometry.made", 0.0, 1.0, 0.0, unit="1", reference="no housing: see printable.*"),)

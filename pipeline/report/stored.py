@@ -18,7 +18,7 @@ from cad.quantity import InputError, validation_error
 from cad.theory.leaf_spring import Flexure
 from cad.verdict import Verdict
 from pipeline.reading.read_out import Matrix, ReadOut
-from pipeline.storage.digests import has_digest, is_regular
+from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular
 from pipeline.storage.plain import Plain, from_plain, leave_out_default, strict_converter
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
@@ -235,7 +235,15 @@ def as_data(value: object) -> Any:  # noqa: ANN401 - JSON data of any kind
 
 def read_report(folder: Path) -> StoredReport:
     """Return the report of an output folder; raises InputError, in one line, where it holds none as it was written."""
-    return report_of(folder, read_data(folder))
+    data = read_data(folder)
+    if not is_as_written(data):
+        raise refused(folder, "its report.json must be as the run wrote it, and its digest is another")
+    return report_of(folder, data)
+
+
+def is_as_written(data: Plain) -> bool:
+    """Say whether a report's JSON data have the digest that they had when they were written."""
+    return bool(data.get(KEY) == content_digest(data))
 
 
 def read_data(folder: Path) -> Plain:

@@ -131,6 +131,18 @@ def test_report_that_cannot_be_read_is_refused_with_its_reason(name, tmp_path):
     assert name in caught.value.bound
 
 
+def test_edited_report_is_not_believed(tmp_path):
+    write_outputs(result_of(), tmp_path)
+    path = tmp_path / "report.json"
+    data = read_data(tmp_path)
+    path.write_text(json.dumps(put(data, ("springs", "K_l_N_per_m"), 1000.0)), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_report(tmp_path)
+    assert "digest" in caught.value.bound
+    path.write_text(json.dumps(data), encoding="utf-8")
+    assert read_report(tmp_path).springs == data["springs"]
+
+
 def test_keys_of_later_versions_are_left_alone(report, tmp_path):
     later = put(put(report, ("modulus",), 3), ("response", 0, "E_error"), [1])
     assert report_of(tmp_path, later) == report_of(tmp_path, report)
