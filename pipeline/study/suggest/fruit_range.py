@@ -65,7 +65,7 @@ def _measured_range(path: Path) -> FruitRange:
         lowest = min(row["E_MPa"] - spread for row, spread in zip(rows, spreads, strict=True))
         highest = max(row["E_MPa"] + spread for row, spread in zip(rows, spreads, strict=True))
         radius = float(rows[0]["geometry"]["radius_mm"])
-    except (ValueError, KeyError, IndexError, TypeError) as error:
+    except (ValueError, LookupError, TypeError, OverflowError, RecursionError) as error:
         raise validation_error("--fruit", str(path), "", _FORM, "give the radius to pipeline modulus too") from error
     return FruitRange(radius_mm=radius, E_min_MPa=with_digits(lowest, 2), E_max_MPa=with_digits(highest, 2))
 

@@ -50,10 +50,24 @@ def test_fruit_from_compression_tests_has_their_error_bars(tmp_path):
     path = tmp_path / "tests.json"
     path.write_text(json.dumps(rows), encoding="utf-8")
     assert fruit_range(str(path)) == FruitRange(radius_mm=35.0, E_min_MPa=0.45, E_max_MPa=2.2)
-    path.write_text(json.dumps([{"E_MPa": 1.0}]), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[{"E_MPa": 1.0}]',
+        100_000 * "[",
+        f'[{{"E_MPa": {400 * "9"}, "u_percent": 1, "geometry": {{"radius_mm": 35}}}}]',
+        '[{"E_MPa": NaN, "u_percent": 1, "geometry": {"radius_mm": 35}}]',
+    ],
+    ids=["keys left out", "nested", "beyond floats", "nan"],
+)
+def test_file_that_tells_no_fruit_is_one_line(text, tmp_path):
+    path = tmp_path / "tests.json"
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as refused:
         fruit_range(str(path))
-    assert refused.value.field == "--fruit"
+    assert refused.value.field.startswith("--fruit")
 
 
 def test_bruise_limits_are_the_stated_law_never_wider():
