@@ -1,5 +1,6 @@
 """The one reader of files from outside: regular, of at most 16 MiB, text in UTF-8 with a byte order mark or without."""
 
+import re
 import stat
 import tomllib
 from pathlib import Path
@@ -9,6 +10,9 @@ from cad.quantity import validation_error
 
 MOST_BYTES = 16 * 2**20
 MOST_LEVELS = 16  # tables and lists within each other: a design file has four
+# A dotted key of more names than that; Python's parser takes time with the square of their number.
+_NAME = r"""(?:"[^"\n]*"|'[^'\n]*'|[^\s.,=#"']+)[ \t]*"""
+_DEEP_KEY = re.compile(rf"(?<![^\s\[{{,])(?:{_NAME}\.[ \t]*){{{MOST_LEVELS}}}")
 
 
 def read_bytes(path: Path | str, name: str) -> bytes:
@@ -47,6 +51,8 @@ def read_toml(path: Path, name: str) -> dict[str, Any]:
 def parsed_toml(text: str) -> dict[str, Any]:
     """Return the tables of a text of TOML; raises ValueError where it is none, or is nested too deep."""
     too_deep = f"nested deeper than {MOST_LEVELS} levels"
+    if _DEEP_KEY.search(text):
+        raise ValueError(too_deep)
     try:
         tables = tomllib.loads(text)
     except RecursionError as error:

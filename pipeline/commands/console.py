@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from cad.quantity import InputError, written_number
 
 PASSED, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+_HALF_A_LINE = 1500  # letters: every honest message is shorter than two
 EXIT_CODES = "exit code: 0 all verdicts pass, 1 one fails or is undecided, 2 wrong input"
 
 
@@ -67,6 +68,8 @@ def refusing_what_cannot_be_solved() -> Iterator[None]:
 def print_error(message: str) -> None:
     """Print one line to stderr, if it takes any; what would steer a terminal is written as its escape."""
     line = " ".join(message.split())
+    if len(line) > 2 * _HALF_A_LINE:  # a name or a value from outside that has no end; what to do stands last
+        line = f"{line[:_HALF_A_LINE]} ... {line[-_HALF_A_LINE:]}"
     plain = "".join(letter if letter.isprintable() else repr(letter)[1:-1] for letter in line)
     with suppress(OSError):
         print(f"pipeline: {plain}", file=sys.stderr, flush=True)

@@ -99,6 +99,16 @@ def test_name_that_would_steer_a_terminal_is_written_as_its_escape(name, capsys)
         assert line.isprintable(), line
 
 
+def test_name_without_end_is_cut_in_its_line(tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    path.write_text(f"{100_000 * 'a'} = 1\n", encoding="utf-8")
+    assert main(["run", "--design", str(path)]) == 2
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1
+    assert len(line) < 4000
+    assert line.endswith("?\n"), "what to do is not cut off"
+
+
 @pytest.mark.parametrize(("words", "start"), COMMANDS)
 def test_bad_command_is_one_line(words, start, capsys, stand_in_run):
     refused(words, start, capsys, stand_in_run)
