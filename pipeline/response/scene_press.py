@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cad.design.parameters import Design
-from cad.quantity import Estimate, InputError, validation_error
+from cad.quantity import InputError, validation_error
 from cad.theory.two_spring_law import CURVE_STEPS, curve_shares
 from pipeline.storage.cache import cached
 from solve.contact.large_response import check_large_strain, large_response, round_tip
@@ -192,11 +192,3 @@ def spring_shares(contact: FruitCompliance, C: Floats, E: float) -> Floats:
 def mean_tip_pressure(design: Design, press: ScenePress) -> float:
     """Return the largest force over the face of its tip at the largest modulus and full travel [MPa]."""
     return float(press.at_largest_E.F[-1, -1].max()) / design.tips.face_mm2
-
-
-def mean_pressure_estimate(design: Design, press: ScenePress, of_springs: float = 0.0) -> Estimate:
-    """Return `mean_tip_pressure` with its error [MPa]: that of the contact, and the relative one of the springs [1]."""
-    of_contact = float(press.at_largest_E.F_error[-1, -1])
-    relative = of_springs + (of_contact if of_contact > 0.0 else 0.0)  # nan where no tip is on the fruit
-    pressure = mean_tip_pressure(design, press)
-    return Estimate(pressure, relative * pressure, "MPa")

@@ -8,7 +8,6 @@ import numpy as np
 
 from cad.design.parameters import Design, Targets
 from cad.design.reading import Reading
-from cad.design.tips import Tips
 from cad.quantity import Estimate
 from cad.theory.hertz import contact_reach, relative_radius
 from cad.verdict import Verdict, failed
@@ -28,31 +27,38 @@ SPREAD_TOLERANCE = 0.01
 PARTS = 2.0  # an error of P or of NL adds those of both springs and of the contact
 UNDECIDED = "undecided by its error bar"
 
-_NO_VALUE = Estimate(0.0, 0.0)  # stands in a verdict until `without_value` takes it out
-
 
 def target_verdict(
-    name: str, estimate: Estimate, limit: float, tolerance: float, reference: str, *, relative: bool = False
+    name: str,
+    estimate: Estimate | None,
+    limit: float,
+    tolerance: float,
+    reference: str,
+    *,
+    relative: bool = False,
+    unit: str = "1",
 ) -> Verdict:
-    """Return the verdict that passes when a value lies within the tolerance of its limit [unit of the estimate].
+    """Return the verdict that passes when a value lies within the tolerance of its limit [unit].
 
     The tolerance is a fraction of the limit where `relative` [1]. Undecided where the error bar is wider than the
-    tolerance and the value not farther off than both together.
+    tolerance and the value not farther off than both together; failed without a value.
     """
-    allowed = tolerance * limit if relative else tolerance
-    distance = abs(estimate.value - limit)
-    passed: bool | None = distance <= allowed
-    if estimate.error > allowed:
-        passed = False if distance > allowed + estimate.error else None
+    passed: bool | None = False
+    if estimate is not None:
+        allowed = tolerance * limit if relative else tolerance
+        distance = abs(estimate.value - limit)
+        passed = distance <= allowed
+        if estimate.error > allowed:
+            passed = False if distance > allowed + estimate.error else None
     return Verdict(
         name=name,
-        value=estimate.value,
-        unit=estimate.unit,
+        value=None if estimate is None else estimate.value,
+        unit=unit,
         limit=limit,
         tolerance=tolerance,
         passed=passed,
         reference=reference,
-        error=estimate.error,
+        error=None if estimate is None else estimate.error,
         relative=relative,
     )
 
@@ -75,27 +81,12 @@ def margin_verdict(name: str, estimate: Estimate, limit: float, reference: str, 
     )
 
 
-def without_value(verdict: Verdict, reference: str, *, passed: bool | None = False) -> Verdict:
-    """Return a verdict that has no number, and why."""
-    return replace(verdict, value=None, error=None, passed=passed, reference=reference)
-
-
-def deciding_tolerance(asked: float, allowed: float, error: float) -> float | None:
-    """Return the `--tol` [1], of one digit, that brings a relative error down to what is allowed; None where none does.
-
-    An error beyond what all parts have at the tolerance asked for was met by no mesh: a smaller tolerance does not
-    help.
-    """
-    if not 0.0 < allowed < error <= PARTS * asked:
-        return None
-    wanted = allowed / PARTS
-    digit = 10.0 ** math.floor(math.log10(wanted))
-    rounded = round(math.floor(wanted / digit * (1.0 + 1e-9)) * digit, 12)
-    return rounded if rounded < asked and TOLERANCES.hold(rounded) else None
-
-
 def tolerance_remedy(verdict: Verdict, asked: float) -> str | None:
-    """Return the `--tol` [1] that would decide a verdict that its error bar leaves undecided, None for any other."""
+    """Return the `--tol` [1], of one digit, that would decide a verdict that its error bar leaves undecided.
+
+    None for any other verdict. An error beyond what all parts have at the tolerance asked for was met by no mesh: a
+    smaller tolerance does not help.
+    """
     limit = verdict.limit
     tolerance = verdict.tolerance
     error = verdict.error
@@ -105,8 +96,13 @@ def tolerance_remedy(verdict: Verdict, asked: float) -> str | None:
     allowed = tolerance if verdict.relative else tolerance / scale
     if error / scale <= allowed:
         return None
-    tighter = deciding_tolerance(asked, allowed, error / scale)
-    return f"{UNDECIDED}, no --tol would decide" if tighter is None else f"{UNDECIDED}, --tol {tighter:g} would decide"
+    if allowed > 0.0 and error / scale <= PARTS * asked:
+        wanted = allowed / PARTS
+        digit = 10.0 ** math.floor(math.log10(wanted))
+        tighter = round(math.floor(wanted / digit * (1.0 + 1e-9)) * digit, 12)
+        if tighter < asked and TOLERANCES.hold(tighter):
+            return f"{UNDECIDED}, --tol {tighter:g} would decide"
+    return f"{UNDECIDED}, no --tol would decide"
 
 
 # Force ratio
@@ -119,22 +115,20 @@ def target_verdicts(
 
     A value that is missing, because a tip is off the fruit, fails; springs that were not made leave both undecided.
     """
+    lifted = "a tip is off the fruit at full travel, so that there is no force ratio"
     P_words = f"force ratio at E_max {of_what}; tolerance relative to the target"
     NL_words = f"departure of P from its straight line, {targets.NL_definition}, {of_what}; tolerance absolute"
-    of_P = target_verdict("P_max", P_max or _NO_VALUE, targets.P_max, P_MAX_TOLERANCE, P_words, relative=True)
-    of_NL = target_verdict("NL", NL or _NO_VALUE, targets.NL, NL_TOLERANCE, NL_words)
-    lifted = "a tip is off the fruit at full travel, so that there is no force ratio"
-    if P_max is None:
-        of_P = without_value(of_P, lifted)
-    if NL is None:
-        of_NL = without_value(of_NL, lifted)
+    of_P = target_verdict(
+        "P_max", P_max, targets.P_max, P_MAX_TOLERANCE, lifted if P_max is None else P_words, relative=True
+    )
+    of_NL = target_verdict("NL", NL, targets.NL, NL_TOLERANCE, lifted if NL is None else NL_words)
     if not manufactured:
         return replace(of_P, passed=None), replace(of_NL, passed=None)
     return of_P, of_NL
 
 
-def displacement_verdict(table: SensorResponse, drift: str = "") -> Verdict:
-    """Return the verdict on the spread of P over the travel [1], the worst of all moduli; `drift` is said beside it.
+def displacement_verdict(table: SensorResponse) -> Verdict:
+    """Return the verdict on the spread of P over the travel [1], the worst of all moduli.
 
     The spread may be off by twice the error of P where cells are solved, at large strain by what P may be off more at
     one travel than at another; where P is one number it is exact.
@@ -145,13 +139,13 @@ def displacement_verdict(table: SensorResponse, drift: str = "") -> Verdict:
         touching = P[np.isfinite(P)]
         if touching.size <= 1:
             lifted = "a tip is off the fruit for the whole travel, or for all but one step of it"
-            return without_value(target_verdict(name, _NO_VALUE, 0.0, SPREAD_TOLERANCE, lifted), lifted)
+            return target_verdict(name, None, 0.0, SPREAD_TOLERANCE, lifted)
         largest = max(largest, float(np.ptp(touching) / touching.mean()))
     errors = table.P_error[np.isfinite(table.P_error)]
     error = float(np.ptp(table.P_step, axis=1).max())
     if table.cells and errors.size:
         error = 2.0 * float(errors.max())
-    words = f"(max P - min P) / mean P over the travel, the worst of all E{drift}"
+    words = "(max P - min P) / mean P over the travel, the worst of all E"
     return target_verdict(name, Estimate(largest, error), 0.0, SPREAD_TOLERANCE, words)
 
 
@@ -170,7 +164,7 @@ def monotonic_verdict(scan: SensorResponse) -> Verdict:
         reference="smallest relative step of P between neighbouring E at full travel",
     )
     if not np.isfinite(P).all():
-        return without_value(verdict, "a tip is off the fruit at full travel")
+        return replace(verdict, value=None, passed=False, reference="a tip is off the fruit at full travel")
     return verdict
 
 
@@ -186,11 +180,10 @@ def stiffness_verdict(name: str, spring: FittedSpring, *, monolithic: bool = Tru
     K = spring.K
     is_known = monolithic or K is None or K.error <= STIFFNESS_TOLERANCE * spring.target
     tolerance = STIFFNESS_TOLERANCE if is_known else FITTED_TOLERANCE
-    if K is None:
-        verdict = target_verdict(name, Estimate(limit, 0.0, "N/m"), limit, tolerance, "", relative=True)
-        return without_value(verdict, "not made, so not solved", passed=None)
-    words = "FE of the exported housing; tolerance relative"
-    return target_verdict(name, K.times(1e3, "N/m"), limit, tolerance, words, relative=True)
+    value = None if K is None else K.times(1e3, "N/m")
+    words = "not made, so not solved" if K is None else "FE of the exported housing; tolerance relative"
+    verdict = target_verdict(name, value, limit, tolerance, words, relative=True, unit="N/m")
+    return replace(verdict, passed=None) if K is None else verdict
 
 
 def printable_verdict(spring: FittedSpring) -> Verdict:
@@ -220,13 +213,9 @@ def printable_verdict(spring: FittedSpring) -> Verdict:
 
 def tip_shape_verdicts(design: Design, press: ScenePress) -> tuple[Verdict, ...]:
     """Return geometry.tip_shape where the tips are not those of the housing, and geometry.tip_face [mm] of domes."""
-    if design.tips.tip_shape.obeys_hertz:
+    tips = design.tips
+    if tips.tip_shape.obeys_hertz:
         return (tip_face_verdict(design, press),)
-    return flat_shape_verdicts(design.tips)
-
-
-def flat_shape_verdicts(tips: Tips) -> tuple[Verdict, ...]:
-    """Return geometry.tip_shape where tips that are no domes are not those that a housing is printed with."""
     if tips.socket == "pin" or tips.tip_shape.is_printed:
         return ()
     words = (
@@ -298,40 +287,38 @@ def reading_verdicts(design: Design, readings: Readings | None) -> tuple[Verdict
 
 
 def analysis_verdicts(readings: Readings, reading: Reading) -> tuple[Verdict, ...]:
-    """Return the verdicts reading.bias and reading.uncertainty [1], and reading.lift [deg].
+    """Return the verdicts reading.bias and reading.uncertainty [1], and reading.lift [deg]."""
+    bias_words = "largest |E read / E - 1| without noise"
+    uncertainty_words = "standard deviation of E read / E, level and in the middle"
+    if readings.moduli:
+        worst = readings.worst_bias
+        bias_words += f": at {worst.E:.3g} MPa, {worst.worst}"
+        widest = readings.worst_uncertainty
+        sources = widest.sources.contributions
+        largest = list(sources)[first_largest(sources.values())]
+        uncertainty_words += f", at {widest.E:.3g} MPa; largest source: {largest}"
+    refused = readings.refused
+    lift_words = "tilt at which the first tip leaves the fruit, the worst direction and modulus; at least the limit"
+    return (
+        _reading_verdict("reading.bias", readings.bias, reading.bias_limit, bias_words, refused),
+        _reading_verdict(
+            "reading.uncertainty", readings.uncertainty, reading.uncertainty_limit, uncertainty_words, refused
+        ),
+        margin_verdict("reading.lift", readings.lift, reading.tilt_deg, lift_words),
+    )
 
-    A pose that occurs and has no reading fails the first two, whose values are those of the other poses.
+
+def _reading_verdict(name: str, estimate: Estimate | None, limit: float, words: str, refused: str | None) -> Verdict:
+    """Return the verdict on a number of readings [1], which fails where a pose that occurs has none.
+
+    Its value is that of the other poses, none where a level press has no reading.
     """
-    words = "tilt at which the first tip leaves the fruit, the worst direction and modulus; at least the limit"
-    lift = margin_verdict("reading.lift", readings.lift, reading.tilt_deg, words)
-    bias = bias_verdict(readings, reading.bias_limit)
-    uncertainty = uncertainty_verdict(readings, reading.uncertainty_limit)
-    if readings.refused is not None:
-        bias = _refused(bias, readings.refused)
-        uncertainty = _refused(uncertainty, readings.refused)
-    return bias, uncertainty, lift
-
-
-def bias_verdict(readings: Readings, limit: float) -> Verdict:
-    """Return the verdict on the largest bias of all poses [1]; failed where a level press has no reading."""
-    words = "largest |E read / E - 1| without noise"
-    if readings.bias is None:
-        return failed("reading.bias", limit, unit="1", reference=words)
-    worst = readings.worst_bias
-    words = f"{words}: at {worst.E:.3g} MPa, {worst.worst}"
-    return margin_verdict("reading.bias", readings.bias, limit, words, at_most=True)
-
-
-def uncertainty_verdict(readings: Readings, limit: float) -> Verdict:
-    """Return the verdict on the standard deviation of a level reading [1]; failed where there is no reading."""
-    words = "standard deviation of E read / E, level and in the middle"
-    if readings.uncertainty is None:
-        return failed("reading.uncertainty", limit, unit="1", reference=words)
-    widest = readings.worst_uncertainty
-    sources = widest.sources.contributions
-    largest = list(sources)[first_largest(sources.values())]
-    words = f"{words}, at {widest.E:.3g} MPa; largest source: {largest}"
-    return margin_verdict("reading.uncertainty", readings.uncertainty, limit, words, at_most=True)
+    if estimate is None:
+        return failed(name, limit, unit="1", reference=words if refused is None else f"{refused}; {words}")
+    verdict = margin_verdict(name, estimate, limit, words, at_most=True)
+    return (
+        verdict if refused is None else replace(verdict, passed=False, reference=f"{refused}; of the others: {words}")
+    )
 
 
 def relaxation_verdicts(design: Design, over_time: ReadingOverTime | None) -> tuple[Verdict, ...]:
@@ -352,8 +339,3 @@ def relaxation_verdicts(design: Design, over_time: ReadingOverTime | None) -> tu
     if not math.isfinite(over_time.moves.value + over_time.moves.error):
         return (failed(name, limit, unit="1", reference="a tip is off the fruit during the hold"),)
     return (margin_verdict(name, over_time.moves, limit, words, at_most=True),)
-
-
-def _refused(verdict: Verdict, reason: str) -> Verdict:
-    rest = "" if verdict.value is None else "of the others: "
-    return replace(verdict, passed=False, reference=f"{reason}; {rest}{verdict.reference}")

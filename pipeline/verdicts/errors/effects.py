@@ -1,11 +1,11 @@
-"""What moves the numbers of a sensor beside their numerical error: a function an effect, all listed in `effects_on`.
+"""What moves the numbers of a sensor beside their numerical error.
 
 An effect is either left out by the model, or the scatter of an input, two sigma. It changes the stiffness of a spring,
 that of the fruit under a tip, or the height of a tip; budget.py turns that into contributions to each number.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,15 +13,14 @@ import numpy as np
 from cad.design.parameters import Design
 from cad.parts.housing import ENGRAVED_MM
 from cad.quantity import COVERAGE
-from cad.theory.elastica import large_deflection_stiffening
-from cad.theory.free_fruit import Roll, roll
+from cad.theory.free_fruit import roll
 from cad.theory.rounded_edge import edge_loss
 from cad.theory.sloped_skin import frictionless_press
 from cad.theory.soft_tissue import LARGEST_CHANGE, constitutive_spread, large_strain_factor, no_slip
 from cad.theory.strain_gauge import GAUGES, sandwich_gain
 from cad.theory.two_spring_law import series_stiffness, spring_give
 from pipeline.response.scene_press import scene_of
-from pipeline.springs.behaviour import LONGEST_SHARE
+from pipeline.springs.behaviour import stiffening
 from pipeline.springs.fitted_springs import FittedSprings, tip_height_offsets
 from pipeline.springs.sizing import SpringSizing
 from pipeline.verdicts.targets import Characteristic, characteristic
@@ -29,7 +28,7 @@ from solve.fruit.compliance import FruitCompliance
 
 PerTip = tuple[float, ...]
 
-BEAM_SLOPES = (3.0, 3.0)  # of ln K over ln t: a beam's, which solids stay under
+BEAM_SLOPE = 3.0  # of ln K over ln t: a beam's, which solids stay under
 LEAST_TRAVEL = 1e-6  # [mm] an effect of a smaller travel is taken at this one
 INCOMPRESSIBLE = 0.5  # Poisson's ratio
 # How far the first layer of a print spreads on each side of a leaf, and how high: a judgement, one layer of 0.2 mm.
@@ -67,8 +66,7 @@ NO_EFFECT = Effect(name="", reason="")
 class LevelSensor:
     """What effects act on: the pair that stands for a design, pressed level, and the law of its force ratio.
 
-    `mounts` are the relative changes of each spring in other mounts [1], by name; `slopes` those of ln K over ln t of
-    the leaves of each spring [1].
+    `mounts` are the relative changes of each spring in other mounts [1], by name.
     """
 
     design: Design
@@ -77,7 +75,6 @@ class LevelSensor:
     springs: FittedSprings
     characteristic: Characteristic
     mounts: Mapping[str, PerTip]
-    slopes: PerTip = BEAM_SLOPES
 
     def deflections(self, K_m: float, travel: float) -> PerTip:
         """Return the deflection of each spring at a fruit stiffness [N/mm] and a travel [mm]."""
@@ -101,7 +98,6 @@ def level_sensor(
     sizing: SpringSizing,
     springs: FittedSprings,
     mounts: Mapping[str, PerTip],
-    slopes: PerTip = BEAM_SLOPES,
 ) -> LevelSensor:
     """Return what effects act on; a pair stands for more tips than two."""
     contact = contact.per_spring(*design.tips.spring_groups)
@@ -113,38 +109,21 @@ def level_sensor(
         springs=springs,
         characteristic=characteristic(contact, sizing, springs.stiffnesses, springs.errors),
         mounts=mounts,
-        slopes=slopes,
     )
 
 
 def effects_on(sensor: LevelSensor, travel: float, deflections: PerTip) -> tuple[Effect, ...]:
     """Return all effects at a travel [mm] where the springs deflect that far [mm]."""
-    design = sensor.design
-    travelled = max(LEAST_TRAVEL, travel)
-    depths = tuple((travelled - deflection) / design.tips.side_mm for deflection in deflections)
-    off = sensor.springs.edge_radius(design.tips)
-    listed = (
-        large_deflection(sensor, deflections),
-        engraved_marks(sensor),
-        elephants_foot(sensor),
-        other_mount(sensor.mounts),
-        grip(design),
-        large_strain(design, depths),
-        law_of_the_flesh(design, depths),
-        sliding_on_slope(design),
-        sideways_give(sensor, travelled, deflections),
-        free_fruit(sensor, travel),
-        print_modulus(sensor),
-        glue(sensor),
-        leaf_thickness(sensor),
-        tip_side(design, off),
-        tip_edge(design, off, travelled, deflections),
-        tip_height(off),
-        poisson_ratio(design),
-        pose(design),
-        weight(sensor),
+    travel = max(LEAST_TRAVEL, travel)
+    depths = tuple(travel - deflection for deflection in deflections)
+    return (
+        *_left_out_of_springs(sensor, deflections),
+        *_left_out_of_contact(sensor.design, depths),
+        *_left_out_of_motion(sensor, travel, deflections),
+        *_scatter_of_prints(sensor),
+        *_scatter_of_tips(sensor, depths),
+        *_scatter_of_scenes(sensor),
     )
-    return tuple(effect for effect in listed if effect is not None)
 
 
 def effects_after_calibration(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
@@ -160,239 +139,156 @@ def effects_after_calibration(effects: tuple[Effect, ...]) -> tuple[Effect, ...]
     )
 
 
-# What the model leaves out: of the springs
-
-
-def large_deflection(sensor: LevelSensor, deflections: PerTip) -> Effect | None:
-    """Return how bent leaves stiffen; None where no springs are made."""
+def _left_out_of_springs(sensor: LevelSensor, deflections: PerTip) -> Iterator[Effect]:
+    """Yield what the model leaves out of springs that are made."""
     housing = sensor.springs.housing
     if housing is None:
-        return None
-    stiffer = []
-    for arm, deflection in zip(housing.arms, deflections, strict=True):
-        length = arm.flexure.length
-        stiffer.append(large_deflection_stiffening(length, min(deflection, LONGEST_SHARE * length)))
+        return
+    process = sensor.springs.process
+    leaves = [arm.flexure for arm in housing.arms]
+
     bent = " and ".join(f"{deflection:.3g}" for deflection in deflections)
-    return Effect(name="large deflection", reason=f"elastica of leaves bent by {bent} mm", springs=tuple(stiffer))
+    stiffer = tuple(stiffening(leaf, deflection) for leaf, deflection in zip(leaves, deflections, strict=True))
+    yield Effect(name="large deflection", reason=f"elastica of leaves bent by {bent} mm", springs=stiffer)
 
-
-def engraved_marks(sensor: LevelSensor) -> Effect | None:
-    """Return what engraved marks take from the stiffness of the frame; None where no springs are made."""
-    housing = sensor.springs.housing
-    if housing is None:
-        return None
-    E = sensor.springs.process.E_MPa
-    softer = []
-    rows = zip(housing.arms, FRAME_FRACTIONS, sensor.characteristic.springs.stiffnesses, strict=True)
-    for arm, fraction, K in rows:
-        depth = arm.flexure.depth
-        softer.append(-fraction * K / (E * depth) * ENGRAVED_MM / (depth - ENGRAVED_MM))
+    marked = []
+    for leaf, fraction, K in zip(leaves, FRAME_FRACTIONS, sensor.characteristic.springs.stiffnesses, strict=True):
+        of_frame = fraction * K / (process.E_MPa * leaf.depth)
+        marked.append(-of_frame * ENGRAVED_MM / (leaf.depth - ENGRAVED_MM))
     reason = f"at most: the whole frame thinner by the {ENGRAVED_MM:g} mm that the marks are deep"
-    return Effect(name="engraved marks", reason=reason, springs=tuple(softer), calibrated=True)
+    yield Effect(name="engraved marks", reason=reason, springs=tuple(marked), calibrated=True)
+
+    if process.line_width_mm is not None:  # layers of lines, the first of which spreads
+        footed = []
+        for leaf in leaves:
+            thicker = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
+            footed.append(FOOT_HIGH_MM / leaf.depth * (thicker**BEAM_SLOPE - 1.0))
+        reason = f"a first layer {FOOT_MM:g} mm wider on each side, {FOOT_HIGH_MM:g} mm high; cut it off or calibrate"
+        yield Effect(name="elephant's foot", reason=reason, springs=tuple(footed), calibrated=True)
+
+    if sensor.mounts:  # the one that changes a stiffness most counts
+        worst = max(sensor.mounts.values(), key=lambda changes: max(map(abs, changes)))
+        listed = []
+        for name, changes in sensor.mounts.items():
+            percents = " and ".join(f"{100.0 * change:+.2g}" for change in changes)
+            listed.append(f"{name} {percents} %")
+        reason = f"another mount than the sheet's: {'; '.join(listed)}"
+        yield Effect(name="mount", reason=reason, springs=worst, calibrated=True)
 
 
-def elephants_foot(sensor: LevelSensor) -> Effect | None:
-    """Return what a first layer that spreads adds to the leaves; None for processes without layers of lines."""
-    housing = sensor.springs.housing
-    if housing is None or sensor.springs.process.line_width_mm is None:
-        return None
-    stiffer = []
-    for arm, slope in zip(housing.arms, sensor.slopes, strict=True):
-        leaf = arm.flexure
-        thicker = (leaf.thickness + 2.0 * FOOT_MM) / leaf.thickness
-        of_depth = FOOT_HIGH_MM / leaf.depth
-        stiffer.append(of_depth * (thicker**slope - 1.0))
-    reason = f"a first layer {FOOT_MM:g} mm wider on each side, {FOOT_HIGH_MM:g} mm high; cut it off or calibrate"
-    return Effect(name="elephant's foot", reason=reason, springs=tuple(stiffer), calibrated=True)
-
-
-def other_mount(mounts: Mapping[str, PerTip]) -> Effect | None:
-    """Return the mount that changes a stiffness most, the others in its reason; None where no springs are made."""
-    if not mounts:
-        return None
-    worst = max(mounts, key=lambda name: max(map(abs, mounts[name])))
-    listed = []
-    for name, changes in mounts.items():
-        percents = " and ".join(f"{100.0 * change:+.2g}" for change in changes)
-        listed.append(f"{name} {percents} %")
-    reason = f"another mount than the sheet's: {'; '.join(listed)}"
-    return Effect(name="mount", reason=reason, springs=mounts[worst], calibrated=True)
-
-
-# What the model leaves out: of the fruit
-
-
-def grip(design: Design) -> Effect:
-    """Return how a tip that does not slip stiffens the fruit (Spence 1968)."""
-    stiffer = no_slip(design.fruit.poisson)
+def _left_out_of_contact(design: Design, depths: PerTip) -> Iterator[Effect]:
+    """Yield what the model leaves out of the fruit under tips that are so deep in it [mm]."""
+    poisson = design.fruit.poisson
+    stiffer = no_slip(poisson)
     reason = "the tip slides on the skin; more where it does not, as a circle on a half-space (Spence 1968)"
-    return Effect(name="no slip", reason=reason, fruit=(stiffer, stiffer))
+    yield Effect(name="no slip", reason=reason, fruit=(stiffer, stiffer))
 
+    sides_deep = [depth / design.tips.side_mm for depth in depths]
+    reason = f"FE of one tip, {max(sides_deep):.2g} tip sides deep"
+    if design.press.strain == "linear":
+        strained = tuple(large_strain_factor(depth, poisson) - 1.0 for depth in sides_deep)
+        yield Effect(name="large strain", reason=reason, fruit=strained)
+    apart = tuple(constitutive_spread(depth, poisson) for depth in sides_deep)
+    reason = f"{reason}; Hencky and foam apart, with neo-Hooke between"
+    yield Effect(name="law of the flesh", reason=reason, fruit=apart)
 
-def large_strain(design: Design, depths: PerTip) -> Effect | None:
-    """Return how the fruit stiffens at depths [tip sides]; None where large strain is solved."""
-    if design.press.strain != "linear":
-        return None
-    stiffer = tuple(large_strain_factor(depth, design.fruit.poisson) - 1.0 for depth in depths)
-    return Effect(name="large strain", reason=_deep(depths), fruit=stiffer)
-
-
-def law_of_the_flesh(design: Design, depths: PerTip) -> Effect:
-    """Return how far laws of the flesh differ at depths [tip sides]."""
-    apart = tuple(constitutive_spread(depth, design.fruit.poisson) for depth in depths)
-    reason = f"{_deep(depths)}; Hencky and foam apart, with neo-Hooke between"
-    return Effect(name="law of the flesh", reason=reason, fruit=apart)
-
-
-def _deep(depths: PerTip) -> str:
-    return f"FE of one tip, {max(depths):.2g} tip sides deep"
-
-
-def sliding_on_slope(design: Design) -> Effect:
-    """Return what a sloping skin under frictionless tips changes."""
     slopes = scene_of(design).slopes_deg
-    changes = tuple(frictionless_press(design.fruit.poisson, math.tan(math.radians(angle))) for angle in slopes)
-    steepest = max(map(abs, slopes))
-    reason = f"a tip that slides on a skin falling by {steepest:.2g} deg presses along its normal"
-    return Effect(name="slope", reason=reason, fruit=changes)
+    sliding = tuple(frictionless_press(poisson, math.tan(math.radians(angle))) for angle in slopes)
+    reason = f"a tip that slides on a skin falling by {max(map(abs, slopes)):.2g} deg presses along its normal"
+    yield Effect(name="slope", reason=reason, fruit=sliding)
 
 
-def sideways_give(sensor: LevelSensor, travel: float, deflections: PerTip) -> Effect | None:
-    """Return what flat tips that slide on a slope give sideways; None for domes, whose law has it.
-
-    The force leans by the slope: what a spring gives more counts as if the fruit under its tip were softer.
-    """
-    sideways = sensor.springs.sideways
-    if sideways is None or sensor.design.tips.tip_shape.obeys_hertz:
-        return None
-    slopes = scene_of(sensor.design).slopes_deg
-    changes = []
-    for tip, deflection in enumerate(deflections):
-        lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
-        more = float(lean @ sideways.compliance[tip, tip] @ lean / sensor.springs.C[tip, tip])
-        depth = max(LEAST_TRAVEL, travel - deflection)
-        changes.append(1.0 / (1.0 + more * deflection / depth) - 1.0)
-    reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
-    return Effect(name="sideways give", reason=reason, fruit=tuple(changes))
-
-
-def free_fruit(sensor: LevelSensor, travel: float) -> Effect | None:
-    """Return how a whole fruit that lies free on a table rolls; None for a part of one."""
+def _left_out_of_motion(sensor: LevelSensor, travel: float, deflections: PerTip) -> Iterator[Effect]:
+    """Yield what moves sideways at a travel [mm]: flat tips that slide on a slope, and a whole fruit that lies free."""
     tips = sensor.design.tips
-    rolled = free_roll(sensor, travel)
-    if rolled is None:
-        return None
-    # A fruit that runs away takes a tip off: one more travel than there is.
-    turn = math.radians(rolled.angle_deg) if rolled.steady else 2.0 * travel / tips.spacing_mm
-    offsets = tuple(turn * x for x in tips.centres_mm)
-    reason = f"a fruit that lies free on a table rolls, unless friction holds it: {rolled.friction:.2g} is enough"
-    return Effect(name="free fruit", reason=reason, height_offsets=offsets)
+    sideways = sensor.springs.sideways
+    if sideways is not None and not tips.tip_shape.obeys_hertz:  # the law of domes has it
+        # The force leans by the slope: what a spring gives more counts as if the fruit under its tip were softer.
+        slopes = scene_of(sensor.design).slopes_deg
+        softer = []
+        for tip, deflection in enumerate(deflections):
+            lean = np.array([math.tan(math.radians(slopes[tip])), 0.0, 1.0])
+            more = float(lean @ sideways.compliance[tip, tip] @ lean / sensor.springs.C[tip, tip])
+            depth = max(LEAST_TRAVEL, travel - deflection)
+            softer.append(1.0 / (1.0 + more * deflection / depth) - 1.0)
+        reason = f"a force that leans by {max(map(abs, slopes)):.2g} deg moves a tip sideways too"
+        yield Effect(name="sideways give", reason=reason, fruit=tuple(softer))
 
-
-def free_roll(sensor: LevelSensor, travel: float) -> Roll | None:
-    """Return how the tips roll a whole fruit that lies free, at E_max and a travel [mm]; None for a part of one."""
     fruit = sensor.design.fruit
-    if not fruit.can_roll or fruit.radius_mm is None:
-        return None
-    law = sensor.characteristic
-    stiffness = [
-        series_stiffness(law.springs.K_l, law.K_m_max),
-        series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
-    ]
-    forces = [K * travel for K in stiffness]
-    return roll(forces, sensor.design.tips.centres_mm, stiffness, fruit.radius_mm)
+    if fruit.can_roll and fruit.radius_mm is not None:
+        law = sensor.characteristic
+        stiffness = [
+            series_stiffness(law.springs.K_l, law.K_m_max),
+            series_stiffness(law.springs.K_h, law.stiffness_ratio * law.K_m_max),
+        ]
+        rolled = roll([K * travel for K in stiffness], tips.centres_mm, stiffness, fruit.radius_mm)
+        # A fruit that runs away takes a tip off: one more travel than there is.
+        turn = math.radians(rolled.angle_deg) if rolled.steady else 2.0 * travel / tips.spacing_mm
+        offsets = tuple(turn * x for x in tips.centres_mm)
+        reason = f"a fruit that lies free on a table rolls, unless friction holds it: {rolled.friction:.2g} is enough"
+        yield Effect(name="free fruit", reason=reason, height_offsets=offsets)
 
 
-# How inputs scatter: of the print, alike on all springs as they are one print
-
-
-def print_modulus(sensor: LevelSensor) -> Effect:
-    """Return how the modulus of the process scatters from print to print."""
+def _scatter_of_prints(sensor: LevelSensor) -> Iterator[Effect]:
+    """Yield how prints scatter, alike on all springs as they are one print, and what is glued on them."""
     process = sensor.springs.process
     E = COVERAGE * process.E_scatter
     reason = f"E of {process.name} within {100.0 * E:g} % from print to print"
-    return Effect(name="modulus", reason=reason, springs=(E, E), scatters=True, calibrated=True)
+    yield Effect(name="modulus", reason=reason, springs=(E, E), scatters=True, calibrated=True)
 
-
-def glue(sensor: LevelSensor) -> Effect | None:
-    """Return what glue and foils leave open of each spring's stiffness; None without gauges."""
     housing = sensor.springs.housing
     gauge = None if housing is None else GAUGES[housing.gauges]
-    if housing is None or gauge is None:
-        return None
-    E = sensor.springs.process.E_MPa
-    stiffer = []
-    for arm in housing.arms:
-        leaf = arm.flexure
-        gain = sandwich_gain(E, leaf.depth, leaf.thickness, leaf.length, leaf.fillet, gauge)
-        by_foils = 1.0 - 1.0 / gain  # fraction of the stiffness
-        stiffer.append(GLUED * by_foils)
-    reason = f"glue left out, foils within {100.0 * GLUED:g} % of what they stiffen, as beams"
-    return Effect(name="gauges", reason=reason, springs=tuple(stiffer), scatters=True, calibrated=True)
+    if housing is not None and gauge is not None:
+        glued = []
+        for arm in housing.arms:
+            leaf = arm.flexure
+            gain = sandwich_gain(process.E_MPa, leaf.depth, leaf.thickness, leaf.length, leaf.fillet, gauge)
+            by_foils = 1.0 - 1.0 / gain  # fraction of the stiffness
+            glued.append(GLUED * by_foils)
+        reason = f"glue left out, foils within {100.0 * GLUED:g} % of what they stiffen, as beams"
+        yield Effect(name="gauges", reason=reason, springs=tuple(glued), scatters=True, calibrated=True)
+
+    off = process.accuracy_mm  # which holds 95 % already
+    thicker = tuple(((t + off) / t) ** BEAM_SLOPE - 1.0 for t in process.leaf_thicknesses_mm)
+    reason = f"leaves {off:g} mm off; K goes with t to the {BEAM_SLOPE:g}"
+    yield Effect(name="leaf thickness", reason=reason, springs=thicker, scatters=True, calibrated=True)
 
 
-def leaf_thickness(sensor: LevelSensor) -> Effect:
-    """Return what leaves do that are off by the accuracy of the process, which holds 95 % already."""
-    process = sensor.springs.process
-    off = process.accuracy_mm
-    slopes = sensor.slopes
-    stiffer = []
-    for slope, thickness in zip(slopes, process.leaf_thicknesses_mm, strict=True):
-        thicker = (thickness + off) / thickness
-        stiffer.append(thicker**slope - 1.0)
-    reason = f"leaves {off:g} mm off; K goes with t to the {slopes[0]:.3g} and {slopes[1]:.3g}"
-    return Effect(name="leaf thickness", reason=reason, springs=tuple(stiffer), scatters=True, calibrated=True)
-
-
-# How inputs scatter: of tips that are off by a length [mm]
-
-
-def tip_side(design: Design, off: float) -> Effect:
-    """Return what wider tips do: the fruit's stiffness goes with the side."""
-    wider = min(LARGEST_CHANGE, off / design.tips.side_mm)
+def _scatter_of_tips(sensor: LevelSensor, depths: PerTip) -> Iterator[Effect]:
+    """Yield what tips do that are as far off as they are made, at their depths in the fruit [mm]."""
+    side = sensor.design.tips.side_mm
+    off = sensor.springs.edge_radius(sensor.design.tips)
+    wider = min(LARGEST_CHANGE, off / side)
     reason = f"tips {off:g} mm off; the fruit's goes with the side"
-    return Effect(name="tip side", reason=reason, fruit=(wider, wider), scatters=True)
+    yield Effect(name="tip side", reason=reason, fruit=(wider, wider), scatters=True)
 
-
-def tip_edge(design: Design, off: float, travel: float, deflections: PerTip) -> Effect:
-    """Return what rounded edges do at the depth of each tip."""
-    softer = tuple(-edge_loss(travel - deflection, design.tips.side_mm, off) for deflection in deflections)
+    rounder = tuple(-edge_loss(depth, side, off) for depth in depths)
     reason = f"edges rounded by {off:g} mm, at the depth of each tip"
-    return Effect(name="tip edge", reason=reason, fruit=softer, scatters=True)
+    yield Effect(name="tip edge", reason=reason, fruit=rounder, scatters=True)
 
-
-def tip_height(off: float) -> Effect:
-    """Return what tips of different heights do."""
-    reason = f"{off:g} mm between the tips; zero the tips on a flat plate"
     half = 0.5 * off
-    return Effect(name="tip height", reason=reason, height_offsets=(-half, half), scatters=True, calibrated=True)
+    reason = f"{off:g} mm between the tips; zero the tips on a flat plate"
+    yield Effect(name="tip height", reason=reason, height_offsets=(-half, half), scatters=True, calibrated=True)
 
 
-# How inputs scatter: of fruit and pose
-
-
-def poisson_ratio(design: Design) -> Effect:
-    """Return what the spread of Poisson's ratio does to the fruit."""
+def _scatter_of_scenes(sensor: LevelSensor) -> Iterator[Effect]:
+    """Yield what is not known of the fruit and of how it is pressed."""
+    design = sensor.design
     fruit = design.fruit
     largest = min(INCOMPRESSIBLE, abs(fruit.poisson) + fruit.poisson_spread)
     change = (1.0 - fruit.poisson**2) / (1.0 - largest**2) - 1.0
     reason = f"within {fruit.poisson_spread:g}; the fruit's goes with 1 / (1 - nu^2), as on a half-space"
-    return Effect(name="Poisson's ratio", reason=reason, fruit=(change, change), scatters=True)
+    yield Effect(name="Poisson's ratio", reason=reason, fruit=(change, change), scatters=True)
 
-
-def pose(design: Design) -> Effect:
-    """Return what the spread of the tilt does to the heights of the tips."""
     degrees = design.press.tilt_spread_deg
     step = 0.5 * design.tips.spacing_mm * math.tan(math.radians(degrees))
     reason = f"the sensor tilted by {degrees:g} deg"
-    return Effect(name="pose", reason=reason, height_offsets=(-step, step), scatters=True)
+    yield Effect(name="pose", reason=reason, height_offsets=(-step, step), scatters=True)
 
-
-def weight(sensor: LevelSensor) -> Effect | None:
-    """Return what the weight of the moving parts does to a sensor for sideways use when it presses down."""
-    offsets = tip_height_offsets(sensor.springs, "down") if sensor.design.press.attitude == "side" else ()
-    if not offsets:
-        return None
-    apart = max(offsets) - min(offsets)
-    reason = f"pressed down, not sideways, its tips stand {apart:.2g} mm off level; see press.attitude, or zero them so"
-    return Effect(name="weight", reason=reason, height_offsets=offsets, scatters=True, calibrated=True)
+    offsets = tip_height_offsets(sensor.springs, "down") if design.press.attitude == "side" else ()
+    if offsets:
+        apart = max(offsets) - min(offsets)
+        reason = (
+            f"pressed down, not sideways, its tips stand {apart:.2g} mm off level: see press.attitude, or zero them"
+        )
+        yield Effect(name="weight", reason=reason, height_offsets=offsets, scatters=True, calibrated=True)

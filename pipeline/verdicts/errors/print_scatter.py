@@ -114,16 +114,12 @@ def fit_surrogate(housing: Housing, offset: float, stiffnesses: Stiffnesses) -> 
 
     thinner = [-offset] * count
     thicker = [offset] * count
+    # the parabola through nominal, thinner and thicker: ln K / K_nominal over s is a straight line
     shifts = np.array([_shifts(housing, thinner), _shifts(housing, thicker)])
-    changes = np.log([solved(thinner), solved(thicker)])
-    slopes = []
-    curves = []
-    for spring in range(count):  # the parabola through nominal, thinner and thicker
-        s = shifts[:, spring]
-        slope, curve = np.linalg.solve(np.stack([s, s * s], axis=1), changes[:, spring]).tolist()
-        slopes.append(slope)
-        curves.append(curve)
-    surrogate = StiffnessSurrogate(slopes=tuple(slopes), curves=tuple(curves), corner_error=0.0)
+    ratios = np.log([solved(thinner), solved(thicker)]) / shifts
+    curves = (ratios[1] - ratios[0]) / (shifts[1] - shifts[0])
+    slopes = ratios[0] - curves * shifts[0]
+    surrogate = StiffnessSurrogate(slopes=tuple(slopes.tolist()), curves=tuple(curves.tolist()), corner_error=0.0)
     corner_error = 0.0
     for sign in (-1.0, 1.0):
         mixed = [sign * offset * (-1.0) ** spring for spring in range(count)]
