@@ -148,38 +148,35 @@ def error_analysis(sensor: PressedSensor, reading: Reading) -> Readings:
     level = presses.F[:, 0]
     errors = _modulus_errors(sensor, presses.moduli, level, presses.error[:, 0])
     poses = _pose_contributions(biases, presses.placements)
+    rows = []
     try:
-        sources = uncertainty_sources(model, reading, level, presses.full_scale, poses, sensor.signal)
+        for i, E in enumerate(presses.moduli):
+            worst = _largest_bias(biases[i].tolist())
+            sources = uncertainty_sources(model, reading, level[i], presses.full_scale, poses[i], sensor.signal)
+            placement = presses.placements[worst]
+            rows.append(ModulusReading(E=E, bias=float(biases[i, worst]), worst=placement, sources=sources))
     except ReadingError as error:  # tips or springs that the fruit hardly moves
         refused = f"forces of a level press that are off by a ten-thousandth have no reading: {error}"
         return Readings(method=model.method, lift=lift, refused=refused, face_mm=face_mm)
-    rows = []
-    for E, at_modulus, of_modulus in zip(presses.moduli, biases, sources, strict=True):
-        worst = _largest_bias(at_modulus.tolist())
-        bias = float(at_modulus[worst])
-        rows.append(ModulusReading(E=E, bias=bias, worst=presses.placements[worst], sources=of_modulus))
     widest = first_largest(row.sources.total for row in rows)
     largest = _largest_bias([row.bias for row in rows])
-    uncertainty = sources[widest].total
+    uncertainty = rows[widest].sources.total
+    flesh = 0.0
+    if presses.flesh.any():
+        for forces, more in zip(level, presses.flesh[:, 0], strict=True):
+            flesh = max(flesh, abs(model.modulus(forces + more) / model.modulus(forces) - 1.0))
     return Readings(
         method=model.method,
         lift=lift,
         moduli=tuple(rows),
         bias=Estimate(max(abs(row.bias) for row in rows), float(errors[largest])),
         uncertainty=Estimate(uncertainty, float(errors[widest]) * uncertainty),
-        noise_percent=noise_to_reach(NOISE_LIMIT, sources[widest]),
+        noise_percent=noise_to_reach(NOISE_LIMIT, rows[widest].sources),
         refused=refused,
         full_scale=tuple(presses.full_scale.tolist()),
-        flesh=_flesh_share(model, level, presses.flesh[:, 0]),
+        flesh=flesh,
         face_mm=face_mm,
     )
-
-
-def _flesh_share(model: MeasurementModel, forces: Floats, flesh: Floats) -> float:
-    """Return the largest change of a modulus [1] where another law of flesh changes forces [N], (moduli, ...)."""
-    if not flesh.any():
-        return 0.0
-    return max(abs(model.modulus(F + more) / model.modulus(F) - 1.0) for F, more in zip(forces, flesh, strict=True))
 
 
 def _biases(model: MeasurementModel, presses: Presses, least: Floats, side_mm: float) -> tuple[Floats, str | None]:
@@ -221,21 +218,13 @@ def _modulus_errors(sensor: PressedSensor, moduli: Sequence[float], forces: Floa
 
 def _pose_contributions(biases: Floats, placements: Sequence[Placement]) -> list[dict[str, float]]:
     """Return the root mean square of the bias [1] over tilts, over positions and over radii, for each modulus."""
-    occurs_by = {
-        "tilt": [placement.only_tilted for placement in placements],
-        "off_centre": [placement.only_off_centre for placement in placements],
-        "radius": [placement.only_other_radius for placement in placements],
-    }
-    contributions = []
-    for row in biases:
-        contributions.append({source: _root_mean_square(row[chosen]) for source, chosen in occurs_by.items()})
+    contributions: list[dict[str, float]] = [{} for _ in biases]
+    for source in ("tilt", "off_centre", "radius"):
+        alone = [placement.off_by == (source,) for placement in placements]
+        for row, of_modulus in zip(biases, contributions, strict=True):
+            read = row[alone][np.isfinite(row[alone])]  # nan has no reading
+            of_modulus[source] = float(np.sqrt(np.mean(read**2))) if read.size else 0.0
     return contributions
-
-
-def _root_mean_square(values: Floats) -> float:
-    """Return the root mean square of numbers, those that are nan left out; 0 for none."""
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if finite.size else 0.0
 
 
 def lift_tilt(sensor: PressedSensor, reading: Reading) -> Estimate:

@@ -12,10 +12,11 @@ from cad.design.parameters import Design
 from cad.fabrication.bridges import SignalPath
 from cad.theory.contrast_law import ContrastLaw, Matrix, ReadingError, contrast_weights, read_modulus, stiffened
 from cad.theory.pair_line import line_over_press, ratio_modulus
-from pipeline.reading.poses import Placement, press_of
+from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.response.scene_press import scene_of
 from solve.contact.domes.law import dome_contrast
+from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, PoseForces, pose_forces
 from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.compliance import FruitCompliance
@@ -174,10 +175,8 @@ class PressedSensor:
     def presses(self, moduli: Sequence[float], placements: Sequence[Placement]) -> Presses:
         """Return the presses at moduli [MPa] in placements; raises as `pose_forces`."""
         samples = self.model.samples
-        poses: list[Pose] = []
-        for E in moduli:
-            for placement in placements:
-                poses += press_of(placement, E, self.design, samples)
+        x = travels(self.design.press.travel_mm, samples).tolist()
+        poses = [placement.pressed(E, travel) for E in moduli for placement in placements for travel in x]
         forces = self.in_poses(poses)
         shape = (len(moduli), len(placements), samples)
         return Presses(
@@ -236,11 +235,8 @@ def level_readings(sensor: PressedSensor) -> tuple[LevelReading, ...]:
         return tuple(rows)
     if contact.skin is None:
         moduli = np.geomspace(least, largest, LEVEL_MODULI).tolist()
-    poses: list[Pose] = []
-    for E in moduli:
-        poses += press_of(Placement(), E, sensor.design, model.samples)
-    forces = sensor.in_poses(poses).F.reshape(len(moduli), model.samples, -1)
-    for E, press in zip(moduli, forces, strict=True):
+    forces = sensor.presses(moduli, [Placement()]).F
+    for E, press in zip(moduli, forces[:, 0], strict=True):
         if np.nanmin(press[-1]) > 0.0 and np.isfinite(press).all():
             with suppress(ReadingError):  # the springs take nearly all of the travel
                 rows.append(LevelReading(E_MPa=E, read_MPa=model.modulus(press)))

@@ -12,7 +12,6 @@ from cad.design.parameters import Design
 from cad.design.reading import Reading
 from cad.quantity import validation_error
 from pipeline.response.scene_press import refuse_unsolvable, scene_of
-from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, posed_scene
 from solve.contact.scene import STEEPEST_DEG
 from solve.contact.scene_cells import scene_footprints
@@ -35,24 +34,10 @@ class Placement:
     radius_mm: float | None = None
 
     @property
-    def only_tilted(self) -> bool:
-        """Say whether it is tilted and nothing else."""
-        return any(self.tilt_deg) and not any(self.off_centre_mm) and self.radius_mm is None
-
-    @property
-    def only_off_centre(self) -> bool:
-        """Say whether it stands off the apex and nothing else."""
-        return any(self.off_centre_mm) and not any(self.tilt_deg) and self.radius_mm is None
-
-    @property
-    def only_other_radius(self) -> bool:
-        """Say whether the fruit has another radius and nothing else is off."""
-        return self.radius_mm is not None and not any(self.tilt_deg) and not any(self.off_centre_mm)
-
-    @classmethod
-    def of(cls, pose: Pose) -> "Placement":
-        """Return how the sensor of a pose stands."""
-        return cls(tilt_deg=pose.tilt_deg, off_centre_mm=pose.off_centre_mm, radius_mm=pose.radius_mm)
+    def off_by(self) -> tuple[str, ...]:
+        """Return what is not as it should be: tilt, off_centre, radius."""
+        off = {"tilt": any(self.tilt_deg), "off_centre": any(self.off_centre_mm), "radius": self.radius_mm is not None}
+        return tuple(name for name, is_off in off.items() if is_off)
 
     def pressed(self, E: float, travel: float) -> Pose:
         """Return the pose on a fruit of a modulus [MPa] at a travel [mm]."""
@@ -80,11 +65,6 @@ def _direction(vector: Vector) -> str:
     """Return in words where a vector along and across the tips points: along an axis, or by its angle to +x."""
     angle = round(math.degrees(math.atan2(vector[1], vector[0])))
     return _AXES.get(angle, f"{angle} deg from +x")
-
-
-def press_of(placement: Placement, E: float, design: Design, samples: int) -> list[Pose]:
-    """Return the poses of a press at a modulus [MPa], one for each sample, the last at full travel."""
-    return [placement.pressed(E, travel) for travel in travels(design.press.travel_mm, samples).tolist()]
 
 
 def directed(length: float) -> list[Vector]:

@@ -1,7 +1,7 @@
 """What the standard deviation of a reading is made of, each source by itself."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,24 +38,6 @@ class UncertaintySources:
         return math.hypot(*self.contributions.values())
 
 
-def uncertainty_sources(
-    model: MeasurementModel,
-    reading: Reading,
-    forces: Floats,
-    full_scale: Floats,
-    poses: Sequence[Mapping[str, float]],
-    signal: SignalPath | None = None,
-) -> list[UncertaintySources]:
-    """Return the sources at each modulus of a level sensor in the middle of its fruit.
-
-    `forces` (moduli, samples, tips) [N] are those of its presses; `poses` are the contributions of tilt, position and
-    radius [1]. `full_scale` (tips,) [N] is the largest force of each channel. The heights of the tips are those that
-    the mean of a hundred readings on a flat hard plate gives: its noise is what is left. Raises ReadingError.
-    """
-    rows = zip(forces, poses, strict=True)
-    return [_sources(model, reading, press, full_scale, pose, signal) for press, pose in rows]
-
-
 def force_errors(reading: Reading, full_scale: Floats, signal: SignalPath | None) -> Floats:
     """Return what each force may be off by without a touch [N], (tips,), one sigma: by the read-out, or as is asked.
 
@@ -74,15 +56,20 @@ def noise_to_reach(limit: float, sources: UncertaintySources) -> float | None:
     return math.sqrt(limit**2 - rest) / sources.noise_slope
 
 
-def _sources(
+def uncertainty_sources(
     model: MeasurementModel,
     reading: Reading,
     press: Floats,
     full_scale: Floats,
     poses: Mapping[str, float],
-    signal: SignalPath | None,
+    signal: SignalPath | None = None,
 ) -> UncertaintySources:
-    """Return the sources at one modulus: noise, springs, gains and heights beside those of the poses."""
+    """Return the sources at one modulus of a level sensor in the middle of its fruit.
+
+    `press` (samples, tips) [N] are its forces; `poses` are the contributions of tilt, position and radius [1].
+    `full_scale` (tips,) [N] is the largest force of each channel. The heights of the tips are those that the mean of a
+    hundred readings on a flat hard plate gives: its noise is what is left. Raises ReadingError.
+    """
     E = model.modulus(press)
     tips = press.shape[1]
 

@@ -20,8 +20,7 @@ def level_press(samples=1):
 
 def sources_of(model, press, **reading):
     full_scale = press.max(axis=0)
-    (found,) = uncertainty_sources(model, square_design(**reading).reading, press[None], full_scale, [NO_POSES])
-    return found
+    return uncertainty_sources(model, square_design(**reading).reading, press, full_scale, NO_POSES)
 
 
 @pytest.fixture
