@@ -35,7 +35,11 @@ def contact_compliance(
     tolerance, else direct finite elements. Raises InputError for an unknown method, where "split" is asked for outside
     its domain, or for a curved fruit outside that of its own (`solve/fruit/curved_body.py`).
     """
-    _check_method(method, tips, fruit)
+    solved_direct = tips.tip_layout.is_pair and not tips.tip_shape.obeys_hertz and fruit.skin_mm is None
+    methods = CONTACT_METHODS if solved_direct else tuple(known for known in CONTACT_METHODS if known != "direct")
+    if method not in methods:
+        bound = f"one of {', '.join(methods)} for these tips on this fruit"
+        raise validation_error("contact method", method, "", bound, "auto fits every scene")
     block = fruit.equivalent_block
     curved = block != fruit
     if curved:
@@ -46,7 +50,7 @@ def contact_compliance(
         try:
             compliance = split_compliance(fruit, tips, tolerance)
         except SplitDomainError as outside:
-            if not _is_flat_pair(tips) or fruit.skin_mm is not None:
+            if not solved_direct:
                 reason = str(outside).partition(" for the split")[0]
                 msg = f"{reason} for lines, squares, domes and skins; move the tips, or take smaller ones"
                 raise InputError(msg) from outside
@@ -62,21 +66,6 @@ def contact_compliance(
         footprints = contact_footprints(fruit, tips)
         compliance = skin_compliance(compliance, fruit, footprints, tips.tip_shape.obeys_hertz)
     return _with_status(compliance, before=_stand_ins(fruit, tips))
-
-
-def _is_flat_pair(tips: Tips) -> bool:
-    """Say whether direct finite elements can solve the tips."""
-    return tips.tip_layout.is_pair and not tips.tip_shape.obeys_hertz
-
-
-def _check_method(method: str, tips: Tips, fruit: Fruit) -> None:
-    """Raise InputError for a method that is none, or that cannot solve the tips."""
-    if method not in CONTACT_METHODS:
-        known = ", ".join(CONTACT_METHODS)
-        raise validation_error("contact method", method, "", f"one of {known}", "auto fits every scene")
-    if method == "direct" and (not _is_flat_pair(tips) or fruit.skin_mm is not None):
-        bound = "split or auto for lines, squares, domes and skins"
-        raise validation_error("contact method", method, "", bound, "auto fits every scene")
 
 
 def _stand_ins(fruit: Fruit, tips: Tips) -> str:

@@ -35,7 +35,6 @@ from solve.linear import SolveError
 
 Floats = NDArray[np.float64]
 
-NAMES = ("low", "high")
 GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
 GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3
 
@@ -132,8 +131,16 @@ class FittedSprings:
 
     @property
     def C(self) -> Floats:
-        """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N]."""
-        return tip_compliance(self, self.tips)
+        """Return the compliance of all tips by their springs, shape (tips, tips) [mm/N].
+
+        Tips of one plate move each other a little through its frame; those of different plates, and springs that are
+        not made, do not.
+        """
+        if self.fitted is None:
+            return spring_compliance(*self.tips.each(*self.stiffnesses.stiffnesses))
+        of_plate = self.fitted.stiffness.C
+        plates = len(self.tips.springs) // len(of_plate)
+        return np.asarray(np.kron(np.eye(plates), of_plate))
 
     @property
     def sideways(self) -> SidewaysGive | None:
@@ -238,36 +245,26 @@ def _springs_as_fitted(
 
 def springs_to_read(design: Design, springs: FittedSprings) -> tuple[Spring, ...]:
     """Return what a read-out must know of the springs; of those that are not made, leaves by the beam law."""
-    if springs.fitted is None:
-        return _springs_as_sized_to_read(design, springs)
-    strains = springs.fitted.stiffness.gauge_strain_per_N
-    to_read = []
-    for i, arm in enumerate(springs.fitted.housing.arms):
-        spring = Spring(
-            name=arm.name,
-            flexure=arm.flexure,
-            K=springs.springs[i].stiffness,
-            deflection=springs.deflections[i],
-            strain_per_N=None if strains is None else float(strains[i]),
-        )
-        to_read.append(spring)
-    return tuple(to_read)
-
-
-def _springs_as_sized_to_read(design: Design, springs: FittedSprings) -> tuple[Spring, ...]:
     process = springs.process
+    strains = None if springs.fitted is None else springs.fitted.stiffness.gauge_strain_per_N
     to_read = []
-    for spring, thickness, deflection in zip(
-        springs.springs, process.leaf_thicknesses_mm, springs.deflections, strict=True
-    ):
-        flexure = Flexure(
+    for i, spring in enumerate(springs.springs):
+        thickness = process.leaf_thicknesses_mm[i]
+        as_sized = Flexure(
             thickness=thickness,
             length=max(spring.printable.length_mm, 2.0 * (FOIL.grid_length_mm + process.fillet_mm)),
             depth=plate_depth(design, process),
             separation=thickness + 3.0 * process.fillet_mm,  # no number of a read-out depends on it
             fillet=process.fillet_mm,
         )
-        to_read.append(Spring(name=spring.name, flexure=flexure, K=spring.stiffness, deflection=deflection))
+        read = Spring(
+            name=spring.name,
+            flexure=spring.flexure or as_sized,
+            K=spring.stiffness,
+            deflection=springs.deflections[i],
+            strain_per_N=None if strains is None else float(strains[i]),
+        )
+        to_read.append(read)
     return tuple(to_read)
 
 
@@ -313,20 +310,6 @@ def press_of_springs(design: Design, contact: FruitCompliance, springs: FittedSp
     """Return the presses of the springs as they are made, whose tips their weight may set off level."""
     offsets = tip_height_offsets(springs, design.press.attitude)
     return press_scene(design, contact, springs.C, offsets, springs.sideways)
-
-
-def tip_compliance(springs: FittedSprings, tips: Tips) -> Floats:
-    """Return the compliance of all tips of a layout by their springs, shape (tips, tips) [mm/N].
-
-    Tips of one plate move each other a little through its frame; those of different plates, and springs that are not
-    made, do not.
-    """
-    if springs.fitted is None:
-        stiffness = {spring.name: spring.stiffness for spring in springs.springs}
-        return spring_compliance(*(stiffness[kind] for kind in tips.springs))
-    of_plate = springs.fitted.stiffness.C
-    plates = len(tips.springs) // len(of_plate)
-    return np.asarray(np.kron(np.eye(plates), of_plate))
 
 
 def other_mounts(springs: FittedSprings) -> dict[str, tuple[float, ...]]:

@@ -115,8 +115,6 @@ def _springs(design: Design, K_m_max: float, ratio: float, stiffening: tuple[flo
     if targets.P_max <= ratio:
         bound = f"greater than {ratio:.4g}, the ratio of the fruit under the two tips"
         raise validation_error("targets.P_max", targets.P_max, "1", bound, "bring the tips to the middle of the fruit")
-    if not stiffening:
-        return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio)
     try:
         return size_springs(targets.P_max, targets.NL, K_m_max, targets.NL_definition, ratio, stiffening)
     except ValueError as refused:

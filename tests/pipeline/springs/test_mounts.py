@@ -88,7 +88,6 @@ def test_loose_twin_is_among_the_mounts_that_a_square_is_compared_with():
     changes = mount_changes(square_housing(), *MATERIAL)
     loose = changes["the other plate loose"]
     assert all(-0.003 < change < 0.0 for change in loose)
-    assert "the other plate loose" not in mount_changes(mounted("covers"), *MATERIAL)
 
 
 @pytest.mark.parametrize(
@@ -127,3 +126,4 @@ def test_change_to_another_mount_is_that_of_solving_it():
     assert changes["washers on the frame, no covers"] == pytest.approx(washers / own - 1.0, abs=ROUND_OFF)
     for name in ("screws so loose that they bend", "covers that press near the screws alone"):
         assert max(changes[name]) < 0.0
+    assert len(changes) == 3
