@@ -40,9 +40,9 @@ def execute(arguments: Namespace) -> int:
         return PASSED
     entry = entry_of(arguments.name)
     if folder is None:
-        from pipeline.report.explain.numbers import default_numbers
+        from pipeline.report.explain.numbers import default_number
 
-        number = default_numbers().get(entry.name)
+        number = default_number(entry)
         whose = "the default design"
     else:
         from pipeline.report.explain.numbers import number_in

@@ -46,14 +46,13 @@ def summary(report: Json, folder: Path) -> Iterator[RenderableType]:
 
 
 def everything(report: Json) -> Iterator[RenderableType]:
-    """Yield every verdict, the springs, the make-up of errors, the response, the paper's springs, notes and costs."""
+    """Yield every verdict, the springs, the make-up of errors, the paper's springs, notes and costs."""
     verdicts = _verdicts(report)
     yield _headline(report, verdicts)
     yield verdict_table(f"twintip · {escape(report['design']['name'])}", verdicts)
     yield from reasons(verdict for verdict in verdicts if verdict.passed is not True)
     yield from _spring_lines(report)
     yield _error_table(report)
-    yield _response_table(report)
     paper = report["paper"]
     if paper is not None:
         springs = f"{paper['K_l_N_per_m']:g} and {paper['K_h_N_per_m']:g} N/m"
@@ -113,15 +112,6 @@ def _error_table(report: Json) -> Table:
             number_text(budget["inputs_percent"], digits=2),
             ", ".join(largest),
         )
-    return table
-
-
-def _response_table(report: Json) -> Table:
-    table = Table("E MPa", "P first", "P last", *(f"F_{tip['name']} N" for tip in report["tips"]), "slope ratio")
-    for row in report["response"]:
-        forces = row.get("F_N") or [row["F_l_N"], row["F_h_N"]]
-        numbers = [row["P"][0], row["P"][-1], *(force[-1] for force in forces), row["slope_ratio"][-1]]
-        table.add_row(f"{row['E_MPa']:g}", *(number_text(number) or "off" for number in numbers))
     return table
 
 

@@ -14,10 +14,10 @@ from pipeline.reading.analysis import Readings
 from pipeline.reading.over_time import ReadingOverTime
 from pipeline.report.notes import notes
 from pipeline.report.run_key import run_key
-from pipeline.report.stored import SCHEMA, Numbers, StoredFile, as_data
+from pipeline.report.stored import SCHEMA, StoredFile, as_data
 from pipeline.response.scene_press import spring_shares
 from pipeline.result import SensorResult
-from pipeline.springs.behaviour import GAUGE_FACTOR, GRID_MM, ArmBehaviour, SpringBehaviour
+from pipeline.springs.behaviour import GAUGE_FACTOR, GRID_MM, SpringBehaviour
 from pipeline.springs.fitted_springs import FittedSpring, FittedSprings
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.digests import with_digest
@@ -25,7 +25,6 @@ from pipeline.storage.plain import Plain
 from pipeline.verdicts.errors.budget import Contribution, UncertaintyBudget
 from pipeline.verdicts.errors.sensor_errors import ReadingTable
 from pipeline.verdicts.targets import SceneTargets
-from solve.arrays import Floats
 from solve.contact.linear_response import SensorResponse
 from solve.fruit.compliance import FruitCompliance
 
@@ -43,7 +42,6 @@ def report_mapping(
     """
     springs = result.springs
     process = springs.process
-    remedies = [verdict.remedy for verdict in result.verdicts if verdict.remedy is not None]
     lines = notes(result)
     if stale:
         names = ", ".join(stale)
@@ -70,7 +68,7 @@ def report_mapping(
         "reading": None if result.readings is None else reading_keys(result.readings),
         "level": target_keys(result.reached),
         "verdicts": result.verdicts,
-        "remedy": remedies[0] if remedies else None,
+        "remedy": next((verdict.remedy for verdict in result.verdicts if verdict.remedy is not None), None),
         "errors": {name: _budget(budget) for name, budget in vars(result.errors.budgets).items()},
         "paper": None if result.paper is None else {**PAPER_KEYS, "verdicts": result.paper},
         "accuracy": _accuracy(result),
@@ -132,15 +130,8 @@ def _behaviour(behaviour: SpringBehaviour) -> Plain:
         "gauge_grid_mm": GRID_MM,
         "gauges": behaviour.gauges,
         "modes": modes,
-        "low": _arm(behaviour.arms["low"]),
-        "high": _arm(behaviour.arms["high"]),
+        **behaviour.arms,
     }
-
-
-def _arm(arm: ArmBehaviour) -> Plain:
-    keys = asdict(arm)
-    error = keys.pop("bridge_error")
-    return {**keys, "bridge_error_percent": None if error is None else 100.0 * error}
 
 
 def contact_keys(contact: FruitCompliance) -> Plain:
@@ -165,15 +156,15 @@ def response_keys(tips: Tips, contact: FruitCompliance, springs: FittedSprings, 
         row: Plain = {
             "E_MPa": E,
             "x_mm": table.x,
-            "P": _numbers(table.P[i]),
-            "F_l_N": _numbers(low),
-            "F_h_N": _numbers(high),
-            "slope_ratio": _numbers(table.slope_ratio[i]),
-            "F_error_percent": _numbers(100.0 * (table.F_error[i] + spring_errors.max())),
-            "P_error_percent": _numbers(100.0 * (table.P_error[i] + spring_errors.sum())),
+            "P": table.P[i],
+            "F_l_N": low,
+            "F_h_N": high,
+            "slope_ratio": table.slope_ratio[i],
+            "F_error_percent": 100.0 * (table.F_error[i] + spring_errors.max()),
+            "P_error_percent": 100.0 * (table.P_error[i] + spring_errors.sum()),
         }
         if not tips.tip_layout.is_pair:
-            row["F_N"] = [_numbers(forces) for forces in table.F[i].T]
+            row["F_N"] = table.F[i].T
         rows.append(row)
     return rows
 
@@ -183,13 +174,13 @@ def _curve(table: ReadingTable) -> Plain:
     response = table.response
     return {
         "x_mm": float(response.x[-1]),
-        "P_softest": _numbers(response.P[:1, -1])[0],
+        "P_softest": _finite(float(response.P[0, -1])),
         "E_MPa": response.E[1:],
-        "P": _numbers(response.P[1:, -1]),
-        "E_lower_as_printed_MPa": _numbers(table.printed[1:, -1, 0]),
-        "E_upper_as_printed_MPa": _numbers(table.printed[1:, -1, 1]),
-        "E_lower_calibrated_MPa": _numbers(table.calibrated[1:, -1, 0]),
-        "E_upper_calibrated_MPa": _numbers(table.calibrated[1:, -1, 1]),
+        "P": response.P[1:, -1],
+        "E_lower_as_printed_MPa": table.printed[1:, -1, 0],
+        "E_upper_as_printed_MPa": table.printed[1:, -1, 1],
+        "E_lower_calibrated_MPa": table.calibrated[1:, -1, 0],
+        "E_upper_calibrated_MPa": table.calibrated[1:, -1, 1],
     }
 
 
@@ -244,25 +235,22 @@ def relaxation_keys(over_time: ReadingOverTime) -> Plain:
         row = {
             "E_MPa": E,
             "F_N": over_time.F[i].T,
-            "P": _numbers(over_time.P[i]),
-            "E_apparent_MPa": _numbers(over_time.apparent[i]),
+            "P": over_time.P[i],
+            "E_apparent_MPa": over_time.apparent[i],
         }
         moduli.append(row)
-    # infinite where a tip is off the fruit
-    moves, error, *least = _numbers(
-        100.0 * np.array([over_time.moves.value, over_time.moves.error, *(each.moves for each in over_time.moments)])
-    )
+    moments = []
+    for moment in over_time.moments:
+        percent = _finite(100.0 * moment.moves)
+        moments.append({"speed_mm_per_s": moment.speed_mm_per_s, "at_s": moment.at_s, "moves_percent": percent})
     return {
         "t_s": over_time.t,
         "stop_s": float(over_time.t[over_time.stop]),
         "at_s": float(over_time.t[over_time.at]),
-        "moves_percent": moves,
-        "moves_error_percent": error,
+        "moves_percent": _finite(100.0 * over_time.moves.value),
+        "moves_error_percent": _finite(100.0 * over_time.moves.error),
         "moduli": moduli,
-        "moments": [
-            {"speed_mm_per_s": moment.speed_mm_per_s, "at_s": moment.at_s, "moves_percent": percent}
-            for moment, percent in zip(over_time.moments, least, strict=True)
-        ],
+        "moments": moments,
     }
 
 
@@ -277,33 +265,35 @@ def _budget(budget: UncertaintyBudget | None) -> Plain | None:
         return None
     return {
         "discretisation_percent": 100.0 * budget.numerical,
-        "model": [_contribution(part) for part in budget.model],
-        "inputs": [_contribution(part) for part in budget.input],
+        "model": _contributions(budget.model),
+        "inputs": _contributions(budget.input),
         "model_percent": 100.0 * budget.model_total,
         "inputs_percent": 100.0 * budget.input_total,
     }
 
 
-def _contribution(part: Contribution) -> Plain:
-    return {"effect": part.effect, "size_percent": 100.0 * part.size, "reason": part.reason}
+def _contributions(parts: Iterable[Contribution]) -> list[Plain]:
+    return [{"effect": part.effect, "size_percent": 100.0 * part.size, "reason": part.reason} for part in parts]
 
 
 def _accuracy(result: SensorResult) -> Plain:
     contact = result.contact
-    springs = None
+    accuracy: Plain = {
+        "tolerance": result.options.tolerance,
+        "springs": None,
+        "contact": {
+            "error_percent": 100.0 * contact.error_pair,
+            "choice": f"{contact.info.method}: {contact.info.status}",
+        },
+    }
     if result.springs.fitted is not None:
         stiffness = result.springs.fitted.stiffness
-        springs = {"error_percent": 100.0 * max(stiffness.error), "choice": stiffness.info.status}
-    choice = f"{contact.info.method}: {contact.info.status}"
-    return {
-        "tolerance": result.options.tolerance,
-        "springs": springs,
-        "contact": {"error_percent": 100.0 * contact.error_pair, "choice": choice},
-    }
+        accuracy["springs"] = {"error_percent": 100.0 * max(stiffness.error), "choice": stiffness.info.status}
+    return accuracy
 
 
-def _numbers(values: Floats) -> Numbers:
-    return tuple(value if math.isfinite(value) else None for value in values.tolist())
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def _percent(sources: Mapping[str, float]) -> Plain:

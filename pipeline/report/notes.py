@@ -4,17 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from cad.design.parameters import PAPER_TARGETS
+from cad.design.parameters import Design
 from cad.theory.deep_press import DeepPress
 from cad.theory.free_fruit import roll, table_share
 from cad.theory.hertz import equivalent_radius
 from cad.theory.soft_tissue import FLESH_LAWS, deepest_solved
-from cad.theory.two_spring_law import PAPER_SPRINGS
 from pipeline.reading.analysis import Readings
 from pipeline.response.scene_press import mean_tip_pressure
 from pipeline.result import SensorResult
 from pipeline.springs.fitted_springs import weight_sag
-from pipeline.verdicts.targets import characteristic
 
 ORANGE = 0.42  # what is at last left of a force on Tarocco oranges: Moresi et al. (2012), doi:10.1007/s11947-011-0528-4
 FIRST_TRAVEL = 0.1  # of the whole, from which the change of P over the travel is told
@@ -37,14 +35,12 @@ def notes(result: SensorResult) -> list[str]:
     lines += _free_fruit(result)
     if result.readings is None:
         lines += _press(result)
-        lines += _beyond_the_law(result)
         lines.append(
             f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the "
             "paper's have 1.3226 mm; its tips on a cube of 12 mm 15 % less)"
         )
     else:
-        lines += _of_the_reading(result, result.readings)
-    lines += _paper(result)
+        lines += _of_the_reading(result.design, result.readings)
     return [*lines, f"response: {info.method}; {info.status}"]
 
 
@@ -81,18 +77,13 @@ def _large_strain(result: SensorResult) -> str:
     )
 
 
-def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:
-    """Return the force ratio as a fact, the noise that the reading stands, and what it takes for known."""
-    P_max = result.reached.P_max
-    fruit = result.design.fruit
-    ratio = "a tip is off" if P_max is None else f"{P_max.value:.4g}"
+def _of_the_reading(design: Design, readings: Readings) -> list[str]:
+    """Return the noise that the reading stands, and what it takes for known."""
+    fruit = design.fruit
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     noise = readings.noise_percent
     loud = "even without noise it is above" if noise is None else f"noise of {noise:.2g} % of full scale brings it to"
-    lines = [
-        f"read-out: {readings.method}; P at E_max and full travel is {ratio}, a fact that is not judged",
-        f"uncertainty of E: {loud} 10 %",
-    ]
+    lines = [f"uncertainty of E: {loud} 10 %"]
     if readings.plates > 0.0:
         percent = 100.0 * readings.plates
         lines.append(f"plates: mounted as far off as their holes allow they move E by {percent:.2g} %: zero the tips")
@@ -106,32 +97,6 @@ def _of_the_reading(result: SensorResult, readings: Readings) -> list[str]:
         f"it by {moved:.2g} %; twice the time of a press lowers the E of flesh by some 4 %"
     )
     return lines
-
-
-def _paper(result: SensorResult) -> list[str]:
-    """Return what the paper's own springs reach, where fruit and tips are the paper's."""
-    if result.paper is None:
-        return []
-    paper = characteristic(result.contact, result.sizing, PAPER_SPRINGS)
-    P_max = paper.P_max().value
-    NL_percent = 100.0 * paper.NL(PAPER_TARGETS).value
-    return [
-        f"the paper's own springs reach P_max {P_max:.3f} and NL {NL_percent:.2f} % under this contact "
-        f"(targets {PAPER_TARGETS.P_max:g} and {100.0 * PAPER_TARGETS.NL:g} %)"
-    ]
-
-
-def _beyond_the_law(result: SensorResult) -> list[str]:
-    """Return what a level sensor would reach, where this scene's response is another."""
-    if result.press.level:
-        return []
-    P_max, NL = result.reached.level
-    flat = "a level sensor with flat sharp tips on flat fruit"
-    what = "at small strain it" if result.design.press.strain == "large" else flat
-    return [
-        f"P_max, NL and response.csv are those of this scene at full travel; {what} has P_max {P_max.value:.4g} and "
-        f"NL {100.0 * NL.value:.3g} %"
-    ]
 
 
 def _relaxation(result: SensorResult) -> str:

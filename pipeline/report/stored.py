@@ -19,7 +19,8 @@ from cad.theory.leaf_spring import Flexure
 from cad.verdict import Verdict
 from pipeline.reading.read_out import Matrix, ReadOut
 from pipeline.storage.digests import KEY, content_digest, has_digest, is_regular
-from pipeline.storage.plain import Plain, from_plain, leave_out_default, strict_converter
+from pipeline.storage.plain import Plain, from_plain, is_array, leave_out_default, strict_converter
+from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance, SkinTable
 
@@ -48,19 +49,10 @@ class StoredFile:
 
 @dataclass(frozen=True, kw_only=True)
 class StoredSpring:
-    """A spring: target and stiffness by FE [N/m], its error [%], its leaves [mm]; None where it is not made."""
+    """The leaves of a spring [mm] and their safety against the strain limit [1]; None where they are not made."""
 
-    target_N_per_m: float
-    stiffness_N_per_m: float | None
-    error_percent: float | None
     dimensions_mm: Flexure | None
     safety_factor: float | None
-    seconds: float | None
-
-    @property
-    def K_N_per_m(self) -> float:
-        """Return the stiffness by FE, the target where it is not made [N/m]."""
-        return self.target_N_per_m if self.stiffness_N_per_m is None else self.stiffness_N_per_m
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,24 +75,21 @@ class StoredContact:
     method: str
     dofs: int
     seconds: float
-    status: str
     compliance_per_mm: Matrix
     skin: StoredSkin | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class StoredResponse:
-    """The response at one modulus E [MPa] over the travel [mm]: P [1] with its error, and forces [N].
+    """The response at one modulus E [MPa] over the travel [mm]: forces [N].
 
     `F_l_N` and `F_h_N` are means over the tips of a spring; `F_N` has a row for each tip, none for a pair.
     """
 
     E_MPa: float
     x_mm: tuple[float, ...]
-    P: Numbers
-    F_l_N: Numbers = ()
-    F_h_N: Numbers = ()
-    P_error_percent: Numbers = ()
+    F_l_N: Numbers
+    F_h_N: Numbers
     F_N: tuple[Numbers, ...] = ()
 
     @property
@@ -108,22 +97,12 @@ class StoredResponse:
         """Return the forces of each tip over the travel [N], shape (tips, travels), in the order of the tips."""
         return self.F_N or (self.F_l_N, self.F_h_N)
 
-    @property
-    def last_P(self) -> float | None:
-        """Return P at the deepest travel where all tips are on the fruit [1]."""
-        touching = [P for P in self.P if P is not None]
-        return touching[-1] if touching else None
-
 
 @dataclass(frozen=True, kw_only=True)
 class StoredCurve:
-    """P [1] at full travel [mm] over many moduli [MPa], and the moduli that may show each P, printed and calibrated.
-
-    `P_softest` is the ratio on a fruit softer than all.
-    """
+    """P [1] at full travel [mm] over many moduli [MPa], and the moduli that may show each P, printed and calibrated."""
 
     x_mm: float
-    P_softest: float | None
     E_MPa: tuple[float, ...]
     P: Numbers
     E_lower_as_printed_MPa: Numbers
@@ -144,20 +123,16 @@ class StoredTip:
 
 @dataclass(frozen=True, kw_only=True)
 class StoredModulus:
-    """How well one modulus E [MPa] is read: its bias with its pose, and its standard deviation [%]."""
+    """How well one modulus E [MPa] is read: the largest bias over the poses that occur [%]."""
 
     E_MPa: float
     E_bias_percent: float
-    worst: str
-    uncertainty_percent: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class StoredReading:
-    """How a sensor reads over the poses that occur, and the tilt at which a tip lifts [deg]."""
+    """How a sensor reads."""
 
-    method: str
-    lift_deg: float
     moduli: tuple[StoredModulus, ...]
 
 
@@ -171,7 +146,6 @@ class StoredReport:
     """
 
     design: Design
-    springs: Plain
     flexures: dict[str, StoredSpring]
     housing: Housing | None
     deflections_mm: tuple[float, ...]
@@ -182,10 +156,7 @@ class StoredReport:
     read_out: ReadOut
     reading: StoredReading | None
     verdicts: tuple[Verdict, ...]
-    remedy: str | None
-    errors: Plain
     paper: Plain | None
-    accuracy: Plain
     notes: tuple[str, ...]
     versions: dict[str, str]
     files: tuple[StoredFile, ...]
@@ -222,14 +193,21 @@ class StoredReport:
         )
 
 
+def _finite_or_none(array: Floats) -> Any:  # noqa: ANN401 - lists of any depth
+    values = array.astype(object)
+    values[~np.isfinite(array)] = None
+    return values.tolist()
+
+
 _CONVERTER = strict_converter(forbid_extra_keys=False)
 _CONVERTER.register_structure_hook(Design, lambda data, _: design_from_mapping(data))
 _CONVERTER.register_unstructure_hook(Design, design_as_mapping)
+_CONVERTER.register_unstructure_hook_func(is_array, _finite_or_none)
 leave_out_default(_CONVERTER, ReadOut, "lean_mm_per_N", "signal")
 
 
 def as_data(value: object) -> Any:  # noqa: ANN401 - JSON data of any kind
-    """Return records, in lists and mappings of any depth, as JSON data."""
+    """Return records, in lists and mappings of any depth, as JSON data; what is not finite in an array is None."""
     return _CONVERTER.unstructure(value)
 
 

@@ -29,7 +29,7 @@ class ArmBehaviour:
     large_deflection_stiffening: float
     natural_frequency_Hz: float
     bridge_mV_per_V: tuple[float | None, ...]
-    bridge_error: float | None
+    bridge_error_percent: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +91,7 @@ def spring_behaviour(springs: FittedSprings, press: ScenePress, modes: Modes | N
             large_deflection_stiffening=stiffening(arm.flexure, springs.deflections[i]),
             natural_frequency_Hz=_frequency(housing, arm, K, springs.process),
             bridge_mV_per_V=outputs,
-            bridge_error=None if stiffness.gauge_error is None else stiffness.gauge_error[i],
+            bridge_error_percent=None if stiffness.gauge_error is None else 100.0 * stiffness.gauge_error[i],
         )
     crosstalk = float(stiffness.C[0, -1] / stiffness.C[-1, -1])
     return SpringBehaviour(crosstalk=crosstalk, gauges=housing.gauges, arms=arms, modes=modes)

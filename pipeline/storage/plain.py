@@ -55,7 +55,8 @@ def _reason(error: BaseException, kind: type | None) -> str:
     return "expected a JSON object" if isinstance(error, AttributeError) else cattrs.v.format_exception(error, kind)
 
 
-def _is_array(kind: object) -> bool:
+def is_array(kind: object) -> bool:
+    """Say whether a type is that of NumPy arrays."""
     return getattr(kind, "__origin__", kind) is np.ndarray
 
 
@@ -82,8 +83,8 @@ def strict_converter(*, forbid_extra_keys: bool) -> cattrs.Converter:
     converter.register_structure_hook(float, _number)
     for scalar in (str, int, bool):
         converter.register_structure_hook(scalar, _itself)
-    converter.register_structure_hook_func(_is_array, lambda data, _: np.array(data, dtype=np.float64))
-    converter.register_unstructure_hook_func(_is_array, lambda array: array.tolist())
+    converter.register_structure_hook_func(is_array, lambda data, _: np.array(data, dtype=np.float64))
+    converter.register_unstructure_hook_func(is_array, lambda array: array.tolist())
     return converter
 
 

@@ -71,8 +71,7 @@ def _write_housing(report: StoredReport, row: StoredResponse, folder: Path) -> N
 
 def _write_fruit(report: StoredReport, row: StoredResponse, folder: Path) -> None:
     """Write the fruit's block [mm] under the pressure of each travel, the sensor level but for the design's tilt."""
-    # what one spring moves another is below the errors of both
-    spring_compliance = np.diag([1e3 / report.flexures[tip.spring].K_N_per_m for tip in report.tips])
+    spring_compliance = np.array(report.read_out.springs_mm_per_N)
     for step, x in enumerate(row.x_mm):
         pressure = footprint_pressure(scene_of(report.design), report.compliance, spring_compliance, row.E_MPa, x)
         mesh, fields = fruit_fields(report.design.fruit, pressure)

@@ -13,9 +13,9 @@ from cad.quantity import InputError
 class Entry:
     """What a name means: a paragraph, its formula and its source.
 
-    A verdict's number is found by its name; that of a symbol by `key` in report.json, parts of lists by their index,
-    with the error in per cent at `error_percent`; `unit` says of which part it is. A name that ends in `*` stands for
-    the names in `each`.
+    The number of a symbol lies at `key` in report.json, parts of lists by their index, with the error in per cent at
+    `error_percent`; `unit` says of which part it is. That of a verdict is found by its name, and at `key` where nothing
+    was judged. A name that ends in `*` stands for the names in `each`.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""The number that a design has for a verdict or a symbol: from a report, or of the springs of the default design."""
+"""The number that a design has for a verdict or a symbol: from a report, or of the default design as it is sized."""
 
 from pathlib import Path
 
@@ -6,7 +6,8 @@ from cad.design.parameters import Design
 from cad.verdict import Verdict
 from pipeline.options import RunOptions
 from pipeline.report.explain.entries import Entry
-from pipeline.report.stored import read_data, report_of
+from pipeline.report.mapping import contact_keys, sizing_keys
+from pipeline.report.stored import as_data, read_data, report_of
 from pipeline.response.contact import fruit_compliance
 from pipeline.springs.sizing import spring_sizing
 from pipeline.storage.plain import Plain
@@ -22,7 +23,7 @@ def number_in(folder: Path, entry: Entry, name: str) -> str:
     data = read_data(folder)
     report = report_of(folder, data)
     if not entry.is_verdict:
-        return _of_symbol(data, entry)
+        return _of_symbol(data, entry) or "no number in this report"
     names = entry.each if name == entry.name and entry.each else (name,)
     words = [_of_verdict(verdict) for verdict in report.verdicts if verdict.name in names]
     return "; ".join(words) or "no verdict in this design"
@@ -37,10 +38,11 @@ def _of_verdict(verdict: Verdict) -> str:
     return f"{verdict.name} {value}{limit}: {_OUTCOMES[verdict.passed]}{hint}"
 
 
-def _of_symbol(report: Plain, entry: Entry) -> str:
+def _of_symbol(report: Plain, entry: Entry) -> str | None:
+    """Return the number at the key of an entry, None where there is none."""
     value = None if entry.key is None else _at(report, entry.key)
     if not isinstance(value, int | float):
-        return "no number in this report"
+        return None
     percent = None if entry.error_percent is None else _at(report, entry.error_percent)
     error = 0.01 * abs(value) * percent if isinstance(percent, int | float) else None
     return _with_error(value, error, entry.unit)
@@ -67,23 +69,14 @@ def _with_error(value: float, error: float | None, unit: str) -> str:
     return f"{value:.5g}{bar} {unit}"
 
 
-def default_numbers() -> dict[str, str]:
-    """Return by name what a run has for the default design, with its unit: true contact, and springs sized by it."""
+def default_number(entry: Entry) -> str | None:
+    """Return the number of a symbol by the true contact of the default design, which sizes its springs.
+
+    None for one that needs more than that.
+    """
     design = Design()
-    targets = design.nominal_targets
     options = RunOptions()
-    sizing = spring_sizing(design, fruit_compliance(design, options), options)
-    springs = sizing.springs
-    return {
-        "E": f"{design.fruit.E_max_MPa:g} MPa, the firmest fruit of the range",
-        "nu": f"{design.fruit.poisson:g}",
-        "K_m": f"{1e3 * sizing.K_m_max:.5g} N/m",
-        "K_l": f"{1e3 * springs.K_l:.5g} N/m",
-        "K_h": f"{1e3 * springs.K_h:.5g} N/m",
-        "P": f"{targets.P_max:.4g} at the largest modulus",
-        "P_max": f"{targets.P_max:.4g}",
-        "NL": f"{targets.NL:.4g}",
-        "x": f"{design.press.travel_mm:g} mm, full travel",
-        "spacing": f"{design.tips.spacing_mm:g} mm",
-        "tip": f"{design.tips.side_mm:g} mm, its side",
-    }
+    contact = fruit_compliance(design, options)
+    sizing = spring_sizing(design, contact, options)
+    report = as_data({"design": design, "springs": sizing_keys(sizing), "contact": contact_keys(contact)})
+    return _of_symbol(report, entry)

@@ -147,15 +147,12 @@ def test_answer_has_targets_values_springs_and_where_files_are(capsys):
     assert "outputs/paper/report.html" in text
 
 
-def test_everything_has_every_verdict_note_and_force(capsys):
+def test_everything_has_every_verdict(capsys):
     print_everything(RESULT)
     text = " ".join(capsys.readouterr().out.split())
     for verdict in (*RESULT.verdicts, *RESULT.paper):
         assert f" {verdict.name} " in text
         assert verdict.value is None or number_text(verdict.value) in text
-    for E, forces in zip(RESULT.press.table.E, RESULT.press.table.F[:, -1], strict=True):
-        assert f"│ {E:g} │" in text.replace("  ", " ")
-        assert all(f"{force:.5g}" in text for force in forces)
 
 
 @pytest.mark.parametrize("columns", [60, 132])

@@ -7,6 +7,7 @@ import pytest
 from squares import GENTLE, LENGTHS
 from stand_ins import springs_of
 
+import cad.checks.sensor_checks
 import cad.files.sensor_files
 from cad.design.parameters import Design
 from cad.files.step import read_step
@@ -33,16 +34,6 @@ def first(tmp_path_factory):
         yield place / "first"
 
 
-@pytest.fixture(scope="module")
-def square(tmp_path_factory):
-    """Return the folder of a square's solids, and its verdicts; they are in a cache of this module."""
-    place = tmp_path_factory.mktemp("square")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(place / "cache"))
-        (place / "first").mkdir()
-        return place / "first", write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), place / "first")
-
-
 def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tmp_path, monkeypatch):
     monkeypatch.setattr(cad.files.sensor_files, "write_sensor", lambda *_: pytest.fail("made again"))
     verdicts = write_solids(Design(), springs_of(Design()), tmp_path)
@@ -52,9 +43,14 @@ def test_second_time_gives_the_same_bytes_and_verdicts_without_a_solid(first, tm
     assert {"housing.step", "housing.stl", "housing.3mf", "assembly.step", "assembly.glb"} == set(digests(first))
 
 
-def test_another_leaf_is_another_solid(first, tmp_path):
-    write_solids(Design(), springs_of(Design(), lengths=(29.9, 14.8)), tmp_path)
-    assert digests(first)["housing.step"] != digests(tmp_path)["housing.step"]
+@pytest.mark.usefixtures("first")
+def test_another_leaf_is_another_solid(tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr(cad.files.sensor_files, "write_sensor", lambda sensor, _: made.append(sensor.housing) or ())
+    monkeypatch.setattr(cad.checks.sensor_checks, "check_sensor", lambda *_: ())
+    springs = springs_of(Design(), lengths=(29.9, 14.8))
+    write_solids(Design(), springs, tmp_path)
+    assert made == [springs.housing]
 
 
 def test_no_housing_writes_no_file(tmp_path):
@@ -70,8 +66,11 @@ def test_line_of_three_fails_for_want_of_a_housing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(square):
-    folder, verdicts = square
+def test_square_writes_one_plate_and_an_assembly_of_both_whose_verdicts_pass(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    folder = tmp_path / "square"
+    folder.mkdir()
+    verdicts = write_solids(GENTLE, springs_of(GENTLE, lengths=LENGTHS), folder)
     assert [verdict.name for verdict in verdicts if verdict.passed is not True] == []
     assert {"geometry.plates", "geometry.plate_holes"} <= {verdict.name for verdict in verdicts}
     assert len(read_step(folder / "housing.step").Solids()) == 1

@@ -14,7 +14,7 @@ from cad.design.tips import Press, Tips
 from cad.quantity import InputError
 from pipeline.report.mapping import report_mapping
 from pipeline.report.outputs import listed_files, write_outputs
-from pipeline.report.stored import StoredFile, StoredResponse, as_data, read_data, read_report, report_of
+from pipeline.report.stored import StoredFile, as_data, read_data, read_report, report_of
 from pipeline.storage.digests import file_digest
 
 GONE = "(left out)"
@@ -77,27 +77,22 @@ def assert_part(value, whole):
         assert value == whole
 
 
-KEYS = ("design", "housing", "deflections_mm", "response", "files", "read_out", "flexures", "contact")
 DAMAGED = [
-    *(((key,), value, key) for key in KEYS for value in (GONE, 3, "text")),
-    (("design", "tips", "side_mm"), "1", "tips.side_mm"),
-    (("design", "tips", "side_mm"), -1, "tips.side_mm"),
+    *(((key,), GONE, key) for key in ("design", "deflections_mm", "files")),
     (("housing",), [1], "housing"),
-    (("housing", "tip_side"), GONE, "housing.tip_side"),
+    (("response",), "text", "response"),
+    (("contact",), 3, "contact"),
+    (("design", "tips", "side_mm"), -1, "tips.side_mm"),
     (("housing", "tip_side"), -3.0, "housing.tip_side"),
     (("housing", "pin_round"), "no", "housing.pin_round"),
     (("deflections_mm",), {}, "deflections_mm"),
     (("deflections_mm",), [0.5], "deflections_mm"),
     (("deflections_mm", 1), None, "deflections_mm[1]"),
-    (("response", 0), 1, "response[0]"),
     (("response", 2, "E_MPa"), "x", "response[2].E_MPa"),
-    (("response", 0, "P"), GONE, "response[0].P"),
-    (("response", 0, "P", 1), True, "response[0].P[1]"),
+    (("response", 0, "F_l_N", 1), True, "response[0].F_l_N[1]"),
     (("read_out", "hertz"), "x", "read_out.hertz"),
-    (("read_out", "level"), GONE, "read_out.level"),
     (("files", 0), "design.toml", "files[0]"),
     (("files", 1, "sha256"), 3, "files[1].sha256"),
-    (("accuracy",), GONE, "accuracy"),
 ]
 
 
@@ -110,9 +105,7 @@ def test_damaged_report_names_the_key(path, value, key, report, tmp_path):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "text", ["", "{", "[]", "3", '{"schema": 2}', '{"schema": null}', '{"schema": 1, "deflections_mm": [NaN]}', "\x00"]
-)
+@pytest.mark.parametrize("text", ["{", "[]", '{"schema": 2}', '{"schema": 1, "deflections_mm": [NaN]}'])
 def test_text_that_is_no_report_is_refused(text, tmp_path):
     (tmp_path / "report.json").write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -159,8 +152,3 @@ def test_file_outside_or_missing_or_impossible_is_not_unchanged(path, tmp_path):
     assert inside.is_unchanged_in(tmp_path)
     secret.write_text("y", encoding="utf-8")
     assert not inside.is_unchanged_in(tmp_path)
-
-
-@pytest.mark.parametrize(("P", "last"), [((1.0, 2.0, None), 2.0), ((None, None), None), ((), None)])
-def test_last_force_ratio_is_that_of_the_deepest_travel_with_all_tips_down(P, last):
-    assert StoredResponse(E_MPa=1.0, x_mm=(0.1,) * len(P), P=P).last_P == last

@@ -43,14 +43,14 @@ def test_bridge_with_gauges_shows_the_strain_of_the_solve_with_them():
     assert behaviour.gauges == "foil"
     for name, error in (("low", 0.03), ("high", 0.02)):
         assert behaviour.arms[name].bridge_mV_per_V == pytest.approx([2.1 * 0.4])
-        assert behaviour.arms[name].bridge_error == error
+        assert behaviour.arms[name].bridge_error_percent == 100.0 * error
 
 
 def test_bridge_without_gauges_is_the_beam_s():
     """Root strain 3 t d / L^2 at 0.4 mm, less a tenth for a grid of 3 mm on 30."""
     low = spring_behaviour(springs(), forces(0.4, 2.0)).arms["low"]
     assert low.bridge_mV_per_V == pytest.approx([2.1e3 * 3.0 * 0.8 * 0.4 / 900.0 * 0.9])
-    assert low.bridge_error is None
+    assert low.bridge_error_percent is None
 
 
 def test_leaf_too_short_for_the_grid_has_no_bridge():

@@ -127,7 +127,7 @@ def test_moving_a_slider_changes_numbers_and_plots(flat_page, open_page):
     page.focus("#slider-E")
     page.keyboard.press("End")
     page.wait_for_function("(before) => document.getElementById('numbers').innerText !== before", arg=before)
-    last = flat_page.report.response[-1].last_P
+    last = flat_page.result.press.table.P[-1, -1]
     assert f"force ratio P\t{float(f'{last:.4g}'):g}" in page.inner_text("#numbers")
     assert page.inner_html("#plots") != plots
     page.click("#reset")
