@@ -39,10 +39,6 @@ class DisplacementBasis(CellBasis):  # type: ignore[misc]
         points[:, self.element_dofs.T] = cell_points(self.mesh, self.elem.doflocs.T)
         return points
 
-    def with_element(self, elem: Element) -> CellBasis:
-        """Return scikit-fem's basis of another element with the same quadrature."""
-        return CellBasis(self.mesh, elem, quadrature=self.quadrature)
-
 
 def scalar_shapes(basis: CellBasis) -> Floats:
     """Return the scalar shape functions at the points of quadrature [1], shape (nodes, points)."""

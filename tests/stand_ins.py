@@ -59,7 +59,6 @@ def housing_stiffness(K: tuple[float, ...], **changes: object) -> HousingStiffne
     of_each = len(K)
     given = HousingStiffness(
         C=np.diag([1.0 / stiffness for stiffness in K]),
-        K=K,
         error=ERRORS,
         strain_per_N=(1e-3,) * of_each,
         strain_error=(0.01,) * of_each,

@@ -1,6 +1,6 @@
 """What soft tissue under a tip does that linear elasticity and a slippery tip leave out, in closed form or by FE.
 
-Forces at large strain are read from large_strain.toml, which tests/fits/large_strain_factors.py makes.
+Forces at large strain are read from large_strain.toml, as tests/fits/test_large_strain.py solves them.
 """
 
 import functools

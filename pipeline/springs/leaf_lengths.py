@@ -68,7 +68,7 @@ class MeshPair:
 
 DEFAULT = MeshPair(fine=1.0, coarse=2.0, share=ERROR_SHARE, floor=1e-4, least_tolerance=1e-3)
 # Seen of the difference: 0.27 on the first, against 112 thousand dofs and 30 random designs; 0.024 on the last, against
-# one arm of five designs with 2.7 times the dofs, which is 0.026 against four times. tests/fits/mesh_pairs.py
+# one arm of five designs with 2.7 times the dofs, which is 0.026 against four times. tests/fits/test_housing.py
 MESH_PAIRS = (
     MeshPair(fine=2.0, coarse=4.0, share=0.3, floor=2e-4, least_tolerance=1e-2),
     DEFAULT,
@@ -331,7 +331,7 @@ class _LengthFit:
 def _lift(flexure: Flexure) -> float:
     """Return the stiffness on the coarse mesh over that on a finer one [1], before it is known: to 5e-4 as a rule.
 
-    Fitted by tests/fits/coarse_mesh.py.
+    Fitted by tests/fits/test_housing.py.
     """
     return 1.0 + 0.0035 / (1.0 + 0.55 * flexure.length / flexure.depth)
 
@@ -366,5 +366,5 @@ def add_pin_compliance(stiffness: HousingStiffness, housing: Housing, E: float, 
         errors.append(of_foot * mesh_error + pin.error * with_pin)
     bars = " and ".join(f"{100.0 * error:.2g}" for error in errors)
     status = f"{stiffness.info.status}; with what pins give in their feet {bars} %"
-    pinned = dataclasses.replace(stiffness, C=C, K=K, error=tuple(errors))
+    pinned = dataclasses.replace(stiffness, C=C, error=tuple(errors))
     return _with_status(pinned, status)

@@ -14,7 +14,7 @@ from cad.parts.assembly import assembly_bodies, outwards, sensor_of
 from cad.quantity import validation_error
 from pipeline.report.stored import StoredReport
 from pipeline.view.scene import DISPLACEMENT, EDGE, Field, FieldScene, Vector, frame, sharp_edges
-from solve.fruit.curved_body import core_of
+from solve.fruit.bent_block import core_of
 from solve.fruit.curved_shape import CurvedShape
 from solve.fruit.smooth_load import smooth_loads
 from solve.fruit.split import contact_footprints

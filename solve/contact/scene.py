@@ -102,13 +102,9 @@ class Scene:
         """Return how far the fruit falls away from the plane at its apex [mm]; infinity beyond it."""
         return cap_gap(x, y, *self.fruit.radii_mm) if self.curved else np.zeros_like(x)
 
-    def tip_gap(self, x: Floats, y: Floats) -> Floats:
-        """Return the gap of a tip's own shape [mm] at points from its centre [mm]; infinity where it has no face."""
-        return tip_gap(self.tips.tip_shape, x, y)
-
     def gap_under(self, centre: Point, x: Floats, y: Floats) -> Floats:
         """Return the gap [mm] between the plane at the apex and fruit plus tip, at points from a tip's centre [mm]."""
-        return self.fruit_gap(centre[0] + x, centre[1] + y) + self.tip_gap(x, y)
+        return self.fruit_gap(centre[0] + x, centre[1] + y) + tip_gap(self.tips.tip_shape, x, y)
 
     @property
     def first_touch_mm(self) -> float:

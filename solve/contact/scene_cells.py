@@ -14,6 +14,7 @@ from cad.design.fruit import Fruit
 from cad.quantity import InputError
 from solve.arrays import Floats
 from solve.contact.cells import ContactCells, contact_cells, folded
+from solve.contact.gap import tip_gap
 from solve.contact.scene import Point, Scene, check_scene
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
@@ -55,8 +56,8 @@ class SceneCells:
 
     def interference(self, scene: Scene, x: float) -> Floats:
         """Return how far the undeformed tips would enter the fruit [mm] at travel x [mm]; -inf without a face."""
-        travel = housing_travel(self.cells, x, scene.press.tilt_deg, scene.press.roll_deg, self.middle)
-        return np.asarray(travel - self.gap + np.array(scene.height_offsets_mm)[self.cells.owner])
+        lever = (self.cells.points - self.middle) @ scene.turn
+        return np.asarray(x + lever - self.gap + np.array(scene.height_offsets_mm)[self.cells.owner])
 
 
 def scene_cells(
@@ -119,21 +120,7 @@ def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
     centres = np.array(built.centres)
     moved = (np.array(scene.centres) - centres)[cells.owner]
     local = cells.points - centres[cells.owner]
-    return scene.fruit_gap(*(cells.points + moved).T) + scene.tip_gap(*local.T) - scene.first_touch_mm
-
-
-def housing_travel(
-    cells: ContactCells, x: float, tilt_deg: float = 0.0, roll_deg: float = 0.0, middle: Floats | None = None
-) -> Floats:
-    """Return the travel of a rigid housing over every cell [mm], x that of its middle.
-
-    `middle` (2,) [mm] is the mean of the tips' centres, where it is not that of the footprints. Positive tilt lowers
-    the tips at +x, positive roll those at +y.
-    """
-    if middle is None:
-        middle = cells.centres.mean(axis=0)
-    along, across = (cells.points - middle).T
-    return np.asarray(x + along * np.tan(np.radians(tilt_deg)) + across * np.tan(np.radians(roll_deg)))
+    return scene.fruit_gap(*(cells.points + moved).T) + tip_gap(scene.tips.tip_shape, *local.T) - scene.first_touch_mm
 
 
 # One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.

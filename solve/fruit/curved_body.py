@@ -15,24 +15,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from skfem import CellBasis, ElementHex2, MeshHex2
 
 from cad.design.fruit import Fruit
 from cad.quantity import validation_error
 from cad.theory.sloped_skin import log_coefficient, slope_factor, stretch_factor
-from mesh.cells import cell_jacobian, determinant
 from solve.arrays import Floats
-from solve.elasticity import stiffness_matrix, vector_basis
+from solve.elasticity import stiffness_matrix
 from solve.error_estimate import SolveInfo
-from solve.fruit.body_lines import BodySteps, body_lines
-from solve.fruit.box import Lines, box_mesh
+from solve.fruit.bent_block import bent_block, core_of
+from solve.fruit.body_lines import BodySteps
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_shape import CurvedShape, Plan
-from solve.fruit.footprints import Footprint, level_parities, mirror_images
-from solve.fruit.remainder import VOLUME_ORDER, Parity, mirror_dofs
-from solve.fruit.smooth_load import SmoothLoad, least_deviation, line_forces, smooth_loads
+from solve.fruit.footprints import Footprint
+from solve.fruit.smooth_load import SmoothLoad, least_deviation, smooth_loads
 from solve.fruit.split import largest_errors, relative_changes
-from solve.linear import SolveError, factorised
+from solve.linear import factorised
 
 STEPS = BodySteps()
 COARSER = 0.7  # fraction of the elements along each line of the mesh that gives the error
@@ -41,7 +38,6 @@ COARSER = 0.7  # fraction of the elements along each line of the mesh that gives
 SAFETY = 0.75
 FLOOR = 1.5e-4
 SECOND_ORDER = 0.05
-REACH = 3.0  # deviations from its centre at which a load is over
 # The mean of ln r under a rigid tip less that under the normal distribution with the same mean of 1 / r:
 # 0.054 for a circle (exact), 0.064 for a square (boundary elements).
 LOG_OFFSET = 0.06
@@ -145,13 +141,6 @@ def check_curved(fruit: Fruit, footprints: Sequence[Footprint]) -> None:
                 raise validation_error(name, core, "mm", bound, NEARER)
 
 
-def core_of(loads: Sequence[SmoothLoad]) -> Plan:
-    """Return half of the plan [mm] along x and y that holds all loads."""
-    x = max(abs(load.x) + REACH * load.deviation for load in loads)
-    y = max(abs(load.y) + REACH * load.deviation for load in loads)
-    return Plan(x, y)
-
-
 def _sharpness_correction(fruit: Fruit, tip: Footprint, load: SmoothLoad, along_normals: bool) -> tuple[float, float]:
     """Return what the shape changes more under a rigid tip than under its smooth load [1/mm], and its bound."""
     shape = CurvedShape(fruit, Plan(0.0, 0.0))
@@ -184,60 +173,17 @@ def curvature_correction(
 
     Raises SolveError when a solve is not exact, or when the bent mesh folds.
     """
-    shape = CurvedShape(fruit, core_of(loads))
-    mirrored = [bool(images) for images in mirror_images(footprints)]
-    lines = body_lines(shape, loads, mirrored, steps)
-    box = box_mesh(lines)
-    flat = MeshHex2.from_mesh(box).with_boundaries(box.boundaries)
-    bent = replace(flat, doflocs=shape.bent(flat.doflocs))
-    block = vector_basis(flat, ElementHex2(), VOLUME_ORDER)
-    body = vector_basis(bent, ElementHex2(), VOLUME_ORDER)
-    volumes = determinant(cell_jacobian(bent, body.quadrature[0]))
-    smallest = float((volumes / np.median(volumes)).min())
-    if not smallest > 0.0:
-        msg = f"curved fruit: volume of a bent element = {smallest:.1g} of the median: must be above 0"
-        raise SolveError(msg)
-
-    parities = level_parities(footprints)
-    down = [(0.0, 0.0, -1.0) for _ in loads]
-    forces = [nodal_forces(block, lines, loads, parity, down) for parity in parities]
-    before = _compliance(block, fruit.poisson, parities, forces)
-    if along_normals:
-        normals = [shape.normal(load.x, load.y) for load in loads]
-        forces = [nodal_forces(block, lines, loads, parity, normals) for parity in parities]
-    return _compliance(body, fruit.poisson, parities, forces) - before, int(block.N)
-
-
-def _compliance(basis: CellBasis, poisson: float, parities: Sequence[Parity], forces: Sequence[Floats]) -> Floats:
-    """Return the displacement by the forces of all parities, that of single loads [1/mm], shape (loads, loads)."""
-    stiffness = stiffness_matrix(basis, 1.0, poisson, b_bar=True)
-    clamped = basis.get_dofs("base").all()
-    total = np.zeros(())
-    for parity, force in zip(parities, forces, strict=True):
-        factor = factorised(stiffness, np.union1d(clamped, mirror_dofs(basis, parity)))
-        total = total + force.T @ factor.solve(force) / 2.0 ** np.abs(parity).sum()
-    return total
-
-
-def nodal_forces(
-    basis: CellBasis,
-    lines: Lines,
-    loads: Sequence[SmoothLoad],
-    parity: Parity,
-    normals: Sequence[Sequence[float]],
-) -> Floats:
-    """Return the forces of each load with its mirror images on the nodes of the box [1], shape (dofs, loads).
-
-    Loads press against outward normals, whose part across a mirror plane changes sign with the image.
-    """
-    forces = np.zeros((basis.N, len(loads)))
-    for component in range(3):
-        top = basis.get_dofs("top").all(f"u^{component + 1}")
-        for number, load in enumerate(loads):
-            on_node = np.full(len(top), -normals[number][component])
-            for axis, centre in enumerate((load.x, load.y)):
-                sign = -parity[axis] if axis == component else parity[axis]
-                nodes, fraction = line_forces(lines[axis], centre, load.deviation, sign)
-                on_node *= fraction[np.abs(basis.doflocs[axis, top, None] - nodes).argmin(axis=1)]
-            forces[top, number] = on_node
-    return forces
+    body = bent_block(fruit, footprints, loads, steps, along_normals)
+    of_block = stiffness_matrix(body.flat, 1.0, fruit.poisson, b_bar=True)
+    of_fruit = stiffness_matrix(body.bent, 1.0, fruit.poisson, b_bar=True)
+    upwards = [(0.0, 0.0, -1.0) for _ in loads]
+    change = np.zeros((len(loads), len(loads)))
+    for parity in body.parities:
+        fixed = body.fixed(parity)
+        before = body.forces(parity, upwards)
+        after = body.forces(parity, body.normals)
+        energy = after.T @ factorised(of_fruit, fixed).solve(after) - before.T @ factorised(of_block, fixed).solve(
+            before
+        )
+        change += energy / 2.0 ** np.abs(parity).sum()
+    return change, int(body.flat.N)

@@ -42,6 +42,17 @@ def cap_slope(x: float, y: float, radius: float, radius_across: float) -> tuple[
     return float(x / radius / np.sqrt(rest)), float(y / radius_across / np.sqrt(rest))
 
 
+def ellipsoid_curvatures(semi_axes: Floats, from_centre: Floats) -> tuple[Floats, Floats]:
+    """Return the mean and the Gaussian curvature [1/mm, 1/mm^2] of ellipsoids at points from their centres [mm].
+
+    Both have the shape (..., 3).
+    """
+    normal = (from_centre**2 / semi_axes**4).sum(axis=-1)
+    volume = semi_axes.prod(axis=-1) ** 2
+    mean = ((semi_axes**2).sum(axis=-1) - (from_centre**2).sum(axis=-1)) / (2.0 * volume * normal**1.5)
+    return mean, 1.0 / (volume * normal**2)
+
+
 @dataclass(frozen=True)
 class CurvedShape:
     """A fruit that falls away from its apex like an ellipsoid, and `core`, half of the plan [mm] that holds its tips.
@@ -93,10 +104,9 @@ class CurvedShape:
 
     def mean_curvature(self, x: float, y: float) -> float:
         """Return the mean curvature of the skin at a point of the plan [1/mm]."""
-        a, b, c = self.semi_axes
-        height = c - float(self._fall(np.array(x), np.array(y)))
-        normal = (x / a**2) ** 2 + (y / b**2) ** 2 + (height / c**2) ** 2
-        return float((a**2 + b**2 + c**2 - x**2 - y**2 - height**2) / (2.0 * (a * b * c) ** 2 * normal**1.5))
+        height = self.semi_axes[2] - float(self._fall(np.array(x), np.array(y)))
+        mean, _ = ellipsoid_curvatures(np.array(self.semi_axes), np.array([x, y, height]))
+        return float(mean)
 
     def bent(self, points: Floats) -> Floats:
         """Return where points (3, n) [mm] of the block lie on the fruit."""

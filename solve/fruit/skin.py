@@ -11,19 +11,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from skfem import ElementHex2, MeshHex2
 
 from cad.design.fruit import Fruit
 from cad.theory.sloped_skin import slope_factor, stretch_factor
 from solve.arrays import Floats
-from solve.elasticity import stiffness_matrix, vector_basis
-from solve.fruit.body_lines import BodySteps, body_lines
-from solve.fruit.box import box_mesh
+from solve.elasticity import stiffness_matrix
+from solve.fruit.bent_block import bent_block, core_of
+from solve.fruit.body_lines import BodySteps
 from solve.fruit.compliance import FruitCompliance, SkinTable
-from solve.fruit.curved_body import core_of, nodal_forces
 from solve.fruit.curved_shape import CurvedShape
-from solve.fruit.footprints import Footprint, level_compliance, level_parities, mirror_images
-from solve.fruit.remainder import VOLUME_ORDER, mirror_dofs
+from solve.fruit.footprints import Footprint, level_compliance
 from solve.fruit.smooth_load import SmoothLoad, least_deviation, smooth_loads
 from solve.fruit.split import largest_errors, relative_changes
 from solve.halfspace.layered import Layer, added_compliances, round_contact
@@ -46,7 +43,7 @@ SOFTEST = 1.0 / 24.0  # of E_max: the second point of a curve of P
 # Nodes a side that carry the pressure of a tip under a skin, from this thickness [sides] up.
 NODES = ((0.3, 9), (0.1, 17), (0.0, 25))
 OF_NODES = 0.1  # of the step from half as many
-OF_ARCHING = 0.5  # of what the skin bears as a shell: solids leave 0.3 of it. tests/reference/test_layered_solids.py
+OF_ARCHING = 0.5  # of what the skin bears as a shell: solids leave 0.3 of it. tests/solve/fruit/test_skin.py
 ROUND_NODES = 9  # of a circle, whose own compliance has a closed equation
 
 
@@ -162,33 +159,20 @@ def body_change(
 ) -> tuple[Floats, int]:
     """Return what the skin changes under smooth loads on one mesh [1/mm], (layers, loads, loads), and its dofs.
 
-    `solves` moduli of the skin span all.
-    Raises SolveError when a solve is not exact.
+    `solves` moduli of the skin span all. Raises SolveError when a solve is not exact.
     """
-    shape = CurvedShape(fruit, core_of(loads))
-    mirrored = [bool(images) for images in mirror_images(footprints)]
-    lines = body_lines(shape, loads, mirrored, steps)
-    box = box_mesh(lines)
-    flat = MeshHex2.from_mesh(box).with_boundaries(box.boundaries)
-    block = vector_basis(flat, ElementHex2(), VOLUME_ORDER)
-    body = block
-    normals = [(0.0, 0.0, -1.0) for _ in loads]
-    if fruit.radius_mm is not None:
-        body = vector_basis(replace(flat, doflocs=shape.bent(flat.doflocs)), ElementHex2(), VOLUME_ORDER)
-        if along_normals:
-            normals = [shape.normal(load.x, load.y) for load in loads]
-
-    in_skin = (box.p[2, box.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
-    flesh = stiffness_matrix(body, 1.0 - in_skin, fruit.poisson, b_bar=True)
-    skin = stiffness_matrix(body, in_skin, layers[0].poisson, b_bar=True)
-    without = flesh + stiffness_matrix(body, in_skin, fruit.poisson, b_bar=True)
+    body = bent_block(fruit, footprints, loads, steps, along_normals)
+    in_skin = (body.flat.mesh.p[2, body.flat.mesh.t].mean(axis=0) < layers[0].thickness).astype(np.float64)
+    flesh = stiffness_matrix(body.bent, 1.0 - in_skin, fruit.poisson, b_bar=True)
+    skin = stiffness_matrix(body.bent, in_skin, layers[0].poisson, b_bar=True)
+    without = flesh + stiffness_matrix(body.bent, in_skin, fruit.poisson, b_bar=True)
     moduli = np.array([layer.modulus for layer in layers])
     span = np.geomspace(moduli.min(), moduli.max(), solves)
 
     change = np.zeros((len(layers), len(loads), len(loads)))
-    for parity in level_parities(footprints):
-        forces = nodal_forces(block, lines, loads, parity, normals)
-        fixed = np.union1d(body.get_dofs("base").all(), mirror_dofs(body, parity))
+    for parity in body.parities:
+        forces = body.forces(parity, body.normals)
+        fixed = body.fixed(parity)
         bare = forces.T @ factorised(without, fixed).solve(forces)
         solved = [factorised(flesh + modulus * skin, fixed).solve(forces) for modulus in span]
         spanning, _ = np.linalg.qr(np.hstack(solved))
@@ -198,4 +182,4 @@ def body_change(
         for i, modulus in enumerate(moduli):
             energy = load.T @ np.linalg.solve(of_flesh + modulus * of_skin, load)
             change[i] += (energy - bare) / 2.0 ** np.abs(parity).sum()
-    return change, int(body.N)
+    return change, int(body.flat.N)

@@ -43,14 +43,14 @@ LEVELS = (
 LARGEST_ERROR = 1e-3
 MOST_DOFS = 60_000  # of a finer level: 4 GiB
 # Fourth order at 3/4 of the steps leaves 0.46 of the step between both meshes: the bar is twice that.
-# tests/fits/split_errors.py
+# tests/fits/test_fruit.py
 SAFETY = 0.9
 # A difference of two meshes may vanish by accident: at grading step 0.7 it counts as at least this fraction of the
 # remainder in a value, averaged with the value where that is largest.
 LEAST_STEP = 1e-3
 ORDER = 4
 # One mesh without a coarser partner, for loose tolerances: the largest error of 280 random scenes over the remainder,
-# 0.006 over the 40 of tests/fits/split_errors.py.
+# 0.006 over 40 of them.
 ROUGH = Grading(1.0, (0.7, 0.3))
 ROUGH_ERROR = 0.01
 NODE_ERROR = 1e-5  # what the nodes of the footprints leave, twice 5e-6

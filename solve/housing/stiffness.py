@@ -38,15 +38,15 @@ PerTip = tuple[float, ...]
 SPRINGS = ("low", "high")  # names of the springs, in the order of every result
 
 # Of the difference to the coarse mesh. A mesh of 4.5 times the dofs has shown at most 0.23 of it, over designs in all
-# processes; the median is 0.07 (tests/fits/mesh_pairs.py). A floor, and more for leaves of odd shape, are added
+# processes; the median is 0.07 (tests/fits/test_housing.py). A floor, and more for leaves of odd shape, are added
 # where springs are fitted.
 ERROR_SHARE = 0.2
 # At the edges of a foil on plastic the stress is singular: both meshes are too stiff alike. Of the step from the coarse
 # mesh 0.24 (steel) to 1.17 (plastic) is still to come, and 0.3 to 2.1 for the strain under a grid, against meshes of
-# eight times the elements along the leaves: (fraction added, fraction left open). tests/fits/gauge_edges.py
+# eight times the elements along the leaves: (fraction added, fraction left open). tests/fits/test_housing.py
 EDGE_STIFFNESS = (0.7, 0.5)
 EDGE_STRAIN = (1.1, 1.0)
-# Of what continuing the strain to the edges of the elements adds; seen at most 1.1, 0.85 by tests/fits/root_strain.py
+# Of what continuing the strain to the edges of the elements adds; seen at most 1.1, 0.85 by tests/fits/test_housing.py
 STRAIN_ERROR_SHARE = 1.5
 # Values at two Gauss points of an edge, continued in a straight line to its ends.
 _EXTRAPOLATION = 0.5 * np.array([[1.0 + np.sqrt(3.0), 1.0 - np.sqrt(3.0)], [1.0 - np.sqrt(3.0), 1.0 + np.sqrt(3.0)]])
@@ -91,10 +91,9 @@ class TipCompliance:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HousingStiffness:
-    """The stiffness K of each flexure [N/mm] with its relative error [1]; the rest as in `TipCompliance`."""
+    """The compliance C, the relative error of each stiffness [1], and the rest as in `TipCompliance`."""
 
     C: Floats
-    K: PerTip
     error: PerTip
     strain_per_N: PerTip
     strain_error: PerTip
@@ -105,6 +104,11 @@ class HousingStiffness:
     info: SolveInfo
     gauge_strain_per_N: PerTip | None = None
     gauge_error: PerTip | None = None
+
+    @property
+    def K(self) -> PerTip:
+        """Return the stiffness of each flexure with the others free [N/mm]."""
+        return tip_stiffnesses(self.C)
 
 
 def tip_stiffnesses(C: Floats) -> PerTip:
@@ -119,7 +123,6 @@ def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStif
     """
     result = HousingStiffness(
         C=fine.C,
-        K=fine.K,
         error=_differences(fine.K, coarse.K, ERROR_SHARE),
         strain_per_N=fine.strain_per_N,
         strain_error=_differences(fine.strain_per_N, fine.strain_inside_per_N, STRAIN_ERROR_SHARE),
@@ -140,12 +143,10 @@ def housing_stiffness(fine: TipCompliance, coarse: TipCompliance) -> HousingStif
         return result
 
     # With gauges, a fraction of the step from the coarse mesh is added: their edges are singular.
-    C = fine.C + EDGE_STIFFNESS[0] * (fine.C - coarse.C)
     gauge_strain = np.array(strain) + EDGE_STRAIN[0] * (np.array(strain) - np.array(coarse_strain))
     return dataclasses.replace(
         result,
-        C=C,
-        K=tip_stiffnesses(C),
+        C=fine.C + EDGE_STIFFNESS[0] * (fine.C - coarse.C),
         error=_differences(fine.K, coarse.K, EDGE_STIFFNESS[1]),
         info=dataclasses.replace(result.info, status=f"{result.info.status}; extrapolated to the edges of the gauges"),
         gauge_strain_per_N=tuple(gauge_strain.tolist()),

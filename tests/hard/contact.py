@@ -16,7 +16,6 @@ from pipeline.response.contact import contact_compliance
 from solve.fruit.box import Grading
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.direct import direct_compliance
-from solve.fruit.footprints import Footprint
 from solve.fruit.split import LEVELS, MOST_DOFS, footprint_compliance, mesh_dofs, tip_footprints
 
 FOUR_TIMES = 3.9
@@ -55,7 +54,7 @@ def contact_reference(fruit: Fruit, tips: Tips, compliance: FruitCompliance) -> 
     A result of the split is judged by the split on four times the dofs, or by direct FE where that takes too much
     memory; a direct one by the split where it can judge, else on meshes twice as fine at the edges.
     """
-    footprints = footprints_of(tips)
+    footprints = tip_footprints(tips)
     if compliance.info.method == "split":
         for grading in FINER:
             if FOUR_TIMES * compliance.info.dofs <= mesh_dofs(fruit, footprints, grading) <= MOST_DOFS:
@@ -71,16 +70,11 @@ def contact_reference(fruit: Fruit, tips: Tips, compliance: FruitCompliance) -> 
 
 def _by_split(fruit: Fruit, tips: Tips, error: float) -> Reference:
     """Return the split beyond its domain, whose step between two gradings adds to its relative error [1]."""
-    fine, finest = (footprint_compliance(fruit, footprints_of(tips), grading) for grading in (LEVELS[1], FINER[0]))
+    fine, finest = (footprint_compliance(fruit, tip_footprints(tips), grading) for grading in (LEVELS[1], FINER[0]))
     values = pair_and_own(finest.S)
     error += abs(values[0] / pair_and_own(fine.S)[0] - 1.0)
     source = f"split beyond its domain, {finest.dofs} dofs"
     return Reference(values=values, errors=tuple(error * value for value in values), source=source)
-
-
-def footprints_of(tips: Tips) -> tuple[Footprint, ...]:
-    """Return the footprints of the tips [mm]."""
-    return tip_footprints(tips)
 
 
 def _by_direct_elements(fruit: Fruit, tips: Tips, scale: float) -> Reference:

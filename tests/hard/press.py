@@ -16,10 +16,10 @@ from cad.quantity import InputError
 from pipeline.response.contact import contact_compliance
 from solve.arrays import Floats
 from solve.contact.cells import ContactCells, contact_cells, folded
+from solve.contact.gap import tip_gap
 from solve.contact.linear_response import spring_compliance
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
-from solve.contact.scene_cells import housing_travel
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
 from solve.halfspace.punch import graded_edges
@@ -111,8 +111,8 @@ def _cells(scene: Scene, count: int) -> tuple[ContactCells, Floats]:
     footprints = tuple(Footprint(x, y, scene.tips.side_mm) for x, y in scene.centres)
     cells = contact_cells(scene.fruit.equivalent_block, footprints, graded_edges(count, GRADING))
     cells = folded(cells) if scene.press.roll_deg == 0.0 else cells
-    gap = scene.fruit_gap(*cells.points.T) + scene.tip_gap(*cells.local.T) - scene.first_touch_mm
-    travel = housing_travel(cells, scene.press.travel_mm, scene.press.tilt_deg, scene.press.roll_deg)
+    gap = scene.fruit_gap(*cells.points.T) + tip_gap(scene.tips.tip_shape, *cells.local.T) - scene.first_touch_mm
+    travel = scene.press.travel_mm + (cells.points - cells.centres.mean(axis=0)) @ scene.turn
     return cells, np.asarray(travel - gap)
 
 

@@ -1,21 +1,15 @@
-"""Hard cases: values of the product, each with its error bar, held against a reference; and how a case ends."""
+"""Values of the product, each with its error bar, held against a reference; and how a hard case ends."""
 
 import math
-import traceback
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Literal
 
-from benchmarks.harness import Reference, percent
+from benchmarks.harness import Reference
 from cad.quantity import InputError
 from mesh.session import MeshError
 from solve.fruit.split import SplitDomainError
 from solve.linear import SolveError
-
-Verdict = Literal["right", "refused", "no reference", "WRONG"]
 
 WIDEST_ERROR = 0.1  # of the value: beyond, the answer tells nothing
 REFUSALS = (InputError, MeshError, SolveError, SplitDomainError)
@@ -49,37 +43,16 @@ class ReferenceCheck:
         return abs(self.value - self.reference) / allowed if allowed > 0.0 else math.inf
 
     @property
-    def fault(self) -> str:
-        """Return what is wrong with the value, or nothing."""
-        if not all(map(math.isfinite, (self.value, self.error, self.reference or 0.0, self.reference_error))):
-            return f"{self.name} or its bar is not a finite number"
-        if self.error <= 0.0:
-            return f"the error bar of {self.name} is {self.error:g}"
-        if self.relative_error > WIDEST_ERROR:
-            return f"the error bar of {self.name} is {percent(self.relative_error)} wide"
-        if self.excess > 1.0:
-            return f"{self.name} is off by {self.excess:.2g} times what its bar allows"
-        return ""
+    def wrong(self) -> bool:
+        """Say whether the value is off, or has no bar that tells anything; nan is wrong too."""
+        return not (0.0 < self.relative_error <= WIDEST_ERROR and self.excess <= 1.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class HardCase:
-    """A hard case: its name, and the work that ends in its checks.
-
-    `answerable` says that it lies where the product promises an answer: a refusal is then wrong.
-    """
-
-    name: str
-    work: Callable[[], Sequence[ReferenceCheck]]
-    answerable: bool = False
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Outcome:
-    """How a case ended: verdict, who judged or why not, and the check nearest to its limit where there is one."""
+    """How a case ended: right, refused, no reference or WRONG, who judged or why not, and the check that says so."""
 
-    case: str
-    verdict: Verdict
+    verdict: str
     reason: str
     check: ReferenceCheck | None = None
 
@@ -90,18 +63,19 @@ def checks(
     """Return a check of each value of the product, in the unit of the reference; error bars are relative [1]."""
     trues = reference.values or (None,) * len(names)
     uncertainties = reference.errors or (0.0,) * len(names)
-    columns = zip(names, values, relative_errors, trues, uncertainties, strict=True)
-    return tuple(
-        ReferenceCheck(
-            name=name,
-            value=float(value),
-            error=error * abs(float(value)),
-            reference=true,
-            reference_error=uncertainty,
-            source=reference.source,
+    every = []
+    for name, value, error, true, uncertainty in zip(names, values, relative_errors, trues, uncertainties, strict=True):
+        every.append(
+            ReferenceCheck(
+                name=name,
+                value=float(value),
+                error=error * abs(float(value)),
+                reference=true,
+                reference_error=uncertainty,
+                source=reference.source,
+            )
         )
-        for name, value, error, true, uncertainty in columns
-    )
+    return tuple(every)
 
 
 def attempted(compute: Callable[[], Reference]) -> Reference:
@@ -112,41 +86,20 @@ def attempted(compute: Callable[[], Reference]) -> Reference:
         return Reference(values=(), errors=(), source=f"the reference refused: {refusal}")
 
 
-def evaluate(case: HardCase) -> Outcome:
-    """Return how a case ends; a warning counts as a crash, and a refusal must be one line that names a bound.
+def ending(work: Callable[[], Sequence[ReferenceCheck]], answerable: bool) -> Outcome:
+    """Return how a case ends; a refusal must be one line that names a bound, and none where an answer is promised.
 
-    The case runs in a thread, whose future hands over whatever was raised: no list of exceptions would be complete.
+    A warning is raised, as are all errors that are no refusal.
     """
-    with ThreadPoolExecutor(max_workers=1) as thread:
-        future = thread.submit(_work_without_warnings, case)
-    error = future.exception()
-    if error is None:
-        return _judged(case.name, future.result())
-    reason = " ".join(str(error).split())
-    if not isinstance(error, REFUSALS):
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        reason = f"{type(error).__name__} in {Path(place.filename).name}:{place.lineno}: {reason}"
-    elif case.answerable:
-        reason = f"refused, where an answer is promised: {reason}"
-    elif "\n" in str(error) or not ("must" in reason or isinstance(error, MeshError)):
-        reason = f"unclear refusal {str(error)!r}"
-    else:
-        return Outcome(case=case.name, verdict="refused", reason=reason)
-    return Outcome(case=case.name, verdict="WRONG", reason=reason)
-
-
-def _work_without_warnings(case: HardCase) -> Sequence[ReferenceCheck]:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return case.work()
-
-
-def _judged(case: str, every: Sequence[ReferenceCheck]) -> Outcome:
-    if not every:
-        return Outcome(case=case, verdict="WRONG", reason="neither an answer nor a refusal")
-    worst = max(every, key=lambda check: (bool(check.fault), check.reference is None, check.excess))
-    if worst.fault:
-        return Outcome(case=case, verdict="WRONG", reason=worst.fault, check=worst)
-    verdict: Verdict = "no reference" if worst.reference is None else "right"
-    return Outcome(case=case, verdict=verdict, reason=worst.source, check=worst)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            warnings.simplefilter("ignore", DeprecationWarning)
+            every = work()
+    except REFUSALS as refusal:
+        reason = str(refusal)
+        is_clear = "\n" not in reason and ("must" in reason or isinstance(refusal, MeshError))
+        return Outcome("refused" if is_clear and not answerable else "WRONG", reason)
+    worst = max(every, key=lambda check: (check.wrong, check.reference is None, check.excess))
+    verdict = "right" if worst.reference is not None else "no reference"
+    return Outcome("WRONG" if worst.wrong else verdict, worst.source, worst)

@@ -7,7 +7,7 @@ from skfem import ElementTetP1, MeshTet
 
 from solve import linear
 from solve.elasticity import stiffness_matrix, vector_basis
-from solve.linear import SolveError, factorised
+from solve.linear import SolveError, check_cost, factorised
 
 NONE = np.array([], dtype=np.int64)
 
@@ -17,7 +17,7 @@ def solver(request, monkeypatch):
     """Run a test with either direct solver, on however few unknowns."""
     if request.param == "pardiso":
         pytest.importorskip("pypardiso")
-        monkeypatch.setattr(linear, "_SMALL", 0)
+        monkeypatch.setattr(linear, "_PARDISO_FROM_DOFS", 0)
 
 
 def spd(rng, size=40):
@@ -82,3 +82,17 @@ def test_part_that_can_move_freely_is_refused(held):
     load[basis.get_dofs(lambda x: x[2] > 1.0 - 1e-9).all("u^3")] = 1.0
     with pytest.raises(SolveError):
         factorised(K, fixed).solve(load)
+
+
+def test_dear_solve_is_refused_before_it_starts(monkeypatch):
+    monkeypatch.setattr(linear, "splu", lambda *_: pytest.fail("it started"))
+    monkeypatch.setattr(linear, "FACTOR_BYTES", 1e20)
+    with pytest.raises(SolveError):
+        factorised(csc_matrix(np.eye(10)), NONE)
+
+
+def test_machine_bounds_a_solve_too(monkeypatch):
+    check_cost(10**5)
+    monkeypatch.setattr(linear.os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 2**17}.get)  # 512 MiB
+    with pytest.raises(SolveError):
+        check_cost(10**5)

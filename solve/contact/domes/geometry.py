@@ -12,6 +12,7 @@ import numpy as np
 
 from solve.arrays import Floats
 from solve.contact.scene import Scene, SidewaysGive
+from solve.fruit.curved_shape import ellipsoid_curvatures
 
 FOOT_STEPS = 8  # Newton steps: one is exact on a sphere, four on an ellipsoid of 2 : 1
 
@@ -95,10 +96,8 @@ class DomePoses:
             return flat, flat
         axes = self.semi_axes[:, None]
         from_centre = foot + np.concatenate([np.zeros_like(axes[..., :2]), axes[..., 2:]], axis=-1)
-        normal = (from_centre**2 / axes**4).sum(axis=-1)
-        volume = axes.prod(axis=-1) ** 2
-        mean = ((axes**2).sum(axis=-1) - (from_centre**2).sum(axis=-1)) / (2.0 * volume * normal**1.5)
-        spread = np.sqrt(np.maximum(mean**2 - 1.0 / (volume * normal**2), 0.0))
+        mean, gauss = ellipsoid_curvatures(axes, from_centre)
+        spread = np.sqrt(np.maximum(mean**2 - gauss, 0.0))
         return mean - spread, mean + spread
 
 

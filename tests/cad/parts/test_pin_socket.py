@@ -127,7 +127,7 @@ def test_files_hold_the_pockets_and_the_pins(pinned, tmp_path):
 
 
 def test_give_holds_that_of_solids_and_is_far_under_a_punch_that_is_not_glued(foot):
-    """1.07e-5 mm/N: solids of foot, glue and pin less a solid foot, tests/fits/glued_pin.py.
+    """1.07e-5 mm/N: solids of foot, glue and pin less a solid foot, tests/fits/test_glued_pin.py.
 
     The upper bound is a square punch on a half-space that nothing glues: F = 1.1523 E side d / (1 - nu^2).
     """

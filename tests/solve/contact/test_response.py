@@ -85,7 +85,15 @@ def test_a_scene_outside_the_domain_is_refused(compliance):
         scene_response(scene(tilt=1.0, offset_mm=5.0), compliance, C, E, X)
 
 
-@pytest.mark.parametrize("where", [{"tilt": 5.0}, {"fillet_mm": 0.2}, {"shape": "sphere"}, {"fruit": SPHERE}])
+@pytest.mark.parametrize(
+    "where",
+    [
+        {"tilt": 5.0},
+        {"shape": "sphere"},
+        pytest.param({"fillet_mm": 0.2}, marks=pytest.mark.slow),
+        pytest.param({"fruit": SPHERE}, marks=pytest.mark.slow),
+    ],
+)
 def test_error_bars_cover_a_finer_grid(compliance, where, monkeypatch):
     found = scene_response(scene(**where), compliance, C, E, X)
     monkeypatch.setattr(solve.contact.scene_cells, "HALF_CELLS", (18, 36))
@@ -97,7 +105,7 @@ def test_error_bars_cover_a_finer_grid(compliance, where, monkeypatch):
     assert known.max() < 0.06
 
 
-@pytest.mark.parametrize("shape", ["cube", "sphere"])
+@pytest.mark.parametrize("shape", ["cube", pytest.param("sphere", marks=pytest.mark.slow)])
 def test_cells_of_a_curved_fruit_carry_what_its_body_changes(shape):
     """A whole ball gives 2 % more than its bounding box; the cells of the box answer a level press 0.05 % off."""
     ball = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)

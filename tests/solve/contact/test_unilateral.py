@@ -3,7 +3,6 @@ import pytest
 
 from cad.design.fruit import Fruit
 from solve.contact.cells import contact_cells, folded
-from solve.contact.scene_cells import housing_travel
 from solve.contact.unilateral import COMPLEMENTARITY, UnilateralContact
 from solve.fruit.curved_shape import cap_gap
 from solve.fruit.footprints import Footprint
@@ -25,6 +24,11 @@ def footprints():
 @pytest.fixture(scope="module")
 def linear():
     return footprint_compliance(BLOCK, FEET, LEVELS[0]).S
+
+
+def housing_travel(cells, x, tilt=0.0, roll=0.0):
+    """Return the travel of a rigid housing over every cell [mm], x that of its middle."""
+    return x + cells.points @ np.tan(np.radians([tilt, roll]))
 
 
 def pressed(footprints, x, E=1.0, tilt=0.0, roll=0.0, gap=0.0):

@@ -31,26 +31,6 @@ def test_square_takes_a_quarter_of_the_block_with_all_parities():
     assert level_parities((Footprint(1.0, 2.0, 1.0),)) == [(0, 0)]
 
 
-@pytest.mark.parametrize(("i", "j"), [(0, 1), (0, 2)])
-def test_tips_without_force_only_resist_the_slope_under_them(i, j):
-    """Superposition: s_ij of two tips is that of the pair, but for what level faces of others near by hold back.
-
-    A force slopes a half-space by 1 / (pi E* p^2) at a distance p; a square that stays level answers with the moment
-    0.08277 pi E* a^3 per slope (test_tilted_punch.py), and lowers s_ii by their product times the slope again.
-    """
-    whole = footprint_compliance(BLOCK, SQUARE, LEVELS[0]).S
-    pair = footprint_compliance(BLOCK, (SQUARE[i], SQUARE[j]), LEVELS[0]).S
-    held = np.zeros((2, 2))
-    for other in (SQUARE[k] for k in range(4) if k not in (i, j)):
-        away = np.array([(other.x - one.x, other.y - one.y) for one in (SQUARE[i], SQUARE[j])])
-        slope = away / np.linalg.norm(away, axis=1)[:, None] ** 3 / np.pi
-        held += (1.0 - BLOCK.poisson**2) * np.pi * 0.08277 * slope @ slope.T
-    # what the slope of the block differs from the half-space's, and the meshes from each other
-    np.testing.assert_allclose(pair - whole[np.ix_([i, j], [i, j])], held, rtol=0.0, atol=3e-5)
-    assert held.min() >= 0.0
-    assert held.max() > 1e-4
-
-
 def test_spacing_and_domain_count_both_axes():
     assert closest_spacing((Footprint(0.0, 0.0, 1.0), Footprint(0.9, 1.2, 1.0))) == pytest.approx(1.2)
     with pytest.raises(SplitDomainError):

@@ -56,7 +56,7 @@ def test_reference_block_to_four_digits_and_inside_the_error_bars(poisson):
         pytest.param(0.4999, 20.0, 12.0, 1.0, 0.0, id="nearly incompressible"),
         pytest.param(0.49, 24.0, 3.0, 3.0, 0.0, id="low", marks=pytest.mark.slow),
         pytest.param(0.3, 20.0, 12.0, 1.0, 3.9, id="off centre", marks=pytest.mark.slow),
-        pytest.param(0.2, 16.0, 60.0, 1.0, 0.0, id="high"),
+        pytest.param(0.2, 16.0, 60.0, 1.0, 0.0, id="high", marks=pytest.mark.slow),
     ],
 )
 def test_error_bars_cover_the_step_to_a_finer_mesh(poisson, length, height, side, offset):
@@ -110,7 +110,9 @@ def test_a_scene_that_does_not_converge_is_refused(monkeypatch):
         split_compliance(BLOCK, TIPS, 1e-6)
 
 
-@pytest.mark.parametrize(("tolerance", "grading"), [(0.02, ROUGH), (1e-3, LEVELS[0]), (5e-5, LEVELS[1])])
+@pytest.mark.parametrize(
+    ("tolerance", "grading"), [(0.02, ROUGH), (1e-3, LEVELS[0]), pytest.param(5e-5, LEVELS[1], marks=pytest.mark.slow)]
+)
 def test_the_coarsest_mesh_that_meets_the_tolerance_is_taken(tolerance, grading):
     s11, s12, uncertainty = REFERENCE[0.3]
     found = split_compliance(BLOCK, TIPS, tolerance)

@@ -22,7 +22,7 @@ HOUSING = Housing(
     tip_side=1.0, tip_height=1.0, spacing=8.0, shuttle_width=6.0, neck_level=5.5, lower_leaf_level=7.6,
     low_top_level=24.0, high_top_level=24.45, cavity_level=24.75, top_level=30.75, protrusion=1.7, gauges="foil",
 )  # fmt: skip
-PETG, TITANIUM = (2000.0, 0.38), (110000.0, 0.34)
+TITANIUM = (110000.0, 0.34)
 FOILS = bonded_foils(HOUSING)
 A, B = 3e-3, -1e-3
 
@@ -39,12 +39,12 @@ def basis(mesh):
 
 @pytest.fixture(scope="module")
 def plain(mesh):
-    return {material: tip_compliance(mesh, *material) for material in (PETG, TITANIUM)}
+    return tip_compliance(mesh, *TITANIUM)
 
 
 @pytest.fixture(scope="module")
 def gauged(mesh):
-    return {material: tip_compliance(mesh, *material, FOILS) for material in (PETG, TITANIUM)}
+    return tip_compliance(mesh, *TITANIUM, FOILS)
 
 
 def field(basis, displacement):
@@ -87,12 +87,12 @@ def test_skins_on_stiff_leaves_act_as_on_a_beam(plain, gauged):
     """On titanium the sections stay plane: what the gauges add is the sandwich beam's, but for fillets and width."""
     for i, one in enumerate((HOUSING.low, HOUSING.high)):
         beam = sandwich_gain(TITANIUM[0], one.depth, one.thickness, one.length, one.fillet, FOIL)
-        found = gauged[TITANIUM].K[i] / plain[TITANIUM].K[i]
+        found = gauged.K[i] / plain.K[i]
         assert found - 1.0 == pytest.approx(beam - 1.0, rel=0.08)
 
 
 def test_stiffness_is_carried_on_by_its_share_of_the_step_between_the_meshes(gauged):
-    coarse = gauged[PETG]
+    coarse = gauged
     fine = dataclasses.replace(coarse, C=coarse.C / 0.99, dofs=coarse.dofs + 1)
     found = housing_stiffness(fine, coarse)
     step = 1.0 / 0.99 - 1.0

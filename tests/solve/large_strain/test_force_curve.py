@@ -5,6 +5,7 @@ That program has other elements (quadratic, integrated in full), another mesh an
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -113,11 +114,15 @@ def test_grip_at_small_strain_is_that_of_spence(poisson):
     assert found.sharp / found.sliding - 1.0 == pytest.approx(no_slip(poisson), rel=0.06)
 
 
-def test_depth_beyond_equilibrium_is_refused_with_the_depth_that_was_reached(monkeypatch):
-    whole = press.pressed
+@pytest.mark.parametrize("apart", [0.0, 1.5 * module.MOST_APART])
+def test_curve_ends_where_no_equilibrium_was_found_or_two(monkeypatch, apart):
+    """Both meshes end after four depths, or the finer one finds other forces from there on."""
 
     def breaking(press_, depths):
-        return whole(press_, depths[:4])
+        found = press.pressed(press_, depths[: 6 if apart else 4])
+        forces = found.forces.copy()
+        forces[4:] *= 1.0 + apart * (press_.refinement > 1)
+        return replace(found, forces=forces)
 
     monkeypatch.setattr(module, "pressed", breaking)
     curve = sharp_curve(0.3)
@@ -127,7 +132,8 @@ def test_depth_beyond_equilibrium_is_refused_with_the_depth_that_was_reached(mon
     assert (refused.value.field, refused.value.value) == ("depth", 0.3)
 
 
-def test_curve_ends_where_its_meshes_find_two_equilibria():
+@pytest.mark.slow
+def test_curve_of_hencky_ends_where_its_meshes_find_two_equilibria():
     """Hencky's law at nu = 0 snaps round a sharp edge where the mesh decides: at 0.25 sides they are 2.4 % apart."""
     curve = force_curve(RoundTip(radius=RADIUS), FleshLaw(name="hencky", poisson=0.0), 0.6)
     assert curve.reached < 0.25

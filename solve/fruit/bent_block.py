@@ -1,0 +1,89 @@
+"""One mesh of the block of a fruit, flat and bent into the fruit, under the same smooth loads."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from skfem import CellBasis, ElementHex2, MeshHex2
+
+from cad.design.fruit import Fruit
+from mesh.cells import cell_jacobian, determinant
+from solve.arrays import Floats, Ints
+from solve.elasticity import vector_basis
+from solve.fruit.body_lines import BodySteps, body_lines
+from solve.fruit.box import Lines, box_mesh
+from solve.fruit.curved_shape import CurvedShape, Plan
+from solve.fruit.footprints import Footprint, level_parities, mirror_images
+from solve.fruit.remainder import VOLUME_ORDER, Parity, mirror_dofs
+from solve.fruit.smooth_load import SmoothLoad, line_forces
+from solve.linear import SolveError
+
+REACH = 3.0  # deviations from its centre at which a load is over
+
+
+@dataclass(frozen=True, eq=False)
+class BentBlock:
+    """Displacements of the block, `flat`, and of the fruit, `bent`, on one mesh over lines [mm]; mirrored by parities.
+
+    `normals` are outward at the loads, which press against them: those of the skin where tips press along these, as
+    domes do, else upwards.
+    """
+
+    loads: Sequence[SmoothLoad]
+    normals: Sequence[Sequence[float]]
+    parities: Sequence[Parity]
+    lines: Lines
+    flat: CellBasis
+    bent: CellBasis
+
+    def fixed(self, parity: Parity) -> Ints:
+        """Return the dofs that the base and the mirror planes hold, of either body."""
+        return np.union1d(self.flat.get_dofs("base").all(), mirror_dofs(self.flat, parity))
+
+    def forces(self, parity: Parity, normals: Sequence[Sequence[float]]) -> Floats:
+        """Return the forces of each load with its mirror images on the nodes [1], shape (dofs, loads).
+
+        The part of a force across a mirror plane changes sign with the image.
+        """
+        forces = np.zeros((self.flat.N, len(self.loads)))
+        for component in range(3):
+            top = self.flat.get_dofs("top").all(f"u^{component + 1}")
+            for number, load in enumerate(self.loads):
+                on_node = np.full(len(top), -normals[number][component])
+                for axis, centre in enumerate((load.x, load.y)):
+                    sign = -parity[axis] if axis == component else parity[axis]
+                    nodes, fraction = line_forces(self.lines[axis], centre, load.deviation, sign)
+                    on_node *= fraction[np.abs(self.flat.doflocs[axis, top, None] - nodes).argmin(axis=1)]
+                forces[top, number] = on_node
+        return forces
+
+
+def bent_block(
+    fruit: Fruit, footprints: Sequence[Footprint], loads: Sequence[SmoothLoad], steps: BodySteps, along_normals: bool
+) -> BentBlock:
+    """Return the block of a fruit under the loads that stand for footprints; raises SolveError when it folds."""
+    shape = CurvedShape(fruit, core_of(loads))
+    lines = body_lines(shape, loads, [bool(images) for images in mirror_images(footprints)], steps)
+    box = box_mesh(lines)
+    mesh = MeshHex2.from_mesh(box).with_boundaries(box.boundaries)
+    flat = vector_basis(mesh, ElementHex2(), VOLUME_ORDER)
+    bent = flat
+    normals = [(0.0, 0.0, -1.0) for _ in loads]
+    if fruit.radius_mm is not None:
+        curved = replace(mesh, doflocs=shape.bent(mesh.doflocs))
+        bent = vector_basis(curved, ElementHex2(), VOLUME_ORDER)
+        volumes = determinant(cell_jacobian(curved, bent.quadrature[0]))
+        smallest = float((volumes / np.median(volumes)).min())
+        if not smallest > 0.0:
+            msg = f"curved fruit: volume of a bent element = {smallest:.1g} of the median: must be above 0"
+            raise SolveError(msg)
+        if along_normals:
+            normals = [shape.normal(load.x, load.y) for load in loads]
+    return BentBlock(loads, normals, level_parities(footprints), lines, flat, bent)
+
+
+def core_of(loads: Sequence[SmoothLoad]) -> Plan:
+    """Return half of the plan [mm] along x and y that holds all loads."""
+    x = max(abs(load.x) + REACH * load.deviation for load in loads)
+    y = max(abs(load.y) + REACH * load.deviation for load in loads)
+    return Plan(x, y)
