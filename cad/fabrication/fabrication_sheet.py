@@ -1,11 +1,7 @@
 """The sheet for the maker, fabrication.md: how to make, finish, measure, wire and mount a sensor."""
 
 import math
-import re
 from collections.abc import Sequence
-from pathlib import Path
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import Row, screw_name
@@ -19,6 +15,7 @@ from cad.fabrication.bridges import (
     series_resistor,
 )
 from cad.fabrication.mount import PLATE_MM, mounted_grip
+from cad.fabrication.templates import rendered
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import coupon_of, largest_weight, modulus_factor
 from cad.parts.cover import WASHER_MM
@@ -45,24 +42,6 @@ def last_digit(full: float) -> float:
     return 10.0 ** math.floor(math.log10(largest))
 
 
-def _plain(text: str) -> str:
-    """Return a text, which a printer's file may have given, so that Markdown shows it as it is."""
-    return re.sub(r"([\\`*_\[\]<>|&~])", r"\\\1", text)
-
-
-def _digits(number: float, digits: int = 6) -> str:
-    return f"{number:.{digits}g}"
-
-
-_ENVIRONMENT = Environment(
-    loader=FileSystemLoader(Path(__file__).parent),
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    keep_trailing_newline=True,
-)
-_ENVIRONMENT.filters |= {"g": _digits, "plain": _plain, "degrees": math.degrees, "last_digit": last_digit}
-
-
 def fabrication_sheet(
     sensor: Sensor, title: Title, bill: Sequence[Row], bridges: Sequence[Bridge], signal: SignalPath | None = None
 ) -> str:
@@ -85,7 +64,8 @@ def fabrication_sheet(
         grams = 1e3 * _JIG_FRACTION * bridge.force / _GRAVITY
         jig_presses.append({"name": bridge.name, "deflection": _JIG_FRACTION * bridge.deflection, "grams": grams})
 
-    return _ENVIRONMENT.get_template("fabrication_sheet.md.jinja").render(
+    return rendered(
+        "fabrication_sheet.md.jinja",
         title=title,
         process=process,
         housing=housing,
@@ -113,4 +93,5 @@ def fabrication_sheet(
         resistor=series_resistor(process),
         signal=signal,
         jig_presses=jig_presses,
+        last_digit=last_digit,
     )
