@@ -32,7 +32,7 @@ WASHER_THICKNESS_MM = 0.5  # of M3, ISO 7089
 WASHER_HOLE_MM = 3.2  # of M3, ISO 7089
 SCREW_LENGTHS_MM = (10, 12, 16, 20, 25, 30, 35, 40, 45, 50)  # of M3, ISO 4762
 DOWEL_LENGTHS_MM = (4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 30)  # of 3 mm, ISO 8734
-_APART = 2.5  # how many times its distance across the sensor a body moves outwards
+APART = 2.5  # how many times its distance across the sensor a body moves outwards
 _REACH = 1.0  # of a tool beyond what it cuts
 
 
@@ -100,8 +100,8 @@ def outwards(body: Body) -> float:
     """Return how far a body moves across the sensor [mm], along y, in a picture that shows each apart."""
     box = body.shape.BoundingBox()
     if body.name.startswith("screw"):  # out of all that it holds, head first
-        return _APART * float(box.ymin) - float(box.ylen)
-    return _APART * float(box.center.y)
+        return APART * float(box.ymin) - float(box.ylen)
+    return APART * float(box.center.y)
 
 
 def _in_both_plates(bodies: list[Body], housing: Housing) -> list[Body]:
