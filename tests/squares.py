@@ -1,5 +1,6 @@
 """A square of four domed tips as the tests take it: a gentle design, and one of its two equal plates."""
 
+import functools
 from dataclasses import replace
 
 from cad.design.fruit import Fruit
@@ -25,11 +26,13 @@ LENGTHS = (20.438, 11.09)  # [mm] leaves of its springs in resin, low then high
 DEFLECTIONS = (0.3, 0.1)  # [mm] of its springs at full travel
 
 
+@functools.cache
 def square_housing(design: Design = GENTLE, lengths: tuple[float, float] = LENGTHS) -> Housing:
     """Return one plate of a square with leaves of the lengths [mm]."""
     return housing_for(design, PROCESSES[design.print.process], lengths, DEFLECTIONS)
 
 
+@functools.cache
 def square_sensor(housing: Housing | None = None, design: Design = GENTLE) -> Sensor:
     """Return the sensor of a square, its plate as it is made."""
     housing = housing or square_housing(design)

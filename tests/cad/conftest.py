@@ -1,13 +1,17 @@
-"""One small housing that the tests of files and checks share; parts are frozen, so no test can change it."""
+"""Small sensors that the tests of files and checks share; parts are frozen, so no test can change them."""
 
 from dataclasses import replace
 
 import pytest
 
 from cad.design.fruit import Fruit
+from cad.design.parameters import Design
+from cad.design.processes import PROCESSES
 from cad.design.tips import Press, Tips
+from cad.parts.assembly import sensor_of
 from cad.parts.housing import Housing
 from cad.parts.housing_solid import housing_part
+from cad.parts.layout import housing_for
 from cad.parts.sensor import Sensor
 from cad.theory.leaf_spring import Flexure
 
@@ -25,3 +29,10 @@ def housing():
 @pytest.fixture(scope="session")
 def sensor(housing):
     return Sensor(housing=housing, part=housing_part(housing), fruit=Fruit(), tips=Tips(), press=Press())
+
+
+@pytest.fixture(scope="session")
+def pinned():
+    """Return a sensor of PETG with pins of 1 mm: pocket 1 + 2 x 0.05, foot 2 (1.1 + 0.8) for walls and gable."""
+    design = Design(tips=Tips(socket="pin"))
+    return sensor_of(design, housing_for(design, PROCESSES["fdm-petg"], (20.0, 12.0), (0.5, 0.11)))

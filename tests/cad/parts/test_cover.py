@@ -5,7 +5,7 @@ import math
 import pytest
 
 from cad.parts.cover import RECESS_MM
-from cad.parts.cover_solid import cover_of, cover_part, turned
+from cad.parts.cover_solid import cover_of, cover_part
 from cad.parts.housing import SETBACK_MM
 
 KERNEL = 1e-6
@@ -23,15 +23,6 @@ def test_volume_is_plate_less_recess_less_holes(cover):
     recess = (width - 2.0 * (8.0 - SETBACK_MM)) * RECESS_MM * (housing.cavity_level + SETBACK_MM - foot)
     holes = 4.0 * math.pi * 0.25 * 3.4**2 * 3.0
     assert cover_part(cover).shape.Volume() == pytest.approx(whole - recess - holes, rel=1e-9)
-
-
-def test_one_part_serves_both_sides(sensor, cover):
-    """Turned by half a turn it is the mirror image of the back one: two prints of one file close the frame."""
-    back = cover_part(cover).shape
-    front, image = turned(back, sensor.housing), back.mirror("XZ")
-    assert front.Volume() == pytest.approx(image.Volume(), rel=1e-9)
-    assert front.intersect(image).Volume() == pytest.approx(back.Volume(), rel=1e-9)
-    assert back.BoundingBox().ymin == pytest.approx(0.5 * sensor.housing.depth, abs=KERNEL)
 
 
 def test_rim_rests_on_the_frame_alone(sensor, cover):

@@ -34,7 +34,6 @@ VARIANTS = {
         {"thickness": 0.5, "length": 68.4, "depth": 6.0}, {"thickness": 0.8, "length": 38.5, "depth": 6.0},
         neck_level=3.5,
     ),
-    "shortest leaves": _changed({"length": 4.0}, {"length": 6.0}),
 }  # fmt: skip
 each_housing = pytest.mark.parametrize("housing", VARIANTS.values(), ids=VARIANTS)
 
@@ -118,10 +117,3 @@ def test_tips_and_shuttles_without_room_are_refused(field, value):
     with pytest.raises(InputError) as refused:
         dataclasses.replace(HOUSING, **{field: value})
     assert refused.value.field == f"housing.{field}"
-
-
-def test_mounting_holes_lie_in_the_walls():
-    assert len(HOUSING.holes) == 4
-    for x, z in HOUSING.holes:
-        assert min(abs(x - HOUSING.left), abs(x - HOUSING.right)) == pytest.approx(0.5 * HOUSING.wall_width)
-        assert HOUSING.protrusion < z < HOUSING.top_level

@@ -29,11 +29,6 @@ def test_apex_of_a_curved_fruit_waits_below_the_tips(sensor):
         assert line.intersect(fruit).BoundingBox().zmax == pytest.approx(-0.7 - sphere.fall_mm(x, 0.0), abs=KERNEL)
 
 
-def test_fruit_box_has_its_top_at_the_tips(sensor):
-    box = sensor.fruit_box().BoundingBox()
-    assert (box.zmin, box.zmax, box.ymax) == pytest.approx((-12.0, 0.0, 10.0), abs=KERNEL)
-
-
 @pytest.mark.parametrize(("heading", "down"), [(0.0, (1.0, 0.0)), (90.0, (0.0, 1.0)), (180.0, (-1.0, 0.0))])
 def test_the_heading_is_the_side_that_goes_down(heading, down):
     point = cq.Vertex.makeVertex(10.0 * down[0], 10.0 * down[1], 0.0)
