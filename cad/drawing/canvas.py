@@ -18,7 +18,9 @@ from ezdxf.addons.drawing.properties import RenderContext
 from ezdxf.addons.drawing.svg import SVGBackend
 from ezdxf.document import Drawing
 from ezdxf.entities.dimension import Dimension
+from ezdxf.entities.insert import Insert
 from ezdxf.entities.mtext import MText
+from ezdxf.entities.text import Text
 from ezdxf.enums import TextEntityAlignment
 from ezdxf.filemanagement import new
 from ezdxf.layouts.base import BaseLayout
@@ -141,8 +143,10 @@ class Canvas:
         off_corners = (_OFF_CORNERS_MM / self.scale, 0.0)  # ezdxf itself would throw dice for it
         hatch.set_pattern_fill("CUT", definition=[[45.0, off_corners, (-across, across), []]])
         outer, *holes = outlines
-        for text in self.text_boxes():
-            corners = text.corners
+        free = 0.5 * self.text_height
+        for _, text in self.texts():
+            left, bottom, right, top = text
+            corners = Box(left - free, bottom - free, right + free, top + free).corners
             is_within = all(is_point_in_polygon_2d(Vec2(corner), Vec2.list(outer)) > 0 for corner in corners)
             if is_within and not any(is_point_in_polygon_2d(Vec2(corners[0]), Vec2.list(hole)) > 0 for hole in holes):
                 holes.append(corners)
@@ -153,22 +157,27 @@ class Canvas:
         for x, z, end_x, end_z in lines:
             self.line((x, z), (end_x, end_z), "HATCH")
 
-    def text_boxes(self) -> list[Box]:
-        """Return the boxes around the texts of dimensions, level or upright, and around other texts [mm]."""
-        boxes = []
-        for text in self.space.query("TEXT"):
-            around = bbox.extents([text])
-            boxes.append(Box(around.extmin.x, around.extmin.y, around.extmax.x, around.extmax.y))
-        for dimension in self.space.query("DIMENSION"):
-            for text in cast(Dimension, dimension).virtual_entities():
+    def texts(self) -> list[tuple[str, Box]]:
+        """Return every text with the box around it [mm]; those of dimensions are level or upright."""
+        placed = []
+        of_sheet = [text for sheet in self.space.query("INSERT") for text in cast(Insert, sheet).virtual_entities()]
+        for entity in (*self.space, *of_sheet):
+            if isinstance(entity, Text) and entity.plain_text():
+                around = bbox.extents([entity])
+                box = Box(around.extmin.x, around.extmin.y, around.extmax.x, around.extmax.y)
+                placed.append((entity.plain_text(), box))
+            if not isinstance(entity, Dimension):
+                continue
+            for text in entity.virtual_entities():
                 if isinstance(text, MText):
-                    across = text.dxf.char_height
-                    along = 0.5 * (text_width(str(text.plain_text()), across) + across)
+                    words = str(text.plain_text())
+                    along = 0.5 * text_width(words, text.dxf.char_height)
+                    across = 0.5 * text.dxf.char_height
                     is_upright = abs(text.get_rotation()) > _UPRIGHT_DEG
                     half = (across, along) if is_upright else (along, across)
                     x, z = text.dxf.insert.x, text.dxf.insert.y
-                    boxes.append(Box(x - half[0], z - half[1], x + half[0], z + half[1]))
-        return boxes
+                    placed.append((words, Box(x - half[0], z - half[1], x + half[0], z + half[1])))
+        return placed
 
     def polyline(self, points: Sequence[Point], layer: str = "PART") -> None:
         """Draw the straight lines from each point to the next one."""
