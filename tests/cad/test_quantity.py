@@ -7,7 +7,6 @@ from cad.quantity import (
     Bounds,
     Estimate,
     InputError,
-    as_float,
     check_fields,
     choice,
     nearest,
@@ -75,11 +74,6 @@ def test_message_names_value_unit_bound_hint_and_the_nearest_option():
     )
 
 
-def test_fields_within_bounds_pass():
-    check_fields(_Record(), "thing")
-    check_fields(_Record(size=10, sizes=(0.0, 5), maybe=-1.0, kind="square"), "thing")
-
-
 def test_value_just_beyond_a_bound_does_not_read_as_the_bound():
     beyond = math.nextafter(10.0, 11.0)
     assert f"thing.size = {beyond!r} mm: must be" in _refused(size=beyond)
@@ -87,15 +81,6 @@ def test_value_just_beyond_a_bound_does_not_read_as_the_bound():
 
 def test_endless_value_is_cut_in_a_message():
     assert len(str(validation_error("NL", "x" * 10**6, "", "less than 0.5", "write 0.05"))) < 1000
-
-
-@pytest.mark.parametrize(
-    ("number", "expected"),
-    [(3, 3.0), (0.5, 0.5), (10**400, math.inf), (-(10**400), -math.inf)],
-    ids=["whole", "fraction", "huge", "hugely negative"],
-)
-def test_whole_numbers_beyond_floats_are_infinite(number, expected):
-    assert as_float(number) == expected
 
 
 @pytest.mark.parametrize(

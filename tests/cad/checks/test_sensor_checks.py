@@ -9,8 +9,11 @@ from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
 from OCP.TopoDS import TopoDS_Shell
 
+from cad.checks.leaf_section import fillet_verdict, leaf_thickness_verdicts
+from cad.checks.line_probe import solid_lines
 from cad.checks.part_checks import check_solid
 from cad.checks.sensor_checks import check_sensor
+from cad.checks.tip_checks import tip_verdict
 from cad.files.sensor_files import write_sensor
 from cad.files.step import write_step
 from cad.files.stl import read_stl, write_stl
@@ -77,44 +80,38 @@ def with_leaves(sensor, **changes):
     return replace(sensor.housing, **leaves)
 
 
-def test_swapped_leaf_thickness_fails(sensor, written):
+def forms_of(shape):
+    return {"solid": solid_lines(shape)}
+
+
+def test_swapped_and_missing_leaves_fail(sensor):
     swapped = with_leaves(sensor, low={"thickness": 1.2}, high={"thickness": 0.8})
-    verdicts = checked(replace(sensor, housing=swapped), written)
-    for side, declared, measured in (("low", 1.2, 0.8), ("high", 0.8, 1.2)):
-        verdict = verdicts[f"leaf_thickness_{side}"]
-        assert (verdict.passed, verdict.limit) == (False, declared)
-        assert verdict.value == pytest.approx(measured, abs=1e-5)
-
-
-def test_missing_leaf_fails_with_its_place(sensor, written):
+    low, high = leaf_thickness_verdicts(swapped, forms_of(sensor.part.shape))
+    assert (low.passed, low.limit, low.value) == (False, 1.2, pytest.approx(0.8, abs=1e-5))
+    assert (high.passed, high.limit, high.value) == (False, 0.8, pytest.approx(1.2, abs=1e-5))
     shifted = replace(sensor.housing, lower_leaf_level=4.6, neck_level=2.4)
-    verdict = checked(replace(sensor, housing=shifted), written)["leaf_thickness_low"]
-    assert (verdict.passed, verdict.value) == (False, None)
-    assert "z = 4.600 mm" in verdict.reference
+    low, _ = leaf_thickness_verdicts(shifted, forms_of(sensor.part.shape))
+    assert (low.passed, low.value) == (False, None)
+    assert "z = 4.600 mm" in low.reference
 
 
 def test_files_of_another_housing_fail(sensor, folder):
     thicker = housing_part(with_leaves(sensor, low={"thickness": 0.85})).shape
     write_stl(print_pose(thicker), folder / "housing.stl")
-    assert failures(checked(sensor, folder)) == {"leaf_thickness_low": pytest.approx(0.85, abs=1e-5)}
     write_step((replace(sensor.housing_body(), shape=thicker),), folder / "housing.step", "housing")
     assert set(failures(checked(sensor, folder))) == {"step_round_trip", "leaf_thickness_low"}
 
 
-def test_missing_fillet_fails_with_its_place(sensor, written):
+def test_missing_and_smaller_fillets_and_tips_at_another_spacing_fail(sensor):
     x, z = sensor.housing.arms[0].wall, sensor.housing.lower_leaf_level + 0.4
     filled = sensor.part.shape.cut(cq.Solid.makeBox(1.0, 8.0, 1.0, cq.Vector(x, -4.0, z)))
-    verdict = checked(replace(sensor, part=replace(sensor.part, shape=filled)), written)["fillets"]
-    assert (verdict.passed, verdict.limit, verdict.value) == (False, 0.5, pytest.approx(0.0, abs=1e-6))
-    assert f"x = {x:.3f}, z = {z:.3f}" in verdict.reference
-
-
-def test_smaller_fillets_and_tips_at_another_spacing_fail(sensor, written):
+    missing = fillet_verdict(sensor.housing, forms_of(filled))
+    assert (missing.passed, missing.limit, missing.value) == (False, 0.5, pytest.approx(0.0, abs=1e-6))
+    assert f"x = {x:.3f}, z = {z:.3f}" in missing.reference
     smaller = housing_part(with_leaves(sensor, low={"fillet": 0.4}, high={"fillet": 0.4}))
-    verdict = checked(replace(sensor, part=smaller), written)["fillets"]
+    verdict = fillet_verdict(sensor.housing, forms_of(smaller.shape))
     assert (verdict.passed, verdict.value) == (False, pytest.approx(0.4, abs=1e-6))
-    apart = housing_part(replace(sensor.housing, spacing=8.1))
-    verdict = checked(replace(sensor, part=apart), written)["tips"]
+    verdict = tip_verdict(housing_part(replace(sensor.housing, spacing=8.1)), sensor.housing)
     assert (verdict.passed, verdict.value) == (False, pytest.approx(0.05, abs=1e-6))
 
 

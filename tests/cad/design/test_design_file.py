@@ -54,7 +54,7 @@ def _designs(draw):
     )
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(design=_designs())
 def test_design_survives_toml_and_every_key_can_be_set_from_the_command_line(design):
     text = design_as_toml(design)
@@ -68,23 +68,12 @@ def test_design_survives_toml_and_every_key_can_be_set_from_the_command_line(des
     assert design_from_mapping(overridden({}, flags)) == design
 
 
-def test_empty_file_is_the_paper():
-    assert design_from_mapping({}) == Design()
-
-
 def test_whole_numbers_are_read_as_floats():
     design = design_from_mapping(tomllib.loads(PAPER))
     assert (design.targets.P_max, design.tips.spacing_mm) == (5.0, 8.0)
     assert isinstance(design.targets.P_max, float)
     assert design.fruit.E_MPa == (0.5, 1.0, 3.5)
     assert all(isinstance(E, float) for E in design.fruit.E_MPa)
-
-
-def test_keys_that_are_not_set_are_left_out():
-    text = design_as_toml(Design())
-    assert "[springs]" not in text
-    assert "bruise" not in text
-    assert "None" not in text
 
 
 @pytest.mark.parametrize(
@@ -106,10 +95,6 @@ def test_setting_lies_on_top_of_the_file(setting, text, value):
     assert data == tomllib.loads(PAPER), "the tables that were handed in stay as they were"
     others = design_from_mapping(data)
     assert all(getattr(design, name) == getattr(others, name) for name in TABLES if name != table)
-
-
-def test_name_is_set_as_text():
-    assert design_from_mapping(overridden({}, {"name": "5"})).name == "5"
 
 
 def test_empty_setting_unsets_a_key_or_a_table():

@@ -3,7 +3,6 @@
 import pytest
 
 from cad.design.design_file import design_from_mapping
-from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
@@ -36,11 +35,6 @@ def test_square_has_equal_springs_on_its_diagonals():
     for kind in (low, high):
         first, second = (SQUARE.places_mm[tip] for tip in kind)
         assert first == (-second[0], -second[1])
-
-
-def test_one_bruise_limit_for_each_modulus():
-    assert Fruit(E_MPa=(1.0, 2.0), bruise_limit_MPa=0.3).bruise_limits_MPa == (0.3, 0.3)
-    assert Fruit(E_MPa=(1.0, 2.0), bruise_limit_MPa=(0.1, 0.2)).bruise_limits_MPa == (0.1, 0.2)
 
 
 def test_springs_that_are_given_leave_no_targets_unless_the_file_has_them():

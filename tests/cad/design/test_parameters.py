@@ -43,7 +43,7 @@ def refused(table, key, value):
 
 
 @each_number
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, "five", True])
+@pytest.mark.parametrize("bad", [math.nan, "five", True])
 def test_what_is_no_number_is_refused(table, item, bad):
     several = typing.get_origin(item.type) is tuple
     error = refused(table, item.name, (bad,) if several else bad)

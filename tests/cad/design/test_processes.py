@@ -1,5 +1,4 @@
 import dataclasses
-import math
 from pathlib import Path
 
 import pytest
@@ -29,17 +28,6 @@ def test_leaves_are_thicker_than_the_wall_and_the_high_ones_than_the_low(process
 
 
 @each_process
-def test_lines_fill_the_leaves_and_layers_the_depth(process):
-    for step, sizes in (
-        (process.line_width_mm, (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm, process.min_wall_mm)),
-        (process.layer_mm, (process.depth_mm,)),
-    ):
-        for size in sizes if step else ():
-            assert size / step == pytest.approx(round(size / step)), (process.name, size, step)
-    assert (process.line_width_mm is not None) == (process.kind == "fdm")
-
-
-@each_process
 def test_moduli_lie_where_their_kind_does(process):
     plastic = process.kind != "dmls"
     low, high = (1e3, 5e3) if plastic else (1e5, 2.2e5)
@@ -49,7 +37,7 @@ def test_moduli_lie_where_their_kind_does(process):
 
 
 @pytest.mark.parametrize("name", [name for name in NUMBERS if name not in ("line_width_mm", "layer_mm")])
-@pytest.mark.parametrize("value", [math.nan, math.inf, "1", None])
+@pytest.mark.parametrize("value", ["1", None])
 def test_number_that_is_none_is_refused(name, value):
     with pytest.raises(InputError) as error:
         dataclasses.replace(PROCESSES["fdm-petg"], **{name: value})

@@ -3,7 +3,6 @@
 import pytest
 
 from cad.design.design_file import design_from_mapping, overridden
-from cad.design.parameters import Design, Print
 from cad.quantity import InputError
 
 SPHERE = {"shape": "sphere", "radius_mm": 35.0}
@@ -89,12 +88,6 @@ def test_bad_setting_is_one_line_that_names_the_field(settings, field):
     assert len(str(error.value).splitlines()) == 1
 
 
-def test_setting_below_a_key_that_is_no_table_is_refused():
-    with pytest.raises(InputError) as error:
-        overridden({"targets": 5}, {"targets.NL": "0.1"})
-    assert error.value.field == "targets"
-
-
 @pytest.mark.parametrize(
     ("tables", "suggestion"),
     [
@@ -113,9 +106,3 @@ def test_the_nearest_name_is_suggested(tables, suggestion):
 
 def test_tips_may_reach_the_edge_of_the_fruit():
     assert design_from_mapping({"tips": {"spacing_mm": 19.0}}).tips.spacing_mm == 19.0
-
-
-def test_process_of_a_print_is_checked_with_the_design():
-    assert Print(process="own").process == "own"
-    with pytest.raises(InputError):
-        Design(print=Print(process="own"))

@@ -41,12 +41,6 @@ def test_fall_is_that_of_the_circle_and_of_the_ellipse():
     assert Fruit().fall_mm(3.0, 1.0) == 0.0
 
 
-def test_equivalent_block_has_the_plan_and_the_thickness():
-    block = Fruit(**ELLIPSOID, length_mm=20.0, width_mm=18.0, poisson=0.45).equivalent_block
-    assert block == Fruit(width_mm=18.0, height_mm=10.0, poisson=0.45)
-    assert Fruit(**SPHERE, length_mm=20.0, width_mm=20.0).equivalent_block == Fruit()
-
-
 @pytest.mark.parametrize("path", sorted(DESIGNS.glob("*.toml")), ids=lambda path: path.stem)
 def test_presets_are_designs_and_survive_a_design_file(path):
     design = design_from_mapping(read_toml(path, "--design"))

@@ -1,22 +1,13 @@
 """The plate that the tips ask for: its depth and its pads, for a pair and for a square."""
 
-from dataclasses import replace
-
 import pytest
 from squares import GENTLE, gentle
 
-from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from cad.design.tip_mount import pad_height, plate_depth
 from cad.quantity import InputError
 
 PRINTED = ("fdm-petg", "fdm-pla", "sls-pa12", "sla-resin", "dmls-ti64")
-
-
-@pytest.mark.parametrize("name", PRINTED)
-def test_plate_of_a_pair_is_as_deep_as_the_process_has_it(name):
-    process = PROCESSES[name]
-    assert plate_depth(Design(), process) == process.depth_mm
 
 
 @pytest.mark.parametrize("name", PRINTED)
@@ -45,8 +36,3 @@ def test_square_that_leaves_no_plate_is_refused_in_one_line(tips, words):
     assert message.startswith("tips.spacing_mm = ")
     assert len(message.splitlines()) == 1
     assert all(word in message for word in words)
-
-
-def test_a_process_with_a_wider_gap_has_higher_pads():
-    process = replace(PROCESSES["sla-resin"], min_gap_mm=0.6)
-    assert pad_height(process) == 0.3

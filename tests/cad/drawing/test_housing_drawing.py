@@ -249,9 +249,7 @@ def test_list_of_parts_has_every_part_of_the_assembly_with_a_balloon(sheets):
 
 
 @pytest.mark.parametrize("kind", ["square", "coupon", "cone pin"])
-def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(
-    kind, sheets, tmp_path
-):
+def test_files_hold_dimensions_and_size_and_a_part_drawn_again_the_same_bytes(kind, sheets, tmp_path):
     sheet = sheets[kind]
     dxf, svg = sheet.write(tmp_path / "drawing")
     document = ezdxf.readfile(dxf)

@@ -84,9 +84,9 @@ def test_excitation_gives_off_the_allowed_power_and_resistors_of_the_series_leav
     assert series_resistor(PROCESSES["dmls-ti64"]) == 0.0
 
 
-@pytest.mark.parametrize("full", [10.9, 0.5, 530.0, 0.25])
-def test_readings_with_the_last_digit_of_the_sheet_give_a_stiffness_to_a_per_cent(full):
+def test_readings_with_the_last_digit_of_the_sheet_give_a_stiffness_to_a_per_cent():
     """Six readings, one of both rounded, make half the variance of 1 % (95 %); ten times as coarse, more."""
+    full = 10.9
     rng = np.random.default_rng(2026)
 
     def error(digit):

@@ -15,7 +15,6 @@ from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.files.sensor_files import write_sensor
-from cad.parts.coupon import modulus_factor
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]
@@ -148,12 +147,6 @@ def test_sheet_tells_the_mount_that_was_solved(mount, sensor):
 def test_sheet_tells_of_gauges_where_they_are_fitted(gauges, sensor):
     assert_tells(sheet_of(variant(sensor, high=14.0, gauges=gauges)), GAUGED[gauges])
     assert "Foil gauges do not fit the high spring" in sheet_of(variant(sensor, high=12.5))
-
-
-def test_sheet_of_a_part_has_its_numbers(sensor):
-    volume = 1e-3 * sensor.part.shape.Volume()
-    factor = f"{modulus_factor(sensor.housing.low, 3.5):.5g}"
-    assert_tells(sheet_of(sensor), ((f"{volume:.2f} cm3, {1.27 * volume:.1f} g", factor), ()))
 
 
 def test_process_without_a_known_cycle_or_printer_is_told_no_other_ones(sensor):

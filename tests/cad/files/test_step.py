@@ -31,13 +31,6 @@ def test_header_holds_the_given_time_and_millimetres(tmp_path, monkeypatch):
     assert "SI_UNIT(.MILLI.,.METRE.)" in text
 
 
-def test_order_of_the_faces_survives(tmp_path, sensor):
-    write_step([sensor.housing_body()], tmp_path / "housing.step", "housing")
-    written = [face.Center().toTuple() for face in sensor.part.shape.Faces()]
-    read = [face.Center().toTuple() for face in read_step(tmp_path / "housing.step").Faces()]
-    assert sum(read, ()) == pytest.approx(sum(written, ()), abs=1e-9)
-
-
 def test_missing_folder_and_text_that_is_no_step_are_refused(tmp_path):
     with pytest.raises(OSError, match=r"none/a\.step"):
         write_step([BOX], tmp_path / "none" / "a.step", "box")

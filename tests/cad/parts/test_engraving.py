@@ -11,7 +11,6 @@ from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
 from cad.parts.engraving import (
     PEN_MM,
-    letters_that_fit,
     marked,
     outlines,
     strokes,
@@ -30,14 +29,6 @@ def test_every_sign_of_a_name_has_strokes_of_its_own_on_the_grid_at_multiples_of
         steps = np.abs(np.diff(stroke, axis=0))
         assert all(x == 0.0 or z == 0.0 or x == z for x, z in steps)
         assert (np.abs(stroke) <= (2.0, 3.0)).all()
-
-
-def test_text_is_centred_and_cut_to_its_room():
-    text = letters_that_fit("abcdefgh", 3.0, 12.0)
-    width = max(x for stroke in strokes(text, 3.0) for x, _ in stroke) * 2.0
-    assert text == "abc"
-    assert width <= 12.0 < width + 7 * 0.5
-    assert letters_that_fit("abc", 3.0, 1.0) == ""
 
 
 def test_marks_take_away_what_the_pen_covers_and_keep_the_names(sensor):

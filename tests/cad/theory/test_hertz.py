@@ -10,16 +10,9 @@ from cad.theory.hertz import (
     contact_radius,
     equivalent_radius,
     force_factor,
-    hertz_factor,
     mean_relative_radius,
     relative_radius,
 )
-
-
-def test_hertz_factor_is_that_of_a_ball():
-    """F = 4/3 E* sqrt(R) d^1.5 at d = 0.1 mm."""
-    F = 4.0 / 3.0 * 2.0 / (1.0 - 0.3**2) * math.sqrt(5.0) * 0.1**1.5
-    assert hertz_factor(5.0, 0.3) * (F / 2.0) ** (2.0 / 3.0) == pytest.approx(0.1, rel=1e-14)
 
 
 def test_force_factor_gives_the_force_of_an_approach():

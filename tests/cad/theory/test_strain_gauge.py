@@ -18,13 +18,6 @@ SECTION = (10.0, 0.8)
 PETG = PROCESSES["fdm-petg"]
 
 
-def test_every_number_of_a_gauge_has_a_source():
-    assert all(text for _, text in FOIL.sources)
-    with pytest.raises(InputError) as error:
-        replace(FOIL, sources=tuple(pair for pair in FOIL.sources if pair[0] != "foil_mm"))
-    assert error.value.field == "gauge foil.foil_mm"
-
-
 @pytest.mark.parametrize(
     ("change", "field"),
     [
