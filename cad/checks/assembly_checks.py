@@ -1,6 +1,6 @@
 """Verdicts on what is put together: a cover, made or read from a file, on its housing; the plates of a square."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import cadquery as cq
 import numpy as np
@@ -59,19 +59,13 @@ def _arm_poses(sensor: Sensor) -> list[tuple[str, cq.Shape]]:
 
 def _cover_holes(sensor: Sensor, covers: dict[str, cq.Shape]) -> Verdict:
     """Return how far a hole of a cover is off that of the housing: its axis, or its radius."""
-    name = "geometry.cover_holes"
-    count = len(sensor.housing.holes)
     faces = sensor.part.shape.Faces()
     declared = hole_axes(faces[index] for index in sensor.part.faces["mounting_holes"])
-    worst = 0.0
+    drilled = {}
     for side, shape in covers.items():
-        drilled = hole_axes(face for face in shape.Faces() if face.geomType() == "CYLINDER")
-        if not len(drilled) == len(declared) == count:
-            counts = f"{len(drilled)} holes in the {side} cover, {len(declared)} in the housing"
-            return failed(name, 0.0, unit="mm", reference=f"{counts}: must be {count} each")
-        worst = max(worst, _farthest_apart(drilled, declared))
-    reference = f"axes and radii of {count} holes in each cover against the housing's"
-    return equal(name, worst, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
+        round_faces = hole_axes(face for face in shape.Faces() if face.geomType() == "CYLINDER")
+        drilled[f"the {side} cover"] = (round_faces, declared)
+    return holes_verdict("geometry.cover_holes", drilled, "the housing's")
 
 
 def plate_verdicts(sensor: Sensor) -> tuple[Verdict, ...]:
@@ -105,26 +99,28 @@ def _plates(sensor: Sensor) -> Verdict:
 
 def _plate_holes(sensor: Sensor) -> Verdict:
     """Return how far a hole for a screw or a dowel is off that of the turned plate: its axis, or its radius."""
-    name = "geometry.plate_holes"
     housing = sensor.housing
     diameters = (housing.hole_diameter, housing.dowel_hole)
-    round_holes = [face for face in sensor.part.shape.Faces() if any(is_hole(face, d) for d in diameters)]
-    drilled = hole_axes(round_holes)
-    expected = len(housing.holes) + len(housing.dowels)
-    if len(drilled) != expected:
-        reference = f"{len(drilled)} holes for screws and dowels in a plate: must be {expected}"
-        return failed(name, 0.0, unit="mm", reference=reference)
+    drilled = hole_axes(face for face in sensor.part.shape.Faces() if any(is_hole(face, d) for d in diameters))
     of_twin = sorted((-x, z, radius) for x, z, radius in drilled)
-    reference = f"axes and radii of {expected} holes for screws and dowels in one plate against the turned one's"
-    off = _farthest_apart(drilled, of_twin)
-    return equal(name, off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
+    count = len(housing.holes) + len(housing.dowels)
+    holes = {"a plate": (drilled, of_twin if len(drilled) == count else count * of_twin[:1])}
+    return holes_verdict("geometry.plate_holes", holes, "the turned plate's")
 
 
 HoleAxis = tuple[float, float, float]
 
 
-def _farthest_apart(holes: list[HoleAxis], other_holes: list[HoleAxis]) -> float:
-    return float(np.abs(np.subtract(holes, other_holes)).max())
+def holes_verdict(name: str, holes: Mapping[str, tuple[list[HoleAxis], list[HoleAxis]]], whose: str) -> Verdict:
+    """Return how far a hole is off [mm], its axis or radius; `holes` are by part those that it has and must have."""
+    off = 0.0
+    for part, (drilled, expected) in holes.items():
+        if len(drilled) != len(expected):
+            reference = f"{len(drilled)} holes in {part}: must be {len(expected)}"
+            return failed(name, 0.0, unit="mm", reference=reference)
+        off = max(off, float(np.abs(np.subtract(drilled, expected)).max()))
+    reference = f"axes and radii of the holes in {' and '.join(holes)} against {whose}"
+    return equal(name, off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
 
 
 def hole_axes(faces: Iterable[cq.Face], second_axis: str = "z") -> list[HoleAxis]:

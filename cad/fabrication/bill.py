@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
 from cad.design.processes import Process
-from cad.fabrication.bridges import HX711, RESISTANCE_OHM, Bridge, SignalPath, series_resistor
+from cad.fabrication.bridges import HX711, RESISTANCE_OHM, SignalPath, Spring, series_resistor
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
@@ -30,7 +30,7 @@ class Row:
 def bill_of_materials(
     sensor: Sensor,
     process: Process,
-    bridges: Sequence[Bridge],
+    springs: Sequence[Spring],
     masses: Mapping[str, float],
     signal: SignalPath | None = None,
 ) -> tuple[Row, ...]:
@@ -42,7 +42,7 @@ def bill_of_materials(
     if signal is not None and signal.transducer == "displacement":
         rows += _probes(len(sensor.tips.springs))
     else:
-        rows += _electronics(sensor, process, bridges)
+        rows += _electronics(sensor, process, springs)
     return (*rows, *(() if signal is None else _board(signal)))
 
 
@@ -115,14 +115,14 @@ def screw_name(grip_mm: float) -> str:
     return "M3 threaded rod, cut" if length is None else f"M3 x {length}"
 
 
-def _electronics(sensor: Sensor, process: Process, bridges: Sequence[Bridge]) -> list[Row]:
+def _electronics(sensor: Sensor, process: Process, springs: Sequence[Spring]) -> list[Row]:
     """Return gauges, amplifiers and resistors, where gauges are chosen."""
     if sensor.housing.gauges == "none":
         return []
     count = len(sensor.tips.springs)
     grid = f"grid {FOIL.grid_length_mm:g} x {FOIL.grid_width_mm:g} mm"
     gauge = f"{grid}, {RESISTANCE_OHM:g} ohm, gauge factor {FOIL.gauge_factor:g}"
-    outputs = ", ".join(f"{each.name} {each.output:.3g} mV/V per N" for each in bridges if each.output is not None)
+    outputs = ", ".join(f"{spring.name} {spring.bridge_output:.3g} mV/V per N" for spring in springs)
     gain = f"gain 128, +-{HX711.full_scale_mV:g} mV, one for each bridge"
     resistor = f"{series_resistor(process):g} ohm, 0.1 %"
     return [

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 from cad.design.processes import Process
 from cad.design.readout import AMPLIFIERS, BRIDGE, PROBE, Amplifier, Readout
-from cad.parts.housing import Housing
 from cad.theory.leaf_spring import Flexure, gauge_strain
 from cad.theory.strain_gauge import FOIL, shortest_gauged
 
@@ -36,29 +35,28 @@ class Spring:
         """Return the largest force [N]."""
         return self.K * self.deflection
 
+    @property
+    def bridge_output(self) -> float:
+        """Return the output of a full bridge of gauges [mV/V per N]; raises ValueError for a grid too long for a leaf.
 
-@dataclass(frozen=True, kw_only=True)
-class Bridge:
-    """The full bridge of a spring: output [mV/V per N], at full force [mV/V], noise of a force [mN]; None where short.
-
-    The output is that of the solve with gauges where they are glued on, else the beam law's without their stiffening.
-    """
-
-    name: str
-    force: float
-    deflection: float
-    output: float | None
-    noise_mN: float | None
+        It is that of the solve with gauges where they are glued on, else the beam law's without their stiffening.
+        """
+        strain = self.strain_per_N
+        if strain is None:
+            flexure = self.flexure
+            strain = gauge_strain(flexure.thickness, flexure.length, 1.0 / self.K, FOIL.grid_length_mm)
+        return 1e3 * FOIL.gauge_factor * strain
 
     @property
-    def full_output(self) -> float | None:
-        """Return the output at the largest force [mV/V]."""
-        return None if self.output is None else self.output * self.force
+    def has_room(self) -> bool:
+        """Say whether gauges have room on the leaf."""
+        flexure = self.flexure
+        return flexure.length >= shortest_gauged(flexure.fillet, FOIL) and flexure.depth >= FOIL.backing_width_mm
 
     @property
-    def fits(self) -> bool:
+    def suits_gauges(self) -> bool:
         """Say whether gauges have room on the leaf and tell its force."""
-        return self.full_output is not None and self.full_output >= _LEAST_OUTPUT
+        return self.has_room and self.bridge_output * self.force >= _LEAST_OUTPUT
 
 
 def largest_excitation(process: Process, amplifier: Amplifier = HX711) -> float:
@@ -84,30 +82,6 @@ def series_resistor(process: Process, amplifier: Amplifier = HX711) -> float:
 def excitation(process: Process, amplifier: Amplifier = HX711) -> float:
     """Return the voltage across a bridge [V] behind its two resistors."""
     return amplifier.supply_V * RESISTANCE_OHM / (RESISTANCE_OHM + 2.0 * series_resistor(process, amplifier))
-
-
-def bridges(springs: Sequence[Spring], housing: Housing, process: Process) -> tuple[Bridge, ...]:
-    """Return the bridge of every spring; raises ValueError for a grid longer than half a leaf."""
-    return tuple(_bridge(spring, housing, process) for spring in springs)
-
-
-def _bridge(spring: Spring, housing: Housing, process: Process) -> Bridge:
-    flexure = spring.flexure
-    room = flexure.length >= shortest_gauged(flexure.fillet, FOIL) and flexure.depth >= FOIL.backing_width_mm
-    output = noise = None
-    if housing.gauges != "none" or room:
-        output = _bridge_output(spring)
-        noise = 1e-3 * HX711.noise_nV / (output * excitation(process))
-    return Bridge(name=spring.name, force=spring.force, deflection=spring.deflection, output=output, noise_mN=noise)
-
-
-def _bridge_output(spring: Spring) -> float:
-    """Return the output of the bridge of a spring [mV/V per N]; raises ValueError for a grid too long for its leaf."""
-    strain = spring.strain_per_N
-    if strain is None:
-        flexure = spring.flexure
-        strain = gauge_strain(flexure.thickness, flexure.length, 1.0 / spring.K, FOIL.grid_length_mm)
-    return 1e3 * FOIL.gauge_factor * strain
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,16 +127,6 @@ class SignalPath:
         return tuple(math.hypot(noise, zero) for noise, zero in zip(self.noises_N, self.zero_drift_N, strict=True))
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Transducer:
-    """What turns the force of a spring into a voltage: slope [V/N], noise [V], and drift of zero [V] and gain [%]."""
-
-    V_per_N: float
-    noise_V: float
-    zero_V: float
-    gain_percent: float
-
-
 def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, kinds: Sequence[str]) -> SignalPath:
     """Return the signal path of a sensor whose tips stand on springs of these kinds, by their names.
 
@@ -175,17 +139,27 @@ def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, k
         supply = readout.excitation_V or excitation(process, amplifier)
     by_amplifier = 1e-4 * amplifier.gain_ppm_per_K * readout.drift_K
     offset = 1e-9 * amplifier.offset_nV_per_K * readout.tare_K
+    noise_V = 0.0
+    if is_foil:  # all four arms of a bridge see the strain of its drift
+        zero_V = FOIL.gauge_factor * BRIDGE.zero_strain_per_K * readout.tare_K * supply
+        gain_percent = math.hypot(BRIDGE.gain_percent_per_K * readout.drift_K, BRIDGE.linearity_percent)
+    else:
+        V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
+        noise_V = 1e-3 * (PROBE.noise_um if readout.noise_um is None else readout.noise_um) * V_per_mm
+        zero_V = 1e-3 * math.hypot(PROBE.zero_um_per_K * readout.tare_K, PROBE.zero_um) * V_per_mm
+        gain_percent = math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent)
+
     rows = {}
     for spring in springs:
-        transducer = _foil(readout, spring, supply) if is_foil else _probe(readout, spring)
-        counts_per_N = transducer.V_per_N * amplifier.counts_per_V
+        V_per_N = 1e-3 * spring.bridge_output * supply if is_foil else V_per_mm / spring.K
+        counts_per_N = V_per_N * amplifier.counts_per_V
         rows[spring.name] = {
-            "mV_per_V": 1e3 * transducer.V_per_N / supply * spring.force,
+            "mV_per_V": 1e3 * V_per_N / supply * spring.force,
             "full_counts": counts_per_N * spring.force,
             "counts_per_N": counts_per_N,
-            "noise_N": math.hypot(1e-9 * amplifier.noise_nV, transducer.noise_V) / transducer.V_per_N,
-            "zero_drift_N": math.hypot(offset, transducer.zero_V) / transducer.V_per_N,
-            "gain_drift_percent": math.hypot(by_amplifier, transducer.gain_percent),
+            "noise_N": math.hypot(1e-9 * amplifier.noise_nV, noise_V) / V_per_N,
+            "zero_drift_N": math.hypot(offset, zero_V) / V_per_N,
+            "gain_drift_percent": math.hypot(by_amplifier, gain_percent),
         }
 
     def each(key: str) -> tuple[float, ...]:
@@ -213,27 +187,4 @@ def signal_path(readout: Readout, springs: Sequence[Spring], process: Process, k
         modulus_drift_percent=per_K * readout.drift_K,
         self_heating_K=heating,
         self_heating_percent=per_K * heating,
-    )
-
-
-def _foil(readout: Readout, spring: Spring, supply: float) -> _Transducer:
-    """Return the full bridge of a spring under a voltage [V]; all four of its arms see the strain of its drift."""
-    return _Transducer(
-        V_per_N=1e-3 * _bridge_output(spring) * supply,
-        noise_V=0.0,
-        zero_V=FOIL.gauge_factor * BRIDGE.zero_strain_per_K * readout.tare_K * supply,
-        gain_percent=math.hypot(BRIDGE.gain_percent_per_K * readout.drift_K, BRIDGE.linearity_percent),
-    )
-
-
-def _probe(readout: Readout, spring: Spring) -> _Transducer:
-    """Return the sensor of displacement at a spring."""
-    V_per_mm = 1e-3 * (readout.sensitivity_mV_per_mm or PROBE.sensitivity_mV_per_mm)
-    noise_um = PROBE.noise_um if readout.noise_um is None else readout.noise_um
-    zero_um = math.hypot(PROBE.zero_um_per_K * readout.tare_K, PROBE.zero_um)
-    return _Transducer(
-        V_per_N=V_per_mm / spring.K,
-        noise_V=1e-3 * noise_um * V_per_mm,
-        zero_V=1e-3 * zero_um * V_per_mm,
-        gain_percent=math.hypot(PROBE.gain_percent_per_K * readout.drift_K, PROBE.linearity_percent),
     )

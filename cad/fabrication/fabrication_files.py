@@ -14,7 +14,7 @@ from cad.drawing.pin_drawing import pin_drawing
 from cad.drawing.sheet import Title
 from cad.fabrication.assembly_drawing import assembly_drawing
 from cad.fabrication.bill import bill_csv, bill_of_materials
-from cad.fabrication.bridges import Spring, bridges, series_resistor, signal_path
+from cad.fabrication.bridges import Spring, series_resistor, signal_path
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount import mount_solid
 from cad.fabrication.mount_drawing import mount_drawing
@@ -63,9 +63,8 @@ def write_fabrication(
     ]
     solids = [sensor.housing_body(), *bodies]
     masses = {body.name: 1e-3 * body.shape.Volume() * process.density_g_per_cm3 for body in solids}
-    wired = bridges(springs, housing, process)
     signal = None if readout is None else signal_path(readout, springs, process, sensor.tips.springs)
-    bill = bill_of_materials(sensor, process, wired, masses, signal)
+    bill = bill_of_materials(sensor, process, springs, masses, signal)
 
     titles = {
         "housing": replace(title, mass_g=masses["housing"]),
@@ -117,7 +116,7 @@ def write_fabrication(
         write_wiring(paths[-1], readout.transducer, sensor.tips.names, plates, resistor)
     texts = {
         "bom.csv": bill_csv(bill),
-        "fabrication.md": fabrication_sheet(sensor, title, bill, wired, signal),
+        "fabrication.md": fabrication_sheet(sensor, title, bill, springs, signal),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -8,8 +8,8 @@ from cad.fabrication.bill import Row, screw_name
 from cad.fabrication.bridges import (
     HX711,
     RESISTANCE_OHM,
-    Bridge,
     SignalPath,
+    Spring,
     excitation,
     largest_excitation,
     series_resistor,
@@ -43,9 +43,9 @@ def last_digit(full: float) -> float:
 
 
 def fabrication_sheet(
-    sensor: Sensor, title: Title, bill: Sequence[Row], bridges: Sequence[Bridge], signal: SignalPath | None = None
+    sensor: Sensor, title: Title, bill: Sequence[Row], springs: Sequence[Spring], signal: SignalPath | None = None
 ) -> str:
-    """Return the sheet in Markdown: dimensions, the bill, and the read-out by the bridges or by a signal path."""
+    """Return the sheet in Markdown: dimensions, the bill, and the read-out by bridges or by a signal path."""
     process = title.process
     housing = sensor.housing
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()
@@ -60,9 +60,9 @@ def fabrication_sheet(
         coupon_leaves.append({**leaf, "grams": 1e3 * force / _GRAVITY, "sag": factor * force / process.E_MPa})
 
     jig_presses = []
-    for bridge in bridges:
-        grams = 1e3 * _JIG_FRACTION * bridge.force / _GRAVITY
-        jig_presses.append({"name": bridge.name, "deflection": _JIG_FRACTION * bridge.deflection, "grams": grams})
+    for spring in springs:
+        grams = 1e3 * _JIG_FRACTION * spring.force / _GRAVITY
+        jig_presses.append({"name": spring.name, "deflection": _JIG_FRACTION * spring.deflection, "grams": grams})
 
     return rendered(
         "fabrication_sheet.md.jinja",
@@ -85,7 +85,7 @@ def fabrication_sheet(
         dowel_diameter=DOWEL_MM,
         mounting=mounting_error(housing, process.accuracy_mm),
         gauge=GAUGES[housing.gauges],
-        bridges=bridges,
+        springs=springs,
         amplifier=HX711,
         ohms=RESISTANCE_OHM,
         excitation=excitation(process),

@@ -3,9 +3,8 @@
 import math
 
 import cadquery as cq
-import numpy as np
 
-from cad.checks.assembly_checks import hole_axes
+from cad.checks.assembly_checks import hole_axes, holes_verdict
 from cad.checks.clearance import fruit_clearance_verdict, moving_part
 from cad.checks.tip_checks import PLACE_TOLERANCE_MM
 from cad.design.processes import Process
@@ -13,7 +12,7 @@ from cad.fabrication.mount import FLANGE_HOLE_MM, HEAD_ROOM_MM, flange_heads, fl
 from cad.parts.part import is_hole
 from cad.parts.pose import in_place
 from cad.parts.sensor import Sensor
-from cad.verdict import Verdict, at_least, equal, failed
+from cad.verdict import Verdict, at_least
 
 _WIDE = 1e3  # [mm], beyond any sensor
 _UNDER_SHELF_MM = 0.5  # the heads lie on the shelf: only what is below it may be near them
@@ -33,19 +32,14 @@ def mount_verdicts(sensor: Sensor, mount: cq.Shape, process: Process) -> tuple[V
 
 def _holes(sensor: Sensor, mount: cq.Shape) -> Verdict:
     """Return how far a hole is off the housing's screw or off the circle of the flange: its axis, or its radius."""
-    name = "geometry.mount_holes"
     housing = sensor.housing
     faces = mount.Faces()
     across = hole_axes(face for face in faces if is_hole(face, housing.hole_diameter))
     upright = hole_axes((face for face in faces if _is_upright_hole(face)), second_axis="y")
     screws = sorted((x, z, 0.5 * housing.hole_diameter) for x, z in housing.holes)
     flange = sorted((x, y, 0.5 * FLANGE_HOLE_MM) for x, y in flange_holes(sensor))
-    if (len(across), len(upright)) != (len(screws), len(flange)):
-        reference = f"{len(across)} holes for the housing, {len(upright)} for the flange: must be 4 and 4"
-        return failed(name, 0.0, unit="mm", reference=reference)
-    off = max(float(np.abs(np.subtract(across, screws)).max()), float(np.abs(np.subtract(upright, flange)).max()))
-    reference = "axes and radii of the holes against the housing's screws and the flange ISO 9409-1-50-4-M6"
-    return equal(name, off, 0.0, PLACE_TOLERANCE_MM, unit="mm", reference=reference)
+    holes = {"the upright plate": (across, screws), "the shelf": (upright, flange)}
+    return holes_verdict("geometry.mount_holes", holes, "the housing's screws and the flange ISO 9409-1-50-4-M6")
 
 
 def _is_upright_hole(face: cq.Face) -> bool:

@@ -12,7 +12,7 @@ from squares import RESIN, square_sensor
 from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_of_materials
-from cad.fabrication.bridges import Spring, bridges, excitation, largest_excitation, series_resistor
+from cad.fabrication.bridges import Spring, excitation, largest_excitation, series_resistor
 from cad.fabrication.fabrication_sheet import fabrication_sheet, last_digit
 from cad.theory.leaf_spring import gauge_strain
 
@@ -28,7 +28,7 @@ def springs(housing, strain=None):
 
 
 def bill(sensor, process):
-    return bill_of_materials(sensor, process, bridges(springs(sensor.housing), sensor.housing, process), MASSES)
+    return bill_of_materials(sensor, process, springs(sensor.housing), MASSES)
 
 
 def counts(rows):
@@ -59,15 +59,15 @@ def test_gauges_are_four_a_spring_with_an_amplifier_each(sensor):
     assert "mV/V per N" in found["strain gauge"].note
 
 
-def test_output_is_gauge_factor_times_strain_and_noise_is_that_over_the_excitation(sensor):
+def test_output_is_gauge_factor_times_strain(sensor):
     """Four gauges of factor 2.1: 2.1 e per volt. A low leaf of 0.8 x 25: e under 3 mm at 1 N over K."""
-    low, _ = bridges(springs(sensor.housing), sensor.housing, PETG)
+    low, high = springs(sensor.housing)
     strain = gauge_strain(0.8, 25.0, 1.0 / 0.9, 3.0)
-    assert low.output == pytest.approx(2100.0 * strain, rel=1e-12)
-    assert low.full_output == pytest.approx(low.output * 0.09, rel=1e-12)
-    assert low.noise_mN == pytest.approx(1e3 * 50e-9 / (excitation(PETG) * 1e-3 * low.output), rel=1e-12)
-    solved, _ = bridges(springs(sensor.housing, strain=1e-3), sensor.housing, PETG)
-    assert solved.output == pytest.approx(2.1)
+    assert low.bridge_output == pytest.approx(2100.0 * strain, rel=1e-12)
+    assert springs(sensor.housing, strain=1e-3)[0].bridge_output == pytest.approx(2.1)
+    assert low.suits_gauges
+    stiff = replace(high, strain_per_N=1e-6)  # 2 N make 0.0042 mV/V
+    assert (stiff.has_room, stiff.suits_gauges) == (True, False)
 
 
 def test_excitation_gives_off_the_allowed_power_and_resistors_of_the_series_leave_it():
@@ -104,8 +104,7 @@ def test_text_of_a_printer_is_no_markup_in_the_bill_and_the_sheet(sensor):
     hostile = "<script>x</script> | [a](javascript:x) *b* `c` \\"
     process = replace(PETG, material=hostile)
     rows = bill(sensor, process)
-    wired = bridges(springs(sensor.housing), sensor.housing, process)
-    sheet = fabrication_sheet(sensor, Title(name="own", process=process), rows, wired)
+    sheet = fabrication_sheet(sensor, Title(name="own", process=process), rows, springs(sensor.housing))
     page = MarkdownIt("commonmark").enable("table").render(sheet)
     assert f"<td>housing.stl, {escape(hostile)}</td>" in page
     assert f"Process fdm-petg, {escape(hostile)};" in page

@@ -10,7 +10,7 @@ from cad.design.fruit import Fruit
 from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
 from cad.fabrication.bill import bill_of_materials
-from cad.fabrication.bridges import Spring, bridges
+from cad.fabrication.bridges import Spring
 from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
@@ -32,10 +32,9 @@ def springs_of(sensor):
 
 
 def sheet_of(sensor, title=TITLE):
-    wired = bridges(springs_of(sensor), sensor.housing, title.process)
     masses = dict.fromkeys(("housing", "cover", "coupon", "mount"), 1.0)
-    bill = bill_of_materials(sensor, title.process, wired, masses)
-    return fabrication_sheet(sensor, title, bill, wired)
+    bill = bill_of_materials(sensor, title.process, springs_of(sensor), masses)
+    return fabrication_sheet(sensor, title, bill, springs_of(sensor))
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 
 from cad.design.processes import PROCESSES
 from cad.drawing.sheet import Title
-from cad.fabrication.bridges import RESISTANCE_OHM, Spring, bridges
+from cad.fabrication.bridges import RESISTANCE_OHM, Spring
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.theory.strain_gauge import FOIL
 
@@ -24,14 +24,9 @@ def spring(sensor):
 
 
 @pytest.fixture(scope="module")
-def bridge(spring, sensor):
-    return bridges((spring,), sensor.housing, TITLE.process)[0]
-
-
-@pytest.fixture(scope="module")
-def sheet(bridge, sensor):
+def sheet(spring, sensor):
     gauged = replace(sensor, housing=replace(sensor.housing, gauges="foil"))
-    return fabrication_sheet(gauged, TITLE, (), (bridge,))
+    return fabrication_sheet(gauged, TITLE, (), (spring,))
 
 
 def wires(sheet):
@@ -72,11 +67,11 @@ def output(wired, spring):
     return 1e3 * (plus - minus)
 
 
-def test_wires_of_the_sheet_give_the_output_it_promises(sheet, spring, bridge):
+def test_wires_of_the_sheet_give_the_output_it_promises(sheet, spring):
     wired = wires(sheet)
     assert all(len(ends) == 2 for ends in wired.values())
-    assert output(wired, spring) == pytest.approx(bridge.output, rel=1e-9)
-    assert f"| {bridge.name} | 0.09 | 0.1 | {output(wired, spring):.3g} |" in sheet
+    assert output(wired, spring) == pytest.approx(spring.bridge_output, rel=1e-9)
+    assert f"| {spring.name} | 0.09 | 0.1 | {output(wired, spring):.3g} |" in sheet
     bent = strains(spring)
     for one, other in OPPOSITE:
         assert bent[one] == pytest.approx(-bent[other], rel=1e-12)
