@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from cad.design.fruit import Fruit
 from cad.quantity import DURATION, LENGTH, Bounds, check_fields, choice, quantity, validation_error
-from cad.tips.layouts import LAYOUTS, ORDERS, PAIR, Layout, Position, Spring, SpringGroups
+from cad.tips.layouts import LAYOUTS, ORDERS, PAIR, SPRINGS, Layout, Position, Spring, SpringGroups
 from cad.tips.shapes import SHAPES, ShapeKeys, tip_shape
 from cad.tips.tip_shape import TipShape
 
@@ -116,21 +116,27 @@ class Tips(ShapeKeys):
     @property
     def springs(self) -> tuple[Spring, ...]:
         """Return the kind of spring behind each tip, in the order of `places_mm`."""
-        return self.tip_layout.springs(self.order)
+        return tuple(SPRINGS[letter] for letter in self.order or self.tip_layout.orders[0])
 
     @property
     def spring_groups(self) -> SpringGroups:
         """Return the indices of the tips on low and of those on high springs."""
-        return self.tip_layout.spring_groups(self.order)
+        low = tuple(i for i, spring in enumerate(self.springs) if spring == "low")
+        high = tuple(i for i, spring in enumerate(self.springs) if spring == "high")
+        return SpringGroups(low=low, high=high)
 
     def each(self, of_low: float, of_high: float) -> tuple[float, ...]:
         """Return for each tip the number that its kind of spring has, in that number's unit."""
-        return tuple(of_low if i in self.spring_groups.low else of_high for i in range(len(self.springs)))
+        return tuple(of_low if spring == "low" else of_high for spring in self.springs)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Return the name of each tip: its spring, with a number where there are two of a kind."""
-        return self.tip_layout.names(self.order)
+        springs = self.springs
+        return tuple(
+            spring if springs.count(spring) == 1 else f"{spring}_{springs[: i + 1].count(spring)}"
+            for i, spring in enumerate(springs)
+        )
 
     @property
     def places_mm(self) -> tuple[Position, ...]:

@@ -23,7 +23,7 @@ from cad.files.sensor_files import export_step, export_stl
 from cad.parts.assembly import COVER_COLOUR
 from cad.parts.coupon import coupon_of
 from cad.parts.coupon_solid import coupon_part
-from cad.parts.cover_solid import cover_of, cover_part
+from cad.parts.cover_solid import cover_part
 from cad.parts.pin import STEEL_G_PER_CM3
 from cad.parts.pin_socket import tip_solid
 from cad.parts.pose import print_pose
@@ -53,9 +53,8 @@ def write_fabrication(
     housing = sensor.housing
     process = title.process
     coupon = coupon_of(housing)
-    cover = cover_of(sensor)
     coupon_solid = coupon_part(coupon)
-    cover_solid = cover_part(cover)
+    cover_solid = cover_part(housing)
     bodies = [
         Body(name="coupon", shape=coupon_solid.shape, colour=_COUPON_COLOUR),
         Body(name="cover", shape=cover_solid.shape, colour=COVER_COLOUR),
@@ -75,7 +74,7 @@ def write_fabrication(
     sheets = {
         "drawing": housing_drawing(sensor.part, housing, titles["housing"]),
         "drawing-coupon": coupon_drawing(coupon_solid, coupon, titles["coupon"]),
-        "drawing-cover": cover_drawing(cover_solid, cover, titles["cover"]),
+        "drawing-cover": cover_drawing(cover_solid, housing, titles["cover"]),
         "drawing-mount": mount_drawing(sensor, bodies[-1].shape, titles["mount"]),
     }
     if housing.pin_side:

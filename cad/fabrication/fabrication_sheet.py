@@ -14,12 +14,12 @@ from cad.fabrication.bridges import (
     largest_excitation,
     series_resistor,
 )
-from cad.fabrication.mount import PLATE_MM, mounted_grip
+from cad.fabrication.mount import PLATE_MM as BRACKET_MM
+from cad.fabrication.mount import mounted_grip
 from cad.fabrication.templates import rendered
 from cad.parts.assembly import NUT_MM, dowel_length, grip
 from cad.parts.coupon import coupon_of, largest_weight, modulus_factor
-from cad.parts.cover import WASHER_MM
-from cad.parts.cover_solid import cover_of
+from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import DOWEL_MM, mounting_error
 from cad.parts.sensor import Sensor
 from cad.quantity import COVERAGE
@@ -74,11 +74,14 @@ def fabrication_sheet(
         volume_cm3=volume_cm3,
         mass_g=volume_cm3 * process.density_g_per_cm3,
         coupon_leaves=coupon_leaves,
-        cover=cover_of(sensor),
+        cover_mm=COVER_MM,
+        cover_plate_mm=PLATE_MM,
+        cover_rim_mm=RECESS_MM,
         nut_mm=NUT_MM,
-        bracket_mm=PLATE_MM,
+        bracket_mm=BRACKET_MM,
         screw=screw_name(mounted_grip(sensor)),
         bare_screw=screw_name(grip(sensor)),
+        bare_grip_mm=grip(sensor),
         torque=_TORQUE_N_M,
         washer=WASHER_MM,
         dowel=dowel_length(housing),

@@ -8,7 +8,6 @@ import math
 import cadquery as cq
 
 from cad.parts.assembly import WASHER_THICKNESS_MM, grip
-from cad.parts.cover_solid import cover_of
 from cad.parts.housing import largest_tilt
 from cad.parts.sensor import Sensor
 
@@ -72,7 +71,7 @@ def _upright(sensor: Sensor, top: float) -> cq.Solid:
     housing = sensor.housing
     back = back_of(sensor)
     rise = math.tan(math.radians(largest_tilt(sensor.press))) * PLATE_MM
-    foot = cover_of(sensor).foot_level + math.ceil(10.0 * rise) / 10.0
+    foot = housing.cover_level + math.ceil(10.0 * rise) / 10.0
     return cq.Solid.makeBox(housing.right - housing.left, PLATE_MM, top - foot, cq.Vector(housing.left, back, foot))
 
 

@@ -13,8 +13,8 @@ from dataclasses import replace
 import cadquery as cq
 
 from cad.design.parameters import Design
-from cad.parts.cover import WASHER_MM
-from cad.parts.cover_solid import cover_of, cover_part, turned
+from cad.parts.cover import COVER_MM, WASHER_MM
+from cad.parts.cover_solid import cover_part, turned
 from cad.parts.housing import DOWEL_MM, SETBACK_MM, Housing
 from cad.parts.housing_solid import domed, housing_part, named_housing
 from cad.parts.part import Part
@@ -119,15 +119,15 @@ def cover_pair(sensor: Sensor) -> dict[str, cq.Shape]:
     housing = sensor.housing
     if housing.mount != "covers":
         return {}
-    cover = cover_part(cover_of(sensor)).shape
+    cover = cover_part(housing).shape
     front = in_place(turned(cover, housing), housing)
     return {"front cover": front, "back cover": turned_twin(front) if housing.back_to_back else cover}
 
 
 def grip(sensor: Sensor) -> float:
     """Return what the screws must span [mm]: the plate or both plates, and the covers."""
-    cover = cover_of(sensor)
-    return cover.grip if sensor.housing.mount == "covers" else sensor.housing.stack
+    housing = sensor.housing
+    return housing.stack + (2.0 * COVER_MM if housing.mount == "covers" else 0.0)
 
 
 def screw_length(grip_mm: float) -> int | None:

@@ -6,38 +6,31 @@ middle line it is the front one. The rim lies on the frame alone, so nothing tha
 
 import cadquery as cq
 
-from cad.parts.cover import Cover, cover_level
-from cad.parts.housing import Housing
+from cad.parts.cover import COVER_MM, RECESS_MM
+from cad.parts.housing import SETBACK_MM, Housing
 from cad.parts.part import FaceTest, Part, is_hole, named_part, on_plane
-from cad.parts.sensor import Sensor
 
 
-def cover_of(sensor: Sensor) -> Cover:
-    """Return the cover whose foot stays above the frame's lower edge in every tilt that the frame is made for."""
-    return Cover(housing=sensor.housing, foot_level=cover_level(sensor.housing.protrusion, sensor.press))
-
-
-def cover_part(cover: Cover) -> Part:
-    """Return the back cover as one solid with the faces `rim` and `mounting_holes`."""
-    housing = cover.housing
+def cover_part(housing: Housing) -> Part:
+    """Return the back cover of a housing as one solid with the faces `rim` and `mounting_holes`."""
     frame_face = 0.5 * housing.depth
     width = housing.right - housing.left
-    height = housing.top_level - cover.foot_level
-    corner = cq.Vector(housing.left, frame_face, cover.foot_level)
-    plate = cq.Workplane(obj=cq.Solid.makeBox(width, cover.thickness, height, corner))
+    height = housing.top_level - housing.cover_level
+    corner = cq.Vector(housing.left, frame_face, housing.cover_level)
+    plate = cq.Workplane(obj=cq.Solid.makeBox(width, COVER_MM, height, corner))
 
     # The recess is open towards the tips; a cut reaches as far beyond the plate as it is deep.
-    post = housing.wall_width - cover.setback
-    below = cover.foot_level - cover.recess
-    recess_corner = cq.Vector(housing.left + post, frame_face - cover.recess, below)
-    recess_height = housing.cavity_level + cover.setback - below
+    post = housing.wall_width - SETBACK_MM
+    below = housing.cover_level - RECESS_MM
+    recess_corner = cq.Vector(housing.left + post, frame_face - RECESS_MM, below)
+    recess_height = housing.cavity_level + SETBACK_MM - below
     plate = plate.cut(
-        cq.Workplane(obj=cq.Solid.makeBox(width - 2.0 * post, 2.0 * cover.recess, recess_height, recess_corner))
+        cq.Workplane(obj=cq.Solid.makeBox(width - 2.0 * post, 2.0 * RECESS_MM, recess_height, recess_corner))
     )
 
-    outside = cq.Workplane("XZ", origin=(0.0, frame_face + cover.thickness, 0.0))
+    outside = cq.Workplane("XZ", origin=(0.0, frame_face + COVER_MM, 0.0))
     screw_holes = outside.pushPoints(list(housing.holes)).circle(0.5 * housing.hole_diameter)
-    plate = plate.cut(screw_holes.extrude(cover.thickness))
+    plate = plate.cut(screw_holes.extrude(COVER_MM))
     faces: dict[str, FaceTest] = {
         "rim": on_plane(1, frame_face),
         "mounting_holes": lambda face: is_hole(face, housing.hole_diameter),

@@ -13,23 +13,6 @@ from cad.theory.hertz import approach
 _STEADY_DEG = 5.0  # beyond, the tips no longer stand where they stood, and a linear angle means nothing
 
 
-@dataclass(frozen=True, kw_only=True)
-class TableContact:
-    """How a ball rests on a table: its approach to it, and the radius of their contact [mm]."""
-
-    approach_mm: float
-    radius_mm: float
-
-
-def table_contact(force: float, E: float, poisson: float, radius: float) -> TableContact:
-    """Return how an elastic ball of a radius [mm] and modulus E [MPa] rests on a rigid table under a force [N].
-
-    Both are those of Hertz's contact, cad/theory/hertz.py.
-    """
-    given = approach(force, E, poisson, radius)
-    return TableContact(approach_mm=given, radius_mm=math.sqrt(radius * given))
-
-
 def table_share(force: float, travel: float, E: float, poisson: float, radius: float) -> float:
     """Return the share of the travel [mm] that the table takes [1].
 
@@ -38,7 +21,7 @@ def table_share(force: float, travel: float, E: float, poisson: float, radius: f
     """
 
     def takes_more(fraction: float) -> bool:
-        return table_contact(force * (1.0 - fraction), E, poisson, radius).approach_mm / travel > fraction
+        return approach(force * (1.0 - fraction), E, poisson, radius) / travel > fraction
 
     return last_holding(takes_more, 0.0, 1.0)
 

@@ -1,11 +1,10 @@
 """Layouts: where the tips stand, on which springs, and what plates carry them. A new layout is an entry in LAYOUTS."""
 
-from collections import Counter
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 Spring = Literal["low", "high"]
-_SPRINGS: dict[str, Spring] = {"L": "low", "H": "high"}
+SPRINGS: dict[str, Spring] = {"L": "low", "H": "high"}
 
 
 class Position(NamedTuple):
@@ -44,7 +43,7 @@ class Layout:
     @property
     def is_pair(self) -> bool:
         """Say whether each spring carries one tip; targets size the springs of such a layout alone."""
-        return len(self.positions) == len(_SPRINGS)
+        return len(self.positions) == len(SPRINGS)
 
     @property
     def has_choice_of_order(self) -> bool:
@@ -72,29 +71,6 @@ class Layout:
         """Return how far the outermost tips are apart along y [spacings]."""
         across = [position.y for position in self.positions]
         return max(across) - min(across)
-
-    def springs(self, order: str | None) -> tuple[Spring, ...]:
-        """Return the spring behind each tip, for one of the orders."""
-        return tuple(_SPRINGS[letter] for letter in order or self.orders[0])
-
-    def spring_groups(self, order: str | None) -> SpringGroups:
-        """Return which tips share the low spring and which the high one."""
-        springs = self.springs(order)
-        return SpringGroups(
-            low=tuple(index for index, spring in enumerate(springs) if spring == "low"),
-            high=tuple(index for index, spring in enumerate(springs) if spring == "high"),
-        )
-
-    def names(self, order: str | None) -> tuple[str, ...]:
-        """Return the name of each tip: its spring, with a number where there are more tips than one on such springs."""
-        springs = self.springs(order)
-        total = Counter(springs)
-        so_far: Counter[str] = Counter()
-        names = []
-        for spring in springs:
-            so_far[spring] += 1
-            names.append(spring if total[spring] == 1 else f"{spring}_{so_far[spring]}")
-        return tuple(names)
 
 
 PAIR = Layout(name="pair", positions=(Position(-0.5, 0.0), Position(0.5, 0.0)), orders=("LH",))

@@ -22,7 +22,7 @@ def housing():
     return Housing(
         low=low, high=replace(low, thickness=1.2, length=13.0), tip_side=1.0, tip_height=1.0, spacing=8.0,
         shuttle_width=6.0, neck_level=3.5, lower_leaf_level=5.6, low_top_level=22.0, high_top_level=22.45,
-        cavity_level=22.75, top_level=28.75, protrusion=1.7,
+        cavity_level=22.75, top_level=28.75, protrusion=1.7, cover_level=1.857,
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from squares import RESIN, square_sensor
 from cad.checks.assembly_checks import cover_verdicts, plate_verdicts
 from cad.design.processes import PROCESSES
 from cad.parts.cover import RECESS_MM
-from cad.parts.cover_solid import cover_of, cover_part
+from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
 from cad.parts.housing_solid import housing_part, named_housing
 
@@ -28,31 +28,28 @@ def checked_plates(sensor):
     return by_name(plate_verdicts(sensor))
 
 
-@pytest.fixture(scope="module")
-def cover(sensor):
-    return cover_of(sensor)
-
-
-def test_own_cover_passes_and_clearance_is_the_recess(sensor, cover):
-    verdicts = checked_cover(sensor, cover_part(cover).shape)
+def test_own_cover_passes_and_clearance_is_the_recess(sensor):
+    verdicts = checked_cover(sensor, cover_part(sensor.housing).shape)
     assert all(verdict.passed for verdict in verdicts.values())
     assert verdicts["cover_clearance"].value == pytest.approx(min(RECESS_MM, SETBACK_MM), abs=1e-4)
 
 
-def test_rim_that_a_shuttle_reaches_at_its_stop_fails(sensor, cover):
+def test_rim_that_a_shuttle_reaches_at_its_stop_fails(sensor):
     """A rib over the low shuttle, 0.2 mm above it at rest, lies beside it when it is at its stop 0.75 mm up."""
     housing = sensor.housing
     corner = cq.Vector(-5.0, 0.5 * housing.depth, housing.low_top_level + 0.2)
-    ribbed = cover_part(cover).shape.fuse(cq.Solid.makeBox(2.0, RECESS_MM, 1.0, corner))
+    ribbed = cover_part(sensor.housing).shape.fuse(cq.Solid.makeBox(2.0, RECESS_MM, 1.0, corner))
     verdict = checked_cover(sensor, ribbed)["cover_clearance"]
     assert (verdict.passed, verdict.value) == (False, pytest.approx(0.0, abs=KERNEL))
     assert "low arm" in verdict.reference
 
 
-def test_cover_of_a_longer_housing_and_without_enough_recess_fails(sensor, cover):
+def test_cover_of_a_longer_housing_and_without_enough_recess_fails(sensor):
     """Half a turn is about the middle of the housing: the front cover is then off by as much, the other way."""
     longer = replace(sensor.housing, low=replace(sensor.housing.low, length=25.4))
-    verdicts = checked_cover(sensor, cover_part(replace(cover, housing=longer, recess=0.2)).shape)
+    corner = cq.Vector(sensor.housing.left, 0.5 * longer.depth + 0.2, longer.cover_level)
+    filling = cq.Solid.makeBox(20.0, 1.0, 20.0, corner)
+    verdicts = checked_cover(sensor, cover_part(longer).shape.fuse(filling))
     holes, clearance = verdicts["cover_holes"], verdicts["cover_clearance"]
     assert (holes.passed, holes.value) == (False, pytest.approx(0.4, abs=KERNEL))
     assert (clearance.passed, clearance.value) == (False, pytest.approx(0.2, abs=KERNEL))
@@ -72,7 +69,7 @@ def test_single_plate_has_no_verdict_on_two(sensor):
 
 def test_plates_of_a_square_pass_and_keep_twice_their_pads_apart(square):
     verdicts = checked_plates(square)
-    covers = checked_cover(square, cover_part(cover_of(square)).shape, RESIN)
+    covers = checked_cover(square, cover_part(square.housing).shape, RESIN)
     assert all(verdict.passed for verdict in (*verdicts.values(), *covers.values()))
     assert verdicts["plates"].value == pytest.approx(2.0 * square.housing.pad_height, abs=KERNEL)
     assert verdicts["plate_holes"].value == pytest.approx(0.0, abs=KERNEL)

@@ -35,7 +35,7 @@ from cad.fabrication.mount_drawing import mount_drawing
 from cad.parts.assembly import sensor_of
 from cad.parts.coupon import coupon_of
 from cad.parts.coupon_solid import coupon_part
-from cad.parts.cover_solid import cover_of, cover_part
+from cad.parts.cover_solid import cover_part
 from cad.parts.housing import fillet_corners
 from cad.parts.housing_solid import housing_part
 from cad.parts.layout import housing_for
@@ -84,21 +84,20 @@ class Sheets(dict):
 def sheets(sensor):
     square = square_sensor()
     gauged = replace(sensor.housing, gauges="foil", high=replace(sensor.housing.high, length=14.0))
-    coupon, cover = coupon_of(sensor.housing), cover_of(sensor)
+    coupon = coupon_of(sensor.housing)
     pinned = replace(sensor.housing, tip_side=3.8, pin_side=1.0, pin_out=1.0, pocket_side=1.1, pocket_depth=3.0)
     paper, of_paper = sensor_of_preset("paper")
     mango, of_mango = sensor_of_preset("mango")
-    mango_cover = cover_of(mango)
     draw = {
         "pair": lambda: housing_drawing(sensor.part, sensor.housing, TITLE),
         "square": lambda: housing_drawing(square.part, square.housing, TITLE),
         "gauges": lambda: housing_drawing(housing_part(gauged), gauged, TITLE),
         "pins": lambda: housing_drawing(sensor.part, pinned, TITLE),
         "coupon": lambda: coupon_drawing(coupon_part(coupon), coupon, replace(TITLE, part="coupon")),
-        "cover": lambda: cover_drawing(cover_part(cover), cover, replace(TITLE, part="cover")),
+        "cover": lambda: cover_drawing(cover_part(sensor.housing), sensor.housing, replace(TITLE, part="cover")),
         "mango": lambda: housing_drawing(mango.part, mango.housing, of_mango),
         "steel": lambda: housing_drawing(paper.part, paper.housing, replace(of_paper, process=STEEL)),
-        "mango cover": lambda: cover_drawing(cover_part(mango_cover), mango_cover, of_mango),
+        "mango cover": lambda: cover_drawing(cover_part(mango.housing), mango.housing, of_mango),
         "paper mount": lambda: mount_drawing(paper, mount_solid(paper), of_paper),
         "mango mount": lambda: mount_drawing(mango, mount_solid(mango), of_mango),
         "paper assembly": lambda: of_assembly(paper, of_paper),
@@ -193,7 +192,7 @@ def test_no_text_lies_on_another_or_on_a_line_and_all_lie_on_the_sheet(kind, she
 
 
 def test_a_text_on_a_line_or_on_a_text_is_found(sensor):
-    sheet = cover_drawing(cover_part(cover_of(sensor)), cover_of(sensor), TITLE)
+    sheet = cover_drawing(cover_part(sensor.housing), sensor.housing, TITLE)
     sheet.canvas.words("on the frame", (sensor.housing.left + 12.0, sensor.housing.top_level), 1.0)
     sheet.canvas.words("one", (0.0, 10.0), 2.0)
     sheet.canvas.words("two", (1.0, 10.0), 2.0)

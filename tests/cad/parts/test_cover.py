@@ -5,29 +5,24 @@ import math
 import pytest
 
 from cad.parts.cover import RECESS_MM
-from cad.parts.cover_solid import cover_of, cover_part
+from cad.parts.cover_solid import cover_part
 from cad.parts.housing import SETBACK_MM
 
 KERNEL = 1e-6
 
 
-@pytest.fixture(scope="module")
-def cover(sensor):
-    return cover_of(sensor)
-
-
-def test_volume_is_plate_less_recess_less_holes(cover):
-    housing, foot = cover.housing, cover.foot_level
+def test_volume_is_plate_less_recess_less_holes(housing):
+    foot = housing.cover_level
     width = housing.right - housing.left
     whole = width * 3.0 * (housing.top_level - foot)
     recess = (width - 2.0 * (8.0 - SETBACK_MM)) * RECESS_MM * (housing.cavity_level + SETBACK_MM - foot)
     holes = 4.0 * math.pi * 0.25 * 3.4**2 * 3.0
-    assert cover_part(cover).shape.Volume() == pytest.approx(whole - recess - holes, rel=1e-9)
+    assert cover_part(housing).shape.Volume() == pytest.approx(whole - recess - holes, rel=1e-9)
 
 
-def test_rim_rests_on_the_frame_alone(sensor, cover):
-    part = cover_part(cover)
-    housing, foot = cover.housing, cover.foot_level
+def test_rim_rests_on_the_frame_alone(sensor, housing):
+    part = cover_part(housing)
+    foot = housing.cover_level
     walls = 2.0 * (8.0 - SETBACK_MM) * (housing.top_level - foot)
     bar = (housing.right - housing.left - 2.0 * (8.0 - SETBACK_MM)) * (6.0 - SETBACK_MM)
     assert part.face_area("rim") == pytest.approx(walls + bar - 4.0 * math.pi * 0.25 * 3.4**2, rel=1e-9)

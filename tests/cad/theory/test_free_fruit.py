@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from cad.theory.free_fruit import roll, table_contact, table_share
+from cad.theory.free_fruit import roll, table_share
+from cad.theory.hertz import approach
 
 E, POISSON, RADIUS = 3.5, 0.3, 35.0
 FORCES = (0.44843, 2.2418)  # [N] of the paper's scene at full travel, low and high tip
@@ -15,8 +16,7 @@ FORCES = (0.44843, 2.2418)  # [N] of the paper's scene at full travel, low and h
 def test_share_settles_where_fruit_and_table_bear_the_same_force():
     force, travel = sum(FORCES), 0.6
     share = table_share(force, travel, E, POISSON, RADIUS)
-    approach = table_contact(force * (1.0 - share), E, POISSON, RADIUS).approach_mm
-    assert share == pytest.approx(approach / travel, abs=1e-9)
+    assert share == pytest.approx(approach(force * (1.0 - share), E, POISSON, RADIUS) / travel, abs=1e-9)
     assert 0.2 < share < 0.2 / 0.6
 
 
