@@ -4,8 +4,7 @@ import copy
 import io
 import itertools
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, cast
 
@@ -53,6 +52,8 @@ _OFF_CORNERS_MM = 0.00271  # on paper: no line of a hatch goes through a corner
 _UPRIGHT_DEG = 45.0
 _LEADER = {"dimtmove": 1, "dimtih": 1, "dimtoh": 1, "dimtofl": 0, "dimcen": 0.0}  # to a level text, no centre mark
 _CODES = {"Ø": "%%c", "±": "%%p"}  # that every text font of a DXF viewer knows
+
+options.write_fixed_meta_data_for_testing = True  # ezdxf then writes no time and no random id
 
 Point = tuple[float, float]
 
@@ -156,6 +157,10 @@ class Canvas:
         self.space.delete_entity(hatch)
         for x, z, end_x, end_z in lines:
             self.line((x, z), (end_x, end_z), "HATCH")
+
+    def dimensions(self) -> list[Dimension]:
+        """Return every dimension."""
+        return [cast(Dimension, entity) for entity in self.space.query("DIMENSION")]
 
     def texts(self) -> list[tuple[str, Box]]:
         """Return every text with the box around it [mm]; those of dimensions are level or upright."""
@@ -284,8 +289,7 @@ class Canvas:
         for kind in sorted(self.document.entitydb.dxf_types_in_use()):
             self.document.classes.add_class(kind)  # ezdxf itself takes them in the order of a set
         text = io.StringIO()
-        with _fixed_meta_data():
-            self.document.write(text)
+        self.document.write(text)
         return text.getvalue()
 
     def write_svg(self, path: Path, window: Box) -> None:
@@ -299,21 +303,9 @@ class Canvas:
         path.write_text(backend.get_string(page, settings=settings, render_box=paper), encoding="utf-8")
 
 
-@contextmanager
-def _fixed_meta_data() -> Iterator[None]:
-    """Let ezdxf write no time and no random id."""
-    before = options.write_fixed_meta_data_for_testing
-    options.write_fixed_meta_data_for_testing = True
-    try:
-        yield
-    finally:
-        options.write_fixed_meta_data_for_testing = before
-
-
 def _new_document(text_height: float) -> Drawing:
     """Return an empty document with our layers, and a style of dimensions: text over the line, as measured."""
-    with _fixed_meta_data():
-        document = new("R2010", setup=["linetypes"])
+    document = new("R2010", setup=["linetypes"])
     document.units = units.MM
     for layer, colour in LAYERS.items():
         document.layers.add(layer, color=colour, lineweight=PENS[layer])

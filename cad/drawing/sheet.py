@@ -2,9 +2,8 @@
 
 import hashlib
 import itertools
-import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,7 +27,6 @@ class Size(NamedTuple):
 
 
 SIZES = {"A4": Size(297.0, 210.0), "A3": Size(420.0, 297.0), "A2": Size(594.0, 420.0)}  # ISO 216, landscape
-_NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
 _DIGEST_DECIMALS = 4  # of lengths [mm] in the digest of a drawing: round-off differs between processors
 _CHOICES = (
     ("A4", "20:1"),
@@ -138,11 +136,10 @@ def on_sheet(
         base = _MARGIN.bottom + _BLOCK.height + number * _LIST_ROW_MM
         cells = [_Cell("", text, width) for text, width in zip(row, _LIST_WIDTHS, strict=True)]
         _draw_row(on_paper, paper, cells, base, _LIST_ROW_MM)
-    # Nobody counts the changes of a design, so the digest of what is drawn tells whether two prints are the same.
-    told = (title.drawing_number, title.part, title.material, title.made_by, title.process, title.tolerance)
-    drawn = str([entity.dxfattribs({"handle", "owner"}) for entity in canvas.space])
-    rounded = _NUMBER.sub(lambda number: f"{round(float(number[0]), _DIGEST_DECIMALS) + 0.0}", drawn)
-    revision = hashlib.sha256(f"{told}{notes}{rounded}".encode()).hexdigest()[:8]
+    # Nobody counts the changes of a design, so the digest of what is told tells whether two prints are the same.
+    texts = [text for text, _ in canvas.texts()]
+    lengths = [round(float(length.get_measurement()), _DIGEST_DECIMALS) for length in canvas.dimensions()]
+    revision = hashlib.sha256(f"{replace(title, mass_g=None)}{texts}{lengths}".encode()).hexdigest()[:8]
     _draw_title(on_paper, paper, _title_rows(title, size, scale, revision))
     return Sheet(canvas=canvas, size=size, scale=scale, window=window)
 

@@ -47,8 +47,8 @@ def test_rim_that_a_shuttle_reaches_at_its_stop_fails(sensor):
 def test_cover_of_a_longer_housing_and_without_enough_recess_fails(sensor):
     """Half a turn is about the middle of the housing: the front cover is then off by as much, the other way."""
     longer = replace(sensor.housing, low=replace(sensor.housing.low, length=25.4))
-    corner = cq.Vector(sensor.housing.left, 0.5 * longer.depth + 0.2, longer.cover_level)
-    filling = cq.Solid.makeBox(20.0, 1.0, 20.0, corner)
+    corner = cq.Vector(sensor.housing.left + 9.5, 0.5 * longer.depth + 0.2, longer.cover_level)
+    filling = cq.Solid.makeBox(10.0, 1.0, 20.0, corner)
     verdicts = checked_cover(sensor, cover_part(longer).shape.fuse(filling))
     holes, clearance = verdicts["cover_holes"], verdicts["cover_clearance"]
     assert (holes.passed, holes.value) == (False, pytest.approx(0.4, abs=KERNEL))
