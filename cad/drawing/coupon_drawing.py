@@ -4,7 +4,16 @@ from cad.drawing.canvas import MEASURED, Box, Canvas
 from cad.drawing.lengths import Length, draw_lengths
 from cad.drawing.sheet import BETWEEN_MM, Sheet, Title, on_sheet
 from cad.drawing.view import draw_view, views_of
-from cad.parts.coupon import CLAMP_INSET, Coupon
+from cad.parts.coupon import (
+    BEYOND_LEAF_MM,
+    BLOCK_HEIGHT_MM,
+    BLOCK_WIDTH_MM,
+    CLAMP_HOLE_MM,
+    CLAMP_INSET_MM,
+    PAD_MM,
+    WEIGHT_HOLE_MM,
+)
+from cad.parts.housing import Housing
 from cad.parts.part import Part
 
 _NOTES = (
@@ -15,84 +24,83 @@ _NOTES = (
 _TWICE = f"2x {MEASURED}"
 
 
-def coupon_drawing(part: Part, coupon: Coupon, title: Title) -> Sheet:
+def coupon_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
     """Return the sheet of a coupon: its outline seen along +y, and to the right the view from its left."""
     (front,) = views_of([part.shape], "front")
     within_accuracy = f"{MEASURED} ±{title.process.accuracy_mm:g}"
 
     def draw_views(canvas: Canvas) -> None:
         draw_view(canvas, front)
-        _draw_lengths(canvas, coupon, within_accuracy)
-        _draw_thicknesses(canvas, coupon, within_accuracy)
-        _draw_callouts(canvas, coupon)
-        _draw_from_the_left(canvas, coupon, canvas.extents().right + BETWEEN_MM / canvas.scale)
+        _draw_lengths(canvas, housing, within_accuracy)
+        _draw_thicknesses(canvas, housing, within_accuracy)
+        _draw_callouts(canvas, housing)
+        _draw_from_the_left(canvas, housing, canvas.extents().right + BETWEEN_MM / canvas.scale)
 
     return on_sheet(draw_views, _NOTES, title)
 
 
-def _draw_lengths(canvas: Canvas, coupon: Coupon, within_accuracy: str) -> None:
-    left, right = -0.5 * coupon.block_width, 0.5 * coupon.block_width
-    bottom, top = -0.5 * coupon.block_height, 0.5 * coupon.block_height
+def _draw_lengths(canvas: Canvas, housing: Housing, within_accuracy: str) -> None:
+    left, right = -0.5 * BLOCK_WIDTH_MM, 0.5 * BLOCK_WIDTH_MM
+    bottom, top = -0.5 * BLOCK_HEIGHT_MM, 0.5 * BLOCK_HEIGHT_MM
     lengths = [
         Length("top", (left, top), (right, top)),
-        Length("top", (left + CLAMP_INSET, 0.0), (right - CLAMP_INSET, 0.0)),
+        Length("top", (left + CLAMP_INSET_MM, 0.0), (right - CLAMP_INSET_MM, 0.0)),
         Length("left", (left, bottom), (left, top)),
     ]
-    for arm in coupon.arms:
+    for arm in housing.arms:
         underside = -0.5 * arm.flexure.thickness
         root = (arm.sign * right, underside)
         end = (arm.sign * (right + arm.flexure.length), underside)
         lengths.append(Length("bottom", root, end, within_accuracy))
 
-    pad_side = coupon.pad_side
-    low, high = coupon.arms[0].flexure, coupon.arms[-1].flexure
+    low, high = housing.low, housing.high
     pad_right = left - low.length
-    pad_left = pad_right - pad_side
-    pad_foot = (pad_left, -0.5 * pad_side)
-    pad_top = (pad_left, 0.5 * pad_side)
+    pad_left = pad_right - PAD_MM
+    pad_foot = (pad_left, -0.5 * PAD_MM)
+    pad_top = (pad_left, 0.5 * PAD_MM)
     lengths += [
-        Length("bottom", pad_foot, (pad_right, -0.5 * pad_side), _TWICE),
-        Length("top", pad_top, (pad_right - coupon.arm_beyond_leaf, 0.0), _TWICE),
+        Length("bottom", pad_foot, (pad_right, -0.5 * PAD_MM), _TWICE),
+        Length("top", pad_top, (pad_right - BEYOND_LEAF_MM, 0.0), _TWICE),
         Length("left", pad_foot, pad_top, _TWICE),
     ]
-    draw_lengths(canvas, lengths, Box(pad_left, bottom, right + high.length + pad_side, top))
+    draw_lengths(canvas, lengths, Box(pad_left, bottom, right + high.length + PAD_MM, top))
 
 
-def _draw_thicknesses(canvas: Canvas, coupon: Coupon, within_accuracy: str) -> None:
+def _draw_thicknesses(canvas: Canvas, housing: Housing, within_accuracy: str) -> None:
     """Draw the thickness of each leaf, its text above it."""
     height = canvas.text_height
-    for arm in coupon.arms:
+    for arm in housing.arms:
         top = 0.5 * arm.flexure.thickness
         half_label = 0.5 * canvas.label_width(within_accuracy, arm.flexure.thickness)
-        x = arm.sign * 0.5 * (coupon.block_width + arm.flexure.length) - half_label
+        x = arm.sign * 0.5 * (BLOCK_WIDTH_MM + arm.flexure.length) - half_label
         text_at = (x + 0.6 * height + half_label, top + 2.4 * height)
         canvas.length("z", (x, -top), (x, top), text_at, x, within_accuracy)
 
 
-def _draw_callouts(canvas: Canvas, coupon: Coupon) -> None:
+def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
     """Draw the radius of the fillets, at the root of the first leaf in the block, and the diameters of the holes."""
-    left, right = -0.5 * coupon.block_width, 0.5 * coupon.block_width
-    bottom = -0.5 * coupon.block_height
-    low, high = coupon.arms[0].flexure, coupon.arms[-1].flexure
+    left, right = -0.5 * BLOCK_WIDTH_MM, 0.5 * BLOCK_WIDTH_MM
+    bottom = -0.5 * BLOCK_HEIGHT_MM
+    low, high = housing.low, housing.high
     centre = (left - low.fillet, -0.5 * low.thickness - low.fillet)
     below_leaf = (left, bottom + 1.3 * canvas.text_height)
-    label = f"{4 * len(coupon.arms)}x {MEASURED}"
+    label = f"{4 * len(housing.arms)}x {MEASURED}"
     canvas.callout("radius", centre, low.fillet, below_leaf, "left", label, angle=45.0)
 
-    clamp = right - CLAMP_INSET
-    canvas.callout("diameter", (clamp, 0.0), coupon.clamp_hole, (clamp, 0.6 * bottom), "left", _TWICE)
-    weight = right + high.length + coupon.arm_beyond_leaf
-    below_pad = (weight + 0.5 * coupon.pad_side, bottom - 0.5 * canvas.text_height)
-    canvas.callout("diameter", (weight, 0.0), coupon.weight_hole, below_pad, "right", _TWICE)
-    clamp_holes = [(x, 0.0, coupon.clamp_hole) for x in (-clamp, clamp)]
-    low_weight = left - low.length - coupon.arm_beyond_leaf
-    for x, z, diameter in (*clamp_holes, (weight, 0.0, coupon.weight_hole), (low_weight, 0.0, coupon.weight_hole)):
+    clamp = right - CLAMP_INSET_MM
+    canvas.callout("diameter", (clamp, 0.0), CLAMP_HOLE_MM, (clamp, 0.6 * bottom), "left", _TWICE)
+    weight = right + high.length + BEYOND_LEAF_MM
+    below_pad = (weight + 0.5 * PAD_MM, bottom - 0.5 * canvas.text_height)
+    canvas.callout("diameter", (weight, 0.0), WEIGHT_HOLE_MM, below_pad, "right", _TWICE)
+    clamp_holes = [(x, 0.0, CLAMP_HOLE_MM) for x in (-clamp, clamp)]
+    low_weight = left - low.length - BEYOND_LEAF_MM
+    for x, z, diameter in (*clamp_holes, (weight, 0.0, WEIGHT_HOLE_MM), (low_weight, 0.0, WEIGHT_HOLE_MM)):
         canvas.centre_mark((x, z), 0.5 * diameter)
 
 
-def _draw_from_the_left(canvas: Canvas, coupon: Coupon, start: float) -> None:
+def _draw_from_the_left(canvas: Canvas, housing: Housing, start: float) -> None:
     """Draw the view from the left, from x = `start` of the sheet on, with its depth."""
-    top = 0.5 * coupon.block_height
-    block = Box(start, -top, start + coupon.arms[0].flexure.depth, top)
+    top = 0.5 * BLOCK_HEIGHT_MM
+    block = Box(start, -top, start + housing.depth, top)
     canvas.rectangle(block)
     draw_lengths(canvas, [Length("top", (block.left, top), (block.right, top))], block)

@@ -21,7 +21,6 @@ from cad.fabrication.mount_drawing import mount_drawing
 from cad.fabrication.wiring import write_wiring
 from cad.files.sensor_files import export_step, export_stl
 from cad.parts.assembly import COVER_COLOUR
-from cad.parts.coupon import coupon_of
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
 from cad.parts.pin import STEEL_G_PER_CM3
@@ -52,8 +51,7 @@ def write_fabrication(
     """
     housing = sensor.housing
     process = title.process
-    coupon = coupon_of(housing)
-    coupon_solid = coupon_part(coupon)
+    coupon_solid = coupon_part(housing)
     cover_solid = cover_part(housing)
     bodies = [
         Body(name="coupon", shape=coupon_solid.shape, colour=_COUPON_COLOUR),
@@ -73,7 +71,7 @@ def write_fabrication(
     }
     sheets = {
         "drawing": housing_drawing(sensor.part, housing, titles["housing"]),
-        "drawing-coupon": coupon_drawing(coupon_solid, coupon, titles["coupon"]),
+        "drawing-coupon": coupon_drawing(coupon_solid, housing, titles["coupon"]),
         "drawing-cover": cover_drawing(cover_solid, housing, titles["cover"]),
         "drawing-mount": mount_drawing(sensor, bodies[-1].shape, titles["mount"]),
     }

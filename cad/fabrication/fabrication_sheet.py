@@ -18,7 +18,7 @@ from cad.fabrication.mount import PLATE_MM as BRACKET_MM
 from cad.fabrication.mount import mounted_grip
 from cad.fabrication.templates import rendered
 from cad.parts.assembly import NUT_MM, dowel_length, grip
-from cad.parts.coupon import coupon_of, largest_weight, modulus_factor
+from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.cover import COVER_MM, PLATE_MM, RECESS_MM, WASHER_MM
 from cad.parts.housing import DOWEL_MM, mounting_error
 from cad.parts.sensor import Sensor
@@ -50,12 +50,10 @@ def fabrication_sheet(
     housing = sensor.housing
     volume_cm3 = 1e-3 * sensor.part.shape.Volume()
 
-    coupon = coupon_of(housing)
-    beyond = coupon.arm_beyond_leaf
     coupon_leaves = []
-    for arm in coupon.arms:
-        factor = modulus_factor(arm.flexure, beyond)
-        force = largest_weight(arm.flexure, beyond, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
+    for arm in housing.arms:
+        factor = modulus_factor(arm.flexure)
+        force = largest_weight(arm.flexure, process.E_MPa, _COUPON_FRACTION * process.strain_limit)
         leaf = {"name": arm.name[0].upper(), "thickness": arm.flexure.thickness, "factor": factor}
         coupon_leaves.append({**leaf, "grams": 1e3 * force / _GRAVITY, "sag": factor * force / process.E_MPa})
 

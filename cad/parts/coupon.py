@@ -1,46 +1,28 @@
 """A small beam with the housing's leaves, clamped in the middle and loaded at its ends: its sag measures E as printed.
 
-Coupon frame: that of the housing, with the middle of the clamped block at x = 0, z = 0.
+A leaf of every arm of a housing stands out of one block, each with a pad and a hole for a weight. Coupon frame: that of
+the housing, with the middle of the clamped block at x = 0, z = 0.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 
-from cad.parts.housing import Arm, Housing
 from cad.theory.leaf_spring import Flexure
 
 _POINTS = 24  # of Gauss, in each fillet and in the straight part
-CLAMP_INSET = 6.0  # of a clamp hole from the side of the block
+BLOCK_WIDTH_MM = 24.0
+BLOCK_HEIGHT_MM = 12.0
+PAD_MM = 7.0
+WEIGHT_HOLE_MM = 2.5
+CLAMP_HOLE_MM = 3.4
+CLAMP_INSET_MM = 6.0  # of a clamp hole from the side of the block
+BEYOND_LEAF_MM = 0.5 * PAD_MM  # from the end of a leaf to the middle of the weight's hole
 
 
-@dataclass(frozen=True, kw_only=True)
-class Coupon:
-    """A leaf of every arm of a housing out of one block [mm], each with a pad and a hole for a weight."""
-
-    arms: tuple[Arm, ...]
-    block_width: float = 24.0
-    block_height: float = 12.0
-    pad_side: float = 7.0
-    weight_hole: float = 2.5
-    clamp_hole: float = 3.4
-
-    @property
-    def arm_beyond_leaf(self) -> float:
-        """Return the distance from the end of a leaf to the middle of the weight's hole [mm]."""
-        return 0.5 * self.pad_side
-
-
-def coupon_of(housing: Housing) -> Coupon:
-    """Return the coupon whose leaves have the thickness, length, depth and fillets of the housing's."""
-    return Coupon(arms=housing.arms)
-
-
-def modulus_factor(flexure: Flexure, beyond: float) -> float:
+def modulus_factor(flexure: Flexure) -> float:
     """Return C [1/mm] in E = C F / d: a weight F [N] at the hole moves it by d [mm] when the block is clamped.
 
     Euler-Bernoulli cantilever, C = integral of 12 (a - s)^2 / (w t(s)^3) ds over the leaf with its fillets,
-    a = length + beyond; S. Timoshenko, Strength of Materials I, 1930, art. 34. The pad is taken rigid.
+    a from the block to the hole; S. Timoshenko, Strength of Materials I, 1930, art. 34. The pad is taken rigid.
     """
     r = flexure.fillet
     length = flexure.length
@@ -51,11 +33,11 @@ def modulus_factor(flexure: Flexure, beyond: float) -> float:
         into_fillet = np.maximum(r - np.minimum(s, length - s), 0.0)
         rise = r - np.sqrt(np.maximum(r**2 - into_fillet**2, 0.0))
         thickness = flexure.thickness + 2.0 * rise
-        curvature = 12.0 * (length + beyond - s) ** 2 / (flexure.depth * thickness**3)
+        curvature = 12.0 * (length + BEYOND_LEAF_MM - s) ** 2 / (flexure.depth * thickness**3)
         factor += 0.5 * (end - start) * float(weights @ curvature)
     return factor
 
 
-def largest_weight(flexure: Flexure, beyond: float, E: float, strain: float) -> float:
+def largest_weight(flexure: Flexure, E: float, strain: float) -> float:
     """Return the force [N] that strains the root of a leaf of modulus E [MPa] to the given strain [1]."""
-    return strain * E * flexure.depth * flexure.thickness**2 / (6.0 * (flexure.length + beyond))
+    return strain * E * flexure.depth * flexure.thickness**2 / (6.0 * (flexure.length + BEYOND_LEAF_MM))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.parts.coupon import coupon_of, modulus_factor
+from cad.parts.coupon import modulus_factor
 from cad.quantity import Estimate, validation_error
 from cad.verdict import Verdict
 from pipeline.measure.calibrating.channels import ChannelCalibration, weighed_channels
@@ -137,10 +137,10 @@ def modulus_of_coupon(table: MeasuredTable, report: StoredReport) -> Estimate:
     if report.housing is None:
         hint = "run pipeline design with springs that print"
         raise validation_error("coupon", None, "", "that of a design with a housing", hint)
-    coupon = coupon_of(report.housing)
-    arms = [arm for arm in coupon.arms if arm.name in table.texts["coupon"]] or list(coupon.arms)
+    every = report.housing.arms
+    arms = [arm for arm in every if arm.name in table.texts["coupon"]] or list(every)
     springs = weighed_springs(table, "coupon", [arm.name for arm in arms])
-    factors = np.array([modulus_factor(arm.flexure, coupon.arm_beyond_leaf) for arm in arms])
+    factors = np.array([modulus_factor(arm.flexure) for arm in arms])
     moduli = factors * [spring.value for spring in springs]
     weights = np.array([spring.relative for spring in springs]) ** -2.0
     E = float(np.average(moduli, weights=weights))

@@ -33,7 +33,6 @@ from cad.fabrication.bill import bill_of_materials
 from cad.fabrication.mount import mount_solid
 from cad.fabrication.mount_drawing import mount_drawing
 from cad.parts.assembly import sensor_of
-from cad.parts.coupon import coupon_of
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.cover_solid import cover_part
 from cad.parts.housing import fillet_corners
@@ -84,7 +83,6 @@ class Sheets(dict):
 def sheets(sensor):
     square = square_sensor()
     gauged = replace(sensor.housing, gauges="foil", high=replace(sensor.housing.high, length=14.0))
-    coupon = coupon_of(sensor.housing)
     pinned = replace(sensor.housing, tip_side=3.8, pin_side=1.0, pin_out=1.0, pocket_side=1.1, pocket_depth=3.0)
     paper, of_paper = sensor_of_preset("paper")
     mango, of_mango = sensor_of_preset("mango")
@@ -93,7 +91,7 @@ def sheets(sensor):
         "square": lambda: housing_drawing(square.part, square.housing, TITLE),
         "gauges": lambda: housing_drawing(housing_part(gauged), gauged, TITLE),
         "pins": lambda: housing_drawing(sensor.part, pinned, TITLE),
-        "coupon": lambda: coupon_drawing(coupon_part(coupon), coupon, replace(TITLE, part="coupon")),
+        "coupon": lambda: coupon_drawing(coupon_part(sensor.housing), sensor.housing, replace(TITLE, part="coupon")),
         "cover": lambda: cover_drawing(cover_part(sensor.housing), sensor.housing, replace(TITLE, part="cover")),
         "mango": lambda: housing_drawing(mango.part, mango.housing, of_mango),
         "steel": lambda: housing_drawing(paper.part, paper.housing, replace(of_paper, process=STEEL)),

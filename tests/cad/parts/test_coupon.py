@@ -7,7 +7,7 @@ from cad.checks.line_probe import solid_lines
 from cad.checks.triangle_checks import printability_verdicts
 from cad.design.processes import PROCESSES
 from cad.files.stl import triangles
-from cad.parts.coupon import coupon_of, largest_weight, modulus_factor
+from cad.parts.coupon import largest_weight, modulus_factor
 from cad.parts.coupon_solid import coupon_part
 from cad.parts.pose import print_pose
 
@@ -19,19 +19,18 @@ def test_factor_with_fillets_is_the_integral(housing):
     inside = np.maximum(flexure.fillet - from_root, 0.0)
     thickness = flexure.thickness + 2.0 * (flexure.fillet - np.sqrt(flexure.fillet**2 - inside**2))
     share = 12.0 * (flexure.length + b - s) ** 2 / (flexure.depth * thickness**3)
-    assert modulus_factor(flexure, b) == pytest.approx(share.mean() * flexure.length, rel=1e-6)
-    assert modulus_factor(flexure, b) < modulus_factor(replace(flexure, fillet=1e-4), b)
+    assert modulus_factor(flexure) == pytest.approx(share.mean() * flexure.length, rel=1e-6)
+    assert modulus_factor(flexure) < modulus_factor(replace(flexure, fillet=1e-4))
 
 
 def test_largest_weight_strains_the_root_as_asked(housing):
-    force = largest_weight(housing.low, 3.5, 2000.0, 0.003)
+    force = largest_weight(housing.low, 2000.0, 0.003)
     moment, section = force * (housing.low.length + 3.5), housing.low.depth * housing.low.thickness**2 / 6.0
     assert moment / section / 2000.0 == pytest.approx(0.003)
 
 
 def test_coupon_has_the_leaves_of_the_housing(housing):
-    coupon = coupon_of(housing)
-    part = coupon_part(coupon)
+    part = coupon_part(housing)
     assert part.shape.isValid()
     assert len(part.shape.Solids()) == 1
     assert {name: len(indices) for name, indices in part.faces.items()} == {
@@ -47,7 +46,7 @@ def test_coupon_has_the_leaves_of_the_housing(housing):
 
 
 def test_coupon_can_be_printed(housing):
-    mesh = triangles(print_pose(coupon_part(coupon_of(housing)).shape))
+    mesh = triangles(print_pose(coupon_part(housing).shape))
     findings = printability_verdicts(mesh, PROCESSES["fdm-petg"], ("as it stands",))
     assert [finding.passed for finding in findings] == [True, True, True]
     assert mesh.body_count == 1
