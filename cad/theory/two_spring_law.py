@@ -85,9 +85,9 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
     return K_h * K_l * (stiffness_ratio - P) / (stiffness_ratio * (P * K_l - K_h))
 
 
-def hayes_stiffness(E: float, poisson: float, radius: float, C_k: float = 1.0) -> float:
-    """Return the fruit stiffness under a flat circular tip, K_m = 2 r E C_k / (1 - nu^2), (6) [N/mm from MPa, mm]."""
-    return 2.0 * radius * E * C_k / (1.0 - poisson**2)
+def hayes_stiffness(E: float, poisson: float, radius: float) -> float:
+    """Return the fruit stiffness under a flat circular tip, (6) with C_k = 1: 2 r E / (1 - nu^2) [N/mm from MPa, mm]."""
+    return 2.0 * radius * E / (1.0 - poisson**2)
 
 
 def stiffness_at_largest_nonlinearity(K_h: float, K_m_max: float) -> float:

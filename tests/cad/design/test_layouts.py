@@ -3,6 +3,7 @@
 import pytest
 
 from cad.design.design_file import design_from_mapping
+from cad.design.fruit import Fruit
 from cad.design.parameters import Design, GivenSprings
 from cad.design.reading import Reading
 from cad.design.tips import Press, Tips
@@ -49,3 +50,8 @@ def test_reading_lets_every_tip_travel_by_its_tilt():
     assert level.full_travels_mm == (0.4, 0.4)
     read = Design(targets=None, springs=SPRINGS, tips=SQUARE, press=Press(travel_mm=0.4), reading=Reading(tilt_deg=4.0))
     assert read.full_travels_mm == pytest.approx((0.6967, 0.6967), abs=1e-4)
+
+
+def test_one_bruise_limit_for_each_modulus():
+    assert Fruit(E_MPa=(1.0, 2.0), bruise_limit_MPa=0.3).bruise_limits_MPa == (0.3, 0.3)
+    assert Fruit(E_MPa=(1.0, 2.0), bruise_limit_MPa=(0.1, 0.2)).bruise_limits_MPa == (0.1, 0.2)

@@ -70,3 +70,14 @@ def test_data_files_ship_in_the_wheel():
         "cad/theory/gauges.toml",
         "cad/fabrication/fabrication_sheet.md.jinja",
     } <= shipped
+
+
+@each_process
+def test_lines_fill_the_leaves_and_layers_the_depth(process):
+    for step, sizes in (
+        (process.line_width_mm, (process.leaf_thickness_low_mm, process.leaf_thickness_high_mm, process.min_wall_mm)),
+        (process.layer_mm, (process.depth_mm,)),
+    ):
+        for size in sizes if step else ():
+            assert size / step == pytest.approx(round(size / step)), (process.name, size, step)
+    assert (process.line_width_mm is not None) == (process.kind == "fdm")

@@ -106,3 +106,9 @@ def test_the_nearest_name_is_suggested(tables, suggestion):
 
 def test_tips_may_reach_the_edge_of_the_fruit():
     assert design_from_mapping({"tips": {"spacing_mm": 19.0}}).tips.spacing_mm == 19.0
+
+
+def test_setting_below_a_key_that_is_no_table_is_refused():
+    with pytest.raises(InputError) as error:
+        overridden({"targets": 5}, {"targets.NL": "0.1"})
+    assert error.value.field == "targets"

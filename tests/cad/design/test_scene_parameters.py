@@ -52,3 +52,9 @@ def test_every_number_of_a_preset_says_where_it_comes_from():
     for path in DESIGNS.glob("*.toml"):
         for line in path.read_text(encoding="utf-8").splitlines():
             assert "=" not in line or line.startswith(("#", "name")) or "#" in line, f"{path.name}: {line}"
+
+
+def test_equivalent_block_has_the_plan_and_the_thickness():
+    block = Fruit(**ELLIPSOID, length_mm=20.0, width_mm=18.0, poisson=0.45).equivalent_block
+    assert block == Fruit(width_mm=18.0, height_mm=10.0, poisson=0.45)
+    assert Fruit(**SPHERE, length_mm=20.0, width_mm=20.0).equivalent_block == Fruit()

@@ -15,6 +15,7 @@ from cad.fabrication.fabrication_files import write_fabrication
 from cad.fabrication.fabrication_sheet import fabrication_sheet
 from cad.fabrication.mount_checks import mount_verdicts
 from cad.files.sensor_files import write_sensor
+from cad.parts.coupon import modulus_factor
 
 TITLE = Title(name="paper", process=PROCESSES["fdm-petg"])
 FILES = ["housing.step", "assembly.step", "housing.stl", "housing.3mf", "assembly.glb"]
@@ -167,3 +168,9 @@ def test_sheet_of_a_square_says_how_two_plates_are_put_together_and_zeroed():
     assert_tells(sheet_of(square, title), ((*words, *off, f"{math.degrees(turn):.2g} degrees"), absent))
     told = (("11.6 mm between their washers",), ("cover.stl",))
     assert_tells(sheet_of(variant(square, mount="washers"), title), told)
+
+
+def test_sheet_of_a_part_has_its_numbers(sensor):
+    volume = 1e-3 * sensor.part.shape.Volume()
+    factor = f"{modulus_factor(sensor.housing.low):.5g}"
+    assert_tells(sheet_of(sensor), ((f"{volume:.2f} cm3, {1.27 * volume:.1f} g", factor), ()))

@@ -3,12 +3,14 @@
 import math
 
 import pytest
-from squares import gentle, square_housing
+from squares import gentle, square_housing, square_sensor
 
+from cad.checks.part_checks import check_file
 from cad.checks.tip_checks import tip_verdict
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from cad.design.tips import Tips
+from cad.files.sensor_files import write_sensor
 from cad.parts.housing_solid import domed, housing_part
 from cad.parts.layout import housing_for
 
@@ -43,3 +45,12 @@ def test_flat_tip_where_a_dome_is_declared_fails():
     found = tip_verdict(housing_part(housing), housing)
     assert found.passed is False
     assert found.value == pytest.approx(10.0 - math.sqrt(100.0 - 0.5 * housing.tip_side**2), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_plate_with_half_balls_is_exported_whole(tmp_path):
+    """A ball's pole on the edge of a cap gives triangles without an area, which a 3MF reader refuses."""
+    design = gentle(side_mm=2.0, dome_radius_mm=1.0, spacing_mm=4.0)
+    write_sensor(square_sensor(design=design), tmp_path)
+    verdicts = check_file(tmp_path / "housing.3mf", PROCESSES["sla-resin"])
+    assert [verdict.name for verdict in verdicts if verdict.passed is not True] == []

@@ -1,10 +1,12 @@
 """The layout rule: what it promises about levels, stops and the stance over the fruit, for any design."""
 
+import dataclasses
 import math
 
 import pytest
 
 from cad.design.design_file import design_from_mapping
+from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.processes import PROCESSES
 from cad.design.tips import Press, Tips
@@ -68,3 +70,22 @@ def test_leaf_clears_cavity_and_neck():
     stop = found.cavity_level - found.low_top_level
     assert found.lower_leaf_level - half >= max(found.neck_level, found.protrusion)
     assert found.lower_leaf_level + found.low.separation + half + stop <= found.cavity_level
+
+
+def test_stops_leave_half_as_much_again_as_full_travel_or_the_least_gap():
+    found = housing()
+    assert found.cavity_level - found.low_top_level == pytest.approx(1.5 * DEFLECTIONS[0])
+    assert found.cavity_level - found.high_top_level == pytest.approx(PETG.min_gap_mm)
+
+
+def test_offset_tips_reach_farther_over_the_fruit():
+    level = housing(Design(fruit=Fruit(length_mm=60.0)))
+    offset = housing(Design(fruit=Fruit(length_mm=60.0), tips=Tips(offset_mm=10.0)))
+    assert offset.protrusion > level.protrusion
+
+
+def test_solved_lengths_change_nothing_but_the_leaves():
+    """The solve may stretch a mesh along its leaves only because of this."""
+    longer = housing(lengths=(30.0, 16.0))
+    back = dataclasses.replace(longer, low=housing().low, high=housing().high)
+    assert back == housing()

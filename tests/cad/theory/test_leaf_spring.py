@@ -79,3 +79,8 @@ def test_fillets_must_leave_a_straight_leaf_and_a_window(field, least):
         Flexure(**{**SIZES, field: least})
     assert (error.value.field, error.value.value) == (f"flexure.{field}", least)
     assert getattr(Flexure(**{**SIZES, field: least + 0.01}), field) == least + 0.01
+
+
+def test_frequency_of_a_mass_on_a_spring():
+    """1 N/mm under 1 kg: sqrt(1000 / s^2) / 2 pi."""
+    assert natural_frequency(1.0, 1000.0, 0.0) == pytest.approx(math.sqrt(1000.0) / (2.0 * math.pi), rel=1e-12)

@@ -7,6 +7,7 @@ from cad.theory.soft_tissue import (
     FLESH_LAWS,
     LARGEST_CHANGE,
     LEAST_COMPRESSIBLE,
+    constitutive_spread,
     deepest_solved,
     large_strain_factor,
     no_slip,
@@ -48,3 +49,10 @@ def test_beyond_the_deepest_the_departure_grows_with_the_depth():
     deepest = deepest_solved()
     at, twice = (large_strain_factor(factor * deepest, 0.45) - 1.0 for factor in (1.0, 2.0))
     assert twice == pytest.approx(2.0 * at, rel=1e-12)
+
+
+def test_laws_part_with_the_depth():
+    spread = [constitutive_spread(depth, 0.3) for depth in (0.0, 0.1, 0.3, 0.6)]
+    assert spread[0] == 0.0
+    assert spread == sorted(spread)
+    assert spread[-1] == pytest.approx(0.5 * (1.128 - 0.953), abs=0.008)

@@ -92,3 +92,9 @@ def test_the_smallest_and_the_largest_rounding_give_a_solid(shape, key, half_ang
     for rounding in (LEAST_PIECE_MM, largest):
         keys = {"shape": shape, "side_mm": side, "spacing_mm": 30.0, "half_angle_deg": half_angle, key: rounding}
         assert tip_solid(Tips(**keys).tip_shape, 4.0).isValid()
+
+
+def test_only_a_cone_has_a_flank():
+    assert Tips(shape="cone", half_angle_deg=70.3, blunt_mm=0.1).tip_shape.flank_deg == pytest.approx(19.7, rel=1e-12)
+    for name in ("cube", "cylinder", "sphere", "dome"):
+        assert Tips(shape=name, side_mm=2.0, **SHAPE_KEYS[name]).tip_shape.flank_deg == 0.0
