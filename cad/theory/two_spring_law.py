@@ -86,7 +86,7 @@ def fruit_stiffness(springs: Springs, P: float, stiffness_ratio: float = 1.0) ->
 
 
 def hayes_stiffness(E: float, poisson: float, radius: float) -> float:
-    """Return the fruit stiffness under a flat circular tip, (6) with C_k = 1: 2 r E / (1 - nu^2) [N/mm from MPa, mm]."""
+    """Return K_m = 2 r E / (1 - nu^2) under a flat circular tip, (6) with C_k = 1 [N/mm from MPa, mm]."""
     return 2.0 * radius * E / (1.0 - poisson**2)
 
 
