@@ -10,7 +10,7 @@ STEEL_G_PER_CM3 = 7.85  # likewise
 GLUE_SHEAR_MPA = 1100.0  # of a hard epoxy, E 3 GPa; half of it to twice is taken as possible
 _BONDED_SIDES = 3.0  # the gable leaves the fourth side of a pocket without glue
 # What the foot gives around a pin, over that of its whole face, times E side / (1 - nu^2): middle and half range over
-# processes and pins of 0.7 to 1.4 mm. tests/fits/test_glued_pin.py
+# processes and pins of 0.7 to 1.4 mm, by solids of foot, glue and pin less a solid foot.
 FOOT_GIVE = 0.01
 FOOT_SPREAD = 0.08
 

@@ -103,7 +103,7 @@ def test_fruit_is_as_far_from_the_feet_as_the_pins_stand_out(pinned):
 
 
 def test_give_holds_that_of_solids_and_is_far_under_a_punch_that_is_not_glued(foot):
-    """1.07e-5 mm/N: solids of foot, glue and pin less a solid foot, tests/fits/test_glued_pin.py.
+    """1.07e-5 mm/N: 20-node bricks of foot, gable, glue and pin less those of a solid foot.
 
     The upper bound is a square punch on a half-space that nothing glues: F = 1.1523 E side d / (1 - nu^2).
     """

@@ -33,13 +33,6 @@ def pressed(fruit=BLOCK, tilt=0.0, roll=0.0, springs=C):
     return scene_response(scene, compliance, springs, (1.0,), (0.2, 0.6), KINDS)
 
 
-def test_level_square_reads_one_ratio():
-    found = pressed()
-    assert found.info.method == "linear"
-    np.testing.assert_allclose(found.F[..., 0], found.F[..., 2], rtol=1e-12)
-    np.testing.assert_allclose(found.P, found.F[..., 1] / found.F[..., 0], rtol=1e-12)
-
-
 def test_tilt_and_roll_of_a_square_are_the_same_seen_from_its_sides(monkeypatch):
     """Mirrored at x = y, tips 0 and 2 stay, 1 and 3 change places, and tilt becomes roll."""
     monkeypatch.setattr(solve.contact.scene_cells, "WHOLE_CELLS", (8, 12))

@@ -31,9 +31,3 @@ def test_poisson_beyond_what_was_measured_is_refused(poisson):
     with pytest.raises(InputError) as refused:
         FleshLaw(poisson=poisson)
     assert refused.value.field == "fruit.poisson"
-
-
-def test_law_that_collapses_is_not_offered():
-    with pytest.raises(InputError) as refused:
-        FleshLaw(name="saint-venant-kirchhoff")
-    assert refused.value.field == "name"
