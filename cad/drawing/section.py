@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import cadquery as cq
+from OCP.TopAbs import TopAbs_Orientation
 
 from cad.drawing.canvas import Canvas, Point
-from cad.drawing.view import draw_edges
+from cad.drawing.view import draw_edges, edge_points
 
 _WIDE = 4e3  # [mm] of the cutting plane, far beyond any part
-_STEPS = 24  # straight lines for an arc of an outline that is hatched
 
 
 def section(shape: cq.Shape) -> cq.Shape:
@@ -33,16 +31,7 @@ def hatch_section(canvas: Canvas, cut: cq.Shape) -> None:
 def _outline(wire: cq.Wire) -> list[Point]:
     """Return points along a closed wire [mm], arcs as short straight lines."""
     outline: list[Point] = []
-    for edge in wire:
-        steps = 1 if edge.geomType() == "LINE" else _STEPS
-        points = [edge.positionAt(step / steps) for step in range(steps + 1)]
-        along = [(point.x, point.y) for point in points]
-        if outline and math.dist(outline[-1], along[0]) > math.dist(outline[-1], along[-1]):
-            along.reverse()
-        elif not outline and len(wire.Edges()) > 1:
-            follows = [next_edge.positionAt(end) for next_edge in list(wire)[1:2] for end in (0.0, 1.0)]
-            near = [(point.x, point.y) for point in follows]
-            if min(math.dist(along[0], point) for point in near) < min(math.dist(along[-1], point) for point in near):
-                along.reverse()
-        outline += along if not outline else along[1:]
+    for edge in wire:  # in the order of the wire, each perhaps against its own direction
+        along = edge_points(edge)
+        outline += reversed(along) if edge.wrapped.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else along
     return outline

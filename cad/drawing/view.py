@@ -73,8 +73,8 @@ def draw_view(canvas: Canvas, view: View, at: Point = (0.0, 0.0), *, hidden: boo
     draw_edges(canvas, [edge.translate(cq.Vector(*at, 0.0)) for edge in view.seen])
     if not hidden:
         return
-    seen = shapely.union_all([shapely.LineString(_points(edge)) for edge in view.seen])
-    behind = shapely.union_all([shapely.LineString(_points(edge)) for edge in view.hidden])
+    seen = shapely.union_all([shapely.LineString(edge_points(edge)) for edge in view.seen])
+    behind = shapely.union_all([shapely.LineString(edge_points(edge)) for edge in view.hidden])
     alone = shapely.line_merge(behind.difference(seen.buffer(_SAME_MM)))
     for line in shapely.get_parts(alone):
         points = [(at[0] + x, at[1] + y) for x, y in line.simplify(_SAME_MM).coords]
@@ -85,7 +85,7 @@ def draw_view(canvas: Canvas, view: View, at: Point = (0.0, 0.0), *, hidden: boo
 def draw_edges(canvas: Canvas, edges: Sequence[cq.Edge]) -> None:
     """Draw edges in the plane z = 0: lines, arcs and circles as such, other curves by short lines."""
     for edge in edges:
-        points = _points(edge)
+        points = edge_points(edge)
         if edge.geomType() != "CIRCLE":
             canvas.polyline(points)
             continue
@@ -99,7 +99,7 @@ def draw_edges(canvas: Canvas, edges: Sequence[cq.Edge]) -> None:
         canvas.arc((centre.x, centre.y), edge.radius(), first, last)
 
 
-def _points(edge: cq.Edge) -> list[Point]:
+def edge_points(edge: cq.Edge) -> list[Point]:
     """Return points along an edge [mm], no more than its ends where it is straight."""
     positions = [edge.positionAt(step / _STEPS) for step in range(_STEPS + 1)]
     points = [(position.x, position.y) for position in positions]
