@@ -3,9 +3,10 @@
 scikit-fem's own mapping evaluates them anew for each component, each mesh and each call.
 """
 
-from collections.abc import Iterator
+import functools
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,12 +32,22 @@ class ShapeTable(NamedTuple):
 
 
 def shape_table(element: Element, points: Floats) -> ShapeTable:
-    """Return the shape functions of a scalar element at points (dim, q), or (dim, e, q)."""
+    """Return the shape functions of a scalar element at points (dim, q), or (dim, e, q), read-only."""
+    points = np.asarray(points, dtype=np.float64)
+    return _shape_table(cast(Hashable, type(element)), points.shape, points.tobytes())
+
+
+# A run asks for the same few tables, on the facets of a cube and at points of quadrature, some hundred times.
+@functools.lru_cache(maxsize=64)
+def _shape_table(element: type[Element], shape: tuple[int, ...], content: bytes) -> ShapeTable:
+    points = np.frombuffer(content).reshape(shape)
     nodes = len(element.doflocs)
-    values = np.empty((nodes, *points.shape[1:]))
-    slopes = np.empty((nodes, *points.shape))
+    values = np.empty((nodes, *shape[1:]))
+    slopes = np.empty((nodes, *shape))
     for node in range(nodes):
-        values[node], slopes[node] = element.lbasis(points, node)
+        values[node], slopes[node] = element().lbasis(points, node)
+    values.flags.writeable = False
+    slopes.flags.writeable = False
     return ShapeTable(values, slopes)
 
 

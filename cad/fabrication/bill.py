@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 
 from cad.design.processes import Process
+from cad.fabrication.bill_words import EACH
 from cad.fabrication.bridges import HX711, RESISTANCE_OHM, SignalPath, Spring, series_resistor
 from cad.fabrication.mount import FLANGE_SCREW_MM, mounted_grip
 from cad.parts.assembly import dowel_length, grip, screw_length
 from cad.parts.housing import DOWEL_MM
 from cad.parts.sensor import Sensor
 from cad.theory.strain_gauge import FOIL
-
-EACH = " each"  # after the mass of a printed part in the bill
 
 
 @dataclass(frozen=True)

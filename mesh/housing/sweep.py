@@ -32,14 +32,16 @@ _VERY = "mesh the very housing of the solid"
 _CORNERS = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (0, 1): 3}  # of a quadrilateral, counterclockwise
 
 
-def flexure_mesh(housing: Housing, scale: float = 1.0) -> MeshHex2:
+def flexure_mesh(housing: Housing, scale: float = 1.0, layers: int | None = None) -> MeshHex2:
     """Return the mesh [mm] of the half y >= 0; `scale` 1 is the mesh to solve on, 2 a coarse one, 0.5 a reference.
 
-    Raises MeshError with the stage that failed.
+    `layers` is how many elements stand over the half depth, by the scale where it is left out. Raises MeshError with
+    the stage that failed.
     """
     profile = meshed_profile(housing_blocks(housing, counts(housing, scale)))
     # Levels from the plane of symmetry to the side face, closer towards the face.
-    layers = 2 if scale >= 1.0 else 1 + round(1.0 / scale)
+    if layers is None:
+        layers = 2 if scale >= 1.0 else 1 + round(1.0 / scale)
     steps = _LAYER_GROWTH ** -np.arange(layers)
     levels = 0.5 * housing.depth * np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
     straight = _swept(profile, levels)

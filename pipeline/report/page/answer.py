@@ -6,7 +6,7 @@ from pathlib import Path
 
 from cad.design.design_file import design_as_mapping
 from cad.design.parameters import Design
-from cad.fabrication.bill import EACH
+from cad.fabrication.bill_words import EACH
 from cad.verdict import Verdict
 from pipeline.report.stored import StoredReport
 
