@@ -20,6 +20,7 @@ CONTACT_METHODS = ("auto", "split", "direct")
 
 TOLERANCES = Bounds(at_least=1e-4, at_most=0.1)
 DEFAULT_TOLERANCE = 1e-3  # what the verdicts on K_l and K_h allow: with more they stay undecided
+ROUGH_TOLERANCE = 0.02  # from here on both springs and the contact are solved on one coarse mesh, modes not at all
 CONTACT_SHARE = 0.25  # of the tolerance: the contact is cheap, so the springs, the dear part, may use up the rest
 _IRRELEVANT = {
     "E_max_MPa",
@@ -39,7 +40,8 @@ class RunOptions:
 
     `out` is the folder of the outputs; None writes nothing. `tolerance` is the relative error [1] allowed to the
     stiffness of both springs. `fields` adds displacement and stress to the VTU files, `fabrication` what a maker needs.
-    `force` keeps files that are not of the last run as NAME.bak, where they else refuse the folder.
+    `force` keeps files that are not of the last run as NAME.bak, where they else refuse the folder. A `look` makes no
+    solid and no file of a part.
     """
 
     out: Path | None = None
@@ -49,13 +51,16 @@ class RunOptions:
     fabrication: bool = False
     tolerance: float = DEFAULT_TOLERANCE
     force: bool = False
+    look: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse words that name no stiffness or method, and a tolerance that no mesh or no verdict is made for."""
+        """Refuse fields beside a look, words that name no stiffness or method, and a tolerance without a mesh."""
         if not TOLERANCES.hold(self.tolerance):
             raise validation_error(
                 "--tol", self.tolerance, "1", str(TOLERANCES), f"the default is {DEFAULT_TOLERANCE:g}"
             )
+        if self.look and self.fields:
+            raise validation_error("--fields", "given", "", "left out beside --look", "ask for a whole run")
         for flag, value, known in (
             ("--fruit-stiffness", self.fruit_stiffness, FRUIT_STIFFNESSES),
             ("--contact-method", self.contact_method, CONTACT_METHODS),
@@ -71,7 +76,13 @@ class RunOptions:
         words = ["pipeline", "design" if self.fabrication else "run", "--design design.toml"]
         words += [f"--fruit-stiffness {self.fruit_stiffness}", f"--contact-method {self.contact_method}"]
         words += [f"--tol {self.tolerance:g}", *(["--fields"] if self.fields else [])]
+        words += ["--look"] if self.look else []
         return " ".join(words)
+
+    @property
+    def rough(self) -> bool:
+        """Say whether percents are asked for, not digits."""
+        return self.tolerance >= ROUGH_TOLERANCE
 
     @property
     def contact_tolerance(self) -> float:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from cad.design.parameters import Design
 from pipeline.evaluate import evaluate, refuse_unsolvable, with_file_verdicts
+from pipeline.look import look
 from pipeline.options import RunOptions
 from pipeline.report.fabrication import begin_fabrication, sideways_verdicts
 from pipeline.report.fields import write_fields
@@ -30,6 +31,8 @@ def run(
     options = options or RunOptions()
     timed = Stopwatch(progress)
     refuse_unsolvable(design)
+    if options.look:
+        return look(design, options, timed)
     with (
         output_folder(options.out, force=options.force) as folder,
         cad_worker(beside and options.out is not None) as executor,

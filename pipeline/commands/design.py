@@ -11,7 +11,7 @@ EXAMPLE = "pipeline design"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the flags of a run and --list-processes."""
-    run.add_arguments(parser)
+    run.add_run_flags(parser)
     parser.add_argument("--list-processes", action="store_true", help="print the print processes and leave")
 
 
@@ -22,4 +22,4 @@ def execute(arguments: Namespace) -> int:
 
         own = load_design(run.named_design(arguments), run.settings_of(arguments)).printer
         return list_processes(own, as_json=arguments.json)
-    return run.execute(arguments, fabrication=True)
+    return run.answered(arguments, fabrication=True)

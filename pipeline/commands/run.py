@@ -1,18 +1,21 @@
 """`pipeline run`: flags to a design and options, the run, its answer on one screen."""
 
 import json
+import time
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import NoReturn
 
 from cad.design.parameters import Design
 from cad.files.file_date import file_date
-from cad.quantity import validation_error, written_number
+from cad.quantity import InputError, validation_error, written_number
 from pipeline.commands.console import (
     FAILED,
     PASSED,
     add_force_flag,
     add_json_flag,
     answering,
+    print_error,
     print_json,
     refusing_what_cannot_be_solved,
     showing_progress,
@@ -22,6 +25,7 @@ from pipeline.options import (
     DEFAULT_DESIGN,
     DEFAULT_TOLERANCE,
     FRUIT_STIFFNESSES,
+    ROUGH_TOLERANCE,
     TOLERANCES,
     RunOptions,
     load_design,
@@ -31,6 +35,7 @@ from pipeline.storage.folder import refuse_unusable, whole_report
 
 PURPOSE = "size, shape, mesh, solve and judge a sensor"
 EXAMPLE = "pipeline run --nl 0.05 --out outputs/mine"
+_POLL_S = 0.1
 _SETTING_OF = {"nl": "targets.NL", "p_max": "targets.P_max", "process": "print.process"}
 
 
@@ -47,6 +52,14 @@ def add_design_flags(parser: ArgumentParser) -> None:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
+    """Add the flags of a run, and those of a look in its place."""
+    add_run_flags(parser)
+    add = parser.add_argument
+    add("--look", action="store_true", help="answer and page to some 2 %%, without solids: in seconds")
+    add("--watch", metavar="FILE.toml", help="look at a design file again whenever it is written, until Ctrl-C")
+
+
+def add_run_flags(parser: ArgumentParser) -> None:
     """Add the flags that give a design and the options of its run."""
     add = parser.add_argument
     add_design_flags(parser)
@@ -62,18 +75,61 @@ def add_arguments(parser: ArgumentParser) -> None:
     add_json_flag(parser)
 
 
-def execute(arguments: Namespace, *, fabrication: bool = False) -> int:
-    """Run the design that the flags ask for, print the answer, return the exit code.
+def execute(arguments: Namespace) -> int:
+    """Run, look at or watch the design that the flags ask for; return the exit code."""
+    if arguments.watch is not None:
+        watch(arguments, arguments.watch)
+    return answered(arguments, look=arguments.look)
+
+
+def watch(arguments: Namespace, file: str) -> NoReturn:
+    """Look at a design file, and again whenever it is written; what is wrong with it then is one line.
+
+    Raises InputError where it is wrong from the start.
+    """
+    if arguments.design != DEFAULT_DESIGN or arguments.named is not None:
+        raise validation_error("--watch", file, "", "given without DESIGN", "give the design once")
+    if not file.endswith(".toml"):
+        raise validation_error("--watch", file, "", "a path that ends in .toml", "name the design file")
+    arguments.design = file
+    arguments.out = arguments.out or Path("outputs") / f"{Path(file).stem}-look"  # also where the name changes
+    seen = _stamp(file)
+    answered(arguments, look=True)
+    while True:
+        time.sleep(_POLL_S)
+        stamp = _stamp(file)
+        if stamp in (seen, None):  # an editor that writes aside leaves no file for a moment
+            continue
+        seen = stamp
+        try:
+            answered(arguments, look=True)
+        except (InputError, OSError) as error:
+            print_error(str(error))
+
+
+def _stamp(file: str) -> tuple[int, int] | None:
+    """Return the time and the size of a file, which change when it is written; None where there is none."""
+    try:
+        found = Path(file).stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
+def answered(arguments: Namespace, *, look: bool = False, fabrication: bool = False) -> int:
+    """Run or look at the design that the flags ask for, print the answer, return the exit code.
 
     Where the folder holds just what this run would write, it is answered from its report and nothing is solved.
     """
     design = load_design(named_design(arguments), settings_of(arguments))
-    tolerance = DEFAULT_TOLERANCE if arguments.tol is None else written_number(arguments.tol)
+    default = ROUGH_TOLERANCE if look else DEFAULT_TOLERANCE
+    tolerance = default if arguments.tol is None else written_number(arguments.tol)
     if tolerance is None:
         raise validation_error("--tol", arguments.tol, "", f"a number {TOLERANCES}", "0.001 is 0.1 %")
-    folder = arguments.out or Path("outputs") / design.name
+    folder = arguments.out or Path("outputs") / (f"{design.name}-look" if look else design.name)
     options = RunOptions(
         out=folder,
+        look=look,
         fruit_stiffness=arguments.fruit_stiffness,
         contact_method=arguments.contact_method,
         fields=arguments.fields,

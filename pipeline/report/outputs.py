@@ -8,12 +8,14 @@ from cad.design.design_file import design_as_mapping, design_as_toml
 from pipeline.report.mapping import report_mapping
 from pipeline.report.page.page import page_of
 from pipeline.report.response_csv import response_csv
+from pipeline.report.run_key import run_key
 from pipeline.report.stored import StoredFile, read_data, report_of
 from pipeline.result import SensorResult
 from pipeline.storage.digests import REPORT, content_digest, file_digest
 from pipeline.storage.folder import managed_files
 
 PAGE = "report.html"
+LATEST = "latest.js"  # beside the page of a look, which reads it
 
 
 def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> None:
@@ -26,6 +28,8 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
     (folder / "design.toml").write_text(design, encoding="utf-8")
     (folder / "response.csv").write_text(response_csv(result.errors.reading, result.design.tips), encoding="utf-8")
     stale = keep_earlier_files(result, folder)
+    if result.options.look:
+        (folder / LATEST).write_text(f'latest("{run_key(result.design, result.options)}")\n', encoding="utf-8")
     if page:
         data = report_mapping(result, listed_files(folder), stale)
         (folder / PAGE).write_text(page_of(report_of(folder, data), data, result, folder), encoding="utf-8")
@@ -37,7 +41,7 @@ def write_outputs(result: SensorResult, folder: Path, *, page: bool = False) -> 
 def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
     """Copy what earlier commands made and this one did not into the folder; return what is stale by name.
 
-    A stale file was made from another design, whose digest is given.
+    A stale file was made from another design, whose digest is given, or does not belong to the rough answer of a look.
     """
     before = result.options.out
     if before is None:
@@ -51,11 +55,11 @@ def keep_earlier_files(result: SensorResult, folder: Path) -> dict[str, str]:
     this_design = content_digest(design_as_mapping(result.design))
     stale = {}
     for name in earlier:
-        if name in (REPORT, PAGE) or (folder / name).exists():
+        if name in (REPORT, PAGE, LATEST) or (folder / name).exists():
             continue
         shutil.copy2(before / name, folder / name)
         design = made_from.get(name, last_design)
-        if design != this_design:
+        if design != this_design or result.options.look:
             stale[name] = design
     return stale
 

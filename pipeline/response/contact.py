@@ -7,7 +7,14 @@ from cad.design.fruit import Fruit
 from cad.design.parameters import Design
 from cad.design.tips import Tips
 from cad.quantity import InputError, validation_error
-from pipeline.options import CONTACT_METHODS, CONTACT_SHARE, DEFAULT_TOLERANCE, RunOptions, contact_inputs
+from pipeline.options import (
+    CONTACT_METHODS,
+    CONTACT_SHARE,
+    DEFAULT_TOLERANCE,
+    ROUGH_TOLERANCE,
+    RunOptions,
+    contact_inputs,
+)
 from pipeline.storage.cache import cached
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.curved_body import check_curved, curved_compliance
@@ -59,6 +66,7 @@ def contact_compliance(
             cause = f"; {str(outside).partition(';')[0]}, so solved by direct finite elements"
     if compliance is None:
         compliance = _with_status(direct_contact(block, tips.flat), after=cause)
+    compliance = dataclasses.replace(compliance, rough=tolerance >= CONTACT_SHARE * ROUGH_TOLERANCE)
     if curved:
         footprints = contact_footprints(fruit, tips)
         compliance = curved_compliance(compliance, fruit, footprints, tips.tip_shape.obeys_hertz)

@@ -59,7 +59,7 @@ def sensor_modes(springs: FittedSprings) -> Modes | None:
 
     def solve() -> Modes:
         # the stiffness of the springs, to which modes are scaled, is that of the fit
-        return modes_of(coarse_half(housing, process.E_MPa, process.poisson), solid, K)
+        return modes_of(coarse_half(housing, process.E_MPa, process.poisson, rough=False), solid, K)
 
     return cached("modes", {"housing": housing, "solid": solid, "K": K}, solve, Modes)
 

@@ -26,6 +26,7 @@ from pipeline.options import RunOptions
 from pipeline.response.scene_press import ScenePress, press_scene
 from pipeline.springs.leaf_lengths import FittedHousing, fit_lengths
 from pipeline.springs.mounts import mount_changes, sideways_give
+from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from solve.contact.linear_response import spring_compliance
@@ -193,9 +194,11 @@ def fit_springs(
             tolerance = options.tolerance
             inputs = {"guess": asdict(guess), "targets": targets, "E": E, "poisson": poisson, "tolerance": tolerance}
             fit = partial(fit_lengths, guess, targets, E, poisson, tolerance, executor)
+            if options.rough and guess.gauges == "none":
+                fit = partial(fit_roughly, guess, targets, E, poisson)
             fitted = cached("flexures", inputs, fit, FittedHousing)
             if design.tips.tip_shape.obeys_hertz or design.fruit.radius_mm is not None:
-                of_plate = _sideways_of(fitted, E, poisson)
+                of_plate = _sideways_of(fitted, E, poisson, rough=options.rough)
         except (InputError, MeshError, SolveError) as error:
             reason = str(error)
             springs = tuple(
@@ -213,11 +216,12 @@ def fit_springs(
     )
 
 
-def _sideways_of(fitted: FittedHousing, E: float, poisson: float) -> SidewaysGive:
+def _sideways_of(fitted: FittedHousing, E: float, poisson: float, *, rough: bool = False) -> SidewaysGive:
     """Return how far forces that lean move the tips of a plate [E in MPa], kept; raises MeshError or SolveError."""
     K = fitted.stiffness.K
-    inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K}
-    return cached("sideways give", inputs, lambda: sideways_give(fitted.housing, E, poisson, K), SidewaysGive)
+    inputs = {"housing": asdict(fitted.housing), "E": E, "poisson": poisson, "K": K, "rough": rough}
+    solve = partial(sideways_give, fitted.housing, E, poisson, K, rough=rough)
+    return cached("sideways give", inputs, solve, SidewaysGive)
 
 
 def _springs_as_fitted(

@@ -224,6 +224,11 @@ class SecantModel:
     length: float = math.nan
     root: float = math.nan
 
+    @classmethod
+    def of_beam(cls, leaf: Flexure, E: float) -> "SecantModel":
+        """Return the model before the first point [E in MPa]."""
+        return cls(slope=leaf.thickness * math.cbrt(2.0 * E * leaf.depth))
+
     def learn(self, length: float, K: float) -> None:
         """Put the line through a new point [mm, N/mm] and, where the last one is far enough away, through both."""
         root = K ** (-1.0 / 3.0)
@@ -244,7 +249,7 @@ class SecantModel:
         return round(min(max(wanted, self.length / _LONGEST_STEP), self.length * _LONGEST_STEP), _DIGITS)
 
 
-def _with_length(name: str, flexure: Flexure, length: float, K: float) -> Flexure:
+def with_length(name: str, flexure: Flexure, length: float, K: float) -> Flexure:
     """Return the leaf with another length [mm], which gives K [N/mm]; raises InputError where none is left of it."""
     if not length > 2.0 * flexure.fillet:
         bound = f"greater than 2 fillets = {2.0 * flexure.fillet:g} mm to reach {1e3 * K:.6g} N/m"
@@ -262,10 +267,7 @@ class _LengthFit:
         self._housing = housing
         self._targets = np.array(targets)
         self._near = False
-        self._models = []
-        for arm in housing.arms:
-            leaf = arm.flexure
-            self._models.append(SecantModel(slope=leaf.thickness * math.cbrt(2.0 * E * leaf.depth)))
+        self._models = [SecantModel.of_beam(arm.flexure, E) for arm in housing.arms]
 
     def on(self, pair: MeshPair, allowed_miss: float) -> FittedHousing:
         """Return the housing that meets the targets within a relative miss on the fine mesh of a pair."""
@@ -284,7 +286,7 @@ class _LengthFit:
             if coarse is None:
                 coarse = self._solver.solve(self._housing, pair.coarse)
             stiffness = stiffness_on(pair, self._housing, fine, coarse)
-            if _miss(stiffness.K, self._targets) <= allowed_miss:
+            if largest_miss(stiffness.K, self._targets) <= allowed_miss:
                 return self._solver.fitted(self._housing, pair, stiffness)
             aims = self._targets * self._coarse_K() / stiffness.K
         found = ", ".join(f"{K:.6g}" for K in stiffness.K)
@@ -301,7 +303,7 @@ class _LengthFit:
             K = self._solver.solve(self._housing, COARSE, stretch=True).K
             for model, arm, stiffness in zip(self._models, self._housing.arms, K, strict=True):
                 model.learn(arm.flexure.length, stiffness)
-            if _miss(K, aims) <= _LOOSEST:
+            if largest_miss(K, aims) <= _LOOSEST:
                 break
             self._move(aims)
         self._near = True
@@ -310,7 +312,7 @@ class _LengthFit:
         """Give each spring the length at which the coarse mesh has its aim [N/mm]."""
         flexures = {}
         for arm, model, K in zip(self._housing.arms, self._models, aims.tolist(), strict=True):
-            flexures[arm.name] = _with_length(arm.name, arm.flexure, model.length_for(K), K)
+            flexures[arm.name] = with_length(arm.name, arm.flexure, model.length_for(K), K)
         self._housing = self._housing.with_flexures(flexures)
 
     def _coarse_K(self) -> Floats:
@@ -336,7 +338,7 @@ def _lift(flexure: Flexure) -> float:
     return 1.0 + 0.0035 / (1.0 + 0.55 * flexure.length / flexure.depth)
 
 
-def _miss(stiffnesses: Sequence[float], targets: Floats) -> float:
+def largest_miss(stiffnesses: Sequence[float], targets: Floats) -> float:
     """Return the largest relative distance of a stiffness from its target [1]."""
     return float(np.abs(stiffnesses / targets - 1.0).max())
 

@@ -26,6 +26,7 @@ PLATE_SHARE = 0.75
 SCREW_CORE_MM = 2.387  # core diameter of M3, ISO 724
 SPREAD = 0.5  # tangent of the cone in which the pressure of a screw spreads, VDI 2230
 MOUNT_SCALE = 4.0  # of the mesh on which other mounts are compared, and modes found
+ROUGH_SCALE = 3.0  # of the one mesh of a rough answer, which has one layer of elements over the half depth
 
 
 def attached_to(housing: Housing) -> tuple[Attached, ...]:
@@ -65,22 +66,25 @@ def _with_twin(front: ElasticLayer, housing: Housing) -> tuple[ElasticLayer, ...
 
 
 @functools.lru_cache(maxsize=1)
-def coarse_half(housing: Housing, E: float, poisson: float) -> ClampedHalf:
-    """Return half the housing in its own mount on a coarse mesh [E in MPa]; the last one is kept.
+def coarse_half(housing: Housing, E: float, poisson: float, *, rough: bool) -> ClampedHalf:
+    """Return half the housing in its own mount on a coarse mesh, or the rough one [E in MPa]; the last one is kept.
 
-    Stiffness in other mounts and modes both start from it. Raises SolveError.
+    Stiffness in other mounts and modes both start from it, and a rough answer is all of it. Raises SolveError.
     """
-    return clamped_half(flexure_mesh(housing, MOUNT_SCALE), E, poisson, attached_to(housing))
+    mesh = flexure_mesh(housing, ROUGH_SCALE, layers=1) if rough else flexure_mesh(housing, MOUNT_SCALE)
+    return clamped_half(mesh, E, poisson, attached_to(housing))
 
 
-def sideways_give(housing: Housing, E: float, poisson: float, K: Sequence[float]) -> SidewaysGive:
+def sideways_give(
+    housing: Housing, E: float, poisson: float, K: Sequence[float], *, rough: bool = False
+) -> SidewaysGive:
     """Return how far forces that lean move domes, by the centres of their spheres, or flat faces [E in MPa].
 
     On a coarse mesh: what it misses of the springs' stiffness K [N/mm] on finer ones is the error. Raises MeshError or
     SolveError.
     """
     lever = housing.dome_radius - housing.pin_out
-    compliance = lever_compliance(coarse_half(housing, E, poisson), lever)
+    compliance = lever_compliance(coarse_half(housing, E, poisson, rough=rough), lever)
     along_press = np.diag(compliance[..., 2, 2])
     error = float(np.abs(along_press * K - 1.0).max())
     compliance[..., 2, 2] = 0.0
@@ -93,7 +97,7 @@ def mount_changes(housing: Housing, E: float, poisson: float) -> dict[str, tuple
     They are the other mount that a design may ask for, covers that press near the screws alone, and screws so loose
     that they carry by bending alone. On a coarse mesh, which moves a change by a tenth of it. Raises SolveError.
     """
-    half = coarse_half(housing, E, poisson)
+    half = coarse_half(housing, E, poisson, rough=False)
     own_K = np.array(stiffness_of(half))
     mounts = {"screws so loose that they bend": (_bending_screws(housing, E, poisson),), **_other_layers(housing)}
     changes = {}

@@ -25,7 +25,7 @@ from solve.fruit.footprints import (
 from solve.halfspace.layered import Layer, added_compliances
 from solve.halfspace.punch import influence, lagrange, square_punch
 
-GRADING = Grading(0.7, (0.7, 0.21, 0.09))
+FINE = Grading(0.7, (0.7, 0.21, 0.09))
 FEWEST_NODES = 3
 GAUSS = 4
 
@@ -56,12 +56,17 @@ class ContactCells:
 
 
 def contact_cells(
-    fruit: Fruit, footprints: Sequence[Footprint], edges: Floats, layer: Layer | None = None
+    fruit: Fruit,
+    footprints: Sequence[Footprint],
+    edges: Floats,
+    layer: Layer | None = None,
+    grading: Grading = FINE,
 ) -> ContactCells:
     """Return the cells between `edges`, lines on (-1/2, 1/2) of each footprint's side [1], and their compliance.
 
     Under each tip the half-space has a `layer`, if any: farther away it acts by a constant, which is left to others.
-    The footprints are squares that hold every point where a tip may touch. Raises SolveError when a solve is not exact.
+    The footprints are squares that hold every point where a tip may touch; `grading` is that of the mesh of what is
+    smooth. Raises SolveError when a solve is not exact.
     """
     centres = np.array([(footprint.x, footprint.y) for footprint in footprints])
     sides = np.array([footprint.side for footprint in footprints])
@@ -86,7 +91,7 @@ def contact_cells(
     polynomials = lagrange(nodes, gauss_points.ravel()).reshape(*gauss_points.shape, -1)
     means = np.einsum("cgk,g->ck", polynomials, 0.5 * weight)
     to_cells = block_diag(*[np.kron(means, means)] * len(footprints))
-    smooth = smooth_compliance(fruit, tuple(footprints))
+    smooth = smooth_compliance(fruit, tuple(footprints), grading)
     compliance = within_tips + np.asarray(to_cells @ smooth @ to_cells.T)
 
     return ContactCells(
@@ -122,7 +127,7 @@ def folded(cells: ContactCells) -> ContactCells:
 
 # Both grids of a scene share it.
 @functools.lru_cache(maxsize=4)
-def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...]) -> Floats:
+def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...], grading: Grading) -> Floats:
     """Return the compliance between all nodes but for the half-space under a node's own tip, times E [1/mm].
 
     Shape (nodes, nodes). Raises SolveError when a solve is not exact.
@@ -132,7 +137,7 @@ def smooth_compliance(fruit: Fruit, footprints: tuple[Footprint, ...]) -> Floats
     mirror_x = all(footprint.x == 0.0 for footprint in footprints)
     mirror_y = all(footprint.y == 0.0 for footprint in footprints)
     nodes = np.concatenate([footprint.nodes(within) for footprint in footprints])
-    lines = block_lines(fruit, nodes, (mirror_x, mirror_y), GRADING)
+    lines = block_lines(fruit, nodes, (mirror_x, mirror_y), grading)
     signs_x = (1, -1) if mirror_x else (0,)
     signs_y = (1, -1) if mirror_y else (0,)
     parities = list(itertools.product(signs_x, signs_y))

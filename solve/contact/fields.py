@@ -13,7 +13,7 @@ from skfem import CellBasis, MeshHex
 from cad.design.fruit import Fruit
 from cad.quantity import validation_error
 from solve.arrays import Floats, Ints
-from solve.contact.cells import GRADING
+from solve.contact.cells import FINE
 from solve.contact.pressure import FootprintPressure
 from solve.elasticity import NodalFields, strain, stress
 from solve.fruit.box import Lines, block_lines, box_mesh, graded_line
@@ -74,7 +74,7 @@ def fruit_fields(fruit: Fruit, pressure: FootprintPressure) -> tuple[MeshHex, No
     # All at E = 1 MPa, until the last lines divide by E.
     load_places = np.concatenate([each.centres for each in point_loads])
     forces = np.concatenate([each.forces for each in point_loads])
-    lines = block_lines(block, load_places, (False, False), GRADING)
+    lines = block_lines(block, load_places, (False, False), FINE)
     basis, v = remainder_field(box_mesh(lines), block.poisson, load_places, forces)
     u_remainder, gradient = _evaluated(basis, lines, v, np.stack([x, y, z]))
 

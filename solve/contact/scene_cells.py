@@ -13,19 +13,21 @@ import numpy as np
 from cad.design.fruit import Fruit
 from cad.quantity import InputError
 from solve.arrays import Floats
-from solve.contact.cells import ContactCells, contact_cells, folded
+from solve.contact.cells import FINE, ContactCells, contact_cells, folded
 from solve.contact.gap import tip_gap
 from solve.contact.scene import Point, Scene, check_scene
+from solve.fruit.box import Grading
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
 from solve.fruit.skin import layer_on
-from solve.fruit.split import SplitDomainError, check_domain
+from solve.fruit.split import ROUGH, SplitDomainError, check_domain
 from solve.halfspace.layered import Layer
 from solve.halfspace.punch import graded_edges
 
 # Cells a side of the coarse and the fine grid, with mirror symmetry and without.
 HALF_CELLS = (18, 26)  # a side of the whole footprint, of which half is solved
 WHOLE_CELLS = (14, 20)
+ROUGH_CELLS = (8, 12)  # where the compliance is rough: bars of 0.7 % in place of 0.2 %
 # Pressure is singular at the edge of a flat face: along the lines of a square, across them under a cylinder.
 SQUARE_GRADING = 2.5
 CIRCLE_GRADING = 1.5
@@ -76,9 +78,15 @@ def scene_cells(
     if not shape.has_flat_face:
         grading = NO_GRADING
     layer = None if compliance.flesh_E is None else layer_on(scene.fruit, compliance.flesh_E)
+    counts = HALF_CELLS if is_half else WHOLE_CELLS
+    mesh = FINE
+    if compliance.rough:
+        counts = ROUGH_CELLS
+        mesh = ROUGH
     grids = []
-    for count in HALF_CELLS if is_half else WHOLE_CELLS:
-        cells = _cells(scene.fruit.equivalent_block, footprints, count, grading, is_half, layer)
+    for count in counts:
+        edges = graded_edges(count, grading)
+        cells = _cells(scene.fruit.equivalent_block, footprints, tuple(edges.tolist()), is_half, layer, mesh)
         gap = initial_gap(scene, built=scene, cells=cells)
         correction = compliance.shape_change
         if shape.has_flat_face:
@@ -88,9 +96,8 @@ def scene_cells(
             forces = np.linalg.solve(cells.compliance[np.ix_(faces, faces)], tips)
             S_of_cells = np.linalg.inv(tips.T @ forces)
             correction = compliance.S - S_of_cells
-        edges = footprints[0].side * graded_edges(count, grading)
         middle = np.mean(scene.centres, axis=0)
-        grids.append(SceneCells(cells, edges, gap, middle, correction, is_half))
+        grids.append(SceneCells(cells, footprints[0].side * edges, gap, middle, correction, is_half))
     coarse, fine = grids
     return coarse, fine
 
@@ -126,9 +133,14 @@ def initial_gap(scene: Scene, built: Scene, cells: ContactCells) -> Floats:
 # One scene is pressed again and again, by its own springs, the paper's, and at full travel: its cells cost 2 s.
 @functools.lru_cache(maxsize=8)
 def _cells(
-    block: Fruit, footprints: tuple[Footprint, ...], count: int, grading: float, is_half: bool, layer: Layer | None
+    block: Fruit,
+    footprints: tuple[Footprint, ...],
+    edges: tuple[float, ...],
+    is_half: bool,
+    layer: Layer | None,
+    mesh: Grading,
 ) -> ContactCells:
-    cells = contact_cells(block, footprints, graded_edges(count, grading), layer)
+    cells = contact_cells(block, footprints, np.array(edges), layer, mesh)
     return folded(cells) if is_half else cells
 
 

@@ -51,7 +51,8 @@ class FruitCompliance:
     springs) and `error_own` bounds s11, both relative to the value [1]. `shape_change` is what the shape of a curved
     fruit adds to S of its equivalent block, which is in S [1/mm], shape (tips, tips); zero for a block. A fruit with a
     skin has another S at each modulus of its flesh: `at` gives it, of that `flesh_E` [MPa]; S
-    is that of the flesh alone where there is none.
+    is that of the flesh alone where there is none. `rough` says that percents were asked for: contact follows on few
+    cells.
     """
 
     tips: tuple[str, ...] = TIPS
@@ -62,6 +63,7 @@ class FruitCompliance:
     shape_change: Floats = field(default_factory=lambda: np.zeros(()))
     skin: SkinTable | None = None
     flesh_E: float | None = None
+    rough: bool = False
 
     def __post_init__(self) -> None:
         """Take read-only copies of the matrices; raise ValueError unless they have a row and a column for each tip."""

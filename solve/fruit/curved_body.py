@@ -71,7 +71,8 @@ def curved_compliance(
     """
     start = time.perf_counter()
     check_curved(fruit, footprints)
-    shape = shape_change(fruit, footprints, STEPS, along_normals)
+    steps = replace(STEPS, fraction=COARSER) if block.rough else STEPS
+    shape = shape_change(fruit, footprints, steps, along_normals)
     S = block.S + shape.change
     errors = largest_errors(SAFETY * relative_changes(shape.step, S) + relative_changes(shape.bound, S), len(S))
     added = 100.0 * (block.K_m_over_E() / replace(block, S=S).K_m_over_E() - 1.0)

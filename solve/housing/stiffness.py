@@ -15,7 +15,7 @@ from skfem import CellBasis, Mesh
 
 from solve.arrays import Floats
 from solve.error_estimate import SolveInfo
-from solve.housing.bonded_foil import bridge_strains
+from solve.housing.bonded_foil import BondedFoil, bridge_strains
 from solve.housing.clamped_half import (
     ACROSS,
     LENGTHWISE,
@@ -167,7 +167,12 @@ def tip_compliance(mesh: Mesh, E: float, poisson: float, attached: Sequence[Atta
     balance of forces or the reciprocity of the loads fails.
     """
     start = time.perf_counter()
-    half = clamped_half(mesh, E, poisson, attached)
+    return compliance_of(clamped_half(mesh, E, poisson, attached), foils_of(attached), start)
+
+
+def compliance_of(half: ClampedHalf, foils: Sequence[BondedFoil] = (), start: float | None = None) -> TipCompliance:
+    """Return the compliance of all tips of a half [mm/N], its seconds counted from `start`; raises SolveError."""
+    start = time.perf_counter() if start is None else start
     basis = half.basis
     mean = tip_means(basis, PRESS)
     # On the half of the plate 0.5 of a mean is the load of 1 N on the whole tip.
@@ -186,7 +191,6 @@ def tip_compliance(mesh: Mesh, E: float, poisson: float, attached: Sequence[Atta
         strain.append(at_corners)
         strain_inside.append(inside)
     C = mean.T @ u
-    foils = foils_of(attached)
     return TipCompliance(
         C=0.5 * (C + C.T),
         strain_per_N=tuple(strain),

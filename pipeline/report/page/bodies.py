@@ -1,6 +1,7 @@
 """The bodies that the page shows, as GLB: the assembly, the bent flexures in their stress, the skin under the tips."""
 
 import math
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -45,10 +46,10 @@ def legend(label: str, low: float, high: float, limit: float | None = None) -> P
     return {"label": label, "low": low, "high": high, "limit": limit, "palette": list(_PALETTE)}
 
 
-def assembly_body(folder: Path) -> Plain:
-    """Return the assembly of an output folder; raises ValueError where it has none."""
+def assembly_body(folder: Path, stale: Collection[str] = ()) -> Plain:
+    """Return the assembly of an output folder; raises ValueError where it has none, or a stale one."""
     path = folder / ASSEMBLY
-    if not path.is_file():
+    if ASSEMBLY in stale or not path.is_file():
         msg = "no part is made"
         raise ValueError(msg)
     return shown("Sensor over its fruit", path.read_bytes(), slider="apart")
@@ -64,7 +65,7 @@ def flexure_body(report: StoredReport, result: SensorResult) -> Plain:
         msg = "no part is made"
         raise ValueError(msg)
     process = result.springs.process
-    half = coarse_half(housing, process.E_MPa, process.poisson)
+    half = coarse_half(housing, process.E_MPa, process.poisson, rough=result.options.rough)
     mesh = half.basis.mesh
     fields = fields_at_full_travel(result.springs, half)
     skin = np.setdiff1d(mesh.boundary_facets(), mesh.boundaries[_SYMMETRY])

@@ -34,14 +34,14 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
     mangoes = seen_mangoes(report)
     verdicts = [as_data(verdict) | {"sense": bound_sense(verdict)} for verdict in report.verdicts]
     scene = scene_of(report.design, result.press.height_offsets)
+    own = {file.path for file in report.files}.difference(report.stale)  # not those of a design before this one
     bodies, missing = _drawn(
         {
-            "assembly": lambda: assembly_body(folder),
+            "assembly": lambda: assembly_body(folder, report.stale),
             "springs under load": lambda: flexure_body(report, result),
             "skin under the tips": lambda: skin_body(report, scene),
         }
     )
-    own = {file.path for file in report.files}.difference(report.stale)  # not those of a design before this one
     drawings = [folder / name for name in sorted(own, key=lambda name: Path(name).stem) if name.endswith(".svg")]
     page_data = {
         "report": data,
@@ -61,6 +61,7 @@ def page_of(report: StoredReport, data: Plain, result: SensorResult, folder: Pat
         "page.html.j2",
         (*FIGURES, *BODIES, "law.js", "page.js"),
         page_data,
+        latest=result.options.look,
         report=report,
         command=result.options.command,
         answer=answer.answer_of(report),

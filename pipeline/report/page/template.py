@@ -14,15 +14,20 @@ BODIES = ("libraries/model-viewer.min.js", "bodies.js")
 _HERE = Path(__file__).parent
 
 
-def rendered(template: str, scripts: tuple[str, ...], data: object, **values: object) -> str:
+_ENVIRONMENT = Environment(
+    loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+)
+
+
+def rendered(template: str, scripts: tuple[str, ...], data: object, *, latest: bool = False, **values: object) -> str:
     """Return the page of a template of this folder with its scripts, in their order, and the data that they read.
 
-    Values are escaped.
+    Values are escaped. The page reads itself again when the file `latest.js` beside it names a `latest` one.
     """
-    environment = Environment(
-        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    return environment.get_template(template).render(
+    if latest:
+        scripts = (*scripts, "latest.js")
+    return _ENVIRONMENT.get_template(template).render(
+        latest=latest,
         style=(_HERE / "page.css").read_text(encoding="utf-8"),
         scripts=[(_HERE / name).read_text(encoding="utf-8") for name in scripts],
         data=finite(data),

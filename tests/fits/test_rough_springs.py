@@ -1,0 +1,39 @@
+"""LIFT and ERROR of `pipeline/springs/rough_fit.py`: the rough mesh against the mesh to solve on, on random designs."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from random_designs import ROUGH, random_designs
+
+from cad.design.parameters import Design
+from pipeline.response.contact import fruit_compliance
+from pipeline.springs.fitted_springs import fit_springs
+from pipeline.springs.leaf_lengths import DEFAULT, add_pin_compliance, solve_on
+from pipeline.springs.sizing import spring_sizing
+
+
+def compared(design: Design) -> tuple[np.ndarray, np.ndarray]:
+    """Return error over bar of the stiffnesses and of the root strains of a rough fit [1], each of shape (2,)."""
+    springs = fit_springs(design, spring_sizing(design, fruit_compliance(design, ROUGH), ROUGH), ROUGH)
+    housing = springs.fitted.housing
+    rough = springs.fitted.stiffness
+    E, poisson = springs.process.E_MPa, springs.process.poisson
+    fine = add_pin_compliance(solve_on(DEFAULT, housing, E, poisson).stiffness, housing, E, poisson)
+    of_K = np.abs(np.array(rough.K) / fine.K - 1.0) / rough.error
+    of_strain = np.abs(np.array(rough.strain_per_N) / fine.strain_per_N - 1.0) / rough.strain_error
+    return of_K, of_strain
+
+
+def test_rough_springs_lie_within_their_bars():
+    for design in islice(random_designs(11), 2):
+        of_K, of_strain = compared(design)
+        assert max(of_K.max(), of_strain.max()) < 1.0
+
+
+@pytest.mark.study
+def test_bars_of_rough_springs_cover_random_designs_and_are_not_far_too_wide():
+    found = [compared(design) for design in islice(random_designs(12), 60)]
+    of_K = np.array([of_K for of_K, _ in found])
+    assert 1.0 / 3.0 < of_K.max() < 1.0
+    assert max(of_strain.max() for _, of_strain in found) < 1.0

@@ -1,0 +1,117 @@
+"""A look says what a whole run says, within its error bars, without a solid; a watch looks again at each change."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from itertools import islice
+
+import numpy as np
+import pytest
+from random_designs import ROUGH, random_designs
+
+from cad.quantity import InputError
+from pipeline.cli import main
+from pipeline.evaluate import evaluate
+from pipeline.options import DESIGNS, RunOptions
+
+LOOK = RunOptions(look=True, tolerance=ROUGH.tolerance)
+UNLOADED = ("cadquery", "OCP", "vtkmodules", "pyvista", "ezdxf")
+
+
+def misses(design) -> np.ndarray:
+    """Return how far the numbers of a look are from those of a run, over the bars of both."""
+    rough = evaluate(design, LOOK)
+    whole = evaluate(design)
+    rows = [(rough.contact.K_m_over_E(), whole.contact.K_m_over_E(), rough.contact.error_pair)]
+    rows[0] = (*rows[0][:2], rows[0][2] * rows[0][0])
+    by_name = {verdict.name: verdict for verdict in whole.verdicts}
+    for verdict in rough.verdicts:
+        other = by_name[verdict.name]
+        if verdict.error and other.value is not None:
+            rows.append((verdict.value, other.value, verdict.error + (other.error or 0.0)))
+    return np.array([abs(value - truth) / bar for value, truth, bar in rows])
+
+
+@pytest.mark.slow
+def test_numbers_of_a_look_lie_within_its_bars_of_the_run():
+    for design in islice(random_designs(21), 2):
+        assert misses(design).max() <= 1.0
+
+
+@pytest.mark.study
+def test_bars_of_a_look_cover_95_percent_of_fifty_random_designs():
+    found = np.concatenate([misses(design) for design in islice(random_designs(22), 50)])
+    assert (found <= 1.0).mean() >= 0.95
+
+
+def test_look_writes_answer_and_page_and_loads_no_cad_kernel(tmp_path):
+    script = (
+        "import sys; from pipeline.cli import main; code = main(sys.argv[1:]); "
+        f"print([name for name in {UNLOADED} if name in sys.modules], code)"
+    )
+    words = [sys.executable, "-c", script, "run", "--look", "--out", str(tmp_path / "look")]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[] 1"
+    names = {path.name for path in (tmp_path / "look").iterdir()}
+    assert names == {"design.toml", "latest.js", "report.html", "report.json", "response.csv"}
+    report = json.loads((tmp_path / "look" / "report.json").read_text())
+    assert report["key"] in (tmp_path / "look" / "latest.js").read_text()
+    assert not [verdict for verdict in report["verdicts"] if verdict["name"].startswith("geometry.")]
+    assert max(spring["error_percent"] for spring in report["flexures"].values()) < 2.0
+
+
+def test_look_keeps_to_the_rules_of_output_folders(tmp_path):
+    out = tmp_path / "out"
+    assert main(["run", "--look", "--out", str(out)]) == 1
+    report = json.loads((out / "report.json").read_text())
+    assert "stale" not in report
+    (out / "mine.txt").write_text("a file of a person")
+    assert main(["run", "--look", "--nl", "0.06", "--out", str(out)]) == 2
+    assert json.loads((out / "report.json").read_text()) == report
+
+
+def test_fields_are_refused_beside_a_look():
+    with pytest.raises(InputError) as refused:
+        RunOptions(look=True, fields=True)
+    assert refused.value.field == "--fields"
+
+
+def test_watch_refuses_a_second_design_and_a_file_that_is_none(capsys):
+    for words in (["paper", "--watch", "my.toml"], ["--watch", "my.txt"], ["--watch", "/none/my.toml"]):
+        assert main(["run", *words]) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_watch_looks_again_at_each_change_and_survives_a_bad_file(tmp_path):
+    file = tmp_path / "mine.toml"
+    text = (DESIGNS / "paper.toml").read_text()
+    file.write_text(text)
+    out = tmp_path / "out"
+    report = out / "report.json"
+    words = [sys.executable, "-m", "pipeline", "run", "--watch", str(file), "--out", str(out)]
+    with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            _wait(report.exists)
+            file.write_text(text.replace("NL = 0.05", "NL = nonsense"))
+            assert "mine.toml" in process.stderr.readline()
+            file.write_text(text.replace("NL = 0.05", "NL = 0.07"))
+            _wait(lambda: _nl(report) == 0.07)
+        finally:
+            process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 130
+
+
+def _nl(report) -> float | None:
+    try:
+        return json.loads(report.read_text())["design"]["targets"]["NL"]
+    except OSError:  # between two renames
+        return None
+
+
+def _wait(happened, seconds: float = 120.0) -> None:
+    end = time.monotonic() + seconds
+    while not happened():
+        assert time.monotonic() < end
+        time.sleep(0.05)
