@@ -23,6 +23,7 @@ _HEIGHT = Bounds(at_least=-5.0, at_most=5.0)
 _GAIN = Bounds(at_least=0.1, at_most=10.0)
 _SPRING_ERROR = Bounds(above=0.0, at_most=100.0)  # no spring is known exactly
 _ERROR = Bounds(at_least=0.0, at_most=100.0)
+_MOST_COUNTS = 2**31 - 1  # firmware holds counts in 32 bits
 _PLAIN = re.compile(r"[\w ,.:()-]*", re.ASCII)  # it stands in comments of the firmware
 
 
@@ -73,8 +74,12 @@ class PrintedUnit:
         rows = [*self.newtons_per_count, self.zero_counts]
         numbers = [number for row in rows for number in row]
         is_whole = len(rows) == count + 1 and all(len(row) == count for row in rows)
-        if not is_whole or not all(map(math.isfinite, numbers)) or self.saturation_counts <= 0:
-            bound = f"{count} lists of {count} finite numbers, beside {count} zero_counts and saturation_counts above 0"
+        is_count = 0 < self.saturation_counts <= _MOST_COUNTS
+        if not is_whole or not all(map(math.isfinite, numbers)) or not is_count:
+            bound = (
+                f"{count} lists of {count} finite numbers, beside {count} zero_counts "
+                f"and saturation_counts of 1 to {_MOST_COUNTS}"
+            )
             raise validation_error("unit.newtons_per_count", str(self.newtons_per_count), "", bound, _HINT)
 
     def forces_of_counts(self, counts: Sequence[float], tare: Sequence[float]) -> tuple[float, ...]:

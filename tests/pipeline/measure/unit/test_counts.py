@@ -256,7 +256,8 @@ def test_python_c_and_the_program_of_a_board_read_alike(name, request, rng, cali
         assert reduced == pytest.approx(sensor.reduced(found), rel=1e-12)
 
     recorded = tmp_path / "counts.csv"
-    recorded.write_text("\n".join(signal_of(rows)), encoding="utf-8")
+    odd = ["", ",", "x,y,x,y", "7", "--5,--5,--5,--5", "\xb2,\xb2,\xb2,\xb2", "1,2,a,4,5", ",".join(4 * [5000 * "9"])]
+    recorded.write_text("\n".join([*odd, *signal_of(rows), *odd]), encoding="latin-1")
     ended = subprocess.run([sys.executable, script, recorded], capture_output=True, check=True, timeout=600)
     assert float(ended.stdout.split()[1]) == pytest.approx(expected.E, rel=AGREES)
     rows[-1, 0] = 8388607

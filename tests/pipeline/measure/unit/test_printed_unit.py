@@ -73,6 +73,15 @@ def test_damaged_unit_is_refused_by_its_field(unit, paper, old, new, field, refu
     assert refused(unit_as_toml(unit).replace(old, new), paper.report) == field
 
 
+def test_counts_that_firmware_cannot_hold_are_refused(unit):
+    counted = replace(
+        unit, newtons_per_count=((1.0, 0.0), (0.0, 1.0)), zero_counts=(0.0, 0.0), saturation_counts=2**31 - 1
+    )
+    for wrong in (0, 2**31, 10**30):
+        with pytest.raises(InputError):
+            replace(counted, saturation_counts=wrong)
+
+
 def test_classes_are_names_with_rising_limits():
     classes = ripeness_classes("ripe:0.8,turning:1.6,unripe")
     assert [classes.of(E) for E in (0.5, 0.8, 0.81, 9.0)] == ["ripe", "ripe", "turning", "unripe"]
