@@ -1,7 +1,7 @@
 """All errors of a sensor: the budget of each number, the table with its bands of modulus, the scatter of prints."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,8 +67,8 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
     printed = np.full((*curve.P.shape, 2), np.nan)
     calibrated = np.full((*curve.P.shape, 2), np.nan)
     for j, travel in enumerate(curve.x.tolist()):
-        scale = _RatioScale(law, curve.P[:, j], curve.E)
-        if not scale.rises:
+        modulus_at = modulus_scale(law, curve.P[:, j], curve.E)
+        if modulus_at is None:
             continue
         for i, E in enumerate(curve.E.tolist()):
             P = float(curve.P[i, j])
@@ -80,46 +80,39 @@ def reading_table(sensor: LevelSensor, press: ScenePress) -> ReadingTable:
             effects_calibrated = effects_after_calibration(effects_printed)
             error_printed = ratio_budget(sensor, E, travel, numerical, effects_printed).total
             error_calibrated = ratio_budget(sensor, E, travel, numerical, effects_calibrated).total
-            printed[i, j] = scale.band(P, error_printed)
-            calibrated[i, j] = scale.band(P, error_calibrated)
+            printed[i, j] = [modulus_at(P * (1.0 + sign * error_printed)) for sign in (-1.0, 1.0)]
+            calibrated[i, j] = [modulus_at(P * (1.0 + sign * error_calibrated)) for sign in (-1.0, 1.0)]
     return ReadingTable(response=curve, printed=printed, calibrated=calibrated)
 
 
-class _RatioScale:
-    """The modulus over P at one travel, through the two-spring law, under which it is nearly a straight line."""
+def modulus_scale(law: Characteristic, P: Floats, E: Floats) -> Callable[[float], float] | None:
+    """Return the modulus [MPa] over P [1] at one travel, from P of the scene at moduli E, the softest first.
 
-    def __init__(self, law: Characteristic, P: Floats, E: Floats) -> None:
-        """Take P [1] of the scene at the moduli [MPa], the softest first."""
-        self._law = law
-        self._P_softest = float(P[0])
-        self._E = E
-        self._stiffnesses = np.array([self._stiffness(ratio) for ratio in P.tolist()])
-        self.rises = bool((np.diff(self._stiffnesses) > 0.0).all())
+    It goes through the two-spring law, under which it is nearly a straight line; it is on the line through the last two
+    beyond them, and nan where springs show no such P. None where P is not known, or does not rise.
+    """
 
-    def _stiffness(self, P: float) -> float:
-        """Return the fruit stiffness at which a level sensor has P, were P 1 on the softest fruit [N/mm].
+    def stiffness(ratio: float) -> float:
+        """Return the fruit stiffness at which a level sensor has P, were P 1 on the softest fruit [N/mm]."""
+        level = ratio / float(P[0]) * law.stiffness_ratio
+        return law.fruit_stiffness(level) if math.isfinite(level) else math.nan
 
-        It is nan where a tip is off the fruit.
-        """
-        ratio = P / self._P_softest * self._law.stiffness_ratio
-        return self._law.fruit_stiffness(ratio) if math.isfinite(ratio) else math.nan
+    along = np.array([stiffness(ratio) for ratio in P.tolist()])
+    if not (np.diff(along) > 0.0).all():
+        return None
 
-    def band(self, P: float, error: float) -> list[float]:
-        """Return the lowest and the highest modulus [MPa] that may show P with a relative error [1]."""
-        return [self.modulus(P * (1.0 - error)), self.modulus(P * (1.0 + error))]
-
-    def modulus(self, P: float) -> float:
-        """Return the modulus at P [MPa], on the line through the last two beyond the table; nan where there is none."""
-        stiffness = self._stiffness(P)
-        along = self._stiffnesses
-        if not math.isfinite(stiffness):
+    def modulus(ratio: float) -> float:
+        K_m = stiffness(ratio)
+        if not math.isfinite(K_m):
             return math.nan
-        if stiffness <= along[0]:
+        if K_m <= along[0]:
             return 0.0
-        if stiffness <= along[-1]:
-            return float(np.interp(stiffness, along, self._E))
-        slope = (self._E[-1] - self._E[-2]) / (along[-1] - along[-2])
-        return float(self._E[-1] + slope * (stiffness - along[-1]))
+        if K_m <= along[-1]:
+            return float(np.interp(K_m, along, E))
+        slope = (E[-1] - E[-2]) / (along[-1] - along[-2])
+        return float(E[-1] + slope * (K_m - along[-1]))
+
+    return modulus
 
 
 def table_of_readings(curve: SensorResponse, readings: Readings, budgets: Budgets) -> ReadingTable:

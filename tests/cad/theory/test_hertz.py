@@ -8,6 +8,7 @@ from scipy.special import ellipe, ellipk
 from cad.theory.hertz import (
     approach,
     contact_radius,
+    contact_reach,
     equivalent_radius,
     force_factor,
     mean_relative_radius,
@@ -21,6 +22,7 @@ def test_force_factor_gives_the_force_of_an_approach():
 
 
 def test_mean_curvature_is_that_of_a_sphere_and_between_those_of_two_radii():
+    assert (relative_radius(10.0, math.inf), relative_radius(10.0, 35.0)) == (10.0, pytest.approx(350.0 / 45.0))
     assert mean_relative_radius(10.0, 35.0, 35.0) == pytest.approx(relative_radius(10.0, 35.0), rel=1e-14)
     mean = 2.0 * 30.0 * 40.0 / (30.0 + 40.0)
     assert mean_relative_radius(10.0, 30.0, 40.0) == pytest.approx(relative_radius(10.0, mean), rel=1e-14)
@@ -30,6 +32,8 @@ def test_contact_radius_is_that_of_the_force():
     """a^3 = 3 F R / (4 E*), Johnson (4.22)."""
     E_star = 2.0 / (1.0 - 0.3**2)
     assert contact_radius(1.5, 2.0, 0.3, 35.0) ** 3 == pytest.approx(3.0 * 1.5 * 35.0 / (4.0 * E_star), rel=1e-13)
+    assert contact_radius(-0.1, 2.0, 0.3, 35.0) == 0.0
+    assert contact_reach(0.0, 2.0, 0.3, 35.0, 0.1) == pytest.approx(3.5)
 
 
 @pytest.mark.parametrize(

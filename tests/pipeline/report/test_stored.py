@@ -43,8 +43,7 @@ def put(data, path, value):
     return changed
 
 
-@pytest.mark.parametrize("made", [True, False])
-@pytest.mark.parametrize("design", [Design(), KIWI], ids=["paper", "kiwi"])
+@pytest.mark.parametrize(("design", "made"), [(Design(), True), (KIWI, False)], ids=["paper", "kiwi"])
 def test_report_comes_back_as_it_was_written(design, made, tmp_path):
     """Every number of the file is that of the result, and what is read back is that number again."""
     result = result_of(design, made=made)

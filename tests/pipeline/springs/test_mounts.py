@@ -83,6 +83,7 @@ def test_back_layer_has_the_area_of_the_pads():
     assert layer_area(basis, twin) == pytest.approx(area, rel=2.0 * CUT)
 
 
+@pytest.mark.slow
 def test_loose_twin_is_among_the_mounts_that_a_square_is_compared_with():
     """Springs are softer without it, by less than the covers press near the screws alone."""
     changes = mount_changes(square_housing(), *MATERIAL)

@@ -10,7 +10,6 @@ from stand_ins import CONTACT, springs_of
 
 from cad.design.parameters import Design
 from cad.design.tips import Press
-from cad.theory.hertz import contact_radius, contact_reach, relative_radius
 from pipeline.response.scene_press import press_scene
 from pipeline.verdicts.rules import tip_face_verdict, tip_shape_verdicts
 
@@ -25,17 +24,6 @@ def press():
     forces = np.array([[0.15, 0.4, 0.15, 0.4], [0.2, 0.7, 0.2, 0.7], [0.3, HIGH_FORCE, 0.3, HIGH_FORCE]])
     table = replace(found.table, E=np.array([0.5, 1.0, 3.5]), F=forces[:, None, :])
     return replace(found, table=table)
-
-
-def test_hertz_radius_and_indentation_are_those_of_the_textbook():
-    """a^2 = R* d and F = 4/3 E* sqrt(R*) d^(3/2), K. L. Johnson, (4.22) and (4.23)."""
-    E, nu, R, d = 3.5, 0.3, 7.8, 0.3
-    force = 4.0 / 3.0 * E / (1.0 - nu**2) * math.sqrt(R) * d**1.5
-    assert contact_radius(force, E, nu, R) == pytest.approx(math.sqrt(R * d), rel=1e-12)
-    assert contact_radius(-0.1, E, nu, R) == 0.0
-    assert relative_radius(10.0, math.inf) == 10.0
-    assert relative_radius(10.0, 35.0) == pytest.approx(350.0 / 45.0)
-    assert contact_reach(0.0, E, nu, R, 0.1) == pytest.approx(0.1 * R)
 
 
 def test_reach_on_a_sphere_is_the_way_to_the_axis_and_the_radius_of_the_contact(press):

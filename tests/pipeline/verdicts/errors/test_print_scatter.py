@@ -9,10 +9,9 @@ from stand_ins import K_M_OVER_E, PETG, default_housing
 
 from cad.design.parameters import Targets
 from cad.theory.leaf_spring import pair_stiffness
-from cad.theory.two_spring_law import Springs, force_ratio, size_springs
+from cad.theory.two_spring_law import size_springs
 from pipeline.verdicts.errors.print_scatter import (
     CALIBRATED,
-    StiffnessSurrogate,
     calibrated_error,
     fit_surrogate,
     scatter_bands,
@@ -77,18 +76,6 @@ def test_band_of_a_spring_is_that_of_its_thickness_and_modulus():
         half_width = 0.5 * math.log(band[1] / band[0])
         assert half_width == pytest.approx(1.96 * sigma, rel=0.06)
         assert band[0] < 1e3 * K < band[1]
-
-
-@pytest.mark.parametrize(("offset", "P"), [(0.05, 4.41), (-0.05, 5.73)])
-def test_stiffer_print_has_the_smaller_force_ratio(offset, P):
-    """Leaves all thicker by one offset: each stiffness by its power of (t + offset) / t, and P by the law."""
-    slopes = (2.87, 2.57)
-    surrogate = StiffnessSurrogate(slopes=slopes, curves=(0.0, 0.0), corner_error=0.0)
-    factors = surrogate.factors(np.array([math.log1p(offset / t) for t in THICKNESSES]))
-    powers = [((t + offset) / t) ** slope for t, slope in zip(THICKNESSES, slopes, strict=True)]
-    assert factors == pytest.approx(powers, rel=1e-12)
-    print_ = Springs(K_l=SPRINGS.K_l * powers[0], K_h=SPRINGS.K_h * powers[1])
-    assert force_ratio(print_, K_M) == pytest.approx(P, rel=0.01)
 
 
 def test_calibration_to_one_percent_leaves_the_sum_of_what_both_springs_do():
