@@ -116,12 +116,12 @@ def _error_table(report: Json) -> Table:
 
 
 def _method_lines(report: Json) -> Iterator[str]:
-    contact = report["contact"]
-    stiffness = f"K_m/E = {contact['K_m_over_E_mm']:.6g} mm ± {contact['error_percent']:.2g} %"
-    yield f"contact: {stiffness}, {contact['method']}, {contact['dofs']} dofs; {contact['status']}"
+    """Yield how contact and springs were solved."""
     accuracy = report["accuracy"]
-    if accuracy["springs"] is not None:
-        yield f"springs, --tol {accuracy['tolerance']:g}: {accuracy['springs']['choice']}"
+    for name in ("contact", "springs"):
+        solved = accuracy[name]
+        if solved is not None:
+            yield f"{name} ± {solved['error_percent']:.2g} %, --tol {accuracy['tolerance']:g}: {solved['choice']}"
 
 
 def _scatter_lines(report: Json) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """What a user must know beside the verdicts, each a sentence with its number."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -20,39 +21,35 @@ FIRST_TRAVEL = 0.1  # of the whole, from which the change of P over the travel i
 
 def notes(result: SensorResult) -> list[str]:
     """Return the notes of a result, closed forms of its numbers only, the weightiest first."""
-    process = result.springs.process
     info = result.press.table.info
+    process = result.springs.process
     # A leaf's stiffness goes with the third power of its thickness.
     moved_l, moved_h = (100.0 * (3.0 * process.accuracy_mm / thickness) for thickness in process.leaf_thicknesses_mm)
-    lines = list(result.left_out)
-    lines.append(
+    told = _of_the_scene(result) if result.readings is None else _of_the_reading(result.design, result.readings)
+    return [
+        *result.left_out,
         f"calibrate each printed unit: leaves {process.accuracy_mm:g} mm off move K_l by {moved_l:.0f} % "
-        f"and K_h by {moved_h:.0f} %"
-    )
-    lines.append(_relaxation(result))
-    lines += _skin(result)
-    lines += _weight(result)
-    lines += _free_fruit(result)
-    if result.readings is None:
-        lines += _press(result)
-        lines.append(
-            f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the "
-            "paper's have 1.3226 mm; its tips on a cube of 12 mm 15 % less)"
-        )
-    else:
-        lines += _of_the_reading(result.design, result.readings)
-    return [*lines, f"response: {info.method}; {info.status}"]
+        f"and K_h by {moved_h:.0f} %",
+        _relaxation(result),
+        *_skin(result),
+        *_weight(result),
+        *_free_fruit(result),
+        *told,
+        f"response: {info.method}; {info.status}",
+    ]
 
 
-def _press(result: SensorResult) -> list[str]:
-    """Return how deep the tips press, what large strain does there, and how hard they press."""
+def _of_the_scene(result: SensorResult) -> Iterator[str]:
+    """Yield how deep the tips press, what large strain does there, how hard they press, and whose the targets are."""
     design = result.design
     depth = design.press.travel_mm / design.tips.side_mm
+    yield f"press: {depth:.2g} tip sides at most; {_large_strain(result)}"
     pressure = mean_tip_pressure(design, result.press)
-    return [
-        f"press: {depth:.2g} tip sides at most; {_large_strain(result)}",
-        f"bruise: mean pressure {pressure:.2g} MPa at the largest E and full travel",
-    ]
+    yield f"bruise: mean pressure {pressure:.2g} MPa at the largest E and full travel"
+    yield (
+        f"the targets hold for this fruit and these tips, K_m/E = {result.contact.K_m_over_E():.5g} mm (the paper's "
+        "have 1.3226 mm; its tips on a cube of 12 mm 15 % less)"
+    )
 
 
 def _large_strain(result: SensorResult) -> str:
@@ -77,26 +74,23 @@ def _large_strain(result: SensorResult) -> str:
     )
 
 
-def _of_the_reading(design: Design, readings: Readings) -> list[str]:
-    """Return the noise that the reading stands, and what it takes for known."""
+def _of_the_reading(design: Design, readings: Readings) -> Iterator[str]:
+    """Yield the noise that the reading stands, and what it takes for known."""
     fruit = design.fruit
     moved = 100.0 * 2.0 * fruit.poisson * fruit.poisson_spread / (1.0 - fruit.poisson**2)
     noise = readings.noise_percent
     loud = "even without noise it is above" if noise is None else f"noise of {noise:.2g} % of full scale brings it to"
-    lines = [f"uncertainty of E: {loud} 10 %"]
+    yield f"uncertainty of E: {loud} 10 %"
     if readings.plates > 0.0:
         percent = 100.0 * readings.plates
-        lines.append(f"plates: mounted as far off as their holes allow they move E by {percent:.2g} %: zero the tips")
+        yield f"plates: mounted as far off as their holes allow they move E by {percent:.2g} %: zero the tips"
     if readings.flesh > 0.0:
         percent = 100.0 * readings.flesh
-        lines.append(
-            f"law of the flesh: E is that of neo-Hookean flesh; by Hencky or as foam it is within {percent:.2g} %"
-        )
-    lines.append(
+        yield f"law of the flesh: E is that of neo-Hookean flesh; by Hencky or as foam it is within {percent:.2g} %"
+    yield (
         f"what is read is E / (1 - nu^2): E takes nu = {fruit.poisson:g}, which within {fruit.poisson_spread:g} moves "
         f"it by {moved:.2g} %; twice the time of a press lowers the E of flesh by some 4 %"
     )
-    return lines
 
 
 def _relaxation(result: SensorResult) -> str:
@@ -119,34 +113,32 @@ def _relaxation(result: SensorResult) -> str:
     )
 
 
-def _skin(result: SensorResult) -> list[str]:
-    """Return how much stiffer a skin makes the fruit under a tip, at the least and the largest modulus of the flesh."""
+def _skin(result: SensorResult) -> Iterator[str]:
+    """Yield how much stiffer a skin makes the fruit under a tip, at the least and the largest modulus of the flesh."""
     if result.contact.skin is None:
-        return []
+        return
     bare = result.contact.K_m_over_E()
     told = []
     for E in (min(result.design.fruit.E_MPa), result.design.fruit.E_max_MPa):
         told.append(f"{100.0 * (result.contact.at(E).K_m_over_E() / bare - 1.0):+.3g} % at {E:g} MPa")
-    return [f"skin: the fruit is stiffer under a tip than its flesh alone, K_m {' and '.join(told)}"]
+    yield f"skin: the fruit is stiffer under a tip than its flesh alone, K_m {' and '.join(told)}"
 
 
-def _weight(result: SensorResult) -> list[str]:
-    """Return how far the weight of the moving parts sets the tips off level, where springs are made."""
+def _weight(result: SensorResult) -> Iterator[str]:
+    """Yield how far the weight of the moving parts sets the tips off level, where springs are made."""
     sags = [sag.value for sag in weight_sag(result.springs, "down")]
-    if not sags:
-        return []
-    apart = max(sags) - min(sags)
-    return [
-        f"weight: with the tips down they hang {apart:.2g} mm off level; solved for the attitude "
-        f"{result.design.press.attitude!r}, zero them in the one in which they press"
-    ]
+    if sags:
+        yield (
+            f"weight: with the tips down they hang {max(sags) - min(sags):.2g} mm off level; solved for the attitude "
+            f"{result.design.press.attitude!r}, zero them in the one in which they press"
+        )
 
 
-def _free_fruit(result: SensorResult) -> list[str]:
-    """Return what a table does to a whole fruit that lies free on it, which is solved as held at its base."""
+def _free_fruit(result: SensorResult) -> Iterator[str]:
+    """Yield what a table does to a whole fruit that lies free on it, which is solved as held at its base."""
     fruit = result.design.fruit
     if not fruit.can_roll or fruit.radius_mm is None:
-        return []
+        return
     at_largest_E = result.press.at_largest_E
     E = float(at_largest_E.E[-1])
     forces = at_largest_E.F[-1, -1]
@@ -159,7 +151,7 @@ def _free_fruit(result: SensorResult) -> list[str]:
     stiffness_under_tip = (1.0 / compliance_under_tip).tolist()
     rolled = roll(forces.tolist(), result.design.tips.centres_mm, stiffness_under_tip, fruit.radius_mm)
     rolls = f"rolls by {rolled.angle_deg:.2g} deg" if rolled.steady else "rolls away under the tips"
-    return [
+    yield (
         f"a whole fruit is solved as held at its base; free on a table it gives {100.0 * by_table:.2g} % of the travel "
         f"at the table, and {rolls} unless friction of at least {rolled.friction:.2g} holds it: hold the fruit"
-    ]
+    )
