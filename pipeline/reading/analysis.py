@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.design.reading import LEAST_OVER_NOISE, Reading
@@ -27,12 +26,11 @@ from pipeline.reading.uncertainty import UncertaintySources, force_errors, noise
 from pipeline.response.scene_press import ScenePress, scene_of, tip_curve
 from pipeline.springs.fitted_springs import FittedSprings, springs_to_read, tip_height_offsets
 from pipeline.storage.plain import first_largest
+from solve.arrays import Floats
 from solve.contact.large_response import flesh_error
 from solve.contact.poses import Pose
 from solve.contact.scene import STEEPEST_DEG, Scene
 from solve.fruit.compliance import FruitCompliance
-
-Floats = NDArray[np.float64]
 
 NOISE_LIMIT = 0.1  # of the modulus: the uncertainty for which the noise is stated
 LARGEST_TILT_DEG = 15.0  # up to which a lift is looked for

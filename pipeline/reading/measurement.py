@@ -6,7 +6,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.fabrication.bridges import SignalPath
@@ -15,13 +14,12 @@ from cad.theory.pair_line import line_over_press, ratio_modulus
 from pipeline.reading.poses import Placement
 from pipeline.reading.read_out import LevelReading, corrected
 from pipeline.response.scene_press import scene_of
+from solve.arrays import Floats
 from solve.contact.domes.law import dome_contrast
 from solve.contact.linear_response import travels
 from solve.contact.poses import Pose, PoseForces, pose_forces
 from solve.contact.scene import Scene, SidewaysGive
 from solve.fruit.compliance import FruitCompliance
-
-Floats = NDArray[np.float64]
 
 PRESS_TRAVELS = 8  # samples of a press from which a line is read
 LEVEL_MODULI = 9

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.quantity import Estimate, validation_error
@@ -17,12 +16,11 @@ from cad.theory.relaxation import Relaxation
 from pipeline.reading.measurement import ContrastModel, PressedSensor, pressed_sensor, rows_of
 from pipeline.reading.poses import Placement
 from pipeline.response.scene_press import scene_of
+from solve.arrays import Floats
 from solve.contact.linear_response import high_over_low
 from solve.contact.relaxing import elastic_forces, timed_forces
 from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
-
-Floats = NDArray[np.float64]
 
 RAMP_STEPS = 12
 HOLD_STEPS = 12

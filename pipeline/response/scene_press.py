@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.quantity import InputError, validation_error
 from cad.theory.two_spring_law import CURVE_STEPS, curve_shares
 from pipeline.storage.cache import cached
+from solve.arrays import Floats
 from solve.contact.large_response import check_large_strain, large_response, round_tip
 from solve.contact.linear_response import SensorResponse, travels
 from solve.contact.response import scene_response
@@ -17,8 +17,6 @@ from solve.contact.scene import Scene, SidewaysGive, check_scene
 from solve.contact.scene_cells import scene_footprints
 from solve.fruit.compliance import FruitCompliance
 from solve.large_strain.force_curve import ForceCurve, force_curve
-
-Floats = NDArray[np.float64]
 
 TRAVELS = 12
 CURVE_TRAVELS = 6

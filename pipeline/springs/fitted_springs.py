@@ -6,7 +6,6 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cad.design.parameters import Design
 from cad.design.printability import Printable, check_printable
@@ -29,12 +28,11 @@ from pipeline.springs.mounts import mount_changes, sideways_give
 from pipeline.springs.rough_fit import fit_roughly
 from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
+from solve.arrays import Floats
 from solve.contact.linear_response import spring_compliance
 from solve.contact.scene import SidewaysGive
 from solve.fruit.compliance import FruitCompliance
 from solve.linear import SolveError
-
-Floats = NDArray[np.float64]
 
 GROUND_MM = 0.01  # of ground steel bar, as dealers sell it: typical, not a fit
 GRAVITY = 9.80665e-6  # [N/mm^3] for 1 g/cm^3, ISO 80000-3

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from cad.design.parameters import Design, Targets
@@ -25,11 +24,11 @@ from pipeline.springs.sizing import SpringSizing
 from pipeline.storage.cache import cached
 from pipeline.verdicts.errors.effects import CALIBRATED
 from pipeline.verdicts.targets import Characteristic, characteristic
+from solve.arrays import Floats
 from solve.error_estimate import propagated
 from solve.fruit.compliance import FruitCompliance
 from solve.housing.stiffness import tip_compliance
 
-Floats = NDArray[np.float64]
 Interval = tuple[float | None, float | None]
 Stiffnesses = Callable[[Housing], tuple[float, ...]]
 

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pipeline.options import RunOptions
 from pipeline.reading.analysis import ModulusReading, Readings
@@ -14,9 +13,8 @@ from pipeline.verdicts.errors.budget import Budgets, effects_at, ratio_budget, u
 from pipeline.verdicts.errors.effects import LevelSensor, effects_after_calibration
 from pipeline.verdicts.errors.print_scatter import ScatterBands, print_scatter
 from pipeline.verdicts.targets import Characteristic, SceneTargets
+from solve.arrays import Floats
 from solve.contact.linear_response import SensorResponse
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
