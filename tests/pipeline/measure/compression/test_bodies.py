@@ -1,9 +1,8 @@
 """Virtual tests of bodies whose force other finite elements solved: the true modulus is in the error bar.
 
 pressed_bodies.csv holds the forces of whole bodies of half height 1 mm and E 1 MPa at travels of the plates towards
-each other: body, Poisson's ratio, law of flesh, Coulomb's friction, as many travels as forces. A cylinder on its side
-has a length of 1 mm in plane strain. They are of another program: elements of fourth order between points of Gauss and
-Lobatto, the law in stresses, the tangent by differences, contact by a penalty at both ends of the whole body.
+each other, by tests/reference/pressed_bodies.py: body, Poisson's ratio, law of flesh, Coulomb's friction, as many
+travels as forces. A cylinder on its side has a length of 1 mm in plane strain.
 """
 
 import csv
@@ -13,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from reference.pressed_bodies import Body, Tool, pressed
 from scipy.interpolate import PchipInterpolator
 from virtual_compression import specimen
 
@@ -128,6 +128,15 @@ def test_force_under_a_plunger_that_grips_is_that_of_other_elements(name):
     force, reach = true_force(row)
     travels = np.linspace(0.2, 0.95, 6) * min(reach, gripped.deepest)
     assert np.interp(travels, gripped.travels, gripped.forces) == pytest.approx(force(travels), rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "body"), [("end", ("flat", 0.8)), ("ball", ("round", 1.0))])
+def test_forces_of_the_file_are_those_of_the_other_elements(name, body):
+    row = next(row for row in rows() if row[:4] == [name, "0.3", "neo-hooke", "0.0"])
+    travels, forces = np.split(np.array(row[4:], dtype=float), 2)
+    tools = (Tool(), Tool())
+    assert pressed(Body(*body), tools, travels[:3], "neo-hooke", 0.3) == pytest.approx(forces[:3], rel=5e-3)
 
 
 def test_tools_of_another_kind_have_hertz_s_law_in_series():

@@ -1,0 +1,146 @@
+"""A quarter of a curved fruit under a central pair of tips, in curved quadratic tetrahedra by gmsh.
+
+Nothing is shared with the bent mesh of the product: the geometry is CadQuery's, the mesh gmsh's, the elements are
+others, and the load has no closed form beside it. What these meshes miss of the tips is that of a block on a mesh of
+the same sizes, whose answer is known: their difference counts.
+"""
+
+from dataclasses import replace
+
+import cadquery as cq
+import numpy as np
+from skfem import ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet1, MeshTet2
+
+from cad.design.fruit import Fruit
+from cad.design.tips import Tips
+from cad.parts.fruit import curved_fruit, solved_block
+from cad.parts.part import Part, named_part, on_plane
+from cad.theory.sloped_skin import log_coefficient
+from mesh.fruit import edge_size
+from mesh.volume import SizeField, volume_mesh
+from solve.elasticity import stiffness_matrix, vector_basis
+from solve.fruit.curved_body import LOG_OFFSET
+from solve.fruit.curved_shape import CurvedShape, Plan
+from solve.fruit.smooth_load import least_deviation
+from solve.fruit.split import tip_footprints
+from solve.linear import factorised
+
+FACETED = 0.05  # of a volume or an area, before the midpoints of the edges are moved to the skin
+NEAR = 1e-6  # [mm]
+
+
+def curved_quarter(fruit: Fruit, tips: Tips) -> Part:
+    """Return the quarter x, y >= 0 of the solid [mm] with the faces base, top, high_tip, symmetry_x and symmetry_y."""
+    whole = curved_fruit(fruit, tips).shape
+    far = whole.BoundingBox().DiagonalLength
+    quarter = whole.intersect(cq.Solid.makeBox(far, far, 2.0 * far, cq.Vector(0.0, 0.0, -far))).Solids()[0]
+    start, end = (tips.centres_mm[1] + sign * (0.5 * tips.side_mm + 1e-3) for sign in (-1.0, 1.0))
+
+    def under_tip(face: cq.Face) -> bool:
+        box = face.BoundingBox()
+        return (
+            face.geomType() != "PLANE" and start < box.xmin and box.xmax < end and box.ymax < 0.5 * tips.side_mm + 1e-3
+        )
+
+    planes = {"base": on_plane(2, -fruit.depth_mm), "symmetry_x": on_plane(0, 0.0), "symmetry_y": on_plane(1, 0.0)}
+    top = {"high_tip": under_tip, "top": lambda face: face.geomType() != "PLANE" and not under_tip(face)}
+    return named_part("quarter of a curved fruit", quarter, {**planes, **top})
+
+
+def sizes(tips: Tips, scale: float, growth: float, largest: float) -> SizeField:
+    """Return the size field [mm]: `scale` as in mesh/fruit.py at the outline of the tip."""
+    smallest, cuts = edge_size(tips, scale), ("symmetry_x", "symmetry_y")
+    return SizeField(smallest_mm=smallest, growth=growth, largest_mm=largest, faces=("high_tip",), cuts=cuts)
+
+
+def block_mesh(fruit: Fruit, tips: Tips, size: SizeField) -> MeshTet2:
+    """Return the mesh [mm] of a quarter of the equivalent block."""
+    straight = volume_mesh(solved_block(fruit.equivalent_block, tips), size, tolerance=FACETED)
+    return MeshTet2.from_mesh(straight).with_boundaries(straight.boundaries)
+
+
+def bent_by_height(mesh: MeshTet2, fruit: Fruit) -> MeshTet2:
+    """Return the mesh of a block, its columns shortened to those of a piece of fruit."""
+    x, y, z = mesh.doflocs
+    fall = np.vectorize(fruit.fall_mm)(x, y)
+    return replace(mesh, doflocs=np.stack([x, y, -fall + z * (1.0 - fall / fruit.depth_mm)]))
+
+
+def curved_mesh(fruit: Fruit, tips: Tips, size: SizeField) -> MeshTet2:
+    """Return the mesh [mm] of a quarter of the solid, with the midpoints of its skin's edges on the ellipsoid."""
+    straight = volume_mesh(curved_quarter(fruit, tips), size, tolerance=FACETED)
+    curved = MeshTet2.from_mesh(straight)
+    skin = np.concatenate([straight.boundaries["top"], straight.boundaries["high_tip"]])
+    nodes = curved.dofs.edge_dofs[0, np.unique(straight.f2e[:, skin])]
+    places = curved.doflocs.copy()
+    places[:, nodes] = _on_skin(places[:, nodes], fruit)
+    return MeshTet2(places, curved.t).with_boundaries(straight.boundaries)
+
+
+def _on_skin(places: np.ndarray, fruit: Fruit) -> np.ndarray:
+    axes = np.array(
+        [fruit.radius_mm, (fruit.radius_mm * (fruit.radius_across_mm or fruit.radius_mm)) ** 0.5, fruit.radius_mm]
+    )
+    centre = np.array([0.0, 0.0, -fruit.radius_mm])
+    u = (places - centre[:, None]) / axes[:, None]
+    if fruit.whole:
+        on_base = places[2] < -fruit.depth_mm + NEAR
+        ring = np.sqrt(np.maximum(0.0, 1.0 - u[2] ** 2)) / np.hypot(u[0], u[1])
+        factor = np.where(on_base, ring, 1.0 / np.linalg.norm(u, axis=0))
+        u = u * np.array([factor, factor, np.where(on_base, 1.0, factor)])
+    else:
+        u[2] = np.sqrt(1.0 - u[0] ** 2 - u[1] ** 2)
+    return centre[:, None] + axes[:, None] * u
+
+
+def smooth_pair(mesh: MeshTet1, poisson: float, tips: Tips, slope: float = 0.0, plan: MeshTet1 | None = None) -> float:
+    """Return s11 - s12 [1/mm] under normal distributions as wide as rigid tips sink into a half-space.
+
+    Loads and answers are along the normals of a skin that falls by `slope` at the tips; 0 for the vertical. `plan` is
+    the mesh before it was bent by height, whose top is the plan over which the loads are spread.
+    """
+    deviation, centre = least_deviation(tip_footprints(tips)[1]), tips.centres_mm[1]
+    basis = vector_basis(mesh, ElementTetP2(), 4)
+    stiffness = stiffness_matrix(basis, 1.0, poisson)
+    skin = np.concatenate([mesh.boundaries["top"], mesh.boundaries["high_tip"]])
+    surface = FacetBasis(plan or mesh, ElementVector(ElementTetP2()), facets=skin, intorder=8)
+
+    def density(x: np.ndarray, place: float) -> np.ndarray:
+        square = (x[0] - place) ** 2 + x[1] ** 2
+        return np.exp(-0.5 * square / deviation**2) / (2.0 * np.pi * deviation**2)
+
+    along, up = slope / np.hypot(1.0, slope), 1.0 / np.hypot(1.0, slope)
+
+    @LinearForm
+    def opposed(v, w):
+        right, left = density(w.x, centre), density(w.x, -centre)
+        return ((right - left) * up * v[2] + (right + left) * along * v[0]) * w.n[2]
+
+    force = opposed.assemble(surface)
+    held = {"base": ("u^1", "u^2", "u^3"), "symmetry_y": ("u^2",), "symmetry_x": ("u^2", "u^3")}
+    fixed = [basis.get_dofs(name).all(list(components)) for name, components in held.items()]
+    return 2.0 * float(force @ factorised(stiffness, np.concatenate(fixed)).solve(force))
+
+
+def change_along_normals(fruit: Fruit, tips: Tips, size: SizeField) -> float:
+    """Return what the shape of a piece adds to s11 - s12 along its normals [1/mm], from a mesh bent by height.
+
+    Under loads that are round along the skin: those of the mesh are round as seen from above, on a slope s longer by
+    sqrt(1 + s^2) down it, which takes s^2 / 4 off their own compliance.
+    """
+    shape, place = CurvedShape(fruit, Plan(0.0, 0.0)), tips.centres_mm[1]
+    sharper = LOG_OFFSET * shape.mean_curvature(place, 0.0) * log_coefficient(fruit.poisson, 0.0)
+    block, slope = block_mesh(fruit, tips, size), shape.slope(place, 0.0)
+    bent = smooth_pair(bent_by_height(block, fruit), fruit.poisson, tips, slope, block)
+    own = 0.5 * (1.0 - fruit.poisson**2) / np.sqrt(np.pi) / least_deviation(tip_footprints(tips)[1])
+    bent += own * 0.25 * slope**2
+    return bent - smooth_pair(block, fruit.poisson, tips) - sharper
+
+
+def solid_change(fruit: Fruit, tips: Tips, size: SizeField) -> float:
+    """Return what the shape adds to s11 - s12 of the equivalent block [1/mm], from meshes of both of the same sizes."""
+    shape, place = CurvedShape(fruit, Plan(0.0, 0.0)), tips.centres_mm[1]
+    curvature = shape.mean_curvature(place, 0.0)
+    sharper = LOG_OFFSET * curvature * log_coefficient(fruit.poisson, shape.slope(place, 0.0))
+    block, solid = block_mesh(fruit, tips, size), curved_mesh(fruit, tips, size)
+    return smooth_pair(solid, fruit.poisson, tips) - smooth_pair(block, fruit.poisson, tips) - sharper

@@ -1,0 +1,180 @@
+"""The half y >= 0 of any housing solid in curved quadratic tetrahedra, for the independent check of its stiffness.
+
+Nothing is shared with the swept mesh but the names: the solid may come from a STEP file.
+"""
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import gmsh
+import numpy as np
+from skfem import MeshTet1, MeshTet2
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTet
+
+from cad.parts.housing import Housing
+from cad.parts.part import Part
+from mesh.quality import compare
+from mesh.session import Ints, MeshError, element_nodes, gmsh_session, index_by_nodes, stage, used_nodes
+
+_NEAR = 1e-5  # [mm]
+_VOLUME = 1e-4  # relative
+_STRETCH = 3.0  # of the elements over the depth
+_UNFOLDINGS = 3
+_FRAME = 3.0  # size away from the leaves [mm], at size 1
+_LEAF = 0.6  # size in a leaf over its thickness, at size 1
+_ROOT = 0.4  # size at a leaf root over its fillet, at size 1
+_REACH = 6.0  # over which the size grows to it [mm]
+_AROUND = 14.0  # elements around a full circle, at size 1: coarser ones fold when they are curved
+_PAIRS = ((0, 1), (1, 2), (2, 0), (3, 0), (2, 3), (1, 3))  # ends of the edge nodes 4 to 9 of gmsh's tetrahedron
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box:
+    """A box (x0, z0, x1, z1) over the whole depth [mm] with the element size inside [mm]."""
+
+    corners: tuple[float, float, float, float]
+    size: float
+
+
+def fine_boxes(housing: Housing, size: float) -> list[Box]:
+    """Return boxes around leaves, their roots and the tips; `size` is in leaf thicknesses."""
+    boxes = []
+    for arm in housing.arms:
+        t, r, roots = arm.flexure.thickness, arm.flexure.fillet, arm.roots
+        for level in arm.levels:
+            low, high = level - 0.5 * t, level + 0.5 * t
+            boxes.append(Box(corners=(roots[0], low, roots[1], high), size=_LEAF * size * t))
+            boxes += [Box(corners=(x - r, low - r, x + r, high + r), size=_ROOT * size * r) for x in roots]
+    half = 0.5 * housing.tip_side
+    for x in (-0.5 * housing.spacing, 0.5 * housing.spacing):
+        corners = (x - half, 0.0, x + half, 2.0 * housing.tip_height)
+        boxes.append(Box(corners=corners, size=0.5 * size * housing.tip_side))
+    return boxes
+
+
+def tetrahedra(part: Part, boxes: Sequence[Box], size: float) -> MeshTet2:
+    """Return the mesh [mm] of the half y >= 0 with the part's face names and `symmetry`.
+
+    `size` scales the elements away from the boxes. Raises MeshError with the stage that failed.
+    """
+    with gmsh_session():
+        with stage("size", "check the sizes"):
+            # Two nodes of an edge on an arc, its midpoint on it too: gmsh curves the edges, scikit-fem takes them over.
+            gmsh.option.setNumber("Mesh.ElementOrder", 2.0)
+            gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _AROUND / size)
+        names = _halved(part)
+        _set_sizes(part, boxes, size)
+        with stage("generate", "take smaller elements, or check the solid"):
+            gmsh.model.mesh.generate(3)
+        with stage("read", "check the solid"):
+            mesh = _read(names)
+    _check(mesh, part)
+    return mesh
+
+
+def _halved(part: Part) -> dict[str, list[int]]:
+    """Read the part into gmsh, cut it at y = 0, return the surface tags by name."""
+    occ = gmsh.model.occ
+    box = part.shape.BoundingBox()
+    with tempfile.TemporaryDirectory() as folder, stage("import", "check that the solid is valid"):
+        path = Path(folder) / "part.brep"
+        part.write_brep(path)
+        solid = occ.importShapes(str(path))
+        extent = (box.xlen + 2.0, box.ymax + 1.0, box.zlen + 2.0)
+        keep = occ.addBox(box.xmin - 1.0, 0.0, box.zmin - 1.0, *extent)
+        occ.intersect(solid, [(3, keep)])
+        occ.synchronize()
+        surfaces = {tag: (occ.getMass(2, tag), occ.getCenterOfMass(2, tag)) for _, tag in gmsh.model.getEntities(2)}
+        # Meshed flattened and stretched back: the fields change slowly over the depth.
+        occ.dilate(gmsh.model.getEntities(3), 0.0, 0.0, 0.0, 1.0, 1.0 / _STRETCH, 1.0)
+        occ.synchronize()
+    # Side faces are not cut in two: one lies in the half, the other does not.
+    cut = {name: indices for name, indices in part.faces.items() if name != "side_faces"}
+    found = {name: [_half_face(part, index, surfaces) for index in indices] for name, indices in cut.items()}
+    in_plane = [tag for tag, (_, centre) in surfaces.items() if abs(centre[1]) < _NEAR]
+    if not in_plane:
+        raise MeshError("import", "no face lies in the plane y = 0", "the part must be symmetric about it")
+    return {**found, "symmetry": in_plane}
+
+
+def _half_face(part: Part, index: int, surfaces: dict[int, tuple[float, tuple[float, float, float]]]) -> int:
+    """Return the surface of the half that is half a face of the part: same x and z of the centre, half the area."""
+    face = part.shape.Faces()[index]
+    place, area = face.Center(), face.Area()
+    hits = [
+        tag
+        for tag, (mass, (x, _, z)) in surfaces.items()
+        if np.hypot(x - place.x, z - place.z) < _NEAR and abs(2.0 * mass - area) < _NEAR * area
+    ]
+    if len(hits) != 1:
+        reason = f"face {index} of part {part.name!r} has {len(hits)} halves"
+        raise MeshError("names", reason, "the part must be symmetric about the plane y = 0")
+    return hits[0]
+
+
+def _set_sizes(part: Part, boxes: Sequence[Box], size: float) -> None:
+    field = gmsh.model.mesh.field
+    depth = part.shape.BoundingBox().ymax
+    with stage("size", "check the sizes"):
+        tags = []
+        for box in boxes:
+            tag = field.add("Box")
+            x0, z0, x1, z1 = box.corners
+            numbers = {"XMin": x0, "XMax": x1, "YMin": 0.0, "YMax": depth / _STRETCH, "ZMin": z0, "ZMax": z1,
+                       "VIn": box.size, "VOut": _FRAME * size, "Thickness": _REACH}  # fmt: skip
+            for name, value in numbers.items():
+                field.setNumber(tag, name, value)
+            tags.append(tag)
+        least = field.add("Min")
+        field.setNumbers(least, "FieldsList", tags)
+        field.setAsBackgroundMesh(least)
+
+
+def _read(names: dict[str, list[int]]) -> MeshTet2:
+    tags = element_nodes("Tetrahedron", 2)
+    corners, edges = used_nodes(tags[:4]), used_nodes(tags[4:])
+    stretch = np.array([[1.0], [_STRETCH], [1.0]])
+    straight = MeshTet1(corners.points * stretch, np.ascontiguousarray(corners.index[tags[:4]]))
+    mesh = MeshTet2.from_mesh(straight)
+    ends = np.concatenate([corners.index[tags[list(pair)]] for pair in _PAIRS], axis=1)
+    place = index_by_nodes(straight.edges, ends).reshape(len(_PAIRS), -1)
+    curved = mesh.doflocs.copy()
+    curved[:, corners.points.shape[1] + place] = (edges.points * stretch)[:, edges.index[tags[4:]]]
+    triangles = {
+        name: np.hstack([corners.index[element_nodes("Triangle", 2, tag)[:3]] for tag in surfaces])
+        for name, surfaces in names.items()
+    }
+    moved = _unfolded(MeshTet2(curved, mesh.t), mesh)
+    return moved.with_boundaries({name: index_by_nodes(straight.facets, nodes) for name, nodes in triangles.items()})
+
+
+def _unfolded(curved: MeshTet2, straight: MeshTet2) -> MeshTet2:
+    """Return the mesh with the edges of the few folded elements straight again."""
+    for _ in range(_UNFOLDINGS):
+        folded = _folded(curved)
+        if not len(folded):
+            break
+        places = curved.doflocs.copy()
+        corners = straight.t.max() + 1
+        edges = corners + straight.t2e[:, folded]
+        places[:, edges] = straight.doflocs[:, edges]
+        curved = MeshTet2(places, straight.t)
+    return curved
+
+
+def _folded(mesh: MeshTet2) -> Ints:
+    jacobian = mesh.mapping().detDF(np.hstack([RefTet.p, get_quadrature(RefTet, 4)[0]]))
+    return np.flatnonzero(jacobian.min(axis=1) * jacobian.max(axis=1) <= 0.0)
+
+
+def _check(mesh: MeshTet2, part: Part) -> None:
+    """Raise MeshError when an element is folded or twice the volume is not the part's."""
+    folded = len(_folded(mesh))
+    if folded:
+        raise MeshError("quality", f"{folded} curved tetrahedra are folded", "take smaller elements")
+    points, weights = get_quadrature(RefTet, 4)
+    volume = 2.0 * float((np.abs(mesh.mapping().detDF(points)) * weights).sum())
+    compare("volume", volume, float(part.shape.Volume()), _VOLUME, "take smaller elements on curved faces")
