@@ -11,6 +11,7 @@ from cad.design.tips import Press, Tips
 from solve.contact.linear_response import spring_compliance
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
+from solve.contact.scene_cells import scene_footprints
 from solve.error_estimate import SolveInfo
 from solve.fruit.compliance import FruitCompliance
 from solve.fruit.footprints import Footprint
@@ -56,3 +57,13 @@ def test_first_touch_off_the_axis_is_under_the_inner_corner():
     # a sphere of radius 0.5 touches where the tangents agree: (R + r) less the rest, from the centres' distance
     round_tips = Scene(fruit=SPHERE, tips=replace(TIPS, shape="sphere"), press=Press())
     assert round_tips.first_touch_mm == pytest.approx(35.5 - np.sqrt(35.5**2 - 8.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("tips", [replace(TIPS, shape="sphere"), replace(TIPS, shape="dome", dome_radius_mm=3.0)])
+def test_squares_of_cells_under_curved_tips_move_with_the_sensor(tips):
+    scene = Scene(fruit=replace(BLOCK, length_mm=40.0), tips=tips, press=Press(tilt_deg=1.0, roll_deg=2.0))
+    here = scene_footprints(scene, 0.3)
+    there = scene_footprints(replace(scene, off_centre_mm=(1.0, -1.5)), 0.3)
+    for before, after in zip(here, there, strict=True):
+        assert (after.x - before.x, after.y - before.y) == pytest.approx((1.0, -1.5))
+        assert after.side == pytest.approx(before.side)
