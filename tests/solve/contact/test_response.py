@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,8 +12,7 @@ from solve.contact.linear_response import linear_response
 from solve.contact.response import scene_response
 from solve.contact.scene import Scene
 from solve.contact.scene_cells import scene_cells
-from solve.fruit.curved_body import curved_compliance
-from solve.fruit.split import split_compliance, tip_footprints
+from solve.fruit.split import split_compliance
 
 BLOCK = Fruit()
 SPHERE = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
@@ -111,8 +112,7 @@ def test_cells_of_a_curved_fruit_carry_what_its_body_changes(shape):
     ball = Fruit(shape="sphere", radius_mm=35.0, thickness_mm=65.0)
     tips = Tips(shape=shape)
     block = split_compliance(ball.equivalent_block, tips.flat)
-    compliance = curved_compliance(block, ball, tip_footprints(tips.flat))
+    body = 0.02 * block.S
+    compliance = replace(block, S=block.S + body, shape_change=body)
     _, grid = scene_cells(Scene(fruit=ball, tips=tips, press=Press()), compliance, 0.6)
-    change = compliance.shape_change
-    assert change[0, 0] > 0.015 * block.S[0, 0]
-    np.testing.assert_allclose(grid.compliance_correction, change, atol=5e-4 * block.S[0, 0], rtol=0.0)
+    np.testing.assert_allclose(grid.compliance_correction, body, atol=5e-4 * block.S[0, 0], rtol=0.0)

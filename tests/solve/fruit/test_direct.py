@@ -25,8 +25,8 @@ SOLVER = 1e-9  # relative accuracy asked of each linear solve
 
 @pytest.fixture(scope="module")
 def meshes():
-    """Return a family of three meshes, each twice as coarse as that of the product."""
-    return tuple(fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, scale) for scale in (2.0, 1.0, 0.5))
+    """Return a family of three meshes, each four times as coarse as that of the product."""
+    return tuple(fruit_mesh(solved_block(BLOCK, TIPS), BLOCK, TIPS, scale) for scale in (4.0, 2.0, 1.0))
 
 
 @pytest.fixture(scope="module", params=[pytest.param(0.3, marks=pytest.mark.slow), 0.45])

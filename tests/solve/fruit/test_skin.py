@@ -76,14 +76,15 @@ SLOW = pytest.mark.slow
 @pytest.mark.parametrize(
     ("fruit", "radius", "ratios", "forces"),
     [
-        pytest.param(PIECE, 0.564, (1.87825, 1.63961, 1.29292), (0.062728, 0.053777, 0.043280), id="sphere"),
+        pytest.param(
+            PIECE, 0.564, (1.87825, 1.63961, 1.29292), (0.062728, 0.053777, 0.043280), id="sphere", marks=SLOW
+        ),
         pytest.param(
             BLOCK,
             0.564,
             (1.86221, 1.63395, 1.29255),
             (0.048538, 0.041792, 0.033738),
             id="block",
-            marks=pytest.mark.slow,
         ),
         pytest.param(BLOCK, 1.2, (1.45863, 1.34567, 1.16666), (0.344543, 0.328706, 0.304476), id="wide", marks=SLOW),
         pytest.param(PIECE, 1.2, (1.47566, 1.35205, 1.16708), (0.446200, 0.422954, 0.390030), id="both", marks=SLOW),
