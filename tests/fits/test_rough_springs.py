@@ -25,10 +25,10 @@ def compared(design: Design) -> tuple[np.ndarray, np.ndarray]:
     return of_K, of_strain
 
 
+@pytest.mark.slow
 def test_rough_springs_lie_within_their_bars():
-    for design in islice(random_designs(11), 2):
-        of_K, of_strain = compared(design)
-        assert max(of_K.max(), of_strain.max()) < 1.0
+    of_K, of_strain = compared(next(random_designs(11)))
+    assert max(of_K.max(), of_strain.max()) < 1.0
 
 
 @pytest.mark.study
