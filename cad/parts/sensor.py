@@ -51,10 +51,6 @@ class Sensor:
         """
         return marked(self.part, self.housing, self.name) if self.name else self.part
 
-    def bodies(self) -> tuple[Body, ...]:
-        """Return housing, pins and fruit before the press, the fruit's apex below the tips' midpoint by the gap."""
-        return (self.housing_body(), *self.pin_bodies(), self.fruit_body())
-
     def housing_body(self) -> Body:
         """Return the housing, or one plate of a square in its own frame."""
         return Body(name=self.part.name, shape=self.part.shape, colour=HOUSING_COLOUR)

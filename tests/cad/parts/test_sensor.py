@@ -12,7 +12,7 @@ KERNEL = 1e-6  # the kernel pads its boxes
 
 def test_fruit_waits_below_the_tips_by_the_gap(sensor):
     apart = replace(sensor, tips=Tips(gap_mm=0.7, offset_mm=1.25), fruit=Fruit(length_mm=30.0))
-    housing, fruit = apart.bodies()
+    housing, fruit = apart.housing_body(), apart.fruit_body()
     assert (housing.name, fruit.name) == ("housing", "fruit")
     assert housing.shape.distance(fruit.shape) == pytest.approx(0.7, abs=KERNEL)
     box = fruit.shape.BoundingBox()
@@ -23,7 +23,7 @@ def test_fruit_waits_below_the_tips_by_the_gap(sensor):
 def test_apex_of_a_curved_fruit_waits_below_the_tips(sensor):
     """Its top falls away from the apex, 1.25 mm beside the midpoint of the tips, as a sphere of its radius."""
     sphere = Fruit(shape="sphere", radius_mm=35.0, length_mm=20.0, width_mm=20.0)
-    fruit = replace(sensor, fruit=sphere, tips=Tips(gap_mm=0.7, offset_mm=1.25)).bodies()[-1].shape
+    fruit = replace(sensor, fruit=sphere, tips=Tips(gap_mm=0.7, offset_mm=1.25)).fruit_body().shape
     for x in (-9.0, 0.0, 5.0):
         line = cq.Edge.makeLine(cq.Vector(x - 1.25, 0.0, 10.0), cq.Vector(x - 1.25, 0.0, -20.0))
         assert line.intersect(fruit).BoundingBox().zmax == pytest.approx(-0.7 - sphere.fall_mm(x, 0.0), abs=KERNEL)
