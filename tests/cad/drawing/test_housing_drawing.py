@@ -348,3 +348,12 @@ def test_plate_of_a_square_tells_its_domes_its_dowels_and_that_two_are_made(shee
     assert sorted((centre.x, centre.y) for centre in dowels) == [
         pytest.approx(dowel) for dowel in sorted(square_sensor().housing.dowels)
     ]
+
+
+def test_hidden_edges_of_a_cover_are_dashed(sheets, housing):
+    """From its left: the bottom and the upper end of the recess, 1 mm deep, and both sides of holes at two levels."""
+    dashes = sheets["cover"].canvas.space.query('LINE[layer=="HIDDEN"]')
+    assert {dash.dxf.linetype for dash in dashes} == {"DASHED"}
+    recess = housing.cavity_level + 1.0 - housing.cover_level
+    hidden = sum(math.dist(dash.dxf.start, dash.dxf.end) for dash in dashes)
+    assert hidden == pytest.approx(recess + 1.0 + 4.0 * 3.0, abs=0.02)
