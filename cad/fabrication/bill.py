@@ -44,6 +44,7 @@ def bill_of_materials(
         process=process,
         housing=housing,
         masses=masses,
+        each=EACH,
         springs=springs,
         tips=len(sensor.tips.springs),
         holes=len(housing.holes),
