@@ -17,13 +17,16 @@ from ezdxf.addons.drawing.properties import RenderContext
 from ezdxf.addons.drawing.svg import SVGBackend
 from ezdxf.document import Drawing
 from ezdxf.entities.dimension import Dimension
+from ezdxf.entities.dimstyleoverride import DimStyleOverride
 from ezdxf.entities.insert import Insert
 from ezdxf.entities.mtext import MText
 from ezdxf.entities.text import Text
 from ezdxf.enums import TextEntityAlignment
 from ezdxf.filemanagement import new
 from ezdxf.layouts.base import BaseLayout
-from ezdxf.math import BoundingBox2d, Vec2, is_point_in_polygon_2d
+from ezdxf.math import UCS, BoundingBox2d, Vec2, is_point_in_polygon_2d
+from ezdxf.render.dim_radius import RadiusDimension
+from ezdxf.render.dimension import DimensionRenderer
 from ezdxf.render.hatching import hatch_entity
 
 LAYERS = {
@@ -303,10 +306,27 @@ class Canvas:
         path.write_text(backend.get_string(page, settings=settings, render_box=paper), encoding="utf-8")
 
 
+class _Radius(RadiusDimension):
+    """A radius whose arrow comes from where its text is: ezdxf itself turns it wherever that is outside the circle."""
+
+    def is_location_outside(self, location: Vec2) -> bool:
+        """Say whether the text lies on the other side of the arc than its centre."""
+        return (location - self.point_on_circle).dot(self.dim_line_vec) > 0.0
+
+
+class _Renderer(DimensionRenderer):
+    """What draws dimensions."""
+
+    def radius(self, dimension: Dimension, ucs: UCS | None = None, override: DimStyleOverride | None = None) -> _Radius:
+        """Return what draws a radius."""
+        return _Radius(dimension, ucs, override)
+
+
 def _new_document(text_height: float) -> Drawing:
     """Return an empty document with our layers, and a style of dimensions: text over the line, as measured."""
     document = new("R2010", setup=["linetypes"])
     document.units = units.MM
+    document.dimension_renderer = _Renderer()
     for layer, colour in LAYERS.items():
         document.layers.add(layer, color=colour, lineweight=PENS[layer])
     document.styles.add(_FONT, font="DejaVuSansMono.ttf")

@@ -1,4 +1,4 @@
-"""The drawing of a coupon: its outline, the view from the left, and every dimension once [mm]."""
+"""The drawing of a coupon: its outline, the view from above, and every dimension once [mm]."""
 
 from cad.drawing.canvas import MEASURED, Box, Canvas
 from cad.drawing.lengths import Length, draw_lengths
@@ -17,7 +17,7 @@ from cad.parts.housing import Housing
 from cad.parts.part import Part
 
 _NOTES = (
-    "Millimetres. View along the depth, and view from the left.",
+    "Millimetres. View along the depth, and view from above.",
     "Made flat beside the housing, with the same settings; leaves as its own.",
     "Clamp the block; hang a weight in the hole of a pad, see the sheet.",
 )
@@ -25,8 +25,9 @@ _TWICE = f"2x {MEASURED}"
 
 
 def coupon_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
-    """Return the sheet of a coupon: its outline seen along +y, and to the right the view from its left."""
+    """Return the sheet of a coupon: its outline seen along +y, and below it the view from above."""
     (front,) = views_of([part.shape], "front")
+    (above,) = views_of([part.shape], "above")
     within_accuracy = f"{MEASURED} ±{title.process.accuracy_mm:g}"
 
     def draw_views(canvas: Canvas) -> None:
@@ -34,7 +35,12 @@ def coupon_drawing(part: Part, housing: Housing, title: Title) -> Sheet:
         _draw_lengths(canvas, housing, within_accuracy)
         _draw_thicknesses(canvas, housing, within_accuracy)
         _draw_callouts(canvas, housing)
-        _draw_from_the_left(canvas, housing, canvas.extents().right + BETWEEN_MM / canvas.scale)
+        half = 0.5 * housing.depth
+        level = canvas.extents().bottom - BETWEEN_MM / canvas.scale - half
+        draw_view(canvas, above, (0.0, level), hidden=True)
+        box = part.shape.BoundingBox()
+        outline = Box(box.xmin, level - half, box.xmax, level + half)
+        draw_lengths(canvas, [Length("left", (box.xmin, level - half), (box.xmin, level + half))], outline)
 
     return on_sheet(draw_views, _NOTES, title)
 
@@ -90,17 +96,9 @@ def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
     clamp = right - CLAMP_INSET_MM
     canvas.callout("diameter", (clamp, 0.0), CLAMP_HOLE_MM, (clamp, 0.6 * bottom), "left", _TWICE)
     weight = right + high.length + BEYOND_LEAF_MM
-    below_pad = (weight + 0.5 * PAD_MM, bottom - 0.5 * canvas.text_height)
+    below_pad = (weight, bottom - 0.5 * canvas.text_height)
     canvas.callout("diameter", (weight, 0.0), WEIGHT_HOLE_MM, below_pad, "right", _TWICE)
     clamp_holes = [(x, 0.0, CLAMP_HOLE_MM) for x in (-clamp, clamp)]
     low_weight = left - low.length - BEYOND_LEAF_MM
     for x, z, diameter in (*clamp_holes, (weight, 0.0, WEIGHT_HOLE_MM), (low_weight, 0.0, WEIGHT_HOLE_MM)):
         canvas.centre_mark((x, z), 0.5 * diameter)
-
-
-def _draw_from_the_left(canvas: Canvas, housing: Housing, start: float) -> None:
-    """Draw the view from the left, from x = `start` of the sheet on, with its depth."""
-    top = 0.5 * BLOCK_HEIGHT_MM
-    block = Box(start, -top, start + housing.depth, top)
-    canvas.rectangle(block)
-    draw_lengths(canvas, [Length("top", (block.left, top), (block.right, top))], block)

@@ -135,7 +135,7 @@ def _draw_stop(canvas: Canvas, housing: Housing, arm: Arm) -> None:
 
 
 def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
-    """Draw radii and diameters: of fillets, holes for screws, and where there are any of dowels and domes."""
+    """Draw radii and diameters: of fillets, of holes for screws and for dowels where there are any."""
     height = canvas.text_height
     low = housing.arms[0]
     radius = housing.low.fillet
@@ -149,12 +149,6 @@ def _draw_callouts(canvas: Canvas, housing: Housing) -> None:
         canvas.callout(
             "diameter", housing.dowels[-1], housing.dowel_hole, beside, "right", f"2x {MEASURED}, ream {DOWEL_MM:g} H7"
         )
-    if housing.dome_radius:
-        centre = (low.centre, housing.dome_radius)
-        beside = (low.centre - 2.5 * height, -8.0 * height)
-        half_way_to_the_edge = math.degrees(0.25 * housing.tip_side / housing.dome_radius)
-        angle = 270.0 - half_way_to_the_edge
-        canvas.callout("radius", centre, housing.dome_radius, beside, "left", f"2x {MEASURED}, domes", angle=angle)
 
 
 def call_out_screw_holes(canvas: Canvas, housing: Housing) -> None:
@@ -206,6 +200,11 @@ def _draw_from_the_left(canvas: Canvas, housing: Housing, view: View, start: flo
         lengths.append(Length("top", (start, top), top_left))
         lengths.append(Length("left", (plate.left, plate.bottom), (start, foot)))
     draw_lengths(canvas, lengths, Box(start, 0.0, plate.right, top))
+    if housing.dome_radius:
+        centre = (middle, housing.dome_radius)
+        angle = 270.0 + math.degrees(0.5 * tip / housing.dome_radius)  # half way to its edge
+        beside = (middle + tip, -1.2 * canvas.text_height)
+        canvas.callout("radius", centre, housing.dome_radius, beside, "right", f"2x {MEASURED}", angle=angle)
 
 
 def draw_gauges(canvas: Canvas, housing: Housing, gauge: FoilGauge, level: float) -> None:

@@ -71,20 +71,20 @@ def draw_lengths(canvas: Canvas, lengths: Sequence[Length], view: Box) -> None:
     for side in SIDES:
         of_side = [length for length in lengths if length.side == side]
         of_side.sort(key=lambda length: (round(length.span.high - length.span.low, 6), length.span))
-        line_ends = [end for length in of_side for end in length.span]
         placed: list[_Placed] = []
-        for length in of_side:
-            placed.append(_first_free(canvas, length, placed, line_ends))
+        for number, length in enumerate(of_side):
+            later_ends = [end for later in of_side[number + 1 :] for end in later.span]
+            placed.append(_first_free(canvas, length, placed, later_ends))
             _draw(canvas, placed[-1], view)
 
 
-def _first_free(canvas: Canvas, length: Length, placed: Sequence[_Placed], line_ends: Sequence[float]) -> _Placed:
+def _first_free(canvas: Canvas, length: Length, placed: Sequence[_Placed], later_ends: Sequence[float]) -> _Placed:
     """Return the row nearest to the view, and the place of the text in it, that meets no other dimension.
 
-    A text that no line to any end on this side could cross goes before one that some may.
+    A text that no line to an end of a later, outer length could cross goes before one that some may.
     """
     texts = _text_places(canvas, length)
-    texts.sort(key=lambda text: sum(text.holds(end) for end in line_ends))
+    texts.sort(key=lambda text: sum(text.holds(end) for end in later_ends))
     outside = 1 + max((each.row for each in placed), default=-1)
     for row, text in itertools.product(range(outside + 1), texts):
         candidate = _Placed(length, row, text)

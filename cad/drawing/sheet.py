@@ -11,7 +11,16 @@ from cad.design.processes import Process
 from cad.drawing.canvas import DECIMALS, Box, Canvas, text_width
 from cad.files.file_date import given_date
 
-SCALES = {"20:1": 20.0, "10:1": 10.0, "5:1": 5.0, "2:1": 2.0, "1:1": 1.0, "1:2": 0.5, "1:5": 0.2}  # ISO 5455
+SCALES = {
+    "50:1": 50.0,
+    "20:1": 20.0,
+    "10:1": 10.0,
+    "5:1": 5.0,
+    "2:1": 2.0,
+    "1:1": 1.0,
+    "1:2": 0.5,
+    "1:5": 0.2,
+}  # ISO 5455
 GENERAL_MM = 0.2  # what no dimension says otherwise: the accuracy of a printed part in print-service guides
 BETWEEN_MM = 14.0  # on paper, between the dimensions of one view and the next
 _NOTE_MM = 2.0  # height of a note
@@ -29,6 +38,7 @@ class Size(NamedTuple):
 SIZES = {"A4": Size(297.0, 210.0), "A3": Size(420.0, 297.0), "A2": Size(594.0, 420.0)}  # ISO 216, landscape
 _DIGEST_DECIMALS = 4  # of lengths [mm] in the digest of a drawing: round-off differs between processors
 _CHOICES = (
+    ("A4", "50:1"),
     ("A4", "20:1"),
     ("A4", "10:1"),
     ("A4", "5:1"),
@@ -175,7 +185,7 @@ def _draw_title(paper: Canvas, size: Size, rows: Sequence[Sequence[_Cell]]) -> N
     row_height = _BLOCK.height / len(rows)
     for number, row in enumerate(reversed(rows)):
         _draw_row(paper, size, row, _MARGIN.bottom + number * row_height, row_height)
-    _draw_first_angle(paper, size.width - _MARGIN.right - 10.0, _MARGIN.bottom + 3.4)
+    _draw_first_angle(paper, size.width - _MARGIN.right - 10.0, _MARGIN.bottom + 3.2)
 
 
 def _draw_row(paper: Canvas, size: Size, cells: Sequence[_Cell], base: float, row_height: float) -> None:
@@ -226,10 +236,10 @@ def _title_rows(title: Title, size: str, scale: str, revision: str) -> tuple[Seq
 
 def _draw_first_angle(paper: Canvas, x: float, y: float) -> None:
     """Draw the symbol of first-angle projection, ISO 5456-2: a cone, and to its right its small end in front."""
-    small_top, small_foot = (x - 8.0, y + 1.5), (x - 8.0, y - 1.5)
-    large_top, large_foot = (x - 2.0, y + 3.0), (x - 2.0, y - 3.0)
+    small_top, small_foot = (x - 7.0, y + 1.3), (x - 7.0, y - 1.3)
+    large_top, large_foot = (x - 2.0, y + 2.6), (x - 2.0, y - 2.6)
     outline = [small_foot, small_top, large_top, large_foot, small_foot]
     for start, end in itertools.pairwise(outline):
         paper.line(start, end, "SHEET")
-    paper.circle((x + 4.0, y), 1.5, "SHEET")
-    paper.circle((x + 4.0, y), 3.0, "SHEET")
+    paper.circle((x + 4.0, y), 1.3, "SHEET")
+    paper.circle((x + 4.0, y), 2.6, "SHEET")
