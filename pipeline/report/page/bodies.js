@@ -58,7 +58,7 @@ async function showBodies(bodies, place) {
     viewer.addEventListener("load", () => { viewer.play(); viewer.pause(); move(); });
     slider.addEventListener("input", move);
     shown.replaceChildren(viewer, made("label", { className: "motion" }, `${name} `, slider), ...(body.legend ? [colourBar(body.legend)] : []));
-    caption.textContent = `${body.caption || ""} Drag or use the arrow keys to turn, wheel to zoom, two fingers or the right button to move.`;
+    caption.replaceChildren(body.caption || "", made("span", { className: "help", textContent: " Drag or use the arrow keys to turn, wheel to zoom, two fingers or the right button to move." }));
   }
 
   choice.addEventListener("change", show);

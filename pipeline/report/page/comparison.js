@@ -11,13 +11,14 @@
   }
 
   function overE(points, label, caption, marks = []) {
+    const absent = titles.filter((title) => !points.some((one) => one.title === title));
     return {
       x: { label: "modulus of the fruit E [MPa]" }, y: { label, zero: true }, color: both,
       marks: [
         ...marks, Plot.line(points, { x: "E", y: "y", stroke: "title" }),
         Plot.tip(points, Plot.pointer({ x: "E", y: "y", title: (one) => `${one.title}\nE ${text(one.E, "MPa")}\n${text(one.y)}${one.worse ? `\n${one.worse}` : ""}` })),
       ],
-      caption,
+      caption: [caption, ...absent.map((title) => `None of ${title}.`)].join(" "),
     };
   }
 

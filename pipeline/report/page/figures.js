@@ -73,5 +73,5 @@ document.addEventListener("click", async ({ target }) => {
   element("copied").textContent = `Copied: ${target.dataset.copy}`;
 });
 window.addEventListener("beforeprint", () => {
-  for (const one of document.querySelectorAll("details")) one.open = true;
+  for (const one of document.querySelectorAll("details:not(.digests)")) one.open = true;
 });

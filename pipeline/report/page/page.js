@@ -96,7 +96,7 @@
 
   /* Error of the modulus read [%] over one slider, at three moduli and at that of the slider. */
   function errorOver(key, label, caption) {
-    const slider = need(law.readable && law.sliders.find((one) => one.key === key), "what this pose does to a reading follows from no law of the browser; the reading plot has the poses that were solved");
+    const slider = need(law.readable && law.sliders.find((one) => one.key === key), "the browser does not follow it for these tips");
     const places = d3.range(41).map((i) => slider.min + ((slider.max - slider.min) * i) / 40);
     const moduli = [...new Set([d3.min(law.data.E), d3.max(law.data.E), setting.E])];
     const error = (E, x) => {
@@ -213,7 +213,7 @@
       marks: [
         Plot.ruleY([asked], { stroke: "var(--bad)", strokeDasharray: "5 3" }),
         Plot.dot(solves, { x: "1", y: "2", fill: (one) => colours[solves.indexOf(one)], r: 5 }),
-        Plot.text(solves, { x: "1", y: "2", text: "0", textAnchor: "start", dx: 9 }),
+        Plot.text(solves, { x: "1", y: "2", text: "0", textAnchor: "start", dx: 9, stroke: "var(--paper)", fill: "var(--ink)", strokeWidth: 4 }),
         Plot.tip(solves, Plot.pointer({ x: "1", y: "2", title: ([name, seconds, error]) => `${name}: ${text(error, "%")} in ${text(seconds, "s")}` })),
       ],
       caption: `What each solve of this run took for its error; ${report.contact.method} for the contact. Dashed: asked for (--tol).`,

@@ -57,7 +57,7 @@
       .filter((row) => Number.isFinite(row.x));
     const picked = rows.filter((row) => row.one.number === setting.picked);
     return {
-      x: { axis: null, domain: [-0.02, 1.02] }, y: { domain: axes, label: null, axis: null }, grid: false, height: 60 + 44 * axes.length,
+      x: { axis: null, domain: [-0.02, 1.02] }, y: { domain: axes, label: null, axis: null }, grid: false, height: 74 + 60 * axes.length, marginTop: 10, marginBottom: 10,
       marks: [
         Plot.ruleY(axes, { stroke: "var(--line)" }),
         Plot.line(rows, { x: "x", y: "key", z: (row) => row.one.number, stroke: (row) => colour(row.one), strokeOpacity: (row) => (isHeld(row.one) ? 0.35 : 0.02) }),
@@ -78,8 +78,8 @@
     return {
       x: { label: key }, y: { label: y }, marginLeft: 60, height: 260,
       marks: [
-        Plot.dot(points, { x: key, y, r: 1.6, fill: colour, fillOpacity: (one) => (isHeld(one) ? 0.6 : 0.05) }),
-        Plot.line(points.filter(isHeld), Plot.binX({ y: "mean", x: (bin, { x1, x2 }) => (x1 + x2) / 2 }, { x: key, y, thresholds: 12, stroke: colours[1], strokeWidth: 2 })),
+        Plot.dot(points, { x: key, y, r: points.length < 100 ? 3 : 1.6, fill: colour, fillOpacity: (one) => (isHeld(one) ? 0.6 : 0.05) }),
+        Plot.line(points.filter(isHeld), Plot.binX({ y: "mean", x: (bin) => d3.mean(bin) }, { x: key, y, thresholds: 12, stroke: colours[1], strokeWidth: 2 })),
         Plot.dot([found()], { x: key, y, r: 5, stroke: "var(--ink)", strokeWidth: 2 }),
         Plot.tip(points, Plot.pointer({ x: key, y, title: tell })),
       ],
@@ -116,7 +116,7 @@
     drawAll();
   }
 
-  for (const [id, chosen] of [["across", axes.find((key) => key.endsWith("/ limit")) || axes.find((key) => key !== data.minimise)], ["up", data.minimise]]) {
+  for (const [id, chosen] of [["across", axes.find((key) => key.endsWith("/ limit")) || [...data.wanted, ...axes].find((key) => axes.includes(key) && key !== data.minimise)], ["up", data.minimise]]) {
     element(id).append(...axes.map((key) => made("option", { value: key, textContent: key, selected: key === chosen })));
     element(id).addEventListener("change", () => drawAll());
   }
