@@ -311,7 +311,7 @@ class _Radius(RadiusDimension):
 
     def is_location_outside(self, location: Vec2) -> bool:
         """Say whether the text lies on the other side of the arc than its centre."""
-        return (location - self.point_on_circle).dot(self.dim_line_vec) > 0.0
+        return bool((location - self.point_on_circle).dot(self.dim_line_vec) > 0.0)
 
 
 class _Renderer(DimensionRenderer):
