@@ -203,7 +203,7 @@ def test_arrow_of_a_radius_comes_from_its_text(kind, sheets):
             continue
         drawn = {entity.dxftype(): entity for entity in recursive_decompose([dimension])}
         arrow, text = drawn["SOLID"], drawn["MTEXT"]
-        tip = Vec3(dimension.dxf.defpoint4)
+        tip = dimension.dxf.defpoint4
         assert (arrow.dxf.vtx0 - tip).dot(text.dxf.insert - tip) > 0.0
 
 
