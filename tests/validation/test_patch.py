@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from skfem import ElementHex2, ElementHexS2, MeshHex, MeshHex2
+from skfem import ElementHex2, ElementHexS2, ElementTetP2, MeshHex, MeshHex2, MeshTet
 
 from solve.elasticity import lame_parameters, stiffness_matrix, vector_basis
 from solve.linear import factorised
@@ -43,6 +43,20 @@ def seven_bricks():
         bricks.append([(outer if bits[axis] == side else inner)[at] for bits, at in zip(BITS, flat, strict=True)])
     p = np.array([*BITS, *(INNER[bits] for bits in BITS)], dtype=float)
     return MeshHex(np.ascontiguousarray(p.T), np.ascontiguousarray(np.array(bricks).T))
+
+
+def split_bricks():
+    """Return 168 tetrahedra: each edge of each face of a brick with the middles of that face and of the brick."""
+    bricks = seven_bricks()
+    middles = bricks.p[:, bricks.facets].mean(axis=1), bricks.p[:, bricks.t].mean(axis=1)
+    body = bricks.p.shape[1] + bricks.facets.shape[1]
+    tets = []
+    for brick, faces in enumerate(bricks.t2f.T):
+        for face in faces:
+            ring = bricks.facets[:, face]
+            edges = zip(ring, np.roll(ring, -1), strict=True)
+            tets += [(a, b, bricks.p.shape[1] + face, body + brick) for a, b in edges]
+    return MeshTet(np.hstack([bricks.p, *middles]), np.ascontiguousarray(np.array(tets).T))
 
 
 def bent(mesh, size, rng):
@@ -80,6 +94,11 @@ def test_straight_bricks(element, order):
     assert max(found) <= EXACT
 
 
+def test_straight_tetrahedra():
+    basis = vector_basis(split_bricks(), ElementTetP2(), 2)
+    assert max(faults(basis, stiffness_matrix(basis, E, POISSON))) <= EXACT
+
+
 @pytest.mark.parametrize("poisson", [0.25, 0.4999])
 def test_bricks_with_b_bar_dilatation(poisson):
     basis = vector_basis(seven_bricks(), ElementHex2(), FULL)
@@ -94,3 +113,16 @@ def test_bent_bricks_pass_where_the_map_is_that_of_the_displacement(serendipity,
         basis = vector_basis(shape, element(), FULL)
         found = faults(basis, stiffness_matrix(basis, E, POISSON))
         assert max(found) <= EXACT
+
+
+def test_planted_face_nodes_off_the_20_node_map_fail(rng):
+    """A face node left where the 27-node map wants it makes a 20-node displacement miss uniform strain."""
+    mesh = bent(MeshHex2.from_mesh(seven_bricks()), 0.01, rng)
+    basis = vector_basis(mesh, ElementHexS2(), FULL)
+    found = faults(basis, stiffness_matrix(basis, E, POISSON))
+    assert min(found) > 1e3 * EXACT
+
+
+def test_planted_poisson_is_seen_in_the_stress():
+    basis = vector_basis(seven_bricks(), ElementHexS2(), FULL)
+    assert faults(basis, stiffness_matrix(basis, E, 0.251), poisson=0.251)[1] > 1e3 * EXACT
