@@ -200,5 +200,9 @@ def test_poses_are_at_least_those_that_the_issue_asks_for():
     assert len(read_moduli(design.fruit)) >= 4
     tilted = {place.tilt_deg for place in places if not any(place.off_centre_mm)}
     assert len(tilted) == 17  # level, and eight directions at half and at the whole tilt
+    tilt = (design.reading.tilt_deg, 0.0)
+    off = design.reading.off_centre_mm
+    beside = [place.off_centre_mm for place in places if place.tilt_deg == tilt and any(place.off_centre_mm)]
+    assert beside == [(-off, 0.0), (off, 0.0)]  # against the tilt and with it
     ball = dataclasses.replace(design.fruit, shape="sphere", radius_mm=35.0, thickness_mm=12.0)
     assert radii(ball, design.reading) == (None, pytest.approx(28.0), pytest.approx(42.0))
