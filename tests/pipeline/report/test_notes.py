@@ -2,12 +2,14 @@
 
 import re
 
+import numpy as np
 import pytest
 from stand_ins import CONTACT, result_of
 
 from cad.design.parameters import Design
 from cad.design.tips import Press
 from cad.theory.deep_press import DeepPress
+from cad.theory.two_spring_law import force_ratio
 from pipeline.report.notes import notes
 
 
@@ -44,6 +46,15 @@ def test_large_strain_is_told_with_what_it_would_change():
 )
 def test_large_strain_is_told_as_it_is_taken(press, words):
     assert words in note(result_of(Design(press=press)), "press")
+
+
+def test_relaxation_that_is_not_known_is_told_by_the_flesh_of_an_orange():
+    """P of two springs on fruit that keeps 42 % of each modulus."""
+    result = result_of()
+    springs = result.springs.stiffnesses
+    K_m = CONTACT.K_m_over_E() * np.array(result.design.fruit.E_MPa)
+    changes = [100.0 * (force_ratio(springs, 0.42 * each) / force_ratio(springs, each) - 1.0) for each in K_m.tolist()]
+    assert f"P moves by {max(changes):.2g} to {min(changes):.2g} %" in note(result, "relaxation")
 
 
 def test_calibration_note_is_three_times_the_relative_error_of_a_leaf():

@@ -12,7 +12,8 @@ from cad.design.parameters import Design
 from cad.theory.two_spring_law import Springs, force_ratio, fruit_stiffness
 from pipeline.report.response_csv import COLUMNS, response_csv
 from pipeline.verdicts.errors.effects import level_sensor
-from pipeline.verdicts.errors.sensor_errors import reading_table
+from pipeline.verdicts.errors.sensor_errors import modulus_scale, reading_table
+from pipeline.verdicts.targets import Characteristic
 
 RESULT = result_of()
 SPRINGS = sizing_of(Design()).springs
@@ -60,6 +61,16 @@ def test_band_after_calibrating_holds_springs_known_to_one_per_cent_and_no_more(
         inside = row["E_lower_as_printed_MPa"], row["E_upper_as_printed_MPa"] or np.inf
         assert inside[0] <= row["E_lower_calibrated_MPa"] * (1.0 + ROUNDED)
         assert (row["E_upper_calibrated_MPa"] or 0.0) <= inside[1] * (1.0 + ROUNDED)
+
+
+def test_modulus_of_a_force_ratio_goes_on_beyond_the_table_as_the_law_does():
+    E = np.array([1e-9, 1.0, 2.0, 3.5])
+    P = np.array([force_ratio(SPRINGS, K_M_OVER_E * modulus) for modulus in E])
+    modulus_at = modulus_scale(Characteristic(springs=SPRINGS, K_m_max=3.5 * K_M_OVER_E), P, E)
+    for modulus in (1.3, 3.5, 4.2):
+        assert modulus_at(force_ratio(SPRINGS, K_M_OVER_E * modulus)) == pytest.approx(modulus, rel=1e-6)
+    assert modulus_at(0.9) == 0.0
+    assert np.isnan(modulus_at(1.1 * SPRINGS.K_h / SPRINGS.K_l))
 
 
 def test_travel_at_which_a_tip_is_off_some_fruit_has_no_bands():
