@@ -17,7 +17,7 @@ from pipeline.cli import main
 from pipeline.options import RunOptions
 from pipeline.report import run_key
 from pipeline.report.outputs import write_outputs
-from pipeline.report.verdict_rule import number_text
+from pipeline.report.verdict_rule import fails_unread, number_text
 from pipeline.report.verdict_table import WIDTH, print_verdicts
 from pipeline.storage.folder import output_folder
 
@@ -169,7 +169,9 @@ def test_no_name_and_no_number_is_cut(columns, monkeypatch, capsys):
 )
 def test_reading_that_fails_within_its_limit_has_a_reason(passed, value, unread, capsys):
     given = {"unit": "1", "limit": 0.05, "tolerance": 0.0, "reference": "3 of 68 poses have no reading"}
-    print_verdicts("", [Verdict(name="reading.bias", value=value, passed=passed, **given)])
+    verdict = Verdict(name="reading.bias", value=value, passed=passed, **given)
+    assert fails_unread(verdict) is unread
+    print_verdicts("", [verdict])
     row = next(line for line in capsys.readouterr().out.splitlines() if "≤ 0.05" in line)
     assert ("failed: " in row) is unread
 

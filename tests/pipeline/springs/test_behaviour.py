@@ -9,6 +9,7 @@ from stand_ins import DEFLECTIONS, PETG, default_housing, fitted_housing, housin
 
 from cad.design.parameters import Design, Print
 from cad.design.tips import Tips
+from cad.theory.leaf_spring import natural_frequency
 from pipeline.springs.behaviour import LONGEST_SHARE, spring_behaviour, stiffening
 from pipeline.springs.fitted_springs import FittedSprings
 from pipeline.springs.mounts import bonded_foils
@@ -29,11 +30,20 @@ def forces(low, high):
 
 
 def test_frequency_is_that_of_the_shuttle_and_its_leaves():
-    """PETG block 6 x 10 x 19 mm with its neck and tip weighs 1.6 g; 0.906 N/mm on it and 0.38 of two leaves."""
+    """A neck whose sides go straight from those of the block to those of the tip, its volume by a sum."""
     given = springs()
     soft = dataclasses.replace(given.fitted, stiffness=housing_stiffness((0.906, 20.8)))
     behaviour = spring_behaviour(dataclasses.replace(given, fitted=soft), forces(0.4, 2.0))
-    assert behaviour.arms["low"].natural_frequency_Hz == pytest.approx((0.906e6 / 1.75) ** 0.5 / 6.283, rel=0.06)
+    housing = soft.housing
+    low = housing.arms[0]
+    section = housing.shuttle_width * housing.depth
+    sides = np.linspace(section**0.5, housing.tip_side, 1001)
+    neck = (housing.neck_level - housing.tip_height) * np.trapezoid(sides**2, dx=1e-3)
+    shuttle = section * (low.top_level - housing.neck_level) + neck + housing.tip_side**2 * housing.tip_height
+    leaf = low.flexure.thickness * low.flexure.length * low.flexure.depth
+    grams = 1e-3 * PETG.density_g_per_cm3
+    expected = natural_frequency(0.906, grams * shuttle, grams * leaf)
+    assert behaviour.arms["low"].natural_frequency_Hz == pytest.approx(expected, rel=1e-4)
 
 
 def test_bridge_with_gauges_shows_the_strain_of_the_solve_with_them():
