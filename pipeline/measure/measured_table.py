@@ -25,11 +25,9 @@ Floats = NDArray[np.float64]
 
 _LONGEST_LINE = 65536  # bytes of a line of a stream: what is longer is no line of numbers
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
-_JAPANESE_WORDS = ("試験力", "荷重", "変位", "ストローク")
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(,[0-9]{3})+")
-_IN_BRACKETS = re.compile(r"(.*?)\s*[(\[\uff08]\s*([^)\]\uff09]*)\s*[)\]\uff09]")  # as wide brackets too
+_IN_BRACKETS = re.compile(r"(.*?)\s*[(\[]\s*([^)\]]*)\s*[)\]]")
 _UNIT_BEHIND = re.compile(r"(.*?)[\s_/,:-]+([^\s_/,:-]+)")
-_PART_CELLS = "part cells by semicolons where numbers have decimal commas"
 
 STANDARD_GRAVITY = 9.80665
 """[m/s^2], ISO 80000-3."""
@@ -63,9 +61,7 @@ _SPELLINGS = {
     "sec.": "s",
     "second": "s",
     "seconds": "s",
-    "秒": "s",
     "msec": "ms",
-    "分": "min",
     "mpa": "MPa",
 }
 
@@ -180,59 +176,44 @@ def lines_of(source: Path | str) -> Iterator[str]:
         yield from _lines_of_stream()
         return
     content = read_bytes(source, "FILE")
-    if content.startswith(_UTF_16):
-        encodings = ["utf-16"]
-    elif b"\0" in content:
-        raise validation_error(str(source), "binary", "", "a text file, CSV", "export the table as CSV")
-    else:
-        # Shift JIS is what Japanese machines write; nearly every file could be it, so its words have to be there.
-        as_japanese = content.decode("cp932", "ignore")
-        is_japanese = any(word in as_japanese for word in _JAPANESE_WORDS)
-        encodings = ["utf-8-sig", "cp932" if is_japanese else "cp1252"]
-    for encoding in encodings:
-        try:
-            text = content.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        yield from (line.rstrip("\n") for line in io.StringIO(text, newline=None))
-        return
-    raise validation_error(str(source), "bytes", "", "text in UTF-8", "save it as UTF-8")
+    try:
+        text = content.decode("utf-16" if content.startswith(_UTF_16) else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("cp1252", "replace")
+    if _is_no_text(text):
+        raise validation_error(str(source), "bytes", "", "a text file, CSV", "export the table as CSV in UTF-8")
+    yield from (line.rstrip("\n") for line in io.StringIO(text, newline=None))
 
 
 def _lines_of_stream() -> Iterator[str]:
+    encoding = "utf-8-sig"
     number = 0
     while raw := sys.stdin.buffer.readline(_LONGEST_LINE):
         number += 1
-        try:
-            text = raw.decode("utf-8-sig" if number == 1 else "utf-8")
-        except UnicodeDecodeError:
-            text = "\0"
-        if "\0" in text or len(raw) == _LONGEST_LINE:
+        text = raw.decode(encoding, "replace")
+        encoding = "utf-8"
+        if _is_no_text(text) or len(raw) == _LONGEST_LINE:
             raise validation_error(place_of("-", number), "bytes", "", "a line of text in UTF-8", "send CSV")
         yield text.rstrip("\r\n")
+
+
+def _is_no_text(text: str) -> bool:
+    """Say whether decoded bytes hold a NUL, or what was put in place of bytes that are no letters."""
+    return "\0" in text or "\ufffd" in text
 
 
 def _refuse_unclear_commas(source: str, rows: Sequence[Row]) -> None:
     """Raise InputError where numbers have two decimal signs, or none has a comma that cannot part thousands."""
     with_comma = []
-    with_point = []
+    has_points = False
     for row in rows:
-        for cell in row.cells:
-            if is_number(cell) and "," in cell:
-                with_comma.append((row.line, cell))
-            elif is_number(cell) and "." in cell:
-                with_point.append((row.line, cell))
-    if not with_comma:
-        return
-    line, cell = with_comma[0]
-    if with_point:
-        line, cell = with_point[0]
-        bound = "a number with a decimal comma, as others of this file have"
-    elif all(_THOUSANDS.fullmatch(cell) for _, cell in with_comma):
-        bound = "a number whose comma is surely decimal, and all of this file may part thousands"
-    else:
-        return
-    raise validation_error(place_of(source, line), cell, "", bound, "export it with one decimal sign, a point")
+        numbers = [cell for cell in row.cells if is_number(cell)]
+        with_comma += [(row.line, cell) for cell in numbers if "," in cell]
+        has_points = has_points or any("." in cell for cell in numbers)
+    if with_comma and (has_points or all(_THOUSANDS.fullmatch(cell) for _, cell in with_comma)):
+        line, cell = with_comma[0]
+        bound = "a number whose comma is surely decimal: commas may part thousands here"
+        raise validation_error(place_of(source, line), cell, "", bound, "export it with decimal points")
 
 
 def quantities_by_flags(
@@ -266,10 +247,9 @@ def columns_of(source: str, header: Row, quantities: Mapping[str, Quantity]) -> 
 
     Raises InputError for a unit that the quantity does not have, or that is another than a flag gives.
     """
-    names = {}
+    names: dict[str, str] = {}
     for name, quantity in quantities.items():
-        for word in (name, *quantity.words):
-            names[_normal(word)] = name
+        names |= dict.fromkeys(map(_normal, (name, *quantity.words)), name)
     columns = []
     for index, label in enumerate(header.cells):
         words, written_unit = _split_label(label, names)
@@ -316,12 +296,6 @@ def _unit_of(place: str, quantity: Quantity, text: str) -> str:
     return unit
 
 
-def is_unit(cell: str) -> bool:
-    """Say whether a cell is one of the units of force, length or time, as in a row of units under a header."""
-    text = cell.strip("()[] ")
-    return _SPELLINGS.get(text.lower(), text) in FORCE | LENGTH | TIME
-
-
 def strict_columns(
     form: CsvFormat, header: Row, quantities: Mapping[str, Quantity], needed: Sequence[str], example: str
 ) -> list[Column]:
@@ -329,42 +303,28 @@ def strict_columns(
 
     Raises InputError otherwise, which shows an example of a header.
     """
-    columns = columns_of(form.source, header, quantities)
-    first_labels: dict[str, str] = {}
-    for column in columns:
-        if column.name in first_labels:
-            place = place_of(form.source, header.line, column.label)
-            bound = f"the only column of its kind, and {first_labels[column.name]!r} is one"
-            raise validation_error(place, column.label, "", bound, "leave one out")
-        first_labels[column.name] = column.label
-
-    understood = {column.index for column in columns}
-    headers = [_header_of(name, quantity) for name, quantity in quantities.items()]
+    columns = {column.index: column for column in columns_of(form.source, header, quantities)}
+    left = dict.fromkeys(quantities)
     for index, label in enumerate(header.cells):
-        if index not in understood:
+        if index not in columns or columns[index].name not in left:
             place = place_of(form.source, header.line, label)
-            hint = f"did you mean {nearest(label, headers)}? A header is for instance {example}"
-            raise validation_error(place, label, "", f"one of {', '.join(headers)}", hint)
-
-    missing = [_header_of(name, quantities[name]) for name in needed if name not in first_labels]
+            bound = f"one of {', '.join(left)} with its unit, each once"
+            raise validation_error(place, label, "", bound, f"write for instance {example}")
+        del left[columns[index].name]
+    missing = [name for name in needed if name in left]
     if missing:
-        place = place_of(form.source, header.line)
+        text = form.delimiter.join(header.cells)
         bound = f"a header that has {' and '.join(missing)} too"
-        raise validation_error(place, form.delimiter.join(header.cells), "", bound, f"for instance {example}")
-    return columns
-
-
-def _header_of(name: str, quantity: Quantity) -> str:
-    """Return a header of a quantity as a person may write it."""
-    unit = next(iter(quantity.units), "1")
-    return name if unit == "1" else f"{name}_{unit}"
+        raise validation_error(place_of(form.source, header.line), text, "", bound, f"write for instance {example}")
+    return list(columns.values())
 
 
 def refuse_other_length(form: CsvFormat, row: Row, columns: int) -> None:
     """Raise InputError for a row of more or fewer cells than there are columns."""
     if len(row.cells) != columns:
-        place = place_of(form.source, row.line)
-        raise validation_error(place, len(row.cells), "cells", f"{columns} cells, as its header", _PART_CELLS)
+        bound = f"{columns} cells, as its header"
+        hint = "part cells by semicolons where numbers have decimal commas"
+        raise validation_error(place_of(form.source, row.line), len(row.cells), "cells", bound, hint)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

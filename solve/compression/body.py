@@ -6,7 +6,6 @@ lower half is the mirror image of the upper one.
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
 
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -28,58 +27,30 @@ _GROWTH = 1.2  # of one element to the next: a contact of any size then is as ma
 _LARGEST_ELEMENT = 0.15
 
 
-class Section(Protocol):
-    """The section of a body along the press; lengths in mm."""
-
-    @property
-    def half_height(self) -> float:
-        """Return the height over the middle [mm]."""
-
-    @property
-    def length(self) -> float | None:
-        """Return the length across the section [mm]; None for a body of revolution."""
-
-    @property
-    def on_table(self) -> bool:
-        """Return whether the middle lies on a table, by which a grip holds it too."""
-
-    def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
-        """Return r and z [mm] of points of the unit square, whose edges are axis, middle, side and top."""
-
-
 @dataclass(frozen=True, kw_only=True)
-class RoundSection:
-    """An ellipse: of a ball or an ellipsoid of revolution or, with a length, of a cylinder on its side.
+class Section:
+    """The section of a body along the press, to its `half_height` over the middle; lengths in mm.
 
-    `radius` is its radius of curvature at the top [mm].
+    A round one is an ellipse with a `radius` of curvature at the top: of a ball or an ellipsoid of revolution or, with
+    a `length`, of a cylinder on its side. Else it is a rectangle, of a cylinder on its end with a radius; `on_table`
+    its middle is its base, which a grip holds too.
     """
 
     half_height: float
     radius: float
     length: float | None = None
-    on_table: ClassVar[bool] = False
-
-    def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
-        """Return r and z [mm]: a smooth map of the square on a disc, stretched."""
-        half_width = math.sqrt(self.radius * self.half_height)
-        return half_width * across * np.sqrt(1.0 - 0.5 * up**2), self.half_height * up * np.sqrt(1.0 - 0.5 * across**2)
-
-
-@dataclass(frozen=True, kw_only=True)
-class StraightSection:
-    """A rectangle: of a cylinder on its end with a `radius` [mm], or of a block as a cylinder of equal area.
-
-    With `on_table` its middle is its base: the body lies on a table, and the half height is its height.
-    """
-
-    half_height: float
-    radius: float
-    length: float | None = None
+    is_round: bool = True
     on_table: bool = False
 
     def place(self, across: Floats, up: Floats) -> tuple[Floats, Floats]:
-        """Return r and z [mm]."""
-        return self.radius * across, self.half_height * up
+        """Return r and z [mm] of points of the unit square, whose edges are axis, middle, side and top.
+
+        A smooth map takes it to a disc, stretched, or to the rectangle.
+        """
+        if not self.is_round:
+            return self.radius * across, self.half_height * up
+        half_width = math.sqrt(self.radius * self.half_height)
+        return half_width * across * np.sqrt(1.0 - 0.5 * up**2), self.half_height * up * np.sqrt(1.0 - 0.5 * across**2)
 
 
 class HalfBody:

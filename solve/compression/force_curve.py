@@ -1,5 +1,6 @@
 """The force of a pressed body as a smooth function of the travel, from two meshes, with its error."""
 
+import functools
 import math
 from dataclasses import dataclass, field
 
@@ -72,6 +73,7 @@ def force_curve(press: Press) -> ForceCurve:
     )
 
 
+@functools.lru_cache(maxsize=256)  # the law of a test asks for the same presses again
 def fitted_curve(press: Press, refinement: float = COARSE) -> ForceCurve:
     """Return the curve fitted to the solves of one mesh; its error is their root mean square scatter [1]."""
     travels = _travels(press.deepest)

@@ -1,21 +1,22 @@
 """What is pressed in a compression test: each body says how a tool presses it on one side, and on which sides."""
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Protocol
+from typing import ClassVar, NamedTuple
 
-from cad.quantity import LENGTH, InputError, check_fields, quantity, validation_error
+from cad.quantity import LENGTH, check_fields, quantity, validation_error
 from cad.theory.hertz import equivalent_radius, relative_radius
-from solve.compression.body import RoundSection, StraightSection
+from solve.compression.body import Section
 from solve.compression.force_curve import Press
 from solve.compression.tool import Tool
 
 POINT_CONTACT = 1.5  # exponent of Hertz's law, with which every convex body begins
+_LINE_CONTACT = 1.0  # and a logarithm, which the terms of the curve follow
+_FLAT_CONTACT = 1.0
 _DEEPEST = 0.15  # of half the height, or of the radius: most fruit have failed before
 _DEEPEST_BALL = 0.1  # of the radius of a ball plunger: beyond, not every law of flesh has an equilibrium
 _DEEPEST_FLAT = 0.3  # of the radius of a flat plunger
-_LINE_CONTACT = 1.0  # and a logarithm, which the terms of the curve follow
-_FLAT_CONTACT = 1.0
 _WIDEST = 0.8  # plunger over body: nearer its edge the flesh would be shorn off
 _MEASURE = "measure it on the fruit"
 
@@ -42,56 +43,59 @@ class Plunger:
         return self.radius_mm * (_DEEPEST_BALL if self.ball else _DEEPEST_FLAT)
 
 
-class Body(Protocol):
+class BoundingPress(NamedTuple):
+    """A press whose force times a factor [1] bounds that of a side which the body is simplified by."""
+
+    press: Press
+    factor: float
+
+
+class Body:
     """A body that a plate or a plunger presses, on a plate or in a seat that gives nothing."""
 
     kind: ClassVar[str]
-
-    @property
-    def height_mm(self) -> float:
-        """Return its height along the press [mm]."""
-
-    @property
-    def end_area_mm2(self) -> float | None:
-        """Return the area of its flat end [mm^2]; None where it is round."""
-
-    @property
-    def per_mm(self) -> float:
-        """Return by how much the modulus is lower where every radius or width is 1 mm larger [1]."""
-
-    def sides(self, plunger: Plunger | None, plates: int) -> tuple[Press, ...]:
-        """Return how each side that gives way is pressed; raises InputError for what is not solved."""
-
-    def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:
-        """Return the relative radii of the point contacts [mm]; none where Hertz has no law."""
-
-    def bounds(self, press: Press) -> dict[str, tuple[tuple[Press, float], ...]]:
-        """Return, by its name, what the body is simplified by: presses and factors of their force that bound it."""
-
-
-class _CheckedBody:
-    """A body whose fields are checked, with what holds for most: no flat end, nothing that it is simplified by."""
+    takes_plunger: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse sizes that no fruit has."""
         check_fields(self, "modulus")
 
     @property
+    def section(self) -> Section:
+        """Return its section between plates."""
+        raise NotImplementedError
+
+    @property
+    def per_mm(self) -> float:
+        """Return by how much the modulus is lower where every radius or width is 1 mm larger [1]."""
+        raise NotImplementedError
+
+    @property
     def end_area_mm2(self) -> float | None:
-        """Return none."""
-        return None
+        """Return the area of its flat end [mm^2]; None where it is round."""
+        section = self.section
+        return None if section.is_round else math.pi * section.radius**2
 
-    def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:
-        """Return the radius of a ball plunger on a flat end [mm]: neither plates nor a line have a law of Hertz."""
-        return (plunger.radius_mm,)[:plates] if plunger is not None and plunger.ball else ()
+    def sides(self, plunger: Plunger | None, plates: int) -> tuple[Press, ...]:
+        """Return how each side that gives way is pressed; raises InputError for what is not solved."""
+        section = self.section
+        if (plunger is not None and not self.takes_plunger) or (plates == 1 and not section.is_round):
+            bound = "between plates, or as docs/modulus.md names with a plunger or in a seat"
+            raise validation_error("body", self.kind, "", bound, "this combination is not solved: take other tools")
+        presses = _round_presses(section, plunger) if section.is_round else _presses_on_end(section, plunger)
+        return presses[:plates]
 
-    def bounds(self, press: Press) -> dict[str, tuple[tuple[Press, float], ...]]:  # noqa: ARG002 - others need it
-        """Return nothing: it is solved as it is."""
+    def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:  # noqa: ARG002 - a ball has both
+        """Return the relative radii of the point contacts [mm]; none where Hertz has no law."""
+        return (plunger.radius_mm,) if plunger is not None and plunger.ball else ()
+
+    def bounds(self, sides: Sequence[Press]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:  # noqa: ARG002 - others
+        """Return, by its name, what the body is simplified by: for each bound one press for each side."""
         return {}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ellipsoid(_CheckedBody):
+class Ellipsoid(Body):
     """A ball, an ellipsoid, any convex fruit: two radii of curvature where a tool touches it, alike above and below."""
 
     kind: ClassVar[str] = "ellipsoid"
@@ -100,73 +104,63 @@ class Ellipsoid(_CheckedBody):
     radius_across_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
 
     @property
+    def section(self) -> Section:
+        """Return that of the ball that a plate presses in alike: two unlike radii are taken as their equivalent one."""
+        radius = equivalent_radius(self.radius_mm, self.radius_across_mm)
+        return Section(half_height=0.5 * self.height_mm, radius=radius)
+
+    @property
     def per_mm(self) -> float:
         """Return it of Hertz's law, in which E goes with 1 / sqrt(R) [1]."""
         return 0.5 / self.radius_mm
 
-    @property
-    def _radius(self) -> float:
-        """Return the radius of the ball that a plate presses in alike [mm]."""
-        return equivalent_radius(self.radius_mm, self.radius_across_mm)
-
-    def sides(self, plunger: Plunger | None, plates: int) -> tuple[Press, ...]:
-        """Return the upper side, and the lower one on a plate; two unlike radii are taken as their equivalent one."""
-        section = RoundSection(half_height=0.5 * self.height_mm, radius=self._radius)
-        above = _round_press(section, POINT_CONTACT, plunger)
-        return (above, _round_press(section, POINT_CONTACT, None))[:plates]
-
     def hertz_radii(self, plunger: Plunger | None, plates: int) -> tuple[float, ...]:
         """Return the relative radii above and below [mm]."""
+        radius = self.section.radius
         if plunger is None:
-            return (self._radius,) * plates
-        if not plunger.ball:
-            return ()
-        return (relative_radius(plunger.radius_mm, self._radius), self._radius)[:plates]
+            return (radius,) * plates
+        return (relative_radius(plunger.radius_mm, radius), radius)[:plates] if plunger.ball else ()
 
-    def bounds(self, press: Press) -> dict[str, tuple[tuple[Press, float], ...]]:
-        """Return the balls of either radius, with the force at which each begins as the ellipsoid does."""
-        if self.radius_mm == self.radius_across_mm or press.tool != Tool():
+    def bounds(self, sides: Sequence[Press]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
+        """Return the balls of either radius under plates, with the force at which each begins as the ellipsoid does."""
+        if self.radius_mm == self.radius_across_mm or sides[-1].tool != Tool():
             return {}
-        presses = []
+        balls = []
         for radius in (self.radius_mm, self.radius_across_mm):
-            section = RoundSection(half_height=0.5 * self.height_mm, radius=radius)
-            presses.append((replace(press, section=section), math.sqrt(self._radius / radius)))
-        return {"two radii": tuple(presses)}
+            section = replace(self.section, radius=radius)
+            factor = math.sqrt(self.section.radius / radius)
+            ball = BoundingPress(replace(sides[-1], section=section), factor)
+            balls.append([ball if side.tool == Tool() else BoundingPress(side, 1.0) for side in sides])
+        return {"two radii": balls}
 
 
 @dataclass(frozen=True, kw_only=True)
-class CylinderOnSide(_CheckedBody):
+class CylinderOnSide(Body):
     """A cylinder between plates along it: plane strain, but for its ends, which are free."""
 
     kind: ClassVar[str] = "cylinder-side"
+    takes_plunger: ClassVar[bool] = False
     radius_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
     length_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
 
     @property
-    def height_mm(self) -> float:
-        """Return the diameter [mm]."""
-        return 2.0 * self.radius_mm
+    def section(self) -> Section:
+        """Return its circle."""
+        return Section(half_height=self.radius_mm, radius=self.radius_mm, length=self.length_mm)
 
     @property
     def per_mm(self) -> float:
         """Return it of a line contact: E goes with 1 / length [1]."""
         return 1.0 / self.length_mm
 
-    def sides(self, plunger: Plunger | None, plates: int) -> tuple[Press, ...]:
-        """Return both sides, or the upper one alone in a seat."""
-        if plunger is not None:
-            raise _not_solved(self.kind, "between plates or on a seat")
-        section = RoundSection(half_height=self.radius_mm, radius=self.radius_mm, length=self.length_mm)
-        return (_round_press(section, _LINE_CONTACT, None),) * plates
-
-    def bounds(self, press: Press) -> dict[str, tuple[tuple[Press, float], ...]]:
+    def bounds(self, sides: Sequence[Press]) -> Mapping[str, Sequence[Sequence[BoundingPress]]]:
         """Return the force where a radius at each end is in plane stress: 1 - nu^2 times that of plane strain."""
         free = min(1.0, 2.0 * self.radius_mm / self.length_mm)
-        return {"free ends": ((press, 1.0 - free * press.law.poisson**2),)}
+        return {"free ends": [[BoundingPress(side, 1.0 - free * side.law.poisson**2) for side in sides]]}
 
 
 @dataclass(frozen=True, kw_only=True)
-class CylinderOnEnd(_CheckedBody):
+class CylinderOnEnd(Body):
     """A cylinder pressed along its axis, as a plug from a cork borer."""
 
     kind: ClassVar[str] = "cylinder-end"
@@ -174,22 +168,18 @@ class CylinderOnEnd(_CheckedBody):
     radius_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
 
     @property
-    def end_area_mm2(self) -> float:
-        """Return the area of an end [mm^2]."""
-        return math.pi * self.radius_mm**2
+    def section(self) -> Section:
+        """Return its rectangle."""
+        return Section(half_height=0.5 * self.height_mm, radius=self.radius_mm, is_round=False)
 
     @property
     def per_mm(self) -> float:
         """Return it of a bar: E goes with 1 / area [1]."""
         return 2.0 / self.radius_mm
 
-    def sides(self, plunger: Plunger | None, plates: int) -> tuple[Press, ...]:
-        """Return both sides, or under a plunger the body on its table."""
-        return _straight_sides(self.kind, self.height_mm, self.radius_mm, plunger, plates)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Block(_CheckedBody):
+class Block(Body):
     """A rectangular block, solved as a cylinder of the area of its end.
 
     That is exact between slippery plates; of all ends of an area the round one is held most by plates that grip, which
@@ -197,6 +187,7 @@ class Block(_CheckedBody):
     """
 
     kind: ClassVar[str] = "block"
+    takes_plunger: ClassVar[bool] = False
     height_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
     width_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
     length_mm: float = quantity("mm", LENGTH, hint=_MEASURE)
@@ -207,45 +198,57 @@ class Block(_CheckedBody):
         return self.width_mm * self.length_mm
 
     @property
+    def section(self) -> Section:
+        """Return the rectangle of the cylinder."""
+        radius = math.sqrt(self.end_area_mm2 / math.pi)
+        return Section(half_height=0.5 * self.height_mm, radius=radius, is_round=False)
+
+    @property
     def per_mm(self) -> float:
         """Return it of a bar: E goes with 1 / area [1]."""
         return 1.0 / self.width_mm + 1.0 / self.length_mm
 
-    def sides(self, plunger: Plunger | None, plates: int) -> tuple[Press, ...]:
-        """Return both sides; raises InputError under a plunger."""
-        if plunger is not None:
-            raise _not_solved(self.kind, "between plates")
-        return _straight_sides(self.kind, self.height_mm, math.sqrt(self.end_area_mm2 / math.pi), plunger, plates)
+
+KINDS: Mapping[str, type[Body]] = {
+    "ball": Ellipsoid,
+    "ellipsoid": Ellipsoid,
+    "cylinder-end": CylinderOnEnd,
+    "cylinder-side": CylinderOnSide,
+    "block": Block,
+}
+"""Bodies by the name that `--body` gives them; their fields are the flags of their sizes."""
 
 
-def _round_press(section: RoundSection, exponent: float, plunger: Plunger | None) -> Press:
-    """Return how a plate or a plunger presses a round body."""
+def _round_presses(section: Section, plunger: Plunger | None) -> tuple[Press, ...]:
+    """Return how a round body is pressed above, by a plate or a plunger, and below by a plate."""
     deepest = _DEEPEST * min(section.half_height, section.radius)
+    contact = math.sqrt(section.radius * deepest)
+    exponent = POINT_CONTACT if section.length is None else _LINE_CONTACT
+    plate = Press(section=section, deepest=deepest, contact=contact, exponent=exponent)
     if plunger is None:
-        contact = math.sqrt(section.radius * deepest)
-        return Press(section=section, deepest=deepest, contact=contact, exponent=exponent)
+        return plate, plate
     deepest = min(deepest, plunger.deepest)
-    relative = relative_radius(plunger.radius_mm, section.radius)
-    contact = math.sqrt(relative * deepest)
-    return Press(section=section, tool=plunger.tool, deepest=deepest, contact=contact, exponent=exponent)
+    contact = math.sqrt(relative_radius(plunger.radius_mm, section.radius) * deepest)
+    return replace(plate, tool=plunger.tool, deepest=deepest, contact=contact), plate
 
 
-def _straight_sides(kind: str, height: float, radius: float, plunger: Plunger | None, plates: int) -> tuple[Press, ...]:
-    """Return how a cylinder on its end is pressed [mm]: by plates on both sides, or by a plunger on a table."""
-    if plates == 1:
-        raise _not_solved(kind, "on a plate: a flat end needs no seat")
+def _presses_on_end(section: Section, plunger: Plunger | None) -> tuple[Press, ...]:
+    """Return how a cylinder on its end is pressed: by plates on both sides, or by a plunger on a table."""
+    radius = section.radius
     if plunger is None:
-        section = StraightSection(half_height=0.5 * height, radius=radius)
-        return (Press(section=section, deepest=_DEEPEST * 0.5 * height, contact=radius, exponent=_FLAT_CONTACT),) * 2
+        deepest = _DEEPEST * section.half_height
+        plate = Press(section=section, deepest=deepest, contact=radius, exponent=_FLAT_CONTACT)
+        return plate, plate
     if plunger.radius_mm > _WIDEST * radius:
         bound = f"at most {_WIDEST:g} of the radius of the body, {radius:g} mm"
         raise validation_error("plunger.radius_mm", plunger.radius_mm, "mm", bound, "say a plate where it is wider")
-    section = StraightSection(half_height=height, radius=radius, on_table=True)
+    height = 2.0 * section.half_height
     deepest = min(_DEEPEST * height, plunger.deepest)
-    contact = math.sqrt(plunger.radius_mm * deepest) if plunger.ball else plunger.radius_mm
-    exponent = POINT_CONTACT if plunger.ball else _FLAT_CONTACT
-    return (Press(section=section, tool=plunger.tool, deepest=deepest, contact=contact, exponent=exponent),)
-
-
-def _not_solved(kind: str, bound: str) -> InputError:
-    return validation_error("body", kind, "", bound, "this combination is not solved: take other tools")
+    press = Press(
+        section=replace(section, half_height=height, on_table=True),
+        tool=plunger.tool,
+        deepest=deepest,
+        contact=math.sqrt(plunger.radius_mm * deepest) if plunger.ball else plunger.radius_mm,
+        exponent=POINT_CONTACT if plunger.ball else _FLAT_CONTACT,
+    )
+    return (press,)

@@ -51,7 +51,7 @@ class TestGeometry:
     @property
     def height_mm(self) -> float:
         """Return the height of the body [mm]."""
-        return self.body.height_mm
+        return 2.0 * self.body.section.half_height
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,43 +109,38 @@ def solved_law(test: TestGeometry) -> ForceLaw:
 
     At equal force the travels of its sides add up. The friction of the tools is midway between none and a grip.
     """
-    flesh = FleshLaw(poisson=test.poisson)
-    sides = [replace(side, law=flesh) for side in test.body.sides(test.plunger, test.plates)]
+    sides = [replace(side, law=FleshLaw(poisson=test.poisson)) for side in test.body.sides(test.plunger, test.plates)]
+
+    def pressed_as(flesh: FleshLaw) -> ForceLaw:
+        return _in_series(sides, [_forces(side, replace(side, law=flesh)) for side in sides])
+
     further = test.poisson + test.poisson_error
     poisson = further if further <= LARGEST_POISSON else max(test.poisson - test.poisson_error, 0.0)
-    names: dict[str, tuple[FleshLaw, ...]] = {
-        "law of flesh": tuple(replace(flesh, name=name) for name in FLESH_LAWS[1:]),
-        POISSON: (replace(flesh, poisson=poisson),),
-    }
     others = {
-        name: [_in_series([_forces(side, replace(side, law=law)) for side in sides], sides) for law in laws]
-        for name, laws in names.items()
+        "law of flesh": [pressed_as(FleshLaw(name=name, poisson=test.poisson)) for name in FLESH_LAWS[1:]],
+        POISSON: [pressed_as(FleshLaw(poisson=poisson))],
+        "friction": [_in_series(sides, [_forces(side, side, grip) for side in sides]) for grip in (0.0, 1.0)],
     }
-    others["friction"] = [_in_series([_forces(side, side, grip) for side in sides], sides) for grip in (0.0, 1.0)]
-    bounds = [test.body.bounds(side) for side in sides]
-    for name in bounds[-1]:
-        for index in range(len(bounds[-1][name])):
-            forces = []
-            for side, bound in zip(sides, bounds, strict=True):
-                press, factor = bound.get(name, ((side, 1.0),) * (index + 1))[index]
-                forces.append(factor * _forces(side, press))
-            others.setdefault(name, []).append(_in_series(forces, sides))
-    nominal = _in_series([_forces(side, side) for side in sides], sides)
-    error = max(_accurate(side).error for side in sides)
-    return replace(nominal, error=error, others=others)
+    for name, bounds in test.body.bounds(sides).items():
+        others[name] = []
+        for presses in bounds:
+            forces = [factor * _forces(side, press) for side, (press, factor) in zip(sides, presses, strict=True)]
+            others[name].append(_in_series(sides, forces))
+    nominal = _in_series(sides, [_forces(side, side) for side in sides])
+    return replace(nominal, error=max(force_curve(side).error for side in sides), others=others)
 
 
 def _forces(side: Press, other: Press, grip: float = _MIDWAY) -> Floats:
     """Return the forces [N] of one side at its travels, were it pressed as another, with a fraction of the grip."""
     travels = _travels(side)
     inner = np.maximum(travels, travels[1])
-    slip = _curve(other).force(inner)
-    gripped = _curve(replace(other, grips=True)).force(inner)
-    change = (slip + grip * (gripped - slip)) / _curve(side).force(inner)
-    return np.asarray(_accurate(side).force(travels) * change)
+    slip = fitted_curve(other).force(inner)
+    gripped = fitted_curve(replace(other, grips=True)).force(inner)
+    change = (slip + grip * (gripped - slip)) / fitted_curve(side).force(inner)
+    return np.asarray(force_curve(side).force(travels) * change)
 
 
-def _in_series(forces: Sequence[Floats], sides: Sequence[Press]) -> ForceLaw:
+def _in_series(sides: Sequence[Press], forces: Sequence[Floats]) -> ForceLaw:
     """Return the law of sides that bear the same force, up to the largest that all were solved for."""
     exponent = max(side.exponent for side in sides)
     largest = min(float(force[-1]) for force in forces)
@@ -159,7 +154,3 @@ def _in_series(forces: Sequence[Floats], sides: Sequence[Press]) -> ForceLaw:
 def _travels(side: Press) -> Floats:
     """Return the travels of one side [mm], close to each other at the touch."""
     return np.asarray(np.linspace(0.0, 1.0, _STEPS) ** 2 * side.deepest)
-
-
-_accurate = functools.lru_cache(maxsize=64)(force_curve)
-_curve = functools.lru_cache(maxsize=256)(fitted_curve)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.quantity import InputError, validation_error
+from cad.quantity import validation_error
 from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
@@ -23,22 +23,22 @@ from pipeline.measure.measured_table import (
     Row,
     columns_of,
     is_number,
-    is_unit,
     place_of,
     read_csv,
+    refuse_other_length,
 )
 
 Floats = NDArray[np.float64]
 
 _FORCE_WORDS = (
     "load, f, test force, compression force, compressive force, compressive load, standard force, axial force, "
-    "kraft, standardkraft, 試験力, 荷重, 力"
+    "kraft, standardkraft"
 )
 _TRAVEL_WORDS = (
     "distance, stroke, displacement, disp, disp., crosshead, position, deformation, x, compression, "
-    "compressive extension, extension, weg, standardweg, traversenweg, ストローク, 変位"
+    "compressive extension, extension, weg, standardweg, traversenweg"
 )
-_TIME_WORDS = "t, elapsed time, zeit, prüfzeit, 時間, 時刻"
+_TIME_WORDS = "t, elapsed time, zeit, prüfzeit"
 QUANTITIES = {
     "force": Quantity(units=FORCE, default="N", words=tuple(_FORCE_WORDS.split(", "))),
     "travel": Quantity(units=LENGTH, default="mm", words=tuple(_TRAVEL_WORDS.split(", "))),
@@ -86,27 +86,22 @@ def read_specimens(source: Path, quantities: Mapping[str, Quantity] = QUANTITIES
         elif specimens and len(block[0].cells) > 1 and all(is_number(cell) for cell in block[0].cells if cell):
             bound = "a header, or the end of the file, after a blank line"
             hint = "take the blank line away if no row is missing there"
-            raise _row_error(form, block[0], bound, hint)
+            raise validation_error(place_of(form.source, block[0].line), ",".join(block[0].cells), "", bound, hint)
     if not specimens:
         first = next(row for row in rows if not row.empty)
         known = "; ".join(f"{name}: {', '.join((name, *quantities[name].words))}" for name in ("force", "travel"))
+        bound = "a table whose header names a force and a travel"
         hint = f"known words, each with its unit: {known}; or name yours by --columns force=HEADER,travel=HEADER"
-        raise _row_error(form, first, "a table whose header names a force and a travel", hint)
+        raise validation_error(place_of(form.source, first.line), ",".join(first.cells), "", bound, hint)
     return specimens
-
-
-def _row_error(form: CsvFormat, row: Row, bound: str, hint: str) -> InputError:
-    text = form.delimiter.join(row.cells)[:60]
-    return validation_error(place_of(form.source, row.line), text, "", bound, hint)
 
 
 def _header_index(form: CsvFormat, block: Sequence[Row], quantities: Mapping[str, Quantity]) -> int | None:
     for index, row in enumerate(block):
-        if any(is_number(cell) for cell in row.cells):
-            continue
-        names = {column.name for column in columns_of(form.source, row, quantities)}
-        if {"force", "travel"} <= names:
-            return index
+        if not any(is_number(cell) for cell in row.cells):
+            names = {column.name for column in columns_of(form.source, row, quantities)}
+            if {"force", "travel"} <= names:
+                return index
     return None
 
 
@@ -115,14 +110,16 @@ def _specimens_of_block(
 ) -> list[Specimen]:
     """Return the specimens of a table whose header is that row of the block; `count` have come before."""
     header = block[start]
-    rows = block[start + 1 :]
-    if rows and any(is_unit(cell) for cell in rows[0].cells) and not any(is_number(cell) for cell in rows[0].cells):
-        labels = list(header.cells)
-        for index, unit in enumerate(rows[0].cells[: len(labels)]):
-            if unit:
-                labels[index] += f" ({unit.strip('()[] ')})"
-        header = Row(header.line, tuple(labels))
-        rows = rows[1:]
+    width = len(header.cells)
+    rows = []
+    for row in block[start + 1 :]:
+        if any(row.cells[width:]):
+            refuse_other_length(form, row, width)
+        rows.append(Row(row.line, (row.cells + ("",) * width)[:width]))
+    if rows and not any(is_number(cell) for cell in rows[0].cells):  # a row of units
+        units = [unit.strip("()[] ") for unit in rows.pop(0).cells]
+        with_units = (f"{label} ({unit})" if unit else label for label, unit in zip(header.cells, units, strict=True))
+        header = Row(header.line, tuple(with_units))
 
     # A quantity that comes again begins the next specimen.
     column_groups: list[dict[str, Column]] = [{}]
@@ -131,7 +128,7 @@ def _specimens_of_block(
             column_groups.append({})
         column_groups[-1][column.name] = column
 
-    title_row = block[start - 1].cells if start else ()
+    names_above = (block[start - 1].cells if start else ()) + ("",) * width
     specimens = []
     for number, columns in enumerate(column_groups, start=count + 1):
         if not {"force", "travel"} <= columns.keys():
@@ -139,46 +136,29 @@ def _specimens_of_block(
             bound = "for each specimen one force and one travel"
             hint = "leave only one column of each in the table"
             raise validation_error(place_of(form.source, header.line), ", ".join(labels), "", bound, hint)
-        title = _title_above(title_row, columns) or f"{number}"
-        specimens.append(_specimen(form, header, rows, columns, title))
+        above, *others = (names_above[column.index] for column in columns.values())
+        name = "" if any(others) or is_number(above) else above
+        specimens.append(_specimen(form, rows, columns, name or f"{number}"))
     return specimens
 
 
-def _title_above(cells: Sequence[str], columns: Mapping[str, Column]) -> str:
-    """Return the text above the first column of a specimen, "" where something stands above its others too."""
-    first, *others = sorted(column.index for column in columns.values())
-    title = cells[first] if first < len(cells) else ""
-    is_alone = not any(cells[index] for index in others if index < len(cells))
-    return title if is_alone and not is_number(title) and not is_unit(title) else ""
-
-
-def _specimen(form: CsvFormat, header: Row, rows: Sequence[Row], columns: Mapping[str, Column], title: str) -> Specimen:
-    last = max(column.index for column in columns.values())
-    padded = []
-    end = 0  # beside longer specimens the cells of a shorter one stay empty
-    for row in rows:
-        if any(row.cells[len(header.cells) :]):
-            hint = "part cells by semicolons where numbers have decimal commas"
-            bound = f"{len(header.cells)} cells, as its header"
-            raise validation_error(place_of(form.source, row.line), len(row.cells), "cells", bound, hint)
-        missing = last + 1 - len(row.cells)
-        padded.append(Row(row.line, row.cells + ("",) * missing))
-        if any(padded[-1].cells[column.index] for column in columns.values()):
-            end = len(padded)
+def _specimen(form: CsvFormat, rows: Sequence[Row], columns: Mapping[str, Column], name: str) -> Specimen:
+    """Return the curve of some columns; beside longer specimens the cells of a shorter one are empty."""
+    filled = [row for row in rows if any(row.cells[column.index] for column in columns.values())]
     values = {}
-    for name, column in columns.items():
-        values[name] = np.array([form.number(row, column) for row in padded[:end]])
+    for quantity, column in columns.items():
+        values[quantity] = np.array([form.number(row, column) for row in filled])
     notes = []
-    for name in ("force", "travel"):
-        if columns[name].note:
-            notes.append(f"{columns[name].note}; --units {name}=UNIT says another")
+    for quantity in ("force", "travel"):
+        if columns[quantity].note:
+            notes.append(f"{columns[quantity].note}; --units {quantity}=UNIT says another")
     return Specimen(
         file=form.source,
-        name=title,
+        name=name,
         travel=values["travel"],
         force=values["force"],
         time=values.get("time"),
-        lines=tuple(row.line for row in padded[:end]),
-        labels={name: column.label for name, column in columns.items()},
+        lines=tuple(row.line for row in filled),
+        labels={quantity: column.label for quantity, column in columns.items()},
         notes=tuple(notes),
     )

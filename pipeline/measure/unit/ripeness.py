@@ -3,8 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from cad.quantity import validation_error
-from pipeline.measure.measured_table import is_number
+from cad.quantity import validation_error, written_number
 
 _HINT = "write for instance ripe:0.8,turning:1.6,unripe"
 
@@ -27,14 +26,12 @@ def ripeness_classes(text: str, flag: str = "--classes") -> RipenessClasses:
     limits = [0.0]
     for part in text.split(","):
         name, colon, limit = part.strip().partition(":")
-        if not name or not name.isprintable():
-            raise validation_error(flag, text, "", "names, each but the last with a limit in MPa", _HINT)
-        if colon and not is_number(limit):
-            raise validation_error(flag, text, "", f"limits in MPa, not {limit!r}", _HINT)
+        number = written_number(limit) if colon else math.inf
+        if not name or not name.isprintable() or number is None or number <= limits[-1]:
+            bound = "names, each but the last with a limit in MPa, which rise"
+            raise validation_error(flag, text, "", bound, _HINT)
         names.append(name)
-        limits.append(float(limit) if colon else math.inf)
-        if limits[-1] <= limits[-2]:
-            raise validation_error(flag, text, "", "classes with rising limits in MPa", _HINT)
+        limits.append(number)
     if math.isfinite(limits[-1]):
         raise validation_error(flag, text, "", "classes of which the last has no limit", _HINT)
     return RipenessClasses(tuple(names), tuple(limits[1:]))

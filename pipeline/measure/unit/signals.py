@@ -4,14 +4,13 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from cad.quantity import InputError, validation_error
+from cad.quantity import InputError, validation_error, written_number
 from pipeline.measure.measured_table import (
     FORCE,
     LENGTH,
     TIME,
     Quantity,
     format_of,
-    is_number,
     place_of,
     refuse_other_length,
     strict_columns,
@@ -32,14 +31,13 @@ class Sample:
 
 def force_keys(tips: int) -> tuple[str, ...]:
     """Return the names of the forces of a sensor of so many tips, without their unit; those of a pair are l and h."""
-    if tips == 2:  # noqa: PLR2004 - a pair
-        return "F_l", "F_h"
-    return tuple(f"F_{tip}" for tip in range(1, tips + 1))
+    names = "lh" if tips == 2 else range(1, tips + 1)  # noqa: PLR2004 - a pair
+    return tuple(f"F_{name}" for name in names)
 
 
 def count_keys(tips: int) -> tuple[str, ...]:
     """Return the names of the counts of the channels of a sensor of so many tips, as those of its forces."""
-    return tuple(f"counts_{key.removeprefix('F_')}" for key in force_keys(tips))
+    return tuple(key.replace("F_", "counts_") for key in force_keys(tips))
 
 
 class Signal:
@@ -56,35 +54,33 @@ class Signal:
         _, header = next(self._lines, (1, ""))
         self.counted = "counts_" in header.lower()
         keys = count_keys(tips) if self.counted else force_keys(tips)
-        unit = "" if self.counted else "_N"
-        example = ",".join(["t_s", *(f"{key}{unit}" for key in keys)])
-        if not header.strip():
-            bound = f"a header like {example} and lines of numbers"
-            raise validation_error(source, "", "", bound, "record a press")
-        quantities = {"t": Quantity(units=TIME, default="s"), "x": Quantity(units=LENGTH, default="mm")}
-        for key in keys:
-            quantities[key] = COUNTS if self.counted else Quantity(units=FORCE, default="N")
-        self._format = format_of(source, [header])
-        columns = strict_columns(self._format, self._format.row(1, header), quantities, ("t", *keys), example)
+        measured = COUNTS if self.counted else Quantity(units=FORCE, default="N")
+        times = {"t": Quantity(units=TIME, default="s"), "x": Quantity(units=LENGTH, default="mm")}
+        example = ",".join(["t_s", *(key if self.counted else f"{key}_N" for key in keys)])
+        self._form = format_of(source, [header])
+        header_row = self._form.row(1, header)
+        columns = strict_columns(self._form, header_row, times | dict.fromkeys(keys, measured), ("t", *keys), example)
         self._columns = {column.name: column for column in columns}
         self._force_columns = [self._columns[key] for key in keys]
         self.notes = tuple(f"{source}: {column.note}" for column in columns if column.note)
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the samples; blank lines are left out."""
-        form = self._format
+        form = self._form
+        time = self._columns["t"]
+        travel = self._columns.get("x")
         before = -math.inf
         for number, line in self._lines:
             row = form.row(number, line)
             if row.empty:
                 continue
             refuse_other_length(form, row, len(self._columns))
-            t = form.number(row, self._columns["t"])
+            t = form.number(row, time)
             if t < before:
-                place = place_of(form.source, number, self._columns["t"].label)
+                place = place_of(form.source, number, time.label)
                 raise validation_error(place, t, "s", f"at least the {before:g} s of the line before", "sort the lines")
             before = t
-            x = form.number(row, self._columns["x"]) if "x" in self._columns else None
+            x = form.number(row, travel) if travel else None
             yield Sample(number, t, x, tuple(form.number(row, column) for column in self._force_columns))
         if before == -math.inf:
             bound = "at least one line of numbers below the header"
@@ -92,15 +88,14 @@ class Signal:
 
     def force_error(self, sample: Sample, tip: int, bound: str, hint: str, unit: str = "N") -> InputError:
         """Return the error for the force of a tip in a sample, or for the counts of its channel."""
-        place = place_of(self._format.source, sample.line, self._force_columns[tip].label)
+        place = place_of(self._form.source, sample.line, self._force_columns[tip].label)
         return validation_error(place, sample.forces[tip], unit, bound, hint)
 
 
 def numbers_of_text(text: str, tips: int, flag: str, unit: str) -> list[float]:
     """Return the numbers of a flag like `--forces F1,F2,...`, one for each tip; raises InputError."""
-    cells = [cell.strip() for cell in text.split(",")]
-    if len(cells) != tips or not all(is_number(cell) for cell in cells):
+    numbers = [number for number in map(written_number, text.split(",")) if number is not None]
+    if not len(numbers) == tips == text.count(",") + 1:
         bound = f"{tips} numbers in {unit} with commas between, one for each tip of this sensor"
-        example = ",".join(f"F{tip}" for tip in range(1, tips + 1))
-        raise validation_error(flag, text, "", bound, f"write {flag} {example}, decimals with a point")
-    return [float(cell) for cell in cells]
+        raise validation_error(flag, text, "", bound, f"write {flag} F1,F2,..., decimals with a point")
+    return numbers

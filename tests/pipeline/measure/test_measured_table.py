@@ -90,7 +90,7 @@ def test_texts_that_are_no_numbers_are_none(text):
     [
         ("", "table.csv", ""),
         ("\n \n", "table.csv", ""),
-        (b"\x7fELF\x00\x00\x01", "table.csv", "binary"),
+        (b"\x7fELF\x00\x00\x01", "table.csv", "bytes"),
         (b"tip,force_N\n\x81,1\n", "table.csv", "bytes"),
         ("tip,force_N,travel_mm\n", "table.csv", 0),
         ("tip,force_dyn\n", "line 1, column 'force_dyn'", "dyn"),
@@ -111,7 +111,7 @@ def test_texts_that_are_no_numbers_are_none(text):
         (PLAIN + "low,1\n", "line 3", 2),
         (PLAIN + '"low,1,2\n', "line 3", '"low,1,2'),
         (PLAIN + "low," + "1" * 200_000 + ",2\n", "line 3", "low," + "1" * 36),
-        ("tip;force_N;travel\nlow;1,5;0.5\n", "line 2", "0.5"),
+        ("tip;force_N;travel\nlow;1,5;0.5\n", "line 2", "1,5"),
         ("tip;force_N;travel\nlow;1,500;2,000\n", "line 2", "1,500"),
     ],
 )

@@ -6,13 +6,13 @@ from scipy.optimize import brentq
 
 from cad.theory.hertz import force_factor
 from cad.theory.soft_tissue import FLESH_LAWS
-from solve.compression.body import HalfBody, RoundSection, StraightSection
+from solve.compression.body import HalfBody, Section
 from solve.compression.force_curve import Press, fitted_curve, force_curve
 from solve.compression.press import pressed
 from solve.large_strain.flesh_law import FleshLaw
 from solve.linear import SolveError
 
-BALL = RoundSection(half_height=35.0, radius=35.0)
+BALL = Section(half_height=35.0, radius=35.0)
 # F over Hertz's law of a ball between slippery plates at these travels of one plate over the radius: neo-Hooke, nu 0.3,
 # by contact at finite strain on unstructured meshes in another code, each to 0.3 %.
 INDEPENDENT = {0.01: 1.046, 0.02: 1.069, 0.05: 1.120, 0.10: 1.190}
@@ -64,7 +64,7 @@ def uniaxial_force(law, stretch):
 def test_cylinder_on_its_end_is_a_bar(law):
     """The penalty gives by 1e-5 E / half height under a pressure of E: 1e-5 of the force at a strain of 1."""
     flesh = FleshLaw(name=law, poisson=0.3)
-    body = HalfBody(StraightSection(half_height=10.0, radius=5.0), flesh, 5.0)
+    body = HalfBody(Section(half_height=10.0, radius=5.0, is_round=False), flesh, 5.0)
     travels = [0.1, 1.0, 2.0]
     exact = [25.0 * np.pi * uniaxial_force(flesh, 1.0 - travel / 10.0) for travel in travels]
     assert pressed(body, travels) == pytest.approx(exact, rel=1e-4)
@@ -80,7 +80,7 @@ def test_cylinder_on_its_side_is_a_line_contact():
         half_width = np.sqrt(4.0 * line_force * radius / (np.pi * reduced))
         return 2.0 * line_force / (np.pi * reduced) * (np.log(4.0 * radius / half_width) - 0.5)
 
-    section = RoundSection(half_height=radius, radius=radius, length=length)
+    section = Section(half_height=radius, radius=radius, length=length)
     body = HalfBody(section, FleshLaw(poisson=0.3), 0.2 * radius, 2.0)
     travels = [0.002 * radius, 0.005 * radius]
     exact = [length * brentq(lambda force, at=at: travel(force) - at, 1e-9, 10.0) for at in travels]
@@ -92,7 +92,7 @@ def test_a_thin_disc_that_plates_grip_is_stiff_and_a_slender_one_hardly():
     flesh = FleshLaw(poisson=0.49)
     ratios = []
     for half_height in (2.5, 10.0):
-        body = HalfBody(StraightSection(half_height=half_height, radius=5.0), flesh, 5.0)
+        body = HalfBody(Section(half_height=half_height, radius=5.0, is_round=False), flesh, 5.0)
         travels = [1e-3 * half_height]
         ratios.append(pressed(body, travels, grips=True)[0] / pressed(body, travels)[0])
     shape_factors = np.array([0.5, 0.125])

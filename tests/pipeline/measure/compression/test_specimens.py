@@ -15,10 +15,9 @@ SIDE_BY_SIDE = (
     '"0","0.25","0","0","0.2","0"\n"0.1","0.5","0.5","0.1","0.4","0.5"\n"0.2","4.0","1.0",,,\n"0.3","9.75","1.5",,,\n'
 )
 SECTIONS = (
-    "サンプル,試験種類,速度\nmango,圧縮,5\n\n形状,板\n名前,厚さ,幅\n単位,mm,mm\n1 _ 1,30,30\n\n"
-    "名前,最大点_試験力\n,N\n1 _ 1,9.75\n\n"
-    "1 _ 1,,\n時間,試験力,ストローク\nsec,N,mm\n0,0.25,0\n0.1,0.5,0.5\n0.2,4,1\n0.3,9.75,1.5\n\n"
-    "1 _ 2,,\n時間,試験力,ストローク\nsec,kN,mm\n0,0.001,0\n0.1,0.002,0.5\n"
+    "Name,Max._Force\n,N\n1 _ 1,9.75\n\n"
+    "1 _ 1,,\nTime,Force,Stroke\nsec,N,mm\n0,0.25,0\n0.1,0.5,0.5\n0.2,4,1\n0.3,9.75,1.5\n\n"
+    "1 _ 2,,\nTime,Force,Stroke\nsec,kN,mm\n0,0.001,0\n0.1,0.002,0.5\n"
 )
 
 
@@ -69,7 +68,7 @@ def test_specimens_side_by_side_end_each_at_its_own_row(tmp_path):
 
 
 def test_sections_are_specimens_with_their_own_units(tmp_path):
-    first, second = read(tmp_path, SECTIONS.encode("cp932"))
+    first, second = read(tmp_path, SECTIONS)
     assert (first.name, second.name) == ("1 _ 1", "1 _ 2")
     assert_is_the_curve(first)
     np.testing.assert_allclose(second.force, [1.0, 2.0])

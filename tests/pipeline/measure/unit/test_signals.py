@@ -49,7 +49,7 @@ def test_unit_that_is_not_given_is_noted():
 @pytest.mark.parametrize(
     ("text", "place"),
     [
-        ("", "press.csv"),
+        ("", "press.csv, line 1"),
         (HEAD, "press.csv"),
         ("0,1,2\n0,1,2\n", "press.csv, line 1, column '0'"),
         ("t_s,F_l_stone,F_h_N\n", "press.csv, line 1, column 'F_l_stone'"),
